@@ -1,0 +1,165 @@
+//! Areas: polygons with an altitude band and a time window, entered with a permission or not at all.
+
+use geo::{Contains, Intersects, Line, Polygon};
+
+use crate::geometry::Ned;
+
+/// What it takes to enter an area.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AreaKind {
+    /// Entered only with the control tower's permission.
+    Permission,
+    /// Never entered.
+    KeepOut,
+}
+
+/// A polygon over the ground with an altitude band and a time window.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Area {
+    /// Unique within a mission.
+    pub name: String,
+    /// What it takes to enter.
+    pub kind: AreaKind,
+    /// The corners in order, not closed; the heights are not used.
+    pub corners: Vec<Ned>,
+    /// Height above the origin from which on it applies; `None`: from the ground up.
+    pub floor_m: Option<f64>,
+    /// Height above the origin up to which it applies; `None`: without limit.
+    pub ceiling_m: Option<f64>,
+    /// Applies from then on, milliseconds since the Unix epoch, UTC.
+    pub from_utc_ms: Option<i64>,
+    /// Applies until then.
+    pub until_utc_ms: Option<i64>,
+}
+
+impl Area {
+    /// The polygon; x is east, y is north.
+    pub fn polygon(&self) -> Polygon<f64> {
+        Polygon::new(self.corners.iter().map(|it| (it.east_m, it.north_m)).collect(), vec![])
+    }
+
+    /// Whether the area applies at this moment of UTC.
+    pub fn is_active(&self, utc_ms: i64) -> bool {
+        self.from_utc_ms.is_none_or(|from| from <= utc_ms) && self.until_utc_ms.is_none_or(|until| utc_ms < until)
+    }
+
+    /// Whether some height between the two lies in the altitude band. The band is closed below and above.
+    pub fn touches_heights(&self, a_m: f64, b_m: f64) -> bool {
+        self.floor_m.is_none_or(|floor| floor <= a_m.max(b_m))
+            && self.ceiling_m.is_none_or(|ceiling| a_m.min(b_m) <= ceiling)
+    }
+
+    /// Whether `point` is inside, altitude band included. The border does not count as inside.
+    pub fn contains(&self, point: Ned) -> bool {
+        self.touches_heights(point.height_m(), point.height_m())
+            && self.polygon().contains(&geo::Point::new(point.east_m, point.north_m))
+    }
+
+    /// Whether the straight way from `from` to `to` goes through the inside. Conservative in height:
+    /// the whole leg counts as flown at all heights between its ends.
+    pub fn is_crossed(&self, from: Ned, to: Ned) -> bool {
+        if !self.touches_heights(from.height_m(), to.height_m()) {
+            return false;
+        }
+        let polygon = self.polygon();
+        self.crossings(from, to).windows(2).any(|pair| {
+            let middle = from.towards(to, (pair[0] + pair[1]) / 2.0);
+            polygon.contains(&geo::Point::new(middle.east_m, middle.north_m))
+        })
+    }
+
+    /// Fractions of the way from `from` to `to` at which the horizontal path meets the border,
+    /// ascending, with 0 and 1 added at the ends, so that each neighbouring pair is a stretch
+    /// that is wholly inside or wholly outside.
+    pub fn crossings(&self, from: Ned, to: Ned) -> Vec<f64> {
+        use geo::line_intersection::{LineIntersection, line_intersection};
+        let way = Line::new((from.east_m, from.north_m), (to.east_m, to.north_m));
+        let length_squared = way.dx() * way.dx() + way.dy() * way.dy();
+        let fraction = |x: f64, y: f64| {
+            if length_squared == 0.0 {
+                return 0.0;
+            }
+            (((x - way.start.x) * way.dx() + (y - way.start.y) * way.dy()) / length_squared).clamp(0.0, 1.0)
+        };
+        let mut found = vec![0.0, 1.0];
+        for edge in self.polygon().exterior().lines() {
+            match line_intersection(way, edge) {
+                Some(LineIntersection::SinglePoint { intersection, .. }) => {
+                    found.push(fraction(intersection.x, intersection.y));
+                }
+                Some(LineIntersection::Collinear { intersection }) => {
+                    found.push(fraction(intersection.start.x, intersection.start.y));
+                    found.push(fraction(intersection.end.x, intersection.end.y));
+                }
+                None => {}
+            }
+        }
+        found.sort_by(f64::total_cmp);
+        found.dedup_by(|a, b| (*a - *b).abs() < 1e-12);
+        found
+    }
+
+    /// Whether the corners make a simple polygon: at least three, none twice, no two edges crossing.
+    pub fn is_simple(&self) -> bool {
+        let ring: Vec<_> = self.polygon().exterior().lines().collect();
+        let count = ring.len();
+        if count < 3 {
+            return false;
+        }
+        (0..count).all(|i| {
+            (i + 1..count).all(|j| {
+                let neighbours = j == i + 1 || (i == 0 && j == count - 1);
+                if neighbours { !overlaps(ring[i], ring[j]) } else { !ring[i].intersects(&ring[j]) }
+            })
+        })
+    }
+}
+
+/// Whether two neighbouring edges fold back onto each other.
+fn overlaps(a: Line<f64>, b: Line<f64>) -> bool {
+    use geo::line_intersection::{LineIntersection, line_intersection};
+    matches!(line_intersection(a, b), Some(LineIntersection::Collinear { intersection }) if intersection.start != intersection.end)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn area(corners: &[(f64, f64)]) -> Area {
+        Area {
+            name: "a".into(),
+            kind: AreaKind::Permission,
+            corners: corners.iter().map(|&(north, east)| Ned::new(north, east, 0.0)).collect(),
+            floor_m: None,
+            ceiling_m: Some(100.0),
+            from_utc_ms: None,
+            until_utc_ms: None,
+        }
+    }
+
+    #[test]
+    fn a_way_through_an_area_crosses_it_even_with_both_ends_outside() {
+        #[track_caller]
+        fn check(from: (f64, f64, f64), to: (f64, f64, f64), expected: bool) {
+            let square = area(&[(-90.0, 110.0), (90.0, 110.0), (90.0, 290.0), (-90.0, 290.0)]);
+            let at = |(north, east, height): (f64, f64, f64)| Ned::new(north, east, -height);
+            assert_eq!(square.is_crossed(at(from), at(to)), expected, "{from:?} to {to:?}");
+        }
+        check((0.0, 0.0, 10.0), (0.0, 500.0, 10.0), true);
+        check((0.0, 0.0, 10.0), (0.0, 100.0, 10.0), false);
+        check((0.0, 150.0, 10.0), (0.0, 160.0, 10.0), true);
+        // Along the border is not inside.
+        check((90.0, 0.0, 10.0), (90.0, 500.0, 10.0), false);
+        // Above the ceiling.
+        check((0.0, 0.0, 120.0), (0.0, 500.0, 120.0), false);
+        check((0.0, 0.0, 120.0), (0.0, 500.0, 90.0), true);
+    }
+
+    #[test]
+    fn a_self_crossing_polygon_is_not_simple() {
+        assert!(area(&[(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)]).is_simple());
+        assert!(!area(&[(0.0, 0.0), (10.0, 10.0), (10.0, 0.0), (0.0, 10.0)]).is_simple());
+        assert!(!area(&[(0.0, 0.0), (10.0, 0.0)]).is_simple());
+        assert!(!area(&[(0.0, 0.0), (10.0, 0.0), (5.0, 0.0)]).is_simple());
+    }
+}

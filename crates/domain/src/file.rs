@@ -1,0 +1,164 @@
+//! Files a human writes: read, parsed, and every mistake told with file, line and column, what was
+//! found and what was expected.
+
+use std::fmt;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// A file's text and where it came from.
+#[derive(Debug, Clone)]
+pub struct Source {
+    /// As the user named it.
+    pub path: PathBuf,
+    /// Its whole text.
+    pub text: String,
+}
+
+impl Source {
+    /// Reads the file.
+    pub fn read(path: &Path) -> Result<Source, Mistakes> {
+        match std::fs::read_to_string(path) {
+            Ok(text) => Ok(Source { path: path.to_owned(), text }),
+            Err(error) => Err(Mistakes(vec![Mistake {
+                path: path.to_owned(),
+                place: None,
+                message: format!("cannot be read: {error}"),
+                help: "give the path of a readable UTF-8 text file".into(),
+            }])),
+        }
+    }
+
+    /// Parses the text as TOML into `T`.
+    pub fn parse<T: serde::de::DeserializeOwned>(&self) -> Result<T, Mistakes> {
+        toml::from_str(&self.text).map_err(|error| {
+            let message = error.message().trim().replace('\n', "; ");
+            Mistakes(vec![self.mistake(error.span(), message, "")])
+        })
+    }
+
+    /// A mistake at a place in this file, by byte range.
+    pub fn mistake(&self, span: Option<Range<usize>>, message: impl Into<String>, help: impl Into<String>) -> Mistake {
+        let place = span.map(|span| {
+            let start = span.start.min(self.text.len());
+            let before = &self.text[..start];
+            let line_start = before.rfind('\n').map_or(0, |it| it + 1);
+            Place {
+                line: before.matches('\n').count() + 1,
+                column: before[line_start..].chars().count() + 1,
+                text: self.text[line_start..].lines().next().unwrap_or_default().to_owned(),
+            }
+        });
+        Mistake { path: self.path.clone(), place, message: message.into(), help: help.into() }
+    }
+}
+
+/// One thing wrong with a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mistake {
+    /// The file.
+    pub path: PathBuf,
+    /// Where in it, if it is in one place.
+    pub place: Option<Place>,
+    /// What was found and what was expected.
+    pub message: String,
+    /// What to do about it; may be empty.
+    pub help: String,
+}
+
+/// A place in a file, counted from 1.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// The line's number.
+    pub line: usize,
+    /// The character's number in the line.
+    pub column: usize,
+    /// The line itself.
+    pub text: String,
+}
+
+impl fmt::Display for Mistake {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.place {
+            None => write!(f, "{}: {}", self.path.display(), self.message)?,
+            Some(Place { line, column, text }) => {
+                let margin = " ".repeat(line.to_string().len());
+                let indent: String =
+                    text.chars().take(column - 1).map(|it| if it == '\t' { '\t' } else { ' ' }).collect();
+                write!(f, "{}:{line}:{column}: {}", self.path.display(), self.message)?;
+                write!(f, "\n{margin} |\n{line} | {text}\n{margin} | {indent}^")?;
+            }
+        }
+        if self.help.is_empty() { Ok(()) } else { write!(f, "\n  help: {}", self.help) }
+    }
+}
+
+/// Everything wrong with one or more files, found at once.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Mistakes(pub Vec<Mistake>);
+
+impl Mistakes {
+    /// `value` if there are none.
+    pub fn or<T>(self, value: T) -> Result<T, Mistakes> {
+        if self.0.is_empty() { Ok(value) } else { Err(self) }
+    }
+}
+
+impl fmt::Display for Mistakes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, mistake) in self.0.iter().enumerate() {
+            if index > 0 {
+                f.write_str("\n\n")?;
+            }
+            write!(f, "{mistake}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Mistakes {}
+
+/// The entry of `known` that `found` was probably meant to be, as a help text.
+pub fn did_you_mean(found: &str, known: &[&str]) -> String {
+    let nearest = known.iter().min_by_key(|it| distance(found, it));
+    match nearest {
+        Some(it) if distance(found, it) <= 3 => format!("did you mean `{it}`?"),
+        _ => format!("known: {}", known.join(", ")),
+    }
+}
+
+/// Edit distance (Levenshtein), in characters.
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, cb) in b.iter().enumerate() {
+            let substitution = diagonal + usize::from(ca != *cb);
+            diagonal = row[j + 1];
+            row[j + 1] = substitution.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mistake_names_file_line_and_column() {
+        let source = Source { path: "config/x.toml".into(), text: "a = 1\nbcd = 2\n".into() };
+        let mistake = source.mistake(Some(8..9), "found 2, expected 3", "write 3");
+        assert_eq!(
+            mistake.to_string(),
+            "config/x.toml:2:3: found 2, expected 3\n  |\n2 | bcd = 2\n  |   ^\n  help: write 3"
+        );
+    }
+
+    #[test]
+    fn the_nearest_name_is_offered() {
+        assert_eq!(did_you_mean("lnad", &["land", "stop"]), "did you mean `land`?");
+        assert_eq!(did_you_mean("fly", &["return_home", "takeoff"]), "known: return_home, takeoff");
+    }
+}

@@ -1,0 +1,248 @@
+//! A mission as a human writes it: objectives to reach and areas that lie in the way.
+
+use std::ops::Range;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::area::{Area, AreaKind};
+use crate::file::{Mistake, Mistakes, Source};
+use crate::geometry::Ned;
+
+/// A mission that may be flown; [`Mission::read`] is the only way to obtain one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mission {
+    /// For humans.
+    pub name: String,
+    /// In the order they are attempted, at least one.
+    pub objectives: Vec<Objective>,
+    /// Areas with distinct names.
+    pub areas: Vec<Area>,
+}
+
+/// A state to reach.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Objective {
+    /// Unique within the mission.
+    pub name: String,
+    /// Where to be.
+    pub position: Ned,
+    /// Whether to be in the air there.
+    pub flying: bool,
+}
+
+/// Heights above the origin are believable up to here; a typing mistake beyond.
+const HIGHEST_M: f64 = 10_000.0;
+/// Distances from the origin are believable up to here.
+const FARTHEST_M: f64 = 100_000.0;
+
+impl Mission {
+    /// Parses and checks a mission file; every mistake it can find is told at once.
+    pub fn read(source: &Source) -> Result<Mission, Mistakes> {
+        let file: MissionFile = source.parse()?;
+        let mut check = Checker { source, mistakes: Vec::new() };
+        let objectives: Vec<_> = file.objective.iter().map(|it| check.objective(it)).collect();
+        let areas: Vec<_> = file.area.iter().map(|it| check.area(it)).collect();
+        check.distinct("objective", file.objective.iter().map(|it| &it.name));
+        check.distinct("area", file.area.iter().map(|it| &it.name));
+        if objectives.is_empty() {
+            check.say(None, "a mission without objectives", "add an [[objective]]");
+        }
+        Mistakes(check.mistakes).or(Mission { name: file.name, objectives, areas })
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MissionFile {
+    name: String,
+    #[serde(default)]
+    objective: Vec<ObjectiveEntry>,
+    #[serde(default)]
+    area: Vec<AreaEntry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ObjectiveEntry {
+    name: Spanned<String>,
+    north_m: Spanned<f64>,
+    east_m: Spanned<f64>,
+    /// Above the take-off point.
+    height_m: Spanned<f64>,
+    flying: bool,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AreaEntry {
+    name: Spanned<String>,
+    kind: Kind,
+    /// `[north, east]` each.
+    corners_m: Spanned<Vec<[f64; 2]>>,
+    floor_m: Option<Spanned<f64>>,
+    ceiling_m: Option<Spanned<f64>>,
+    from_utc: Option<Spanned<String>>,
+    until_utc: Option<Spanned<String>>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Kind {
+    Permission,
+    KeepOut,
+}
+
+struct Checker<'a> {
+    source: &'a Source,
+    mistakes: Vec<Mistake>,
+}
+
+impl Checker<'_> {
+    fn say(&mut self, span: Option<Range<usize>>, message: impl Into<String>, help: &str) {
+        self.mistakes.push(self.source.mistake(span, message, help));
+    }
+
+    fn objective(&mut self, it: &ObjectiveEntry) -> Objective {
+        let height_m = self.within("height_m", &it.height_m, -HIGHEST_M, HIGHEST_M);
+        if it.flying && height_m <= 0.0 {
+            let message = format!("objective `{}` is inside the ground: it flies at height {height_m} m", it.name.as_ref());
+            self.say(Some(it.height_m.span()), message, "a flying objective has a height above 0, the take-off point's");
+        } else if !it.flying && height_m < 0.0 {
+            let message = format!("objective `{}` is inside the ground: it stands at height {height_m} m", it.name.as_ref());
+            self.say(Some(it.height_m.span()), message, "an objective on the ground has height 0 or more");
+        }
+        Objective {
+            name: it.name.as_ref().clone(),
+            position: Ned::new(
+                self.within("north_m", &it.north_m, -FARTHEST_M, FARTHEST_M),
+                self.within("east_m", &it.east_m, -FARTHEST_M, FARTHEST_M),
+                -height_m,
+            ),
+            flying: it.flying,
+        }
+    }
+
+    fn area(&mut self, it: &AreaEntry) -> Area {
+        let area = Area {
+            name: it.name.as_ref().clone(),
+            kind: match it.kind {
+                Kind::Permission => AreaKind::Permission,
+                Kind::KeepOut => AreaKind::KeepOut,
+            },
+            corners: it.corners_m.as_ref().iter().map(|&[north, east]| Ned::new(north, east, 0.0)).collect(),
+            floor_m: it.floor_m.as_ref().map(|it| self.within("floor_m", it, -HIGHEST_M, HIGHEST_M)),
+            ceiling_m: it.ceiling_m.as_ref().map(|it| self.within("ceiling_m", it, -HIGHEST_M, HIGHEST_M)),
+            from_utc_ms: it.from_utc.as_ref().and_then(|it| self.moment(it)),
+            until_utc_ms: it.until_utc.as_ref().and_then(|it| self.moment(it)),
+        };
+        let corners = Some(it.corners_m.span());
+        if !area.corners.iter().all(|it| it.is_sound() && it.horizontal_distance_m(Ned::default()) <= 2.0 * FARTHEST_M) {
+            self.say(corners, format!("area `{}` has a corner out of range", area.name), "corners are metres [north, east]");
+        } else if !area.is_simple() {
+            let message = format!("area `{}` crosses itself or has fewer than three corners", area.name);
+            self.say(corners, message, "list at least three corners in order round the area");
+        }
+        if let (Some(floor), Some(ceiling)) = (area.floor_m, area.ceiling_m)
+            && ceiling <= floor
+        {
+            let span = it.ceiling_m.as_ref().map(Spanned::span);
+            self.say(span, format!("area `{}` has its ceiling {ceiling} m not above its floor {floor} m", area.name), "");
+        }
+        if let (Some(from), Some(until)) = (area.from_utc_ms, area.until_utc_ms)
+            && until <= from
+        {
+            let span = it.until_utc.as_ref().map(Spanned::span);
+            self.say(span, format!("area `{}` ends before it begins", area.name), "");
+        }
+        area
+    }
+
+    fn within(&mut self, key: &str, value: &Spanned<f64>, least: f64, most: f64) -> f64 {
+        let number = *value.as_ref();
+        if !(least..=most).contains(&number) {
+            let message = format!("`{key}` is {number}, expected metres between {least} and {most}");
+            self.say(Some(value.span()), message, "");
+        }
+        number
+    }
+
+    fn moment(&mut self, text: &Spanned<String>) -> Option<i64> {
+        let parsed = humantime::parse_rfc3339_weak(text.as_ref()).ok();
+        let millis = parsed.and_then(|it| it.duration_since(std::time::UNIX_EPOCH).ok()).map(|it| it.as_millis() as i64);
+        if millis.is_none() {
+            let message = format!("found `{}`, expected a UTC date and time", text.as_ref());
+            self.say(Some(text.span()), message, "write it like 2026-05-01T08:00:00Z");
+        }
+        millis
+    }
+
+    fn distinct<'n>(&mut self, what: &str, names: impl Iterator<Item = &'n Spanned<String>>) {
+        let mut seen: Vec<&str> = Vec::new();
+        for name in names {
+            if seen.contains(&name.as_ref().as_str()) {
+                self.say(Some(name.span()), format!("two {what}s with the name `{}`", name.as_ref()), "give each its own");
+            }
+            seen.push(name.as_ref());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = r#"
+name = "there"
+[[objective]]
+name = "deliver"
+north_m = 0.0
+east_m = 500.0
+height_m = 0.0
+flying = false
+[[area]]
+name = "A"
+kind = "permission"
+corners_m = [[-90.0, 110.0], [90.0, 110.0], [90.0, 290.0], [-90.0, 290.0]]
+from_utc = "2026-05-01T08:00:00Z"
+"#;
+
+    fn read(text: &str) -> Result<Mission, Mistakes> {
+        Mission::read(&Source { path: "m.toml".into(), text: text.into() })
+    }
+
+    #[test]
+    fn a_good_file_is_a_mission() {
+        let mission = read(GOOD).unwrap();
+        assert_eq!(mission.objectives[0].position, Ned::new(0.0, 500.0, 0.0));
+        assert_eq!(mission.areas[0].from_utc_ms, Some(1_777_622_400_000));
+    }
+
+    #[test]
+    fn every_mistake_is_told_with_its_place() {
+        #[track_caller]
+        fn check(find: &str, replace: &str, expected: &str) {
+            assert!(GOOD.contains(find), "the test's own text lacks `{find}`");
+            let error = read(&GOOD.replacen(find, replace, 1)).unwrap_err().to_string();
+            assert!(error.starts_with(expected), "expected `{expected}`, got `{error}`");
+        }
+        check("east_m = 500.0\n", "", "m.toml:3:1: missing field `east_m`");
+        check("flying = false", "flying = false\nspeed = 3", "m.toml:9:1: unknown field `speed`, expected one of");
+        check("flying = false", "flying = 0", "m.toml:8:10: invalid type: integer `0`, expected a boolean");
+        check("500.0", "5e9", "m.toml:6:10: `east_m` is 5000000000, expected metres between");
+        check("500.0", "nan", "m.toml:6:10: `east_m` is NaN, expected metres between");
+        check("height_m = 0.0", "height_m = -2.0", "m.toml:7:12: objective `deliver` is inside the ground");
+        check("flying = false", "flying = true", "m.toml:7:12: objective `deliver` is inside the ground");
+        check("[90.0, 110.0], [90.0, 290.0]", "[90.0, 290.0], [90.0, 110.0]", "m.toml:12:13: area `A` crosses itself");
+        check("2026-05-01T08:00:00Z", "tomorrow", "m.toml:13:12: found `tomorrow`, expected a UTC date");
+        check("kind = \"permission\"", "kind = \"open\"", "m.toml:11:8: unknown variant `open`");
+        check("name = \"there\"", "name = \"there", "m.toml:2:14: ");
+    }
+
+    #[test]
+    fn two_objectives_with_one_name_are_refused() {
+        let twice = format!("{GOOD}[[objective]]\nname = \"deliver\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n");
+        let error = read(&twice).unwrap_err().to_string();
+        assert!(error.starts_with("m.toml:15:8: two objectives with the name `deliver`"), "{error}");
+    }
+}

@@ -1,0 +1,43 @@
+//! Canonical proto3 JSON of any message, by reflection.
+
+use std::sync::LazyLock;
+
+use prost::{Message, Name};
+use prost_reflect::{DescriptorPool, DynamicMessage, SerializeOptions};
+
+static POOL: LazyLock<DescriptorPool> = LazyLock::new(|| {
+    let bytes = include_bytes!(concat!(env!("OUT_DIR"), "/descriptor.bin"));
+    DescriptorPool::decode(bytes.as_slice()).expect("the descriptor set was written by this crate's build script")
+});
+
+/// The message as canonical proto3 JSON: lowerCamelCase names, enums by name, 64-bit integers as
+/// strings. Fields at their default are written too, so that a reader sees `false` and `0`.
+pub fn to_json<M: Message + Name>(message: &M) -> serde_json::Value {
+    let descriptor = POOL.get_message_by_name(&M::full_name()).expect("every compiled message is in the pool");
+    let mut dynamic = DynamicMessage::new(descriptor);
+    dynamic.transcode_from(message).expect("a message transcodes into its own descriptor");
+    let options = SerializeOptions::new().skip_default_fields(false);
+    dynamic
+        .serialize_with_options(serde_json::value::Serializer, &options)
+        .expect("a message of known fields serialises")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::v1;
+
+    #[test]
+    fn enums_go_by_name_and_defaults_are_shown() {
+        let json = to_json(&v1::ObjectiveReport { name: "deliver".into(), state: 2, ..Default::default() });
+        assert_eq!(json["state"], "OBJECTIVE_STATE_SUCCESS");
+        assert_eq!(json["planSteps"], 0);
+    }
+
+    #[test]
+    fn not_a_number_survives() {
+        let json = to_json(&v1::Ned { north_m: f64::NAN, east_m: f64::INFINITY, down_m: 1.0 });
+        assert_eq!(json["northM"], "NaN");
+        assert_eq!(json["eastM"], "Infinity");
+    }
+}

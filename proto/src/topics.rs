@@ -1,0 +1,253 @@
+//! Every key expression with its message type and its quality of service, in one table.
+//!
+//! A new topic is one line in [`Topic`]'s table, a new request one line in [`Service`]'s; the
+//! enums [`Message`], [`Request`] and [`Response`] follow from them, so a match over what a
+//! process receives is complete or does not compile.
+//!
+//! Keys are relative to the vehicle's namespace, `kw/<vehicle>`.
+
+use prost::Message as _;
+
+use crate::v1;
+
+/// How a topic travels. Chosen in the table below and nowhere else.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Qos {
+    /// Telemetry: dropped under pressure, low priority, the receiver keeps the newest only.
+    Sampled,
+    /// Refreshed state: the receiver keeps the newest only.
+    State,
+    /// Rare changes and events: queued in order at the receiver, never replaced by newer ones.
+    Transition,
+    /// Commands: high priority, express, queued. Correctness rests on acknowledgement, deadline
+    /// and id, never on the transport's blocking.
+    Command,
+}
+
+impl Qos {
+    /// Whether a receiver only wants the newest sample.
+    pub fn keeps_newest_only(self) -> bool {
+        matches!(self, Qos::Sampled | Qos::State)
+    }
+}
+
+/// A payload that is not the message its key promises.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Malformed {
+    /// The key it came on.
+    pub key: &'static str,
+    /// What the decoder said.
+    pub cause: String,
+}
+
+impl std::fmt::Display for Malformed {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "payload on `{}` is malformed: {}", self.key, self.cause)
+    }
+}
+
+impl std::error::Error for Malformed {}
+
+macro_rules! topics {
+    ($($(#[$doc:meta])* $name:ident $key:literal $qos:ident;)*) => {
+        /// A topic: a key with one message type and one quality of service.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum Topic { $($(#[$doc])* $name,)* }
+
+        impl Topic {
+            /// Every topic there is.
+            pub const ALL: &[Topic] = &[$(Topic::$name),*];
+
+            /// The key, relative to the vehicle's namespace.
+            pub const fn key(self) -> &'static str {
+                match self { $(Topic::$name => $key,)* }
+            }
+
+            /// How it travels.
+            pub const fn qos(self) -> Qos {
+                match self { $(Topic::$name => Qos::$qos,)* }
+            }
+
+            /// The full protobuf name of its message.
+            pub fn type_name(self) -> String {
+                match self { $(Topic::$name => <v1::$name as prost::Name>::full_name(),)* }
+            }
+        }
+
+        /// A message of any topic.
+        #[derive(Debug, Clone, PartialEq)]
+        pub enum Message { $($(#[$doc])* $name(v1::$name),)* }
+
+        impl Message {
+            /// The topic it belongs to.
+            pub fn topic(&self) -> Topic {
+                match self { $(Message::$name(_) => Topic::$name,)* }
+            }
+
+            /// Its bytes on the wire.
+            pub fn encode(&self) -> Vec<u8> {
+                match self { $(Message::$name(it) => it.encode_to_vec(),)* }
+            }
+
+            /// The message of `topic` in `bytes`.
+            pub fn decode(topic: Topic, bytes: &[u8]) -> Result<Message, Malformed> {
+                Ok(match topic { $(Topic::$name => Message::$name(decode($key, bytes)?),)* })
+            }
+
+            /// Canonical proto3 JSON.
+            pub fn to_json(&self) -> serde_json::Value {
+                match self { $(Message::$name(it) => crate::json::to_json(it),)* }
+            }
+        }
+
+        $(impl From<v1::$name> for Message {
+            fn from(it: v1::$name) -> Message { Message::$name(it) }
+        })*
+    };
+}
+
+topics! {
+    /// Commands to the autopilot; each is answered by a [`Topic::VehicleCommandAck`].
+    VehicleCommand "fmu/in/vehicle_command" Command;
+    /// The offboard proof of life.
+    OffboardControlMode "fmu/in/offboard_control_mode" Command;
+    /// Where, or how, to fly offboard; streamed with the proof of life.
+    TrajectorySetpoint "fmu/in/trajectory_setpoint" Command;
+    /// One per command.
+    VehicleCommandAck "fmu/out/vehicle_command_ack" Transition;
+    /// 2 Hz and on every change.
+    VehicleStatus "fmu/out/vehicle_status" Transition;
+    /// 240 Hz.
+    VehicleAttitude "fmu/out/vehicle_attitude" Sampled;
+    /// 123 Hz.
+    VehicleLocalPosition "fmu/out/vehicle_local_position" Sampled;
+    /// 123 Hz.
+    VehicleGlobalPosition "fmu/out/vehicle_global_position" Sampled;
+    /// 1 Hz and on every change.
+    VehicleLandDetected "fmu/out/vehicle_land_detected" Transition;
+    /// 99 Hz.
+    BatteryStatus "fmu/out/battery_status" Sampled;
+    /// Other traffic, 1 Hz each.
+    TransponderReport "fmu/out/transponder_report" Transition;
+    /// What became of a skill.
+    SkillEvent "skill/event" Transition;
+    /// 10 Hz while a skill executes.
+    SkillFeedback "skill/feedback" State;
+    /// 100 Hz.
+    Introspection "monitor/introspection" Sampled;
+    /// A flag rose or fell; published by the monitor, and by the injector by hand.
+    FlagEvent "monitor/flag" Transition;
+    /// What the control tower has decided.
+    PermissionLedger "permission/ledger" Transition;
+    /// Objectives, areas and plan.
+    PlannerStatus "planner/status" Transition;
+    /// What the mission manager does.
+    McmStatus "mcm/status" Transition;
+    /// What the mission manager decided and why.
+    DecisionRecord "mcm/decision" Transition;
+    /// The tree with its statuses, 2 Hz.
+    TreeSnapshot "mcm/tree" State;
+    /// Each process's proof of progress, 2 Hz.
+    Heartbeat "health" Transition;
+}
+
+macro_rules! services {
+    ($($(#[$doc:meta])* $name:ident $key:literal $request:ident => $response:ident;)*) => {
+        /// A request with exactly one reply.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum Service { $($(#[$doc])* $name,)* }
+
+        impl Service {
+            /// Every service there is.
+            pub const ALL: &[Service] = &[$(Service::$name),*];
+
+            /// The key, relative to the vehicle's namespace.
+            pub const fn key(self) -> &'static str {
+                match self { $(Service::$name => $key,)* }
+            }
+        }
+
+        /// A request to any service.
+        #[derive(Debug, Clone, PartialEq)]
+        pub enum Request { $($(#[$doc])* $name(v1::$request),)* }
+
+        impl Request {
+            /// The service it is for.
+            pub fn service(&self) -> Service {
+                match self { $(Request::$name(_) => Service::$name,)* }
+            }
+
+            /// Its bytes on the wire.
+            pub fn encode(&self) -> Vec<u8> {
+                match self { $(Request::$name(it) => it.encode_to_vec(),)* }
+            }
+
+            /// The request to `service` in `bytes`.
+            pub fn decode(service: Service, bytes: &[u8]) -> Result<Request, Malformed> {
+                Ok(match service { $(Service::$name => Request::$name(decode($key, bytes)?),)* })
+            }
+        }
+
+        /// The reply of any service.
+        #[derive(Debug, Clone, PartialEq)]
+        pub enum Response { $($(#[$doc])* $name(v1::$response),)* }
+
+        impl Response {
+            /// Its bytes on the wire.
+            pub fn encode(&self) -> Vec<u8> {
+                match self { $(Response::$name(it) => it.encode_to_vec(),)* }
+            }
+
+            /// The reply of `service` in `bytes`.
+            pub fn decode(service: Service, bytes: &[u8]) -> Result<Response, Malformed> {
+                Ok(match service { $(Service::$name => Response::$name(decode($key, bytes)?),)* })
+            }
+        }
+    };
+}
+
+services! {
+    /// Start a skill.
+    Skill "skill/request" SkillRequest => SkillReply;
+    /// Cancel a skill.
+    SkillCancel "skill/cancel" SkillCancelRequest => SkillCancelReply;
+    /// Ask what runs and what became of recent skills.
+    SkillTable "skill/table" SkillTableRequest => SkillTable;
+    /// Ask for a plan.
+    Replan "planner/replan" ReplanRequest => ReplanReply;
+    /// Fetch the step after the present one.
+    NextStep "planner/next" NextStepRequest => NextStepReply;
+    /// Say that a step has been flown.
+    StepDone "planner/done" StepDone => StepDoneReply;
+    /// Ask to enter an area.
+    Permission "permission/request" PermissionRequest => PermissionReceipt;
+    /// Decide about an area by hand.
+    Decide "permission/decide" DecideRequest => DecideReply;
+    /// Inject a fault into the simulator.
+    Fault "sim/fault" FaultRequest => FaultReply;
+}
+
+fn decode<M: prost::Message + Default>(key: &'static str, bytes: &[u8]) -> Result<M, Malformed> {
+    M::decode(bytes).map_err(|cause| Malformed { key, cause: cause.to_string() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_key_is_used_once() {
+        let keys: Vec<_> = Topic::ALL.iter().map(|it| it.key()).chain(Service::ALL.iter().map(|it| it.key())).collect();
+        let distinct: BTreeSet<_> = keys.iter().collect();
+        assert_eq!(distinct.len(), keys.len(), "two entries share a key: {keys:?}");
+    }
+
+    #[test]
+    fn a_message_survives_the_wire_and_garbage_is_refused() {
+        let message = Message::from(v1::FlagEvent { name: "battery_low".into(), raised: true, ..Default::default() });
+        assert_eq!(Message::decode(message.topic(), &message.encode()), Ok(message));
+        let refused = Message::decode(Topic::FlagEvent, &[0xff; 3]).unwrap_err();
+        assert_eq!(refused.key, "monitor/flag");
+    }
+}
