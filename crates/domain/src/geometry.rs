@@ -40,11 +40,7 @@ impl Ned {
     /// The point `fraction` of the way to `other` (0 here, 1 there).
     pub fn towards(self, other: Ned, fraction: f64) -> Ned {
         let mix = |a: f64, b: f64| a + (b - a) * fraction;
-        Ned::new(
-            mix(self.north_m, other.north_m),
-            mix(self.east_m, other.east_m),
-            mix(self.down_m, other.down_m),
-        )
+        Ned::new(mix(self.north_m, other.north_m), mix(self.east_m, other.east_m), mix(self.down_m, other.down_m))
     }
 
     /// Whether every coordinate is a number and within the reach of any aircraft (1,000 km).

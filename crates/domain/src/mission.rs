@@ -106,10 +106,16 @@ impl Checker<'_> {
     fn objective(&mut self, it: &ObjectiveEntry) -> Objective {
         let height_m = self.within("height_m", &it.height_m, -HIGHEST_M, HIGHEST_M);
         if it.flying && height_m <= 0.0 {
-            let message = format!("objective `{}` is inside the ground: it flies at height {height_m} m", it.name.as_ref());
-            self.say(Some(it.height_m.span()), message, "a flying objective has a height above 0, the take-off point's");
+            let message =
+                format!("objective `{}` is inside the ground: it flies at height {height_m} m", it.name.as_ref());
+            self.say(
+                Some(it.height_m.span()),
+                message,
+                "a flying objective has a height above 0, the take-off point's",
+            );
         } else if !it.flying && height_m < 0.0 {
-            let message = format!("objective `{}` is inside the ground: it stands at height {height_m} m", it.name.as_ref());
+            let message =
+                format!("objective `{}` is inside the ground: it stands at height {height_m} m", it.name.as_ref());
             self.say(Some(it.height_m.span()), message, "an objective on the ground has height 0 or more");
         }
         Objective {
@@ -137,8 +143,13 @@ impl Checker<'_> {
             until_utc_ms: it.until_utc.as_ref().and_then(|it| self.moment(it)),
         };
         let corners = Some(it.corners_m.span());
-        if !area.corners.iter().all(|it| it.is_sound() && it.horizontal_distance_m(Ned::default()) <= 2.0 * FARTHEST_M) {
-            self.say(corners, format!("area `{}` has a corner out of range", area.name), "corners are metres [north, east]");
+        if !area.corners.iter().all(|it| it.is_sound() && it.horizontal_distance_m(Ned::default()) <= 2.0 * FARTHEST_M)
+        {
+            self.say(
+                corners,
+                format!("area `{}` has a corner out of range", area.name),
+                "corners are metres [north, east]",
+            );
         } else if !area.is_simple() {
             let message = format!("area `{}` crosses itself or has fewer than three corners", area.name);
             self.say(corners, message, "list at least three corners in order round the area");
@@ -147,7 +158,11 @@ impl Checker<'_> {
             && ceiling <= floor
         {
             let span = it.ceiling_m.as_ref().map(Spanned::span);
-            self.say(span, format!("area `{}` has its ceiling {ceiling} m not above its floor {floor} m", area.name), "");
+            self.say(
+                span,
+                format!("area `{}` has its ceiling {ceiling} m not above its floor {floor} m", area.name),
+                "",
+            );
         }
         if let (Some(from), Some(until)) = (area.from_utc_ms, area.until_utc_ms)
             && until <= from
@@ -169,7 +184,8 @@ impl Checker<'_> {
 
     fn moment(&mut self, text: &Spanned<String>) -> Option<i64> {
         let parsed = humantime::parse_rfc3339_weak(text.as_ref()).ok();
-        let millis = parsed.and_then(|it| it.duration_since(std::time::UNIX_EPOCH).ok()).map(|it| it.as_millis() as i64);
+        let millis =
+            parsed.and_then(|it| it.duration_since(std::time::UNIX_EPOCH).ok()).map(|it| it.as_millis() as i64);
         if millis.is_none() {
             let message = format!("found `{}`, expected a UTC date and time", text.as_ref());
             self.say(Some(text.span()), message, "write it like 2026-05-01T08:00:00Z");
@@ -181,7 +197,11 @@ impl Checker<'_> {
         let mut seen: Vec<&str> = Vec::new();
         for name in names {
             if seen.contains(&name.as_ref().as_str()) {
-                self.say(Some(name.span()), format!("two {what}s with the name `{}`", name.as_ref()), "give each its own");
+                self.say(
+                    Some(name.span()),
+                    format!("two {what}s with the name `{}`", name.as_ref()),
+                    "give each its own",
+                );
             }
             seen.push(name.as_ref());
         }
@@ -241,7 +261,8 @@ from_utc = "2026-05-01T08:00:00Z"
 
     #[test]
     fn two_objectives_with_one_name_are_refused() {
-        let twice = format!("{GOOD}[[objective]]\nname = \"deliver\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n");
+        let twice =
+            format!("{GOOD}[[objective]]\nname = \"deliver\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n");
         let error = read(&twice).unwrap_err().to_string();
         assert!(error.starts_with("m.toml:15:8: two objectives with the name `deliver`"), "{error}");
     }

@@ -53,7 +53,11 @@ impl Fraction {
 impl TryFrom<f64> for Fraction {
     type Error = String;
     fn try_from(it: f64) -> Result<Fraction, String> {
-        if (0.0..=1.0).contains(&it) { Ok(Fraction(it)) } else { Err(format!("found {it}, expected a fraction from 0 to 1")) }
+        if (0.0..=1.0).contains(&it) {
+            Ok(Fraction(it))
+        } else {
+            Err(format!("found {it}, expected a fraction from 0 to 1"))
+        }
     }
 }
 

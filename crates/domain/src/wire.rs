@@ -182,11 +182,7 @@ mod tests {
             yaw_rad: None,
             hold_at_target: false,
         });
-        check(Goal::Velocity {
-            velocity: NedVelocity::new(0.0, f64::NAN, 0.0),
-            yaw_rate_rad_s: None,
-            timeout_s: None,
-        });
+        check(Goal::Velocity { velocity: NedVelocity::new(0.0, f64::NAN, 0.0), yaw_rate_rad_s: None, timeout_s: None });
         assert_eq!(Goal::try_from(v1::SkillGoal { goal: None }), Err(Senseless::Missing("goal")));
     }
 }

@@ -146,8 +146,7 @@ impl<'a> VirtualBus<'a> {
         let topic = message.topic();
         for (index, node) in self.nodes.iter().enumerate() {
             if node.subscriptions().contains(&topic) {
-                self.queue
-                    .push_back((index, Event::Message { vehicle: vehicle.clone(), message: message.clone() }));
+                self.queue.push_back((index, Event::Message { vehicle: vehicle.clone(), message: message.clone() }));
             }
         }
     }

@@ -1,0 +1,127 @@
+//! What raises a flag: a fact about the vehicle that has held for a while.
+
+use serde::Deserialize;
+
+use crate::quantity::Positive;
+
+/// A fact about the vehicle, evaluated by the monitor whenever data arrives.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "fact", deny_unknown_fields)]
+pub enum Rule {
+    /// A value is below a threshold.
+    Below {
+        /// Which value.
+        value: Quantity,
+        /// The threshold, in the value's unit.
+        threshold: f64,
+        /// It counts as gone from here on; must be at or above the threshold, so that it does not flap.
+        clear: f64,
+        /// How long it must hold, in seconds of mission time.
+        for_s: f64,
+        /// In which situation it counts.
+        during: During,
+    },
+    /// A value is above a threshold.
+    Above {
+        /// Which value.
+        value: Quantity,
+        /// The threshold, in the value's unit.
+        threshold: f64,
+        /// It counts as gone from here on; must be at or below the threshold.
+        clear: f64,
+        /// How long it must hold, in seconds of mission time.
+        for_s: f64,
+        /// In which situation it counts.
+        during: During,
+    },
+    /// The vehicle reports a condition.
+    Reported {
+        /// Which condition.
+        condition: Condition,
+        /// How long it must hold, in seconds of mission time.
+        for_s: f64,
+        /// In which situation it counts.
+        during: During,
+    },
+    /// A source has gone quiet.
+    Stale {
+        /// Which source.
+        source: DataSource,
+        /// For how long, in seconds; never less than 250 ms of wall time.
+        after_s: Positive,
+        /// In which situation it counts.
+        during: During,
+    },
+}
+
+/// In which situation a fact counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum During {
+    /// At any time.
+    Always,
+    /// While the vehicle is armed.
+    Armed,
+    /// While it flies.
+    Flying,
+}
+
+/// A value of the vehicle that a threshold can be set on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Quantity {
+    /// Battery charge, 0 empty to 1 full.
+    BatteryRemaining,
+    /// Battery voltage, volts.
+    BatteryVoltage,
+    /// Battery temperature, degrees Celsius.
+    BatteryTemperature,
+    /// Horizontal standard deviation of the position, metres.
+    HorizontalAccuracy,
+    /// Vertical standard deviation of the position, metres.
+    VerticalAccuracy,
+    /// Height above the origin, metres.
+    Height,
+    /// Distance over ground from the origin, metres.
+    DistanceHome,
+    /// Speed over ground, metres per second.
+    GroundSpeed,
+    /// Angle between the thrust axis and the vertical, radians.
+    Tilt,
+}
+
+/// A condition the vehicle itself reports.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Condition {
+    /// The estimator does not vouch for the position, or says that it failed.
+    EstimatorInvalid,
+    /// The offboard proof of life was lost.
+    OffboardSignalLost,
+    /// Satellite navigation was lost.
+    GnssLost,
+    /// A motor failed.
+    MotorFailure,
+    /// The battery reports a fault.
+    BatteryFailure,
+    /// The link to the ground was lost.
+    GroundLinkLost,
+}
+
+/// A stream of data from the vehicle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DataSource {
+    /// `vehicle_status`.
+    Status,
+    /// `vehicle_attitude`.
+    Attitude,
+    /// `vehicle_local_position`.
+    LocalPosition,
+    /// `vehicle_global_position`.
+    GlobalPosition,
+    /// `vehicle_land_detected`.
+    LandDetected,
+    /// `battery_status`.
+    Battery,
+}
