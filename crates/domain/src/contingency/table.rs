@@ -180,7 +180,7 @@ then = "resume"
         check("for_s = 1.0", "for_s = -1.0", "c.toml:6:9: a number of this rule is out of range");
         check("battery-remaining", "battery-left", "c.toml:6:9: unknown variant `battery-left`, expected one of");
         check("\"never\"", "\"sometimes\"", "c.toml:9:10: unknown variant `sometimes`");
-        check("\"transition_failed\"", "\"battery_low\"", "c.toml:12:8: two rows for the flag `battery_low`");
+        check("\"transition_failed\"", "\"battery_low\"", "c.toml:13:8: two rows for the flag `battery_low`");
         check("\"transition_failed\"", "\"trans\"", "c.toml: no row for the flag `transition_failed`");
         check("\"battery_low\"", "\"Battery Low\"", "c.toml:3:8: `Battery Low` is no flag name");
     }
