@@ -1,1 +1,84 @@
-//! bus
+//! The only crate that knows zenoh: runs a [`node::Node`] over the real transport.
+//!
+//! One loop on one thread per process. Zenoh's callbacks only decode and hand over into the
+//! [`mailbox`] (the newest sample of a telemetry topic, a bounded queue for the rest), so a slow
+//! node never blocks the transport; the loop takes everything that arrived together, shows it to
+//! the node event by event, lets it act, and performs its effects. It never waits for a peer.
+
+use std::time::Duration;
+
+mod calls;
+mod clock;
+mod inbox;
+mod keys;
+mod mailbox;
+mod outbox;
+mod router;
+mod run;
+mod session;
+mod stop;
+mod trace;
+
+pub use clock::Clock;
+pub use router::run_router;
+pub use run::run;
+pub use stop::Stop;
+
+/// Where a process stands: on a vehicle, or on the ground and in sight of all vehicles.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Scope {
+    /// Speaks within the namespace of one vehicle.
+    Vehicle(String),
+    /// Receives from every vehicle and names one when it publishes.
+    Fleet,
+}
+
+/// How to get onto the bus.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Link {
+    /// Locators of the router, such as `tcp/127.0.0.1:7447`; the first that answers is used.
+    pub connect: Vec<String>,
+    /// Where the process stands.
+    pub scope: Scope,
+    /// How long to try before giving up, in wall time.
+    pub open_timeout: Duration,
+}
+
+/// Why a process could not get onto the bus, or stay on it.
+#[derive(Debug, thiserror::Error)]
+pub enum BusError {
+    /// No router answered.
+    #[error("no router reached at {locators} within {waited:?}: {cause}")]
+    Unreachable {
+        /// What was tried.
+        locators: String,
+        /// For how long.
+        waited: Duration,
+        /// What zenoh said last.
+        cause: String,
+    },
+    /// The router could not listen.
+    #[error("cannot listen on {locators}: {cause}")]
+    Listen {
+        /// What was tried.
+        locators: String,
+        /// What zenoh said.
+        cause: String,
+    },
+    /// A declaration was refused.
+    #[error("cannot declare `{key}`: {cause}")]
+    Declare {
+        /// The key.
+        key: String,
+        /// What zenoh said.
+        cause: String,
+    },
+    /// A setting that this zenoh does not know: a mistake of ours, or another zenoh.
+    #[error("zenoh refuses the setting `{key}`: {cause}")]
+    Setting {
+        /// The setting's path.
+        key: &'static str,
+        /// What zenoh said.
+        cause: String,
+    },
+}

@@ -1,0 +1,40 @@
+//! The one place that reads a clock.
+
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use domain::time::{Now, Pace, Time};
+
+/// A process's clock: monotonic, counted from its creation, scaled by the speed factor.
+#[derive(Debug, Clone, Copy)]
+pub struct Clock {
+    start: Instant,
+    pace: Pace,
+}
+
+impl Clock {
+    /// Starts at zero.
+    pub fn start(pace: Pace) -> Clock {
+        Clock { start: Instant::now(), pace }
+    }
+
+    /// The present moment.
+    pub fn now(&self) -> Now {
+        let utc = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        Now { time: Time::after(self.pace.wall(self.start.elapsed())), utc_ms: utc.as_millis() as i64 }
+    }
+
+    /// When `time` comes, as a moment of the monotonic clock.
+    pub fn instant_of(&self, time: Time) -> Instant {
+        self.start + self.pace.to_wall(time.since_start())
+    }
+
+    /// Wall time since the start.
+    pub fn uptime(&self) -> Duration {
+        self.start.elapsed()
+    }
+
+    /// Mission time as wall time.
+    pub fn to_wall(&self, mission: Duration) -> Duration {
+        self.pace.to_wall(mission)
+    }
+}

@@ -1,0 +1,172 @@
+//! What comes in: subscribers, queryables and liveliness, each with a callback that only decodes
+//! and hands over.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard};
+
+use kittiwake_proto::topics::{Message, Request, Service, Topic};
+use node::{Event, Node, Token};
+use zenoh::query::Query;
+use zenoh::sample::SampleKind;
+use zenoh::{Session, Wait};
+
+use crate::mailbox::{Mail, Mailbox};
+use crate::{BusError, Scope, keys, trace};
+
+/// No message of ours comes near this; one that does is refused before it is decoded.
+const MAX_PAYLOAD: usize = 256 * 1024;
+
+/// Queries that wait for the node's answer.
+#[derive(Clone, Default)]
+pub(crate) struct OpenQueries(Arc<Mutex<(u64, HashMap<Token, Query>)>>);
+
+impl OpenQueries {
+    /// Takes the query out, to be answered.
+    pub(crate) fn take(&self, token: Token) -> Option<Query> {
+        self.lock().1.remove(&token)
+    }
+
+    fn keep(&self, query: Query) -> Token {
+        let mut inner = self.lock();
+        inner.0 += 1;
+        let token = Token(inner.0);
+        inner.1.insert(token, query);
+        token
+    }
+
+    fn lock(&self) -> MutexGuard<'_, (u64, HashMap<Token, Query>)> {
+        self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+}
+
+/// Declares everything the node wants to hear; the declarations live as long as the session.
+pub(crate) fn declare(
+    session: &Session,
+    scope: &Scope,
+    node: &dyn Node,
+    mailbox: &Mailbox,
+) -> Result<OpenQueries, BusError> {
+    for &topic in node.subscriptions() {
+        subscribe(session, scope, topic, &scope.listen(topic.key()), mailbox)?;
+        if topic == Topic::Heartbeat && *scope == Scope::Fleet {
+            // Ground processes speak for themselves, outside any vehicle's namespace.
+            subscribe(session, scope, topic, topic.key(), mailbox)?;
+        }
+    }
+    let queries = OpenQueries::default();
+    for &service in node.serves() {
+        serve(session, scope, service, &queries, mailbox)?;
+    }
+    Ok(queries)
+}
+
+/// Watches who is there; also tells who was there before.
+pub(crate) fn watch_peers(session: &Session, scope: &Scope, mailbox: &Mailbox) -> Result<(), BusError> {
+    let everyone = keys::alive("*", "*");
+    let mut watched = vec![scope.listen(&everyone)];
+    if *scope == Scope::Fleet {
+        watched.push(everyone);
+    }
+    for key in watched {
+        let (scope, mailbox) = (scope.clone(), mailbox.clone());
+        session
+            .liveliness()
+            .declare_subscriber(&key)
+            .history(true)
+            .callback(move |sample| {
+                let key = sample.key_expr().as_str();
+                if let Some((service, instance)) = keys::parse_alive(key) {
+                    let event = Event::Peer {
+                        vehicle: scope.vehicle_of(key),
+                        service: service.to_owned(),
+                        instance: instance.to_owned(),
+                        alive: sample.kind() == SampleKind::Put,
+                    };
+                    mailbox.push(Mail::Event(event, None));
+                }
+            })
+            .background()
+            .wait()
+            .map_err(|cause| BusError::Declare { key: key.clone(), cause: cause.to_string() })?;
+    }
+    Ok(())
+}
+
+fn subscribe(session: &Session, scope: &Scope, topic: Topic, key: &str, mailbox: &Mailbox) -> Result<(), BusError> {
+    let (scope, mailbox) = (scope.clone(), mailbox.clone());
+    session
+        .declare_subscriber(key)
+        .callback(move |sample| {
+            let key = sample.key_expr().as_str();
+            let payload = sample.payload();
+            if MAX_PAYLOAD < payload.len() {
+                return refuse(&mailbox, key, &format!("{} bytes, at most {MAX_PAYLOAD} expected", payload.len()));
+            }
+            let message = match Message::decode(topic, &payload.to_bytes()) {
+                Ok(message) => message,
+                Err(malformed) => return refuse(&mailbox, key, &malformed.cause),
+            };
+            let vehicle = scope.vehicle_of(key);
+            if topic.qos().keeps_newest_only() {
+                let event = Event::Message { vehicle: vehicle.clone(), message };
+                mailbox.push_newest(vehicle, topic, Mail::Event(event, None));
+            } else {
+                let parent = sample.attachment().and_then(|it| trace::read(&it.to_bytes())).map(|it| it.traceparent);
+                let parent = parent.filter(|it| !it.is_empty());
+                if !mailbox.push(Mail::Event(Event::Message { vehicle, message }, parent)) {
+                    tracing::error!(key, "queue full: message dropped");
+                }
+            }
+        })
+        .background()
+        .wait()
+        .map_err(|cause| BusError::Declare { key: key.to_owned(), cause: cause.to_string() })
+}
+
+fn serve(
+    session: &Session,
+    scope: &Scope,
+    service: Service,
+    queries: &OpenQueries,
+    mailbox: &Mailbox,
+) -> Result<(), BusError> {
+    let key = scope.listen(service.key());
+    let (scope, mailbox, queries) = (scope.clone(), mailbox.clone(), queries.clone());
+    session
+        .declare_queryable(&key)
+        .complete(true)
+        .callback(move |query| {
+            let key = query.key_expr().as_str().to_owned();
+            let payload = query.payload().map(|it| it.to_bytes().into_owned()).unwrap_or_default();
+            if MAX_PAYLOAD < payload.len() {
+                return refuse_query(&mailbox, query, &format!("{} bytes, at most {MAX_PAYLOAD}", payload.len()));
+            }
+            let request = match Request::decode(service, &payload) {
+                Ok(request) => request,
+                Err(malformed) => return refuse_query(&mailbox, query, &malformed.cause),
+            };
+            let parent = query.attachment().and_then(|it| trace::read(&it.to_bytes())).map(|it| it.traceparent);
+            let parent = parent.filter(|it| !it.is_empty());
+            let token = queries.keep(query);
+            let event = Event::Request { vehicle: scope.vehicle_of(&key), token, request };
+            if !mailbox.push(Mail::Event(event, parent)) {
+                // Dropping the query tells the caller at once that nobody answers.
+                drop(queries.take(token));
+            }
+        })
+        .background()
+        .wait()
+        .map_err(|cause| BusError::Declare { key: key.clone(), cause: cause.to_string() })
+}
+
+fn refuse(mailbox: &Mailbox, key: &str, why: &str) {
+    // Said once per process: whoever sends garbage sends a lot of it. The heartbeat has the count.
+    if mailbox.refuse() == 1 {
+        tracing::warn!(key, why, "message refused; further ones are only counted");
+    }
+}
+
+fn refuse_query(mailbox: &Mailbox, query: Query, why: &str) {
+    refuse(mailbox, query.key_expr().as_str(), why);
+    let _ = query.reply_err(why.to_owned()).wait();
+}

@@ -1,0 +1,166 @@
+//! Where zenoh's threads leave what arrived and the loop picks it up.
+//!
+//! Of a telemetry topic only the newest sample is kept; everything else queues in order up to a
+//! bound, beyond which it is dropped and counted, since a blocked callback would stall the link.
+
+use std::collections::{HashMap, VecDeque};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::time::Instant;
+
+use kittiwake_proto::topics::Topic;
+use node::{CallError, CallId, Event, VehicleId};
+
+use crate::trace::Parent;
+
+/// More than arrives in any burst that a healthy process lets pile up.
+const CAPACITY: usize = 4096;
+
+/// Something for the loop.
+#[derive(Debug)]
+pub(crate) enum Mail {
+    /// An event for the node, and the trace it belongs to.
+    Event(Event, Option<Parent>),
+    /// A request came in; its zenoh query waits in the inbox under the token.
+    Answer { call: CallId, attempt: u32, result: Result<Event, CallError> },
+    /// A query ended without any reply: nobody serves it at the moment.
+    Unserved { call: CallId, attempt: u32 },
+}
+
+/// Counters of what did not get through.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Losses {
+    pub(crate) dropped: u64,
+    pub(crate) malformed: u64,
+}
+
+#[derive(Clone, Default)]
+pub(crate) struct Mailbox(Arc<(Mutex<Inner>, Condvar)>);
+
+#[derive(Default)]
+struct Inner {
+    queue: VecDeque<Entry>,
+    newest: HashMap<(VehicleId, Topic), Mail>,
+    losses: Losses,
+    stopped: bool,
+}
+
+enum Entry {
+    Mail(Mail),
+    /// Stands for the newest sample, in the place of the first unread one.
+    Newest(VehicleId, Topic),
+}
+
+impl Mailbox {
+    /// Queues `mail`; false if it had to be dropped.
+    pub(crate) fn push(&self, mail: Mail) -> bool {
+        let mut inner = self.lock();
+        if CAPACITY <= inner.queue.len() {
+            inner.losses.dropped += 1;
+            return false;
+        }
+        inner.queue.push_back(Entry::Mail(mail));
+        self.0.1.notify_one();
+        true
+    }
+
+    /// Keeps `mail` as the newest sample of its topic, in place of an unread older one.
+    pub(crate) fn push_newest(&self, vehicle: VehicleId, topic: Topic, mail: Mail) {
+        let mut inner = self.lock();
+        if inner.newest.insert((vehicle.clone(), topic), mail).is_none() {
+            inner.queue.push_back(Entry::Newest(vehicle, topic));
+            self.0.1.notify_one();
+        }
+    }
+
+    /// Counts a message that was refused; true for the first.
+    pub(crate) fn refuse(&self) -> u64 {
+        let mut inner = self.lock();
+        inner.losses.malformed += 1;
+        inner.losses.malformed
+    }
+
+    /// What did not get through so far.
+    pub(crate) fn losses(&self) -> Losses {
+        self.lock().losses
+    }
+
+    /// Ends [`Mailbox::wait`] for good.
+    pub(crate) fn stop(&self) {
+        self.lock().stopped = true;
+        self.0.1.notify_one();
+    }
+
+    /// Moves everything that has arrived into `batch`, waiting for it until `deadline`. False once stopped.
+    pub(crate) fn wait(&self, deadline: Instant, batch: &mut Vec<Mail>) -> bool {
+        let mut inner = self.lock();
+        while inner.queue.is_empty() && !inner.stopped {
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                break;
+            }
+            inner = match self.0.1.wait_timeout(inner, left) {
+                Ok((inner, _)) => inner,
+                Err(poisoned) => poisoned.into_inner().0,
+            };
+        }
+        while let Some(entry) = inner.queue.pop_front() {
+            match entry {
+                Entry::Mail(mail) => batch.push(mail),
+                Entry::Newest(vehicle, topic) => batch.extend(inner.newest.remove(&(vehicle, topic))),
+            }
+        }
+        !inner.stopped
+    }
+
+    /// A thread that panicked while it held the lock left plain data behind: go on with it.
+    fn lock(&self) -> MutexGuard<'_, Inner> {
+        self.0.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn peer(name: &str) -> Mail {
+        let event = Event::Peer { vehicle: "uav1".into(), service: name.into(), instance: "1".into(), alive: true };
+        Mail::Event(event, None)
+    }
+
+    fn names(mailbox: &Mailbox) -> Vec<String> {
+        let mut batch = Vec::new();
+        mailbox.wait(Instant::now(), &mut batch);
+        batch
+            .into_iter()
+            .map(|mail| match mail {
+                Mail::Event(Event::Peer { service, .. }, _) => service,
+                other => panic!("not what was put in: {other:?}"),
+            })
+            .collect()
+    }
+
+    #[test]
+    fn only_the_newest_sample_is_kept_in_the_place_of_the_first() {
+        let mailbox = Mailbox::default();
+        mailbox.push_newest("uav1".into(), Topic::BatteryStatus, peer("old"));
+        mailbox.push(peer("event"));
+        mailbox.push_newest("uav1".into(), Topic::BatteryStatus, peer("new"));
+        assert_eq!(names(&mailbox), ["new", "event"]);
+        assert!(names(&mailbox).is_empty());
+    }
+
+    #[test]
+    fn a_full_queue_drops_and_counts() {
+        let mailbox = Mailbox::default();
+        (0..CAPACITY).for_each(|_| assert!(mailbox.push(peer("x"))));
+        assert!(!mailbox.push(peer("one too many")));
+        assert_eq!(mailbox.losses().dropped, 1);
+    }
+
+    #[test]
+    fn stopping_wakes_the_loop() {
+        let mailbox = Mailbox::default();
+        mailbox.stop();
+        assert!(!mailbox.wait(Instant::now() + std::time::Duration::from_secs(3600), &mut Vec::new()));
+    }
+}

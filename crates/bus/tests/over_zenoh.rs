@@ -1,0 +1,197 @@
+//! Nodes over a real router: what one publishes the other gets, calls are answered or end, and a
+//! router that dies and comes back is only a pause.
+
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::Duration;
+
+use bus::{Link, Scope, Stop, run, run_router};
+use domain::time::{Now, Pace, Time};
+use kittiwake_proto::topics::{Message, Request, Response, Service, Topic};
+use kittiwake_proto::v1;
+use node::{CallError, CallId, Effect, Event, Node};
+
+/// A node that does what the test says and tells the test what it sees.
+struct Probe {
+    name: &'static str,
+    subscriptions: &'static [Topic],
+    serves: &'static [Service],
+    seen: Sender<Event>,
+    /// Performed when the named service appears.
+    on_peer: Option<(&'static str, Vec<Effect>)>,
+}
+
+impl Node for Probe {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+    fn subscriptions(&self) -> &'static [Topic] {
+        self.subscriptions
+    }
+    fn serves(&self) -> &'static [Service] {
+        self.serves
+    }
+    fn on(&mut self, _: Now, event: Event, effects: &mut Vec<Effect>) {
+        if let Event::Peer { service, alive: true, .. } = &event
+            && self.on_peer.as_ref().is_some_and(|(name, _)| name == service)
+        {
+            effects.extend(self.on_peer.take().into_iter().flat_map(|(_, effects)| effects));
+        }
+        if let Event::Request { token, request: Request::Permission(request), .. } = &event {
+            let receipt = v1::PermissionReceipt { received: true, refusal: request.area.clone() };
+            effects.push(Effect::Reply { token: *token, response: Response::Permission(receipt) });
+        }
+        let _ = self.seen.send(event);
+    }
+    fn deadline(&self) -> Option<Time> {
+        None
+    }
+}
+
+/// A router and whatever runs on it; everything ends with the value.
+struct World {
+    locator: String,
+    stop: Stop,
+    threads: Vec<std::thread::JoinHandle<()>>,
+}
+
+impl World {
+    fn start() -> World {
+        let stop = Stop::new();
+        let (sender, receiver) = channel();
+        let router_stop = stop.clone();
+        let thread = std::thread::spawn(move || {
+            run_router(&["tcp/127.0.0.1:0".into()], &router_stop, |bound| sender.send(bound[0].clone()).unwrap())
+                .unwrap();
+        });
+        World { locator: receiver.recv().unwrap(), stop, threads: vec![thread] }
+    }
+
+    fn run(&mut self, scope: Scope, probe: impl FnOnce(Sender<Event>) -> Probe) -> Receiver<Event> {
+        let (sender, receiver) = channel();
+        let mut probe = probe(sender);
+        let link = Link { connect: vec![self.locator.clone()], scope, open_timeout: Duration::from_secs(20) };
+        let stop = self.stop.clone();
+        self.threads.push(std::thread::spawn(move || run(&mut probe, &link, Pace::REAL_TIME, &stop).unwrap()));
+        receiver
+    }
+}
+
+impl Drop for World {
+    fn drop(&mut self) {
+        self.stop.stop();
+        for thread in self.threads.drain(..).rev() {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn uav(name: &str) -> Scope {
+    Scope::Vehicle(name.into())
+}
+
+/// The first event that `pick` picks; what the test waits for is named when it does not come.
+#[track_caller]
+fn wait_for<T>(what: &str, events: &Receiver<Event>, mut pick: impl FnMut(Event) -> Option<T>) -> T {
+    let limit = Duration::from_secs(20);
+    let start = std::time::Instant::now();
+    while let Some(left) = limit.checked_sub(start.elapsed()) {
+        match events.recv_timeout(left) {
+            Ok(event) => {
+                if let Some(found) = pick(event) {
+                    return found;
+                }
+            }
+            Err(_) => break,
+        }
+    }
+    panic!("waited {limit:?} for {what}")
+}
+
+fn flag(name: &str) -> Effect {
+    Effect::publish(v1::FlagEvent { name: name.into(), raised: true, ..Default::default() })
+}
+
+fn flag_name(event: Event) -> Option<(String, String)> {
+    match event {
+        Event::Message { vehicle, message: Message::FlagEvent(flag) } => Some((vehicle.to_string(), flag.name)),
+        _ => None,
+    }
+}
+
+#[test]
+fn a_message_reaches_its_own_vehicle_and_the_ground_and_no_other() {
+    let mut world = World::start();
+    let listen =
+        |name| move |seen| Probe { name, subscriptions: &[Topic::FlagEvent], serves: &[], seen, on_peer: None };
+    let ground = world.run(Scope::Fleet, listen("gateway"));
+    let other = world.run(uav("uav2"), listen("mcm"));
+    let own = world.run(uav("uav1"), listen("mcm"));
+    let _talker = world.run(uav("uav1"), |seen| Probe {
+        name: "monitor",
+        subscriptions: &[],
+        serves: &[],
+        seen,
+        on_peer: Some(("mcm", vec![flag("battery_low")])),
+    });
+    let _other_talker = world.run(uav("uav2"), |seen| Probe {
+        name: "monitor",
+        subscriptions: &[],
+        serves: &[],
+        seen,
+        on_peer: Some(("mcm", vec![flag("wind")])),
+    });
+    assert_eq!(wait_for("the flag on board", &own, flag_name), ("uav1".into(), "battery_low".into()));
+    assert_eq!(wait_for("the other flag on board", &other, flag_name), ("uav2".into(), "wind".into()));
+    let mut on_ground = [wait_for("a flag", &ground, flag_name), wait_for("another", &ground, flag_name)];
+    on_ground.sort();
+    assert_eq!(on_ground, [("uav1".into(), "battery_low".into()), ("uav2".into(), "wind".into())]);
+}
+
+#[test]
+fn a_call_is_answered_even_if_its_server_comes_later() {
+    let mut world = World::start();
+    let ask = |call, timeout| Effect::Call {
+        call: CallId(call),
+        request: Request::Permission(v1::PermissionRequest { area: "A".into(), ..Default::default() }),
+        timeout,
+    };
+    let asker = world.run(uav("uav1"), |seen| Probe {
+        name: "mcm",
+        subscriptions: &[],
+        serves: &[],
+        seen,
+        on_peer: Some(("mcm", vec![ask(1, Duration::from_millis(100)), ask(2, Duration::from_secs(20))])),
+    });
+    let reply = |event| match event {
+        Event::Reply { call, result } => Some((call.0, result)),
+        _ => None,
+    };
+    assert_eq!(wait_for("the end of the first call", &asker, reply), (1, Err(CallError::Unavailable)));
+    let _tower = world.run(Scope::Fleet, |seen| Probe {
+        name: "control-tower",
+        subscriptions: &[],
+        serves: &[Service::Permission],
+        seen,
+        on_peer: None,
+    });
+    let receipt = v1::PermissionReceipt { received: true, refusal: "A".into() };
+    assert_eq!(wait_for("the receipt", &asker, reply), (2, Ok(Response::Permission(receipt))));
+}
+
+#[test]
+fn who_ends_is_seen_to_be_gone() {
+    let mut world = World::start();
+    let watcher =
+        world.run(uav("uav1"), |seen| Probe { name: "mcm", subscriptions: &[], serves: &[], seen, on_peer: None });
+    let mut brief = World { locator: world.locator.clone(), stop: Stop::new(), threads: Vec::new() };
+    brief.run(uav("uav1"), |seen| Probe { name: "planner", subscriptions: &[], serves: &[], seen, on_peer: None });
+    let planner = |wanted: bool| {
+        move |event| match event {
+            Event::Peer { service, alive, .. } if service == "planner" && alive == wanted => Some(()),
+            _ => None,
+        }
+    };
+    wait_for("the planner", &watcher, planner(true));
+    drop(brief);
+    wait_for("the planner's end", &watcher, planner(false));
+}
