@@ -1,1 +1,27 @@
-//! mcm
+//! Decides what the vehicle does next: flies the plan, replans when a step fails, answers every flag.
+//!
+//! One behavior tree (`config/trees/`) over a [`world::World`] of what is known. Events are taken in
+//! as they come; after each batch the tree is ticked until no node asks to go on at once, and only
+//! then what it wants is sent, so that "halt this" and "start that" of one decision leave together.
+//! That makes the manager a pure function of its inputs.
+//!
+//! It does not know how a flag is detected (the monitor does) nor how a skill is flown (the skill
+//! manager does), and it never waits for either.
+
+mod clients;
+mod conditions;
+mod config;
+mod flags;
+mod leaves;
+mod manager;
+mod outbox;
+mod report;
+mod status;
+mod trees;
+mod vehicle;
+mod words;
+mod world;
+
+pub use config::Config;
+pub use manager::Mcm;
+pub use trees::{LoadedTrees, Trees, contingency_xml};

@@ -1,1 +1,193 @@
-//! gateway
+//! HTTP for the operator: each vehicle's live state as JSON, and what happens as an event stream.
+//!
+//! Two halves that meet in two `watch` channels. [`Gateway`] is a node like any other: it folds
+//! what arrives into the state of each vehicle and is the only writer. The HTTP half, [`http`],
+//! reads: the newest [`state::Snapshot`], and the [`journal`] of what happened. A client, however
+//! slow or many, never holds up the loop.
+//!
+//! It commands nothing and calls nobody.
+
+use std::io;
+use std::sync::Arc;
+use std::time::Duration;
+
+use domain::time::{Now, Pace, Time};
+use kittiwake_proto::topics::Topic;
+use node::{Effect, Event, Node};
+use tokio::net::TcpListener;
+use tokio::sync::watch;
+
+use crate::config::Config;
+use crate::http::Api;
+use crate::journal::Journals;
+use crate::state::{Fleet, Snapshot};
+use crate::view::Ages;
+
+pub mod config;
+pub mod events;
+pub mod flags;
+pub mod http;
+pub mod journal;
+pub mod occurrence;
+pub mod problem;
+pub mod process;
+pub mod readiness;
+pub mod skills;
+pub mod state;
+pub mod view;
+
+/// How long a client that does not read may hold up the end.
+const LAST_GOODBYE: Duration = Duration::from_secs(1);
+
+/// The half that listens to the fleet.
+pub struct Gateway {
+    fleet: Fleet,
+    snapshot: watch::Sender<Arc<Snapshot>>,
+    journals: watch::Sender<Journals>,
+    /// Mission time between two snapshots: while things arrive, and while nothing does.
+    busy_period: Duration,
+    idle_period: Duration,
+    last_snapshot: Option<Time>,
+    changed: bool,
+}
+
+impl Gateway {
+    /// A gateway that has seen nothing, and the half to serve with [`serve`].
+    pub fn new(config: &Config, pace: Pace) -> (Gateway, Api) {
+        let (snapshot, snapshots) = watch::channel(Arc::default());
+        let (journals, histories) = watch::channel(Journals::new(usize::from(config.history_records.get())));
+        // Heartbeats keep to the wall clock, so the limit on their absence does too.
+        let ages = Ages { pace, stale_after: pace.wall(config.heartbeat_stale_s.seconds()) };
+        let gateway = Gateway {
+            fleet: Fleet::default(),
+            snapshot,
+            journals,
+            busy_period: pace.wall(config.snapshot_rate_hz.period()),
+            idle_period: pace.wall(config.status_rate_hz.period()),
+            last_snapshot: None,
+            changed: false,
+        };
+        (gateway, Api { config: config.clone(), ages, snapshot: snapshots, journals: histories })
+    }
+
+    /// When the next snapshot is due.
+    fn due(&self) -> Time {
+        let period = if self.changed { self.busy_period } else { self.idle_period };
+        self.last_snapshot.map_or(Time::ZERO, |last| last + period)
+    }
+}
+
+impl Node for Gateway {
+    fn name(&self) -> &'static str {
+        "gateway"
+    }
+
+    fn subscriptions(&self) -> &'static [Topic] {
+        &[
+            Topic::VehicleStatus,
+            Topic::Introspection,
+            Topic::SkillEvent,
+            Topic::SkillFeedback,
+            Topic::FlagEvent,
+            Topic::PermissionLedger,
+            Topic::PlannerStatus,
+            Topic::McmStatus,
+            Topic::DecisionRecord,
+            Topic::TreeSnapshot,
+            Topic::Heartbeat,
+        ]
+    }
+
+    fn on(&mut self, now: Now, event: Event, _: &mut Vec<Effect>) {
+        let mut happened = Vec::new();
+        self.fleet.fold(now, event, &mut happened);
+        self.changed = true;
+        for (vehicle, occurrence) in happened {
+            let data = view::occurrence(now, &occurrence).to_string();
+            self.journals.send_modify(|it| it.push(now.utc_ms, &vehicle, occurrence.kind(), data));
+        }
+    }
+
+    fn act(&mut self, now: Now, _: &mut Vec<Effect>) {
+        if self.due() <= now.time {
+            self.snapshot.send_replace(Arc::new(Snapshot { fleet: self.fleet.clone(), now }));
+            self.last_snapshot = Some(now.time);
+            self.changed = false;
+        }
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        Some(self.due())
+    }
+}
+
+/// Answers on `listener` until `shutdown` completes; open event streams are then ended.
+///
+/// # Errors
+/// When the listener fails for good.
+pub async fn serve(
+    listener: TcpListener,
+    api: Api,
+    shutdown: impl Future<Output = ()> + Send + 'static,
+) -> io::Result<()> {
+    let (close, closing) = watch::channel(());
+    let router = http::router(api, closing.clone());
+    let stopping = async move {
+        shutdown.await;
+        drop(close);
+    };
+    tokio::select! {
+        served = axum::serve(listener, router).with_graceful_shutdown(stopping).into_future() => served,
+        () = last_goodbye(closing) => Ok(()),
+    }
+}
+
+async fn last_goodbye(mut closing: watch::Receiver<()>) {
+    // Nothing is ever sent: this returns when the sender is dropped.
+    let _ = closing.changed().await;
+    tokio::time::sleep(LAST_GOODBYE).await;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kittiwake_proto::v1;
+
+    const CONFIG: &str = "
+        snapshot_rate_hz = 20.0
+        status_rate_hz = 2.0
+        heartbeat_stale_s = 2.0
+        history_records = 8
+        max_event_streams = 2
+        request_timeout_s = 5.0
+        max_body_bytes = 1000
+    ";
+
+    /// Counts the snapshots of ten wall seconds at `speed`, with a message every ten wall milliseconds or none.
+    #[track_caller]
+    fn check(speed: f64, messages: bool, expected: usize) {
+        let pace = Pace::new(speed).unwrap();
+        let (mut gateway, api) = Gateway::new(&toml::from_str(CONFIG).unwrap(), pace);
+        let mut snapshots = api.snapshot.clone();
+        let mut count = 0;
+        for tick in 0..1000 {
+            let now = Now { time: Time::after(pace.wall(Duration::from_millis(10 * tick))), utc_ms: 0 };
+            if messages {
+                let message = v1::Introspection::default().into();
+                gateway.on(now, Event::Message { vehicle: "uav1".into(), message }, &mut Vec::new());
+            }
+            gateway.act(now, &mut Vec::new());
+            count += usize::from(snapshots.has_changed().unwrap());
+            snapshots.mark_unchanged();
+        }
+        assert_eq!(count, expected);
+    }
+
+    #[test]
+    fn snapshots_keep_to_the_wall_clock_and_go_on_when_nothing_arrives() {
+        check(1.0, true, 200);
+        check(20.0, true, 200);
+        check(1.0, false, 20);
+        check(20.0, false, 20);
+    }
+}

@@ -1,0 +1,252 @@
+//! The planner's client: the step that is flown, the one after it, and the requests for more.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use domain::skill::Goal;
+use domain::time::Time;
+use kittiwake_proto::topics::{Request, Response};
+use kittiwake_proto::v1;
+use node::CallError;
+
+use crate::outbox::{Outbox, Purpose};
+
+/// The step after the present one.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Next {
+    /// Not asked for yet, or the answer did not come.
+    Unknown,
+    /// Asked for.
+    Asked,
+    /// Fetched; `None`: the plan has no further step.
+    Fetched(Option<v1::PlanStep>),
+}
+
+/// Where a request for a plan stands.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Replanning {
+    /// Nothing was asked.
+    Idle,
+    /// Asked under this request id.
+    Asked(String),
+    /// The planner is late or gone: ask again then.
+    Late(Time),
+    /// The planner said to hold: ask again then, or when a permission changes.
+    Hold {
+        /// When to ask again.
+        until: Time,
+        /// Permissions' revision when it said so.
+        revision: u64,
+    },
+    /// A new plan was taken over.
+    Planned,
+    /// Every objective is terminal.
+    Finished,
+}
+
+/// Why the present step cannot be flown on.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Failed {
+    pub(crate) step_id: u64,
+    pub(crate) reason: String,
+    pub(crate) denials: Vec<v1::Denial>,
+}
+
+#[derive(Debug)]
+pub(crate) struct Planner {
+    instance: u64,
+    last_request: u64,
+    pub(crate) step: Option<v1::PlanStep>,
+    pub(crate) next: Next,
+    /// Number of the present step within its plan, from 1, and how many the plan has.
+    pub(crate) step_number: u32,
+    pub(crate) step_count: u32,
+    pub(crate) failed: Option<Failed>,
+    /// What the failed step was to fly; the transition goes that way.
+    pub(crate) failed_goal: Option<Goal>,
+    pub(crate) replanning: Replanning,
+    /// Steps that were flown, until the planner has acknowledged them, first flown first.
+    flown: VecDeque<v1::StepDone>,
+    telling: bool,
+    again_at: Time,
+    pub(crate) status: Option<v1::PlannerStatus>,
+    pub(crate) areas: Vec<domain::area::Area>,
+}
+
+impl Planner {
+    pub(crate) fn new(instance: u64) -> Planner {
+        Planner {
+            instance,
+            last_request: 0,
+            step: None,
+            next: Next::Unknown,
+            step_number: 0,
+            step_count: 0,
+            failed: None,
+            failed_goal: None,
+            replanning: Replanning::Idle,
+            flown: VecDeque::new(),
+            telling: false,
+            again_at: Time::ZERO,
+            status: None,
+            areas: Vec::new(),
+        }
+    }
+
+    /// Whether every flown step has been acknowledged, so that a request for a plan finds them taken in.
+    pub(crate) fn is_up_to_date(&self) -> bool {
+        self.flown.is_empty()
+    }
+
+    /// Asks for a plan.
+    pub(crate) fn replan(&mut self, state: v1::PlanningState, timeout: Duration, outbox: &mut Outbox) {
+        self.last_request += 1;
+        let request_id = format!("mcm-{:x}-r{}", self.instance, self.last_request);
+        let failed = self.failed.clone().unwrap_or_default();
+        let request = v1::ReplanRequest {
+            request_id: request_id.clone(),
+            state: Some(state),
+            failed_step_id: failed.step_id,
+            failure: failed.reason,
+            denials: failed.denials,
+        };
+        self.replanning = Replanning::Asked(request_id);
+        outbox.call(Purpose::Replan, Request::Replan(request), timeout);
+    }
+
+    /// Fetches the step after the present one, before that one ends.
+    pub(crate) fn prefetch(&mut self, now: Time, timeout: Duration, outbox: &mut Outbox) {
+        if let (Some(step), Next::Unknown) = (&self.step, &self.next)
+            && self.again_at <= now
+        {
+            let request = v1::NextStepRequest { after_step_id: step.id };
+            outbox.call(Purpose::NextStep(step.id), Request::NextStep(request), timeout);
+            self.next = Next::Asked;
+        }
+    }
+
+    /// The present step was flown: the next one, if it is known, becomes the present one.
+    pub(crate) fn advance(&mut self) -> Option<v1::PlanStep> {
+        let Next::Fetched(step) = std::mem::replace(&mut self.next, Next::Unknown) else { return None };
+        self.step = step;
+        self.step_number += 1;
+        self.step.clone()
+    }
+
+    /// The present step was flown; the planner is told until it has acknowledged it.
+    pub(crate) fn done(&mut self, step_id: u64, state: v1::PlanningState) {
+        self.flown.push_back(v1::StepDone { step_id, state: Some(state) });
+    }
+
+    /// The present step failed.
+    pub(crate) fn fail(&mut self, reason: String, denials: Vec<v1::Denial>) {
+        if let Some(step) = self.step.take() {
+            self.failed = Some(Failed { step_id: step.id, reason, denials });
+            self.failed_goal = step.nominal.and_then(|it| it.goal).and_then(|it| it.try_into().ok());
+            self.next = Next::Unknown;
+        }
+    }
+
+    /// Tells the planner of the first flown step that it does not know of.
+    pub(crate) fn tell(&mut self, now: Time, timeout: Duration, outbox: &mut Outbox) {
+        if self.telling || now < self.again_at {
+            return;
+        }
+        if let Some(done) = self.flown.front() {
+            outbox.call(Purpose::StepDone(done.step_id), Request::StepDone(done.clone()), timeout);
+            self.telling = true;
+        }
+    }
+
+    /// When [`Planner::tell`] or [`Planner::prefetch`] try again.
+    pub(crate) fn deadline(&self, now: Time) -> Option<Time> {
+        (now < self.again_at).then_some(self.again_at)
+    }
+
+    /// The answer to a request for a plan.
+    pub(crate) fn on_plan(
+        &mut self,
+        now: Time,
+        result: Result<Response, CallError>,
+        patience: Duration,
+        revision: u64,
+    ) -> Option<String> {
+        if !matches!(self.replanning, Replanning::Asked(_)) {
+            return None;
+        }
+        let reply = match result {
+            Ok(Response::Replan(v1::ReplanReply { reply: Some(reply) })) => reply,
+            Ok(_) => {
+                self.replanning = Replanning::Late(now + patience);
+                return Some("planner: an empty answer".into());
+            }
+            Err(error) => {
+                self.replanning = Replanning::Late(now + patience);
+                return Some(format!("planner {error}; asking again"));
+            }
+        };
+        match reply {
+            v1::replan_reply::Reply::Plan(plan) => {
+                let words = plan.steps.iter().map(crate::words::step).collect::<Vec<_>>().join("; ");
+                self.step_count = plan.steps.len() as u32;
+                self.step_number = 1;
+                self.step = plan.steps.into_iter().next();
+                self.next = Next::Unknown;
+                self.failed = None;
+                self.replanning = Replanning::Planned;
+                Some(format!("plan {}: {words}", plan.revision))
+            }
+            v1::replan_reply::Reply::Hold(hold) => {
+                let wait = Duration::try_from_secs_f64(hold.wait_s).unwrap_or(patience);
+                self.replanning = Replanning::Hold { until: now + wait, revision };
+                // What was told once need not be told again: the planner has taken it in.
+                if let Some(failed) = &mut self.failed {
+                    failed.denials.clear();
+                }
+                Some(format!("hold for {:.0} s: {}", wait.as_secs_f64(), hold.reason))
+            }
+            v1::replan_reply::Reply::Finished(_) => {
+                self.replanning = Replanning::Finished;
+                self.failed = None;
+                Some("every objective is settled".into())
+            }
+        }
+    }
+
+    /// The answer to a prefetch.
+    pub(crate) fn on_next(&mut self, now: Time, after: u64, result: Result<Response, CallError>, patience: Duration) {
+        if self.next != Next::Asked || self.step.as_ref().is_none_or(|it| it.id != after) {
+            return;
+        }
+        match result {
+            Ok(Response::NextStep(reply)) => self.next = Next::Fetched(reply.step),
+            _ => {
+                self.next = Next::Unknown;
+                self.again_at = now + patience;
+            }
+        }
+    }
+
+    /// The answer to a flown step.
+    pub(crate) fn on_done(&mut self, now: Time, step_id: u64, result: Result<Response, CallError>, patience: Duration) {
+        self.telling = false;
+        match result {
+            Ok(_) => {
+                // Refused or accepted: the planner knows what it wants to know of it.
+                self.flown.retain(|it| it.step_id != step_id);
+            }
+            Err(_) => self.again_at = now + patience,
+        }
+    }
+
+    /// Takes in the planner's own account. Areas that make no sense are left out.
+    pub(crate) fn on_status(&mut self, status: v1::PlannerStatus) {
+        self.areas = status.areas.iter().cloned().filter_map(|it| it.try_into().ok()).collect();
+        self.status = Some(status);
+    }
+
+    /// Whether the planner's account says that every objective is terminal.
+    pub(crate) fn all_settled(&self) -> bool {
+        self.status.as_ref().is_some_and(|it| it.current_objective as usize == it.objectives.len())
+    }
+}

@@ -1,0 +1,84 @@
+//! The parameters of the mission manager.
+
+use std::time::Duration;
+
+use domain::quantity::Positive;
+use domain::route::TransitionLimits;
+use domain::time::Pace;
+use serde::Deserialize;
+
+/// `[mcm]` in the configuration file.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// The tree is ticked at least this often while it runs, in milliseconds of wall time. Events
+    /// tick it at once whatever the period is. (The reference measured 10, 5 and 1 ms.)
+    pub tick_period_ms: Positive,
+    /// How long a request to the planner or the skill manager may take, in seconds, never less
+    /// than 250 ms of wall time. (ENG: a hundred round trips.)
+    pub request_timeout_s: Positive,
+    /// A monitor silent for so long is lost, in seconds, never less than 250 ms of wall time.
+    /// (ENG: 50 samples of its 100 Hz.)
+    pub introspection_limit_s: Positive,
+    /// A skill that has not been heard of for so long is asked about, in seconds, never less than
+    /// 250 ms of wall time. (ENG: twenty feedbacks.)
+    pub skill_silence_s: Positive,
+    /// How long an answer of the control tower is awaited, in mission seconds. (SPEC: 10 s.)
+    pub permission_answer_s: Positive,
+    /// How often a permission is asked for before silence counts as a denial. (SPEC: 3.)
+    pub permission_tries: u32,
+    /// A permission that expires within so many mission seconds is no longer relied on.
+    /// (ENG: the time it takes to cross the reference mission's areas at cruise speed.)
+    pub permission_margin_s: Positive,
+    /// Nearer than this the vehicle is at the goal of an auxiliary step, in metres. (ENG)
+    pub arrival_radius_m: Positive,
+    /// Speed of a transition action, in metres per second. (ENG: a third of the cruise speed.)
+    pub transition_speed_m_s: Positive,
+    /// Distance a transition action keeps to a border it may not cross, in metres.
+    pub transition_stand_off_m: Positive,
+    /// Height at which the vehicle returns home in a contingency, in metres above the origin,
+    /// unless it is already higher.
+    pub return_height_m: Positive,
+    /// Speed of a return, in metres per second.
+    pub return_speed_m_s: Positive,
+}
+
+/// The same, ready for use: machine limits in mission time with their wall-clock floor.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Limits {
+    pub(crate) tick_period: Duration,
+    pub(crate) request_timeout: Duration,
+    pub(crate) introspection: Duration,
+    pub(crate) skill_silence: Duration,
+    pub(crate) permission_answer: Duration,
+    pub(crate) permission_tries: u32,
+    pub(crate) permission_margin: Duration,
+    pub(crate) arrival_radius_m: f64,
+    pub(crate) transition: TransitionLimits,
+    pub(crate) return_height_m: f64,
+    pub(crate) return_speed_m_s: f64,
+    /// Status and tree go out this often even if nothing changes.
+    pub(crate) report_period: Duration,
+}
+
+impl Config {
+    pub(crate) fn limits(&self, pace: Pace) -> Limits {
+        Limits {
+            tick_period: pace.wall(self.tick_period_ms.seconds() / 1000),
+            request_timeout: pace.limit(self.request_timeout_s.seconds()),
+            introspection: pace.limit(self.introspection_limit_s.seconds()),
+            skill_silence: pace.limit(self.skill_silence_s.seconds()),
+            permission_answer: self.permission_answer_s.seconds(),
+            permission_tries: self.permission_tries.max(1),
+            permission_margin: self.permission_margin_s.seconds(),
+            arrival_radius_m: self.arrival_radius_m.get(),
+            transition: TransitionLimits {
+                speed_m_s: self.transition_speed_m_s.get(),
+                stand_off_m: self.transition_stand_off_m.get(),
+            },
+            return_height_m: self.return_height_m.get(),
+            return_speed_m_s: self.return_speed_m_s.get(),
+            report_period: pace.wall(Duration::from_millis(500)),
+        }
+    }
+}

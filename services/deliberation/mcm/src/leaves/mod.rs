@@ -1,0 +1,48 @@
+//! The tree's actions and conditions. A new one is a file here and a line in [`registry`].
+
+use behavior_tree::{Port, Registry};
+
+use crate::world::World;
+
+mod act;
+mod check;
+mod contingency;
+mod end_mission;
+mod executor;
+mod monitor;
+mod next_step;
+mod permission;
+pub(crate) mod ports;
+mod replan;
+mod transition;
+
+use ports::{Condition, Goal};
+
+/// Every kind of leaf that the tree files may use.
+pub(crate) fn registry() -> Registry<World> {
+    let mut it = Registry::new();
+    it.action("Monitor", [], |_| Ok(monitor::Monitor));
+    it.condition("MissionNotOver", [], check::mission_not_over);
+    it.condition("NoErrors", [], check::no_errors);
+    it.condition("PrecondCheck", [Port::input::<Condition>("condition")], check::precondition);
+    it.condition("InvCheck", [Port::input::<Condition>("condition")], check::invariant);
+    it.action("NominalExecutor", [], |_| Ok(executor::NominalExecutor::default()));
+    it.action("NextStep", [], |_| Ok(next_step::NextStep::default()));
+    it.action("Replan", [], |_| Ok(replan::Replan));
+    it.action("TransitionExecutor", [], |_| Ok(transition::TransitionExecutor::default()));
+    it.sync_action("RaiseTransitionFailed", [], transition::raise_transition_failed);
+    it.action("EndMission", [], |_| Ok(end_mission::EndMission::default()));
+    it.action("Act", [Port::input::<Goal>("goal").describe("what to fly")], |spec| act::Act::with_port(spec));
+    it.action("Land", [], |_| Ok(act::Act::fixed(domain::skill::Goal::Land)));
+    it.action("Stop", [], |_| Ok(act::Act::fixed(domain::skill::Goal::Stop)));
+    it.action("FlyHome", [], |_| Ok(act::Act::home()));
+    it.action("RequestPermission", [Port::input::<String>("area")], |spec| permission::RequestPermission::new(spec));
+    it.action("WayIsClear", [], |_| Ok(permission::WayIsClear));
+    let flag = || [Port::input::<String>("flag").describe("the flag of the row")];
+    it.condition("FlagRaised", flag(), contingency::flag_raised);
+    it.condition("GroupRaised", [Port::input::<String>("group")], contingency::group_raised);
+    it.sync_action("BeginResponse", flag(), contingency::begin_response);
+    it.action("ResetFlag", flag(), |spec| contingency::ResetFlag::new(spec));
+    it.sync_action("MissionOver", flag(), contingency::mission_over);
+    it
+}

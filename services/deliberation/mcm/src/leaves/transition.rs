@@ -1,0 +1,63 @@
+//! What flies while a plan is being made: in the direction of the step that failed, slower, and
+//! only as far as the next border allows; else nothing but a stop. On the ground: wait.
+
+use behavior_tree::{Leaf, LeafError, LeafResult, Ports, Status};
+use domain::contingency::TRANSITION_FAILED;
+use domain::route::{Whereabouts, transition_goal};
+use domain::skill::Goal;
+use kittiwake_proto::v1::SkillOutcome;
+
+use crate::clients::skills::{Handle, Progress, ending};
+use crate::words;
+use crate::world::World;
+
+#[derive(Default)]
+pub(super) struct TransitionExecutor {
+    skill: Option<Handle>,
+}
+
+impl Leaf<World> for TransitionExecutor {
+    fn start(&mut self, world: &mut World, _: &mut Ports<'_>) -> LeafResult {
+        self.skill = None;
+        let Some(vehicle) = world.vehicle.filter(|it| it.flying) else { return Ok(Status::Running) };
+        let whereabouts = Whereabouts { position: vehicle.position, flying: vehicle.flying };
+        let failed = world.planner.failed_goal.unwrap_or(Goal::Stop);
+        let (held, limits) = (world.held(), world.limits.transition);
+        let goal = transition_goal(whereabouts, &failed, &world.planner.areas, &held, world.now.utc_ms, limits);
+        world.say("plan", format!("transition: {}", words::goal(&goal.into())));
+        world.in_transition = true;
+        self.skill = Some(world.skills.start(world.now.time, goal));
+        Ok(Status::Running)
+    }
+
+    fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
+        let Some(skill) = self.skill else { return Ok(Status::Running) };
+        match world.skills.progress(skill) {
+            Some(Progress::Ended(SkillOutcome::Succeeded, _)) => Ok(Status::Success),
+            Some(Progress::Ended(outcome, reason)) => {
+                let words = ending(*outcome, reason);
+                world.failure.reason = words.clone();
+                ports.because("the transition goes on", words, "going on".to_owned());
+                world.in_transition = false;
+                Ok(Status::Failure)
+            }
+            _ => Ok(Status::Running),
+        }
+    }
+
+    fn halt(&mut self, world: &mut World, _: &mut Ports<'_>) {
+        world.in_transition = false;
+        if let Some(skill) = self.skill.take() {
+            world.skills.halt(skill);
+        }
+    }
+}
+
+/// Always fails, so that the row of its flag takes over.
+pub(super) fn raise_transition_failed(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
+    let reason = std::mem::take(&mut world.failure.reason);
+    world.raise(TRANSITION_FAILED, &reason);
+    // The flag has to be seen by the contingency branch before anything is sent.
+    ports.tick_again();
+    Ok(false)
+}

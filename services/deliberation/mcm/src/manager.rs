@@ -1,0 +1,185 @@
+//! The node: events into the world, the world into the tree, the tree's wishes out.
+
+use behavior_tree::{NextTick, Status, Tree};
+use domain::contingency::Contingencies;
+use domain::time::{Now, Pace, Time};
+use kittiwake_proto::topics::{Message, Response, Topic};
+use node::{CallError, CallId, Effect, Event, Node};
+use std::sync::Arc;
+
+use crate::clients::permissions::Permissions;
+use crate::clients::planner::Planner;
+use crate::clients::skills::Skills;
+use crate::config::{Config, Limits};
+use crate::outbox::{Outbox, Purpose};
+use crate::status::Reporter;
+use crate::trees::LoadedTrees;
+use crate::vehicle::Vehicle;
+use crate::world::{Mission, World};
+
+/// The mission and contingency manager of one vehicle.
+pub struct Mcm {
+    tree: Tree<World>,
+    world: World,
+    reporter: Reporter,
+    /// When the tree is ticked even if nothing happens; `None` once it has ended.
+    next_tick: Option<Time>,
+    ticks: u64,
+}
+
+impl Mcm {
+    /// A manager for `vehicle`. `instance` makes its request ids unique among restarts.
+    ///
+    /// # Errors
+    /// If the trees lack the main tree, or its leaves cannot be built; [`crate::Trees::load`] has
+    /// checked both, so this is a mistake in the program.
+    pub fn new(
+        config: &Config,
+        vehicle: &str,
+        instance: u64,
+        trees: &LoadedTrees,
+        table: Contingencies,
+        pace: Pace,
+    ) -> Result<Mcm, behavior_tree::InstantiateError> {
+        let limits: Limits = config.limits(pace);
+        let tree = trees.0.instantiate("mission", &[])?;
+        let world = World {
+            now: Now::default(),
+            limits,
+            table: Arc::new(table),
+            library: trees.0.clone(),
+            inbox: Default::default(),
+            vehicle: None,
+            flags: Default::default(),
+            skills: Skills::new(instance),
+            planner: Planner::new(instance),
+            permissions: Permissions::new(instance),
+            mission: Mission { vehicle_name: vehicle.to_owned(), ..Default::default() },
+            acting: None,
+            in_transition: false,
+            failure: Default::default(),
+            outbox: Outbox::default(),
+            decisions: 0,
+        };
+        Ok(Mcm { tree, world, reporter: Reporter::default(), next_tick: Some(Time::ZERO), ticks: 0 })
+    }
+
+    fn take_in(&mut self, message: Message) {
+        let world = &mut self.world;
+        let now = world.now.time;
+        match message {
+            Message::Introspection(it) => {
+                if let Some(vehicle) = Vehicle::from_wire(now, &it) {
+                    world.inbox.vehicle = Some(vehicle);
+                }
+            }
+            Message::FlagEvent(it) => world.inbox.flags.push(it),
+            Message::SkillEvent(it) => world.skills.on_event(now, &it),
+            Message::SkillFeedback(it) => world.skills.on_feedback(now, &it),
+            Message::PermissionLedger(it) => {
+                for news in world.permissions.on_ledger(now, &it) {
+                    world.say("permission", news);
+                }
+            }
+            Message::PlannerStatus(it) => world.planner.on_status(it),
+            _ => {}
+        }
+    }
+
+    fn take_reply(&mut self, call: CallId, result: Result<Response, CallError>) {
+        let world = &mut self.world;
+        let (now, timeout) = (world.now.time, world.limits.request_timeout);
+        match world.outbox.purpose(call) {
+            Some(Purpose::StartSkill(id)) => world.skills.on_reply(now, &id, result, timeout, &mut world.outbox),
+            Some(Purpose::SkillTable) => {
+                if let Ok(Response::SkillTable(table)) = result {
+                    world.skills.on_table(now, &table);
+                }
+            }
+            Some(Purpose::Replan) => {
+                let revision = world.permissions.revision;
+                if let Some(words) = world.planner.on_plan(now, result, timeout, revision) {
+                    world.say("plan", words);
+                }
+            }
+            Some(Purpose::NextStep(after)) => world.planner.on_next(now, after, result, timeout),
+            Some(Purpose::StepDone(id)) => world.planner.on_done(now, id, result, timeout),
+            Some(Purpose::Permission(area)) => {
+                if let Err(error) = result {
+                    world.permissions.on_trouble(&area, error);
+                }
+            }
+            // A cancelled skill says so itself.
+            Some(Purpose::CancelSkill) | None => {}
+        }
+    }
+
+    /// Ticks the tree until it has nothing more to say about this moment.
+    fn tick(&mut self) {
+        if self.next_tick.is_none() {
+            return;
+        }
+        let now = self.world.now.time;
+        let answer = self.tree.tick_once(now.since_start(), &mut self.world);
+        self.ticks += 1;
+        for fault in self.tree.take_faults().0 {
+            self.world.say("mission", format!("a node of the tree failed by a fault: {}", fault.kind));
+        }
+        let periodic = now + self.world.limits.tick_period;
+        self.next_tick = match (answer, self.tree.next_tick()) {
+            (Status::Running, NextTick::At(at)) => Some(periodic.min(Time::after(at))),
+            (Status::Running, _) => Some(periodic),
+            _ => None,
+        };
+    }
+}
+
+impl Node for Mcm {
+    fn name(&self) -> &'static str {
+        "mcm"
+    }
+
+    fn subscriptions(&self) -> &'static [Topic] {
+        &[
+            Topic::Introspection,
+            Topic::FlagEvent,
+            Topic::SkillEvent,
+            Topic::SkillFeedback,
+            Topic::PermissionLedger,
+            Topic::PlannerStatus,
+        ]
+    }
+
+    fn on(&mut self, now: Now, event: Event, _: &mut Vec<Effect>) {
+        self.world.now = now;
+        match event {
+            Event::Message { message, .. } => self.take_in(message),
+            Event::Reply { call, result } => self.take_reply(call, result),
+            Event::Request { .. } | Event::Peer { .. } => {}
+        }
+    }
+
+    fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
+        self.world.now = now;
+        self.tick();
+        let world = &mut self.world;
+        let Limits { request_timeout, skill_silence, .. } = world.limits;
+        world.skills.flush(request_timeout, &mut world.outbox);
+        world.skills.tend(now.time, skill_silence, request_timeout, &mut world.outbox);
+        world.planner.tell(now.time, request_timeout, &mut world.outbox);
+        world.planner.prefetch(now.time, request_timeout, &mut world.outbox);
+        self.reporter.report(&self.tree, world, self.next_tick.is_none(), self.ticks);
+        world.outbox.drain_into(effects);
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        let world = &self.world;
+        let wishes = [
+            self.next_tick,
+            Some(self.reporter.next()),
+            world.skills.deadline(world.limits.skill_silence),
+            world.planner.deadline(world.now.time),
+        ];
+        wishes.into_iter().flatten().min()
+    }
+}

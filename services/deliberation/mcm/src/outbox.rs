@@ -1,0 +1,57 @@
+//! What a tick wants done, collected and sent once per wake.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use kittiwake_proto::topics::{Message, Request};
+use node::{CallId, Effect};
+
+/// Why a call was made, so that its reply finds its way.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// The start of a skill, by its request id.
+    StartSkill(String),
+    /// The cancellation of a skill.
+    CancelSkill,
+    /// What became of the skills.
+    SkillTable,
+    /// A new plan.
+    Replan,
+    /// The step after this one.
+    NextStep(u64),
+    /// Telling that this step was flown.
+    StepDone(u64),
+    /// Permission to enter this area.
+    Permission(String),
+}
+
+/// Effects on their way out.
+#[derive(Debug, Default)]
+pub(crate) struct Outbox {
+    effects: Vec<Effect>,
+    purposes: BTreeMap<CallId, Purpose>,
+    last_call: u64,
+}
+
+impl Outbox {
+    pub(crate) fn publish(&mut self, message: impl Into<Message>) {
+        self.effects.push(Effect::publish(message));
+    }
+
+    pub(crate) fn call(&mut self, purpose: Purpose, request: Request, timeout: Duration) {
+        self.last_call += 1;
+        let call = CallId(self.last_call);
+        self.purposes.insert(call, purpose);
+        self.effects.push(Effect::Call { call, request, timeout });
+    }
+
+    /// Why `call` was made; each call ends once.
+    pub(crate) fn purpose(&mut self, call: CallId) -> Option<Purpose> {
+        self.purposes.remove(&call)
+    }
+
+    /// Moves everything out.
+    pub(crate) fn drain_into(&mut self, effects: &mut Vec<Effect>) {
+        effects.append(&mut self.effects);
+    }
+}

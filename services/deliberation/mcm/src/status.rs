@@ -1,0 +1,104 @@
+//! What the manager tells about itself: on every change, and twice a second.
+
+use behavior_tree::Tree;
+use domain::time::Time;
+use kittiwake_proto::v1;
+
+use crate::flags::age_s;
+use crate::world::World;
+
+/// Publishes the status and the tree.
+#[derive(Default)]
+pub(crate) struct Reporter {
+    last: Option<Essence>,
+    next: Time,
+}
+
+/// What a change of is told at once; the rest waits for the next turn.
+#[derive(Debug, Clone, PartialEq)]
+struct Essence {
+    phase: v1::MissionPhase,
+    step: u64,
+    flags: Vec<String>,
+    acting: Option<String>,
+    in_transition: bool,
+    reported: bool,
+}
+
+impl Reporter {
+    pub(crate) fn next(&self) -> Time {
+        self.next
+    }
+
+    pub(crate) fn report(&mut self, tree: &Tree<World>, world: &mut World, ended: bool, ticks: u64) {
+        let essence = Essence {
+            phase: phase(world, ended),
+            step: world.planner.step.as_ref().map_or(0, |it| it.id),
+            flags: world.flags.iter().map(|(name, _)| name.to_owned()).collect(),
+            acting: world.acting.clone(),
+            in_transition: world.in_transition,
+            reported: world.mission.report.is_some(),
+        };
+        let due = self.next <= world.now.time;
+        if !due && self.last.as_ref() == Some(&essence) {
+            return;
+        }
+        if due {
+            self.next = world.now.time + world.limits.report_period;
+        }
+        let status = status(&essence, tree, world, ticks);
+        self.last = Some(essence);
+        world.outbox.publish(status);
+    }
+}
+
+fn phase(world: &World, ended: bool) -> v1::MissionPhase {
+    if ended {
+        v1::MissionPhase::Over
+    } else if world.acting.is_some() {
+        v1::MissionPhase::Contingency
+    } else if world.mission.over.is_some() {
+        v1::MissionPhase::Ending
+    } else if world.mission.started.is_none() {
+        v1::MissionPhase::Starting
+    } else if world.planner.step.is_some() {
+        v1::MissionPhase::Nominal
+    } else {
+        v1::MissionPhase::Replanning
+    }
+}
+
+fn status(essence: &Essence, tree: &Tree<World>, world: &World, ticks: u64) -> v1::McmStatus {
+    let (skill, skill_id) =
+        world.skills.present().map_or((v1::SkillKind::Unspecified, 0), |(goal, id)| (goal.kind(), id));
+    v1::McmStatus {
+        phase: essence.phase as i32,
+        step: world.planner.step.clone(),
+        step_number: world.planner.step_number,
+        step_count: world.planner.step_count,
+        skill: skill as i32,
+        skill_id,
+        distance_left_m: world.skills.distance_left_m(),
+        contingencies: contingencies(world),
+        acting: world.acting.clone().unwrap_or_default(),
+        tree_status: tree.status().word().to_owned(),
+        ticks,
+        report: world.mission.report.clone(),
+        in_transition: world.in_transition,
+    }
+}
+
+fn contingencies(world: &World) -> Vec<v1::ActiveContingency> {
+    let rows = world.table.rows().iter();
+    rows.filter_map(|row| {
+        let flag = world.flags.get(&row.flag)?;
+        Some(v1::ActiveContingency {
+            flag: row.flag.clone(),
+            priority: row.priority,
+            action: row.actions.join(", else "),
+            since_s: age_s(flag, world.now.time),
+            reason: flag.reason.clone(),
+        })
+    })
+    .collect()
+}

@@ -1,0 +1,120 @@
+//! The leaves' world: what is known, what is wanted, and what was decided.
+
+use std::sync::Arc;
+
+use behavior_tree::Library;
+use domain::contingency::Contingencies;
+use domain::time::{Now, Time};
+use kittiwake_proto::v1;
+
+use crate::clients::permissions::Permissions;
+use crate::clients::planner::Planner;
+use crate::clients::skills::Skills;
+use crate::config::Limits;
+use crate::flags::Flags;
+use crate::outbox::Outbox;
+use crate::vehicle::Vehicle;
+
+/// Everything a leaf may look at and ask for. Nothing in here waits or reads a clock.
+pub(crate) struct World {
+    pub(crate) now: Now,
+    pub(crate) limits: Limits,
+    pub(crate) table: Arc<Contingencies>,
+    pub(crate) library: Arc<Library<World>>,
+    /// What came in since the monitor leaf looked.
+    pub(crate) inbox: Inbox,
+    pub(crate) vehicle: Option<Vehicle>,
+    pub(crate) flags: Flags,
+    pub(crate) skills: Skills,
+    pub(crate) planner: Planner,
+    pub(crate) permissions: Permissions,
+    pub(crate) mission: Mission,
+    /// The flag whose row responds.
+    pub(crate) acting: Option<String>,
+    /// A transition action flies.
+    pub(crate) in_transition: bool,
+    /// Why the step at hand failed, as its leaves said.
+    pub(crate) failure: Failure,
+    pub(crate) outbox: Outbox,
+    pub(crate) decisions: u64,
+}
+
+/// What came in and waits for the monitor leaf.
+#[derive(Debug, Default)]
+pub(crate) struct Inbox {
+    pub(crate) vehicle: Option<Vehicle>,
+    pub(crate) flags: Vec<v1::FlagEvent>,
+}
+
+/// The reason a step is about to fail with.
+#[derive(Debug, Default)]
+pub(crate) struct Failure {
+    pub(crate) reason: String,
+    pub(crate) denials: Vec<v1::Denial>,
+}
+
+/// The mission as a whole.
+#[derive(Debug, Default)]
+pub(crate) struct Mission {
+    /// Latched: nothing starts again after it.
+    pub(crate) over: Option<Over>,
+    pub(crate) started: Option<Time>,
+    pub(crate) report: Option<v1::MissionReport>,
+    pub(crate) vehicle_name: String,
+}
+
+/// How the mission ended.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Over {
+    pub(crate) outcome: v1::MissionOutcome,
+    pub(crate) reason: String,
+}
+
+impl World {
+    /// Records a decision, in words.
+    pub(crate) fn say(&mut self, topic: &str, text: impl Into<String>) {
+        self.decisions += 1;
+        self.outbox.publish(v1::DecisionRecord {
+            at_s: self.now.time.as_secs_f64(),
+            topic: topic.to_owned(),
+            text: text.into(),
+            sequence: self.decisions,
+        });
+    }
+
+    /// Raises a flag that has a row; one without is told and not acted on.
+    pub(crate) fn raise(&mut self, name: &str, reason: &str) {
+        if self.table.row(name).is_none() {
+            self.say("contingency", format!("flag `{name}` has no row in the table: not acted on"));
+        } else if self.flags.raise(self.now.time, name, reason) {
+            self.say("contingency", format!("flag `{name}` raised: {reason}"));
+        }
+    }
+
+    /// Latches the end of the mission; the first reason stays.
+    pub(crate) fn end_mission(&mut self, outcome: v1::MissionOutcome, reason: impl Into<String>) {
+        if self.mission.over.is_none() {
+            self.mission.over = Some(Over { outcome, reason: reason.into() });
+        }
+    }
+
+    /// The state that the planner reasons about; `None` until the vehicle is known.
+    pub(crate) fn planning_state(&self) -> Option<v1::PlanningState> {
+        let vehicle = self.vehicle?;
+        Some(v1::PlanningState {
+            position: Some(vehicle.position.into()),
+            flying: vehicle.flying,
+            mode: vehicle.mode as i32,
+            permissions: self.held(),
+        })
+    }
+
+    /// The areas that may be entered now.
+    pub(crate) fn held(&self) -> Vec<String> {
+        self.permissions.held(self.now.time, self.limits.permission_margin)
+    }
+
+    pub(crate) fn is_flying(&self) -> bool {
+        self.vehicle.is_some_and(|it| it.flying)
+    }
+}

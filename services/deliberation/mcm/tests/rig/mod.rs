@@ -1,0 +1,241 @@
+//! A manager with its surroundings played by the test: what it does is written down in words.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use domain::contingency::Contingencies;
+use domain::file::Source;
+use domain::time::{Now, Pace, Time};
+use kittiwake_proto::topics::{Message, Request, Response};
+use kittiwake_proto::v1;
+use mcm::{Config, Mcm, Trees};
+use node::{CallError, CallId, Effect, Event, Node};
+
+const CONFIG: &str = r#"
+tick_period_ms = 10.0
+request_timeout_s = 1.0
+introspection_limit_s = 0.5
+skill_silence_s = 2.0
+permission_answer_s = 10.0
+permission_tries = 3
+permission_margin_s = 30.0
+arrival_radius_m = 1.5
+transition_speed_m_s = 4.0
+transition_stand_off_m = 20.0
+return_height_m = 15.0
+return_speed_m_s = 10.0
+"#;
+
+pub struct Rig {
+    mcm: Mcm,
+    now: Time,
+    /// What it did, in words, since the last look.
+    pub log: Vec<String>,
+    open: Vec<(CallId, Request)>,
+    next_skill: u64,
+    /// Request id and skill id of what executes.
+    running: Option<(String, u64)>,
+    flying: bool,
+    mode: v1::FlightMode,
+    position: v1::Ned,
+}
+
+fn shipped(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../config").join(name)
+}
+
+pub fn shipped_table() -> (Trees, Contingencies) {
+    let trees = Trees::read(&shipped("trees")).unwrap();
+    let source = Source::read(&shipped("contingencies.toml")).unwrap();
+    let table = Contingencies::read(&source, &trees.actions()).unwrap();
+    (trees, table)
+}
+
+impl Rig {
+    pub fn new() -> Rig {
+        let (trees, table) = shipped_table();
+        let config: Config = Source { path: "test".into(), text: CONFIG.into() }.parse().unwrap();
+        let loaded = trees.load(&table).unwrap();
+        let mut rig = Rig {
+            mcm: Mcm::new(&config, "uav1", 1, &loaded, table, Pace::REAL_TIME).unwrap(),
+            now: Time::ZERO,
+            log: Vec::new(),
+            open: Vec::new(),
+            next_skill: 1,
+            running: None,
+            flying: false,
+            mode: v1::FlightMode::Loiter,
+            position: v1::Ned::default(),
+        };
+        rig.vehicle(false, v1::FlightMode::Loiter, (0.0, 0.0, 0.0));
+        rig
+    }
+
+    /// The monitor says how the vehicle is.
+    pub fn vehicle(&mut self, flying: bool, mode: v1::FlightMode, at: (f64, f64, f64)) {
+        (self.flying, self.mode) = (flying, mode);
+        self.position = v1::Ned { north_m: at.0, east_m: at.1, down_m: -at.2 };
+        self.say(v1::Introspection {
+            status: Some(v1::VehicleStatus { armed: flying, actual_mode: mode as i32, ..Default::default() }),
+            local_position: Some(v1::VehicleLocalPosition {
+                position: Some(self.position),
+                velocity: Some(v1::NedVelocity::default()),
+                ..Default::default()
+            }),
+            land_detected: Some(v1::VehicleLandDetected { landed: !flying, ..Default::default() }),
+            ages: Some(v1::SourceAges { status_s: Some(0.0), ..Default::default() }),
+            ..Default::default()
+        });
+    }
+
+    pub fn say(&mut self, message: impl Into<Message>) {
+        self.event(Event::Message { vehicle: "uav1".into(), message: message.into() });
+    }
+
+    pub fn flag(&mut self, name: &str, raised: bool) {
+        self.say(v1::FlagEvent { name: name.into(), raised, reason: "by hand".into(), ..Default::default() });
+    }
+
+    /// Time passes; the monitor goes on talking.
+    pub fn wait(&mut self, seconds: f64) {
+        let end = self.now + Duration::from_secs_f64(seconds);
+        while self.now < end {
+            self.now = end.min(self.now + Duration::from_millis(100));
+            let at = (self.position.north_m, self.position.east_m, -self.position.down_m);
+            self.vehicle(self.flying, self.mode, at);
+        }
+    }
+
+    /// Answers the open request that `answer` has an answer for.
+    #[track_caller]
+    pub fn answer(&mut self, mut answer: impl FnMut(&Request) -> Option<Result<Response, CallError>>) {
+        let found = self.open.iter().enumerate().find_map(|(index, (_, request))| Some((index, answer(request)?)));
+        let (index, result) = found.unwrap_or_else(|| panic!("no open request fits; open are {:?}", self.open));
+        let (call, _) = self.open.remove(index);
+        self.event(Event::Reply { call, result });
+    }
+
+    /// The planner answers the open request for a plan.
+    #[track_caller]
+    pub fn plan(&mut self, reply: v1::replan_reply::Reply) {
+        let reply = v1::ReplanReply { reply: Some(reply) };
+        self.answer(|it| matches!(it, Request::Replan(_)).then(|| Ok(Response::Replan(reply.clone()))));
+    }
+
+    /// The planner answers the prefetch.
+    #[track_caller]
+    pub fn next(&mut self, step: Option<v1::PlanStep>) {
+        let reply = v1::NextStepReply { step };
+        self.answer(|it| matches!(it, Request::NextStep(_)).then(|| Ok(Response::NextStep(reply.clone()))));
+    }
+
+    /// The planner acknowledges a flown step.
+    #[track_caller]
+    pub fn acknowledge_done(&mut self) {
+        let reply = v1::StepDoneReply { accepted: true, ..Default::default() };
+        self.answer(|it| matches!(it, Request::StepDone(_)).then(|| Ok(Response::StepDone(reply.clone()))));
+    }
+
+    /// The skill manager takes the open request and executes it; returns its request id.
+    #[track_caller]
+    pub fn execute(&mut self) -> String {
+        let (id, mut request_id) = (self.next_skill, String::new());
+        self.next_skill += 1;
+        self.answer(|it| match it {
+            Request::Skill(skill) => {
+                request_id = skill.request_id.clone();
+                Some(Ok(Response::Skill(v1::SkillReply { skill_id: id, ..Default::default() })))
+            }
+            _ => None,
+        });
+        if let Some((old, old_id)) = self.running.replace((request_id.clone(), id)) {
+            self.skill(&old, old_id, v1::SkillState::Ended, v1::SkillOutcome::Aborted, "overwritten");
+        }
+        self.skill(&request_id, id, v1::SkillState::Execute, v1::SkillOutcome::Unspecified, "");
+        request_id
+    }
+
+    /// A skill ends.
+    pub fn end(&mut self, request_id: &str, outcome: v1::SkillOutcome, reason: &str) {
+        let id = self.running.take().map_or(0, |(_, id)| id);
+        self.skill(request_id, id, v1::SkillState::Ended, outcome, reason);
+    }
+
+    fn skill(&mut self, id: &str, skill_id: u64, state: v1::SkillState, outcome: v1::SkillOutcome, reason: &str) {
+        self.say(v1::SkillEvent {
+            skill_id,
+            request_id: id.to_owned(),
+            state: state as i32,
+            outcome: outcome as i32,
+            reason: reason.to_owned(),
+            ..Default::default()
+        });
+    }
+
+    /// What it did since the last look, one line each.
+    pub fn story(&mut self) -> String {
+        std::mem::take(&mut self.log).join("\n")
+    }
+
+    fn event(&mut self, event: Event) {
+        let now = Now { time: self.now, utc_ms: 0 };
+        let mut effects = Vec::new();
+        self.mcm.on(now, event, &mut effects);
+        self.mcm.act(now, &mut effects);
+        effects.into_iter().for_each(|it| self.write_down(it));
+    }
+
+    fn write_down(&mut self, effect: Effect) {
+        match effect {
+            Effect::Call { call, request, .. } => {
+                match &request {
+                    Request::Skill(it) => self.log.push(format!("start {}", skill(it))),
+                    Request::SkillCancel(it) => self.log.push(format!("cancel skill {}", it.skill_id)),
+                    Request::Replan(it) => {
+                        let denials: Vec<_> = it.denials.iter().map(|it| it.area.as_str()).collect();
+                        self.log.push(format!("replan after {} ({}) {denials:?}", it.failed_step_id, it.failure));
+                    }
+                    Request::Permission(it) => self.log.push(format!("ask {}", it.area)),
+                    Request::StepDone(it) => self.log.push(format!("done {}", it.step_id)),
+                    _ => {}
+                }
+                self.open.push((call, request));
+            }
+            Effect::Publish { message: Message::McmStatus(status), .. } => {
+                if let Some(report) = status.report {
+                    self.log.push(format!("report {:?}: {}", report.outcome(), report.reason));
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+fn skill(it: &v1::SkillRequest) -> String {
+    use v1::skill_goal::Goal as G;
+    let what = match it.goal.as_ref().and_then(|it| it.goal.clone()) {
+        Some(G::Land(_)) => "land".to_owned(),
+        Some(G::Takeoff(it)) => format!("takeoff {}", it.climb_m),
+        Some(G::Stop(_)) => "stop".to_owned(),
+        Some(G::Position(it)) => {
+            let at = it.target.unwrap();
+            format!("fly {} {} {}", at.north_m + 0.0, at.east_m + 0.0, -at.down_m)
+        }
+        other => format!("{other:?}"),
+    };
+    if it.gave_up_skill_id == 0 { what } else { format!("{what}, giving up {}", it.gave_up_skill_id) }
+}
+
+/// A step that flies `goal`.
+pub fn step(id: u64, goal: domain::skill::Goal, ask: &[&str]) -> v1::PlanStep {
+    v1::PlanStep {
+        id,
+        nominal: Some(v1::ParameterSet { goal: Some(goal.into()), ..Default::default() }),
+        ask_permissions: ask.iter().map(|&it| it.to_owned()).collect(),
+        ..Default::default()
+    }
+}
+
+pub fn plan(steps: &[v1::PlanStep]) -> v1::replan_reply::Reply {
+    v1::replan_reply::Reply::Plan(v1::Plan { steps: steps.to_vec(), ..Default::default() })
+}

@@ -1,0 +1,260 @@
+//! What the tower says and when, told as a log of its ledgers and replies.
+
+use std::time::Duration;
+
+use control_tower::ControlTower;
+use control_tower::config::Config;
+use control_tower::policy::Policy;
+use domain::time::{Now, Pace, Time};
+use kittiwake_proto::topics::{Message, Request, Response};
+use kittiwake_proto::v1;
+use node::{Effect, Event, Node, Token};
+
+const CONFIG: &str = "
+    delay_s = 5.0
+    random_denial = 0.5
+    denial_reason = 'closed'
+    grant_valid_s = 900.0
+    ledger_rate_hz = 1.0
+";
+
+/// A tower, its clock, and what it has said that was new.
+struct Story {
+    tower: ControlTower,
+    now: Now,
+    log: Vec<String>,
+    last_ledger: String,
+    published: usize,
+}
+
+impl Story {
+    fn with(policy: Policy, seed: u64, pace: Pace) -> Story {
+        let tower = ControlTower::new(&toml::from_str::<Config>(CONFIG).unwrap(), policy, seed, pace);
+        Story { tower, now: Now::default(), log: Vec::new(), last_ledger: String::new(), published: 0 }
+    }
+
+    fn of(policy: Policy) -> Story {
+        Story::with(policy, 1, Pace::REAL_TIME)
+    }
+
+    /// The vehicle asks for an area.
+    fn ask(mut self, id: &str, area: &str) -> Story {
+        let request = v1::PermissionRequest { request_id: id.into(), area: area.into(), step_id: 1 };
+        self.send("uav1", Request::Permission(request));
+        self
+    }
+
+    /// An operator decides about uav1.
+    fn decide(self, decision: v1::Decision, area: &str) -> Story {
+        self.decide_for(decision, area, None)
+    }
+
+    fn decide_for(mut self, decision: v1::Decision, area: &str, valid_for_s: Option<f64>) -> Story {
+        let reason = "by hand".into();
+        let decision = decision as i32;
+        let request = v1::DecideRequest { vehicle: "uav1".into(), area: area.into(), decision, reason, valid_for_s };
+        self.send("uav1", Request::Decide(request));
+        self
+    }
+
+    fn send(&mut self, vehicle: &str, request: Request) {
+        let mut effects = Vec::new();
+        self.tower.on(self.now, Event::Request { vehicle: vehicle.into(), token: Token(1), request }, &mut effects);
+        self.tower.act(self.now, &mut effects);
+        self.note(effects);
+    }
+
+    /// Lets time pass, acting whenever the tower wants to.
+    fn wait(mut self, s: f64) -> Story {
+        let end = self.now.time + Duration::from_secs_f64(s);
+        while let Some(deadline) = self.tower.deadline().filter(|it| *it <= end) {
+            self.go_to(deadline);
+            let mut effects = Vec::new();
+            self.tower.act(self.now, &mut effects);
+            self.note(effects);
+        }
+        self.go_to(end);
+        self
+    }
+
+    fn go_to(&mut self, time: Time) {
+        self.now = Now { time, utc_ms: time.since_start().as_millis() as i64 };
+    }
+
+    fn note(&mut self, effects: Vec<Effect>) {
+        for effect in effects {
+            let line = match effect {
+                Effect::Reply { response: Response::Permission(it), .. } if it.received => continue,
+                Effect::Reply { response: Response::Permission(it), .. } => format!("refused: {}", it.refusal),
+                Effect::Reply { response: Response::Decide(it), .. } if it.accepted => continue,
+                Effect::Reply { response: Response::Decide(it), .. } => format!("refused: {}", it.refusal),
+                Effect::Publish { vehicle, message: Message::PermissionLedger(it) } => {
+                    self.published += 1;
+                    let ledger = format!("{}: {}", vehicle.expect("the tower is no vehicle's"), text(&it));
+                    if ledger == self.last_ledger {
+                        continue;
+                    }
+                    self.last_ledger = ledger.clone();
+                    ledger
+                }
+                other => panic!("the tower did {other:?}"),
+            };
+            self.log.push(format!("{:.0} {line}", self.now.time.as_secs_f64()));
+        }
+    }
+
+    #[track_caller]
+    fn tells(self, expected: &[&str]) {
+        assert_eq!(self.log, expected);
+    }
+}
+
+fn text(ledger: &v1::PermissionLedger) -> String {
+    let permission = |it: &v1::Permission| {
+        let state = it.state().as_str_name().trim_start_matches("PERMISSION_STATE_").to_lowercase();
+        let until = if 0 < it.expires_utc_ms { format!(" until {}", it.expires_utc_ms / 1000) } else { String::new() };
+        let reason = if it.reason.is_empty() { String::new() } else { format!(" ({})", it.reason) };
+        format!("{} {state}{until}{reason} [{}, decision {}]", it.area, it.request_id, it.decision)
+    };
+    ledger.permissions.iter().map(permission).collect::<Vec<_>>().join("; ")
+}
+
+#[test]
+fn a_grant_comes_at_once_and_expires() {
+    Story::of(Policy::Grant)
+        .ask("1", "a")
+        .wait(1000.0)
+        .tells(&["0 uav1: a granted until 900 [1, decision 1]", "900 uav1: a expired [1, decision 1]"]);
+}
+
+#[test]
+fn a_delayed_grant_is_first_seen_as_requested() {
+    Story::of(Policy::Delay)
+        .wait(10.0)
+        .ask("1", "a")
+        .wait(60.0)
+        .tells(&["10 uav1: a requested [1, decision 0]", "15 uav1: a granted until 915 [1, decision 1]"]);
+}
+
+#[test]
+fn asking_again_while_it_is_delayed_does_not_start_the_delay_anew() {
+    Story::of(Policy::Delay).ask("1", "a").wait(4.0).ask("2", "a").wait(60.0).tells(&[
+        "0 uav1: a requested [1, decision 0]",
+        "4 uav1: a requested [2, decision 0]",
+        "5 uav1: a granted until 905 [2, decision 1]",
+    ]);
+}
+
+#[test]
+fn a_denial_has_a_reason_and_counts_up_when_asked_again() {
+    Story::of(Policy::Deny)
+        .ask("1", "a")
+        .wait(30.0)
+        .ask("1", "a")
+        .ask("2", "a")
+        .tells(&["0 uav1: a denied (closed) [1, decision 1]", "30 uav1: a denied (closed) [2, decision 2]"]);
+}
+
+#[test]
+fn a_silent_tower_never_decides_but_repeats_what_it_has_heard() {
+    let story = Story::of(Policy::Silent).ask("1", "a").wait(100.0);
+    assert_eq!(story.published, 101);
+    story.tells(&["0 uav1: a requested [1, decision 0]"]);
+}
+
+#[test]
+fn the_ledger_is_repeated_once_a_second_of_wall_time() {
+    let story = Story::with(Policy::Grant, 1, Pace::new(20.0).unwrap()).ask("1", "a").wait(200.0);
+    assert_eq!(story.published, 11);
+}
+
+#[test]
+fn random_denials_follow_the_seed() {
+    let ask_often = |seed| {
+        let story = Story::with(Policy::Random, seed, Pace::REAL_TIME);
+        (0..20).fold(story, |story, n| story.ask(&n.to_string(), &format!("area {n}"))).log
+    };
+    assert_eq!(ask_often(1), ask_often(1));
+    assert_ne!(ask_often(1), ask_often(2));
+    let last = ask_often(1).pop().unwrap();
+    assert!(last.contains(" granted until ") && last.contains(" denied (closed) "), "{last}");
+}
+
+#[test]
+fn asking_for_what_is_granted_extends_it() {
+    Story::of(Policy::Delay).ask("1", "a").wait(100.0).ask("2", "a").wait(800.0).tells(&[
+        "0 uav1: a requested [1, decision 0]",
+        "5 uav1: a granted until 905 [1, decision 1]",
+        "100 uav1: a granted until 1000 [2, decision 2]",
+    ]);
+}
+
+#[test]
+fn a_hand_answers_for_a_silent_tower() {
+    Story::of(Policy::Silent)
+        .ask("1", "a")
+        .wait(3.0)
+        .decide(v1::Decision::Grant, "a")
+        .wait(10.0)
+        .tells(&["0 uav1: a requested [1, decision 0]", "3 uav1: a granted until 903 [1, decision 1]"]);
+}
+
+#[test]
+fn a_hand_that_denies_is_faster_than_the_policy_and_lasts() {
+    Story::of(Policy::Delay).ask("1", "a").wait(3.0).decide(v1::Decision::Deny, "a").wait(30.0).ask("2", "a").tells(&[
+        "0 uav1: a requested [1, decision 0]",
+        "3 uav1: a denied (by hand) [1, decision 1]",
+        "33 uav1: a denied (by hand) [2, decision 2]",
+    ]);
+}
+
+#[test]
+fn what_was_revoked_stays_denied_until_a_hand_grants_it() {
+    let story = Story::of(Policy::Grant).ask("1", "a").wait(3.0).decide(v1::Decision::Revoke, "a");
+    story.wait(30.0).ask("2", "a").decide(v1::Decision::Grant, "a").tells(&[
+        "0 uav1: a granted until 900 [1, decision 1]",
+        "3 uav1: a revoked (by hand) [1, decision 2]",
+        "33 uav1: a denied (by hand) [2, decision 3]",
+        "33 uav1: a granted until 933 [2, decision 4]",
+    ]);
+}
+
+#[test]
+fn the_end_of_a_grant_by_hand_is_not_moved_by_asking() {
+    let story = Story::of(Policy::Grant).decide_for(v1::Decision::Grant, "a", Some(60.0));
+    story.wait(30.0).ask("1", "a").wait(40.0).ask("2", "a").tells(&[
+        "0 uav1: a granted until 60 [, decision 1]",
+        "30 uav1: a granted until 60 [1, decision 2]",
+        "60 uav1: a expired [1, decision 2]",
+        "70 uav1: a granted until 970 [2, decision 3]",
+    ]);
+}
+
+#[test]
+fn a_decision_that_makes_no_sense_is_refused() {
+    let story = Story::of(Policy::Grant)
+        .decide(v1::Decision::Revoke, "a")
+        .decide(v1::Decision::Grant, "")
+        .decide(v1::Decision::Unspecified, "a")
+        .decide_for(v1::Decision::Grant, "a", Some(f64::NAN));
+    story.tells(&[
+        "0 refused: nothing to revoke, the area is not granted",
+        "0 refused: `area` is missing",
+        "0 refused: `decision` is missing",
+        "0 refused: `valid_for_s`: found NaN, expected a number between 0.000001 and 1000000",
+    ]);
+}
+
+#[test]
+fn each_vehicle_has_its_own_ledger() {
+    let mut story = Story::of(Policy::Grant).ask("1", "a");
+    let request = v1::PermissionRequest { request_id: "1".into(), area: "b".into(), step_id: 1 };
+    story.send("uav2", Request::Permission(request));
+    let request = v1::DecideRequest { vehicle: "uav1".into(), area: "b".into(), decision: 2, ..Default::default() };
+    story.send("uav2", Request::Decide(request));
+    story.tells(&[
+        "0 uav1: a granted until 900 [1, decision 1]",
+        "0 uav2: b granted until 900 [1, decision 1]",
+        "0 refused: sent to vehicle `uav2`, but names `uav1`",
+    ]);
+}

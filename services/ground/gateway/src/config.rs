@@ -1,0 +1,28 @@
+//! The gateway's parameters.
+
+use std::num::{NonZeroU16, NonZeroU32};
+
+use domain::quantity::Positive;
+use serde::Deserialize;
+
+/// The section `[gateway]`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// Renewals of the state behind the HTTP answers a second of wall time, at most. Ours: what an eye sees.
+    pub snapshot_rate_hz: Positive,
+    /// `status` events a second of wall time on each event stream, and renewals of the state while
+    /// nothing arrives. Ours: the rate of the mission manager's own status.
+    pub status_rate_hz: Positive,
+    /// Wall seconds without a heartbeat after which a process counts as stale. Heartbeats come at
+    /// 2 Hz of wall time whatever the speed factor (`health.proto`); ours: four of them.
+    pub heartbeat_stale_s: Positive,
+    /// Events kept for each vehicle. Ours: some missions' worth.
+    pub history_records: NonZeroU16,
+    /// Event streams open at a time. Ours: far more than there are operators.
+    pub max_event_streams: NonZeroU16,
+    /// Wall seconds after which a request that is not answered is given up. Ours.
+    pub request_timeout_s: Positive,
+    /// Bytes a request's body may declare. Ours: no route reads one yet.
+    pub max_body_bytes: NonZeroU32,
+}

@@ -1,0 +1,314 @@
+//! What an operator's program gets over HTTP, from a gateway that is fed by hand.
+
+use std::time::Duration;
+
+use axum::Router;
+use axum::body::Body;
+use axum::http::{Request, StatusCode};
+use domain::time::{Now, Pace, Time};
+use gateway::config::Config;
+use gateway::http::{Api, router};
+use gateway::{Gateway, serve};
+use http_body_util::BodyExt as _;
+use kittiwake_proto::topics::Message;
+use kittiwake_proto::v1;
+use node::{Event, Node};
+use serde_json::{Value, json};
+use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::watch;
+use tower::ServiceExt as _;
+
+/// Keeps few records and few streams, so that their ends are near; one status and no second, so
+/// that what follows is what the test made happen.
+const CONFIG: &str = "
+    snapshot_rate_hz = 20.0
+    status_rate_hz = 0.001
+    heartbeat_stale_s = 2.0
+    history_records = 8
+    max_event_streams = 2
+    request_timeout_s = 5.0
+    max_body_bytes = 1000
+";
+
+/// Longer than any of these tests takes on a busy machine.
+const LIMIT: Duration = Duration::from_secs(20);
+
+/// A gateway, its clock and its routes.
+struct World {
+    gateway: Gateway,
+    now: Now,
+    api: Api,
+    router: Router,
+    /// Kept, since dropping it stops the streams.
+    closing: watch::Sender<()>,
+}
+
+impl World {
+    fn empty() -> World {
+        let config: Config = toml::from_str(CONFIG).unwrap();
+        let (gateway, api) = Gateway::new(&config, Pace::REAL_TIME);
+        let (closing, closed) = watch::channel(());
+        let router = router(api.clone(), closed);
+        World { gateway, now: Now { time: Time::ZERO, utc_ms: 1_767_225_600_000 }, api, router, closing }
+    }
+
+    /// With uav1, of which the autopilot's status is known.
+    fn with_vehicle() -> World {
+        let mut world = World::empty();
+        world.say(v1::VehicleStatus { armed: true, ..Default::default() });
+        world
+    }
+
+    /// uav1 says something; a second passes.
+    fn say(&mut self, message: impl Into<Message>) {
+        self.event(Event::Message { vehicle: "uav1".into(), message: message.into() });
+    }
+
+    fn event(&mut self, event: Event) {
+        self.now.time = self.now.time + Duration::from_secs(1);
+        self.now.utc_ms += 1000;
+        self.gateway.on(self.now, event, &mut Vec::new());
+        self.gateway.act(self.now, &mut Vec::new());
+    }
+
+    fn decide(&mut self, text: &str) {
+        self.say(v1::DecisionRecord { text: text.into(), ..Default::default() });
+    }
+
+    async fn get(&self, path: &str) -> Answer {
+        self.send(Request::get(path).body(Body::empty()).unwrap()).await
+    }
+
+    async fn send(&self, request: Request<Body>) -> Answer {
+        let response = self.router.clone().oneshot(request).await.unwrap();
+        let status = response.status();
+        let kind = response.headers()["content-type"].to_str().unwrap().to_owned();
+        let body = response.into_body().collect().await.unwrap().to_bytes();
+        Answer { status, kind, body: serde_json::from_slice(&body).unwrap_or(Value::Null) }
+    }
+
+    async fn events(&self, last_event_id: Option<&str>) -> Events {
+        let request = Request::get("/api/v1/vehicles/uav1/events");
+        let request = last_event_id.into_iter().fold(request, |it, id| it.header("Last-Event-ID", id));
+        let response = self.router.clone().oneshot(request.body(Body::empty()).unwrap()).await.unwrap();
+        assert_eq!(response.status(), StatusCode::OK);
+        assert_eq!(response.headers()["content-type"], "text/event-stream");
+        Events(response.into_body())
+    }
+}
+
+struct Answer {
+    status: StatusCode,
+    kind: String,
+    body: Value,
+}
+
+impl Answer {
+    #[track_caller]
+    fn is_problem(&self, status: u16, detail: &str) {
+        assert_eq!(self.kind, "application/problem+json");
+        assert_eq!((self.status.as_u16(), &self.body["status"]), (status, &json!(status)));
+        assert_eq!(self.body["detail"], detail);
+    }
+}
+
+/// A client that reads when it is told to.
+struct Events(Body);
+
+#[derive(Debug)]
+struct Sent {
+    kind: String,
+    id: String,
+    data: Value,
+}
+
+impl Events {
+    /// The next event; `None` at the end of the stream.
+    async fn next(&mut self) -> Option<Sent> {
+        let frame = tokio::time::timeout(LIMIT, self.0.frame()).await.expect("the next event is late")?;
+        let bytes = frame.unwrap().into_data().unwrap();
+        let text = std::str::from_utf8(&bytes).unwrap();
+        let field = |name: &str| {
+            let line = text.lines().find_map(|it| it.strip_prefix(name)?.strip_prefix(": "));
+            line.unwrap_or_default().to_owned()
+        };
+        let data = serde_json::from_str(&field("data")).unwrap();
+        Some(Sent { kind: field("event"), id: field("id"), data })
+    }
+
+    /// Reads events of these kinds, decisions with their text; the id of the last that has one.
+    async fn expect(&mut self, expected: &[&str]) -> String {
+        let mut id = String::new();
+        for expected in expected {
+            let sent = self.next().await.expect("the stream has ended");
+            let text = sent.data["text"].as_str().map_or(String::new(), |it| format!(" {it}"));
+            assert_eq!(format!("{}{text}", sent.kind), *expected);
+            if !sent.id.is_empty() {
+                id = sent.id;
+            }
+        }
+        id
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_process_lives_as_long_as_its_loop() {
+    let world = World::empty();
+    assert_eq!(world.get("/healthz").await.body, json!({ "status": "ok" }));
+    let World { gateway, router, .. } = world;
+    drop(gateway);
+    let response = router.oneshot(Request::get("/healthz").body(Body::empty()).unwrap()).await.unwrap();
+    assert_eq!(response.status(), StatusCode::SERVICE_UNAVAILABLE);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn it_is_ready_once_everything_is_seen_and_says_what_is_missing_until_then() {
+    let mut world = World::empty();
+    world.get("/readyz").await.is_problem(503, "no vehicle seen yet");
+    let peer = |vehicle: &str, service: &str| Event::Peer {
+        vehicle: vehicle.into(),
+        service: service.into(),
+        instance: "1".into(),
+        alive: true,
+    };
+    world.say(v1::VehicleStatus::default());
+    world.say(v1::Introspection::default());
+    world.say(v1::PlannerStatus::default());
+    let answer = world.get("/readyz").await;
+    answer.is_problem(503, "no vehicle's system is complete");
+    let missing = ["vehicle-sim", "skill-manager", "monitor", "planner", "mcm", "control-tower"];
+    let mut missing = missing.map(|it| format!("{it} not seen yet")).to_vec();
+    missing.push("mission manager status not received yet".into());
+    assert_eq!(answer.body["missing"], json!({ "uav1": missing }));
+    world.say(v1::McmStatus::default());
+    // In one moment, or the first would be stale when the last appears.
+    let now = world.now;
+    for service in ["vehicle-sim", "skill-manager", "monitor", "planner", "mcm"] {
+        world.gateway.on(now, peer("uav1", service), &mut Vec::new());
+    }
+    world.event(peer("", "control-tower"));
+    let answer = world.get("/readyz").await;
+    assert_eq!(answer.body, json!({ "status": "ready", "vehicles": ["uav1"] }));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_vehicle_is_listed_and_shown_from_its_first_sign_on() {
+    let mut world = World::empty();
+    assert_eq!(world.get("/api/v1/vehicles").await.body["vehicles"], json!([]));
+    world.say(v1::VehicleStatus { armed: true, ..Default::default() });
+    assert_eq!(world.get("/api/v1/vehicles").await.body["vehicles"][0]["vehicle"], "uav1");
+    let shown = world.get("/api/v1/vehicles/uav1").await.body;
+    assert_eq!(shown["vehicle"], "uav1");
+    assert_eq!(shown["missionTimeS"], 1.0);
+    assert_eq!(shown["utc"], "2026-01-01T00:00:01.000Z");
+    assert_eq!(shown["aircraft"]["status"]["armed"], true);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_there_is_not_is_a_problem() {
+    let world = World::with_vehicle();
+    world.get("/api/v1/vehicles/uav2").await.is_problem(404, "vehicle `uav2` was never seen");
+    world.get("/api/v1/vehicles/uav2/events").await.is_problem(404, "vehicle `uav2` was never seen");
+    world.get("/api/v2").await.is_problem(404, "there is no `/api/v2`; `/` lists what there is");
+    let request = Request::post("/healthz").body(Body::empty()).unwrap();
+    world.send(request).await.is_problem(405, "only GET and HEAD are served");
+    let request = Request::get("/healthz").header("content-length", 1001).body(Body::empty()).unwrap();
+    world.send(request).await.is_problem(413, "the body has 1001 bytes, at most 1000 are taken");
+    assert_eq!(world.get("/api/v1/vehicles/%ff").await.status, StatusCode::BAD_REQUEST);
+    assert_eq!(world.get("/").await.kind, "text/plain; charset=utf-8");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_stream_replays_what_happened_and_goes_on_live() {
+    let mut world = World::with_vehicle();
+    world.decide("one");
+    let mut events = world.events(None).await;
+    events.expect(&["decision one", "status"]).await;
+    world.decide("two");
+    world.say(v1::SkillEvent { skill_id: 7, ..Default::default() });
+    world.say(v1::FlagEvent { name: "wind".into(), raised: true, ..Default::default() });
+    world.say(v1::PermissionLedger { permissions: vec![v1::Permission { area: "a".into(), ..Default::default() }] });
+    world.say(v1::PlannerStatus { objectives: vec![v1::Objective::default()], ..Default::default() });
+    world.say(v1::McmStatus { report: Some(v1::MissionReport::default()), ..Default::default() });
+    events.expect(&["decision two", "skill", "flag", "permission", "objective", "report"]).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_record_is_the_message_with_the_time_it_came() {
+    let mut world = World::with_vehicle();
+    world.say(v1::SkillEvent { skill_id: 7, state: v1::SkillState::Execute as i32, ..Default::default() });
+    let sent = world.events(None).await.next().await.unwrap();
+    assert_eq!(sent.data["state"], "SKILL_STATE_EXECUTE");
+    assert_eq!(sent.data["skillId"], "7");
+    assert_eq!(sent.data["missionTimeS"], 2.0);
+    assert_eq!(sent.data["utc"], "2026-01-01T00:00:02.000Z");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_client_that_comes_back_gets_what_it_missed_and_no_more() {
+    let mut world = World::with_vehicle();
+    world.decide("one");
+    world.decide("two");
+    let id = world.events(None).await.expect(&["decision one", "decision two"]).await;
+    world.decide("three");
+    world.events(Some(&id)).await.expect(&["decision three", "status"]).await;
+    world.events(Some("of another gateway")).await.expect(&["decision one"]).await;
+    world.events(Some("5-1")).await.expect(&["resync", "decision one"]).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_client_that_reads_too_slowly_is_told_to_start_over() {
+    let mut world = World::with_vehicle();
+    let mut events = world.events(None).await;
+    events.expect(&["status"]).await;
+    world.decide("one");
+    events.expect(&["decision one"]).await;
+    (2..=20).for_each(|n| world.decide(&n.to_string()));
+    events.expect(&["resync", "decision 13", "decision 14"]).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn streams_are_counted_and_given_back() {
+    let world = World::with_vehicle();
+    let first = world.events(None).await;
+    let _second = world.events(None).await;
+    world.get("/api/v1/vehicles/uav1/events").await.is_problem(503, "all 2 event streams are taken");
+    drop(first);
+    world.events(None).await.expect(&["status"]).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_stream_ends_when_the_server_or_the_loop_does() {
+    let world = World::with_vehicle();
+    let mut events = world.events(None).await;
+    events.expect(&["status"]).await;
+    drop(world.closing);
+    assert!(events.next().await.is_none());
+
+    let world = World::with_vehicle();
+    let mut events = world.events(None).await;
+    events.expect(&["status"]).await;
+    drop(world.gateway);
+    assert!(events.next().await.is_none());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_server_stops_when_told_though_a_stream_is_open() {
+    let world = World::with_vehicle();
+    let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let address = listener.local_addr().unwrap();
+    let (stop, stopped) = tokio::sync::oneshot::channel::<()>();
+    let server = tokio::spawn(serve(listener, world.api.clone(), async {
+        let _ = stopped.await;
+    }));
+    let mut client = TcpStream::connect(address).await.unwrap();
+    client.write_all(b"GET /api/v1/vehicles/uav1/events HTTP/1.1\r\nhost: x\r\n\r\n").await.unwrap();
+    let mut seen = Vec::new();
+    while !String::from_utf8_lossy(&seen).contains("event: status") {
+        let read = tokio::time::timeout(LIMIT, client.read_buf(&mut seen)).await.expect("the status is late").unwrap();
+        assert_ne!(read, 0, "closed after {}", String::from_utf8_lossy(&seen));
+    }
+    stop.send(()).unwrap();
+    tokio::time::timeout(LIMIT, server).await.expect("the server goes on").unwrap().unwrap();
+}
