@@ -71,7 +71,7 @@ impl<'a> VirtualBus<'a> {
     /// Publishes `message` from outside.
     pub fn publish(&mut self, message: impl Into<Message>) {
         let message = message.into();
-        self.deliver(self.vehicle.clone(), message);
+        self.deliver(None, self.vehicle.clone(), message);
     }
 
     /// Sends `request` from outside; its answer is not waited for.
@@ -127,7 +127,7 @@ impl<'a> VirtualBus<'a> {
         for effect in effects {
             match effect {
                 Effect::Publish { vehicle, message } => {
-                    self.deliver(vehicle.unwrap_or_else(|| self.vehicle.clone()), message);
+                    self.deliver(Some(index), vehicle.unwrap_or_else(|| self.vehicle.clone()), message);
                 }
                 Effect::Call { call, request, timeout } => {
                     let token = self.token();
@@ -141,11 +141,12 @@ impl<'a> VirtualBus<'a> {
         }
     }
 
-    fn deliver(&mut self, vehicle: VehicleId, message: Message) {
+    /// To everybody but the sender, as on the real bus.
+    fn deliver(&mut self, from: Option<usize>, vehicle: VehicleId, message: Message) {
         (self.tap)(self.now, &message);
         let topic = message.topic();
         for (index, node) in self.nodes.iter().enumerate() {
-            if node.subscriptions().contains(&topic) {
+            if from != Some(index) && node.subscriptions().contains(&topic) {
                 self.queue.push_back((index, Event::Message { vehicle: vehicle.clone(), message: message.clone() }));
             }
         }

@@ -10,7 +10,7 @@
 
 mod clients;
 mod conditions;
-mod config;
+pub mod config;
 mod flags;
 mod leaves;
 mod manager;
@@ -22,6 +22,5 @@ mod vehicle;
 mod words;
 mod world;
 
-pub use config::Config;
 pub use manager::Mcm;
 pub use trees::{LoadedTrees, Trees, contingency_xml};

@@ -8,7 +8,8 @@ use domain::file::Source;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Message, Request, Response};
 use kittiwake_proto::v1;
-use mcm::{Config, Mcm, Trees};
+use mcm::config::Config;
+use mcm::{Mcm, Trees};
 use node::{CallError, CallId, Effect, Event, Node};
 
 const CONFIG: &str = r#"

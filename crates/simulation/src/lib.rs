@@ -1,0 +1,147 @@
+//! The whole system in one thread: the seven services on a virtual bus and a virtual clock.
+//!
+//! The same nodes that run as processes, from the same configuration files; what differs is only
+//! who carries their messages and what time it is. The same setup gives the same flight, to the bit.
+
+use std::cell::RefCell;
+use std::path::Path;
+use std::rc::Rc;
+use std::time::Duration;
+
+use control_tower::policy::Policy;
+use domain::contingency::Contingencies;
+use domain::file::{Mistakes, Source};
+use domain::mission::Mission;
+use domain::time::{Pace, Time};
+use kittiwake_proto::topics::{Message, Request};
+use kittiwake_proto::v1;
+use node::virtual_bus::VirtualBus;
+
+mod files;
+
+/// What is flown, and how the control tower answers.
+#[derive(Debug, Clone)]
+pub struct Setup<'a> {
+    /// The folder of `kittiwake.toml`.
+    pub config: &'a Path,
+    /// The mission file; `None`: the one that the configuration names.
+    pub mission: Option<&'a Path>,
+    /// How the control tower answers.
+    pub permissions: Policy,
+    /// Of every random draw.
+    pub seed: u64,
+}
+
+/// A system in flight.
+pub struct Simulation<'a> {
+    bus: VirtualBus<'a>,
+    seen: Rc<RefCell<Seen>>,
+}
+
+#[derive(Debug, Default)]
+struct Seen {
+    decisions: Vec<(Time, v1::DecisionRecord)>,
+    report: Option<v1::MissionReport>,
+    aircraft: Option<v1::VehicleLocalPosition>,
+}
+
+impl Simulation<'_> {
+    /// All seven services, on the ground, at virtual time zero.
+    ///
+    /// # Errors
+    /// Every mistake in the files.
+    pub fn new(setup: &Setup<'_>) -> Result<Simulation<'static>, Mistakes> {
+        let files = files::Files::read(setup)?;
+        let pace = Pace::REAL_TIME;
+        let seen = Rc::new(RefCell::new(Seen::default()));
+        let mut bus = VirtualBus::new("uav1");
+        let record = seen.clone();
+        bus.tap(move |time, message| record.borrow_mut().take_in(time, message));
+        bus.add(vehicle_sim::VehicleSim::new(&files.vehicle_sim, pace, setup.seed));
+        bus.add(skill_manager::SkillManager::new(&files.skill_manager, pace));
+        bus.add(monitor::Monitor::new(&files.monitor, &files.contingencies, pace));
+        bus.add(planner::Planner::new(&files.planner, files.mission, pace));
+        bus.add(files.mcm);
+        bus.add(control_tower::ControlTower::new(&files.control_tower, setup.permissions, setup.seed, pace));
+        bus.add(gateway::Gateway::new(&files.gateway, pace).0);
+        Ok(Simulation { bus, seen })
+    }
+
+    /// Flies until the report is there, or `limit` of virtual time has passed.
+    pub fn fly(&mut self, limit: Duration) -> Option<v1::MissionReport> {
+        let seen = self.seen.clone();
+        self.bus.run_until(limit, || seen.borrow().report.is_some());
+        self.seen.borrow().report.clone()
+    }
+
+    /// Flies until a decision contains `text`, or `limit` of virtual time has passed; whether it came.
+    pub fn fly_until(&mut self, text: &str, limit: Duration) -> bool {
+        let seen = self.seen.clone();
+        self.bus.run_until(limit, || seen.borrow().decisions.iter().any(|(_, it)| it.text.contains(text)))
+    }
+
+    /// Raises a flag by hand.
+    pub fn inject_flag(&mut self, name: &str) {
+        let reason = "by hand".to_owned();
+        self.bus.publish(v1::FlagEvent {
+            name: name.to_owned(),
+            raised: true,
+            source: "injector".to_owned(),
+            reason,
+            ..Default::default()
+        });
+    }
+
+    /// Injects a fault into the simulated vehicle.
+    pub fn inject_fault(&mut self, name: &str, args: &[&str]) {
+        let args = args.iter().map(|&it| it.to_owned()).collect();
+        self.bus.request(Request::Fault(v1::FaultRequest { name: name.to_owned(), args }));
+    }
+
+    /// Virtual time.
+    pub fn now(&self) -> Time {
+        self.bus.now()
+    }
+
+    /// Where the vehicle says it is.
+    pub fn position(&self) -> Option<v1::Ned> {
+        self.seen.borrow().aircraft.as_ref().and_then(|it| it.position)
+    }
+
+    /// Every decision so far with its time, a line each.
+    pub fn decision_log(&self) -> String {
+        let line = |(at, it): &(Time, v1::DecisionRecord)| {
+            format!("{:7.2}  {:<11} {}", at.as_secs_f64(), it.topic, it.text)
+        };
+        self.seen.borrow().decisions.iter().map(line).collect::<Vec<_>>().join("\n")
+    }
+
+    /// The texts of the decisions about `topics`, in order.
+    pub fn story(&self, topics: &[&str]) -> Vec<String> {
+        let seen = self.seen.borrow();
+        let wanted = seen.decisions.iter().filter(|(_, it)| topics.contains(&it.topic.as_str()));
+        wanted.map(|(_, it)| it.text.clone()).collect()
+    }
+}
+
+impl Seen {
+    fn take_in(&mut self, time: Time, message: &Message) {
+        match message {
+            Message::DecisionRecord(it) => self.decisions.push((time, it.clone())),
+            Message::McmStatus(it) if self.report.is_none() => self.report = it.report.clone(),
+            Message::VehicleLocalPosition(it) => self.aircraft = Some(*it),
+            _ => {}
+        }
+    }
+}
+
+/// A tree folder, a table and a mission as the program would read them.
+pub(crate) fn read_table(config: &Path) -> Result<(mcm::LoadedTrees, Contingencies), Mistakes> {
+    let trees = mcm::Trees::read(&config.join("trees"))?;
+    let table = Contingencies::read(&Source::read(&config.join("contingencies.toml"))?, &trees.actions())?;
+    Ok((trees.load(&table)?, table))
+}
+
+pub(crate) fn read_mission(path: &Path) -> Result<Mission, Mistakes> {
+    Mission::read(&Source::read(path)?)
+}
