@@ -9,6 +9,7 @@ pub mod file;
 pub mod geometry;
 pub mod mission;
 pub mod quantity;
+pub mod route;
 pub mod skill;
 pub mod time;
 pub mod wire;

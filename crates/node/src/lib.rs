@@ -47,6 +47,8 @@ pub trait Node {
 }
 
 /// Something that happened.
+// Passed on one at a time: nothing is gained by boxing the large variant.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
     /// A message arrived.
@@ -86,6 +88,8 @@ pub enum Event {
 }
 
 /// Something to be done.
+// Passed on one at a time: nothing is gained by boxing the large variant.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Effect {
     /// Publish a message.

@@ -1,6 +1,6 @@
 //! Which flags are up. Events raise them; only their contingency row takes them down again.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use domain::time::Time;
@@ -15,25 +15,30 @@ pub(crate) struct Flags {
 pub(crate) struct Flag {
     pub(crate) since: Time,
     pub(crate) reason: String,
-    /// Whether whoever raised it says that it still holds.
-    pub(crate) holds: bool,
+    /// Who says that it still holds.
+    sources: BTreeSet<String>,
+}
+
+impl Flag {
+    /// Whether anybody who raised it says that it still holds.
+    pub(crate) fn holds(&self) -> bool {
+        !self.sources.is_empty()
+    }
 }
 
 impl Flags {
     /// Raises a flag; true if it was down.
-    pub(crate) fn raise(&mut self, now: Time, name: &str, reason: &str) -> bool {
-        if let Some(flag) = self.up.get_mut(name) {
-            flag.holds = true;
-            return false;
-        }
-        self.up.insert(name.to_owned(), Flag { since: now, reason: reason.to_owned(), holds: true });
-        true
+    pub(crate) fn raise(&mut self, now: Time, name: &str, source: &str, reason: &str) -> bool {
+        let rose = !self.up.contains_key(name);
+        let fresh = || Flag { since: now, reason: reason.to_owned(), sources: BTreeSet::new() };
+        self.up.entry(name.to_owned()).or_insert_with(fresh).sources.insert(source.to_owned());
+        rose
     }
 
-    /// What raised the flag is gone; the flag itself stays up until its row says otherwise.
-    pub(crate) fn condition_gone(&mut self, name: &str) {
+    /// What raised the flag is gone, says `source`; the flag itself stays up until its row says otherwise.
+    pub(crate) fn condition_gone(&mut self, name: &str, source: &str) {
         if let Some(flag) = self.up.get_mut(name) {
-            flag.holds = false;
+            flag.sources.remove(source);
         }
     }
 

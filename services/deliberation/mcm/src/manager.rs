@@ -4,6 +4,7 @@ use behavior_tree::{NextTick, Status, Tree};
 use domain::contingency::Contingencies;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Message, Response, Topic};
+use kittiwake_proto::v1;
 use node::{CallError, CallId, Effect, Event, Node};
 use std::sync::Arc;
 
@@ -69,6 +70,16 @@ impl Mcm {
         let now = world.now.time;
         match message {
             Message::Introspection(it) => {
+                if !std::mem::replace(&mut world.inbox.introduced, true) {
+                    let up = it.flags.iter().map(|flag| v1::FlagEvent {
+                        name: flag.name.clone(),
+                        raised: true,
+                        source: "monitor".to_owned(),
+                        reason: flag.reason.clone(),
+                        ..Default::default()
+                    });
+                    world.inbox.flags.extend(up);
+                }
                 if let Some(vehicle) = Vehicle::from_wire(now, &it) {
                     world.inbox.vehicle = Some(vehicle);
                 }

@@ -44,6 +44,9 @@ pub(crate) struct World {
 pub(crate) struct Inbox {
     pub(crate) vehicle: Option<Vehicle>,
     pub(crate) flags: Vec<v1::FlagEvent>,
+    /// Whether an introspection has been seen: the first one also tells which flags are up already,
+    /// which matters to a manager that was restarted.
+    pub(crate) introduced: bool,
 }
 
 /// The reason a step is about to fail with.
@@ -83,10 +86,10 @@ impl World {
     }
 
     /// Raises a flag that has a row; one without is told and not acted on.
-    pub(crate) fn raise(&mut self, name: &str, reason: &str) {
+    pub(crate) fn raise(&mut self, name: &str, source: &str, reason: &str) {
         if self.table.row(name).is_none() {
             self.say("contingency", format!("flag `{name}` has no row in the table: not acted on"));
-        } else if self.flags.raise(self.now.time, name, reason) {
+        } else if self.flags.raise(self.now.time, name, source, reason) {
             self.say("contingency", format!("flag `{name}` raised: {reason}"));
         }
     }

@@ -57,8 +57,8 @@ impl Leaf<World> for ResetFlag {
         };
         let may_fall = match row.clears {
             Clears::AfterAction => true,
-            Clears::WithCondition => !flag.holds,
-            Clears::Never => !flag.holds && row.raise.is_none() || !world.is_flying(),
+            Clears::WithCondition => !flag.holds(),
+            Clears::Never => (!flag.holds() && row.raise.is_none()) || !world.is_flying(),
         };
         if !may_fall {
             return Ok(Status::Running);

@@ -6,6 +6,8 @@ use crate::world::World;
 
 /// The flag raised when the monitor process itself has gone quiet.
 const INTROSPECTION_LOST: &str = "introspection_lost";
+/// Flags that the manager raises itself say so.
+const SELF: &str = "mcm";
 
 /// Always running.
 pub(super) struct Monitor;
@@ -14,13 +16,13 @@ impl Leaf<World> for Monitor {
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         if let Some(vehicle) = world.inbox.vehicle.take() {
             world.vehicle = Some(vehicle);
-            world.flags.condition_gone(INTROSPECTION_LOST);
+            world.flags.condition_gone(INTROSPECTION_LOST, SELF);
         }
         for event in std::mem::take(&mut world.inbox.flags) {
             if event.raised {
-                world.raise(&event.name, &event.reason);
+                world.raise(&event.name, &event.source, &event.reason);
             } else {
-                world.flags.condition_gone(&event.name);
+                world.flags.condition_gone(&event.name, &event.source);
             }
         }
         if let Some(vehicle) = world.vehicle
@@ -28,7 +30,7 @@ impl Leaf<World> for Monitor {
         {
             let silent_from = vehicle.seen_at + world.limits.introspection;
             if silent_from <= world.now.time && world.table.row(INTROSPECTION_LOST).is_some() {
-                world.raise(INTROSPECTION_LOST, "the monitor has gone quiet");
+                world.raise(INTROSPECTION_LOST, SELF, "the monitor has gone quiet");
             } else {
                 ports.tick_at(silent_from.since_start());
             }

@@ -1,0 +1,53 @@
+//! For how long a source may bring nothing new.
+
+use std::time::Duration;
+
+use domain::contingency::rule::DataSource;
+use domain::quantity::Positive;
+use domain::time::Pace;
+
+/// So many samples may be missing before a source can be late, however short its limit in wall time.
+const SAMPLES: f64 = 2.0;
+
+/// `limit` for `source` in mission time.
+///
+/// It is a limit of the machine and keeps the wall-clock floor of [`Pace::limit`]. The slow sources
+/// keep to the wall clock too, whatever the speed factor: at twenty times real time the land
+/// detector speaks every twenty mission seconds, and a limit of three must not find it late.
+pub fn patience(pace: Pace, source: DataSource, limit: Positive) -> Duration {
+    let limit = limit.seconds();
+    let samples = Duration::from_secs_f64(SAMPLES / rate_hz(source));
+    pace.limit(limit).max(pace.wall(limit.min(samples)))
+}
+
+/// Samples a second of wall time; table 4.1 of the reference design.
+fn rate_hz(source: DataSource) -> f64 {
+    match source {
+        DataSource::Status => 2.0,
+        DataSource::Attitude => 240.0,
+        DataSource::LocalPosition | DataSource::GlobalPosition => 123.0,
+        DataSource::LandDetected => 1.0,
+        DataSource::Battery => 99.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_limit_never_shrinks_below_what_the_wall_clock_needs() {
+        #[track_caller]
+        fn check(speed: f64, source: DataSource, limit_s: f64, expected_s: f64) {
+            let limit = Positive::try_from(limit_s).unwrap();
+            assert_eq!(patience(Pace::new(speed).unwrap(), source, limit).as_secs_f64(), expected_s);
+        }
+        check(1.0, DataSource::Battery, 2.0, 2.0);
+        check(1.0, DataSource::LandDetected, 0.5, 0.5);
+        check(0.1, DataSource::Battery, 2.0, 2.0);
+        check(20.0, DataSource::Battery, 2.0, 5.0);
+        check(20.0, DataSource::Battery, 30.0, 30.0);
+        check(20.0, DataSource::LandDetected, 3.0, 40.0);
+        check(20.0, DataSource::Status, 3.0, 20.0);
+    }
+}

@@ -1,0 +1,8 @@
+//! The monitor from outside: what it publishes, told what the vehicle says.
+
+mod properties;
+mod rig;
+mod rules;
+mod shipped_table;
+mod sources;
+mod stream;

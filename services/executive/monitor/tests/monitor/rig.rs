@@ -1,0 +1,250 @@
+//! A monitor, its clock, and a vehicle whose sensors are never without noise.
+
+use std::path::Path;
+use std::time::Duration;
+
+use domain::contingency::Contingencies;
+use domain::file::Source;
+use domain::time::{Now, Pace, Time};
+use kittiwake_proto::topics::{Message, Topic};
+use kittiwake_proto::v1;
+use monitor::Monitor;
+use node::{Effect, Event, Node};
+
+const CONFIG: &str = "
+    introspection_rate_hz = 100.0
+    absent_after_s = 5.0
+    attitude_frozen_samples = 120
+    position_frozen_samples = 60
+    battery_frozen_samples = 100
+";
+
+/// The row that every table must have.
+const TRANSITION_FAILED: &str = "
+    [[contingency]]
+    flag = 'transition_failed'
+    priority = 4000000000
+    actions = ['stop']
+    emergency = 'land'
+    clears = 'after-action'
+    then = 'resume'
+";
+
+/// From one sample of every source to the next.
+const STEP: Duration = Duration::from_millis(10);
+
+/// The monitor and all it has said.
+pub struct Rig {
+    monitor: Monitor,
+    now: Time,
+    pub vehicle: Vehicle,
+    pub said: Vec<(Time, Message)>,
+}
+
+impl Rig {
+    /// With one flag `it` that rises by `rule`, an inline TOML table.
+    pub fn watching(rule: &str) -> Rig {
+        Rig::with(&table(&[("it", rule)]), Pace::REAL_TIME)
+    }
+
+    pub fn with(table: &Contingencies, pace: Pace) -> Rig {
+        Rig { monitor: monitor(table, pace), now: Time::ZERO, vehicle: Vehicle::default(), said: Vec::new() }
+    }
+
+    /// Messages arrive together.
+    pub fn hear(&mut self, messages: impl IntoIterator<Item = Message>) {
+        let mut effects = Vec::new();
+        for message in messages {
+            self.monitor.on(self.moment(), Event::Message { vehicle: "uav1".into(), message }, &mut effects);
+        }
+        self.monitor.act(self.moment(), &mut effects);
+        self.keep(effects);
+    }
+
+    /// Every source that is not silenced speaks, each 10 ms.
+    pub fn fly(&mut self, seconds: f64) {
+        for _ in 0..(seconds / STEP.as_secs_f64()).round() as u32 {
+            self.hear_every_source();
+            self.wait(STEP);
+        }
+    }
+
+    /// Every source that is not silenced speaks once.
+    pub fn hear_every_source(&mut self) {
+        let samples = self.vehicle.samples();
+        self.hear(samples);
+    }
+
+    /// Nothing arrives for a while.
+    pub fn wait(&mut self, duration: Duration) {
+        let end = self.now + duration;
+        while let Some(deadline) = self.monitor.deadline().filter(|it| *it <= end) {
+            self.now = self.now.max(deadline);
+            self.hear([]);
+            assert!(self.monitor.deadline() > Some(self.now), "the deadline has come and stays");
+        }
+        self.now = end;
+    }
+
+    /// The process gets no time to run.
+    pub fn stall(&mut self, duration: Duration) {
+        self.now = self.now + duration;
+    }
+
+    pub fn inject(&mut self, name: &str, raised: bool) {
+        let event = v1::FlagEvent { name: name.into(), raised, source: "injector".into(), ..Default::default() };
+        self.hear([event.into()]);
+    }
+
+    /// What the monitor said of its flags: `3.000 it up: <reason>`.
+    pub fn story(&self) -> Vec<String> {
+        let line = |(at, it): (Time, &v1::FlagEvent)| {
+            format!("{:.3} {} {}: {}", at.as_secs_f64(), it.name, if it.raised { "up" } else { "down" }, it.reason)
+        };
+        self.events().map(line).collect()
+    }
+
+    pub fn events(&self) -> impl Iterator<Item = (Time, &v1::FlagEvent)> {
+        self.said.iter().filter_map(|(at, it)| if let Message::FlagEvent(it) = it { Some((*at, it)) } else { None })
+    }
+
+    pub fn introspections(&self) -> impl Iterator<Item = (Time, &v1::Introspection)> {
+        self.said.iter().filter_map(|(at, it)| if let Message::Introspection(it) = it { Some((*at, it)) } else { None })
+    }
+
+    pub fn last(&self) -> &v1::Introspection {
+        self.introspections().last().expect("an introspection").1
+    }
+
+    /// Names of the flags in the last introspection.
+    pub fn up(&self) -> Vec<&str> {
+        self.last().flags.iter().map(|it| it.name.as_str()).collect()
+    }
+
+    pub fn now(&self) -> Time {
+        self.now
+    }
+
+    fn keep(&mut self, effects: Vec<Effect>) {
+        for effect in effects {
+            let Effect::Publish { vehicle: None, message } = effect else { panic!("unexpected {effect:?}") };
+            self.said.push((self.now, message));
+        }
+    }
+
+    fn moment(&self) -> Now {
+        Now { time: self.now, utc_ms: 0 }
+    }
+}
+
+/// What the vehicle says next.
+pub struct Vehicle {
+    pub status: v1::VehicleStatus,
+    pub attitude: v1::VehicleAttitude,
+    pub local_position: v1::VehicleLocalPosition,
+    pub global_position: v1::VehicleGlobalPosition,
+    pub land_detected: v1::VehicleLandDetected,
+    pub battery: v1::BatteryStatus,
+    /// Does not arrive.
+    pub silent: Vec<Topic>,
+    /// Arrives without noise.
+    pub frozen: Vec<Topic>,
+    drawn: u32,
+}
+
+impl Default for Vehicle {
+    /// In the air, and all is well.
+    fn default() -> Vehicle {
+        Vehicle {
+            status: v1::VehicleStatus { armed: true, ..Default::default() },
+            attitude: v1::VehicleAttitude { q_w: 1.0, ..Default::default() },
+            local_position: v1::VehicleLocalPosition {
+                position: Some(v1::Ned { north_m: 30.0, east_m: 40.0, down_m: -10.0 }),
+                velocity: Some(v1::NedVelocity::default()),
+                heading_rad: 0.0,
+                horizontal_valid: true,
+                vertical_valid: true,
+                eph_m: 0.4,
+                epv_m: 0.6,
+            },
+            global_position: v1::VehicleGlobalPosition {
+                latitude_deg: 54.0,
+                longitude_deg: 6.6,
+                altitude_amsl_m: 30.0,
+                eph_m: 0.4,
+                epv_m: 0.6,
+            },
+            land_detected: v1::VehicleLandDetected::default(),
+            battery: v1::BatteryStatus { voltage_v: 22.0, current_a: 10.0, remaining: 0.8, temperature_c: 20.0 },
+            silent: Vec::new(),
+            frozen: Vec::new(),
+            drawn: 0,
+        }
+    }
+}
+
+impl Vehicle {
+    fn samples(&mut self) -> Vec<Message> {
+        self.drawn += 1;
+        let drawn = f64::from(self.drawn);
+        let noise = |topic| if self.frozen.contains(&topic) { 0.0 } else { 1e-9 * drawn };
+        let mut it: Vec<Message> = vec![self.status.clone().into(), self.land_detected.into()];
+        let roll_rate_rad_s = self.attitude.roll_rate_rad_s + noise(Topic::VehicleAttitude);
+        it.push(v1::VehicleAttitude { roll_rate_rad_s, ..self.attitude }.into());
+        let velocity = self
+            .local_position
+            .velocity
+            .map(|it| v1::NedVelocity { north_m_s: it.north_m_s + noise(Topic::VehicleLocalPosition), ..it });
+        it.push(v1::VehicleLocalPosition { velocity, ..self.local_position }.into());
+        let latitude_deg = self.global_position.latitude_deg + noise(Topic::VehicleGlobalPosition);
+        it.push(v1::VehicleGlobalPosition { latitude_deg, ..self.global_position }.into());
+        let current_a = self.battery.current_a + noise(Topic::BatteryStatus);
+        it.push(v1::BatteryStatus { current_a, ..self.battery }.into());
+        it.retain(|it| !self.silent.contains(&it.topic()));
+        it
+    }
+}
+
+pub fn monitor(table: &Contingencies, pace: Pace) -> Monitor {
+    Monitor::new(&toml::from_str(CONFIG).unwrap(), table, pace)
+}
+
+/// A table of flags, each with its rule as an inline TOML table.
+pub fn table(flags: &[(&str, &str)]) -> Contingencies {
+    let mut text = TRANSITION_FAILED.to_string();
+    for (priority, (flag, rule)) in flags.iter().enumerate() {
+        text += &format!(
+            "
+            [[contingency]]
+            flag = '{flag}'
+            priority = {priority}
+            raise = {rule}
+            actions = ['stop']
+            emergency = 'land'
+            clears = 'with-condition'
+            then = 'resume'
+            "
+        );
+    }
+    read(Source { path: "table.toml".into(), text })
+}
+
+/// Whatever actions its rows name exist.
+pub fn read(source: Source) -> Contingencies {
+    let file: toml::Table = toml::from_str(&source.text).unwrap();
+    let mut actions = Vec::new();
+    for row in file["contingency"].as_array().unwrap() {
+        actions.extend(row["actions"].as_array().unwrap().iter().map(|it| it.as_str().unwrap()));
+        actions.push(row["emergency"].as_str().unwrap());
+    }
+    Contingencies::read(&source, &actions).unwrap_or_else(|it| panic!("{it}"))
+}
+
+pub fn shipped() -> Contingencies {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../config/contingencies.toml");
+    read(Source::read(&path).unwrap_or_else(|it| panic!("{it}")))
+}
+
+pub fn s(seconds: f64) -> Duration {
+    Duration::from_secs_f64(seconds)
+}

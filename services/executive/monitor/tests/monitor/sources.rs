@@ -1,0 +1,185 @@
+//! Sources that are silent, frozen, absent or senseless.
+
+use domain::time::Pace;
+use kittiwake_proto::topics::Topic;
+use kittiwake_proto::v1;
+
+use crate::rig::{Rig, s, table};
+
+const POSITION_STALE: &str = "{ fact = 'stale', source = 'local-position', after_s = 0.5, during = 'always' }";
+const POSITION_STALE_ARMED: &str = "{ fact = 'stale', source = 'local-position', after_s = 0.5, during = 'armed' }";
+
+#[test]
+fn ages_count_from_the_last_sample_and_are_absent_before_the_first() {
+    let mut rig = Rig::watching(POSITION_STALE);
+    rig.wait(s(1.0));
+    assert_eq!(rig.last().ages, Some(v1::SourceAges::default()));
+    assert_eq!(rig.last().battery, None);
+    assert_eq!(rig.last().derived, None);
+
+    rig.vehicle.silent = vec![Topic::BatteryStatus];
+    rig.fly(1.0);
+    rig.vehicle.silent = vec![Topic::VehicleAttitude];
+    rig.fly(1.0);
+    // Each sample arrives just after the introspection of its moment; the last is 10 ms old.
+    let ages = rig.last().ages.unwrap();
+    let one_by_one =
+        [ages.status_s, ages.local_position_s, ages.global_position_s, ages.land_detected_s, ages.battery_s];
+    assert_eq!(one_by_one, [Some(0.01); 5]);
+    assert_eq!(ages.attitude_s, Some(1.01));
+    assert!(rig.last().attitude.is_some(), "a value stays, and its age tells how old it is");
+}
+
+#[test]
+fn everything_that_follows_from_the_samples_is_there() {
+    let mut rig = Rig::watching(POSITION_STALE);
+    rig.vehicle.local_position.velocity = Some(v1::NedVelocity { north_m_s: 3.0, east_m_s: 4.0, down_m_s: -2.0 });
+    rig.hear_every_source();
+    rig.wait(s(0.01));
+    let derived = rig.last().derived.unwrap();
+    assert!((derived.ground_speed_m_s - 5.0).abs() < 1e-6);
+    assert_eq!((derived.height_m, derived.climb_rate_m_s, derived.distance_home_m), (10.0, 2.0, 50.0));
+    assert_eq!((derived.tilt_rad, derived.flying), (0.0, true));
+}
+
+#[test]
+fn a_silent_source_is_stale_at_its_limit_and_fine_with_its_next_sample() {
+    let mut rig = Rig::watching(POSITION_STALE);
+    rig.fly(1.0);
+    rig.vehicle.silent = vec![Topic::VehicleLocalPosition];
+    rig.fly(1.0);
+    rig.vehicle.silent.clear();
+    rig.fly(1.0);
+    assert_eq!(
+        rig.story(),
+        [
+            "1.490 it up: local position has been silent for 0.5 s, the limit is 0.5 s",
+            "2.000 it down: local position is heard again",
+        ]
+    );
+}
+
+#[test]
+fn silence_is_noticed_when_nothing_at_all_arrives_any_more() {
+    let mut rig = Rig::watching(POSITION_STALE);
+    rig.wait(s(0.0031));
+    rig.hear_every_source();
+    rig.wait(s(3.0));
+    assert_eq!(rig.story(), ["0.503 it up: local position has been silent for 0.5 s, the limit is 0.5 s"]);
+}
+
+#[test]
+fn a_sample_that_is_no_number_counts_as_none() {
+    let mut rig = Rig::watching(POSITION_STALE);
+    rig.fly(1.0);
+    rig.vehicle.local_position.position = Some(v1::Ned { north_m: f64::NAN, ..Default::default() });
+    rig.fly(1.0);
+    assert_eq!(rig.story(), ["1.490 it up: local position has been silent for 0.5 s, the limit is 0.5 s"]);
+    assert!(rig.last().local_position.unwrap().position.unwrap().north_m.is_finite());
+    assert_eq!(rig.last().ages.unwrap().local_position_s, Some(1.01));
+}
+
+#[test]
+fn a_source_that_repeats_the_very_same_is_stale_but_only_while_armed() {
+    let mut rig = Rig::watching(POSITION_STALE);
+    rig.vehicle.status.armed = false;
+    rig.vehicle.frozen = vec![Topic::VehicleLocalPosition];
+    rig.fly(2.0);
+    assert_eq!(rig.story(), [""; 0]);
+    assert_eq!(rig.last().ages.unwrap().local_position_s, Some(0.01));
+
+    rig.vehicle.status.armed = true;
+    rig.fly(2.0);
+    rig.vehicle.frozen.clear();
+    rig.fly(1.0);
+    // 60 repetitions at 100 Hz; by then the last one that was new is 0.6 s old.
+    assert_eq!(
+        rig.story(),
+        [
+            "2.590 it up: local position has repeated the very same for 0.6 s, the limit is 0.5 s",
+            "4.000 it down: local position is heard again",
+        ]
+    );
+}
+
+#[test]
+fn each_source_that_measures_can_be_found_frozen() {
+    #[track_caller]
+    fn check(topic: Topic, age: fn(&v1::SourceAges) -> Option<f64>, expected: bool) {
+        let mut rig = Rig::watching(POSITION_STALE);
+        rig.vehicle.frozen = vec![topic];
+        rig.fly(3.0);
+        assert_eq!(age(&rig.last().ages.unwrap()).unwrap() > 2.9, expected, "{topic:?}");
+    }
+    check(Topic::VehicleAttitude, |it| it.attitude_s, true);
+    check(Topic::VehicleLocalPosition, |it| it.local_position_s, true);
+    check(Topic::VehicleGlobalPosition, |it| it.global_position_s, true);
+    check(Topic::BatteryStatus, |it| it.battery_s, true);
+    check(Topic::VehicleStatus, |it| it.status_s, false);
+    check(Topic::VehicleLandDetected, |it| it.land_detected_s, false);
+}
+
+#[test]
+fn nobody_is_late_before_anybody_has_spoken() {
+    let mut rig = Rig::watching(POSITION_STALE);
+    rig.wait(s(60.0));
+    assert_eq!(rig.story(), [""; 0]);
+}
+
+#[test]
+fn a_source_that_was_never_heard_is_stale_once_others_have_been_for_a_while() {
+    let mut rig = Rig::watching(POSITION_STALE);
+    rig.wait(s(10.0));
+    rig.vehicle.silent = vec![Topic::VehicleLocalPosition];
+    rig.fly(6.0);
+    assert_eq!(rig.last().ages.unwrap().local_position_s, None);
+    rig.vehicle.silent.clear();
+    rig.fly(1.0);
+    assert_eq!(
+        rig.story(),
+        [
+            "15.000 it up: local position was never heard, others have been for 5.0 s, the limit is 5.0 s",
+            "16.000 it down: local position is heard again",
+        ]
+    );
+}
+
+#[test]
+fn staleness_counts_in_its_situation_only() {
+    let mut rig = Rig::watching(POSITION_STALE_ARMED);
+    rig.vehicle.status.armed = false;
+    rig.fly(1.0);
+    rig.vehicle.silent = vec![Topic::VehicleLocalPosition];
+    rig.fly(1.0);
+    assert_eq!(rig.story(), [""; 0]);
+    rig.vehicle.status.armed = true;
+    rig.fly(1.0);
+    rig.vehicle.status.armed = false;
+    rig.fly(1.0);
+    assert_eq!(
+        rig.story(),
+        [
+            "2.000 it up: local position has been silent for 1.0 s, the limit is 0.5 s",
+            "3.000 it down: the vehicle is not armed any more",
+        ]
+    );
+}
+
+#[test]
+fn a_limit_keeps_its_wall_clock_floor_when_mission_time_runs_fast() {
+    let table = table(&[("it", POSITION_STALE)]);
+    let mut rig = Rig::with(&table, Pace::new(20.0).unwrap());
+    rig.fly(1.0);
+    rig.wait(s(10.0));
+    assert_eq!(rig.story(), ["5.990 it up: local position has been silent for 5.0 s, the limit is 5.0 s"]);
+}
+
+#[test]
+fn mail_that_waited_while_the_process_stood_still_proves_that_nobody_was_silent() {
+    let mut rig = Rig::watching(POSITION_STALE);
+    rig.fly(1.0);
+    rig.stall(s(2.0));
+    rig.hear_every_source();
+    rig.fly(1.0);
+    assert_eq!(rig.story(), [""; 0]);
+}

@@ -1,0 +1,132 @@
+//! What the vehicle flies on: drained by power, sagging under current, warmed by its own losses.
+
+use domain::quantity::Positive;
+
+use crate::config;
+
+/// The state of the pack.
+#[derive(Debug, Clone)]
+pub struct Battery {
+    config: config::Battery,
+    remaining: f64,
+    current_a: f64,
+    temperature_c: f64,
+}
+
+impl Battery {
+    /// Full, at the temperature of the air.
+    pub fn new(config: config::Battery) -> Battery {
+        let current_a = config.idle_w.get() / (f64::from(config.cells.get()) * config.cell_full_v.get());
+        Battery { remaining: 1.0, current_a, temperature_c: config.ambient_c.get(), config }
+    }
+
+    /// Charge left, 0 to 1.
+    pub fn remaining(&self) -> f64 {
+        self.remaining
+    }
+
+    /// At the terminals, under the present current.
+    pub fn voltage_v(&self) -> f64 {
+        self.open_circuit_v() - self.current_a * self.config.resistance_ohm.get()
+    }
+
+    /// Drawn at present.
+    pub fn current_a(&self) -> f64 {
+        self.current_a
+    }
+
+    /// Of the cells.
+    pub fn temperature_c(&self) -> f64 {
+        self.temperature_c
+    }
+
+    /// Sets the charge left, 0 to 1: a cell that has given up, or a reading that was wrong.
+    pub fn set_remaining(&mut self, remaining: f64) {
+        self.remaining = remaining.clamp(0.0, 1.0);
+    }
+
+    /// Whether the failure flag is up.
+    pub fn is_critical(&self) -> bool {
+        self.remaining <= self.config.critical.get()
+    }
+
+    /// Whether the autopilot lands.
+    pub fn is_emergency(&self) -> bool {
+        self.remaining <= self.config.emergency.get()
+    }
+
+    /// Whether it gives no power any more.
+    pub fn is_empty(&self) -> bool {
+        self.remaining <= 0.0
+    }
+
+    /// Power in flight: the induced power grows with the load to the power 3/2 (momentum theory),
+    /// pushing through the air comes on top.
+    pub fn flight_power_w(&self, load: f64, drag_w: f64) -> f64 {
+        self.config.idle_w.get() + self.config.hover_w.get() * load * load.sqrt() + drag_w
+    }
+
+    /// Power with the motors still.
+    pub fn idle_power_w(&self) -> f64 {
+        self.config.idle_w.get()
+    }
+
+    /// Gives `power_w` for `dt_s`.
+    pub fn step(&mut self, power_w: f64, dt_s: f64) {
+        if self.is_empty() {
+            self.current_a = 0.0;
+        } else {
+            self.current_a = power_w / self.voltage_v().max(self.config.cell_empty_v.get());
+            let loss_w = self.current_a * self.current_a * self.config.resistance_ohm.get();
+            let used_j = (power_w + loss_w) * dt_s;
+            self.remaining = (self.remaining - used_j / joules(self.config.capacity_wh)).max(0.0);
+        }
+        self.warm(dt_s);
+    }
+
+    fn warm(&mut self, dt_s: f64) {
+        let loss_w = self.current_a * self.current_a * self.config.resistance_ohm.get();
+        let at_rest_c = self.config.ambient_c.get() + loss_w / self.config.cooling_w_k.get();
+        let tau_s = self.config.heat_capacity_j_k.get() / self.config.cooling_w_k.get();
+        self.temperature_c += (at_rest_c - self.temperature_c) * dt_s / (tau_s + dt_s);
+    }
+
+    fn open_circuit_v(&self) -> f64 {
+        let (empty, full) = (self.config.cell_empty_v.get(), self.config.cell_full_v.get());
+        f64::from(self.config.cells.get()) * (empty + (full - empty) * self.remaining)
+    }
+}
+
+fn joules(capacity_wh: Positive) -> f64 {
+    capacity_wh.get() * 3600.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::shipped;
+
+    #[test]
+    fn it_hovers_for_25_minutes() {
+        let mut battery = Battery::new(shipped::config().battery);
+        let (mut time_s, mut last_v) = (0.0, battery.voltage_v());
+        while !battery.is_empty() {
+            battery.step(battery.flight_power_w(1.0, 0.0), 0.1);
+            assert!(time_s == 0.0 || battery.is_empty() || battery.voltage_v() <= last_v);
+            last_v = battery.voltage_v();
+            time_s += 0.1;
+        }
+        assert!((24.0 * 60.0..27.0 * 60.0).contains(&time_s), "{time_s}");
+        assert!((20.0..40.0).contains(&battery.temperature_c()), "{}", battery.temperature_c());
+    }
+
+    #[test]
+    fn the_voltage_sags_under_load_and_recovers() {
+        let mut battery = Battery::new(shipped::config().battery);
+        let rest_v = battery.voltage_v();
+        battery.step(battery.flight_power_w(1.0, 0.0), 0.1);
+        assert!(rest_v - battery.voltage_v() > 0.5);
+        battery.step(battery.idle_power_w(), 0.1);
+        assert!(rest_v - battery.voltage_v() < 0.1);
+    }
+}

@@ -1,0 +1,87 @@
+//! Reads a fault's arguments one by one; every error says what was found and what was expected.
+
+use std::ops::RangeInclusive;
+
+use domain::file::did_you_mean;
+use kittiwake_proto::topics::Topic;
+
+use crate::publisher::OUT_TOPICS;
+
+/// Arguments not read yet.
+#[derive(Debug)]
+pub struct Arguments<'a>(&'a [String]);
+
+impl<'a> Arguments<'a> {
+    /// All of them.
+    pub fn new(args: &'a [String]) -> Arguments<'a> {
+        Arguments(args)
+    }
+
+    /// `fault`, if no argument is left over.
+    pub fn finish<T>(self, fault: T) -> Result<T, String> {
+        match self.0.first() {
+            None => Ok(fault),
+            Some(extra) => Err(format!("`{extra}` is one argument too many")),
+        }
+    }
+
+    /// A number.
+    pub fn number(&mut self, name: &str, range: RangeInclusive<f64>) -> Result<f64, String> {
+        let text = self.next().ok_or_else(|| format!("{name} is missing"))?;
+        let number: f64 = text.parse().map_err(|_| format!("{name} is `{text}`, expected a number"))?;
+        within(name, number, range)
+    }
+
+    /// A number, or `default` if it is left out.
+    pub fn number_or(&mut self, name: &str, range: RangeInclusive<f64>, default: f64) -> Result<f64, String> {
+        if self.0.is_empty() { Ok(default) } else { self.number(name, range) }
+    }
+
+    /// A whole number.
+    pub fn count(&mut self, name: &str, range: RangeInclusive<u32>) -> Result<u32, String> {
+        let text = self.next().ok_or_else(|| format!("{name} is missing"))?;
+        let count: u32 = text.parse().map_err(|_| format!("{name} is `{text}`, expected a whole number"))?;
+        within(name, count, range)
+    }
+
+    /// A whole number, or `default` if it is left out.
+    pub fn count_or(&mut self, name: &str, range: RangeInclusive<u32>, default: u32) -> Result<u32, String> {
+        if self.0.is_empty() { Ok(default) } else { self.count(name, range) }
+    }
+
+    /// `on`, `off`, or nothing, which is on.
+    pub fn switch(&mut self) -> Result<bool, String> {
+        match self.next() {
+            None | Some("on") => Ok(true),
+            Some("off") => Ok(false),
+            Some(other) => Err(format!("found `{other}`, expected on or off")),
+        }
+    }
+
+    /// One of the topics the vehicle sends, by the last part of its key.
+    pub fn topic(&mut self) -> Result<Topic, String> {
+        let name = self.next().ok_or("TOPIC is missing")?;
+        OUT_TOPICS.iter().copied().find(|it| topic_name(*it) == name).ok_or_else(|| {
+            let known: Vec<_> = OUT_TOPICS.iter().map(|it| topic_name(*it)).collect();
+            format!("there is no topic `{name}`; {}", did_you_mean(name, &known))
+        })
+    }
+
+    fn next(&mut self) -> Option<&'a str> {
+        let (first, rest) = self.0.split_first()?;
+        self.0 = rest;
+        Some(first)
+    }
+}
+
+fn within<T: PartialOrd + std::fmt::Display>(name: &str, it: T, range: RangeInclusive<T>) -> Result<T, String> {
+    if range.contains(&it) {
+        Ok(it)
+    } else {
+        Err(format!("{name} is {it}, expected {} to {}", range.start(), range.end()))
+    }
+}
+
+fn topic_name(topic: Topic) -> &'static str {
+    topic.key().rsplit('/').next().unwrap_or_default()
+}

@@ -1,0 +1,233 @@
+//! The body in the air: a quadrotor as a point with a thrust that it has to tilt to go anywhere.
+//!
+//! The true state, of which the autopilot only has an estimate. Ground is the plane through the
+//! origin; whatever stands on it neither slides nor tips. Rotor flow, ground effect and the
+//! body's inertia are not modelled: tilt and thrust follow what is asked for with first-order
+//! lags, which is what makes a real one overshoot.
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use crate::config::Airframe;
+use crate::frame::horizontal;
+
+/// Standard gravity (ISO 80000-3).
+pub const GRAVITY_M_S2: f64 = 9.80665;
+
+/// Turn rate of a quadrotor that has given up its heading to stay up on two motors.
+const SPIN_RAD_S: f64 = 6.0;
+
+/// What the autopilot asks of the body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Controls {
+    /// The force of the motors per mass, NED; a body at rest in the air needs gravity's opposite.
+    pub thrust_m_s2: Vector3<f64>,
+    /// About the body's vertical axis.
+    pub yaw_rate_rad_s: f64,
+}
+
+impl Controls {
+    /// Motors still, or turning without lift.
+    pub const IDLE: Controls = Controls { thrust_m_s2: Vector3::new(0.0, 0.0, 0.0), yaw_rate_rad_s: 0.0 };
+}
+
+/// What the motors can give.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Motors {
+    /// Everything.
+    Sound,
+    /// One of four is gone; its opposite must rest as well or the body would tip over.
+    OneLost,
+    /// Nothing: two gone, or no power.
+    Dead,
+}
+
+impl Motors {
+    fn share(self) -> f64 {
+        match self {
+            Motors::Sound => 1.0,
+            Motors::OneLost => 0.5,
+            Motors::Dead => 0.0,
+        }
+    }
+}
+
+/// The true state of the body.
+#[derive(Debug, Clone)]
+pub struct Multirotor {
+    /// NED, metres.
+    pub position: Vector3<f64>,
+    /// NED, metres per second.
+    pub velocity: Vector3<f64>,
+    /// From the body frame (forward, right, down) to NED.
+    pub attitude: UnitQuaternion<f64>,
+    /// About the body's axes, radians per second.
+    pub rates: Vector3<f64>,
+    /// Force of the motors per mass, along the body's upward axis.
+    pub thrust_m_s2: f64,
+    /// The force of the air per mass, NED.
+    pub drag_m_s2: Vector3<f64>,
+    /// Whether it stands on the ground.
+    pub standing: bool,
+    airframe: Airframe,
+}
+
+impl Multirotor {
+    /// Standing at the origin, nose to the north.
+    pub fn new(airframe: Airframe) -> Multirotor {
+        Multirotor {
+            position: Vector3::zeros(),
+            velocity: Vector3::zeros(),
+            attitude: UnitQuaternion::identity(),
+            rates: Vector3::zeros(),
+            thrust_m_s2: 0.0,
+            drag_m_s2: Vector3::zeros(),
+            standing: true,
+            airframe,
+        }
+    }
+
+    /// Where the nose points, from north over east.
+    pub fn heading_rad(&self) -> f64 {
+        let nose = self.attitude * Vector3::x();
+        nose.y.atan2(nose.x)
+    }
+
+    /// Goes on by `dt_s`. Returns the sinking speed if it met the ground.
+    pub fn step(&mut self, controls: &Controls, motors: Motors, wind: Vector3<f64>, dt_s: f64) -> Option<f64> {
+        self.turn(controls, motors, dt_s);
+        let upwards = self.attitude * -Vector3::z();
+        let limit = self.airframe.thrust_to_weight.get() * GRAVITY_M_S2 * motors.share();
+        let wanted = controls.thrust_m_s2.dot(&upwards).clamp(0.0, limit);
+        self.thrust_m_s2 += (wanted - self.thrust_m_s2) * share_of(dt_s, self.airframe.motor_lag_s.get());
+
+        let airspeed = wind - self.velocity;
+        let drag = self.airframe.linear_drag_1_s.get() + self.airframe.quadratic_drag_1_m.get() * airspeed.norm();
+        self.drag_m_s2 = airspeed * drag;
+        let acceleration = upwards * self.thrust_m_s2 + self.drag_m_s2 + Vector3::new(0.0, 0.0, GRAVITY_M_S2);
+        if self.standing && acceleration.z >= 0.0 {
+            self.drag_m_s2 = Vector3::zeros();
+            return None;
+        }
+        self.standing = false;
+        // Semi-implicit Euler: the new velocity moves the position, so that no energy comes from nowhere.
+        self.velocity += acceleration * dt_s;
+        self.position += self.velocity * dt_s;
+        (self.position.z >= 0.0 && self.velocity.z >= 0.0).then(|| self.meet_the_ground())
+    }
+
+    /// Turns the thrust towards where it is wanted, and the nose at the rate that is wanted.
+    fn turn(&mut self, controls: &Controls, motors: Motors, dt_s: f64) {
+        if self.standing {
+            self.rates = Vector3::zeros();
+            return;
+        }
+        let tilt_error = match controls.thrust_m_s2.try_normalize(1e-6) {
+            Some(wanted) => {
+                let upwards = self.attitude * -Vector3::z();
+                self.attitude.inverse_transform_vector(&upwards.cross(&wanted))
+            }
+            None => Vector3::zeros(),
+        };
+        let yaw_rate = if motors == Motors::Sound { controls.yaw_rate_rad_s } else { SPIN_RAD_S };
+        let wanted = horizontal(tilt_error) * self.airframe.attitude_gain_1_s.get() + Vector3::z() * yaw_rate;
+        self.rates += (wanted - self.rates) * share_of(dt_s, self.airframe.rate_lag_s.get());
+        let turn = Quaternion::from_imag(self.rates * (0.5 * dt_s));
+        self.attitude = UnitQuaternion::new_normalize(self.attitude.into_inner() + self.attitude.into_inner() * turn);
+    }
+
+    fn meet_the_ground(&mut self) -> f64 {
+        let speed = self.velocity.z;
+        let heading = self.heading_rad();
+        self.position.z = 0.0;
+        self.velocity = Vector3::zeros();
+        self.rates = Vector3::zeros();
+        self.attitude = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), heading);
+        self.standing = true;
+        speed
+    }
+}
+
+/// The share of the way that a first-order lag goes in one step; stable for any step.
+fn share_of(dt_s: f64, lag_s: f64) -> f64 {
+    dt_s / (lag_s + dt_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::shipped;
+    use crate::noise::{Noise, Use};
+
+    const DT: f64 = 0.004;
+
+    fn airborne() -> Multirotor {
+        let mut it = Multirotor::new(shipped::config().airframe);
+        it.position.z = -100.0;
+        it.standing = false;
+        it
+    }
+
+    fn hover() -> Controls {
+        Controls { thrust_m_s2: Vector3::new(0.0, 0.0, -GRAVITY_M_S2), yaw_rate_rad_s: 0.0 }
+    }
+
+    /// Kinetic and potential, per mass.
+    fn energy(it: &Multirotor) -> f64 {
+        0.5 * it.velocity.norm_squared() - it.position.z * GRAVITY_M_S2
+    }
+
+    #[test]
+    fn without_thrust_the_air_only_takes_energy() {
+        let mut noise = Noise::new(3, Use::Wind);
+        for _ in 0..50 {
+            let mut body = airborne();
+            body.velocity = noise.vector() * 5.0;
+            while !body.standing {
+                let before = energy(&body);
+                body.step(&Controls::IDLE, Motors::Dead, Vector3::zeros(), DT);
+                // One step of the integrator is off by at most half a step of free fall.
+                assert!(energy(&body) <= before + 0.5 * (GRAVITY_M_S2 * DT).powi(2), "{body:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_wind_carries_a_level_body_along() {
+        let mut body = airborne();
+        for _ in 0..15_000 {
+            body.step(&hover(), Motors::Sound, Vector3::new(0.0, 5.0, 0.0), DT);
+        }
+        assert!((body.velocity.y - 5.0).abs() < 0.1 && body.velocity.x.abs() < 1e-9, "{body:?}");
+    }
+
+    #[test]
+    fn any_thrust_that_is_asked_for_is_reached_and_the_attitude_stays_a_rotation() {
+        let mut noise = Noise::new(4, Use::Wind);
+        for _ in 0..100 {
+            let mut body = airborne();
+            let wanted = Vector3::new(0.0, 0.0, -GRAVITY_M_S2) + noise.vector() * 2.0;
+            for _ in 0..500 {
+                body.step(&Controls { thrust_m_s2: wanted, yaw_rate_rad_s: 0.5 }, Motors::Sound, Vector3::zeros(), DT);
+            }
+            let thrust = body.attitude * Vector3::new(0.0, 0.0, -body.thrust_m_s2);
+            assert!((thrust - wanted).norm() < 0.2, "{thrust} instead of {wanted}");
+            assert!((body.attitude.norm() - 1.0).abs() < 1e-9);
+            assert!((body.rates.z - 0.5).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn what_stands_stays_until_the_thrust_exceeds_the_weight() {
+        let mut body = Multirotor::new(shipped::config().airframe);
+        let almost = Controls { thrust_m_s2: hover().thrust_m_s2 * 0.99, ..hover() };
+        for _ in 0..500 {
+            body.step(&almost, Motors::Sound, Vector3::new(15.0, 0.0, 0.0), DT);
+        }
+        assert!(body.standing && body.position == Vector3::zeros());
+        let more = Controls { thrust_m_s2: hover().thrust_m_s2 * 1.1, ..hover() };
+        for _ in 0..250 {
+            body.step(&more, Motors::Sound, Vector3::zeros(), DT);
+        }
+        assert!(!body.standing && body.position.z < -0.1);
+    }
+}

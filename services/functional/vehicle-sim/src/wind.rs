@@ -1,0 +1,60 @@
+//! The air the vehicle flies in: a mean wind and gusts about it.
+
+use nalgebra::Vector3;
+
+use crate::noise::{Noise, Wander};
+
+/// How long a gust lasts, and how often it is drawn anew.
+const GUST_TAU_S: f64 = 3.0;
+const GUST_PERIOD_S: f64 = 0.1;
+
+/// Wind, horizontal.
+#[derive(Debug, Clone, Default)]
+pub struct Wind {
+    /// NED, towards where it blows, metres per second.
+    mean: Vector3<f64>,
+    /// Standard deviation of each horizontal component, metres per second.
+    gust: f64,
+    gusts: Wander,
+    until_next_s: f64,
+}
+
+impl Wind {
+    /// Sets the mean wind towards north and east, and the standard deviation of its gusts.
+    pub fn set(&mut self, north_m_s: f64, east_m_s: f64, gust_m_s: f64) {
+        *self = Wind { mean: Vector3::new(north_m_s, east_m_s, 0.0), gust: gust_m_s, ..Wind::default() };
+    }
+
+    /// Goes on by `dt_s` and returns the wind there is, NED.
+    pub fn step(&mut self, noise: &mut Noise, dt_s: f64) -> Vector3<f64> {
+        if self.gust > 0.0 {
+            self.until_next_s -= dt_s;
+            if self.until_next_s <= 0.0 {
+                self.until_next_s += GUST_PERIOD_S;
+                self.gusts.step(noise, GUST_PERIOD_S, GUST_TAU_S, Vector3::new(self.gust, self.gust, 0.0));
+            }
+        }
+        self.mean + self.gusts.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::Use;
+
+    #[test]
+    fn gusts_stay_about_the_mean() {
+        let (mut noise, mut wind) = (Noise::new(1, Use::Wind), Wind::default());
+        assert_eq!(wind.step(&mut noise, 0.004), Vector3::zeros());
+        wind.set(3.0, -4.0, 1.0);
+        let (mut sum, mut furthest) = (Vector3::zeros(), 0.0_f64);
+        for _ in 0..250_000 {
+            let now = wind.step(&mut noise, 0.004);
+            sum += now;
+            furthest = furthest.max((now - Vector3::new(3.0, -4.0, 0.0)).norm());
+        }
+        assert!((sum / 250_000.0 - Vector3::new(3.0, -4.0, 0.0)).norm() < 0.3, "{sum}");
+        assert!((1.0..8.0).contains(&furthest), "{furthest}");
+    }
+}

@@ -1,0 +1,86 @@
+use domain::geometry::Ned;
+use kittiwake_proto::v1::{self, FlightMode};
+
+use crate::support::{Flight, arm, disarm, land, loiter, offboard, set_mode, takeoff};
+
+#[test]
+fn disarmed() {
+    let mut flight = Flight::new();
+    flight.pass(1.0);
+    flight.rejected(takeoff(10.0), "the vehicle is disarmed");
+    flight.rejected(land(), "the vehicle is on the ground");
+    flight.rejected(offboard(), "there are no fresh offboard setpoints");
+    flight.accepted(disarm());
+    flight.accepted(loiter());
+}
+
+#[test]
+fn armed_on_the_ground() {
+    let mut flight = Flight::new();
+    flight.accepted(arm());
+    flight.accepted(arm());
+    flight.rejected(land(), "the vehicle is on the ground");
+    flight.rejected(offboard(), "there are no fresh offboard setpoints");
+    let ack = flight.command(takeoff(0.0)).unwrap();
+    assert!(ack.reason.starts_with("a takeoff to 0.0 m is no climb from"), "{}", ack.reason);
+    flight.accepted(disarm());
+    assert!(!flight.status.armed);
+}
+
+#[test]
+fn in_the_air() {
+    let mut flight = Flight::airborne();
+    flight.rejected(takeoff(20.0), "the vehicle is in the air");
+    flight.rejected(disarm(), "the vehicle is in the air");
+    flight.rejected(offboard(), "there are no fresh offboard setpoints");
+    flight.stream_position(Ned::new(0.0, 0.0, -10.0), None);
+    flight.pass(0.5);
+    flight.stop_streaming();
+    flight.pass(0.9);
+    flight.accepted(offboard());
+    flight.accepted(loiter());
+    flight.pass(0.3);
+    flight.rejected(offboard(), "there are no fresh offboard setpoints");
+    flight.accepted(arm());
+}
+
+#[test]
+fn what_is_no_command() {
+    let mut flight = Flight::new();
+    flight.accepted(arm());
+    for mode in [FlightMode::Unspecified, FlightMode::Takeoff, FlightMode::Land, FlightMode::Return] {
+        flight.rejected(set_mode(mode), "the mode cannot be set: only LOITER and OFFBOARD can");
+    }
+    flight.rejected(takeoff(f64::NAN), "the command makes no sense: `altitude_m` is NaN, expected a finite number");
+    flight
+        .rejected(takeoff(f64::INFINITY), "the command makes no sense: `altitude_m` is inf, expected a finite number");
+    flight.pass(3.0);
+    assert!(flight.landed.landed);
+}
+
+#[test]
+fn a_command_without_content_is_answered_too() {
+    let mut flight = Flight::new();
+    let ack = flight.send(v1::VehicleCommand { id: 77, command: None }).unwrap();
+    assert_eq!((ack.id, ack.result()), (77, v1::CommandResult::Rejected));
+    assert_eq!(ack.reason, "the command makes no sense: `command` is missing");
+}
+
+#[test]
+fn what_cannot_fly_is_not_armed() {
+    #[track_caller]
+    fn check(fault: &str, reason: &str) {
+        let mut flight = Flight::new();
+        flight.fault(fault);
+        flight.pass(0.1);
+        flight.rejected(arm(), reason);
+        flight.fault("clear");
+        flight.fault("battery 1");
+        flight.pass(10.0);
+        flight.accepted(arm());
+    }
+    check("motor_failure", "a motor has failed");
+    check("battery 0.04", "the battery is nearly empty");
+    check("gnss_loss", "the position is not known");
+    check("estimator_invalid", "the position is not known");
+}
