@@ -14,6 +14,9 @@ use crate::{CallError, CallId, Effect, Event, Node, Token, VehicleId};
 /// UTC at virtual time zero: 2026-01-01T00:00:00Z. A fixed date keeps runs identical.
 const UTC_START_MS: i64 = 1_767_225_600_000;
 
+/// So much at one moment of virtual time is nodes that keep each other, or themselves, busy for ever.
+const LIVELOCK: u32 = 10_000;
+
 /// Nodes, their shared clock and the messages between them.
 pub struct VirtualBus<'a> {
     vehicle: VehicleId,
@@ -81,8 +84,12 @@ impl<'a> VirtualBus<'a> {
     }
 
     /// Runs until `done` says so or `limit` of virtual time has passed; whether `done` said so.
+    ///
+    /// # Panics
+    /// If virtual time stands still because nodes keep each other busy: a mistake in one of them.
     pub fn run_until(&mut self, limit: Duration, mut done: impl FnMut() -> bool) -> bool {
         let end = self.now + limit;
+        let mut idle_rounds = 0;
         loop {
             self.drain();
             if done() {
@@ -94,6 +101,8 @@ impl<'a> VirtualBus<'a> {
                 self.now = end;
                 return false;
             }
+            idle_rounds = if next <= self.now { idle_rounds + 1 } else { 0 };
+            assert!(idle_rounds < LIVELOCK, "time stands still: {} wants to act again and again", self.first_due(next));
             self.now = self.now.max(next);
             self.give_up_on_late_replies();
             for index in 0..self.nodes.len() {
@@ -105,7 +114,10 @@ impl<'a> VirtualBus<'a> {
     }
 
     fn drain(&mut self) {
+        let mut handled = 0;
         while let Some((index, event)) = self.queue.pop_front() {
+            handled += 1;
+            assert!(handled < LIVELOCK, "time stands still: {} gets {event:?}", self.nodes[index].name());
             let mut effects = Vec::new();
             let now = self.moment();
             self.nodes[index].on(now, event, &mut effects);
@@ -114,6 +126,10 @@ impl<'a> VirtualBus<'a> {
                 self.act(index);
             }
         }
+    }
+
+    fn first_due(&self, next: Time) -> &'static str {
+        self.nodes.iter().find(|it| it.deadline().is_some_and(|at| at <= next)).map_or("a call", |it| it.name())
     }
 
     fn act(&mut self, index: usize) {

@@ -110,9 +110,8 @@ impl Simulation<'_> {
 
     /// Every decision so far with its time, a line each.
     pub fn decision_log(&self) -> String {
-        let line = |(at, it): &(Time, v1::DecisionRecord)| {
-            format!("{:7.2}  {:<11} {}", at.as_secs_f64(), it.topic, it.text)
-        };
+        let line =
+            |(at, it): &(Time, v1::DecisionRecord)| format!("{:7.2}  {:<11} {}", at.as_secs_f64(), it.topic, it.text);
         self.seen.borrow().decisions.iter().map(line).collect::<Vec<_>>().join("\n")
     }
 

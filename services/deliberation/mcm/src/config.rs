@@ -30,6 +30,10 @@ pub struct Config {
     /// A permission that expires within so many mission seconds is no longer relied on.
     /// (ENG: the time it takes to cross the reference mission's areas at cruise speed.)
     pub permission_margin_s: Positive,
+    /// A step that fails right after another one failed is replanned after so many mission seconds,
+    /// the next after twice as many, up to eight times. (ENG: longer than any rule takes to raise
+    /// its flag, so that a contingency gets its say first.)
+    pub retry_pause_s: Positive,
     /// Nearer than this the vehicle is at the goal of an auxiliary step, in metres. (ENG)
     pub arrival_radius_m: Positive,
     /// Speed of a transition action, in metres per second. (ENG: a third of the cruise speed.)
@@ -53,6 +57,7 @@ pub(crate) struct Limits {
     pub(crate) permission_answer: Duration,
     pub(crate) permission_tries: u32,
     pub(crate) permission_margin: Duration,
+    pub(crate) retry_pause: Duration,
     pub(crate) arrival_radius_m: f64,
     pub(crate) transition: TransitionLimits,
     pub(crate) return_height_m: f64,
@@ -71,6 +76,7 @@ impl Config {
             permission_answer: self.permission_answer_s.seconds(),
             permission_tries: self.permission_tries.max(1),
             permission_margin: self.permission_margin_s.seconds(),
+            retry_pause: self.retry_pause_s.seconds(),
             arrival_radius_m: self.arrival_radius_m.get(),
             transition: TransitionLimits {
                 speed_m_s: self.transition_speed_m_s.get(),

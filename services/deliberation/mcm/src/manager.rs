@@ -85,7 +85,12 @@ impl Mcm {
                 }
             }
             Message::FlagEvent(it) => world.inbox.flags.push(it),
-            Message::SkillEvent(it) => world.skills.on_event(now, &it),
+            Message::SkillEvent(it) => {
+                world.skills.on_event(now, &it);
+                if let Some(vehicle) = &mut world.vehicle {
+                    vehicle.learn_from(&it);
+                }
+            }
             Message::SkillFeedback(it) => world.skills.on_feedback(now, &it),
             Message::PermissionLedger(it) => {
                 for news in world.permissions.on_ledger(now, &it) {

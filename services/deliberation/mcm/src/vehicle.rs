@@ -38,4 +38,18 @@ impl Vehicle {
             seen_at: now,
         })
     }
+    /// A skill that succeeded has been seen in the vehicle's data by the skill manager; the next
+    /// introspection says the same up to 10 ms later, too late for what follows at once.
+    pub(crate) fn learn_from(&mut self, event: &v1::SkillEvent) {
+        if event.outcome() == v1::SkillOutcome::Succeeded {
+            match event.kind() {
+                v1::SkillKind::Land => self.flying = false,
+                v1::SkillKind::Takeoff => self.flying = true,
+                _ => {}
+            }
+            if let Some(Ok(position)) = event.position.map(Ned::try_from) {
+                self.position = position;
+            }
+        }
+    }
 }

@@ -52,6 +52,9 @@ pub(crate) struct Failed {
     pub(crate) denials: Vec<v1::Denial>,
 }
 
+/// Pauses before a plan is asked for after the first, second, .. failure in a row, in units of the first pause.
+const PAUSES: [f64; 5] = [0.0, 1.0, 2.0, 4.0, 8.0];
+
 #[derive(Debug)]
 pub(crate) struct Planner {
     instance: u64,
@@ -65,6 +68,9 @@ pub(crate) struct Planner {
     /// What the failed step was to fly; the transition goes that way.
     pub(crate) failed_goal: Option<Goal>,
     pub(crate) replanning: Replanning,
+    /// Steps that failed one after the other, and when to ask for a plan again after the last.
+    failures: usize,
+    pub(crate) ask_from: Time,
     /// Steps that were flown, until the planner has acknowledged them, first flown first.
     flown: VecDeque<v1::StepDone>,
     telling: bool,
@@ -85,6 +91,8 @@ impl Planner {
             failed: None,
             failed_goal: None,
             replanning: Replanning::Idle,
+            failures: 0,
+            ask_from: Time::ZERO,
             flown: VecDeque::new(),
             telling: false,
             again_at: Time::ZERO,
@@ -135,11 +143,22 @@ impl Planner {
 
     /// The present step was flown; the planner is told until it has acknowledged it.
     pub(crate) fn done(&mut self, step_id: u64, state: v1::PlanningState) {
+        self.failures = 0;
         self.flown.push_back(v1::StepDone { step_id, state: Some(state) });
     }
 
-    /// The present step failed.
-    pub(crate) fn fail(&mut self, reason: String, denials: Vec<v1::Denial>) {
+    /// The present step failed by itself. Steps that keep failing are replanned ever more slowly, so
+    /// that a moment's trouble does not use up every try, and a contingency gets its say.
+    pub(crate) fn fail(&mut self, now: Time, reason: String, denials: Vec<v1::Denial>, first_pause: Duration) {
+        if denials.is_empty() {
+            self.ask_from = now + first_pause.mul_f64(PAUSES[self.failures.min(PAUSES.len() - 1)]);
+            self.failures += 1;
+        }
+        self.interrupt(reason, denials);
+    }
+
+    /// The present step is given up, through no fault of its own or for want of a permission.
+    pub(crate) fn interrupt(&mut self, reason: String, denials: Vec<v1::Denial>) {
         if let Some(step) = self.step.take() {
             self.failed = Some(Failed { step_id: step.id, reason, denials });
             self.failed_goal = step.nominal.and_then(|it| it.goal).and_then(|it| it.try_into().ok());

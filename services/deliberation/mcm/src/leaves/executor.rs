@@ -25,7 +25,8 @@ impl Leaf<World> for NominalExecutor {
         let subtree = match build(&step, world, ports) {
             Ok(subtree) => subtree,
             Err(error) => {
-                world.planner.fail(format!("the step cannot be built: {error}"), Vec::new());
+                let (now, pause) = (world.now.time, world.limits.retry_pause);
+                world.planner.fail(now, format!("the step cannot be built: {error}"), Vec::new(), pause);
                 return Err(error);
             }
         };
@@ -47,7 +48,8 @@ impl Leaf<World> for NominalExecutor {
             Status::Failure => {
                 let failure = std::mem::take(&mut world.failure);
                 world.say("step", format!("step {} failed: {}", world.planner.step_number, failure.reason));
-                world.planner.fail(failure.reason, failure.denials);
+                let (now, pause) = (world.now.time, world.limits.retry_pause);
+                world.planner.fail(now, failure.reason, failure.denials, pause);
             }
             Status::Running | Status::Skipped => {}
         }
@@ -62,7 +64,7 @@ impl Leaf<World> for NominalExecutor {
             Some((flag, _)) => format!("interrupted by `{flag}`"),
             None => "interrupted".to_owned(),
         };
-        world.planner.fail(reason, Vec::new());
+        world.planner.interrupt(reason, Vec::new());
     }
 
     fn subtree(&self) -> Option<&Tree<World>> {

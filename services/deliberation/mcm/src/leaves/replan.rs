@@ -16,6 +16,9 @@ impl Leaf<World> for Replan {
 
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         match world.planner.replanning.clone() {
+            Replanning::Idle if world.now.time < world.planner.ask_from => {
+                ports.tick_at(world.planner.ask_from.since_start());
+            }
             Replanning::Idle => ask(world),
             Replanning::Late(at) if at <= world.now.time => ask(world),
             Replanning::Hold { until, revision }

@@ -20,6 +20,7 @@ skill_silence_s = 2.0
 permission_answer_s = 10.0
 permission_tries = 3
 permission_margin_s = 30.0
+retry_pause_s = 1.0
 arrival_radius_m = 1.5
 transition_speed_m_s = 4.0
 transition_stand_off_m = 20.0

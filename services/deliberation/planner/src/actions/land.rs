@@ -1,0 +1,44 @@
+//! Straight down to the ground.
+
+use domain::skill::Goal;
+use kittiwake_proto::v1::FlightMode;
+
+use super::{Action, Clauses, Parameters, Waits};
+use crate::config::Config;
+use crate::state::State;
+
+/// See the module.
+#[derive(Debug)]
+pub struct Land;
+
+impl Action for Land {
+    fn name(&self) -> &'static str {
+        "land"
+    }
+
+    fn test(&self, goal: &State, _start: &State, _config: &Config) -> bool {
+        !goal.flying
+    }
+
+    /// Airborne at the default height over the spot, or at the present height by a vehicle that is
+    /// over the spot already: one that sinks need not climb again.
+    fn propagate_backwards(&self, goal: &State, start: &State, config: &Config) -> State {
+        if start.flying && start.is_over(goal, config) {
+            return State::new(start.position, true);
+        }
+        State::new(goal.position.at_height(goal.position.height_m() + config.takeoff_height_m.get()), true)
+    }
+
+    /// The invariant does not ask for flying, which ends with success.
+    fn set_parameters(&self, _from: &State, _goal: &State, _config: &Config) -> Parameters {
+        Parameters {
+            goal: Goal::Land,
+            precondition: Clauses { flying: Some(true), ..Clauses::default() },
+            invariant: Clauses { mode: Some(FlightMode::Land), ..Clauses::default() },
+        }
+    }
+
+    fn waits(&self) -> Waits {
+        Waits::WhereItStarts
+    }
+}

@@ -1,0 +1,68 @@
+//! What the vehicle can do, as back-chaining sees it: black boxes with a state they reach and a
+//! state they start from. A new action is one file here and one line in [`ACTIONS`].
+
+use std::fmt::Debug;
+
+use domain::skill::Goal;
+use kittiwake_proto::v1::FlightMode;
+
+use crate::config::Config;
+use crate::state::State;
+
+pub mod land;
+pub mod position;
+pub mod stop;
+pub mod takeoff;
+
+/// Every action, in the order that breaks ties between equal scores.
+pub const ACTIONS: [&dyn Action; 4] = [&land::Land, &takeoff::Takeoff, &stop::Stop, &position::Position];
+
+/// One action of the table.
+pub trait Action: Debug + Sync {
+    /// Its name in plans and logs.
+    fn name(&self) -> &'static str;
+
+    /// Whether it can end in `goal`, on the way from `start`.
+    fn test(&self, goal: &State, start: &State, config: &Config) -> bool;
+
+    /// The state closest to `start` from which it can reach `goal`.
+    fn propagate_backwards(&self, goal: &State, start: &State, config: &Config) -> State;
+
+    /// How it is flown from `from` to `goal`, and under which conditions. The permissions of the
+    /// areas its way touches are added by whoever knows the areas.
+    fn set_parameters(&self, from: &State, goal: &State, config: &Config) -> Parameters;
+
+    /// Where the vehicle waits for the permissions this action needs.
+    fn waits(&self) -> Waits;
+}
+
+/// Where the permissions an action needs are waited for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Waits {
+    /// At a stand-off before each border on its way.
+    BeforeEachBorder,
+    /// In a stop before the action begins.
+    WhereItStarts,
+}
+
+/// One way to fly a step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameters {
+    /// What the skill manager is asked for.
+    pub goal: Goal,
+    /// What must hold before it starts.
+    pub precondition: Clauses,
+    /// What must hold while it is flown.
+    pub invariant: Clauses,
+}
+
+/// Clauses about a state; `None` is not asked about.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Clauses {
+    /// In the air or on the ground.
+    pub flying: Option<bool>,
+    /// The flight mode.
+    pub mode: Option<FlightMode>,
+    /// Areas whose permission must be held.
+    pub permissions: Vec<String>,
+}

@@ -1,0 +1,118 @@
+//! From the objective back to the start: which actions, in which order. Knows no areas.
+
+use crate::actions::{ACTIONS, Action};
+use crate::config::Config;
+use crate::state::State;
+
+/// An action between the state it starts from and the one it reaches.
+#[derive(Debug, Clone)]
+pub struct Link {
+    /// Which action.
+    pub action: &'static dyn Action,
+    /// Where it starts.
+    pub from: State,
+    /// What it reaches.
+    pub to: State,
+}
+
+/// Why no chain of actions leads from the start to the goal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum NoChain {
+    /// No action can reach the state that was to be reached next.
+    #[error("no action leads to it")]
+    NoAction,
+    /// The limit was reached before the start was.
+    #[error("no plan of at most {0} actions leads to it")]
+    TooDeep(u32),
+}
+
+/// The actions that lead from `start` to `goal`, last to fly first; none if `start` is there already.
+pub fn chain(start: &State, goal: &State, config: &Config) -> Result<Vec<Link>, NoChain> {
+    let mut links: Vec<Link> = Vec::new();
+    let mut current_goal = goal.clone();
+    while !start.matches(&current_goal, config) {
+        if links.len() as u32 == config.depth_limit.get() {
+            return Err(NoChain::TooDeep(config.depth_limit.get()));
+        }
+        // Of equal scores the first is kept: the table's order breaks ties.
+        let best = ACTIONS
+            .into_iter()
+            .filter(|it| it.test(&current_goal, start, config))
+            .map(|it| (it, it.propagate_backwards(&current_goal, start, config)))
+            .min_by_key(|(_, from)| from.score(start, config));
+        let (action, from) = best.ok_or(NoChain::NoAction)?;
+        links.push(Link { action, from: from.clone(), to: current_goal });
+        current_goal = from;
+    }
+    if let Some(first) = links.last_mut() {
+        // Within the tolerance; where it really is, is where the areas lie.
+        first.from = start.clone();
+    }
+    Ok(links)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use domain::geometry::Ned;
+    use kittiwake_proto::v1::FlightMode;
+
+    /// `(east, height, flying)`.
+    type At = (f64, f64, bool);
+
+    fn state((east, height, flying): At) -> State {
+        State::new(Ned::new(0.0, east, -height), flying)
+    }
+
+    #[track_caller]
+    fn check(start: At, goal: At, expected: &str) {
+        let links = chain(&state(start), &state(goal), &Config::for_tests()).unwrap();
+        let text: Vec<_> = links
+            .iter()
+            .rev()
+            .map(|it| format!("{} to {} at {} m", it.action.name(), it.to.position.east_m, it.to.position.height_m()))
+            .collect();
+        assert_eq!(text.join(", "), expected);
+    }
+
+    #[test]
+    fn the_chain_leads_from_the_start_to_the_goal() {
+        check(
+            (0.0, 0.0, false),
+            (500.0, 0.0, false),
+            "takeoff to 0 at 10 m, position to 500 at 10 m, land to 500 at 0 m",
+        );
+        check((0.0, 0.0, false), (500.0, 40.0, true), "takeoff to 0 at 40 m, position to 500 at 40 m");
+        check((0.0, 0.0, false), (0.0, 40.0, true), "takeoff to 0 at 40 m");
+        check((0.0, 0.0, false), (1.0, 0.0, false), "");
+    }
+
+    #[test]
+    fn a_plan_from_the_air_starts_at_the_present_height() {
+        check((250.0, 33.0, true), (0.0, 0.0, false), "position to 0 at 10 m, land to 0 at 0 m");
+        check((1.0, 5.0, true), (0.0, 0.0, false), "land to 0 at 0 m");
+    }
+
+    #[test]
+    fn the_ground_is_not_level() {
+        check(
+            (0.0, 50.0, false),
+            (500.0, 0.0, false),
+            "takeoff to 0 at 60 m, position to 500 at 10 m, land to 500 at 0 m",
+        );
+        check((0.0, 0.0, false), (500.0, 1.0, true), "takeoff to 0 at 10 m, position to 500 at 1 m");
+    }
+
+    #[test]
+    fn what_no_action_reaches_has_no_chain() {
+        let goal = State { mode: Some(FlightMode::Return), ..state((0.0, 10.0, true)) };
+        assert_eq!(chain(&state((0.0, 0.0, false)), &goal, &Config::for_tests()).unwrap_err(), NoChain::NoAction);
+    }
+
+    #[test]
+    fn the_depth_is_limited() {
+        let config = Config { depth_limit: std::num::NonZeroU32::MIN, ..Config::for_tests() };
+        let error = chain(&state((0.0, 0.0, false)), &state((500.0, 0.0, false)), &config).unwrap_err();
+        assert_eq!(error, NoChain::TooDeep(1));
+    }
+}

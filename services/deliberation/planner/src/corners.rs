@@ -1,0 +1,103 @@
+//! The corners of a polygon grown by a margin: the only points a shortest way past it turns at.
+
+use domain::geometry::Ned;
+
+/// `(north, east)`.
+type Vector = (f64, f64);
+
+/// The corners of `ring` (not closed, in either sense) moved `margin_m` outwards, so that the sides
+/// between them are that far from its own. An acute corner is cut off by two; one that points
+/// inwards has none. Heights are zero.
+pub fn corners(ring: &[Ned], margin_m: f64) -> Vec<Ned> {
+    let mut ring = ring.to_vec();
+    // A side without length has no direction.
+    ring.dedup();
+    while ring.len() > 1 && ring.first() == ring.last() {
+        ring.pop();
+    }
+    let count = ring.len();
+    if count < 3 {
+        return Vec::new();
+    }
+    let clockwise = doubled_area(&ring) > 0.0;
+    let side = |index: usize| {
+        let (here, there) = (ring[index % count], ring[(index + 1) % count]);
+        let length_m = here.horizontal_distance_m(there);
+        ((there.north_m - here.north_m) / length_m, (there.east_m - here.east_m) / length_m)
+    };
+    let outwards = |(north, east): Vector| if clockwise { (east, -north) } else { (-east, north) };
+    let mut found = Vec::new();
+    for index in 0..count {
+        let corner = ring[(index + 1) % count];
+        let (before, after) = (side(index), side(index + 1));
+        let (out_before, out_after) = (outwards(before), outwards(after));
+        // The side that follows bends away from where the one before looks outwards.
+        if dot(out_before, after) >= 0.0 {
+            continue;
+        }
+        let alike = dot(out_before, out_after);
+        let at =
+            |(north, east): Vector| Ned::new(corner.north_m + north * margin_m, corner.east_m + east * margin_m, 0.0);
+        /// The cosine of 120 degrees between the sides' outward directions: from there on the
+        /// point of a sharp corner is farther off than its two replacements.
+        const ACUTE: f64 = -0.5;
+        if alike > ACUTE {
+            let sum = add(out_before, out_after);
+            found.push(at((sum.0 / (1.0 + alike), sum.1 / (1.0 + alike))));
+        } else {
+            found.push(at(add(out_before, before)));
+            found.push(at(add(out_after, (-after.0, -after.1))));
+        }
+    }
+    found
+}
+
+/// Twice the area, positive if the ring runs clockwise as seen from above.
+fn doubled_area(ring: &[Ned]) -> f64 {
+    let next = ring.iter().cycle().skip(1);
+    std::iter::zip(ring, next).map(|(a, b)| a.north_m * b.east_m - b.north_m * a.east_m).sum()
+}
+
+fn dot(a: Vector, b: Vector) -> f64 {
+    a.0 * b.0 + a.1 * b.1
+}
+
+fn add(a: Vector, b: Vector) -> Vector {
+    (a.0 + b.0, a.1 + b.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn corners_move_outwards_and_notches_have_none() {
+        #[track_caller]
+        fn check(ring: &[Vector], expected: &[Vector]) {
+            for reversed in [false, true] {
+                let mut ring: Vec<_> = ring.iter().map(|&(north, east)| Ned::new(north, east, 0.0)).collect();
+                if reversed {
+                    ring.reverse();
+                }
+                let mut found: Vec<_> =
+                    corners(&ring, 10.0).iter().map(|it| (it.north_m.round(), it.east_m.round())).collect();
+                found.sort_by(|a, b| a.partial_cmp(b).expect("numbers"));
+                assert_eq!(found, expected, "{ring:?}");
+            }
+        }
+        check(
+            &[(-90.0, 110.0), (90.0, 110.0), (90.0, 290.0), (-90.0, 290.0)],
+            &[(-100.0, 100.0), (-100.0, 300.0), (100.0, 100.0), (100.0, 300.0)],
+        );
+        // An L: five corners point outwards, one inwards.
+        check(
+            &[(0.0, 0.0), (100.0, 0.0), (100.0, 50.0), (50.0, 50.0), (50.0, 100.0), (0.0, 100.0)],
+            &[(-10.0, -10.0), (-10.0, 110.0), (60.0, 110.0), (110.0, -10.0), (110.0, 60.0)],
+        );
+        // A needle to the north: its point is cut off.
+        check(
+            &[(0.0, 0.0), (1000.0, 10.0), (0.0, 20.0)],
+            &[(-10.0, -10.0), (-10.0, 30.0), (1010.0, 0.0), (1010.0, 20.0)],
+        );
+    }
+}

@@ -1,0 +1,56 @@
+//! Holding until an area that was denied may be asked for again.
+
+use std::time::Duration;
+
+use domain::time::Time;
+
+use crate::config::Config;
+use crate::permissions::{Permissions, colon};
+use crate::plan::Step;
+
+/// Waiting for an area's back-off to end.
+#[derive(Debug, Clone)]
+pub struct Hold {
+    /// Which area.
+    pub area: String,
+    /// When the hold began.
+    pub since: Time,
+    /// How long it lasts, in mission time.
+    pub wait: Duration,
+    /// For the operator.
+    pub reason: String,
+}
+
+/// A step that would ask for an area too early.
+#[derive(Debug, Clone)]
+pub struct TooEarly {
+    /// Which step of the plan.
+    pub position: usize,
+    /// The hold that avoids it.
+    pub hold: Hold,
+}
+
+/// The first of `steps` that would ask for an area before its back-off is over, if they were begun
+/// `now`. Permission is asked for when a step begins, so only the flight before it counts.
+pub fn too_early(steps: &[Step], permissions: &Permissions, now: Time, config: &Config) -> Option<TooEarly> {
+    let mut flown = Duration::ZERO;
+    for (position, step) in steps.iter().enumerate() {
+        for area in &step.communication.ask {
+            let Some((back_off, reason)) = permissions.back_off(area, now) else { continue };
+            if flown < back_off {
+                let reason = format!("area {area}: denied by the control tower{}; asked once more", colon(reason));
+                let hold = Hold { area: area.clone(), since: now, wait: back_off - flown, reason };
+                return Some(TooEarly { position, hold });
+            }
+        }
+        let flight = Duration::try_from_secs_f64(step.flight_time_s(config));
+        flown = flown.saturating_add(flight.unwrap_or(Duration::MAX));
+    }
+    None
+}
+
+/// The steps before the one at `position`, or, if that is the first, that one without its asking.
+pub fn without_asking_at(mut steps: Vec<Step>, position: usize) -> Vec<Step> {
+    steps.truncate(position.max(1));
+    if position == 0 { steps.into_iter().map(|it| it.asking(Vec::new())).collect() } else { steps }
+}

@@ -1,0 +1,255 @@
+//! Answers the mission manager: what to fly next, until every objective is reached or given up.
+//!
+//! Pure bookkeeping and decisions: it knows neither messages nor topics, and the same requests at
+//! the same times get the same answers.
+
+use std::time::Duration;
+
+use domain::area::Area;
+use domain::mission::Mission;
+use domain::time::{Now, Pace, Time};
+
+use crate::airspace::{Airspace, Asked};
+use crate::config::Config;
+use crate::drafting::{Unreachable, draft};
+use crate::hold::{Hold, TooEarly, too_early, without_asking_at};
+use crate::objectives::{Objectives, Progress};
+use crate::permissions::{Denial, Permissions, colon};
+use crate::plan::{Plan, Step};
+use crate::repair::repair;
+use crate::state::State;
+use crate::stuck::Stuck;
+
+/// The planner's whole memory.
+#[derive(Debug)]
+pub struct MissionPlanner {
+    config: Config,
+    pace: Pace,
+    mission: Mission,
+    objectives: Objectives,
+    permissions: Permissions,
+    plan: Plan,
+    revision: u64,
+    last_step_id: u64,
+    /// The step flown last of the present plan; 0 for none.
+    last_done: u64,
+    stuck: Stuck,
+    hold: Option<Hold>,
+}
+
+/// A request for a plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Replan {
+    /// Where the vehicle is and what it may enter.
+    pub state: State,
+    /// The step that failed, if one did.
+    pub failed_step: Option<u64>,
+    /// Why it failed.
+    pub failure: String,
+    /// Areas that were refused, or not answered for, during it.
+    pub denials: Vec<Denial>,
+}
+
+/// What there is to fly.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Answer {
+    /// These steps, first to fly first.
+    Plan(Vec<Step>),
+    /// Nothing now; ask again after the wait.
+    Hold {
+        /// Mission time.
+        wait: Duration,
+        /// For the operator.
+        reason: String,
+    },
+    /// Nothing any more: every objective is terminal.
+    Finished,
+}
+
+/// A step id that was never given out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("step {0} is not of any plan made here")]
+pub struct UnknownStep(pub u64);
+
+/// A step that failed, and the steps that were to follow it.
+struct Failed {
+    step: Step,
+    rest: Vec<Step>,
+}
+
+impl MissionPlanner {
+    /// A planner that has not planned anything yet.
+    pub fn new(config: &Config, mission: Mission, pace: Pace) -> MissionPlanner {
+        MissionPlanner {
+            config: config.clone(),
+            pace,
+            objectives: Objectives::new(&mission.objectives),
+            mission,
+            permissions: Permissions::default(),
+            plan: Plan::default(),
+            revision: 0,
+            last_step_id: 0,
+            last_done: 0,
+            stuck: Stuck::default(),
+            hold: None,
+        }
+    }
+
+    /// Plans anew: from the failed step's goal as long as what comes after it is still valid, else
+    /// from the objective; objectives without a plan fail, and the next one is planned.
+    pub fn replan(&mut self, request: Replan, now: Now) -> Answer {
+        let Replan { state, failed_step, failure, denials } = request;
+        self.end_hold(now.time);
+        self.note_granted(&state);
+        for denial in denials.iter().filter(|it| self.mission.areas.iter().any(|area| area.name == it.area)) {
+            self.permissions.denied(denial, now.time, &self.config);
+        }
+        let mut failed = self.take_failed(failed_step);
+        if let Some(Failed { step, .. }) = failed.as_ref().filter(|_| denials.is_empty())
+            && !self.stuck.failed(step, &state, &self.config)
+        {
+            let times = self.config.failures_at_most;
+            let reason = format!("{} failed {times} times in a row{}", step.action.name, colon(&failure));
+            self.conclude(Progress::Failure(reason));
+            failed = None;
+        }
+        loop {
+            let Some(objective) = self.objectives.current() else { return Answer::Finished };
+            let goal = objective.goal.clone();
+            if state.matches(&goal, &self.config) {
+                self.conclude(Progress::Success);
+                continue;
+            }
+            let airspace = self.airspace(&state, now);
+            let steps = match steps_to(&state, &goal, failed.take(), &airspace, &self.config) {
+                Ok(steps) => steps,
+                Err(unreachable) => {
+                    self.conclude(Progress::Failure(unreachable.to_string()));
+                    continue;
+                }
+            };
+            let early = too_early(&steps, &self.permissions, now.time, &self.config);
+            let Some(TooEarly { position, hold }) = early else { return self.adopt(steps) };
+            let is_trespassing = state.flying && !airspace.trespassed(state.position, &Asked::new()).is_empty();
+            if is_trespassing && steps.first().is_some_and(|it| it.flight_time_s(&self.config) > 0.0) {
+                // Not to be waited for in here: out first, and the rest once there.
+                return self.adopt(without_asking_at(steps, position));
+            }
+            if self.permissions.may_hold(&hold.area, hold.wait, &self.config) {
+                let Hold { wait, reason, .. } = hold.clone();
+                self.hold = Some(hold);
+                return Answer::Hold { wait, reason };
+            }
+        }
+    }
+
+    /// The step to fly after step `id`, be that one flown already or not; the first for 0.
+    pub fn next_after(&self, id: u64) -> Option<Step> {
+        if id == 0 || id == self.last_done { self.plan.steps().into_iter().next() } else { self.plan.after(id) }
+    }
+
+    /// Step `id` was flown and left the vehicle in `state`. Said again, it changes nothing.
+    pub fn step_done(&mut self, id: u64, state: &State) -> Result<(), UnknownStep> {
+        if id == 0 || self.last_step_id < id {
+            return Err(UnknownStep(id));
+        }
+        self.note_granted(state);
+        if self.plan.drop_through(id).is_none() {
+            return Ok(());
+        }
+        self.last_done = id;
+        self.stuck.got_on();
+        let is_there = self.objectives.current().is_some_and(|it| state.matches(&it.goal, &self.config));
+        if self.plan.is_empty() && is_there {
+            self.conclude(Progress::Success);
+        }
+        Ok(())
+    }
+
+    /// The objectives and what became of them.
+    pub fn objectives(&self) -> &Objectives {
+        &self.objectives
+    }
+
+    /// The mission's name and areas.
+    pub fn mission(&self) -> &Mission {
+        &self.mission
+    }
+
+    /// The steps that are still to be flown, first to fly first.
+    pub fn steps(&self) -> Vec<Step> {
+        self.plan.steps()
+    }
+
+    /// Counts up with each plan.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// Why the planner waits, if it does.
+    pub fn hold_reason(&self) -> Option<&str> {
+        self.hold.as_ref().map(|it| it.reason.as_str())
+    }
+
+    fn airspace(&self, state: &State, now: Now) -> Airspace<'_> {
+        let areas: &[Area] = &self.mission.areas;
+        Airspace::new(areas, &state.permissions, &self.permissions, now, self.pace, &self.config)
+    }
+
+    fn note_granted(&mut self, state: &State) {
+        for area in &state.permissions {
+            self.permissions.granted(area);
+        }
+    }
+
+    fn end_hold(&mut self, now: Time) {
+        if let Some(hold) = self.hold.take() {
+            self.permissions.has_held(&hold.area, now - hold.since);
+        }
+    }
+
+    /// The old plan ends here, whatever comes instead.
+    fn take_failed(&mut self, id: Option<u64>) -> Option<Failed> {
+        let mut plan = std::mem::take(&mut self.plan);
+        self.last_done = 0;
+        let step = plan.drop_through(id?)?;
+        Some(Failed { step, rest: plan.steps() })
+    }
+
+    fn conclude(&mut self, progress: Progress) {
+        if let Some(objective) = self.objectives.current() {
+            objective.progress = progress;
+        }
+        self.stuck.got_on();
+    }
+
+    /// Makes `steps` the plan. Those without an id are new.
+    fn adopt(&mut self, mut steps: Vec<Step>) -> Answer {
+        let new = steps.iter().take_while(|it| it.id == 0).count();
+        for step in &mut steps[..new] {
+            self.last_step_id += 1;
+            step.id = self.last_step_id;
+        }
+        if let Some(objective) = self.objectives.current() {
+            objective.planned(&steps[..new]);
+        }
+        self.revision += 1;
+        self.plan = Plan::new(steps.clone());
+        Answer::Plan(steps)
+    }
+}
+
+/// From `state` to the failed step's goal and on with what was to follow it, if that is still valid;
+/// else, or if none failed, to `goal` itself.
+fn steps_to(
+    state: &State,
+    goal: &State,
+    failed: Option<Failed>,
+    airspace: &Airspace,
+    config: &Config,
+) -> Result<Vec<Step>, Unreachable> {
+    match failed.and_then(|it| repair(state, it.step, it.rest, airspace, config)) {
+        Some(steps) if !steps.is_empty() => Ok(steps),
+        _ => draft(state, goal, airspace, config),
+    }
+}

@@ -1,0 +1,104 @@
+//! What is to be achieved, in order, and what became of it.
+
+use std::collections::BTreeSet;
+
+use domain::mission;
+use kittiwake_proto::v1;
+
+use crate::plan::Step;
+use crate::state::State;
+
+/// The objectives of the mission; the first that is not terminal is the current one.
+#[derive(Debug)]
+pub struct Objectives {
+    list: Vec<Objective>,
+}
+
+/// An objective and its course so far.
+#[derive(Debug)]
+pub struct Objective {
+    /// Unique within the mission.
+    pub name: String,
+    /// The state to reach.
+    pub goal: State,
+    /// What became of it.
+    pub progress: Progress,
+    /// Steps planned for it in all.
+    pub plan_steps: u32,
+    /// Plans made for it in all.
+    pub plans: u32,
+    /// Areas asked about for it, each once, in the order of the plan.
+    pub permissions: Vec<String>,
+}
+
+/// What became of an objective. Success and failure are final.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Progress {
+    /// Not attempted yet, or being attempted.
+    Waiting,
+    /// Reached, as seen in the vehicle's data.
+    Success,
+    /// Given up, with the reason.
+    Failure(String),
+}
+
+impl Objectives {
+    /// Those of the mission, all waiting.
+    pub fn new(objectives: &[mission::Objective]) -> Objectives {
+        let objective = |it: &mission::Objective| Objective {
+            name: it.name.clone(),
+            goal: State::new(it.position, it.flying),
+            progress: Progress::Waiting,
+            plan_steps: 0,
+            plans: 0,
+            permissions: Vec::new(),
+        };
+        Objectives { list: objectives.iter().map(objective).collect() }
+    }
+
+    /// All of them, in order.
+    pub fn all(&self) -> &[Objective] {
+        &self.list
+    }
+
+    /// The index of the one worked on; the number of objectives once all are terminal.
+    pub fn current_index(&self) -> usize {
+        self.list.iter().take_while(|it| it.progress != Progress::Waiting).count()
+    }
+
+    /// The one worked on.
+    pub fn current(&mut self) -> Option<&mut Objective> {
+        self.list.iter_mut().find(|it| it.progress == Progress::Waiting)
+    }
+}
+
+impl Objective {
+    /// A plan was made for it, of which `new_steps` were not in the one before.
+    pub fn planned(&mut self, new_steps: &[Step]) {
+        self.plans += 1;
+        self.plan_steps += new_steps.len() as u32;
+        let mut known: BTreeSet<String> = self.permissions.iter().cloned().collect();
+        let asked = new_steps.iter().flat_map(|it| &it.communication.ask);
+        self.permissions.extend(asked.filter(|it| known.insert((*it).clone())).cloned());
+    }
+}
+
+impl From<&Objective> for v1::Objective {
+    fn from(it: &Objective) -> v1::Objective {
+        let (state, reason) = match &it.progress {
+            Progress::Waiting => (v1::ObjectiveState::Waiting, String::new()),
+            Progress::Success => (v1::ObjectiveState::Success, String::new()),
+            Progress::Failure(reason) => (v1::ObjectiveState::Failure, reason.clone()),
+        };
+        v1::Objective {
+            name: it.name.clone(),
+            position: Some(it.goal.position.into()),
+            flying: it.goal.flying,
+            state: state as i32,
+            reason,
+            plan_steps: it.plan_steps,
+            replans: it.plans.saturating_sub(1),
+            permissions: it.permissions.clone(),
+        }
+    }
+}

@@ -1,0 +1,190 @@
+//! What is known of the control tower's mind about each area, and how long it is worth waiting for.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use domain::time::Time;
+
+use crate::config::Config;
+
+/// The record of every area that was ever refused or held for.
+#[derive(Debug, Default)]
+pub struct Permissions {
+    records: BTreeMap<String, Record>,
+}
+
+#[derive(Debug, Clone, Default)]
+struct Record {
+    standing: Standing,
+    /// Time the vehicle has held because of it, in all; a grant does not give it back.
+    held: Duration,
+}
+
+/// Where the asking for an area stands.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum Standing {
+    /// Never refused since it was last granted.
+    #[default]
+    Open,
+    /// Refused; asked once more from `retry_at` on.
+    DeniedOnce {
+        /// The tower's.
+        reason: String,
+        /// When it may be asked again.
+        retry_at: Time,
+    },
+    /// Not asked any more.
+    DeniedForGood {
+        /// For the mission report.
+        reason: String,
+    },
+}
+
+/// A permission that was refused, or not answered.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Denial {
+    /// Which area.
+    pub area: String,
+    /// The tower never answered.
+    pub silent: bool,
+    /// The tower's.
+    pub reason: String,
+}
+
+impl Permissions {
+    /// Where the asking for `area` stands.
+    pub fn standing(&self, area: &str) -> Standing {
+        self.records.get(area).map(|it| it.standing.clone()).unwrap_or_default()
+    }
+
+    /// It is held: a grant, however late, clears what was before.
+    pub fn granted(&mut self, area: &str) {
+        if let Some(record) = self.records.get_mut(area) {
+            record.standing = Standing::Open;
+        }
+    }
+
+    /// It was refused, or not answered.
+    pub fn denied(&mut self, denial: &Denial, now: Time, config: &Config) {
+        let record = self.records.entry(denial.area.clone()).or_default();
+        record.standing = match (std::mem::take(&mut record.standing), denial.silent) {
+            (standing @ Standing::DeniedForGood { .. }, _) => standing,
+            (_, true) => Standing::DeniedForGood { reason: "no answer from the control tower".into() },
+            (Standing::Open, false) => Standing::DeniedOnce {
+                reason: denial.reason.clone(),
+                retry_at: now + config.retry_after_denial_s.seconds(),
+            },
+            // Not asked since, so it is the same denial told twice.
+            (Standing::DeniedOnce { reason, retry_at }, false) if now < retry_at => {
+                Standing::DeniedOnce { reason, retry_at }
+            }
+            (Standing::DeniedOnce { .. }, false) => Standing::DeniedForGood {
+                reason: format!("denied twice by the control tower{}", colon(&denial.reason)),
+            },
+        };
+    }
+
+    /// How much longer `area` must not be asked for, and why.
+    pub fn back_off(&self, area: &str, now: Time) -> Option<(Duration, &str)> {
+        match &self.records.get(area)?.standing {
+            Standing::DeniedOnce { reason, retry_at } if now < *retry_at => Some((*retry_at - now, reason)),
+            _ => None,
+        }
+    }
+
+    /// The vehicle has held for so long because of `area`.
+    pub fn has_held(&mut self, area: &str, time: Duration) {
+        let record = self.records.entry(area.into()).or_default();
+        record.held = record.held.saturating_add(time);
+    }
+
+    /// Whether the vehicle may hold for another `wait` because of `area`; if not, the area is not
+    /// asked for any more.
+    pub fn may_hold(&mut self, area: &str, wait: Duration, config: &Config) -> bool {
+        let record = self.records.entry(area.into()).or_default();
+        let limit = config.hold_at_most_s.seconds();
+        if record.held.saturating_add(wait) <= limit {
+            return true;
+        }
+        let reason = match std::mem::take(&mut record.standing) {
+            Standing::DeniedOnce { reason, .. } => colon(&reason),
+            Standing::Open | Standing::DeniedForGood { .. } => String::new(),
+        };
+        let reason =
+            format!("denied by the control tower and not worth more than {} s of waiting{reason}", limit.as_secs());
+        record.standing = Standing::DeniedForGood { reason };
+        false
+    }
+}
+
+/// `reason` as the end of a sentence.
+pub fn colon(reason: &str) -> String {
+    if reason.is_empty() { String::new() } else { format!(": {reason}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn second(s: u64) -> Time {
+        Time::after(Duration::from_secs(s))
+    }
+
+    /// What the tower did, and when, in seconds.
+    enum Course {
+        Denied(u64),
+        Silent(u64),
+        Granted,
+    }
+    use Course::*;
+
+    fn after(course: &[Course]) -> Standing {
+        let config = Config::for_tests();
+        let mut permissions = Permissions::default();
+        let denial = |silent| Denial { area: "A".into(), silent, reason: "busy".into() };
+        for it in course {
+            match it {
+                Denied(at) => permissions.denied(&denial(false), second(*at), &config),
+                Silent(at) => permissions.denied(&denial(true), second(*at), &config),
+                Granted => permissions.granted("A"),
+            }
+        }
+        permissions.standing("A")
+    }
+
+    #[test]
+    fn a_denial_is_tried_once_more_and_silence_is_not() {
+        #[track_caller]
+        fn check(course: &[Course], expected: &str) {
+            let text = match after(course) {
+                Standing::Open => "open".into(),
+                Standing::DeniedOnce { reason, retry_at } => format!("{reason}, again at {} s", retry_at.as_secs_f64()),
+                Standing::DeniedForGood { reason } => reason,
+            };
+            assert_eq!(text, expected);
+        }
+        check(&[], "open");
+        check(&[Denied(5)], "busy, again at 35 s");
+        check(&[Denied(5), Denied(6)], "busy, again at 35 s");
+        check(&[Denied(5), Denied(35)], "denied twice by the control tower: busy");
+        check(&[Denied(5), Silent(36)], "no answer from the control tower");
+        check(&[Silent(5)], "no answer from the control tower");
+        check(&[Silent(5), Denied(50)], "no answer from the control tower");
+        check(&[Silent(5), Granted], "open");
+        check(&[Denied(5), Granted, Denied(50)], "busy, again at 80 s");
+    }
+
+    #[test]
+    fn waiting_for_an_area_ends_once_it_has_taken_too_long_in_all() {
+        let config = Config::for_tests();
+        let mut permissions = Permissions::default();
+        let half = Duration::from_secs(60);
+        assert!(permissions.may_hold("A", half, &config));
+        permissions.has_held("A", half);
+        permissions.granted("A");
+        assert!(permissions.may_hold("A", half, &config));
+        permissions.has_held("A", half);
+        assert!(!permissions.may_hold("A", Duration::from_secs(1), &config));
+        assert!(matches!(permissions.standing("A"), Standing::DeniedForGood { .. }));
+    }
+}

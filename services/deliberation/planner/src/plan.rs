@@ -1,0 +1,120 @@
+//! A plan: tracks that run side by side, each a stack whose first entry is the last to be flown.
+//!
+//! Entries at the same height of the stacks are one step. A third track would be a third field here
+//! and its part in [`Step`].
+
+use domain::geometry::Ned;
+
+use crate::actions::Parameters;
+use crate::state::State;
+
+/// What one step has in each track, with the id that names it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// Unique among the steps of all plans.
+    pub id: u64,
+    /// Its part of the action track.
+    pub action: ActionStep,
+    /// Its part of the communication track.
+    pub communication: CommunicationStep,
+}
+
+/// Something to fly.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ActionStep {
+    /// Its name in the table of actions.
+    pub name: &'static str,
+    /// Where the plan has the vehicle when it starts.
+    pub from: Ned,
+    /// The state it reaches.
+    pub to: State,
+    /// How it is flown when nothing is amiss. How it is flown while a new plan is made is computed
+    /// when that is needed, from where the vehicle is then: [`domain::route::transition_goal`].
+    pub nominal: Parameters,
+}
+
+/// What to ask the control tower during a step.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct CommunicationStep {
+    /// Areas whose permission is to be got; empty for none.
+    pub ask: Vec<String>,
+    /// The communication plan added the step.
+    pub auxiliary: bool,
+}
+
+/// The steps that are still to be flown for the current objective.
+#[derive(Debug, Clone, Default)]
+pub struct Plan {
+    ids: Track<u64>,
+    actions: Track<ActionStep>,
+    communications: Track<CommunicationStep>,
+}
+
+#[derive(Debug, Clone)]
+struct Track<T> {
+    stack: Vec<T>,
+}
+
+impl<T> Default for Track<T> {
+    fn default() -> Track<T> {
+        Track { stack: Vec::new() }
+    }
+}
+
+impl Plan {
+    /// A plan of `steps`, first to fly first.
+    pub fn new(steps: Vec<Step>) -> Plan {
+        let mut plan = Plan::default();
+        for step in steps.into_iter().rev() {
+            plan.push(step);
+        }
+        plan
+    }
+
+    /// Plans a step that is flown before all others.
+    fn push(&mut self, step: Step) {
+        self.ids.stack.push(step.id);
+        self.actions.stack.push(step.action);
+        self.communications.stack.push(step.communication);
+    }
+
+    /// Takes the step that is flown next.
+    fn pop(&mut self) -> Option<Step> {
+        Some(Step {
+            id: self.ids.stack.pop()?,
+            action: self.actions.stack.pop()?,
+            communication: self.communications.stack.pop()?,
+        })
+    }
+
+    /// Whether nothing is left to fly.
+    pub fn is_empty(&self) -> bool {
+        self.ids.stack.is_empty()
+    }
+
+    /// Whether step `id` is still to be flown.
+    fn contains(&self, id: u64) -> bool {
+        self.ids.stack.contains(&id)
+    }
+
+    /// All steps, first to fly first.
+    pub fn steps(&self) -> Vec<Step> {
+        let mut rest = self.clone();
+        std::iter::from_fn(|| rest.pop()).collect()
+    }
+
+    /// The step to fly after step `id`, if both are still to be flown.
+    pub fn after(&self, id: u64) -> Option<Step> {
+        let mut rest = self.clone();
+        rest.drop_through(id)?;
+        rest.pop()
+    }
+
+    /// Step `id` has been flown, and so has what came before it. Returns it if it was still there.
+    pub fn drop_through(&mut self, id: u64) -> Option<Step> {
+        if !self.contains(id) {
+            return None;
+        }
+        std::iter::from_fn(|| self.pop()).find(|it| it.id == id)
+    }
+}

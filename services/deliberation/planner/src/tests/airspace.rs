@@ -1,0 +1,167 @@
+//! Areas of every shape, height and time.
+
+use super::*;
+
+#[test]
+fn borders_closer_than_the_stand_off_share_one_step() {
+    let areas = area("A", "permission", [200.0, 300.0], "") + &area("B", "permission", [215.0, 320.0], "");
+    check(
+        &Story::of(&across(&areas)).plan(),
+        "1 takeoff 10 m
+         2 position 0 180 10, hold, ask A B
+         3 position 0 500 10, needs A B
+         4 land",
+    );
+}
+
+#[test]
+fn a_concave_area_is_asked_for_once_however_often_it_is_crossed() {
+    check(
+        &Story::of(HARBOUR).plan(),
+        "1 takeoff 10 m
+         2 position 0 60 10, hold, ask basin
+         3 position 0 400 10, hold, ask fairway terminal, needs basin
+         4 position 0 600 10, needs fairway terminal
+         5 land, needs terminal",
+    );
+}
+
+#[test]
+fn a_keep_out_area_is_flown_round_on_the_shorter_side() {
+    let mut story = Story::of(KEEP_OUT);
+    check(
+        &story.plan(),
+        "1 takeoff 25 m
+         2 position 90 -70 25
+         3 position 210 -70 25
+         4 position 300 0 25",
+    );
+    story.fly(4);
+    check(
+        &story.plan(),
+        "5 position 210 -70 10
+         6 position 90 -70 10
+         7 position 0 0 10
+         8 land",
+    );
+}
+
+#[test]
+fn a_goal_in_a_keep_out_area_is_given_up_with_the_reason() {
+    let mut story = Story::of(&across(&area("K", "keep-out", [400.0, 600.0], "")));
+    check(&story.plan(), "finished");
+    check(
+        &story.objectives(),
+        "there: failure (keep-out area K: it cannot be reached without entering it), 0 steps, 0 replans, asked []",
+    );
+}
+
+#[test]
+fn only_the_heights_that_are_flown_count() {
+    let mut story = Story::of(ALTITUDE_BAND);
+    check(
+        &story.plan(),
+        "1 takeoff 20 m
+         2 position 0 200 20",
+    );
+    story.fly(2);
+    check(
+        &story.plan(),
+        "3 position 0 200 20, hold, ask approach
+         4 position 0 400 80, needs approach",
+    );
+}
+
+#[test]
+fn only_a_time_window_that_is_open_or_opens_soon_counts() {
+    #[track_caller]
+    fn check_window(window: &str, expected_asked: bool) {
+        let mut story = Story::of(&across(&area("A", "permission", [200.0, 300.0], window)));
+        assert_eq!(story.plan().contains("ask A"), expected_asked, "{window}");
+    }
+    check_window("until_utc = \"2025-12-31T23:59:00Z\"", false);
+    check_window("until_utc = \"2026-01-01T00:00:01Z\"", true);
+    check_window("from_utc = \"2026-01-01T00:04:00Z\"", true);
+    check_window("from_utc = \"2026-01-01T00:06:00Z\"", false);
+}
+
+#[test]
+fn a_permission_for_a_landing_is_asked_for_in_a_stop() {
+    check(
+        &Story::of(&across(&area("low", "permission", [400.0, 600.0], "ceiling_m = 5.0"))).plan(),
+        "1 takeoff 10 m
+         2 position 0 500 10
+         3 stop, ask low
+         4 land, needs low",
+    );
+}
+
+#[test]
+fn a_permission_for_a_takeoff_is_asked_for_on_the_ground() {
+    check(
+        &Story::of(&across(&area("high", "permission", [-100.0, 100.0], "floor_m = 5.0"))).plan(),
+        "1 stop, ask high
+         2 takeoff 10 m, needs high
+         3 position 0 500 10, needs high
+         4 land",
+    );
+}
+
+#[test]
+fn leaving_needs_no_permission_but_is_done_the_shortest_way() {
+    check(
+        &Story::of(&across(&area("A", "permission", [-100.0, 60.0], ""))).plan(),
+        "1 takeoff 10 m
+         2 position 0 80 10
+         3 position 0 500 10
+         4 land",
+    );
+}
+
+#[test]
+fn borders_right_behind_a_way_out_share_its_end() {
+    let areas = area("A", "permission", [-100.0, 60.0], "")
+        + &area("B", "permission", [80.2, 90.0], "")
+        + &area("C", "permission", [100.5, 200.0], "");
+    check(
+        &Story::of(&across(&areas)).plan(),
+        "1 takeoff 10 m
+         2 position 0 80 10, hold, ask B C
+         3 position 0 500 10, needs B C
+         4 land",
+    );
+}
+
+#[test]
+fn a_vehicle_nearer_to_the_border_than_the_stand_off_asks_where_it_is() {
+    check(
+        &Story::of(&across(&area("A", "permission", [12.0, 300.0], ""))).plan(),
+        "1 takeoff 10 m
+         2 position 0 0 10, hold, ask A
+         3 position 0 500 10, needs A
+         4 land",
+    );
+}
+
+#[test]
+fn a_gap_narrower_than_two_margins_is_still_a_way() {
+    // A yard round the goal, with a gate of 12 m towards the start.
+    let wall = |name: &str, north: [f64; 2], east: [f64; 2]| {
+        format!(
+            "[[area]]\nname = \"{name}\"\nkind = \"keep-out\"\n\
+             corners_m = [[{0:.1}, {2:.1}], [{1:.1}, {2:.1}], [{1:.1}, {3:.1}], [{0:.1}, {3:.1}]]\n",
+            north[0], north[1], east[0], east[1]
+        )
+    };
+    let yard = wall("north", [90.0, 100.0], [400.0, 600.0])
+        + &wall("south", [-100.0, -90.0], [400.0, 600.0])
+        + &wall("east", [-100.0, 100.0], [600.0, 610.0])
+        + &wall("left of the gate", [6.0, 100.0], [390.0, 400.0])
+        + &wall("right of the gate", [-100.0, -6.0], [390.0, 400.0]);
+    check(
+        &Story::of(&across(&yard)).plan(),
+        "1 takeoff 10 m
+         2 position 0 500 10
+         3 land",
+    );
+}

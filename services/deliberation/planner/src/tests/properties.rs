@@ -1,0 +1,146 @@
+//! Whatever the areas: no plan crosses what it may not.
+
+use std::collections::BTreeSet;
+
+use domain::area::{Area, AreaKind};
+use domain::geometry::Ned;
+use domain::mission::Objective;
+use domain::route;
+use geo::ConvexHull;
+use proptest::prelude::*;
+
+use super::*;
+use crate::mission_planner::{Answer, MissionPlanner, Replan};
+use crate::permissions::Denial;
+use crate::plan::Step;
+use crate::state::State;
+
+fn spot() -> impl Strategy<Value = Ned> {
+    (-300.0..300.0, -300.0..300.0).prop_map(|(north, east)| Ned::new(north, east, 0.0))
+}
+
+/// Convex, of random size, place, kind and heights.
+fn area_like(index: usize) -> impl Strategy<Value = Area> {
+    let corners = proptest::collection::vec((-150.0..150.0, -150.0..150.0), 3..8);
+    let band = prop_oneof![Just(None), (0.0..40.0, 5.0..40.0).prop_map(Some)];
+    let keep_out = proptest::bool::weighted(0.2);
+    let any_area = (spot(), corners, keep_out, band).prop_map(move |(centre, corners, keep_out, band)| {
+        let points: geo::MultiPoint = corners.into_iter().collect();
+        let hull = points.convex_hull();
+        let corner = |it: &geo::Coord| Ned::new(centre.north_m + it.y, centre.east_m + it.x, 0.0);
+        Area {
+            name: format!("area {index}"),
+            kind: if keep_out { AreaKind::KeepOut } else { AreaKind::Permission },
+            corners: hull.exterior().coords().skip(1).map(corner).collect(),
+            floor_m: band.map(|(floor, _)| floor),
+            ceiling_m: band.map(|(floor, thickness)| floor + thickness),
+            from_utc_ms: None,
+            until_utc_ms: None,
+        }
+    });
+    any_area.prop_filter("not an area", Area::is_simple)
+}
+
+fn areas() -> impl Strategy<Value = Vec<Area>> {
+    (0..5usize).prop_flat_map(|count| (0..count).map(area_like).collect::<Vec<_>>())
+}
+
+fn planner(areas: &[Area], goal: Ned) -> MissionPlanner {
+    let objectives = vec![Objective { name: "there".into(), position: goal, flying: false }];
+    let mission = Mission { name: "random".into(), objectives, areas: areas.to_vec() };
+    // Hardly any wait is expected, so that areas are asked for rather than flown round.
+    let config = Config { expected_wait_s: 0.01.try_into().unwrap(), ..Config::for_tests() };
+    MissionPlanner::new(&config, mission, Pace::REAL_TIME)
+}
+
+fn from(position: Ned, held: &BTreeSet<String>) -> Replan {
+    let state = State { permissions: held.clone(), ..State::new(position, position.down_m != 0.0) };
+    Replan { state, failed_step: None, failure: String::new(), denials: Vec::new() }
+}
+
+/// No step enters an area that is neither held nor asked for in an earlier step, or a keep-out
+/// area; only what the vehicle started in may be left.
+fn assert_allowed(steps: &[Step], areas: &[Area], held: &BTreeSet<String>) -> Result<(), TestCaseError> {
+    let (start, first_stop) = steps[0].way();
+    for area in areas.iter().filter(|it| it.kind == AreaKind::KeepOut || !held.contains(&it.name)) {
+        let is_trespassed = start.down_m != 0.0 && area.contains(start);
+        prop_assert!(!is_trespassed || !area.contains(first_stop), "{:?} does not lead out of {area:?}", steps[0]);
+    }
+    let mut allowed = held.clone();
+    let mut leaving = true;
+    for step in steps {
+        let (from, to) = step.way();
+        for area in areas {
+            if area.kind == AreaKind::Permission && allowed.contains(&area.name) {
+                continue;
+            }
+            prop_assert!(route::entries(area, from, to).is_empty(), "{step:?} enters {area:?}");
+            let stays_inside = area.contains(from) && area.contains(to) && step.action.name == "position";
+            prop_assert!(!stays_inside, "{step:?} stays in {area:?}");
+            prop_assert!(leaving || !area.is_crossed(from, to), "{step:?} crosses {area:?}");
+        }
+        leaving &= step.action.name != "position";
+        allowed.extend(step.communication.ask.iter().cloned());
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_plan_enters_what_it_may_not(
+        areas in areas(),
+        start in spot(),
+        goal in spot(),
+        height_m in prop_oneof![Just(0.0), 5.0..50.0],
+        over_goal in proptest::bool::weighted(0.1),
+        held in any::<u8>(),
+        denied in any::<u8>(),
+    ) {
+        let goal = if over_goal { start } else { goal };
+        let chosen = |bits: u8| areas.iter().enumerate().filter(move |(it, _)| bits >> it & 1 == 1);
+        let held: BTreeSet<String> = chosen(held).map(|(_, it)| it.name.clone()).collect();
+        let denials = chosen(denied).map(|(_, it)| Denial { area: it.name.clone(), silent: true, reason: String::new() });
+        let request = Replan {
+            denials: denials.filter(|it| !held.contains(&it.area)).collect(),
+            ..from(start.at_height(height_m), &held)
+        };
+        let answer = planner(&areas, goal).replan(request.clone(), Now::default());
+        prop_assert_eq!(&answer, &planner(&areas, goal).replan(request, Now::default()));
+        if let Answer::Plan(steps) = answer {
+            prop_assert!(!steps.is_empty());
+            assert_allowed(&steps, &areas, &held)?;
+        }
+    }
+
+    #[test]
+    fn no_mended_plan_enters_what_it_may_not(
+        areas in areas(),
+        start in spot(),
+        goal in spot(),
+        failing in any::<prop::sample::Index>(),
+        progress in 0.0..1.0,
+        answers in any::<u8>(),
+    ) {
+        let mut planner = planner(&areas, goal);
+        let mut held = BTreeSet::new();
+        let Answer::Plan(steps) = planner.replan(from(start, &held), Now::default()) else { return Ok(()) };
+        let failing = failing.index(steps.len());
+        for step in &steps[..failing] {
+            held.extend(step.communication.ask.iter().cloned());
+            prop_assert!(planner.step_done(step.id, &step.action.to).is_ok());
+        }
+        let failed = &steps[failing];
+        let position = failed.way().0.towards(failed.way().1, progress);
+        // Each asked area is granted, or denied, or was lost; one that was held may have been lost too.
+        let bit = |index: usize| answers >> (index % 8) & 1 == 1;
+        held = held.into_iter().enumerate().filter(|(it, _)| bit(*it)).map(|(_, it)| it).collect();
+        let denied = failed.communication.ask.iter().enumerate().filter(|(it, _)| bit(it + 4)).map(|(_, it)| it);
+        let denials = denied.map(|it| Denial { area: it.clone(), silent: bit(2), reason: "busy".into() }).collect();
+        let request = Replan { failed_step: Some(failed.id), denials, ..from(position, &held) };
+        if let Answer::Plan(steps) = planner.replan(request, Now::default()) {
+            assert_allowed(&steps, &areas, &held)?;
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! Land: down where the vehicle is, until the land detector sees the ground.
+
+use domain::time::Time;
+use kittiwake_proto::v1::{FlightMode, SkillKind};
+
+use super::{Ready, Skill};
+use crate::commands::Command;
+use crate::fsm::Ending;
+use crate::vehicle::{Motion, View};
+
+/// Has no parameters.
+#[derive(Debug)]
+pub struct Land;
+
+impl Skill for Land {
+    fn kind(&self) -> SkillKind {
+        SkillKind::Land
+    }
+
+    fn ready(&mut self, view: &View) -> Ready {
+        match view.at_rest_on_ground() {
+            Some(true) => Ready::AlreadyTrue,
+            Some(false) => Ready::Command,
+            None => Ready::Await("land detector and vehicle status"),
+        }
+    }
+
+    fn command(&self, accepted: usize) -> Option<Command> {
+        (accepted == 0).then_some(Command::Land)
+    }
+
+    fn mode(&self) -> FlightMode {
+        FlightMode::Land
+    }
+
+    fn ends_disarmed(&self) -> bool {
+        true
+    }
+
+    fn progress(&mut self, view: &View, _now: Time) -> Option<Ending> {
+        (view.landed == Some(true)).then(Ending::success)
+    }
+
+    fn distance_left_m(&self, motion: &Motion) -> f64 {
+        motion.position.height_m().max(0.0)
+    }
+}

@@ -1,0 +1,118 @@
+//! Takeoff: arm if necessary, then climb straight up by so much from where the vehicle was.
+
+use std::time::Duration;
+
+use domain::time::Time;
+use kittiwake_proto::v1::{FlightMode, SkillKind, SkillOutcome};
+
+use super::{Ready, Skill};
+use crate::commands::Command;
+use crate::config::Config;
+use crate::fsm::Ending;
+use crate::vehicle::{Motion, View};
+
+/// A climb, and the height it leads to once that is known.
+#[derive(Debug)]
+pub struct Takeoff {
+    climb_m: f64,
+    height_tolerance_m: f64,
+    climb_rate_tolerance_m_s: f64,
+    settle: Duration,
+    /// From the first position after the request: a request that waits does not climb from
+    /// wherever the vehicle has got to meanwhile.
+    target_height_m: Option<f64>,
+    arms: bool,
+    /// When the autopilot ended the climb by itself.
+    levelled_off: Option<Time>,
+}
+
+impl Takeoff {
+    /// A takeoff by `climb_m`.
+    pub fn new(climb_m: f64, config: &Config) -> Takeoff {
+        Takeoff {
+            climb_m,
+            height_tolerance_m: config.takeoff_tolerance_m.get(),
+            climb_rate_tolerance_m_s: config.climb_rate_tolerance_m_s.get(),
+            settle: config.takeoff_settle_s.seconds(),
+            target_height_m: None,
+            arms: true,
+            levelled_off: None,
+        }
+    }
+
+    fn height_left_m(&self, motion: &Motion) -> f64 {
+        self.target_height_m.map_or(self.climb_m, |target| (target - motion.position.height_m()).abs())
+    }
+}
+
+impl Skill for Takeoff {
+    fn kind(&self) -> SkillKind {
+        SkillKind::Takeoff
+    }
+
+    fn ready(&mut self, view: &View) -> Ready {
+        if self.target_height_m.is_none() {
+            self.target_height_m = view.vertical.map(|it| it.position.height_m() + self.climb_m);
+        }
+        match (self.target_height_m, view.status) {
+            (None, _) => Ready::Require("height"),
+            (_, None) => Ready::Require("status"),
+            (Some(_), Some(status)) => {
+                self.arms = !status.armed;
+                Ready::Command
+            }
+        }
+    }
+
+    fn command(&self, accepted: usize) -> Option<Command> {
+        let takeoff = self.target_height_m.map(|altitude_m| Command::Takeoff { altitude_m });
+        match (self.arms, accepted) {
+            (true, 0) => Some(Command::Arm),
+            (true, 1) | (false, 0) => takeoff,
+            _ => None,
+        }
+    }
+
+    fn mode(&self) -> FlightMode {
+        FlightMode::Takeoff
+    }
+
+    fn mode_afterwards(&self) -> Option<FlightMode> {
+        Some(FlightMode::Loiter)
+    }
+
+    fn progress(&mut self, view: &View, now: Time) -> Option<Ending> {
+        let is_there = view.vertical.is_some_and(|it| {
+            self.height_left_m(&it) < self.height_tolerance_m
+                && it.velocity.climb_rate_m_s().abs() < self.climb_rate_tolerance_m_s
+        });
+        if is_there {
+            return Some(Ending::success());
+        }
+        // Once the autopilot loiters it climbs no further, and the mode before the climb may have
+        // been loiter too: it counts in the air only.
+        match view.status.map(|it| it.actual) {
+            Some(FlightMode::Loiter) if view.landed == Some(false) => {
+                self.levelled_off.get_or_insert(now);
+            }
+            Some(_) => self.levelled_off = None,
+            None => {}
+        }
+        self.deadline().filter(|it| *it <= now).map(|_| {
+            let target_m = self.target_height_m.unwrap_or(f64::NAN);
+            let reached = match view.vertical {
+                Some(it) => format!("at {:.1} m", it.position.height_m()),
+                None => "at an unknown height".into(),
+            };
+            Ending::because(SkillOutcome::Failed, format!("the climb to {target_m:.1} m ended {reached}"))
+        })
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        self.levelled_off.map(|it| it + self.settle)
+    }
+
+    fn distance_left_m(&self, motion: &Motion) -> f64 {
+        self.height_left_m(motion)
+    }
+}
