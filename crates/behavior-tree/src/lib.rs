@@ -1,1 +1,50 @@
-//! behavior-tree
+//! A behavior-tree engine.
+
+mod board;
+mod call;
+mod cause;
+mod fault;
+mod inspect;
+mod kind;
+mod leaf;
+mod library;
+mod load;
+pub mod nodes;
+mod port_error;
+mod port_list;
+mod port_value;
+mod ports;
+mod registry;
+mod ring;
+mod run;
+mod script;
+mod shape;
+mod spec;
+mod status;
+mod template;
+mod tree;
+mod types;
+mod value;
+mod wake;
+mod xml;
+
+pub use cause::{Cause, FailureRecord, Words};
+pub use fault::{Fault, FaultKind, FaultPolicy};
+pub use inspect::{BtlogWriter, NodeView};
+pub use leaf::{Leaf, LeafError, LeafResult};
+pub use library::Library;
+pub use load::mistake::{LoadError, LoadErrors, Mistake};
+pub use port_error::PortError;
+pub use port_list::{Direction, Port};
+pub use port_value::{Object, PortValue};
+pub use ports::{In, Out, Ports};
+pub use registry::{LeafClass, Registry};
+pub use ring::StatusChange;
+pub use spec::{BuildError, NodeSpec};
+pub use status::{NodeStatus, Status};
+pub use template::{InstantiateError, Template};
+pub use tree::{MAX_TICKS_AT_ONCE, NextTick, NodeId, SetError, Tree};
+pub use types::{ObjectType, Type};
+pub use value::{ObjectValue, Value, ValueType};
+pub use wake::WakeSignal;
+pub use xml::element::{Document, Element};

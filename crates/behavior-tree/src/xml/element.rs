@@ -1,0 +1,129 @@
+//! A tree file as data: read from text, or built by a program.
+
+/// An XML element of a tree file: a node, a tree, a model.
+///
+/// ```
+/// use behavior_tree::{Document, Element};
+///
+/// let guard = Element::new("ReactiveSequence")
+///     .child(Element::new("BatteryOk").attribute("min", "20"))
+///     .child(Element::new("Fly"));
+/// let xml = Document::new().tree("Main", guard).to_xml();
+/// assert!(xml.contains(r#"<BatteryOk min="20"/>"#));
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Element {
+    pub(crate) tag: String,
+    pub(crate) attributes: Vec<Attribute>,
+    pub(crate) children: Vec<Element>,
+    pub(crate) text: String,
+    pub(crate) at: Place,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Attribute {
+    pub(crate) name: String,
+    pub(crate) value: String,
+    pub(crate) at: Place,
+}
+
+/// A place in one of the files being loaded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) struct Place {
+    pub(crate) file: u32,
+    pub(crate) offset: u32,
+}
+
+impl Element {
+    /// An element without attributes and children.
+    pub fn new(tag: &str) -> Self {
+        let (attributes, children, text) = (Vec::new(), Vec::new(), String::new());
+        Element { tag: tag.to_owned(), attributes, children, text, at: Place::default() }
+    }
+
+    /// Adds an attribute.
+    pub fn attribute(mut self, name: &str, value: &str) -> Self {
+        self.attributes.push(Attribute { name: name.to_owned(), value: value.to_owned(), at: Place::default() });
+        self
+    }
+
+    /// Adds a child after the others.
+    pub fn child(mut self, child: Element) -> Self {
+        self.children.push(child);
+        self
+    }
+
+    /// Adds children after the others.
+    pub fn children(mut self, children: impl IntoIterator<Item = Element>) -> Self {
+        self.children.extend(children);
+        self
+    }
+
+    /// The tag.
+    pub fn tag(&self) -> &str {
+        &self.tag
+    }
+
+    /// Names and values of the attributes, in order.
+    pub fn attributes(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.attributes.iter().map(|it| (it.name.as_str(), it.value.as_str()))
+    }
+
+    /// The children, in order.
+    pub fn child_elements(&self) -> impl Iterator<Item = &Element> {
+        self.children.iter()
+    }
+
+    /// The value of an attribute.
+    pub fn get(&self, name: &str) -> Option<&str> {
+        self.find(name).map(|it| it.value.as_str())
+    }
+
+    pub(crate) fn find(&self, name: &str) -> Option<&Attribute> {
+        self.attributes.iter().find(|it| it.name == name)
+    }
+}
+
+/// A whole tree file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Document {
+    pub(crate) main_tree: Option<Attribute>,
+    pub(crate) includes: Vec<Element>,
+    /// The `BehaviorTree` elements.
+    pub(crate) trees: Vec<Element>,
+    /// The children of `TreeNodesModel`.
+    pub(crate) models: Vec<Element>,
+}
+
+impl Document {
+    /// A file without trees.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Names the tree to run first.
+    pub fn main_tree(mut self, id: &str) -> Self {
+        let name = "main_tree_to_execute".to_owned();
+        self.main_tree = Some(Attribute { name, value: id.to_owned(), at: Place::default() });
+        self
+    }
+
+    /// Adds a tree.
+    pub fn tree(mut self, id: &str, root: Element) -> Self {
+        self.trees.push(Element::new("BehaviorTree").attribute("ID", id).child(root));
+        self
+    }
+
+    /// Adds a model to `TreeNodesModel`: what a tree or a kind of node wants in its ports. It takes the place of one that
+    /// is there for the same `ID`.
+    pub fn model(mut self, model: Element) -> Self {
+        self.models.retain(|it| it.get("ID") != model.get("ID"));
+        self.models.push(model);
+        self
+    }
+
+    /// Adds several models, such as those of [`Registry::models`](crate::Registry::models).
+    pub fn models(self, models: impl IntoIterator<Item = Element>) -> Self {
+        models.into_iter().fold(self, Document::model)
+    }
+}

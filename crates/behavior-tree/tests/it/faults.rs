@@ -1,0 +1,58 @@
+//! A leaf that panics or errs fails its node, is reported, and the tree lives.
+
+use std::time::Duration;
+
+use behavior_tree::{FaultKind, FaultPolicy, Status};
+
+use crate::support::{check, file, registry, tree_of};
+
+#[test]
+fn an_error_or_panic_fails_the_node_and_halts_what_it_started() {
+    check(r#"<Fallback><L id="1" s="E"/><L id="2" s="S"/></Fallback>"#, "t", "s1h1s2 S[III]");
+    check(r#"<Fallback><L id="1" s="RP"/><L id="2" s="R"/></Fallback>"#, "tt", "s1 R[RRI], r1h1s2 R[RFR]");
+    let parallel = r#"<Parallel><L id="1" s="R"/><L id="2" s="RE"/></Parallel>"#;
+    check(parallel, "tt", "s1s2 R[RRR], r1r2h2h1 F[III]");
+}
+
+#[test]
+fn faults_are_reported_with_node_time_and_message() {
+    let root = r#"<Sequence><ForceSuccess><L name="errs" id="1" s="E"/></ForceSuccess><L name="panics" id="2" s="P"/></Sequence>"#;
+    let mut tree = tree_of(&registry(), &file(root, ""));
+    assert_eq!(tree.tick_once(Duration::from_millis(7), &mut String::new()), Status::Failure);
+    let (faults, lost) = tree.take_faults();
+    let told: Vec<_> = faults.iter().map(|fault| (tree.name(fault.node), &fault.kind)).collect();
+    let (error, panic) = (FaultKind::Error("the script says so".into()), FaultKind::Panic("the script says so".into()));
+    assert_eq!(told, [("errs", &error), ("panics", &panic)]);
+    assert!(faults.iter().all(|fault| fault.at == Duration::from_millis(7)));
+    assert_eq!(lost, 0);
+    assert!(tree.faults().is_empty());
+}
+
+#[test]
+fn a_condition_must_not_run() {
+    check(r#"<C id="1" s="R"/>"#, "t", "s1h1 F[I]");
+}
+
+#[test]
+fn a_leaf_that_errs_for_ever_does_not_fill_the_memory() {
+    let mut tree = tree_of(&registry(), &file(r#"<C id="" s="E"/>"#, ""));
+    for _ in 0..1000 {
+        tree.tick_once(Duration::ZERO, &mut String::new());
+    }
+    let (faults, lost) = tree.take_faults();
+    assert_eq!((faults.len(), lost), (64, 936));
+}
+
+#[test]
+fn a_tree_can_be_told_to_halt_on_any_fault() {
+    let root = r#"<ParallelAll><L id="1" s="R"/><L id="2" s="RE"/><L id="3" s="R"/></ParallelAll>"#;
+    let mut tree = tree_of(&registry(), &file(root, ""));
+    tree.set_fault_policy(FaultPolicy::HaltTree);
+    let mut events = String::new();
+    assert_eq!(tree.tick_once(Duration::ZERO, &mut events), Status::Running);
+    events.clear();
+    assert_eq!(tree.tick_once(Duration::ZERO, &mut events), Status::Failure);
+    assert_eq!(events, "r1r2h2h3h1", "leaf 3 is not ticked any more");
+    events.clear();
+    assert_eq!(tree.tick_once(Duration::ZERO, &mut events), Status::Running, "the tree lives");
+}
