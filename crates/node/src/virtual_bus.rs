@@ -26,8 +26,11 @@ pub struct VirtualBus<'a> {
     queue: VecDeque<(usize, Event)>,
     calls: Vec<OpenCall>,
     next_token: u64,
-    tap: Box<dyn FnMut(Time, &Message) + 'a>,
+    tap: Tap<'a>,
 }
+
+/// Is shown every published message, with the time.
+type Tap<'a> = Box<dyn FnMut(Time, &Message) + 'a>;
 
 struct OpenCall {
     token: Token,

@@ -16,6 +16,7 @@ mod leaves;
 mod manager;
 mod outbox;
 mod report;
+mod snapshot;
 mod status;
 mod trees;
 mod vehicle;

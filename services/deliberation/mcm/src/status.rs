@@ -5,6 +5,7 @@ use domain::time::Time;
 use kittiwake_proto::v1;
 
 use crate::flags::age_s;
+use crate::snapshot::snapshot;
 use crate::world::World;
 
 /// Publishes the status and the tree.
@@ -45,6 +46,7 @@ impl Reporter {
         }
         if due {
             self.next = world.now.time + world.limits.report_period;
+            world.outbox.publish(snapshot(tree));
         }
         let status = status(&essence, tree, world, ticks);
         self.last = Some(essence);
