@@ -19,7 +19,7 @@ pub(crate) enum Next {
     /// Asked for.
     Asked,
     /// Fetched; `None`: the plan has no further step.
-    Fetched(Option<v1::PlanStep>),
+    Fetched(Option<Box<v1::PlanStep>>),
 }
 
 /// Where a request for a plan stands.
@@ -136,7 +136,7 @@ impl Planner {
     /// The present step was flown: the next one, if it is known, becomes the present one.
     pub(crate) fn advance(&mut self) -> Option<v1::PlanStep> {
         let Next::Fetched(step) = std::mem::replace(&mut self.next, Next::Unknown) else { return None };
-        self.step = step;
+        self.step = step.map(|it| *it);
         self.step_number += 1;
         self.step.clone()
     }
@@ -238,7 +238,7 @@ impl Planner {
             return;
         }
         match result {
-            Ok(Response::NextStep(reply)) => self.next = Next::Fetched(reply.step),
+            Ok(Response::NextStep(reply)) => self.next = Next::Fetched(reply.step.map(Box::new)),
             _ => {
                 self.next = Next::Unknown;
                 self.again_at = now + patience;

@@ -32,17 +32,17 @@ pub(crate) fn registry() -> Registry<World> {
     it.action("TransitionExecutor", [], |_| Ok(transition::TransitionExecutor::default()));
     it.sync_action("RaiseTransitionFailed", [], transition::raise_transition_failed);
     it.action("EndMission", [], |_| Ok(end_mission::EndMission::default()));
-    it.action("Act", [Port::input::<Goal>("goal").describe("what to fly")], |spec| act::Act::with_port(spec));
+    it.action("Act", [Port::input::<Goal>("goal").describe("what to fly")], act::Act::with_port);
     it.action("Land", [], |_| Ok(act::Act::fixed(domain::skill::Goal::Land)));
     it.action("Stop", [], |_| Ok(act::Act::fixed(domain::skill::Goal::Stop)));
     it.action("FlyHome", [], |_| Ok(act::Act::home()));
-    it.action("RequestPermission", [Port::input::<String>("area")], |spec| permission::RequestPermission::new(spec));
+    it.action("RequestPermission", [Port::input::<String>("area")], permission::RequestPermission::new);
     it.action("WayIsClear", [], |_| Ok(permission::WayIsClear));
     let flag = || [Port::input::<String>("flag").describe("the flag of the row")];
     it.condition("FlagRaised", flag(), contingency::flag_raised);
     it.condition("GroupRaised", [Port::input::<String>("group")], contingency::group_raised);
     it.sync_action("BeginResponse", flag(), contingency::begin_response);
-    it.action("ResetFlag", flag(), |spec| contingency::ResetFlag::new(spec));
+    it.action("ResetFlag", flag(), contingency::ResetFlag::new);
     it.sync_action("MissionOver", flag(), contingency::mission_over);
     it
 }

@@ -70,7 +70,7 @@ impl Leaf<World> for WayIsClear {
         let Next::Fetched(next) = &world.planner.next else { return Ok(Status::Running) };
         let here = world.planner.step.as_ref().and_then(target);
         let arrived = here.is_none_or(|it| vehicle.position.distance_m(it) <= world.limits.arrival_radius_m);
-        let clear = || match next.as_ref().map(target) {
+        let clear = || match next.as_deref().map(target) {
             // Land, takeoff and stop happen where this step ends.
             Some(None) => false,
             Some(Some(there)) => {

@@ -215,7 +215,7 @@ impl Rig {
 
 fn skill(it: &v1::SkillRequest) -> String {
     use v1::skill_goal::Goal as G;
-    let what = match it.goal.as_ref().and_then(|it| it.goal.clone()) {
+    let what = match it.goal.as_ref().and_then(|it| it.goal) {
         Some(G::Land(_)) => "land".to_owned(),
         Some(G::Takeoff(it)) => format!("takeoff {}", it.climb_m),
         Some(G::Stop(_)) => "stop".to_owned(),
