@@ -76,8 +76,8 @@ fn status(essence: &Essence, tree: &Tree<World>, world: &World, ticks: u64) -> v
     v1::McmStatus {
         phase: essence.phase as i32,
         step: world.planner.step.clone(),
-        step_number: world.planner.step_number,
-        step_count: world.planner.step_count,
+        step_number: world.planner.step.as_ref().map_or(0, |_| world.planner.step_number),
+        step_count: world.planner.step.as_ref().map_or(0, |_| world.planner.step_count),
         skill: skill as i32,
         skill_id,
         distance_left_m: world.skills.distance_left_m(),

@@ -1,0 +1,77 @@
+//! Reads and checks everything a human wrote, before anything starts.
+
+use std::path::{Path, PathBuf};
+
+use domain::contingency::Contingencies;
+use domain::file::{Mistakes, Source};
+use domain::mission::Mission;
+use mcm::{LoadedTrees, Trees};
+
+use crate::config::Config;
+use crate::outcome::Outcome;
+use crate::output;
+use crate::settings::Settings;
+
+/// Everything that a process may need, checked.
+pub struct Inputs {
+    /// The configuration with the settings of this run in it.
+    pub config: Config,
+    /// What is flown.
+    pub mission: Mission,
+    /// How it is flown.
+    pub trees: LoadedTrees,
+    /// What is done when something goes wrong.
+    pub contingencies: Contingencies,
+}
+
+/// Reads all inputs; every mistake in any of them is told at once.
+pub fn read(settings: &Settings) -> Result<Inputs, Mistakes> {
+    let config = read_config(settings)?;
+    let mission = Source::read(&config.mission).and_then(|it| Mission::read(&it));
+    let behavior = read_behavior(&config);
+    match (mission, behavior) {
+        (Ok(mission), Ok((trees, contingencies))) => Ok(Inputs { config, mission, trees, contingencies }),
+        (mission, behavior) => {
+            let mistakes = [mission.err(), behavior.err()].into_iter().flatten().flat_map(|it| it.0);
+            Err(Mistakes(mistakes.collect()))
+        }
+    }
+}
+
+/// The trees and the table, in this order: without the trees nobody knows which actions there are.
+fn read_behavior(config: &Config) -> Result<(LoadedTrees, Contingencies), Mistakes> {
+    let table = Source::read(&config.contingencies);
+    let trees = Trees::read(&config.trees)?;
+    let contingencies = Contingencies::read(&table?, &trees.actions())?;
+    Ok((trees.load(&contingencies)?, contingencies))
+}
+
+/// As [`read`]; tells the mistakes on standard error.
+pub fn read_or_tell(settings: &Settings) -> Result<Inputs, Outcome> {
+    read(settings).map_err(|mistakes| tell(&mistakes))
+}
+
+/// Tells the mistakes on standard error.
+pub fn tell(mistakes: &Mistakes) -> Outcome {
+    output::error_line(mistakes);
+    Outcome::BadInput
+}
+
+/// The configuration file with the settings of this run in it.
+fn read_config(settings: &Settings) -> Result<Config, Mistakes> {
+    let mut config: Config = Source::read(&settings.config)?.parse()?;
+    let folder = settings.config.parent().unwrap_or(Path::new(""));
+    let beside = |path: &PathBuf| folder.join(path);
+    // A path on the command line is relative to where the command is given, as everywhere.
+    config.mission = settings.mission.clone().unwrap_or_else(|| beside(&config.mission));
+    config.contingencies = beside(&config.contingencies);
+    config.trees = beside(&config.trees);
+    config.speed = settings.speed.unwrap_or(config.speed);
+    config.permissions = settings.permissions.unwrap_or(config.permissions);
+    config.seed = settings.seed.unwrap_or(config.seed);
+    config.http = settings.http.unwrap_or(config.http);
+    if let Some(vehicle) = &settings.vehicle {
+        config.vehicle = vehicle.clone();
+    }
+    Ok(config)
+}

@@ -1,0 +1,213 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::config::VehicleName;
+use crate::service::Service;
+use crate::settings::Settings;
+
+/// Onboard mission and contingency manager for unmanned aircraft.
+///
+/// Without a command it does what `kittiwake up` does: it starts every process, flies the mission
+/// and shows its progress.
+#[derive(Debug, Parser)]
+#[command(version, args_conflicts_with_subcommands = true)]
+pub struct Cli {
+    /// What to do; nothing means `up`.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// For `up`, when it is not named.
+    #[command(flatten)]
+    pub up: UpArgs,
+}
+
+/// What the program can be told to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Start every process and fly the mission (the default)
+    Up(UpArgs),
+    /// The router that every process connects to; prints where it listens
+    Router(RouterArgs),
+    #[command(flatten)]
+    Service(ServiceCommand),
+    /// Raise a flag or inject a fault into a running system
+    Inject(InjectArgs),
+    /// Print what the gateway of a running system says about its vehicle
+    Status(StatusArgs),
+}
+
+/// For `kittiwake up`.
+#[derive(Debug, Args)]
+#[command(after_help = EXIT_CODES)]
+pub struct UpArgs {
+    #[command(flatten)]
+    pub settings: Settings,
+    /// End once the mission is over, with an exit code that tells how
+    #[arg(long)]
+    pub exit_when_done: bool,
+    /// Print the mission report as JSON, and nothing else, on standard output
+    #[arg(long)]
+    pub json: bool,
+}
+
+const EXIT_CODES: &str = "\
+Exit codes:
+    0  all objectives achieved
+    2  bad input, nothing was started
+    3  the mission ended with objectives failed
+    4  the mission ended by an emergency response
+    5  the system could not be kept up
+  130  interrupted before the mission was over";
+
+/// For `kittiwake router`.
+#[derive(Debug, Args)]
+pub struct RouterArgs {
+    /// Where to listen, such as `tcp/127.0.0.1:7447`; port 0 takes a free one
+    #[arg(long, value_name = "LOCATOR", default_value = "tcp/127.0.0.1:7447")]
+    pub listen: Vec<String>,
+    /// End when standard input ends
+    #[arg(long, hide = true)]
+    pub exit_with_parent: bool,
+}
+
+/// The services, one process each.
+#[derive(Debug, Subcommand)]
+pub enum ServiceCommand {
+    /// The autopilot and its vehicle, simulated
+    VehicleSim(ProcessArgs),
+    /// Turns skills into commands to the autopilot
+    SkillManager(ProcessArgs),
+    /// Watches the vehicle's state and raises flags
+    Monitor(ProcessArgs),
+    /// Turns objectives into plans
+    Planner(ProcessArgs),
+    /// Decides what the vehicle does: mission and contingencies
+    Mcm(ProcessArgs),
+    /// Grants and denies permissions to enter areas
+    ControlTower(ProcessArgs),
+    /// Serves the operator over HTTP; prints its address
+    Gateway(ProcessArgs),
+}
+
+impl ServiceCommand {
+    /// Which service, and its arguments.
+    pub fn split(self) -> (Service, ProcessArgs) {
+        match self {
+            ServiceCommand::VehicleSim(args) => (Service::VehicleSim, args),
+            ServiceCommand::SkillManager(args) => (Service::SkillManager, args),
+            ServiceCommand::Monitor(args) => (Service::Monitor, args),
+            ServiceCommand::Planner(args) => (Service::Planner, args),
+            ServiceCommand::Mcm(args) => (Service::Mcm, args),
+            ServiceCommand::ControlTower(args) => (Service::ControlTower, args),
+            ServiceCommand::Gateway(args) => (Service::Gateway, args),
+        }
+    }
+}
+
+/// For each service.
+#[derive(Debug, Args)]
+pub struct ProcessArgs {
+    #[command(flatten)]
+    pub settings: Settings,
+    /// The router's locator; the first that answers is used
+    #[arg(long, value_name = "LOCATOR", default_value = "tcp/127.0.0.1:7447")]
+    pub connect: Vec<String>,
+    /// End when standard input ends
+    #[arg(long, hide = true)]
+    pub exit_with_parent: bool,
+}
+
+/// For `kittiwake inject`.
+#[derive(Debug, Args)]
+pub struct InjectArgs {
+    #[command(subcommand)]
+    pub what: Injection,
+}
+
+/// What is injected.
+#[derive(Debug, Subcommand)]
+pub enum Injection {
+    /// Raise a flag by hand, as the monitor would
+    Flag {
+        /// A flag of the contingency table
+        name: String,
+        /// Lower it instead
+        #[arg(long)]
+        lower: bool,
+        #[command(flatten)]
+        target: TargetArgs,
+    },
+    /// Inject a fault into the simulator; without a name, list the faults there are
+    Fault {
+        /// A fault of the simulator's catalogue
+        name: Option<String>,
+        /// Its arguments
+        #[arg(allow_hyphen_values = true)]
+        args: Vec<String>,
+        #[command(flatten)]
+        target: TargetArgs,
+    },
+}
+
+/// For `kittiwake status`.
+#[derive(Debug, Args)]
+pub struct StatusArgs {
+    #[command(flatten)]
+    pub target: TargetArgs,
+}
+
+/// Which running system is meant; nothing is needed where only one runs.
+#[derive(Debug, Clone, Default, Args)]
+pub struct TargetArgs {
+    /// The launcher's process id
+    #[arg(long)]
+    pub pid: Option<u32>,
+    /// The router's locator
+    #[arg(long, value_name = "LOCATOR")]
+    pub connect: Option<String>,
+    /// The gateway's address, such as `http://127.0.0.1:8080`
+    #[arg(long, value_name = "URL")]
+    pub http: Option<String>,
+    /// The vehicle
+    #[arg(long, value_name = "NAME")]
+    pub vehicle: Option<VehicleName>,
+    /// The configuration file of a system that was not started by `kittiwake up`
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn nothing_means_up() {
+        let cli = Cli::parse_from(["kittiwake", "--exit-when-done"]);
+        assert!(cli.command.is_none() && cli.up.exit_when_done);
+    }
+
+    #[test]
+    fn arguments_out_of_range_are_refused() {
+        #[track_caller]
+        fn check(args: &[&str], said: &str) {
+            let error = Cli::try_parse_from([&["kittiwake"], args].concat()).unwrap_err();
+            assert_eq!(error.exit_code(), 2);
+            assert!(error.to_string().contains(said), "{error}");
+        }
+        check(&["--speed", "0"], "0.1 to 100");
+        check(&["up", "--speed", "101"], "0.1 to 100");
+        check(&["up", "--speed", "NaN"], "0.1 to 100");
+        check(&["up", "--permissions", "maybe"], "grant, delay, deny, random, silent");
+        check(&["up", "--http", "here"], "invalid socket address");
+        check(&["mcm", "--vehicle", "a/b"], "lower-case");
+        check(&["fly"], "unrecognized subcommand");
+    }
+}

@@ -1,0 +1,122 @@
+//! The configuration file: every parameter of every process once.
+
+use std::fmt;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use control_tower::policy::Policy;
+use domain::quantity::Positive;
+use domain::time::Pace;
+use serde::{Deserialize, Deserializer, de};
+
+/// The whole file. There are no defaults but those in the shipped one.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// The vehicle's name, a part of its keys.
+    pub vehicle: VehicleName,
+    /// How many times faster than the wall clock mission time runs.
+    pub speed: Speed,
+    /// Of every random draw.
+    pub seed: u64,
+    /// The mission file, relative to this file's folder.
+    pub mission: PathBuf,
+    /// The contingency table, relative to this file's folder.
+    pub contingencies: PathBuf,
+    /// The folder of the behavior trees, relative to this file's folder.
+    pub trees: PathBuf,
+    /// How the control tower answers requests.
+    #[serde(deserialize_with = "from_text")]
+    pub permissions: Policy,
+    /// Where the gateway listens.
+    pub http: SocketAddr,
+    /// Wall seconds for which a process tries to reach the router before it gives up.
+    pub connect_limit_s: Positive,
+    /// Starting and supervising the processes.
+    pub launcher: crate::up::Config,
+    /// Where traces go.
+    pub telemetry: crate::telemetry::Config,
+    pub vehicle_sim: vehicle_sim::config::Config,
+    pub skill_manager: skill_manager::config::Config,
+    pub monitor: monitor::config::Config,
+    pub planner: planner::config::Config,
+    pub mcm: mcm::config::Config,
+    pub control_tower: control_tower::config::Config,
+    pub gateway: gateway::config::Config,
+}
+
+/// A vehicle's name: one chunk of a key, so nothing that has a meaning in keys.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
+pub struct VehicleName(String);
+
+impl VehicleName {
+    /// The name as text.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl FromStr for VehicleName {
+    type Err = String;
+    fn from_str(text: &str) -> Result<VehicleName, String> {
+        let allowed = |it: char| it.is_ascii_lowercase() || it.is_ascii_digit() || it == '-' || it == '_';
+        if !text.is_empty() && text.len() <= 64 && text.chars().all(allowed) {
+            Ok(VehicleName(text.to_owned()))
+        } else {
+            Err(format!("found vehicle name `{text}`, expected up to 64 lower-case letters, digits, `-` and `_`"))
+        }
+    }
+}
+
+impl TryFrom<String> for VehicleName {
+    type Error = String;
+    fn try_from(text: String) -> Result<VehicleName, String> {
+        text.parse()
+    }
+}
+
+impl fmt::Display for VehicleName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// A speed factor that a [`Pace`] takes.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(try_from = "f64")]
+pub struct Speed(Pace);
+
+impl Speed {
+    /// The pace of mission time.
+    pub fn pace(self) -> Pace {
+        self.0
+    }
+}
+
+impl TryFrom<f64> for Speed {
+    type Error = String;
+    fn try_from(factor: f64) -> Result<Speed, String> {
+        Pace::new(factor).map(Speed).ok_or_else(|| format!("found speed {factor}, expected a number from 0.1 to 100"))
+    }
+}
+
+impl FromStr for Speed {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Speed, String> {
+        let factor: f64 =
+            text.parse().map_err(|_| format!("found speed `{text}`, expected a number from 0.1 to 100"))?;
+        factor.try_into()
+    }
+}
+
+impl fmt::Display for Speed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.speed().fmt(f)
+    }
+}
+
+fn from_text<'de, D: Deserializer<'de>, T: FromStr<Err: fmt::Display>>(deserializer: D) -> Result<T, D::Error> {
+    String::deserialize(deserializer)?.parse().map_err(de::Error::custom)
+}

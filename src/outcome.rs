@@ -1,0 +1,48 @@
+//! How the program ends, as an exit code.
+
+use kittiwake_proto::v1::MissionOutcome;
+
+/// Why the program ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// All objectives achieved, or done what was asked.
+    Success,
+    /// A request that could not be carried out: nobody serves it, or no system runs.
+    Unavailable,
+    /// A file or an argument is wrong; nothing was started.
+    BadInput,
+    /// The mission ended with objectives failed.
+    ObjectivesFailed,
+    /// The mission ended by an emergency response.
+    Emergency,
+    /// The system could not be brought up or kept up.
+    NotKeptUp,
+    /// Ended by Ctrl-C or SIGTERM before the mission was over.
+    Interrupted,
+}
+
+impl From<Outcome> for u8 {
+    fn from(it: Outcome) -> u8 {
+        match it {
+            Outcome::Success => 0,
+            Outcome::Unavailable => 1,
+            Outcome::BadInput => 2,
+            Outcome::ObjectivesFailed => 3,
+            Outcome::Emergency => 4,
+            Outcome::NotKeptUp => 5,
+            // As a shell tells of a process that SIGINT ended.
+            Outcome::Interrupted => 130,
+        }
+    }
+}
+
+impl From<MissionOutcome> for Outcome {
+    fn from(it: MissionOutcome) -> Outcome {
+        match it {
+            MissionOutcome::Success => Outcome::Success,
+            MissionOutcome::Failure => Outcome::ObjectivesFailed,
+            MissionOutcome::Emergency => Outcome::Emergency,
+            MissionOutcome::Unspecified => Outcome::NotKeptUp,
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! How `kittiwake inject` and `kittiwake status` find a running system: the launcher leaves a file
+//! with its addresses while it runs.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+/// Where a running system can be reached.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Running {
+    /// The launcher's process id.
+    pub pid: u32,
+    /// The router's locator.
+    pub connect: String,
+    /// The gateway's address.
+    pub http: String,
+    /// The vehicle's name.
+    pub vehicle: String,
+    /// The configuration file it was started with.
+    pub config: PathBuf,
+}
+
+/// The file of a running launcher; removed with the value.
+pub struct RunFile(PathBuf);
+
+impl RunFile {
+    /// Leaves the file; readers see all of it or nothing.
+    pub fn write(running: &Running) -> io::Result<RunFile> {
+        let folder = folder();
+        private_folder(&folder)?;
+        let path = folder.join(format!("{}.json", running.pid));
+        let unfinished = path.with_extension("part");
+        std::fs::write(&unfinished, serde_json::to_vec(running)?)?;
+        std::fs::rename(&unfinished, &path)?;
+        Ok(RunFile(path))
+    }
+}
+
+impl Drop for RunFile {
+    fn drop(&mut self) {
+        // Gone already, or stale from now on: readers check the process.
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+/// Every running system of this user. Files of launchers that were killed are cleared away.
+pub fn running() -> Vec<Running> {
+    let entries = std::fs::read_dir(folder()).into_iter().flatten().flatten();
+    let mut found: Vec<Running> = entries.filter_map(|it| read(&it.path())).collect();
+    found.sort_by_key(|it| it.pid);
+    found
+}
+
+fn read(path: &Path) -> Option<Running> {
+    if path.extension()? != "json" {
+        return None;
+    }
+    let running: Running = serde_json::from_slice(&std::fs::read(path).ok()?).ok()?;
+    if is_alive(running.pid) {
+        return Some(running);
+    }
+    let _ = std::fs::remove_file(path);
+    None
+}
+
+/// Whether the process is there: signal 0 is delivered to nobody, and checked all the same.
+fn is_alive(pid: u32) -> bool {
+    i32::try_from(pid).is_ok_and(|pid| nix::sys::signal::kill(nix::unistd::Pid::from_raw(pid), None).is_ok())
+}
+
+fn folder() -> PathBuf {
+    std::env::temp_dir().join(format!("kittiwake-{}", nix::unistd::getuid()))
+}
+
+/// A folder that nobody else can put files into.
+fn private_folder(folder: &Path) -> io::Result<()> {
+    use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+    std::fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
+    let owner = std::fs::symlink_metadata(folder)?.uid();
+    if owner == nix::unistd::getuid().as_raw() {
+        Ok(())
+    } else {
+        Err(io::Error::other(format!("{} belongs to user {owner}", folder.display())))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_running_system_is_found_until_its_file_is_dropped() {
+        let me = Running {
+            pid: std::process::id(),
+            connect: "tcp/127.0.0.1:1".into(),
+            http: "http://127.0.0.1:2".into(),
+            vehicle: "uav1".into(),
+            config: "config/kittiwake.toml".into(),
+        };
+        let file = RunFile::write(&me).unwrap();
+        assert!(running().contains(&me));
+        drop(file);
+        assert!(!running().contains(&me));
+    }
+}

@@ -1,0 +1,75 @@
+//! The processes of the system.
+
+use std::fmt;
+
+use bus::Scope;
+
+/// A process that the launcher starts. A new one is a variant here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Service {
+    VehicleSim,
+    SkillManager,
+    Monitor,
+    Planner,
+    Mcm,
+    ControlTower,
+    Gateway,
+}
+
+impl Service {
+    /// Every service, the layers that others build on first.
+    pub const ALL: [Service; 7] = [
+        Service::VehicleSim,
+        Service::SkillManager,
+        Service::Monitor,
+        Service::Planner,
+        Service::Mcm,
+        Service::ControlTower,
+        Service::Gateway,
+    ];
+
+    /// Its name: the subcommand, the liveliness token and the prefix of its log.
+    pub fn name(self) -> &'static str {
+        match self {
+            Service::VehicleSim => "vehicle-sim",
+            Service::SkillManager => "skill-manager",
+            Service::Monitor => "monitor",
+            Service::Planner => "planner",
+            Service::Mcm => "mcm",
+            Service::ControlTower => "control-tower",
+            Service::Gateway => "gateway",
+        }
+    }
+
+    /// Where it stands: the ground sees all vehicles, the others one.
+    pub fn scope(self, vehicle: &str) -> Scope {
+        match self {
+            Service::ControlTower | Service::Gateway => Scope::Fleet,
+            Service::VehicleSim | Service::SkillManager | Service::Monitor | Service::Planner | Service::Mcm => {
+                Scope::Vehicle(vehicle.to_owned())
+            }
+        }
+    }
+}
+
+impl fmt::Display for Service {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::{Cli, Command};
+    use clap::Parser;
+
+    #[test]
+    fn every_service_is_a_subcommand_of_its_name() {
+        for service in Service::ALL {
+            let cli = Cli::parse_from(["kittiwake", service.name(), "--connect", "tcp/127.0.0.1:1"]);
+            let Some(Command::Service(command)) = cli.command else { panic!("{service} is no service command") };
+            assert_eq!(command.split().0, service);
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! What can be set for one run on top of the configuration file. The launcher hands the same
+//! arguments on to its children.
+
+use std::ffi::OsString;
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use control_tower::policy::Policy;
+
+use crate::config::{Speed, VehicleName};
+
+/// The configuration file and what overrides it.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Settings {
+    /// The configuration file; paths in it are relative to its folder
+    #[arg(long, value_name = "FILE", default_value = "config/kittiwake.toml")]
+    pub config: PathBuf,
+    /// The mission to fly, instead of the configured one
+    #[arg(long, value_name = "FILE")]
+    pub mission: Option<PathBuf>,
+    /// Mission time runs N times as fast as the wall clock, 0.1 to 100
+    #[arg(long, value_name = "N")]
+    pub speed: Option<Speed>,
+    /// How the control tower answers requests
+    #[arg(long, value_name = "POLICY", value_parser = policies())]
+    pub permissions: Option<Policy>,
+    /// Seed of every random draw: wind, sensor noise, random denials
+    #[arg(long, value_name = "S")]
+    pub seed: Option<u64>,
+    /// Where the gateway listens; port 0 takes a free one
+    #[arg(long, value_name = "ADDR:PORT")]
+    pub http: Option<SocketAddr>,
+    /// The vehicle's name
+    #[arg(long, value_name = "NAME")]
+    pub vehicle: Option<VehicleName>,
+}
+
+fn policies() -> impl TypedValueParser<Value = Policy> {
+    PossibleValuesParser::new(Policy::ALL.map(Policy::name)).try_map(|it| it.parse::<Policy>())
+}
+
+impl Settings {
+    /// The configuration file as it stands.
+    pub fn of_file(config: &Path) -> Settings {
+        let config = config.to_owned();
+        Settings { config, mission: None, speed: None, permissions: None, seed: None, http: None, vehicle: None }
+    }
+
+    /// The arguments that set the same things in another process.
+    pub fn to_args(&self) -> Vec<OsString> {
+        let mut args: Vec<OsString> = vec!["--config".into(), self.config.clone().into()];
+        let mut add = |flag: &str, value: Option<OsString>| {
+            args.extend(value.into_iter().flat_map(|value| [OsString::from(flag), value]));
+        };
+        add("--mission", self.mission.clone().map(Into::into));
+        add("--speed", self.speed.map(|it| it.to_string().into()));
+        add("--permissions", self.permissions.map(|it| it.to_string().into()));
+        add("--seed", self.seed.map(|it| it.to_string().into()));
+        add("--http", self.http.map(|it| it.to_string().into()));
+        add("--vehicle", self.vehicle.as_ref().map(|it| it.to_string().into()));
+        args
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Cli {
+        #[command(flatten)]
+        settings: Settings,
+    }
+
+    #[test]
+    fn what_is_handed_on_is_what_was_given() {
+        let given = [
+            "--config",
+            "a b.toml",
+            "--mission",
+            "m.toml",
+            "--speed",
+            "2.5",
+            "--permissions",
+            "deny",
+            "--seed",
+            "7",
+            "--http",
+            "127.0.0.1:0",
+            "--vehicle",
+            "uav2",
+        ];
+        let cli = Cli::parse_from(["kittiwake"].iter().chain(&given));
+        assert_eq!(cli.settings.to_args(), given);
+    }
+}

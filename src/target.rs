@@ -1,0 +1,116 @@
+//! Which running system a command is about.
+
+use std::path::PathBuf;
+
+use crate::cli::TargetArgs;
+use crate::run_file::{self, Running};
+
+/// Where that system is reached.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Target {
+    /// The router's locator; empty if only the gateway's address is known.
+    pub connect: String,
+    /// The gateway's address; empty if only the router's locator is known.
+    pub http: String,
+    /// The vehicle's name.
+    pub vehicle: String,
+    /// Its configuration file, if it is known.
+    pub config: Option<PathBuf>,
+}
+
+impl Target {
+    /// The system that the arguments name, or the only one that runs.
+    pub fn find(args: &TargetArgs) -> Result<Target, String> {
+        choose(args, run_file::running())
+    }
+}
+
+fn choose(args: &TargetArgs, running: Vec<Running>) -> Result<Target, String> {
+    let matches = |it: &Running| {
+        args.pid.is_none_or(|pid| pid == it.pid)
+            && args.connect.as_ref().is_none_or(|connect| *connect == it.connect)
+            && args.http.as_ref().is_none_or(|http| http.trim_end_matches('/') == it.http)
+            && args.vehicle.as_ref().is_none_or(|vehicle| vehicle.as_str() == it.vehicle)
+    };
+    let (mut found, others): (Vec<_>, Vec<_>) = running.into_iter().partition(matches);
+    match found.len() {
+        1 => {
+            let it = found.remove(0);
+            Ok(Target { connect: it.connect, http: it.http, vehicle: it.vehicle, config: Some(it.config) })
+        }
+        // Not started by `kittiwake up`, or by another user: the addresses given are all there is.
+        0 if args.connect.is_some() || args.http.is_some() => Ok(Target {
+            connect: args.connect.clone().unwrap_or_default(),
+            http: args.http.clone().unwrap_or_default(),
+            vehicle: args.vehicle.as_ref().map_or("uav1", |it| it.as_str()).to_owned(),
+            config: args.config.clone(),
+        }),
+        0 if others.is_empty() => {
+            Err("unavailable: no system runs; start one with `kittiwake up`, or name one with --connect or --http"
+                .into())
+        }
+        0 => Err(format!("unavailable: no such system runs; these do:\n{}", list(&others))),
+        _ => {
+            Err(format!("several systems run; name one with --pid, --connect, --http or --vehicle:\n{}", list(&found)))
+        }
+    }
+}
+
+fn list(running: &[Running]) -> String {
+    let line =
+        |it: &Running| format!("  --pid {}  {}  --connect {}  --http {}", it.pid, it.vehicle, it.connect, it.http);
+    running.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn system(pid: u32) -> Running {
+        Running {
+            pid,
+            connect: format!("tcp/127.0.0.1:{pid}"),
+            http: format!("http://127.0.0.1:1{pid}"),
+            vehicle: format!("uav{pid}"),
+            config: "kittiwake.toml".into(),
+        }
+    }
+
+    #[track_caller]
+    fn check(args: TargetArgs, running: &[u32], expected: Result<&str, &str>) {
+        let found = choose(&args, running.iter().map(|it| system(*it)).collect());
+        match (found, expected) {
+            (Ok(target), Ok(connect)) => assert_eq!(target.connect, connect),
+            (Err(said), Err(part)) => assert!(said.contains(part), "{said}"),
+            (found, expected) => panic!("found {found:?}, expected {expected:?}"),
+        }
+    }
+
+    #[test]
+    fn the_only_system_needs_no_name() {
+        check(TargetArgs::default(), &[1], Ok("tcp/127.0.0.1:1"));
+    }
+
+    #[test]
+    fn of_several_one_is_named() {
+        check(TargetArgs::default(), &[1, 2], Err("--pid 2  uav2"));
+        check(TargetArgs { pid: Some(2), ..Default::default() }, &[1, 2], Ok("tcp/127.0.0.1:2"));
+        check(
+            TargetArgs { vehicle: Some("uav1".parse().unwrap()), ..Default::default() },
+            &[1, 2],
+            Ok("tcp/127.0.0.1:1"),
+        );
+        check(
+            TargetArgs { http: Some("http://127.0.0.1:12/".into()), ..Default::default() },
+            &[1, 2],
+            Ok("tcp/127.0.0.1:2"),
+        );
+    }
+
+    #[test]
+    fn a_system_that_nobody_knows_of_is_reached_by_its_address() {
+        check(TargetArgs { connect: Some("tcp/10.0.0.1:7".into()), ..Default::default() }, &[1], Ok("tcp/10.0.0.1:7"));
+        check(TargetArgs::default(), &[], Err("no system runs"));
+        check(TargetArgs { pid: Some(3), ..Default::default() }, &[1], Err("no such system runs"));
+    }
+}

@@ -1,0 +1,84 @@
+//! Logs to standard error and traces to a collector.
+//!
+//! Spans are always made, so that trace ids travel with every message from the first on. They are
+//! exported only where an endpoint is named: the configuration's, or `OTEL_EXPORTER_OTLP_ENDPOINT`.
+//! Export has a thread and a bounded queue of its own; a collector that hangs costs spans, never time.
+
+use std::time::Duration;
+
+use opentelemetry::KeyValue;
+use opentelemetry::trace::TracerProvider;
+use opentelemetry_otlp::{ExporterBuildError, Protocol, SpanExporter, WithExportConfig};
+use opentelemetry_sdk::Resource;
+use opentelemetry_sdk::trace::{BatchConfigBuilder, BatchSpanProcessor, SdkTracerProvider};
+use serde::Deserialize;
+use tracing_subscriber::filter::{EnvFilter, LevelFilter, Targets};
+use tracing_subscriber::prelude::*;
+
+/// Where traces go.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// Base URL of an OTLP collector that takes HTTP, such as `http://127.0.0.1:4318`; absent: the
+    /// environment variable's, or none.
+    pub otlp_endpoint: Option<String>,
+}
+
+/// Spans that wait for export; more are dropped.
+const QUEUE: usize = 2048;
+/// A collector that takes longer for a batch loses it.
+const EXPORT_LIMIT: Duration = Duration::from_secs(2);
+/// What is left is exported at the end of the process within this, or lost.
+const END_LIMIT: Duration = Duration::from_secs(1);
+
+/// The process's tracer.
+pub struct Telemetry(SdkTracerProvider);
+
+/// Starts logging and tracing for the process of `service`.
+pub fn start(service: &'static str, vehicle: &str, config: &Config) -> Telemetry {
+    let exporter = exporter(config);
+    let problem = exporter.as_ref().err().map(ToString::to_string);
+    let provider = provider(service, vehicle, exporter.ok().flatten());
+    // Its own log would not say more than that the collector does not answer, again and again.
+    let default = EnvFilter::new("warn,opentelemetry=off,opentelemetry_sdk=off,opentelemetry_otlp=off,zenoh=error");
+    let level = EnvFilter::try_from_default_env().unwrap_or(default);
+    let log = tracing_subscriber::fmt::layer().with_writer(std::io::stderr).with_ansi(false).log_internal_errors(false);
+    // Ours only: a transport that traced its own export would export its traces.
+    let ours = Targets::new().with_target("bus", LevelFilter::INFO).with_target("kittiwake", LevelFilter::INFO);
+    let traces = tracing_opentelemetry::layer().with_tracer(provider.tracer("kittiwake")).with_filter(ours);
+    tracing_subscriber::registry().with(log.with_filter(level)).with(traces).init();
+    if let Some(cause) = problem {
+        tracing::warn!(cause, "traces are not exported");
+    }
+    Telemetry(provider)
+}
+
+impl Telemetry {
+    /// Exports what is left, if that goes quickly.
+    pub fn end(self) {
+        // Late or failed: the spans are lost, and nothing else.
+        let _ = self.0.shutdown_with_timeout(END_LIMIT);
+    }
+}
+
+fn provider(service: &'static str, vehicle: &str, exporter: Option<SpanExporter>) -> SdkTracerProvider {
+    let attributes = [KeyValue::new("service.name", service), KeyValue::new("kittiwake.vehicle", vehicle.to_owned())];
+    let provider = SdkTracerProvider::builder().with_resource(Resource::builder().with_attributes(attributes).build());
+    let Some(exporter) = exporter else { return provider.build() };
+    let batches = BatchConfigBuilder::default().with_max_queue_size(QUEUE).build();
+    provider.with_span_processor(BatchSpanProcessor::builder(exporter).with_batch_config(batches).build()).build()
+}
+
+/// To the named collector; `None` where none is named.
+fn exporter(config: &Config) -> Result<Option<SpanExporter>, ExporterBuildError> {
+    let builder = SpanExporter::builder().with_http().with_protocol(Protocol::HttpBinary).with_timeout(EXPORT_LIMIT);
+    let named_by_environment = std::env::var_os("OTEL_EXPORTER_OTLP_ENDPOINT").is_some_and(|it| !it.is_empty());
+    match &config.otlp_endpoint {
+        // The builder reads the variable itself.
+        _ if named_by_environment => builder.build().map(Some),
+        Some(endpoint) => {
+            builder.with_endpoint(format!("{}/v1/traces", endpoint.trim_end_matches('/'))).build().map(Some)
+        }
+        None => Ok(None),
+    }
+}

@@ -1,0 +1,120 @@
+//! The launcher's children: started, listened to, ended.
+//!
+//! A child holds the reading end of a pipe whose other end only the launcher has, and ends when
+//! that is gone, so none survives the launcher, however it ends. Each has a process group of its
+//! own: Ctrl-C reaches the launcher alone, which ends them in order; and a child that is frozen when
+//! the launcher dies is woken and hung up by the operating system, as orphaned groups are.
+
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::io::{self, BufRead, BufReader, Read};
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::path::PathBuf;
+use std::process::{Command, ExitStatus, Stdio};
+use std::sync::mpsc::Sender;
+
+use crate::settings::Settings;
+use crate::up::Happening;
+use crate::up::supervise::{Child, Ending};
+
+/// The children that run.
+pub struct Children {
+    program: PathBuf,
+    settings: Settings,
+    happenings: Sender<Happening>,
+    running: BTreeMap<Child, std::process::Child>,
+}
+
+impl Children {
+    /// None runs yet. They will be of the same executable as this process.
+    pub fn new(settings: &Settings, happenings: Sender<Happening>) -> io::Result<Children> {
+        let program = std::env::current_exe()?;
+        Ok(Children { program, settings: settings.clone(), happenings, running: BTreeMap::new() })
+    }
+
+    /// From now on a gateway is started at this address, so that a restarted one keeps it.
+    pub fn keep_http(&mut self, address: std::net::SocketAddr) {
+        self.settings.http = Some(address);
+    }
+
+    /// Starts a child. `locator` is the router's, once it is known.
+    pub fn start(&mut self, child: Child, locator: Option<&str>) -> io::Result<()> {
+        let mut args: Vec<OsString> = vec![child.name().into(), "--exit-with-parent".into()];
+        match child {
+            Child::Router => args.extend(["--listen".into(), locator.unwrap_or("tcp/127.0.0.1:0").into()]),
+            Child::Service(_) => {
+                args.extend(self.settings.to_args());
+                args.extend(locator.into_iter().flat_map(|it| ["--connect".into(), it.into()]));
+            }
+        }
+        let mut process = Command::new(&self.program)
+            .args(args)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .process_group(0)
+            .spawn()?;
+        let (stdout, stderr) = (process.stdout.take(), process.stderr.take());
+        self.running.insert(child, process);
+        let to_launcher = self.happenings.clone();
+        read_lines(stderr, move |text| to_launcher.send(Happening::Log { child, text }).is_ok());
+        let to_launcher = self.happenings.clone();
+        std::thread::spawn(move || {
+            each_line(stdout, |text| to_launcher.send(Happening::Line { child, text }).is_ok());
+            // Nobody else holds its standard output: the child has ended.
+            let _ = to_launcher.send(Happening::Ended(child));
+        });
+        Ok(())
+    }
+
+    /// How a child that has ended did so; `None` if it was not running.
+    pub fn reap(&mut self, child: Child) -> Option<Ending> {
+        let status = self.running.remove(&child)?.wait().ok()?;
+        Some(ending(status))
+    }
+
+    /// The children that run, the router last.
+    pub fn running(&self) -> Vec<Child> {
+        self.running.keys().rev().copied().collect()
+    }
+
+    /// Asks a child to end.
+    pub fn ask_to_end(&mut self, child: Child) {
+        if let Some(process) = self.running.get_mut(&child) {
+            drop(process.stdin.take());
+        }
+    }
+
+    /// Ends a child that did not end when it was asked.
+    pub fn kill(&mut self, child: Child) {
+        if let Some(process) = self.running.get_mut(&child) {
+            // Fails only if it has ended meanwhile.
+            let _ = process.kill();
+        }
+    }
+}
+
+fn ending(status: ExitStatus) -> Ending {
+    match (status.code(), status.signal()) {
+        (Some(code), _) => Ending::Code(code),
+        (None, signal) => Ending::Signal(signal.unwrap_or_default()),
+    }
+}
+
+fn read_lines(pipe: Option<impl Read + Send + 'static>, take: impl FnMut(String) -> bool + Send + 'static) {
+    std::thread::spawn(move || each_line(pipe, take));
+}
+
+/// Shows each line to `take` until the pipe ends or `take` has had enough.
+fn each_line(pipe: Option<impl Read>, mut take: impl FnMut(String) -> bool) {
+    let Some(pipe) = pipe else { return };
+    let mut reader = BufReader::new(pipe);
+    let mut line = Vec::new();
+    while reader.read_until(b'\n', &mut line).is_ok_and(|it| it > 0) {
+        let text = String::from_utf8_lossy(&line).trim_end().to_owned();
+        line.clear();
+        if !take(text) {
+            return;
+        }
+    }
+}

@@ -1,0 +1,293 @@
+//! The launcher's one loop: takes what happened to the supervisor, the progress and the screen.
+
+use std::io;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
+use std::time::{Duration, Instant};
+
+use bus::{Link, Scope, Stop};
+use domain::time::Pace;
+use kittiwake_proto::v1::MissionReport;
+use node::Event;
+
+use crate::cli::UpArgs;
+use crate::config::Config;
+use crate::outcome::Outcome;
+use crate::output;
+use crate::run_file::{RunFile, Running};
+use crate::up::children::Children;
+use crate::up::progress::Progress;
+use crate::up::screen::Screen;
+use crate::up::supervise::{Child, Supervisor, Verdict};
+use crate::up::watch::Watch;
+use crate::up::{Happening, report};
+
+/// Services that were asked to end and have not within this long are ended, then the router is.
+const SERVICES_END: Duration = Duration::from_millis(2500);
+const ROUTER_END: Duration = Duration::from_secs(1);
+/// The screen is brought up to date this often.
+const REFRESH: Duration = Duration::from_millis(200);
+
+/// A system being brought up and kept up.
+pub struct Launcher<'a> {
+    args: &'a UpArgs,
+    config: Config,
+    start: Instant,
+    happenings: Receiver<Happening>,
+    sender: Sender<Happening>,
+    supervisor: Supervisor,
+    children: Children,
+    progress: Progress,
+    screen: Screen,
+    bus: Stop,
+    /// The router's locator, once it listens.
+    locator: Option<String>,
+    /// The gateway's address, once it listens.
+    http: Option<String>,
+    /// Left behind from when everybody was seen for the first time.
+    run_file: Option<RunFile>,
+    reported: Option<Outcome>,
+}
+
+/// Why the loop ends.
+enum End {
+    /// The mission is over and nobody wants to look on.
+    Reported(Outcome),
+    Interrupted,
+    GaveUp(String),
+}
+
+impl<'a> Launcher<'a> {
+    /// Nothing is started yet.
+    pub fn new(
+        args: &'a UpArgs,
+        config: Config,
+        sender: Sender<Happening>,
+        happenings: Receiver<Happening>,
+    ) -> io::Result<Launcher<'a>> {
+        Ok(Launcher {
+            args,
+            start: Instant::now(),
+            supervisor: Supervisor::new(&config.launcher.restart),
+            children: Children::new(&args.settings, sender.clone())?,
+            progress: Progress::default(),
+            screen: Screen::new(args.json),
+            bus: Stop::new(),
+            locator: None,
+            http: None,
+            run_file: None,
+            reported: None,
+            config,
+            happenings,
+            sender,
+        })
+    }
+
+    /// Runs the system to its end and leaves nothing running.
+    pub fn run(mut self) -> Outcome {
+        let end = self.keep_up();
+        self.screen.end_progress();
+        let outcome = match end {
+            End::Reported(outcome) => outcome,
+            // What was achieved before counts.
+            End::Interrupted => self.reported.unwrap_or_else(|| self.unfinished("interrupted", Outcome::Interrupted)),
+            End::GaveUp(reason) => self.unfinished(&reason, Outcome::NotKeptUp),
+        };
+        self.end_children();
+        outcome
+    }
+
+    fn keep_up(&mut self) -> End {
+        loop {
+            if let Some(end) = self.start_due() {
+                return end;
+            }
+            match self.happenings.recv_timeout(REFRESH.min(self.until_due())) {
+                Ok(happening) => {
+                    if let Some(end) = self.on(happening) {
+                        return end;
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return End::GaveUp("nothing is heard any more".into()),
+            }
+            if self.run_file.is_some() && self.reported.is_none() {
+                self.screen.progress(&self.progress, self.now());
+            }
+            if let Some(end) = self.check_start().or_else(|| self.check_report()) {
+                return end;
+            }
+        }
+    }
+
+    fn start_due(&mut self) -> Option<End> {
+        for child in self.supervisor.due(self.now()) {
+            if let Err(cause) = self.children.start(child, self.locator.as_deref()) {
+                return Some(End::GaveUp(format!("{child} cannot be started: {cause}")));
+            }
+        }
+        None
+    }
+
+    fn until_due(&self) -> Duration {
+        self.supervisor.deadline().map_or(REFRESH, |it| it.saturating_sub(self.now()))
+    }
+
+    fn on(&mut self, happening: Happening) -> Option<End> {
+        match happening {
+            Happening::Line { child, text } => self.on_line(child, text),
+            Happening::Log { child, text } => self.screen.log(&format!("{child}: {text}")),
+            Happening::Ended(child) => return self.on_ended(child),
+            Happening::Event(event) => self.on_event(*event),
+            Happening::BusEnded(Ok(())) => {}
+            Happening::BusEnded(Err(cause)) => return Some(End::GaveUp(cause.to_string())),
+            Happening::Interrupted => return Some(End::Interrupted),
+        }
+        None
+    }
+
+    fn on_event(&mut self, event: Event) {
+        match event {
+            Event::Peer { service, alive: true, .. } => self.supervisor.seen(&service),
+            Event::Message { vehicle, message } if *vehicle == *self.config.vehicle.as_str() => {
+                if let Some(line) = self.progress.on(message) {
+                    self.screen.line(&line);
+                }
+            }
+            Event::Message { .. } | Event::Request { .. } | Event::Reply { .. } | Event::Peer { .. } => {}
+        }
+    }
+
+    /// The first line of the router is where it listens, and so is the gateway's.
+    fn on_line(&mut self, child: Child, text: String) {
+        match child {
+            Child::Router => {
+                if self.locator.is_none() {
+                    self.join(text);
+                }
+                self.supervisor.router_listens(self.now());
+            }
+            Child::Service(_) => {
+                if let Some(address) = text.strip_prefix("http://").and_then(|it| it.parse().ok()) {
+                    self.children.keep_http(address);
+                    self.http = Some(text);
+                }
+            }
+        }
+    }
+
+    /// Gets onto the bus that the router at `locator` has opened.
+    fn join(&mut self, locator: String) {
+        let link = Link {
+            connect: vec![locator.clone()],
+            scope: Scope::Fleet,
+            open_timeout: self.config.connect_limit_s.seconds(),
+        };
+        let (sender, stop) = (self.sender.clone(), self.bus.clone());
+        std::thread::spawn(move || {
+            let result = bus::run(&mut Watch(sender.clone()), &link, Pace::REAL_TIME, &stop);
+            // Fails only while the launcher ends.
+            let _ = sender.send(Happening::BusEnded(result));
+        });
+        self.locator = Some(locator);
+    }
+
+    fn on_ended(&mut self, child: Child) -> Option<End> {
+        let ending = self.children.reap(child)?;
+        match self.supervisor.ended(child, ending, self.progress.report().is_some(), self.now()) {
+            Verdict::Over => None,
+            Verdict::Restart(delay) => {
+                self.screen.log(&format!("{child} ended {ending}; it is started again in {delay:?}"));
+                None
+            }
+            Verdict::GiveUp(reason) => Some(End::GaveUp(reason)),
+        }
+    }
+
+    /// Once everybody is seen: tells where, and lets `inject` and `status` find the system.
+    fn check_start(&mut self) -> Option<End> {
+        if self.run_file.is_some() {
+            return None;
+        }
+        let missing = self.supervisor.missing();
+        if let (true, Some(connect), Some(http)) = (missing.is_empty(), &self.locator, &self.http) {
+            let (vehicle, config) = (self.config.vehicle.to_string(), self.args.settings.config.clone());
+            let running =
+                Running { pid: std::process::id(), connect: connect.clone(), http: http.clone(), vehicle, config };
+            self.screen.line(&format!(
+                "{} is up: speed {}, permissions {}, seed {}, router {connect}\nstatus: {http}/api/v1/vehicles/{}",
+                running.vehicle, self.config.speed, self.config.permissions, self.config.seed, running.vehicle
+            ));
+            return match RunFile::write(&running) {
+                Ok(file) => {
+                    self.run_file = Some(file);
+                    None
+                }
+                Err(cause) => Some(End::GaveUp(format!("cannot leave the run file: {cause}"))),
+            };
+        }
+        let limit = self.config.launcher.start_limit_s.seconds();
+        let names: Vec<_> = missing.iter().map(|it| it.name()).collect();
+        (limit <= self.now()).then(|| End::GaveUp(format!("not seen within {limit:?}: {}", names.join(", "))))
+    }
+
+    fn check_report(&mut self) -> Option<End> {
+        if self.reported.is_none() {
+            let report = self.progress.report()?.clone();
+            self.screen.end_progress();
+            self.tell(&report);
+            self.reported = Some(report.outcome().into());
+        }
+        self.reported.filter(|_| self.args.exit_when_done).map(End::Reported)
+    }
+
+    fn tell(&self, report: &MissionReport) {
+        self.screen.line(&report::text(report));
+        if self.args.json {
+            output::line(report::json(report));
+        }
+    }
+
+    /// Reports what is known of a mission that did not come to its end.
+    fn unfinished(&self, reason: &str, outcome: Outcome) -> Outcome {
+        if self.reported.is_none() {
+            self.tell(&self.progress.unfinished(self.config.vehicle.as_str(), reason));
+        } else {
+            self.screen.log(reason);
+        }
+        outcome
+    }
+
+    /// Ends the services, then the router they say goodbye through.
+    fn end_children(&mut self) {
+        self.bus.stop();
+        let (routers, services): (Vec<_>, Vec<_>) =
+            self.children.running().into_iter().partition(|it| *it == Child::Router);
+        self.end_all(&services, SERVICES_END);
+        self.end_all(&routers, ROUTER_END);
+    }
+
+    fn end_all(&mut self, children: &[Child], limit: Duration) {
+        children.iter().for_each(|it| self.children.ask_to_end(*it));
+        let until = Instant::now() + limit;
+        while children.iter().any(|it| self.children.running().contains(it)) {
+            let left = until.saturating_duration_since(Instant::now());
+            match self.happenings.recv_timeout(left) {
+                Ok(Happening::Ended(child)) => {
+                    self.children.reap(child);
+                }
+                Ok(Happening::Log { child, text }) => self.screen.log(&format!("{child}: {text}")),
+                // Asked again: no more waiting.
+                Ok(Happening::Interrupted) | Err(_) => break,
+                Ok(_) => {}
+            }
+        }
+        for child in children {
+            self.children.kill(*child);
+            self.children.reap(*child);
+        }
+    }
+
+    fn now(&self) -> Duration {
+        self.start.elapsed()
+    }
+}

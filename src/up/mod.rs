@@ -1,0 +1,73 @@
+//! `kittiwake up`: starts every process, keeps it up, shows the mission and reports it.
+//!
+//! It decides nothing about the flight: without it the system would fly the same mission.
+
+use std::sync::mpsc::{Receiver, Sender, channel};
+
+use domain::quantity::Positive;
+use serde::Deserialize;
+
+use crate::cli::UpArgs;
+use crate::outcome::Outcome;
+use crate::up::launcher::Launcher;
+use crate::up::supervise::Child;
+use crate::{check_inputs, end, output, telemetry};
+
+mod children;
+mod launcher;
+mod progress;
+mod report;
+mod screen;
+mod supervise;
+mod watch;
+
+/// `[launcher]` in the configuration file.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// Wall seconds from the start within which every process must have been seen.
+    pub start_limit_s: Positive,
+    /// When a process that died is started again.
+    pub restart: supervise::Policy,
+}
+
+/// Something the launcher hears of.
+enum Happening {
+    /// A child printed a line.
+    Line { child: Child, text: String },
+    /// A child logged a line.
+    Log { child: Child, text: String },
+    /// A child ended.
+    Ended(Child),
+    /// From the bus.
+    Event(Box<node::Event>),
+    /// The launcher's own place on the bus is gone.
+    BusEnded(Result<(), bus::BusError>),
+    /// Ctrl-C or SIGTERM.
+    Interrupted,
+}
+
+/// Runs the system until the mission is over, if the arguments say so, or until it is interrupted.
+pub fn up(args: &UpArgs) -> Outcome {
+    let inputs = match check_inputs::read_or_tell(&args.settings) {
+        Ok(inputs) => inputs,
+        Err(outcome) => return outcome,
+    };
+    let (sender, happenings): (Sender<Happening>, Receiver<Happening>) = channel();
+    let interrupt = sender.clone();
+    let on_signal = move || {
+        // Fails only while the launcher ends.
+        let _ = interrupt.send(Happening::Interrupted);
+    };
+    let telemetry = telemetry::start("launcher", inputs.config.vehicle.as_str(), &inputs.config.telemetry);
+    let outcome = match end::on_signal(on_signal).and_then(|()| Launcher::new(args, inputs.config, sender, happenings))
+    {
+        Ok(launcher) => launcher.run(),
+        Err(cause) => {
+            output::error_line(format_args!("the launcher cannot start: {cause}"));
+            Outcome::NotKeptUp
+        }
+    };
+    telemetry.end();
+    outcome
+}

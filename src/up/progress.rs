@@ -1,0 +1,227 @@
+//! Where the mission stands, folded from what the processes say.
+
+use kittiwake_proto::topics::Message;
+use kittiwake_proto::v1::{
+    DecisionRecord, McmStatus, MissionPhase, MissionReport, ObjectiveReport, ObjectiveState, PlannerStatus,
+    SkillFeedback, SkillKind,
+};
+
+/// The newest of everything.
+#[derive(Debug, Default)]
+pub struct Progress {
+    planner: PlannerStatus,
+    mcm: McmStatus,
+    feedback: SkillFeedback,
+}
+
+/// What a line of its own is worth: where it changes, the mission has gone on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stage {
+    phase: MissionPhase,
+    objective: u32,
+    step: u32,
+    steps: u32,
+    skill: SkillKind,
+    in_transition: bool,
+}
+
+impl Progress {
+    /// Takes in a message; a decision is answered with the line that tells it.
+    pub fn on(&mut self, message: Message) -> Option<String> {
+        match message {
+            Message::McmStatus(it) => self.mcm = it,
+            Message::PlannerStatus(it) => self.planner = it,
+            Message::SkillFeedback(it) => self.feedback = it,
+            Message::DecisionRecord(DecisionRecord { at_s, topic, text, .. }) => {
+                return Some(format!("[{at_s:7.1} s] {topic}: {text}"));
+            }
+            _ => {}
+        }
+        None
+    }
+
+    /// The report, once the mission is over.
+    pub fn report(&self) -> Option<&MissionReport> {
+        self.mcm.report.as_ref()
+    }
+
+    /// Changes when the mission has gone on.
+    pub fn stage(&self) -> Stage {
+        Stage {
+            phase: self.mcm.phase(),
+            objective: self.objective(),
+            step: self.mcm.step_number,
+            steps: self.mcm.step_count,
+            skill: self.mcm.skill(),
+            in_transition: self.mcm.in_transition,
+        }
+    }
+
+    /// From 0 to 1: objectives behind us, and steps of the present one.
+    pub fn fraction(&self) -> f64 {
+        if self.report().is_some() {
+            return 1.0;
+        }
+        let objectives = self.planner.objectives.len().max(1) as f64;
+        let steps = f64::from(self.mcm.step_count.max(1));
+        let behind = f64::from(self.mcm.step_number.saturating_sub(1)) / steps;
+        ((f64::from(self.objective()) + behind.min(1.0)) / objectives).min(1.0)
+    }
+
+    /// Objective, step n of m, skill, position, distance left.
+    pub fn line(&self) -> String {
+        let mut parts = vec![phase(self.mcm.phase()).to_owned()];
+        if let Some(objective) = self.planner.objectives.get(self.objective() as usize) {
+            let (number, count) = (self.objective() + 1, self.planner.objectives.len());
+            parts[0] = format!("objective {number} of {count} `{}`", objective.name);
+            if self.mcm.phase() != MissionPhase::Nominal {
+                parts.push(phase(self.mcm.phase()).to_owned());
+            }
+        }
+        if 0 < self.mcm.step_number {
+            parts.push(format!("step {} of {}", self.mcm.step_number, self.mcm.step_count));
+        }
+        if !self.mcm.acting.is_empty() {
+            parts.push(format!("response to `{}`", self.mcm.acting));
+        }
+        if self.mcm.in_transition {
+            parts.push("in transition".into());
+        }
+        parts.extend(skill(self.mcm.skill()).map(str::to_owned));
+        parts.extend(self.motion());
+        if !self.planner.hold.is_empty() {
+            parts.push(format!("holds: {}", self.planner.hold));
+        }
+        parts.join(", ")
+    }
+
+    /// Everything known about the mission as a report, for when there is no other.
+    pub fn unfinished(&self, vehicle: &str, reason: &str) -> MissionReport {
+        let objectives = self.planner.objectives.iter().map(|it| ObjectiveReport {
+            name: it.name.clone(),
+            state: it.state,
+            reason: it.reason.clone(),
+            plan_steps: it.plan_steps,
+            replans: it.replans,
+            permissions: it.permissions.clone(),
+        });
+        MissionReport {
+            reason: reason.to_owned(),
+            vehicle: vehicle.to_owned(),
+            objectives: objectives.collect(),
+            ..Default::default()
+        }
+    }
+
+    fn objective(&self) -> u32 {
+        self.mcm.step.as_ref().map_or(self.planner.current_objective, |it| it.objective)
+    }
+
+    /// Of the skill that runs: feedback of one that has ended says nothing about the present.
+    fn motion(&self) -> Option<String> {
+        if self.mcm.skill_id == 0 || self.feedback.skill_id != self.mcm.skill_id {
+            return None;
+        }
+        let at = self.feedback.position.as_ref()?;
+        let left = self.feedback.distance_left_m;
+        // Rounding leaves no "-0".
+        let (north, east, height) = (at.north_m.round() + 0.0, at.east_m.round() + 0.0, (-at.down_m).round() + 0.0);
+        Some(format!("at north {north} m east {east} m height {height} m, {left:.0} m left"))
+    }
+}
+
+/// An objective's state in a word.
+pub fn objective_state(state: ObjectiveState) -> &'static str {
+    match state {
+        ObjectiveState::Success => "achieved",
+        ObjectiveState::Failure => "failed",
+        ObjectiveState::Waiting | ObjectiveState::Unspecified => "not attempted",
+    }
+}
+
+fn phase(phase: MissionPhase) -> &'static str {
+    match phase {
+        MissionPhase::Unspecified | MissionPhase::Starting => "starting",
+        MissionPhase::Nominal => "nominal",
+        MissionPhase::Replanning => "replanning",
+        MissionPhase::Contingency => "contingency",
+        MissionPhase::Ending => "ending",
+        MissionPhase::Over => "mission over",
+    }
+}
+
+fn skill(kind: SkillKind) -> Option<&'static str> {
+    match kind {
+        SkillKind::Unspecified => None,
+        SkillKind::Land => Some("land"),
+        SkillKind::Takeoff => Some("takeoff"),
+        SkillKind::Stop => Some("stop"),
+        SkillKind::Offboard => Some("offboard"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kittiwake_proto::v1::{Ned, Objective, PlanStep};
+
+    fn in_flight() -> Progress {
+        let mut progress = Progress::default();
+        let objective = |name: &str| Objective { name: name.into(), ..Default::default() };
+        let objectives = vec![objective("deliver"), objective("return")];
+        progress.on(PlannerStatus { objectives, ..Default::default() }.into());
+        progress.on(McmStatus {
+            phase: MissionPhase::Nominal.into(),
+            step: Some(PlanStep { objective: 0, ..Default::default() }),
+            step_number: 2,
+            step_count: 4,
+            skill: SkillKind::Offboard.into(),
+            skill_id: 7,
+            ..Default::default()
+        }
+        .into());
+        let position = Some(Ned { north_m: -0.2, east_m: 121.3, down_m: -5.0 });
+        progress.on(SkillFeedback { skill_id: 7, position, distance_left_m: 378.7, ..Default::default() }.into());
+        progress
+    }
+
+    #[test]
+    fn the_line_tells_objective_step_skill_position_and_distance() {
+        assert_eq!(
+            in_flight().line(),
+            "objective 1 of 2 `deliver`, step 2 of 4, offboard, at north 0 m east 121 m height 5 m, 379 m left"
+        );
+        assert_eq!(in_flight().fraction(), 0.125);
+    }
+
+    #[test]
+    fn before_anything_is_heard_it_starts() {
+        assert_eq!(Progress::default().line(), "starting");
+        assert_eq!(Progress::default().fraction(), 0.0);
+    }
+
+    #[test]
+    fn feedback_of_an_ended_skill_is_not_shown() {
+        let mut progress = in_flight();
+        progress.on(SkillFeedback { skill_id: 6, position: Some(Ned::default()), ..Default::default() }.into());
+        assert_eq!(progress.line(), "objective 1 of 2 `deliver`, step 2 of 4, offboard");
+    }
+
+    #[test]
+    fn moving_is_no_new_stage_but_the_next_step_is() {
+        let mut progress = in_flight();
+        let before = progress.stage();
+        progress.on(SkillFeedback { skill_id: 7, distance_left_m: 1.0, ..Default::default() }.into());
+        assert_eq!(progress.stage(), before);
+        let next = McmStatus { step_number: 3, ..progress.mcm.clone() };
+        progress.on(next.into());
+        assert_ne!(progress.stage(), before);
+    }
+
+    #[test]
+    fn a_decision_is_told_at_once() {
+        let decision =
+            DecisionRecord { at_s: 12.34, topic: "step".into(), text: "takeoff".into(), ..Default::default() };
+        assert_eq!(Progress::default().on(decision.into()).unwrap(), "[   12.3 s] step: takeoff");
+    }
+}

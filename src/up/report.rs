@@ -1,0 +1,96 @@
+//! The mission report, for people and for programs.
+
+use kittiwake_proto::json::to_json;
+use kittiwake_proto::v1::{MissionOutcome, MissionReport, ObjectiveState};
+
+use crate::up::progress::objective_state;
+
+/// One JSON document: canonical proto3 JSON, as over HTTP.
+pub fn json(report: &MissionReport) -> String {
+    format!("{:#}", to_json(report))
+}
+
+/// A few lines of text.
+pub fn text(report: &MissionReport) -> String {
+    let achieved = report.objectives.iter().filter(|it| it.state() == ObjectiveState::Success).count();
+    let outcome = match report.outcome() {
+        MissionOutcome::Success => "mission over: success",
+        MissionOutcome::Failure => "mission over: objectives failed",
+        MissionOutcome::Emergency => "mission over: emergency",
+        MissionOutcome::Unspecified => "mission not finished",
+    };
+    let mut text = format!(
+        "{outcome}, {achieved} of {} objectives achieved in {:.0} s{}",
+        report.objectives.len(),
+        report.duration_s,
+        because(&report.reason)
+    );
+    let width = report.objectives.iter().map(|it| it.name.len()).max().unwrap_or_default();
+    for it in &report.objectives {
+        text += &format!(
+            "\n  {:width$}  {}{}; {}, {}",
+            it.name,
+            objective_state(it.state()),
+            because(&it.reason),
+            count(it.plan_steps, "step"),
+            count(it.replans, "replan"),
+        );
+        if !it.permissions.is_empty() {
+            text += &format!("; asked to enter {}", it.permissions.join(", "));
+        }
+    }
+    text
+}
+
+fn because(reason: &str) -> String {
+    if reason.is_empty() { String::new() } else { format!(": {reason}") }
+}
+
+fn count(number: u32, what: &str) -> String {
+    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kittiwake_proto::v1::ObjectiveReport;
+
+    fn report() -> MissionReport {
+        let objective = |name: &str, state: ObjectiveState, reason: &str| ObjectiveReport {
+            name: name.into(),
+            state: state.into(),
+            reason: reason.into(),
+            plan_steps: 6,
+            replans: 1,
+            permissions: vec!["A".into(), "B".into()],
+        };
+        MissionReport {
+            outcome: MissionOutcome::Failure.into(),
+            reason: "an objective failed".into(),
+            vehicle: "uav1".into(),
+            duration_s: 331.4,
+            objectives: vec![
+                objective("deliver", ObjectiveState::Failure, "B never answered"),
+                objective("return", ObjectiveState::Success, ""),
+            ],
+        }
+    }
+
+    #[test]
+    fn people_read_it() {
+        let expected = "\
+mission over: objectives failed, 1 of 2 objectives achieved in 331 s: an objective failed
+  deliver  failed: B never answered; 6 steps, 1 replan; asked to enter A, B
+  return   achieved; 6 steps, 1 replan; asked to enter A, B";
+        assert_eq!(text(&report()), expected);
+    }
+
+    #[test]
+    fn programs_read_it() {
+        let json: serde_json::Value = serde_json::from_str(&json(&report())).unwrap();
+        assert_eq!(json["outcome"], "MISSION_OUTCOME_FAILURE");
+        assert_eq!(json["durationS"], 331.4);
+        assert_eq!(json["objectives"][0]["state"], "OBJECTIVE_STATE_FAILURE");
+        assert_eq!(json["objectives"][1]["planSteps"], 6);
+    }
+}

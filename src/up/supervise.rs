@@ -1,0 +1,253 @@
+//! Which process is started when: the restart policy, without starting anything.
+//!
+//! Time is the launcher's wall time since its start, as a value.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::num::NonZeroU32;
+use std::time::Duration;
+
+use domain::quantity::Positive;
+use serde::Deserialize;
+
+use crate::outcome::Outcome;
+use crate::service::Service;
+
+/// A child of the launcher.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Child {
+    /// The router, without which nobody else starts.
+    Router,
+    /// One of the services.
+    Service(Service),
+}
+
+impl Child {
+    /// Its subcommand, and the prefix of its log.
+    pub fn name(self) -> &'static str {
+        match self {
+            Child::Router => "router",
+            Child::Service(service) => service.name(),
+        }
+    }
+}
+
+impl fmt::Display for Child {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// When a process that died is started again, in wall time.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Policy {
+    /// After its first death; doubled with each further one in the window.
+    pub first_delay_s: Positive,
+    /// Never longer than this.
+    pub longest_delay_s: Positive,
+    /// So many deaths in the window are one too many: the system cannot be kept up.
+    pub deaths: NonZeroU32,
+    /// How far back deaths count.
+    pub window_s: Positive,
+}
+
+/// Where a child stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum State {
+    /// Not started, because the router does not listen yet.
+    Blocked,
+    /// To be started then.
+    Due(Duration),
+    /// Started, not on the bus yet.
+    Started,
+    /// On the bus; for the router: listening.
+    Seen,
+    /// Ended because there was nothing left to do.
+    Over,
+}
+
+/// How a child ended, as the operating system tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// By itself, with this code.
+    Code(i32),
+    /// By a signal.
+    Signal(i32),
+}
+
+impl fmt::Display for Ending {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Ending::Code(code) => write!(f, "with exit code {code}"),
+            Ending::Signal(signal) => write!(f, "by signal {signal}"),
+        }
+    }
+}
+
+/// What is done about a child that ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Verdict {
+    /// Nothing: it had nothing left to do.
+    Over,
+    /// It is started again after this long.
+    Restart(Duration),
+    /// The system cannot be kept up, for this reason.
+    GiveUp(String),
+}
+
+/// The children's states and past deaths.
+pub struct Supervisor {
+    policy: Policy,
+    states: BTreeMap<Child, State>,
+    deaths: BTreeMap<Child, Vec<Duration>>,
+}
+
+impl Supervisor {
+    /// Nothing is started yet; the router is due at once.
+    pub fn new(policy: &Policy) -> Supervisor {
+        let services = Service::ALL.map(|it| (Child::Service(it), State::Blocked));
+        let states = services.into_iter().chain([(Child::Router, State::Due(Duration::ZERO))]).collect();
+        Supervisor { policy: policy.clone(), states, deaths: BTreeMap::new() }
+    }
+
+    /// The children to start now; they count as started.
+    pub fn due(&mut self, now: Duration) -> Vec<Child> {
+        let due = |it: &State| matches!(it, State::Due(at) if *at <= now);
+        let mut children = Vec::new();
+        for (child, state) in self.states.iter_mut().filter(|(_, state)| due(state)) {
+            *state = State::Started;
+            children.push(*child);
+        }
+        children
+    }
+
+    /// When [`Supervisor::due`] will next have something.
+    pub fn deadline(&self) -> Option<Duration> {
+        let due = |it: &State| if let State::Due(at) = it { Some(*at) } else { None };
+        self.states.values().filter_map(due).min()
+    }
+
+    /// The router listens: whoever waited for it is due.
+    pub fn router_listens(&mut self, now: Duration) {
+        self.states.insert(Child::Router, State::Seen);
+        for state in self.states.values_mut().filter(|it| **it == State::Blocked) {
+            *state = State::Due(now);
+        }
+    }
+
+    /// A service of this name appeared on the bus.
+    pub fn seen(&mut self, service: &str) {
+        let state = self.states.iter_mut().find(|(child, _)| child.name() == service);
+        if let Some((_, state @ State::Started)) = state {
+            *state = State::Seen;
+        }
+    }
+
+    /// Whoever has not been seen since it was started.
+    pub fn missing(&self) -> Vec<Child> {
+        let here = |it: &State| matches!(it, State::Seen | State::Over);
+        self.states.iter().filter(|(_, state)| !here(state)).map(|(child, _)| *child).collect()
+    }
+
+    /// A child ended without having been asked to. `mission_over`: the report is out.
+    pub fn ended(&mut self, child: Child, ending: Ending, mission_over: bool, now: Duration) -> Verdict {
+        if child == Child::Service(Service::Mcm) && ending == Ending::Code(0) && mission_over {
+            self.states.insert(child, State::Over);
+            return Verdict::Over;
+        }
+        if ending == Ending::Code(u8::from(Outcome::BadInput).into()) {
+            return Verdict::GiveUp(format!("{child} refused its input"));
+        }
+        let window = self.policy.window_s.seconds();
+        let deaths = self.deaths.entry(child).or_default();
+        deaths.retain(|at| now.saturating_sub(*at) < window);
+        deaths.push(now);
+        let (count, most) = (deaths.len(), self.policy.deaths.get());
+        if most as usize <= count {
+            return Verdict::GiveUp(format!("{child} ended {count} times within {window:?}, last {ending}"));
+        }
+        let doublings = (count - 1).min(30) as i32;
+        let delay = self.policy.first_delay_s.get() * 2f64.powi(doublings);
+        let delay = Duration::from_secs_f64(delay.min(self.policy.longest_delay_s.get()));
+        self.states.insert(child, State::Due(now + delay));
+        Verdict::Restart(delay)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLANNER: Child = Child::Service(Service::Planner);
+    const MCM: Child = Child::Service(Service::Mcm);
+    const KILLED: Ending = Ending::Signal(9);
+
+    fn at(ms: u64) -> Duration {
+        Duration::from_millis(ms)
+    }
+
+    fn started() -> Supervisor {
+        let policy = "first_delay_s = 0.2\nlongest_delay_s = 0.5\ndeaths = 4\nwindow_s = 10.0";
+        let mut supervisor = Supervisor::new(&toml::from_str(policy).unwrap());
+        supervisor.due(at(0));
+        supervisor.router_listens(at(10));
+        supervisor.due(at(10));
+        Service::ALL.iter().for_each(|it| supervisor.seen(it.name()));
+        supervisor
+    }
+
+    #[test]
+    fn the_router_comes_first_and_everybody_must_be_seen() {
+        let mut supervisor = Supervisor::new(&started().policy);
+        assert_eq!(supervisor.due(at(0)), [Child::Router]);
+        assert_eq!(supervisor.due(at(5)), []);
+        supervisor.router_listens(at(10));
+        assert_eq!(supervisor.deadline(), Some(at(10)));
+        assert_eq!(supervisor.due(at(10)).len(), Service::ALL.len());
+        for service in Service::ALL {
+            assert!(supervisor.missing().contains(&Child::Service(service)));
+            supervisor.seen(service.name());
+        }
+        assert_eq!(supervisor.missing(), []);
+    }
+
+    #[test]
+    fn a_death_is_answered_later_each_time_until_it_is_one_too_many() {
+        let mut supervisor = started();
+        for (now, delay) in [(1000, 200), (2000, 400), (3000, 500)] {
+            assert_eq!(supervisor.ended(PLANNER, KILLED, false, at(now)), Verdict::Restart(at(delay)));
+            assert_eq!(supervisor.due(at(now + delay - 1)), []);
+            assert_eq!(supervisor.due(at(now + delay)), [PLANNER]);
+        }
+        let Verdict::GiveUp(reason) = supervisor.ended(PLANNER, KILLED, false, at(4000)) else { panic!("goes on") };
+        assert_eq!(reason, "planner ended 4 times within 10s, last by signal 9");
+    }
+
+    #[test]
+    fn old_deaths_are_forgotten() {
+        let mut supervisor = started();
+        for death in 0..20 {
+            let verdict = supervisor.ended(PLANNER, KILLED, false, at(11_000 * death));
+            assert_eq!(verdict, Verdict::Restart(at(200)));
+        }
+    }
+
+    #[test]
+    fn bad_input_does_not_become_better_by_trying_again() {
+        let verdict = started().ended(PLANNER, Ending::Code(2), false, at(1000));
+        assert_eq!(verdict, Verdict::GiveUp("planner refused its input".into()));
+    }
+
+    #[test]
+    fn only_the_mission_manager_may_be_over_and_only_after_the_mission() {
+        #[track_caller]
+        fn check(child: Child, ending: Ending, mission_over: bool, expected: Verdict) {
+            assert_eq!(started().ended(child, ending, mission_over, at(1000)), expected);
+        }
+        check(MCM, Ending::Code(0), true, Verdict::Over);
+        check(MCM, Ending::Code(0), false, Verdict::Restart(at(200)));
+        check(MCM, KILLED, true, Verdict::Restart(at(200)));
+        check(PLANNER, Ending::Code(0), true, Verdict::Restart(at(200)));
+    }
+}

@@ -1,0 +1,31 @@
+//! The launcher's own place on the bus: it hears what the mission does and says nothing.
+
+use std::sync::mpsc::Sender;
+
+use domain::time::{Now, Time};
+use kittiwake_proto::topics::Topic;
+use node::{Effect, Event, Node};
+
+use crate::up::Happening;
+
+/// Hands on what it hears.
+pub struct Watch(pub Sender<Happening>);
+
+impl Node for Watch {
+    fn name(&self) -> &'static str {
+        "launcher"
+    }
+
+    fn subscriptions(&self) -> &'static [Topic] {
+        &[Topic::McmStatus, Topic::DecisionRecord, Topic::PlannerStatus, Topic::SkillFeedback]
+    }
+
+    fn on(&mut self, _: Now, event: Event, _: &mut Vec<Effect>) {
+        // Fails only while the launcher ends.
+        let _ = self.0.send(Happening::Event(Box::new(event)));
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        None
+    }
+}

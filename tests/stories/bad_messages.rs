@@ -1,0 +1,84 @@
+//! Whoever is on the bus may send anything: it is counted and dropped, and the mission flies on.
+
+use kittiwake_proto::topics::{Service, Topic};
+use kittiwake_proto::v1::{Ned, OffboardControlMode, TrajectorySetpoint};
+use prost::Message;
+use serde_json::Value;
+use zenoh::{Config, Session, Wait};
+
+use crate::support::{System, wait_for};
+
+/// More than any message of ours, less than what the transport itself refuses.
+const OVERSIZED: usize = 512 * 1024;
+
+fn stranger(locator: &str) -> Session {
+    let mut config = Config::default();
+    for (key, value) in [
+        ("mode", "\"client\"".to_owned()),
+        ("scouting/multicast/enabled", "false".to_owned()),
+        ("connect/endpoints", format!("[\"{locator}\"]")),
+    ] {
+        config.insert_json5(key, &value).unwrap();
+    }
+    zenoh::open(config).wait().unwrap()
+}
+
+/// Service, instance and messages refused, of every process that has them.
+fn processes(status: &Value) -> Vec<(String, String, u64)> {
+    let text = |it: &Value| it.as_str().unwrap_or_default().to_owned();
+    let row = |it: &Value| {
+        let refused = text(&it["heartbeat"]["malformed"]).parse().unwrap_or_default();
+        (text(&it["service"]), text(&it["instance"]), refused)
+    };
+    status["processes"].as_array().into_iter().flatten().map(row).collect()
+}
+
+#[test]
+fn garbage_on_every_key_is_counted_and_dropped() {
+    let system = System::start(&["--speed", "10"]);
+    system.wait_for("step 4 of 5");
+    let before = processes(&system.status());
+    let session = stranger(&system.locator());
+    for payload in [vec![0xff; 7], vec![0xff; OVERSIZED]] {
+        for topic in Topic::ALL {
+            session.put(format!("kw/uav1/{}", topic.key()), payload.clone()).wait().unwrap();
+        }
+        for service in Service::ALL {
+            let replies = session.get(format!("kw/uav1/{}", service.key())).payload(payload.clone()).wait().unwrap();
+            // An answer, if any, is an error; what counts is that whoever serves it lives.
+            assert!(replies.into_iter().all(|it| it.result().is_err()), "{}", service.key());
+        }
+    }
+    for service in ["vehicle-sim", "skill-manager", "monitor", "planner", "mcm", "control-tower", "gateway"] {
+        wait_for(&format!("{service} to count what it refused"), || {
+            processes(&system.status()).into_iter().find(|(name, _, refused)| name == service && 2 <= *refused)
+        });
+    }
+    // The same instances as before: nobody died of it.
+    let instances = |rows: Vec<(String, String, u64)>| {
+        let mut rows: Vec<_> = rows.into_iter().map(|(service, instance, _)| (service, instance)).collect();
+        rows.sort();
+        rows.retain(|(service, _)| service != "injector");
+        rows
+    };
+    assert_eq!(instances(processes(&system.status())), instances(before));
+    system.end().expect(0, &["SUCCESS", "SUCCESS"]);
+}
+
+#[test]
+fn numbers_that_are_none_never_reach_the_vehicle() {
+    let system = System::start(&["--speed", "10"]);
+    system.wait_for("step 4 of 5");
+    let session = stranger(&system.locator());
+    for number in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let position = Some(Ned { north_m: number, east_m: 0.0, down_m: number });
+        let setpoint = TrajectorySetpoint { position, yaw_rad: Some(number), ..Default::default() };
+        session
+            .put("kw/uav1/fmu/in/offboard_control_mode", OffboardControlMode { control: 1 }.encode_to_vec())
+            .wait()
+            .unwrap();
+        session.put("kw/uav1/fmu/in/trajectory_setpoint", setpoint.encode_to_vec()).wait().unwrap();
+    }
+    let ending = system.end();
+    ending.expect(0, &["SUCCESS", "SUCCESS"]);
+}

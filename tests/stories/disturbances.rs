@@ -1,0 +1,155 @@
+//! What goes wrong in flight, and how the mission goes on.
+
+use nix::sys::signal::Signal;
+use serde_json::Value;
+
+use crate::support::{Ending, System, wait_for};
+
+/// Slow enough that a leg lasts seconds, on a busy machine too.
+const SPEED: &str = "10";
+
+fn start() -> System {
+    System::start(&["--speed", SPEED])
+}
+
+/// Injects a fault and waits for nothing: the simulator has answered.
+#[track_caller]
+fn fault(system: &System, line: &str) {
+    let words: Vec<_> = ["fault"].into_iter().chain(line.split(' ')).collect();
+    let output = system.inject(&words);
+    assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// Waits until a skill of this kind executes, that is, its commands have been acknowledged.
+#[track_caller]
+fn wait_for_skill(system: &System, kind: &str) {
+    wait_for(kind, || {
+        let running = &system.status()["skill"]["running"];
+        (running["kind"] == kind && running["state"] == "SKILL_STATE_EXECUTE").then_some(())
+    });
+}
+
+/// Waits until the vehicle is well under way on its longest leg.
+#[track_caller]
+fn wait_until_under_way(system: &System) {
+    system.wait_for("step 4 of 5: fly to (0, 500, 10)");
+    wait_for_skill(system, "SKILL_KIND_OFFBOARD");
+}
+
+#[track_caller]
+fn wait_for_mode(system: &System, mode: &str) -> Value {
+    wait_for(mode, || {
+        let status = system.status()["aircraft"]["status"].clone();
+        (status["actualMode"] == mode).then_some(status)
+    })
+}
+
+/// Fails unless these parts were told in this order.
+#[track_caller]
+fn in_order(ending: &Ending, parts: &[&str]) {
+    let mut lines = ending.lines.iter();
+    for part in parts {
+        assert!(lines.any(|it| it.contains(part)), "`{part}` is missing or too early in:\n{}", ending.lines.join("\n"));
+    }
+}
+
+#[test]
+fn a_rejected_takeoff_is_planned_anew() {
+    let system = start();
+    // The next command after the landing has been acknowledged is the next takeoff's.
+    system.wait_for("step 5 of 5: land");
+    wait_for_skill(&system, "SKILL_KIND_LAND");
+    fault(&system, "reject_acks 1");
+    let ending = system.end();
+    ending.expect(0, &["SUCCESS", "SUCCESS"]);
+    in_order(&ending, &["step 1 of 3: takeoff", "step 1 failed: rejected", "step 1 of 3: takeoff", "step 1 succeeded"]);
+}
+
+#[test]
+fn a_swallowed_acknowledgement_counts_as_a_rejection_in_time() {
+    let system = start();
+    system.wait_for("step 5 of 5: land");
+    wait_for_skill(&system, "SKILL_KIND_LAND");
+    fault(&system, "swallow_acks 1");
+    let ending = system.end();
+    ending.expect(0, &["SUCCESS", "SUCCESS"]);
+    in_order(&ending, &["step 1 of 3: takeoff", "step 1 failed", "step 1 succeeded", "fly to (0, 0, 10)"]);
+}
+
+#[test]
+fn without_proof_of_life_the_vehicle_loiters_by_itself_and_the_mission_goes_on_later() {
+    let system = start();
+    wait_until_under_way(&system);
+    let skill_manager = system.process("skill-manager");
+    skill_manager.signal(Signal::SIGSTOP);
+    let status = wait_for_mode(&system, "FLIGHT_MODE_LOITER");
+    assert_eq!(status["failsafe"], true, "{status}");
+    skill_manager.signal(Signal::SIGCONT);
+    system.end().expect(0, &["SUCCESS", "SUCCESS"]);
+}
+
+#[test]
+fn a_flag_in_flight_stops_the_vehicle_and_the_mission_is_planned_anew() {
+    let system = start();
+    wait_until_under_way(&system);
+    assert!(system.inject(&["flag", "obstacle"]).status.success());
+    let ending = system.end();
+    ending.expect(0, &["SUCCESS", "SUCCESS"]);
+    in_order(
+        &ending,
+        &[
+            "flag `obstacle` raised",
+            "`obstacle`: stop",
+            "`obstacle` is over",
+            "plan: plan 2",
+            "step 1 of 2: fly to (0, 500, 10)",
+        ],
+    );
+}
+
+#[test]
+fn a_frozen_source_stops_the_vehicle_until_it_is_heard_again() {
+    let system = start();
+    wait_until_under_way(&system);
+    fault(&system, "freeze vehicle_local_position");
+    system.wait_for("flag `local_position_stale` raised");
+    fault(&system, "thaw vehicle_local_position");
+    let ending = system.end();
+    ending.expect(0, &["SUCCESS", "SUCCESS"]);
+    in_order(&ending, &["flag `local_position_stale` raised", "`local_position_stale` is over", "fly to (0, 500, 10)"]);
+}
+
+#[test]
+fn a_critical_battery_ends_the_mission_on_the_ground() {
+    let system = start();
+    wait_until_under_way(&system);
+    fault(&system, "battery 0.09");
+    let ending = system.end();
+    ending.expect(4, &["WAITING", "WAITING"]);
+    assert_eq!(ending.report()["outcome"], "MISSION_OUTCOME_EMERGENCY");
+    in_order(&ending, &["flag `battery_critical` raised", "`battery_critical`: land", "mission: over"]);
+}
+
+#[test]
+fn services_that_die_in_flight_come_back_and_the_mission_flies_on() {
+    let system = start();
+    wait_until_under_way(&system);
+    let address = system.status()["vehicle"].clone();
+    for service in ["gateway", "control-tower", "monitor"] {
+        system.process(service).signal(Signal::SIGKILL);
+        system.wait_for(&format!("{service} ended by signal 9"));
+    }
+    let ending = system.end();
+    ending.expect(0, &["SUCCESS", "SUCCESS"]);
+    assert_eq!(address, "uav1");
+}
+
+#[test]
+fn a_mission_manager_that_dies_leaves_the_vehicle_safe() {
+    let system = start();
+    wait_until_under_way(&system);
+    system.process("mcm").signal(Signal::SIGKILL);
+    system.wait_for("mcm ended by signal 9");
+    // It comes back and plans from where the vehicle is.
+    system.end().expect(0, &["SUCCESS", "SUCCESS"]);
+}

@@ -1,0 +1,55 @@
+//! However a system ends, nothing of it is left.
+
+use std::time::Duration;
+
+use nix::sys::signal::Signal;
+
+use crate::support::System;
+use crate::support::processes::wait_until_gone;
+
+#[test]
+fn a_killed_launcher_leaves_no_child_not_even_a_frozen_one() {
+    let system = System::start(&[]);
+    system.wait_for(" is up: ");
+    let children = system.children();
+    assert_eq!(children.len(), 8, "{children:?}");
+    system.process("skill-manager").signal(Signal::SIGSTOP);
+    system.launcher().signal(Signal::SIGKILL);
+    wait_until_gone(&children);
+}
+
+#[test]
+fn sigterm_and_ctrl_c_end_everything_within_five_seconds() {
+    for (signal, frozen) in [(Signal::SIGTERM, "planner"), (Signal::SIGINT, "router")] {
+        let system = System::start(&[]);
+        system.wait_for("step 1 of");
+        let children = system.children();
+        system.process(frozen).signal(Signal::SIGSTOP);
+        system.launcher().signal(signal);
+        let start = std::time::Instant::now();
+        let ending = system.end();
+        let took = start.elapsed();
+        wait_until_gone(&children);
+        assert_eq!(ending.code, Some(130));
+        assert_eq!(ending.report()["reason"], "interrupted");
+        assert!(took < Duration::from_secs(5), "{took:?} with a frozen {frozen}");
+    }
+}
+
+#[test]
+fn a_process_that_dies_is_started_again_and_one_that_cannot_live_ends_the_system() {
+    let system = System::start(&["--speed", "1"]);
+    system.wait_for(" is up: ");
+    // Killed once, it comes back; the fifth time in a row is one too many.
+    for death in 1..=5 {
+        let planner = crate::support::wait_for("the planner to run", || {
+            system.children().into_iter().find(|(name, it)| name == "planner" && it.runs())
+        });
+        planner.1.signal(Signal::SIGKILL);
+        let said = if death < 5 { "planner ended by signal 9" } else { "planner ended 5 times" };
+        system.wait_for_nth(said, if death < 5 { death } else { 1 });
+    }
+    let ending = system.end();
+    assert_eq!(ending.code, Some(5));
+    assert!(ending.report()["reason"].as_str().unwrap().starts_with("planner ended 5 times"));
+}

@@ -1,0 +1,81 @@
+//! The commands beside `up`.
+
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
+
+use crate::support::{KITTIWAKE, System, kittiwake};
+
+#[test]
+fn every_command_explains_itself() {
+    let commands = [
+        "up",
+        "router",
+        "vehicle-sim",
+        "skill-manager",
+        "monitor",
+        "planner",
+        "mcm",
+        "control-tower",
+        "gateway",
+        "inject",
+        "status",
+    ];
+    let overview = String::from_utf8(kittiwake(&["--help"]).stdout).unwrap();
+    for command in commands {
+        assert!(overview.contains(command), "{command} is not in the overview");
+        let help = kittiwake(&[command, "--help"]);
+        assert!(help.status.success() && !help.stdout.is_empty(), "{command}");
+    }
+}
+
+#[test]
+fn what_is_injected_is_checked_and_what_is_asked_is_answered() {
+    #[track_caller]
+    fn check(system: &System, args: &[&str], code: i32, said: &str) {
+        let output = system.inject(args);
+        let told = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        assert_eq!(output.status.code(), Some(code), "{args:?}: {told}");
+        assert!(told.contains(said), "{args:?}: {told}");
+    }
+    let system = System::start(&["--speed", "1"]);
+    system.wait_for(" is up: ");
+    check(&system, &["flag", "obstcle"], 2, "did you mean `obstacle`?");
+    check(&system, &["fault", "batery", "0.5"], 2, "did you mean `battery`?");
+    check(&system, &["fault", "battery", "2"], 2, "expected 0 to 1");
+    check(&system, &["fault", "wind", "3", "-4"], 0, "north 3, east -4");
+    check(&system, &["fault"], 0, "swallow_acks COUNT");
+    assert_eq!(system.status()["vehicle"], "uav1");
+}
+
+#[test]
+fn of_two_systems_the_commands_ask_which() {
+    let (one, other) = (System::start(&["--speed", "1"]), System::start(&["--speed", "1"]));
+    let (first, second) = (one.locator(), other.locator());
+    one.wait_for("status: ");
+    other.wait_for("status: ");
+    let output = kittiwake(&["status"]);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(told.contains(&first) && told.contains(&second), "{told}");
+    assert!(kittiwake(&["status", "--connect", &second]).status.success());
+}
+
+#[test]
+fn what_nobody_serves_is_unavailable() {
+    let mut router = Command::new(KITTIWAKE)
+        .args(["router", "--listen", "tcp/127.0.0.1:0", "--exit-with-parent"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut locator = String::new();
+    BufReader::new(router.stdout.take().unwrap()).read_line(&mut locator).unwrap();
+    for what in [&["flag", "obstacle"][..], &["fault", "battery", "0.5"]] {
+        let output = kittiwake(&[&["inject"], what, &["--connect", locator.trim()]].concat());
+        assert_eq!(output.status.code(), Some(1));
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert!(told.contains("unavailable"), "{told}");
+    }
+    drop(router.stdin.take());
+    assert!(router.wait().unwrap().success(), "it ends with its parent");
+}

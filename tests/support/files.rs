@@ -1,0 +1,45 @@
+//! The shipped configuration with mistakes made in it.
+
+use std::path::{Path, PathBuf};
+
+use super::shipped;
+
+/// A copy of the shipped configuration; gone with the value.
+pub struct Files(tempfile::TempDir);
+
+impl Files {
+    /// The files as shipped.
+    pub fn shipped() -> Files {
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        copy(&shipped(), folder.path());
+        Files(folder)
+    }
+
+    /// With the first `from` in `file` replaced by `to`.
+    #[track_caller]
+    pub fn with(self, file: &str, from: &str, to: &str) -> Files {
+        let path = self.0.path().join(file);
+        let text = std::fs::read_to_string(&path).expect("the file is there");
+        assert!(text.contains(from), "`{from}` is not in {file}");
+        std::fs::write(&path, text.replacen(from, to, 1)).expect("the file can be written");
+        self
+    }
+
+    /// The configuration file.
+    pub fn config(&self) -> PathBuf {
+        self.0.path().join("kittiwake.toml")
+    }
+}
+
+fn copy(from: &Path, to: &Path) {
+    for entry in std::fs::read_dir(from).expect("the folder is there") {
+        let entry = entry.expect("the folder can be read");
+        let target = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            std::fs::create_dir_all(&target).expect("a folder can be made");
+            copy(&entry.path(), &target);
+        } else {
+            std::fs::copy(entry.path(), &target).expect("a file can be copied");
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! Starts a whole system of real processes, listens to it, disturbs it, and ends it with the value.
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::sync::{Arc, Condvar, Mutex};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+pub mod files;
+pub mod processes;
+
+/// Nothing that is waited for takes nearly as long on a machine that is not broken.
+pub const LIMIT: Duration = Duration::from_secs(100);
+
+/// The program under test.
+pub const KITTIWAKE: &str = env!("CARGO_BIN_EXE_kittiwake");
+
+/// A launcher and its children. They end with the value.
+pub struct System {
+    launcher: std::process::Child,
+    said: Arc<Said>,
+    stdout: Option<std::thread::JoinHandle<String>>,
+}
+
+/// What the launcher has said on standard error so far.
+#[derive(Default)]
+struct Said {
+    lines: Mutex<(Vec<String>, bool)>,
+    changed: Condvar,
+}
+
+/// How a system ended.
+pub struct Ending {
+    /// The launcher's exit code.
+    pub code: Option<i32>,
+    /// What it printed on standard output.
+    pub stdout: String,
+    /// What it printed on standard error.
+    pub lines: Vec<String>,
+}
+
+impl System {
+    /// Starts one that flies the reference mission at twenty times real time and ends with it,
+    /// unless the arguments say otherwise.
+    pub fn start(args: &[&str]) -> System {
+        System::start_with(args, &[])
+    }
+
+    /// The same, with environment variables.
+    pub fn start_with(args: &[&str], variables: &[(&str, &str)]) -> System {
+        let usual: &[&str] = if args.contains(&"--speed") { &[] } else { &["--speed", "20"] };
+        let mut launcher = Command::new(KITTIWAKE)
+            .args(["up", "--exit-when-done", "--json"])
+            .args(usual)
+            .args(args)
+            .envs(variables.iter().copied())
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        let said = Arc::new(Said::default());
+        let (mut stdout, stderr) = (launcher.stdout.take().unwrap(), launcher.stderr.take().unwrap());
+        let heard = said.clone();
+        std::thread::spawn(move || {
+            for line in BufReader::new(stderr).lines().map_while(Result::ok) {
+                heard.update(|(lines, _)| lines.push(line));
+            }
+            heard.update(|(_, ended)| *ended = true);
+        });
+        let stdout = std::thread::spawn(move || {
+            let mut text = String::new();
+            stdout.read_to_string(&mut text).expect("standard output is text");
+            text
+        });
+        System { launcher, said, stdout: Some(stdout) }
+    }
+
+    /// Waits for a line that contains `part`, said now or before, and returns it.
+    #[track_caller]
+    pub fn wait_for(&self, part: &str) -> String {
+        self.wait_for_nth(part, 1)
+    }
+
+    /// The same, for the line that is the `nth` to contain it, counted from 1.
+    #[track_caller]
+    pub fn wait_for_nth(&self, part: &str, nth: usize) -> String {
+        let found = self.said.wait(|lines| lines.iter().filter(|it| it.contains(part)).nth(nth - 1).cloned());
+        found.unwrap_or_else(|| panic!("waited for `{part}` ({nth}) in vain; it said:\n{}", self.said.text()))
+    }
+
+    /// Waits for the end.
+    #[track_caller]
+    pub fn end(mut self) -> Ending {
+        let start = Instant::now();
+        let said = self.said.clone();
+        if said.wait_for_end().is_none() {
+            panic!("not over within {:?}; it said:\n{}", start.elapsed(), said.text());
+        }
+        let code = self.launcher.wait().expect("the launcher was started").code();
+        let stdout = self.stdout.take().and_then(|it| it.join().ok()).unwrap_or_default();
+        Ending { code, stdout, lines: said.lines() }
+    }
+
+    /// The launcher's process id.
+    pub fn pid(&self) -> u32 {
+        self.launcher.id()
+    }
+
+    /// Runs `kittiwake inject ..` against this system.
+    pub fn inject(&self, args: &[&str]) -> Output {
+        kittiwake(&[&["inject"], args, &["--pid", &self.pid().to_string()]].concat())
+    }
+
+    /// What the gateway says about the vehicle.
+    pub fn status(&self) -> Value {
+        let output = kittiwake(&["status", "--pid", &self.pid().to_string()]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice(&output.stdout).expect("the status is JSON")
+    }
+
+    /// The router's locator.
+    pub fn locator(&self) -> String {
+        self.wait_for(" is up: ").rsplit(' ').next().unwrap_or_default().to_owned()
+    }
+}
+
+impl Drop for System {
+    fn drop(&mut self) {
+        // Its children end with it.
+        let _ = self.launcher.kill();
+        let _ = self.launcher.wait();
+    }
+}
+
+impl Said {
+    fn update(&self, change: impl FnOnce(&mut (Vec<String>, bool))) {
+        change(&mut self.lines.lock().unwrap());
+        self.changed.notify_all();
+    }
+
+    /// `None` if the limit has passed, or everything has been said, without it.
+    fn wait<T>(&self, mut find: impl FnMut(&[String]) -> Option<T>) -> Option<T> {
+        let until = Instant::now() + LIMIT;
+        let mut state = self.lines.lock().unwrap();
+        loop {
+            let found = find(&state.0);
+            let left = until.saturating_duration_since(Instant::now());
+            if found.is_some() || state.1 || left.is_zero() {
+                return found;
+            }
+            state = self.changed.wait_timeout(state, left).unwrap().0;
+        }
+    }
+
+    fn wait_for_end(&self) -> Option<()> {
+        let until = Instant::now() + LIMIT;
+        let mut state = self.lines.lock().unwrap();
+        while !state.1 {
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return None;
+            }
+            state = self.changed.wait_timeout(state, left).unwrap().0;
+        }
+        Some(())
+    }
+
+    fn lines(&self) -> Vec<String> {
+        self.lines.lock().unwrap().0.clone()
+    }
+
+    fn text(&self) -> String {
+        self.lines().join("\n")
+    }
+}
+
+impl Ending {
+    /// The report: the one document on standard output.
+    #[track_caller]
+    pub fn report(&self) -> Value {
+        serde_json::from_str(&self.stdout).unwrap_or_else(|error| panic!("{error} in:\n{}", self.stdout))
+    }
+
+    /// What the mission manager decided about `topic`, in order, without the times.
+    pub fn story(&self, topic: &str) -> Vec<String> {
+        let told = |line: &String| {
+            let (_, text) = line.strip_prefix('[')?.split_once(" s] ")?;
+            text.strip_prefix(topic)?.strip_prefix(": ").map(str::to_owned)
+        };
+        self.lines.iter().filter_map(told).collect()
+    }
+
+    /// Each objective's state, without the enum's prefix.
+    #[track_caller]
+    pub fn objectives(&self) -> Vec<String> {
+        let report = self.report();
+        let objectives = report["objectives"].as_array().expect("a report has objectives");
+        let state = |it: &Value| it["state"].as_str().unwrap_or_default().replace("OBJECTIVE_STATE_", "");
+        objectives.iter().map(state).collect()
+    }
+
+    /// Fails unless it ended with this code and these objectives.
+    #[track_caller]
+    pub fn expect(&self, code: i32, objectives: &[&str]) {
+        assert_eq!(self.code, Some(code), "exit code; it said:\n{}", self.lines.join("\n"));
+        assert_eq!(self.objectives(), objectives, "it said:\n{}", self.lines.join("\n"));
+    }
+}
+
+/// Runs the program to its end.
+pub fn kittiwake(args: &[&str]) -> Output {
+    Command::new(KITTIWAKE).args(args).stdin(Stdio::null()).output().expect("the program starts")
+}
+
+/// Waits until `find` finds something: asks for the state again and again, so that nothing is missed.
+#[track_caller]
+pub fn wait_for<T>(what: &str, mut find: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(found) = find() {
+            return found;
+        }
+        assert!(start.elapsed() < LIMIT, "waited {LIMIT:?} in vain for {what}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// The folder of the shipped configuration.
+pub fn shipped() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("config")
+}
