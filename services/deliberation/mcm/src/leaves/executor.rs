@@ -58,7 +58,7 @@ impl Leaf<World> for NominalExecutor {
 
     fn halt(&mut self, world: &mut World, ports: &mut Ports<'_>) {
         if let Some(mut subtree) = self.subtree.take() {
-            subtree.halt(ports.now(), world);
+            ports.halt_tree(&mut subtree, world);
         }
         let reason = match world.flags.iter().next() {
             Some((flag, _)) => format!("interrupted by `{flag}`"),
