@@ -37,6 +37,15 @@ fn sigterm_and_ctrl_c_end_everything_within_five_seconds() {
 }
 
 #[test]
+fn unless_it_is_to_end_when_done_it_stays_up_for_whoever_looks_on() {
+    let system = System::up(&["--speed", "50"], &[]);
+    system.wait_for("mission over: success");
+    assert_eq!(system.status()["report"]["outcome"], "MISSION_OUTCOME_SUCCESS");
+    system.launcher().signal(Signal::SIGINT);
+    system.end().expect(0, &["SUCCESS", "SUCCESS"]);
+}
+
+#[test]
 fn a_process_that_dies_is_started_again_and_one_that_cannot_live_ends_the_system() {
     let system = System::start(&["--speed", "1"]);
     system.wait_for(" is up: ");
