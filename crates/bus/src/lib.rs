@@ -17,12 +17,14 @@ mod router;
 mod run;
 mod session;
 mod stop;
+mod tap;
 mod trace;
 
-pub use clock::Clock;
+pub use clock::{Clock, monotonic_ns};
 pub use router::run_router;
 pub use run::run;
 pub use stop::Stop;
+pub use tap::{Tap, Tapped};
 
 /// Where a process stands: on a vehicle, or on the ground and in sight of all vehicles.
 #[derive(Debug, Clone, PartialEq, Eq)]

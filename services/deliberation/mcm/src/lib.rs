@@ -18,6 +18,7 @@ mod outbox;
 mod report;
 mod snapshot;
 mod status;
+mod timing;
 mod trees;
 mod vehicle;
 mod words;
