@@ -109,7 +109,7 @@ pub fn analyse(heard: &[Tapped]) -> Samples {
         let moved_on = record.marks.iter().any(|it| it.point() == TimingPoint::StepSucceeded)
             && record.marks.iter().any(|it| it.point() == TimingPoint::StepStarted);
         if moved_on {
-            match index.way(index.skill_ends.get(trace).copied(), record, trace) {
+            match index.way(index.skill_end(record, trace), record, trace) {
                 Some(way) => samples.felt_transitions.push(way),
                 None => samples.transitions_without_command += 1,
             }
@@ -181,12 +181,12 @@ impl Steps {
 /// A flight's messages by what they are looked up with.
 struct Index<'a> {
     records: Vec<(&'a McmTiming, &'a str)>,
-    /// When the end of a skill was published, by trace.
-    skill_ends: HashMap<&'a str, u64>,
+    /// When ends of skills were published, by trace.
+    skill_ends: HashMap<&'a str, Vec<u64>>,
     /// When a flag was raised, by trace and name.
     flags: HashMap<(&'a str, &'a str), u64>,
-    /// Id and publication of the first command of each trace.
-    commands: HashMap<&'a str, (u64, u64)>,
+    /// Publication and id of commands, by trace.
+    commands: HashMap<&'a str, Vec<(u64, u64)>>,
     /// When the vehicle acknowledged a command, by id.
     acks: HashMap<u64, u64>,
 }
@@ -204,13 +204,13 @@ impl<'a> Index<'a> {
             match message {
                 Message::McmTiming(record) => it.records.push((record, trace)),
                 Message::SkillEvent(event) if event.state() == SkillState::Ended && !trace.is_empty() => {
-                    it.skill_ends.insert(trace, *published_ns);
+                    it.skill_ends.entry(trace).or_default().push(*published_ns);
                 }
                 Message::FlagEvent(event) if event.raised => {
                     it.flags.insert((trace, &event.name), *published_ns);
                 }
                 Message::VehicleCommand(command) if !trace.is_empty() => {
-                    it.commands.entry(trace).or_insert((command.id, *published_ns));
+                    it.commands.entry(trace).or_default().push((*published_ns, command.id));
                 }
                 Message::VehicleCommandAck(ack) => {
                     it.acks.insert(ack.id, *published_ns);
@@ -222,9 +222,16 @@ impl<'a> Index<'a> {
         it
     }
 
+    /// The end of a skill that woke the manager.
+    fn skill_end(&self, record: &McmTiming, trace: &str) -> Option<u64> {
+        self.skill_ends.get(trace)?.iter().copied().filter(|it| *it <= record.woken_ns).max()
+    }
+
     fn way(&self, began_ns: Option<u64>, record: &McmTiming, trace: &str) -> Option<Way> {
         let began_ns = began_ns?;
-        let (id, commanded_ns) = *self.commands.get(trace)?;
+        // A trace goes on through several decisions: the command of this one is the first after it.
+        let after = self.commands.get(trace)?.iter().filter(|it| record.decided_ns <= it.0);
+        let (commanded_ns, id) = *after.min()?;
         let received_ns = *self.acks.get(&id)?;
         Some(Way {
             to_manager_s: seconds(began_ns, record.woken_ns),
