@@ -198,7 +198,7 @@ pub enum Injection {
         /// A fault of the simulator's catalogue
         name: Option<String>,
         /// Its arguments
-        #[arg(allow_hyphen_values = true)]
+        #[arg(allow_negative_numbers = true)]
         args: Vec<String>,
         #[command(flatten)]
         target: TargetArgs,

@@ -57,6 +57,7 @@ pub struct Measured {
     ticks: Vec<Tick>,
     floor: Option<Samples>,
     load: Option<real_time::RealTime>,
+    reference: reference::Reference,
 }
 
 /// At one tick period.
@@ -117,7 +118,7 @@ fn measure(args: &KpiArgs, vehicle: &str) -> Result<Measured, String> {
         None => None,
     };
     let (machine, load_after) = (load::machine(), load::load_average());
-    Ok(Measured { machine, load_before, load_after, speed: args.speed.pace().speed(), ticks, floor, load })
+    Ok(Measured { machine, load_before, load_after, speed: args.speed.pace().speed(), ticks, floor, load, reference: reference::ALL })
 }
 
 struct Flights<'a> {

@@ -50,6 +50,29 @@ pub const O2O: Row =
 pub const FLAT: [f64; 3] = [0.67, 0.60, 0.62];
 pub const NESTED: [f64; 3] = [0.51, 0.51, 0.39];
 
+/// All of it, for the machine-readable report.
+#[derive(Debug, Serialize)]
+pub struct Reference {
+    tick_periods_ms: [u32; 3],
+    transitions_ms: [(&'static str, Row); 7],
+    flag_to_action_ms: [(&'static str, [f64; 3]); 2],
+}
+
+/// The reference's figures.
+pub const ALL: Reference = Reference {
+    tick_periods_ms: TICKS,
+    transitions_ms: [
+        ("N2N", N2N),
+        ("N2T", N2T),
+        ("T2N", T2N),
+        ("P2P", P2P),
+        ("P2O", P2O),
+        ("O2P", O2P),
+        ("O2O", O2O),
+    ],
+    flag_to_action_ms: [("flat", FLAT), ("nested", NESTED)],
+};
+
 /// The column of a tick period; `None` where the reference has none.
 pub fn column(tick_ms: u32) -> Option<usize> {
     TICKS.iter().position(|it| *it == tick_ms)

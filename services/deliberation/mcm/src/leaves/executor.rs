@@ -68,7 +68,7 @@ impl Leaf<World> for NominalExecutor {
     fn halt(&mut self, world: &mut World, ports: &mut Ports<'_>) {
         world.timing.mark_skill(TimingPoint::StepHalted, self.kind);
         if let Some(mut subtree) = self.subtree.take() {
-            subtree.halt(ports.now(), world);
+            ports.halt_tree(&mut subtree, world);
             world.discarded.push(subtree);
         }
         let reason = match world.flags.iter().next() {
