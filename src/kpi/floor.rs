@@ -125,7 +125,8 @@ impl Node for Near {
         match event {
             Event::Peer { service, alive: true, .. } if service == "far" => self.next = Some(now.time + 20 * PERIOD),
             Event::Request { token, request: Request::Skill(_), .. } => {
-                let command = v1::vehicle_command::Command::SetMode(v1::SetMode { mode: v1::FlightMode::Loiter as i32 });
+                let command =
+                    v1::vehicle_command::Command::SetMode(v1::SetMode { mode: v1::FlightMode::Loiter as i32 });
                 self.commanded += 1;
                 effects.push(Effect::publish(v1::VehicleCommand { id: self.commanded, command: Some(command) }));
                 let response = v1::SkillReply { skill_id: self.commanded, refusal: String::new() };
@@ -198,7 +199,8 @@ impl Far {
         };
         let (call, request) = (CallId(self.count), Request::Skill(request));
         effects.push(Effect::Call { call, request, timeout: Duration::from_secs(1) });
-        let mark = |point: v1::TimingPoint| v1::TimingMark { point: point as i32, at_ns: woken_ns, ..Default::default() };
+        let mark =
+            |point: v1::TimingPoint| v1::TimingMark { point: point as i32, at_ns: woken_ns, ..Default::default() };
         effects.push(Effect::publish(v1::McmTiming {
             woken_ns,
             decided_ns: monotonic_ns(),

@@ -118,7 +118,16 @@ fn measure(args: &KpiArgs, vehicle: &str) -> Result<Measured, String> {
         None => None,
     };
     let (machine, load_after) = (load::machine(), load::load_average());
-    Ok(Measured { machine, load_before, load_after, speed: args.speed.pace().speed(), ticks, floor, load, reference: reference::ALL })
+    Ok(Measured {
+        machine,
+        load_before,
+        load_after,
+        speed: args.speed.pace().speed(),
+        ticks,
+        floor,
+        load,
+        reference: reference::ALL,
+    })
 }
 
 struct Flights<'a> {
@@ -157,7 +166,9 @@ impl Flights<'_> {
             samples.add(analyse(&heard));
             let counts = [Class::N2N, Class::N2T, Class::T2N].map(|it| samples.of_class(it).len());
             let [n2n, n2t, t2n] = counts;
-            say(&format!("{tick_ms} ms: flight {flight}, permissions {permissions}, {ending}: N2N {n2n}, N2T {n2t}, T2N {t2n}"));
+            say(&format!(
+                "{tick_ms} ms: flight {flight}, permissions {permissions}, {ending}: N2N {n2n}, N2T {n2t}, T2N {t2n}"
+            ));
             if self.args.runs <= flight && counts.iter().all(|it| self.args.samples <= *it) {
                 break;
             }
@@ -167,8 +178,7 @@ impl Flights<'_> {
 
     /// Flies until every flag was raised, and acted on, so often.
     fn contingencies(&self, tick_ms: u32, table: &'static str) -> Result<Samples, String> {
-        let variant =
-            Variant { tick_ms: Some(tick_ms), contingencies: Some(table), mission: Some("mission.toml") };
+        let variant = Variant { tick_ms: Some(tick_ms), contingencies: Some(table), mission: Some("mission.toml") };
         let config = self.folder.write(&self.args.config, &variant)?;
         let mut samples = Samples::default();
         for flight in 1..=MOST_FLIGHTS {
