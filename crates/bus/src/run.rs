@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use domain::time::Pace;
-use kittiwake_proto::topics::Message;
+use kittiwake_proto::topics::{Message, Qos};
 use kittiwake_proto::v1::Heartbeat;
 use node::{Effect, Event, Node};
 use zenoh::Wait;
@@ -135,6 +135,8 @@ impl Shell<'_> {
     }
 
     fn perform(&mut self, effects: &mut Vec<Effect>) -> Result<(), BusError> {
+        // What the vehicle must do leaves before what others may read: each effect takes its time to be sent.
+        effects.sort_by_key(|it| !is_command(it));
         for effect in effects.drain(..) {
             match effect {
                 Effect::Publish { vehicle, message } => self.outbox.publish(vehicle, &message)?,
@@ -172,4 +174,8 @@ impl Shell<'_> {
         };
         self.outbox.publish(None, &Message::Heartbeat(heartbeat))
     }
+}
+
+fn is_command(effect: &Effect) -> bool {
+    matches!(effect, Effect::Publish { message, .. } if message.topic().qos() == Qos::Command)
 }

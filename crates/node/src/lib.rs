@@ -28,7 +28,8 @@ pub trait Node {
         &[]
     }
 
-    /// Takes in one event. Effects are performed in order, after this returns.
+    /// Takes in one event. Effects are performed in order, after this returns; over the real transport
+    /// commands to the vehicle come before all others.
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>);
 
     /// Called once after each batch of events that arrived together, and when [`Node::deadline`]

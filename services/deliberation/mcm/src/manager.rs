@@ -63,6 +63,7 @@ impl Mcm {
             outbox: Outbox::default(),
             decisions: 0,
             timing: Timing::default(),
+            discarded: Vec::new(),
         };
         Ok(Mcm { tree, world, reporter: Reporter::default(), next_tick: Some(Time::ZERO), ticks: 0 })
     }
@@ -194,6 +195,8 @@ impl Node for Mcm {
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
         self.world.now = now;
         self.world.timing.wake();
+        // Of the wakes before this one: what is given up now can wait until its successor is under way.
+        let discarded = std::mem::take(&mut self.world.discarded);
         self.tick();
         let world = &mut self.world;
         let Limits { request_timeout, skill_silence, .. } = world.limits;
@@ -206,6 +209,7 @@ impl Node for Mcm {
             world.outbox.publish(record);
         }
         world.outbox.drain_into(effects);
+        drop(discarded);
     }
 
     fn deadline(&self) -> Option<Time> {

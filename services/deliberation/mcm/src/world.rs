@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use behavior_tree::Library;
+use behavior_tree::{Library, Tree};
 use domain::contingency::Contingencies;
 use domain::time::{Now, Time};
 use kittiwake_proto::v1;
@@ -39,6 +39,8 @@ pub(crate) struct World {
     pub(crate) outbox: Outbox,
     pub(crate) decisions: u64,
     pub(crate) timing: Timing,
+    /// Subtrees that were given up: taken apart once what matters has been decided.
+    pub(crate) discarded: Vec<Tree<World>>,
 }
 
 /// What came in and waits for the monitor leaf.

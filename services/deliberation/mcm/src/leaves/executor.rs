@@ -16,7 +16,7 @@ pub(super) struct NominalExecutor {
 
 impl Leaf<World> for NominalExecutor {
     fn start(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
-        self.subtree = None;
+        world.discarded.extend(self.subtree.take());
         let Some(step) = world.planner.step.clone() else {
             ports.because_of("there is a step to fly");
             return Ok(Status::Failure);
@@ -69,6 +69,7 @@ impl Leaf<World> for NominalExecutor {
         world.timing.mark_skill(TimingPoint::StepHalted, self.kind);
         if let Some(mut subtree) = self.subtree.take() {
             ports.halt_tree(&mut subtree, world);
+            world.discarded.push(subtree);
         }
         let reason = match world.flags.iter().next() {
             Some((flag, _)) => format!("interrupted by `{flag}`"),

@@ -174,6 +174,11 @@ impl Rig {
         });
     }
 
+    /// Requests that wait for their answer.
+    pub fn open_requests(&self) -> usize {
+        self.open.len()
+    }
+
     /// What it did since the last look, one line each.
     pub fn story(&mut self) -> String {
         std::mem::take(&mut self.log).join("\n")
