@@ -12,6 +12,7 @@ mod clock;
 mod inbox;
 mod keys;
 mod mailbox;
+mod nudge;
 mod outbox;
 mod router;
 mod run;
@@ -20,8 +21,9 @@ mod stop;
 mod trace;
 
 pub use clock::Clock;
+pub use nudge::Nudge;
 pub use router::run_router;
-pub use run::run;
+pub use run::{run, run_nudged};
 pub use stop::Stop;
 
 /// Where a process stands: on a vehicle, or on the ground and in sight of all vehicles.
