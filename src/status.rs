@@ -14,7 +14,7 @@ const LIMIT: Duration = Duration::from_secs(5);
 pub fn status(args: &StatusArgs) -> Outcome {
     let answer = Target::find(&args.target).and_then(|target| {
         let url = format!("{}/api/v1/vehicles/{}", target.http.trim_end_matches('/'), target.vehicle);
-        get(&url).map_err(|cause| format!("unavailable: {cause}"))
+        get(&url, &target.token).map_err(|cause| format!("unavailable: {cause}"))
     });
     match answer {
         Ok(body) => {
@@ -28,10 +28,10 @@ pub fn status(args: &StatusArgs) -> Outcome {
     }
 }
 
-fn get(url: &str) -> Result<String, String> {
+fn get(url: &str, token: &str) -> Result<String, String> {
     let ask = || {
         let client = reqwest::blocking::Client::builder().timeout(LIMIT).build()?;
-        let response = client.get(url).send()?;
+        let response = client.get(url).bearer_auth(token).send()?;
         Ok::<_, reqwest::Error>((response.status(), response.text()?))
     };
     let (status, body) = ask().map_err(|cause| format!("{url}: {}", root_cause(&cause)))?;
