@@ -5,6 +5,7 @@ use std::task::Waker;
 use std::time::Duration;
 
 use crate::cause::Cause;
+use crate::fault::Fault;
 use crate::value::Value;
 
 /// What the nodes of one tree share during a tick.
@@ -16,6 +17,8 @@ pub(crate) struct Board {
     /// A node asked to be ticked again at once.
     pub(crate) again: bool,
     pub(crate) cause: Option<Cause>,
+    /// Faults of trees that leaves hold, and how many more there were.
+    pub(crate) held_faults: (Vec<Fault>, u64),
     /// What the expression of a condition compared last.
     pub(crate) compared: Option<(Value, Value)>,
     pub(crate) waker: Waker,

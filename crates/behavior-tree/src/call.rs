@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
-use crate::cause::{Cause, FailureRecord};
+use crate::cause::{Cause, FailureRecord, Words};
 use crate::fault::{Fault, FaultKind, FaultPolicy, chain, panic_message};
 use crate::kind::Param;
 use crate::leaf::Leaf;
@@ -37,6 +37,7 @@ impl<Ctx> Run<'_, Ctx> {
             _ => leaf.start(ctx, ports),
         });
         let cause = self.machine.board.cause.take();
+        self.adopt_faults(at);
         match answer {
             Ok(Ok(Status::Running)) if !latches => self.leaf_fault(leaf, at, FaultKind::RunningCondition),
             Ok(Ok(answer)) => {
@@ -73,6 +74,7 @@ impl<Ctx> Run<'_, Ctx> {
     pub(crate) fn halt_leaf(&mut self, leaf: usize, at: usize) {
         let halted = self.call(leaf, |leaf, ctx, ports| leaf.halt(ctx, ports));
         self.machine.board.cause = None;
+        self.adopt_faults(at);
         if let Err(payload) = halted {
             self.report(at, FaultKind::Panic(panic_message(&*payload)));
         }
@@ -80,13 +82,32 @@ impl<Ctx> Run<'_, Ctx> {
 
     /// Records a fault of a node; the caller answers failure.
     pub(crate) fn report(&mut self, at: usize, kind: FaultKind) {
-        let fault = Fault { node: NodeId(at as u32), at: Duration::from_nanos(self.machine.board.now), kind };
+        self.record_cause(at, Cause { condition: Words::from(kind.to_string()), value: None, threshold: None });
+        let (node, path) = (NodeId(at as u32), self.shape.path(at));
+        self.keep_fault(Fault { node, path, at: Duration::from_nanos(self.machine.board.now), kind });
+    }
+
+    /// Takes over the faults of a tree that this leaf holds.
+    fn adopt_faults(&mut self, at: usize) {
+        let held = &mut self.machine.board.held_faults;
+        if held.0.is_empty() {
+            return;
+        }
+        let (faults, lost) = (std::mem::take(&mut held.0), std::mem::take(&mut held.1));
+        self.machine.lost_faults += lost;
+        for fault in faults {
+            let path = format!("{} > {}", self.shape.path(at), fault.path);
+            self.keep_fault(Fault { node: NodeId(at as u32), path, ..fault });
+        }
+    }
+
+    fn keep_fault(&mut self, fault: Fault) {
+        self.machine.aborting |= self.machine.policy == FaultPolicy::HaltTree;
         if self.machine.faults.len() < MAX_FAULTS {
             self.machine.faults.push(fault);
         } else {
             self.machine.lost_faults += 1;
         }
-        self.machine.aborting |= self.machine.policy == FaultPolicy::HaltTree;
     }
 
     pub(crate) fn record_cause(&mut self, at: usize, cause: Cause) {
@@ -95,6 +116,7 @@ impl<Ctx> Run<'_, Ctx> {
         }
         let at_time = Duration::from_nanos(self.machine.board.now);
         self.machine.causes[at] = Some(FailureRecord { at: at_time, cause });
+        self.machine.last_cause = at;
     }
 
     /// A number from an attribute. On `None` the fault is recorded and the node is to answer [`Run::give_up`].

@@ -45,6 +45,12 @@ impl From<Arc<str>> for Words {
     }
 }
 
+impl From<String> for Words {
+    fn from(text: String) -> Self {
+        Words(Source::File(text.into()))
+    }
+}
+
 impl fmt::Debug for Words {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Debug::fmt(&**self, f)

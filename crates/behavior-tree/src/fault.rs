@@ -9,8 +9,11 @@ use crate::tree::NodeId;
 /// A leaf, or a node's expression, went wrong. Its node answered failure and the tree lives on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fault {
-    /// The node.
+    /// The node; of a fault in a tree that a leaf holds, that leaf.
     pub node: NodeId,
+    /// The node's name, with the names of the subtrees it is in before it: `landing/Descend`. If it is in a tree that a
+    /// leaf holds, the leaf's path stands before it: `Executor > Fly`.
+    pub path: String,
     /// The time of the tick.
     pub at: Duration,
     /// What happened.

@@ -2,6 +2,7 @@
 
 use crate::port_value::PortValue;
 use crate::types::Type;
+use crate::value::Value;
 use crate::xml::element::Element;
 
 /// Which way a value travels through a port.
@@ -24,12 +25,14 @@ pub struct Port {
     pub(crate) default: Option<String>,
     pub(crate) optional: bool,
     pub(crate) description: String,
+    /// False for a value of the right type that the Rust type cannot hold, such as 256 in a `u8`.
+    pub(crate) fits: fn(&Value) -> bool,
 }
 
 impl Port {
     /// A port the node reads a `T` from. A tree must give it a constant or a key.
     pub fn input<T: PortValue>(name: &str) -> Self {
-        Port::of_type(name, Direction::Input, T::port_type())
+        Port { fits: fits::<T>, ..Port::of_type(name, Direction::Input, T::port_type()) }
     }
 
     /// A port the node writes a `T` to. A tree may leave it out.
@@ -39,12 +42,12 @@ impl Port {
 
     /// A port the node reads and writes.
     pub fn inout<T: PortValue>(name: &str) -> Self {
-        Port::of_type(name, Direction::InOut, T::port_type())
+        Port { fits: fits::<T>, ..Port::of_type(name, Direction::InOut, T::port_type()) }
     }
 
     pub(crate) fn of_type(name: &str, direction: Direction, ty: Type) -> Self {
         let (default, optional, description) = (None, false, String::new());
-        Port { name: name.to_owned(), direction, ty, default, optional, description }
+        Port { name: name.to_owned(), direction, ty, default, optional, description, fits: |_| true }
     }
 
     /// What the port holds when a tree does not say: a constant, or a key in braces.
@@ -82,4 +85,8 @@ impl Port {
         element.text = self.description.clone();
         element
     }
+}
+
+fn fits<T: PortValue>(value: &Value) -> bool {
+    T::from_value(value).is_some()
 }

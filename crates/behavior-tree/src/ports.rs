@@ -99,7 +99,8 @@ impl Ports<'_> {
         self.board.deadline = self.board.deadline.min(nanoseconds(time));
     }
 
-    /// Ticks a tree that this leaf holds, and passes on when it wants to be ticked next.
+    /// Ticks a tree that this leaf holds, exactly once, and passes on when it wants to be ticked next, its faults, and, if
+    /// it fails, why.
     pub fn tick_tree<Ctx>(&mut self, tree: &mut Tree<Ctx>, ctx: &mut Ctx) -> Status {
         let answer = tree.tick_exactly_once(self.now(), ctx);
         if answer == Status::Running {
@@ -109,7 +110,20 @@ impl Ports<'_> {
                 NextTick::WhenWoken => {}
             }
         }
+        if answer == Status::Failure
+            && let Some((_, record)) = tree.last_failure()
+            && record.at == self.now()
+        {
+            self.board.cause = Some(record.cause.clone());
+        }
+        self.adopt_faults(tree);
         answer
+    }
+
+    /// Halts a tree that this leaf holds, and passes on its faults.
+    pub fn halt_tree<Ctx>(&mut self, tree: &mut Tree<Ctx>, ctx: &mut Ctx) {
+        tree.halt(self.now(), ctx);
+        self.adopt_faults(tree);
     }
 
     /// Wakes whoever ticks this tree; give it to the task or thread that will have news for this leaf.
@@ -125,6 +139,14 @@ impl Ports<'_> {
     /// [`Ports::because`] where there is nothing to compare.
     pub fn because_of(&mut self, condition: &'static str) {
         self.board.cause = Some(Cause::new(condition, None, None));
+    }
+
+    fn adopt_faults<Ctx>(&mut self, tree: &mut Tree<Ctx>) {
+        if !tree.faults().is_empty() {
+            let (faults, lost) = tree.take_faults();
+            self.board.held_faults.0.extend(faults);
+            self.board.held_faults.1 += lost;
+        }
     }
 
     fn position(&self, name: &str) -> Option<usize> {

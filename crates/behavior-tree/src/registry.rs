@@ -111,6 +111,14 @@ impl<Ctx: 'static> Registry<Ctx> {
     {
         let factory: Factory<Ctx> = Arc::new(move |spec| build(spec).map(|leaf| Box::new(leaf) as Box<dyn Leaf<Ctx>>));
         let kind = LeafKind { class, ports: ports.into_iter().collect(), factory };
+        for (number, port) in kind.ports.iter().enumerate() {
+            let name = &port.name;
+            if !is_usable_name(name) {
+                self.mistakes.push(format!("`{tag}` declares a port `{name}`, which is not a usable name"));
+            } else if kind.ports[..number].iter().any(|other| other.name == *name) {
+                self.mistakes.push(format!("`{tag}` declares the port `{name}` twice"));
+            }
+        }
         if crate::nodes::is_built_in(tag) {
             self.mistakes.push(format!("`{tag}` is built in and cannot be registered again"));
         } else if self.kinds.insert(tag.to_owned(), kind).is_some() {
@@ -156,4 +164,11 @@ pub(crate) fn leaf_model(tag: &str, class: LeafClass, ports: &[Port]) -> Element
 
 pub(crate) fn subtree_model(id: &str) -> Element {
     Element::new("SubTree").attribute("ID", id)
+}
+
+/// Names that are attributes of their own, or that break a file or Groot2, are no names for ports.
+fn is_usable_name(name: &str) -> bool {
+    let begins_well = name.starts_with(|c: char| c.is_alphabetic());
+    let has_bad_sign = name.contains(|c: char| c.is_whitespace() || c.is_control() || "<>&\"'/\\:*?|.{}=".contains(c));
+    begins_well && !has_bad_sign && name != "name" && name != "ID"
 }

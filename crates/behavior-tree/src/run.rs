@@ -19,6 +19,8 @@ pub(crate) struct Machine<Ctx> {
     pub(crate) ring: Option<StatusRing>,
     /// One entry a node, from the first failure that had a cause.
     pub(crate) causes: Vec<Option<FailureRecord>>,
+    /// The node that recorded a cause last.
+    pub(crate) last_cause: usize,
     pub(crate) faults: Vec<Fault>,
     pub(crate) lost_faults: u64,
     pub(crate) policy: FaultPolicy,
@@ -44,6 +46,9 @@ impl<'a, Ctx> Run<'a, Ctx> {
         };
         if def.conditions != NONE {
             answer = nodes::conditions::after(self, at, answer);
+        }
+        if matches!(answer, Status::Running | Status::Success) && !self.machine.causes.is_empty() {
+            self.machine.causes[at] = None;
         }
         match answer {
             Status::Running => self.set_status(at, NodeStatus::Running),

@@ -114,6 +114,13 @@ impl Shape {
         self.children(parent).nth(position)
     }
 
+    /// The node's name after those of the subtrees it is in.
+    pub(crate) fn path(&self, node: usize) -> String {
+        let label = &self.labels[node];
+        let path = &self.scopes[label.scope as usize].path;
+        if path.is_empty() { label.name.to_string() } else { format!("{path}/{}", label.name) }
+    }
+
     pub(crate) fn slot(&self, key: &str) -> Option<usize> {
         self.slot_names.iter().position(|name| name == key)
     }

@@ -51,6 +51,7 @@ impl<Ctx> Template<Ctx> {
             deadline: u64::MAX,
             again: false,
             cause: None,
+            held_faults: (Vec::new(), 0),
             compared: None,
             waker: waker.clone(),
         };
@@ -61,6 +62,7 @@ impl<Ctx> Template<Ctx> {
             board,
             ring: None,
             causes: Vec::new(),
+            last_cause: 0,
             faults: Vec::new(),
             lost_faults: 0,
             policy: Default::default(),

@@ -135,9 +135,18 @@ impl<Ctx> Tree<Ctx> {
         self.machine.status.first().copied().unwrap_or_default()
     }
 
-    /// Why a node failed the last time it said why.
+    /// Why a node failed, if it said so: the condition, the value and the limit it gave with [`Ports::because`], the
+    /// expression that decided, the error it returned. Forgotten when it runs or succeeds.
+    ///
+    /// [`Ports::because`]: crate::Ports::because
     pub fn why(&self, node: NodeId) -> Option<&FailureRecord> {
         self.machine.causes.get(node.index())?.as_ref()
+    }
+
+    /// The node that said last why it failed, and what it said: after a tick that answered failure, mostly the reason.
+    pub fn last_failure(&self) -> Option<(NodeId, &FailureRecord)> {
+        let node = NodeId(self.machine.last_cause as u32);
+        Some((node, self.why(node)?))
     }
 
     /// The first node called `name`, in preorder.

@@ -142,7 +142,7 @@ impl Leaf<World> for Executor {
 
     fn halt(&mut self, world: &mut World, ports: &mut Ports<'_>) {
         if let Some(mut step) = self.step.take() {
-            step.halt(ports.now(), world);
+            ports.halt_tree(&mut step, world);
         }
     }
 

@@ -30,7 +30,7 @@ pub struct NodeView<'t> {
     pub parent: Option<NodeId>,
     /// Its status.
     pub status: NodeStatus,
-    /// Why it failed the last time it said why.
+    /// Why it failed, if it said so and has neither run nor succeeded since.
     pub why: Option<&'t FailureRecord>,
 }
 

@@ -108,6 +108,11 @@ impl Binder<'_> {
             return Binding::Unbound;
         }
         match port.ty.parse(text) {
+            Some(value) if !(port.fits)(&value) => {
+                let (text, ty) = (text.to_owned(), format!("{} of the size this port takes", port.ty.name()));
+                self.mistakes.add(at, Mistake::BadConstant { port: port_name, text, ty });
+                Binding::Unbound
+            }
             Some(value) => Binding::Constant(value),
             None => {
                 let (text, ty) = (text.to_owned(), port.ty.name().to_owned());

@@ -1,5 +1,24 @@
 //! The built-in nodes, one page each with its rule as a table.
 //!
+//! | children in order | children by urgency or guard | side by side | one of several |
+//! |---|---|---|---|
+//! | [`Sequence`](sequence) | [`ReactiveSequence`](reactive_sequence) | [`Parallel`](parallel) | [`IfThenElse`](if_then_else) |
+//! | [`AsyncSequence`](async_sequence) | [`ReactiveFallback`](reactive_fallback) | [`ParallelAll`](parallel_all) | [`WhileDoElse`](while_do_else) |
+//! | [`SequenceWithMemory`](sequence_with_memory) | | | [`Switch2` .. `Switch6`](switch) |
+//! | [`Fallback`](fallback) | | | |
+//! | [`AsyncFallback`](async_fallback) | | | |
+//!
+//! | changes an answer | repeats | limits | leaves |
+//! |---|---|---|---|
+//! | [`Inverter`](inverter) | [`Repeat`](repeat) | [`Timeout`](timeout) | [`AlwaysSuccess`](always_success) |
+//! | [`ForceSuccess`](force_success) | [`RetryUntilSuccessful`](retry_until_successful) | [`Delay`](delay) | [`AlwaysFailure`](always_failure) |
+//! | [`ForceFailure`](force_failure) | [`KeepRunningUntilFailure`](keep_running_until_failure) | [`RunOnce`](run_once) | [`Sleep`](sleep) |
+//! | [`SuccessIsRunning`](success_is_running) | | [`Precondition`](precondition) | [`Script`](script), [`ScriptCondition`](script_condition) |
+//!
+//! [`SubTree`](sub_tree) puts another tree in its place, and every node may have [pre- and postconditions](conditions).
+//!
+//! "Resets" on these pages means: back to idle, and halted first if it is running.
+//!
 //! A new kind is one file here and one line in the list in `nodes/mod.rs`.
 
 pub mod always_failure;

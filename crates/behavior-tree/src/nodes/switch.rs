@@ -80,7 +80,7 @@ fn chosen_position<Ctx>(run: &Run<'_, Ctx>, table: usize) -> usize {
     let Some(variable) = variable.value(values) else {
         return cases.len();
     };
-    let is_chosen = |case: &crate::board::Binding| case.value(values).is_some_and(|it| equal(variable, it));
+    let is_chosen = |case: &Binding| case.value(values).is_some_and(|it| equal(variable, it));
     cases.iter().position(is_chosen).unwrap_or(cases.len())
 }
 

@@ -203,17 +203,48 @@ const PARTS: &[&str] = &[
     "0x",
 ];
 
+/// A well-formed expression; every byte makes a choice.
+fn well_formed(bytes: &mut impl Iterator<Item = u8>, depth: usize) -> String {
+    const LEAVES: [&str; 10] = ["a", "b", "@c", "0", "7", "2.5", "9223372036854775807", "true", "'x'", "''"];
+    const OPERATORS: [&str; 16] =
+        ["+", "-", "*", "/", "..", "&&", "||", "&", "|", "^", "==", "!=", "<", "<=", ">", ">="];
+    const ASSIGNMENTS: [&str; 6] = [":=", "=", "+=", "-=", "*=", "/="];
+    let chosen = usize::from(bytes.next().unwrap_or(0));
+    if depth == 0 {
+        return LEAVES[chosen % LEAVES.len()].to_owned();
+    }
+    let mut part = || well_formed(bytes, depth - 1);
+    match chosen % 8 {
+        0 => format!("({})", part()),
+        1 => format!("{}{}", ["-", "~", "!"][chosen / 8 % 3], part()),
+        2 => format!("({} ? {} : {})", part(), part(), part()),
+        3 => format!("a {} {}", ASSIGNMENTS[chosen / 8 % 6], part()),
+        4 => LEAVES[chosen / 8 % LEAVES.len()].to_owned(),
+        _ => format!("{} {} {}", part(), OPERATORS[chosen / 8 % 16], part()),
+    }
+}
+
+fn text_of(bytes: &[u8]) -> String {
+    match bytes.split_first() {
+        Some((first, rest)) if first % 2 == 0 => {
+            let mut choices = rest.iter().copied();
+            format!("a := 1; b := 'b'; {}; {}", well_formed(&mut choices, 4), well_formed(&mut choices, 2))
+        }
+        _ => bytes.iter().map(|byte| PARTS[usize::from(*byte) % PARTS.len()]).collect(),
+    }
+}
+
 #[test]
 fn any_text_is_an_expression_or_is_refused() {
-    bolero::check!().with_iterations(1_000_000).with_max_len(32).with_type::<Vec<u8>>().for_each(|bytes| {
-        let text: String = bytes.iter().map(|byte| PARTS[usize::from(*byte) % PARTS.len()]).collect();
+    bolero::check!().with_iterations(1_000_000).with_max_len(64).with_type::<Vec<u8>>().for_each(|bytes| {
+        let text = text_of(bytes);
         if let Ok(Value::Text(text)) = compute(&text) {
             assert!(text.len() <= 64 * 1024);
         }
         let mut keys = Keys::default();
         if let Ok(statements) = parse(&text, &mut |name| keys.number(name)) {
             let types = statements.iter().map(|statement| type_of(statement, &|_| Type::Int));
-            types.for_each(drop);
+            types.for_each(|found| drop(found.map_err(|error| error.describe(&|key| key.to_string()))));
         }
     });
 }

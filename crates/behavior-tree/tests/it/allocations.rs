@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use behavior_tree::{NodeStatus, Status};
+use behavior_tree::{Library, NodeStatus, Status};
 
-use crate::counting::allocations;
-use crate::reference::{World, flying, goal, step_xml, template};
+use crate::counting::{allocations, peak};
+use crate::reference::{World, conditions_xml, flying, goal, registry, step_xml, template};
 
 #[test]
 fn a_steady_tick_allocates_nothing() {
@@ -29,7 +29,12 @@ fn a_condition_that_fails_at_every_tick_with_its_reason_allocates_nothing() {
     let mut tree = crate::support::tree_of(&crate::support::registry(), &crate::support::file(root, ""));
     let mut events = String::with_capacity(1 << 16);
     tree.tick_once(Duration::ZERO, &mut events);
-    assert_eq!(allocations(|| (0..1000).for_each(|_| drop(tree.tick_once(Duration::ZERO, &mut events)))), 0);
+    let counted = allocations(|| {
+        for _ in 0..1000 {
+            tree.tick_once(Duration::ZERO, &mut events);
+        }
+    });
+    assert_eq!(counted, 0);
 }
 
 #[test]
@@ -44,4 +49,18 @@ fn a_step_is_built_from_its_template_with_few_allocations() {
         });
         assert!(counted <= limit, "{counted} allocations");
     }
+}
+
+#[test]
+fn loading_takes_memory_in_proportion_to_the_file() {
+    let registry = registry();
+    let costs = |nodes: usize| {
+        let xml = conditions_xml(nodes);
+        let load = || drop(Library::load(&registry, [("wide.xml", xml.as_str())]).map_err(|errors| panic!("{errors}")));
+        (allocations(load) as f64, peak(load) as f64)
+    };
+    let (small, large) = (costs(1_000), costs(10_000));
+    assert!(large.0 < 11.0 * small.0, "{} and {} allocations", small.0, large.0);
+    // Vectors grow by doubling, so that the peak may be off by that.
+    assert!(large.1 < 20.0 * small.1, "{} and {} bytes", small.1, large.1);
 }

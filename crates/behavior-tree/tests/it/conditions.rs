@@ -85,6 +85,8 @@ fn an_expression_that_cannot_be_computed_fails_its_node_and_is_reported() {
     let (faults, _) = tree.take_faults();
     let text = "nothing has been written to `late` yet in the expression \"late == 1\"";
     assert_eq!(faults[0].kind, FaultKind::Expression(text.into()));
+    let reason = tree.last_failure().map(|(node, record)| (tree.name(node), record.cause.to_string()));
+    assert_eq!(reason, Some(("L", text.to_owned())));
 }
 
 #[test]

@@ -112,3 +112,11 @@ fn a_switch_halts_the_running_child_when_the_case_changes() {
     let without_variable = "s0s3s4 R[RRRIIRRRII], r0r3r4s5 R[RRRIIRRSSR], r0h3s2r5 R[RRRIRIRSSR]";
     check(root, "ttt", without_variable);
 }
+
+#[test]
+fn a_tree_may_be_as_deep_as_loading_allows() {
+    let depth = 250;
+    let root = "<Inverter>".repeat(depth) + r#"<L id="1" s="RS"/>"# + &"</Inverter>".repeat(depth);
+    let (running, idle) = ("R".repeat(depth + 1), "I".repeat(depth + 1));
+    check(&root, "tth", &format!("s1 R[{running}], r1 S[{idle}], H[{idle}]"));
+}

@@ -72,12 +72,27 @@ impl Leaf<World> for Executor {
 
     fn halt(&mut self, world: &mut World, ports: &mut Ports<'_>) {
         if let Some(mut step) = self.step.take() {
-            step.halt(ports.now(), world);
+            ports.halt_tree(&mut step, world);
         }
     }
 
     fn subtree(&self) -> Option<&Tree<World>> {
         self.step.as_ref()
+    }
+}
+
+/// Answers what it is told to.
+struct Told(&'static str);
+
+impl Leaf<World> for Told {
+    fn tick(&mut self, _: &mut World, ports: &mut Ports<'_>) -> LeafResult {
+        match self.0 {
+            "err" => Err("out of luck".into()),
+            _ => {
+                ports.because("luck enough", 0.5, 0.7);
+                Ok(Status::Failure)
+            }
+        }
     }
 }
 
@@ -116,4 +131,30 @@ fn an_executor_passes_ticks_and_halts_to_its_step() {
     world.arrived = true;
     tree.tick_once(Duration::from_secs(3), &mut world);
     assert_eq!(tree.tick_once(Duration::from_secs(4), &mut world), Status::Running, "kept running by its parent");
+}
+
+#[test]
+fn what_goes_wrong_in_a_step_is_known_outside() {
+    for (told, why, faults) in [
+        ("fail", "luck enough (is 0.5, limit 0.7)", [].as_slice()),
+        ("err", "out of luck", ["Executor > again/Told: out of luck"].as_slice()),
+    ] {
+        let mut registry = Registry::new();
+        registry.action("Executor", [], |_| Ok(Executor::default()));
+        registry.action("Told", [Port::inout::<Goal>("goal")], move |_| Ok(Told(told)));
+        let trees = r#"<root BTCPP_format="4" main_tree_to_execute="Main">
+          <BehaviorTree ID="Main"><Executor/></BehaviorTree>
+          <BehaviorTree ID="Step"><SubTree ID="Inner" name="again" goal="{goal}"/></BehaviorTree>
+          <BehaviorTree ID="Inner"><Told goal="{goal}"/></BehaviorTree>
+          <TreeNodesModel><SubTree ID="Step"><input_port name="goal" type="Goal"/></SubTree></TreeNodesModel></root>"#;
+        let library = Library::load(&registry, [("trees.xml", trees)]).unwrap_or_else(|errors| panic!("{errors}"));
+        let mut world = World { next_goal: Some(Goal { north: 0.0 }), ..World::default() };
+        world.steps = library.template("Step");
+        let mut tree = library.instantiate("Main", &[]).expect("no parameters");
+        assert_eq!(tree.tick_once(Duration::ZERO, &mut world), Status::Failure);
+        let (node, record) = tree.last_failure().expect("a reason");
+        assert_eq!((tree.name(node), record.cause.to_string().as_str()), ("Executor", why));
+        let found: Vec<_> = tree.faults().iter().map(|fault| format!("{}: {}", fault.path, fault.kind)).collect();
+        assert_eq!(found, faults);
+    }
 }

@@ -29,6 +29,16 @@ fn faults_are_reported_with_node_time_and_message() {
 }
 
 #[test]
+fn a_reason_is_forgotten_when_the_node_succeeds() {
+    let mut tree = tree_of(&registry(), &file(r#"<C id="1" s="ES"/>"#, ""));
+    tree.tick_once(Duration::ZERO, &mut String::new());
+    let root = tree.find("C").expect("the root");
+    assert_eq!(tree.why(root).map(|it| it.cause.to_string()).as_deref(), Some("the script says so"));
+    tree.tick_once(Duration::ZERO, &mut String::new());
+    assert_eq!(tree.why(root), None);
+}
+
+#[test]
 fn a_condition_must_not_run() {
     check(r#"<C id="1" s="R"/>"#, "t", "s1h1 F[I]");
 }

@@ -1,6 +1,7 @@
 //! Whatever is in a file, loading it ends soon, without a panic and without filling the memory.
 //!
-//! The expressions have a target of their own in `src/script/tests.rs`.
+//! `BOLERO_RANDOM_ITERATIONS=1000000` tries more files. The expressions have a target of their own in
+//! `src/script/tests.rs`.
 
 use std::time::Duration;
 
@@ -70,18 +71,72 @@ const PARTS: &[&str] = &[
     "_skipIf=\"",
 ];
 
-/// The first bytes choose parts, so that a good share of the files is nearly right.
-fn text_of(bytes: &[u8]) -> String {
-    let parts = bytes.iter().map(|byte| PARTS[usize::from(*byte) % PARTS.len()]);
-    let inside: String = parts.collect();
-    // Half of the files have their outer parts in order.
-    match bytes.first() {
-        Some(first) if first % 2 == 0 => format!(
-            "<root BTCPP_format=\"4\"><BehaviorTree ID=\"a\"><Sequence>{inside}</Sequence></BehaviorTree>\
-             <BehaviorTree ID=\"b\"><L id=\"{{x}}\" s=\"{{y}}\"/></BehaviorTree></root>"
-        ),
-        _ => inside,
+/// Nodes without children.
+const LEAVES: &[&str] = &[
+    r#"<L id="1" s="SFRKE"/>"#,
+    r#"<C id="1" s="FKSE"/>"#,
+    r#"<SubTree ID="b" x="1" y="S"/>"#,
+    r#"<SubTree ID="b" _autoremap="true"/>"#,
+    r#"<SubTree ID="b" x="{=}" y="{x}"/>"#,
+    r#"<Script code="x := 'S'; y := x"/>"#,
+    r#"<Script code="n := 1; n += 1"/>"#,
+    r#"<ScriptCondition code="n &gt; 1"/>"#,
+    r#"<Sleep msec="5"/>"#,
+    r#"<AlwaysFailure/>"#,
+    r#"<AlwaysSuccess _skipIf="n == 2" _post="n = 0"/>"#,
+    r#"<L id="2" s="R" _while="n &lt; 2" _onHalted="n *= 2"/>"#,
+];
+
+/// Nodes with children.
+const BRANCHES: &[&str] = &[
+    "Sequence",
+    "Fallback name=\"n\"",
+    "ReactiveSequence",
+    "ReactiveFallback",
+    "Parallel",
+    "ParallelAll max_failures=\"-1\"",
+    "SequenceWithMemory",
+    "AsyncFallback",
+    "IfThenElse",
+    "WhileDoElse",
+    "Inverter",
+    "Repeat num_cycles=\"-1\"",
+    "RetryUntilSuccessful num_attempts=\"{n}\"",
+    "Timeout msec=\"5\"",
+    "Delay delay_msec=\"0\"",
+    "RunOnce",
+    "KeepRunningUntilFailure",
+    "SuccessIsRunning",
+    "Precondition if=\"n\" else=\"SKIPPED\"",
+    "Switch2 variable=\"{n}\" case_1=\"1\" case_2=\"2\"",
+];
+
+/// A well-formed node; every byte makes a choice.
+fn node(bytes: &mut impl Iterator<Item = u8>, depth: usize) -> String {
+    let chosen = usize::from(bytes.next().unwrap_or(0));
+    if depth == 0 || chosen % 3 == 0 {
+        return LEAVES[chosen / 3 % LEAVES.len()].to_owned();
     }
+    let branch = BRANCHES[chosen / 3 % BRANCHES.len()];
+    let tag = branch.split(' ').next().unwrap_or_default();
+    let is_decorator = 10 <= chosen / 3 % BRANCHES.len() && tag != "Switch2";
+    let children = if is_decorator { 1 } else { 3 };
+    let inside: String = (0..children).map(|_| node(bytes, depth - 1)).collect();
+    format!("<{branch}>{inside}</{tag}>")
+}
+
+/// A third of the files is well formed, a third has only its outer parts in order.
+fn text_of(bytes: &[u8]) -> String {
+    let soup = || -> String { bytes.iter().map(|byte| PARTS[usize::from(*byte) % PARTS.len()]).collect() };
+    let inside = match bytes.first().map(|first| first % 3) {
+        Some(0) => node(&mut bytes.iter().copied().skip(1), 4),
+        Some(1) => format!("<Sequence>{}</Sequence>", soup()),
+        _ => return soup(),
+    };
+    format!(
+        r#"<root BTCPP_format="4"><BehaviorTree ID="a"><Sequence><Script code="x := 'a'; y := 'b'; n := 1"/>{inside}</Sequence>
+        </BehaviorTree><BehaviorTree ID="b"><ScriptCondition code="x == y"/></BehaviorTree></root>"#
+    )
 }
 
 fn load_and_tick(text: &str) {
@@ -100,7 +155,7 @@ fn load_and_tick(text: &str) {
 
 #[test]
 fn loading_any_file_ends_without_panic_and_in_bounded_memory() {
-    bolero::check!().with_iterations(100_000).with_max_len(48).with_type::<Vec<u8>>().for_each(|bytes| {
+    bolero::check!().with_iterations(200_000).with_max_len(48).with_type::<Vec<u8>>().for_each(|bytes| {
         let text = text_of(bytes);
         let most = peak(|| load_and_tick(&text));
         assert!(most < 1 << 20, "{most} bytes for\n{text}");

@@ -179,10 +179,15 @@ fn mistakes_in_the_registry_are_reported_too() {
     let mut registry = registry();
     registry.condition("Sequence", [], |_, _| Ok(true));
     registry.condition("BatteryOk", [], |_, _| Ok(true));
+    registry.condition("Odd", ["a.b", "name", "_c", "d", "d"].map(Port::input::<i64>), |_, _| Ok(true));
     let errors = Library::load(&registry, [("t.xml", "<root BTCPP_format=\"4\"/>")]).err().expect("mistakes");
     let expected = "\
 registry:1:1: `Sequence` is built in and cannot be registered again
-registry:1:1: `BatteryOk` is registered twice";
+registry:1:1: `BatteryOk` is registered twice
+registry:1:1: `Odd` declares a port `a.b`, which is not a usable name
+registry:1:1: `Odd` declares a port `name`, which is not a usable name
+registry:1:1: `Odd` declares a port `_c`, which is not a usable name
+registry:1:1: `Odd` declares the port `d` twice";
     assert_eq!(errors.to_string(), expected);
 }
 
@@ -199,4 +204,13 @@ fn attributes_of_editors_are_left_alone() {
     let root =
         Element::new("AlwaysSuccess").attribute("_uid", "1").attribute("_fullpath", "a").attribute("_color", "red");
     check(&root.to_xml(), "");
+}
+
+#[test]
+fn a_file_full_of_mistakes_is_refused_quickly() {
+    let wrong: String = (0..20_000).map(|number| format!("<BatteryOk min=\"{{key_{number}}}\" mni=\"\"/>")).collect();
+    let right: String = (0..5_000).map(|number| format!("<Script code=\"kye_{number} := 1.5\"/>")).collect();
+    let inside = format!("<Sequence>{right}{wrong}</Sequence>");
+    let xml = format!("<root BTCPP_format=\"4\"><BehaviorTree ID=\"m\">{inside}</BehaviorTree></root>");
+    assert!(errors(&xml).ends_with("and 39900 more"));
 }

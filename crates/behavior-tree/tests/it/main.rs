@@ -13,6 +13,7 @@ mod inspect;
 mod load_errors;
 mod ports;
 mod properties;
+#[allow(clippy::disallowed_methods, dead_code)] // The benches use all of it, and a clock.
 #[path = "../../benches/reference/mod.rs"]
 mod reference;
 mod subtrees;
@@ -23,3 +24,11 @@ mod write_back;
 
 #[global_allocator]
 static ALLOCATOR: counting::Counting = counting::Counting;
+
+/// A tree may be made on one thread and ticked on another.
+const _: fn() = || {
+    fn is_send<T: Send>() {}
+    is_send::<behavior_tree::Tree<()>>();
+    is_send::<behavior_tree::Library<()>>();
+    is_send::<behavior_tree::Template<()>>();
+};

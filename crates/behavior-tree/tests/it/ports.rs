@@ -100,6 +100,16 @@ fn a_factory_that_contradicts_its_declaration_is_found_when_loading() {
 }
 
 #[test]
+fn a_constant_that_is_too_large_for_its_port_is_found_when_loading() {
+    let mut registry = Registry::<()>::new();
+    registry.condition("Small", [Port::input::<u8>("n")], |_, _| Ok(true));
+    let load = |text: &str| Library::load(&registry, [("test.xml", file(&format!("<Small n=\"{text}\"/>"), ""))]);
+    assert!(load("255").is_ok());
+    let errors = load("256").err().expect("a mistake").to_string();
+    assert!(errors.contains("port `n`: \"256\" is no int of the size this port takes"), "{errors}");
+}
+
+#[test]
 fn constants_take_the_type_of_their_port() {
     #[track_caller]
     fn check<T: behavior_tree::PortValue + PartialEq + std::fmt::Debug>(text: &str, expected: Option<T>) {

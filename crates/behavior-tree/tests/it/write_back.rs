@@ -72,3 +72,18 @@ fn a_tree_can_be_built_in_code() {
     assert_eq!(library.main_tree(), Some("Made"));
     assert_eq!(library.instantiate("Made", &[]).map(|tree| tree.len()), Ok(4));
 }
+
+#[test]
+fn a_file_with_the_models_an_editor_wants_loads_again() {
+    let registry = reference::registry();
+    let files = [("step.xml", reference::step_xml(true))];
+    let library = Library::load(&registry, files).unwrap_or_else(|errors| panic!("{errors}"));
+    let (name, document) = library.documents().next().expect("a document");
+    let for_editor = document.clone().models(registry.models()).to_xml();
+    assert!(
+        for_editor.contains("<SubTree ID=\"Step\">") && for_editor.contains("<Action ID=\"Work\">"),
+        "{for_editor}"
+    );
+    let again = Library::load(&registry, [(name, for_editor)]).unwrap_or_else(|errors| panic!("{errors}"));
+    assert!(again.instantiate("Step", &[("goal", reference::goal())]).is_ok());
+}

@@ -89,6 +89,7 @@ pub(crate) fn decide_plan(world: &mut World, verdict: Verdict, why: &str) {
         Verdict::Approve => {
             world.say("plan", format!("plan {revision} approved: {why}"));
             world.planner.adopt(proposal.plan);
+            world.timing.mark(v1::TimingPoint::PlanReady);
         }
         Verdict::Refuse => {
             world.say("plan", format!("plan {revision} refused: {why}"));
