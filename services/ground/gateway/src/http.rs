@@ -16,20 +16,11 @@ use tokio::sync::{Semaphore, watch};
 use crate::config::Config;
 use crate::events::{self, Client};
 use crate::journal::{Cursor, Journals};
+use crate::page;
 use crate::problem::Problem;
 use crate::readiness::{Readiness, readiness};
 use crate::state::Snapshot;
 use crate::view::{self, Ages};
-
-const ROUTES: &str = "\
-Kittiwake gateway
-
-GET /healthz                      the process lives
-GET /readyz                       every service and its data are seen, or what is missing
-GET /api/v1/vehicles              the vehicles
-GET /api/v1/vehicles/{id}         everything about one vehicle
-GET /api/v1/vehicles/{id}/events  what happens, as server-sent events (Last-Event-ID resumes)
-";
 
 /// What the gateway's loop shares with the HTTP side: read-only, always the newest.
 #[derive(Debug, Clone)]
@@ -45,7 +36,7 @@ pub fn router(api: Api, closing: watch::Receiver<()>) -> Router {
     let streams = Arc::new(Semaphore::new(usize::from(api.config.max_event_streams.get())));
     let site = Site { api, closing, streams };
     Router::new()
-        .route("/", get(ROUTES))
+        .merge(page::routes())
         .route("/healthz", get(healthz))
         .route("/readyz", get(readyz))
         .route("/api/v1/vehicles", get(vehicles))
@@ -133,7 +124,7 @@ async fn vehicle_events(
 }
 
 async fn no_such_route(uri: Uri) -> Problem {
-    Problem::new(StatusCode::NOT_FOUND, format!("there is no `{}`; `/` lists what there is", uri.path()))
+    Problem::new(StatusCode::NOT_FOUND, format!("there is no `{}`", uri.path()))
 }
 
 async fn method_not_allowed() -> Problem {

@@ -29,6 +29,7 @@ pub mod flags;
 pub mod http;
 pub mod journal;
 pub mod occurrence;
+pub mod page;
 pub mod problem;
 pub mod process;
 pub mod readiness;
