@@ -3,7 +3,7 @@
 use prost::Message;
 use std::path::PathBuf;
 
-const FILES: [&str; 8] = [
+const FILES: [&str; 9] = [
     "kittiwake/v1/fmu.proto",
     "kittiwake/v1/health.proto",
     "kittiwake/v1/introspection.proto",
@@ -12,6 +12,7 @@ const FILES: [&str; 8] = [
     "kittiwake/v1/planner.proto",
     "kittiwake/v1/sim.proto",
     "kittiwake/v1/skill.proto",
+    "kittiwake/v1/timing.proto",
 ];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -12,6 +12,7 @@ mod cli;
 mod config;
 mod end;
 mod inject;
+mod kpi;
 mod outcome;
 mod output;
 mod process;
@@ -35,6 +36,8 @@ fn main() -> ExitCode {
         }
         Some(cli::Command::Inject(args)) => inject::inject(&args),
         Some(cli::Command::Status(args)) => status::status(&args),
+        Some(cli::Command::Kpi(args)) => kpi::kpi(&args),
+        Some(cli::Command::KpiFloor(args)) => kpi::floor::run(&args),
     };
     ExitCode::from(u8::from(outcome))
 }

@@ -75,7 +75,8 @@ fn run(service: Service, inputs: Inputs, link: &Link, stop: &Stop) -> Result<(),
         Service::Planner => on_bus(Box::new(Planner::new(&config.planner, mission, pace))),
         Service::Mcm => {
             let (vehicle, start) = (config.vehicle.as_str(), start_number());
-            on_bus(Box::new(Mcm::new(&config.mcm, vehicle, start, &trees, contingencies, pace)?))
+            let mcm = Mcm::new(&config.mcm, vehicle, start, &trees, contingencies, pace)?;
+            on_bus(Box::new(mcm.with_stopwatch(bus::monotonic_ns)))
         }
         Service::ControlTower => {
             on_bus(Box::new(ControlTower::new(&config.control_tower, config.permissions, seed, pace)))

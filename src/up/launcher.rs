@@ -193,8 +193,7 @@ impl<'a> Launcher<'a> {
 
     fn on_ended(&mut self, child: Child) -> Option<End> {
         let ending = self.children.reap(child)?;
-        match self.supervisor.ended(child, ending, self.progress.report().is_some(), self.now()) {
-            Verdict::Over => None,
+        match self.supervisor.ended(child, ending, self.now()) {
             Verdict::Restart(delay) => {
                 self.screen.log(&format!("{child} ended {ending}; it is started again in {delay:?}"));
                 None

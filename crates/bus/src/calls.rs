@@ -59,7 +59,8 @@ impl<'a> Calls<'a> {
         let mut due: Vec<_> =
             self.open.iter().filter(|(_, it)| it.again.is_some_and(|at| at <= now)).map(|(id, _)| *id).collect();
         let mut late: Vec<_> = self.open.iter().filter(|(_, it)| it.deadline <= now).map(|(id, _)| *id).collect();
-        (due.sort(), late.sort());
+        due.sort();
+        late.sort();
         for call in late {
             if let Some(open) = self.open.remove(&call) {
                 let error = if open.again.is_some() { CallError::Unavailable } else { CallError::Unanswered };

@@ -16,6 +16,8 @@ use crate::trace::Parent;
 const CAPACITY: usize = 4096;
 
 /// Something for the loop.
+// Moved once into the queue and once out of it: cheaper than an allocation for each.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug)]
 pub(crate) enum Mail {
     /// An event for the node, and the trace it belongs to.
@@ -44,6 +46,7 @@ struct Inner {
     stopped: bool,
 }
 
+#[allow(clippy::large_enum_variant)]
 enum Entry {
     Mail(Mail),
     /// Stands for the newest sample, in the place of the first unread one.

@@ -9,11 +9,12 @@ use node::{CallError, CallId, Effect, Event, Node};
 use std::sync::Arc;
 
 use crate::clients::permissions::Permissions;
-use crate::clients::planner::Planner;
+use crate::clients::planner::{Planner, Replanning};
 use crate::clients::skills::Skills;
 use crate::config::{Config, Limits};
 use crate::outbox::{Outbox, Purpose};
 use crate::status::Reporter;
+use crate::timing::Timing;
 use crate::trees::LoadedTrees;
 use crate::vehicle::Vehicle;
 use crate::world::{Mission, World};
@@ -61,8 +62,16 @@ impl Mcm {
             failure: Default::default(),
             outbox: Outbox::default(),
             decisions: 0,
+            timing: Timing::default(),
         };
         Ok(Mcm { tree, world, reporter: Reporter::default(), next_tick: Some(Time::ZERO), ticks: 0 })
+    }
+
+    /// Times what happens with `stopwatch`, in nanoseconds of any one clock; without it all takes no
+    /// time. Nothing is decided by it.
+    pub fn with_stopwatch(mut self, stopwatch: fn() -> u64) -> Mcm {
+        self.world.timing = Timing::new(stopwatch);
+        self
     }
 
     fn take_in(&mut self, message: Message) {
@@ -114,7 +123,11 @@ impl Mcm {
             }
             Some(Purpose::Replan) => {
                 let revision = world.permissions.revision;
-                if let Some(words) = world.planner.on_plan(now, result, timeout, revision) {
+                let news = world.planner.on_plan(now, result, timeout, revision);
+                if world.planner.replanning == Replanning::Planned {
+                    world.timing.mark(v1::TimingPoint::PlanReady);
+                }
+                if let Some(words) = news {
                     world.say("plan", words);
                 }
             }
@@ -136,7 +149,9 @@ impl Mcm {
             return;
         }
         let now = self.world.now.time;
+        let begun = self.world.timing.now_ns();
         let answer = self.tree.tick_once(now.since_start(), &mut self.world);
+        self.world.timing.ticked(begun);
         self.ticks += 1;
         for fault in self.tree.take_faults().0 {
             self.world.say("mission", format!("a node of the tree failed by a fault: {}", fault.kind));
@@ -168,6 +183,7 @@ impl Node for Mcm {
 
     fn on(&mut self, now: Now, event: Event, _: &mut Vec<Effect>) {
         self.world.now = now;
+        self.world.timing.wake();
         match event {
             Event::Message { message, .. } => self.take_in(message),
             Event::Reply { call, result } => self.take_reply(call, result),
@@ -177,6 +193,7 @@ impl Node for Mcm {
 
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
         self.world.now = now;
+        self.world.timing.wake();
         self.tick();
         let world = &mut self.world;
         let Limits { request_timeout, skill_silence, .. } = world.limits;
@@ -185,6 +202,9 @@ impl Node for Mcm {
         world.planner.tell(now.time, request_timeout, &mut world.outbox);
         world.planner.prefetch(now.time, request_timeout, &mut world.outbox);
         self.reporter.report(&self.tree, world, self.next_tick.is_none(), self.ticks);
+        if let Some(record) = world.timing.end_wake() {
+            world.outbox.publish(record);
+        }
         world.outbox.drain_into(effects);
     }
 

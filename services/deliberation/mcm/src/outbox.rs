@@ -50,8 +50,10 @@ impl Outbox {
         self.purposes.remove(&call)
     }
 
-    /// Moves everything out.
+    /// Moves everything out: what others must do before what they may read, since each takes its time
+    /// to be sent.
     pub(crate) fn drain_into(&mut self, effects: &mut Vec<Effect>) {
+        self.effects.sort_by_key(|it| !matches!(it, Effect::Call { .. }));
         effects.append(&mut self.effects);
     }
 }

@@ -13,6 +13,7 @@ use crate::clients::skills::Skills;
 use crate::config::Limits;
 use crate::flags::Flags;
 use crate::outbox::Outbox;
+use crate::timing::Timing;
 use crate::vehicle::Vehicle;
 
 /// Everything a leaf may look at and ask for. Nothing in here waits or reads a clock.
@@ -37,6 +38,7 @@ pub(crate) struct World {
     pub(crate) failure: Failure,
     pub(crate) outbox: Outbox,
     pub(crate) decisions: u64,
+    pub(crate) timing: Timing,
 }
 
 /// What came in and waits for the monitor leaf.

@@ -2,7 +2,7 @@
 
 use behavior_tree::{BuildError, In, Leaf, LeafResult, NodeSpec, Ports, Status};
 use domain::geometry::Ned;
-use kittiwake_proto::v1::SkillOutcome;
+use kittiwake_proto::v1::{SkillOutcome, TimingPoint};
 
 use super::ports::Goal;
 use crate::clients::skills::{Handle, Progress, ending};
@@ -45,6 +45,9 @@ impl Leaf<World> for Act {
             What::Home => home(world),
         };
         self.skill = Some(world.skills.start(world.now.time, goal));
+        if let Some(flag) = &world.acting {
+            world.timing.mark_flag(TimingPoint::ActionTriggered, goal.kind(), flag);
+        }
         Ok(Status::Running)
     }
 

@@ -1,6 +1,7 @@
 //! Flies the present step: makes a subtree for it from the templates and passes ticks and results.
 
 use behavior_tree::{Leaf, LeafError, LeafResult, PortValue, Ports, Status, Tree, Value};
+use kittiwake_proto::v1::{SkillKind, TimingPoint};
 
 use super::ports::{Condition, Goal};
 use crate::words;
@@ -10,6 +11,7 @@ use crate::world::World;
 pub(super) struct NominalExecutor {
     subtree: Option<Tree<World>>,
     step_id: u64,
+    kind: SkillKind,
 }
 
 impl Leaf<World> for NominalExecutor {
@@ -32,7 +34,12 @@ impl Leaf<World> for NominalExecutor {
         };
         self.step_id = step.id;
         self.subtree = Some(subtree);
-        self.tick(world, ports)
+        self.kind = kind(&step);
+        let answer = self.tick(world, ports);
+        if matches!(answer, Ok(Status::Running)) {
+            world.timing.mark_skill(TimingPoint::StepStarted, self.kind);
+        }
+        answer
     }
 
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
@@ -40,12 +47,14 @@ impl Leaf<World> for NominalExecutor {
         let answer = ports.tick_tree(subtree, world);
         match answer {
             Status::Success => {
+                world.timing.mark_skill(TimingPoint::StepSucceeded, self.kind);
                 if let Some(state) = world.planning_state() {
                     world.planner.done(self.step_id, state);
                 }
                 world.say("step", format!("step {} succeeded", world.planner.step_number));
             }
             Status::Failure => {
+                world.timing.mark_skill(TimingPoint::StepFailed, self.kind);
                 let failure = std::mem::take(&mut world.failure);
                 world.say("step", format!("step {} failed: {}", world.planner.step_number, failure.reason));
                 let (now, pause) = (world.now.time, world.limits.retry_pause);
@@ -57,6 +66,7 @@ impl Leaf<World> for NominalExecutor {
     }
 
     fn halt(&mut self, world: &mut World, ports: &mut Ports<'_>) {
+        world.timing.mark_skill(TimingPoint::StepHalted, self.kind);
         if let Some(mut subtree) = self.subtree.take() {
             ports.halt_tree(&mut subtree, world);
         }
@@ -70,6 +80,11 @@ impl Leaf<World> for NominalExecutor {
     fn subtree(&self) -> Option<&Tree<World>> {
         self.subtree.as_ref()
     }
+}
+
+fn kind(step: &kittiwake_proto::v1::PlanStep) -> SkillKind {
+    let goal = step.nominal.as_ref().and_then(|it| it.goal).and_then(|it| domain::skill::Goal::try_from(it).ok());
+    goal.map_or(SkillKind::Unspecified, |it| it.kind())
 }
 
 fn build(step: &kittiwake_proto::v1::PlanStep, world: &World, ports: &Ports<'_>) -> Result<Tree<World>, LeafError> {
