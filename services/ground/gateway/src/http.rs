@@ -23,6 +23,7 @@ use crate::helm::Helms;
 use crate::journal::{Cursor, Journals};
 use crate::limit::Limiter;
 use crate::orders::Orders;
+use crate::page;
 use crate::problem::Problem;
 use crate::readiness::{Readiness, readiness};
 use crate::routes::{Access, Method, READERS, Route, Routes};
@@ -56,7 +57,6 @@ pub fn router(api: Api, closing: watch::Receiver<()>) -> Router {
         api,
     };
     let routes = Routes::new(site.clone())
-        .add(read("/", Access::Anyone, "What there is", "text/html"), docs)
         .add(read("/docs", Access::Anyone, "This document, to be browsed", "text/html"), docs)
         .add(read("/healthz", Access::Anyone, "The process lives", ""), healthz)
         .add(read("/readyz", Access::Anyone, "Every service and its data are seen, or what is missing", ""), readyz)
@@ -86,6 +86,7 @@ pub fn router(api: Api, closing: watch::Receiver<()>) -> Router {
     let (router, document) = commands::add_to(routes, simulation).finish();
     let openapi: Arc<str> = document.to_string().into();
     router
+        .merge(page::routes())
         .route("/openapi.json", get(move || async move { ([(CONTENT_TYPE, "application/json")], openapi.to_string()) }))
         .fallback(no_such_route)
         .method_not_allowed_fallback(method_not_allowed)

@@ -43,6 +43,7 @@ pub mod limit;
 mod metrics;
 pub mod occurrence;
 mod orders;
+pub mod page;
 pub mod problem;
 pub mod process;
 pub mod readiness;

@@ -1,0 +1,57 @@
+// What is wrong and what is done about it, the most urgent first; flags that no row has taken up yet.
+
+import { attribute, disabledFor, h, list, part, text } from "./dom.js";
+import { has, inCommand, isStale, store } from "./store.js";
+import { age, flag, sentence } from "./words.js";
+import { order } from "./commands.js";
+
+export function mountContingencies() {
+  const panel = document.getElementById("contingencies");
+  const body = panel.querySelector(".body");
+  const cards = h("ul", { class: "cards", "aria-live": "polite" });
+  const none = h("p", { class: "empty" }, "None.");
+  body.append(none, cards);
+  return () => {
+    const items = itemsOf(store.doc);
+    attribute(none, "hidden", items.length > 0);
+    text(none, store.doc ? "None." : "");
+    attribute(panel, "data-alarm", items.some((it) => it.active && !it.acknowledgedBy) ? "true" : null);
+    list(cards, items, (it) => it.flag, make, fill);
+  };
+}
+
+function itemsOf(doc) {
+  const active = doc?.contingencies?.active ?? [];
+  const flags = doc?.flags ?? [];
+  const taken = active.map((it) => ({ ...it, active: true, acts: doc.contingencies.acting === it.flag }));
+  const others = flags
+    .filter((it) => !active.some((row) => row.flag === it.name))
+    .map((it) => ({ flag: it.name, priority: Infinity, sinceS: it.sinceS, reason: it.reason, source: it.source }));
+  return [...taken.sort((a, b) => a.priority - b.priority), ...others];
+}
+
+function make(it) {
+  const acknowledge = () => order("acknowledge", `contingencies/${encodeURIComponent(it.flag)}/acknowledge`);
+  return h(
+    "li",
+    { class: "card", "data-flag": it.flag },
+    h("div", { class: "card-head" }, h("strong", {}, flag(it.flag)), h("span", { class: "badge", "data-part": "state" }), h("span", { class: "figure muted", "data-part": "since" })),
+    h("p", { class: "reason", "data-part": "reason" }),
+    h("div", { class: "buttons" }, h("button", { "data-part": "acknowledge", "aria-label": `Acknowledge ${flag(it.flag)}`, click: acknowledge }, "Acknowledge"), h("span", { class: "muted", "data-part": "by" })),
+  );
+}
+
+function fill(card, it) {
+  const state = part(card, "state");
+  const doing = it.action ? `: ${flag(it.action)}` : "";
+  text(state, it.acts ? `acting${doing}` : it.active ? `waiting${doing}` : "flag up");
+  attribute(state, "data-tone", it.acts ? "bad" : "warn");
+  text(part(card, "since"), `for ${age(it.sinceS)}`);
+  text(part(card, "reason"), sentence(it.reason));
+  const button = part(card, "acknowledge");
+  const may = has("safety") || has("operator");
+  attribute(button, "hidden", !it.active || Boolean(it.acknowledgedBy) || !may);
+  disabledFor(button, isStale() ? "not connected" : has("safety") || inCommand() ? "" : "take command first");
+  text(part(card, "by"), it.acknowledgedBy ? `Acknowledged by ${it.acknowledgedBy}` : "");
+  attribute(card, "data-acknowledged", it.acknowledgedBy ? "true" : null);
+}

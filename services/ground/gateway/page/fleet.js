@@ -1,0 +1,50 @@
+// The vehicles, the one in the worst state first.
+
+import { attribute, h, list, part, text } from "./dom.js";
+import { isStale, select, store } from "./store.js";
+import { flag, outcome, phase } from "./words.js";
+
+const FLEET_STALE_MS = 2500;
+const SEVERITY = ["NOMINAL", "STARTING", "OVER", "ENDING", "REPLANNING", "CONTINGENCY"];
+
+export function mountFleet() {
+  const body = document.querySelector("#fleet .body");
+  const items = h("ul", { class: "rows" });
+  body.append(items);
+  return () => {
+    const stale = performance.now() - store.fleetAt > FLEET_STALE_MS;
+    const sorted = [...store.vehicles].sort((a, b) => severity(b) - severity(a) || a.vehicle.localeCompare(b.vehicle));
+    list(items, sorted, (it) => it.vehicle, make, (row, it) => fill(row, it, stale));
+    attribute(items, "data-stale", stale ? "true" : "false");
+  };
+}
+
+function severity(it) {
+  if (it.worst) return 10;
+  const of = it.outcome && it.outcome !== "MISSION_OUTCOME_SUCCESS" ? 6 : 0;
+  return Math.max(of, SEVERITY.indexOf(it.phase?.replace("MISSION_PHASE_", "")));
+}
+
+function make(it) {
+  return h(
+    "li",
+    {},
+    h(
+      "button",
+      { class: "row", click: () => select(it.vehicle) },
+      h("span", { class: "lamp", "data-part": "lamp", "aria-hidden": "true" }),
+      h("strong", {}, it.vehicle),
+      h("span", { class: "muted", "data-part": "state" }),
+    ),
+  );
+}
+
+function fill(row, it, stale) {
+  const lost = stale || (it.vehicle === store.selected && isStale());
+  const state = it.worst ? flag(it.worst) : it.outcome ? `over: ${outcome(it.outcome)}` : phase(it.phase);
+  const progress = it.objectives ? ` · ${Math.min((it.currentObjective ?? 0) + 1, it.objectives)}/${it.objectives}` : "";
+  text(part(row, "state"), lost ? "no connection" : `${state}${it.outcome ? "" : progress}${it.flying ? " · in the air" : ""}`);
+  const level = severity(it);
+  attribute(part(row, "lamp"), "data-tone", lost ? "none" : level >= 5 ? "bad" : level >= 3 ? "warn" : level >= 0 ? "good" : "none");
+  attribute(row.firstElementChild, "aria-current", it.vehicle === store.selected ? "true" : null);
+}

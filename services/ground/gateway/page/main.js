@@ -1,0 +1,37 @@
+// Puts the parts of the page together.
+
+import { adoptToken } from "./api.js";
+import { onChange, start } from "./store.js";
+import { mountTop } from "./top.js";
+import { mountStaleness } from "./staleness.js";
+import { mountStrip } from "./strip.js";
+import { mountFleet } from "./fleet.js";
+import { mountMission } from "./mission.js";
+import { mountMap } from "./map.js";
+import { mountCommands } from "./commands.js";
+import { mountContingencies } from "./contingencies.js";
+import { mountPermissions } from "./permissions.js";
+import { mountTimeline } from "./timeline.js";
+import { mountTree } from "./tree.js";
+import { mountPlots } from "./plots.js";
+import { mountProcesses } from "./processes.js";
+
+const parts = [
+  mountTop,
+  mountStaleness,
+  mountStrip,
+  mountFleet,
+  mountMission,
+  mountMap,
+  mountCommands,
+  mountContingencies,
+  mountPermissions,
+  mountTimeline,
+  mountTree,
+  mountPlots,
+  mountProcesses,
+];
+
+adoptToken();
+for (const mount of parts) onChange(mount());
+start();

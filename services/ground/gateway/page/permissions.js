@@ -1,0 +1,72 @@
+// One card for each area that needs a permission, with the tower's buttons for those who may decide.
+
+import { attribute, disabledFor, h, list, part, text } from "./dom.js";
+import { has, silence, isStale, store } from "./store.js";
+import { clock, permission, sentence } from "./words.js";
+import { order } from "./commands.js";
+
+/** The tone of each state; the map uses the same. */
+export const TONES = { REQUESTED: "warn", GRANTED: "good", DENIED: "bad", REVOKED: "bad", EXPIRED: "old" };
+const DECISIONS = [
+  ["DECISION_GRANT", "Grant"],
+  ["DECISION_DENY", "Deny"],
+  ["DECISION_REVOKE", "Revoke"],
+];
+/** Cards that wait for somebody come first. */
+const URGENCY = ["REQUESTED", "REVOKED", "DENIED", "EXPIRED", "GRANTED"];
+
+export function mountPermissions() {
+  const body = document.querySelector("#permissions .body");
+  const cards = h("ul", { class: "cards" });
+  const none = h("p", { class: "empty" }, "No area of this mission needs a permission.");
+  body.append(none, cards);
+  return () => {
+    const items = cardsOf(store.doc);
+    attribute(none, "hidden", !store.doc || items.length > 0);
+    list(cards, items, (it) => it.area, make, fill);
+  };
+}
+
+function cardsOf(doc) {
+  const ledger = new Map((doc?.permissions ?? []).map((it) => [it.area, it]));
+  const areas = (doc?.areas ?? []).filter((it) => it.kind === "AREA_KIND_PERMISSION").map((it) => it.name);
+  const rank = (it) => (URGENCY.indexOf(short(it.state)) + URGENCY.length + 1) % (URGENCY.length + 1);
+  return [...new Set([...areas, ...ledger.keys()])]
+    .map((area) => ledger.get(area) ?? { area, state: "PERMISSION_STATE_UNSPECIFIED" })
+    .map((it) => ({ ...it, order: it.state.endsWith("UNSPECIFIED") ? 9 : rank(it) }))
+    .sort((a, b) => a.order - b.order || a.area.localeCompare(b.area));
+}
+
+/** `PERMISSION_STATE_GRANTED` -> `GRANTED`. */
+export function short(state) {
+  return (state ?? "").replace("PERMISSION_STATE_", "");
+}
+
+function make({ area }) {
+  const decide = (decision) => order("permission", `permissions/${encodeURIComponent(area)}/decision`, { decision });
+  const buttons = DECISIONS.map(([decision, label]) =>
+    h("button", { "data-decision": decision, "aria-label": `${label} area ${area}`, click: () => decide(decision) }, label),
+  );
+  return h(
+    "li",
+    { class: "card", "data-area": area },
+    h("div", { class: "card-head" }, h("strong", {}, `Area ${area}`), h("span", { class: "badge", "data-part": "state" }), h("span", { class: "figure muted", "data-part": "until" })),
+    h("p", { class: "reason", "data-part": "reason" }),
+    h("div", { class: "buttons", "data-part": "buttons" }, ...buttons),
+  );
+}
+
+function fill(card, it) {
+  const state = short(it.state);
+  text(part(card, "state"), state === "REQUESTED" ? "asked, undecided" : permission(it.state));
+  attribute(part(card, "state"), "data-tone", TONES[state] ?? "none");
+  attribute(card, "data-state", state.toLowerCase());
+  text(part(card, "until"), state === "GRANTED" && it.validForS ? `for ${clock(it.validForS)} more` : "");
+  text(part(card, "reason"), sentence(it.reason));
+  attribute(part(card, "buttons"), "hidden", !has("tower"));
+  for (const button of part(card, "buttons").children) {
+    const wrong = { DECISION_GRANT: state === "GRANTED", DECISION_DENY: state === "DENIED" || state === "GRANTED", DECISION_REVOKE: state !== "GRANTED" };
+    attribute(button, "hidden", wrong[button.dataset.decision]);
+    disabledFor(button, isStale() ? `nothing received for ${Math.floor(silence())} s` : "");
+  }
+}

@@ -1,0 +1,107 @@
+// The state strip: one cell a value, in the order an operator scans them.
+
+import { attribute, h, list, part, text } from "./dom.js";
+import { isSourceStale, silence, sourceAge, store } from "./store.js";
+import { age, mode, name, number } from "./words.js";
+
+/** Battery below these is marked. */
+const BATTERY = { low: 0.3, critical: 0.15 };
+
+export function mountStrip() {
+  const strip = document.getElementById("strip");
+  return () => {
+    const cells = store.doc ? cellsOf(store.doc) : [];
+    list(strip, cells, (it) => it.label, make, fill);
+  };
+}
+
+function make({ label }) {
+  return h(
+    "div",
+    { class: "cell" },
+    h("span", { class: "label" }, label),
+    h("span", { class: "value", "data-part": "value" }),
+    h("span", { class: "note", "data-part": "note" }),
+  );
+}
+
+function fill(cell, { value, unit, note, tone }) {
+  const place = part(cell, "value");
+  text(place, unit && value !== "–" ? `${value}\u202f${unit}` : value);
+  text(part(cell, "note"), note ?? "");
+  attribute(cell, "data-tone", tone ?? null);
+}
+
+function cellsOf(doc) {
+  const aircraft = doc.aircraft ?? {};
+  const { status, battery, derived, localPosition, landDetected } = aircraft;
+  const position = localPosition?.position;
+  const heading = localPosition ? ((localPosition.headingRad * 180) / Math.PI + 360) % 360 : null;
+  const valid = localPosition?.horizontalValid && localPosition?.verticalValid;
+  const preempted = status && status.actualMode !== status.intendedMode;
+  const cells = [
+    {
+      label: "Mode",
+      value: mode(status?.actualMode),
+      note: status?.failsafe ? "autopilot failsafe" : preempted ? `asked for ${mode(status.intendedMode)}` : skillNote(doc),
+      tone: status?.failsafe ? "bad" : preempted ? "warn" : null,
+    },
+    {
+      label: "Motors",
+      value: status ? (status.armed ? "armed" : "disarmed") : "–",
+      note: landDetected ? (landDetected.landed ? "on the ground" : "in the air") : "",
+    },
+    {
+      label: "Battery",
+      value: number(battery ? battery.remaining * 100 : null),
+      unit: "%",
+      note: battery ? `${number(battery.voltageV, 1)} V  ${number(battery.currentA, 0)} A` : "",
+      tone: !battery ? null : battery.remaining < BATTERY.critical ? "bad" : battery.remaining < BATTERY.low ? "warn" : null,
+    },
+    { label: "Height", value: number(derived?.heightM, 1), unit: "m", note: `climb ${number(derived?.climbRateMS, 1)} m/s` },
+    { label: "Ground speed", value: number(derived?.groundSpeedMS, 1), unit: "m/s", note: `heading ${number(heading)}°` },
+    {
+      label: "Home",
+      value: number(derived?.distanceHomeM),
+      unit: "m",
+      note: position ? `N ${number(position.northM)}  E ${number(position.eastM)}` : "",
+    },
+    {
+      label: "Position",
+      value: localPosition ? `±${number(localPosition.ephM, 1)}` : "–",
+      unit: "m",
+      note: !localPosition ? "" : valid ? "vouched for" : "not vouched for",
+      tone: localPosition && !valid ? "bad" : null,
+    },
+  ];
+  const wind = doc.wind ?? aircraft.wind;
+  if (wind) cells.push({ label: "Wind", value: number(Math.hypot(wind.northMS, wind.eastMS), 1), unit: "m/s" });
+  cells.push(links(), failures(status));
+  return cells.filter(Boolean);
+}
+
+function skillNote(doc) {
+  const running = doc.skill?.running;
+  return running ? `${name(running.kind, "SKILL_KIND")} skill` : "no skill";
+}
+
+function links() {
+  const oldest = sourceAge("introspection");
+  const status = store.doc.aircraft?.ages?.localPositionS;
+  return {
+    label: "Link",
+    value: age(silence()),
+    note: `monitor ${age(oldest)}, position ${age(status)}`,
+    tone: isSourceStale("introspection") ? "bad" : null,
+  };
+}
+
+function failures(status) {
+  if (!status?.failures?.length) return null;
+  return {
+    label: "Autopilot reports",
+    value: `${status.failures.length} failure${status.failures.length === 1 ? "" : "s"}`,
+    note: status.failures.map((it) => name(it, "FAILURE_FLAG")).join(", "),
+    tone: "bad",
+  };
+}

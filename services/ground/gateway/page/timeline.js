@@ -1,0 +1,111 @@
+// What was decided and what happened, as sentences, and when, as marks along the mission's time.
+
+import { attribute, h, list, part, text, fit, theme } from "./dom.js";
+import { store } from "./store.js";
+import { clock, flag, name, objective, outcome, permission, sentence } from "./words.js";
+
+const TOPICS = ["plan", "step", "permission", "contingency", "mission", "operator"];
+const SHOWN = 400;
+
+const hidden = new Set();
+
+export function mountTimeline() {
+  const body = document.querySelector("#timeline .body");
+  const chips = h("div", { class: "chips", role: "group", "aria-label": "Topics shown" }, ...TOPICS.map(chip));
+  const canvas = h("canvas", { class: "marks", role: "img", "aria-label": "Events along the mission's time" });
+  const rows = h("ol", { class: "log", tabindex: "0", "aria-label": "Decisions, newest first" });
+  const where = h("span", { class: "muted figure", "data-part": "where" });
+  body.append(chips, canvas, rows);
+  canvas.addEventListener("click", (event) => jump(canvas, rows, event.offsetX));
+  canvas.title = "Click to go to a moment";
+  let drawn = "";
+  return () => {
+    const lines = store.events.map(line).filter((it) => it && !hidden.has(it.topic));
+    const latest = store.events.at(-1);
+    const state = [store.selected, store.events.length, latest?.id, [...hidden].join(), canvas.clientWidth, document.documentElement.dataset.theme, Math.floor(store.doc?.missionTimeS ?? 0)].join();
+    if (state === drawn) return;
+    drawn = state;
+    list(rows, lines.slice(-SHOWN).reverse(), (it) => it.key, make, fill);
+    draw(canvas, lines);
+    text(where, "");
+  };
+}
+
+function chip(topic) {
+  const toggle = () => {
+    hidden.has(topic) ? hidden.delete(topic) : hidden.add(topic);
+    attribute(button, "aria-pressed", String(!hidden.has(topic)));
+  };
+  const button = h("button", { class: "chip", "data-topic": topic, "aria-pressed": "true", click: toggle }, topic);
+  return button;
+}
+
+/** An event as a line; those that only repeat what a decision says are left out. */
+function line({ id, type, data, at }, index) {
+  const key = id ?? `${type}-${at}-${index}`;
+  const as = (topic, words, tone) => ({ key, at, topic, words: sentence(words), tone });
+  switch (type) {
+    case "decision":
+      return as(data.topic, data.text, /fail|denied|revoked/.test(data.text) ? "bad" : null);
+    case "flag":
+      return as("contingency", `${flag(data.name)} ${data.raised ? "rose" : "fell"}${data.reason ? `: ${data.reason}` : ""}`, data.raised ? "bad" : null);
+    case "permission": {
+      // The decision of the manager says what was granted; what is lost later nobody else tells.
+      const lost = ["PERMISSION_STATE_REVOKED", "PERMISSION_STATE_EXPIRED"].includes(data.state);
+      return lost ? as("permission", `area ${data.area} is ${permission(data.state)}${data.reason ? `: ${data.reason}` : ""}`, "warn") : null;
+    }
+    case "objective":
+      return data.state === "OBJECTIVE_STATE_WAITING" ? null : as("mission", `objective ${data.name}: ${objective(data.state)}${data.reason ? `: ${data.reason}` : ""}`, data.state.endsWith("FAILURE") ? "bad" : "good");
+    case "report":
+      return as("mission", `mission over: ${outcome(data.outcome)}${data.reason ? `, ${data.reason}` : ""}`, data.outcome.endsWith("SUCCESS") ? "good" : "bad");
+    case "audit":
+      return as("operator", `${data.who}: ${data.what}, ${data.outcome || name(String(data.status), "")}`, data.status >= 400 ? "warn" : null);
+    default:
+      return null;
+  }
+}
+
+function make() {
+  return h("li", {}, h("time", { class: "figure", "data-part": "at" }), h("span", { class: "topic", "data-part": "topic" }), h("span", { "data-part": "words" }));
+}
+
+function fill(row, it) {
+  text(part(row, "at"), clock(it.at));
+  text(part(row, "topic"), it.topic);
+  text(part(row, "words"), it.words);
+  attribute(row, "data-topic", it.topic);
+  attribute(row, "data-tone", it.tone);
+  row.dataset.at = it.at;
+}
+
+const LANES = { plan: 0, step: 1, permission: 2, contingency: 3, mission: 4, operator: 5 };
+
+function span() {
+  return Math.max(30, store.doc?.missionTimeS ?? 0, store.events.at(-1)?.at ?? 0);
+}
+
+function draw(canvas, lines) {
+  const { context, width, height } = fit(canvas);
+  const colour = theme();
+  const lane = height / TOPICS.length;
+  context.strokeStyle = colour("line");
+  context.lineWidth = 1;
+  for (let n = 0; n <= TOPICS.length; n++) {
+    context.beginPath();
+    context.moveTo(0, Math.round(n * lane) + 0.5);
+    context.lineTo(width, Math.round(n * lane) + 0.5);
+    context.stroke();
+  }
+  for (const it of lines) {
+    context.fillStyle = colour(it.tone ?? `topic-${it.topic}`);
+    const x = (it.at / span()) * (width - 4);
+    context.fillRect(x, (LANES[it.topic] ?? 4) * lane + 1.5, 3, lane - 2);
+  }
+}
+
+function jump(canvas, rows, x) {
+  const at = (x / canvas.clientWidth) * span();
+  const nearest = [...rows.children].reduce((best, it) => (best && Math.abs(best.dataset.at - at) <= Math.abs(it.dataset.at - at) ? best : it), null);
+  nearest?.scrollIntoView({ block: "center" });
+  for (const it of rows.children) it.classList.toggle("found", it === nearest);
+}

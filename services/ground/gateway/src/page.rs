@@ -1,0 +1,159 @@
+//! The operator's page: its files, built into the program, and the headers they are served with.
+//!
+//! The page is data to this crate. What it may do in a browser is stated here, in one policy: its
+//! own scripts and styles, its own origin, nothing inline and nothing from outside.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use axum::Router;
+use axum::extract::Path;
+use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, ETAG, IF_NONE_MATCH};
+use axum::http::header::{REFERRER_POLICY, X_CONTENT_TYPE_OPTIONS};
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+
+use crate::problem::Problem;
+
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; \
+                      base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+const HTML: &str = "text/html; charset=utf-8";
+const SCRIPT: &str = "text/javascript; charset=utf-8";
+const STYLE: &str = "text/css; charset=utf-8";
+const DRAWING: &str = "image/svg+xml";
+
+/// A file of the page.
+#[derive(Debug)]
+struct File {
+    name: &'static str,
+    media_type: &'static str,
+    bytes: &'static [u8],
+}
+
+macro_rules! files {
+    ($($name:literal: $media_type:expr),+ $(,)?) => {
+        &[$(File { name: $name, media_type: $media_type, bytes: include_bytes!(concat!("../page/", $name)) }),+]
+    };
+}
+
+/// All of them: a file that is not listed is not served.
+static FILES: &[File] = files![
+    "api.js": SCRIPT,
+    "commands.js": SCRIPT,
+    "contingencies.js": SCRIPT,
+    "dom.js": SCRIPT,
+    "fleet.js": SCRIPT,
+    "icon.svg": DRAWING,
+    "index.html": HTML,
+    "main.js": SCRIPT,
+    "map.js": SCRIPT,
+    "mission.js": SCRIPT,
+    "permissions.js": SCRIPT,
+    "plots.js": SCRIPT,
+    "processes.js": SCRIPT,
+    "staleness.js": SCRIPT,
+    "store.js": SCRIPT,
+    "strip.js": SCRIPT,
+    "style.css": STYLE,
+    "timeline.js": SCRIPT,
+    "top.js": SCRIPT,
+    "tree.js": SCRIPT,
+    "words.js": SCRIPT,
+];
+
+/// `/` and `/page/{file}`; neither asks for a token, since the page is the place to give one.
+pub fn routes<S: Clone + Send + Sync + 'static>() -> Router<S> {
+    Router::new().route("/", get(index)).route("/page/{file}", get(file))
+}
+
+async fn index(headers: HeaderMap) -> Response {
+    serve("index.html", &headers)
+}
+
+async fn file(Path(name): Path<String>, headers: HeaderMap) -> Response {
+    serve(&name, &headers)
+}
+
+/// A browser asks each time whether its copy is still the one, so that a page never meets the API
+/// of another build.
+fn serve(name: &str, asked: &HeaderMap) -> Response {
+    let Some(file) = FILES.iter().find(|it| it.name == name) else {
+        return Problem::new(StatusCode::NOT_FOUND, format!("the page has no file `{name}`")).into_response();
+    };
+    let tag = file.tag();
+    let headers = [
+        (CONTENT_TYPE, file.media_type),
+        (CONTENT_SECURITY_POLICY, POLICY),
+        (X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (REFERRER_POLICY, "no-referrer"),
+        (CACHE_CONTROL, "no-cache"),
+        (ETAG, &tag),
+    ];
+    if asked.get(IF_NONE_MATCH).is_some_and(|it| it.as_bytes() == tag.as_bytes()) {
+        return (StatusCode::NOT_MODIFIED, headers).into_response();
+    }
+    (headers, file.bytes).into_response()
+}
+
+impl File {
+    /// Tells this content from that of another build; a few microseconds for the few kilobytes.
+    fn tag(&self) -> String {
+        let mut hasher = DefaultHasher::new();
+        self.bytes.hash(&mut hasher);
+        format!("\"{:016x}\"", hasher.finish())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(name: &str, asked: &HeaderMap, status: StatusCode, media_type: &str) -> Response {
+        let response = serve(name, asked);
+        assert_eq!(response.status(), status, "{name}");
+        assert_eq!(response.headers()[CONTENT_TYPE], media_type, "{name}");
+        response
+    }
+
+    #[test]
+    fn every_file_is_served_with_its_type_and_the_policy() {
+        for file in FILES {
+            let response = check(file.name, &HeaderMap::new(), StatusCode::OK, file.media_type);
+            assert_eq!(response.headers()[CONTENT_SECURITY_POLICY], POLICY);
+        }
+        check("secrets.toml", &HeaderMap::new(), StatusCode::NOT_FOUND, "application/problem+json");
+        check("../Cargo.toml", &HeaderMap::new(), StatusCode::NOT_FOUND, "application/problem+json");
+    }
+
+    #[test]
+    fn a_copy_that_is_still_the_one_is_not_sent_again() {
+        let tag = check("main.js", &HeaderMap::new(), StatusCode::OK, SCRIPT).headers()[ETAG].clone();
+        let asked = HeaderMap::from_iter([(IF_NONE_MATCH, tag)]);
+        check("main.js", &asked, StatusCode::NOT_MODIFIED, SCRIPT);
+        check("store.js", &asked, StatusCode::OK, SCRIPT);
+    }
+
+    /// The policy forbids it, and a browser would only complain on its console.
+    #[test]
+    fn nothing_is_inline_and_nothing_comes_from_outside() {
+        for file in FILES {
+            let text = String::from_utf8_lossy(file.bytes).replace("http://www.w3.org/2000/svg", "");
+            for forbidden in ["http://", "https://", "<style", "style=\"", "<script>", "onclick=", "eval("] {
+                assert!(!text.contains(forbidden), "{} has {forbidden}", file.name);
+            }
+        }
+    }
+
+    #[test]
+    fn every_import_names_a_file_of_the_page() {
+        for file in FILES {
+            let text = String::from_utf8_lossy(file.bytes);
+            let imports = text.split("from \"./").skip(1).filter_map(|it| it.split('"').next());
+            for import in imports {
+                assert!(FILES.iter().any(|it| it.name == import), "{} imports {import}", file.name);
+            }
+        }
+    }
+}
