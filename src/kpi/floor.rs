@@ -198,7 +198,7 @@ impl Far {
             gave_up_skill_id: ended.skill_id,
         };
         let (call, request) = (CallId(self.count), Request::Skill(request));
-        effects.push(Effect::Call { call, request, timeout: Duration::from_secs(1) });
+        effects.push(Effect::Call { call, vehicle: None, trace: None, request, timeout: Duration::from_secs(1) });
         let mark =
             |point: v1::TimingPoint| v1::TimingMark { point: point as i32, at_ns: woken_ns, ..Default::default() };
         effects.push(Effect::publish(v1::McmTiming {

@@ -104,6 +104,10 @@ pub enum Effect {
     Call {
         /// Chosen by the node, unique among its open calls.
         call: CallId,
+        /// Of which vehicle; `None`: the node's own.
+        vehicle: Option<VehicleId>,
+        /// The trace it belongs to, as a W3C `traceparent`; `None`: that of the event at hand.
+        trace: Option<String>,
         /// What is asked.
         request: Request,
         /// After so much mission time the reply is [`CallError`], whatever happens.
