@@ -102,14 +102,17 @@ fn publish(args: &KpiArgs, measured: &Measured) -> Result<(), String> {
 fn measure(args: &KpiArgs, vehicle: &str) -> Result<Measured, String> {
     let folder = Folder::new().map_err(|it| it.to_string())?;
     let load_before = load::load_average();
-    let floor = if args.floor {
-        say("floor: two bare processes");
-        Some(floor::measure(&args.config)?)
-    } else {
-        None
-    };
     let flights = Flights { args, vehicle, folder: &folder };
-    let ticks = args.tick_ms.iter().map(|it| flights.at(*it)).collect::<Result<_, _>>()?;
+    let mut floor = args.floor.then(Samples::default);
+    let mut ticks = Vec::new();
+    for tick_ms in &args.tick_ms {
+        // As close in time as can be to what is compared with it: the machine may have others to serve.
+        if let Some(floor) = &mut floor {
+            say("floor: two bare processes");
+            floor.add(floor::measure(&args.config)?);
+        }
+        ticks.push(flights.at(*tick_ms)?);
+    }
     let load = match args.load {
         Some(seconds) => {
             let hover = Duration::from_secs(seconds.into());

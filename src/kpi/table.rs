@@ -7,6 +7,9 @@ use crate::kpi::reference::{self, Row};
 use crate::kpi::statistics::{Statistics, at_rank};
 use crate::kpi::{Measured, Tick};
 
+/// A row of tables 5.1 and 5.2: its name, the reference's figures, and how ours are picked.
+type Kind = (&'static str, Row, fn(&Samples) -> Vec<f64>);
+
 const MS: f64 = 1e3;
 const US: f64 = 1e6;
 
@@ -31,12 +34,12 @@ pub fn text(it: &Measured) -> String {
 }
 
 fn transitions(it: &Measured, out: &mut String) {
-    let by_class: [(&str, Row, fn(&Samples) -> Vec<f64>); 3] = [
+    let by_class: [Kind; 3] = [
         ("N2N", reference::N2N, |it| it.of_class(Class::N2N)),
         ("N2T", reference::N2T, |it| it.of_class(Class::N2T)),
         ("T2N", reference::T2N, |it| it.of_class(Class::T2N)),
     ];
-    let by_kind: [(&str, Row, fn(&Samples) -> Vec<f64>); 4] = [
+    let by_kind: [Kind; 4] = [
         ("P2P", reference::P2P, |it| it.between(true, true)),
         ("P2O", reference::P2O, |it| it.between(true, false)),
         ("O2P", reference::O2P, |it| it.between(false, true)),
@@ -54,7 +57,7 @@ fn heading(title: &str, out: &mut String) {
 
 const HEAD: &str = "     n      max      min     mean  std dev      p50      p99";
 
-fn rows(it: &Measured, (name, reference, samples): &(&str, Row, fn(&Samples) -> Vec<f64>), out: &mut String) {
+fn rows(it: &Measured, (name, reference, samples): &Kind, out: &mut String) {
     for tick in &it.ticks {
         let label = format!("{name} {:>2} ms", tick.tick_ms);
         let Some(ours) = Statistics::of(&samples(&tick.mission)) else {
