@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
+pub mod browser;
 pub mod files;
 pub mod processes;
 
@@ -123,6 +124,17 @@ impl System {
         let output = kittiwake(&["status", "--pid", &self.pid().to_string()]);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         serde_json::from_slice(&output.stdout).expect("the status is JSON")
+    }
+
+    /// The link to the operator's page, with the token if the gateway asks for one.
+    pub fn link(&self) -> String {
+        let line = self.wait_for("http://");
+        let link = line[line.find("http://").unwrap_or(0)..].trim();
+        if link.contains("#token=") {
+            return link.to_owned();
+        }
+        let host = link.trim_start_matches("http://").split('/').next().unwrap_or_default();
+        format!("http://{host}/")
     }
 
     /// The router's locator.
