@@ -3,11 +3,12 @@
 use prost::Message;
 use std::path::PathBuf;
 
-const FILES: [&str; 9] = [
+const FILES: [&str; 10] = [
     "kittiwake/v1/fmu.proto",
     "kittiwake/v1/health.proto",
     "kittiwake/v1/introspection.proto",
     "kittiwake/v1/mcm.proto",
+    "kittiwake/v1/operator.proto",
     "kittiwake/v1/permission.proto",
     "kittiwake/v1/planner.proto",
     "kittiwake/v1/sim.proto",

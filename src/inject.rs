@@ -149,7 +149,7 @@ impl Injector {
             }
             Task::Fault(fault) => {
                 let request = Request::Fault(fault.clone());
-                effects.push(Effect::Call { call: CallId(1), request, timeout: LIMIT });
+                effects.push(Effect::Call { call: CallId(1), vehicle: None, trace: None, request, timeout: LIMIT });
             }
         }
     }

@@ -19,7 +19,7 @@ const PAUSE: Duration = Duration::from_millis(100);
 pub fn status(args: &StatusArgs) -> Outcome {
     let answer = Target::find(&args.target).and_then(|target| {
         let url = format!("{}/api/v1/vehicles/{}", target.http.trim_end_matches('/'), target.vehicle);
-        answer(&url).map_err(|cause| format!("unavailable: {url} {cause}"))
+        answer(&url, &target.token).map_err(|cause| format!("unavailable: {url} {cause}"))
     });
     match answer {
         Ok(body) => {
@@ -35,11 +35,11 @@ pub fn status(args: &StatusArgs) -> Outcome {
 
 /// The answer to a request that is repeated while a gateway that has just started may not know the
 /// vehicle yet, or is being started again.
-fn answer(url: &str) -> Result<String, String> {
+fn answer(url: &str, token: &str) -> Result<String, String> {
     let client = Client::builder().timeout(LIMIT).build().map_err(|cause| cause.to_string())?;
     let until = Instant::now() + LIMIT;
     loop {
-        let failure = match ask(&client, url) {
+        let failure = match ask(&client, url, token) {
             Ok((StatusCode::OK, body)) => return Ok(legible(body)),
             Ok((status, body)) => format!("answered {status}: {body}"),
             Err(cause) => format!("does not answer: {}", root_cause(&cause)),
@@ -51,8 +51,8 @@ fn answer(url: &str) -> Result<String, String> {
     }
 }
 
-fn ask(client: &Client, url: &str) -> reqwest::Result<(StatusCode, String)> {
-    let response = client.get(url).send()?;
+fn ask(client: &Client, url: &str, token: &str) -> reqwest::Result<(StatusCode, String)> {
+    let response = client.get(url).bearer_auth(token).send()?;
     Ok((response.status(), response.text()?))
 }
 

@@ -231,6 +231,10 @@ services! {
     NextStep "planner/next" NextStepRequest => NextStepReply;
     /// Say that a step has been flown.
     StepDone "planner/done" StepDone => StepDoneReply;
+    /// Order something of the mission manager.
+    OperatorCommand "mcm/command" OperatorCommand => OperatorReply;
+    /// Read, try out or change the mission.
+    Mission "planner/mission" MissionRequest => MissionReply;
     /// Ask to enter an area.
     Permission "permission/request" PermissionRequest => PermissionReceipt;
     /// Decide about an area by hand.

@@ -109,7 +109,7 @@ pub fn analyse(heard: &[Tapped]) -> Samples {
         let moved_on = record.marks.iter().any(|it| it.point() == TimingPoint::StepSucceeded)
             && record.marks.iter().any(|it| it.point() == TimingPoint::StepStarted);
         if moved_on {
-            match index.way(index.skill_ends.get(trace).copied(), record, trace) {
+            match index.way(index.skill_end(record, trace), record, trace) {
                 Some(way) => samples.felt_transitions.push(way),
                 None => samples.transitions_without_command += 1,
             }
@@ -181,12 +181,12 @@ impl Steps {
 /// A flight's messages by what they are looked up with.
 struct Index<'a> {
     records: Vec<(&'a McmTiming, &'a str)>,
-    /// When the end of a skill was published, by trace.
-    skill_ends: HashMap<&'a str, u64>,
+    /// When ends of skills were published, by trace.
+    skill_ends: HashMap<&'a str, Vec<u64>>,
     /// When a flag was raised, by trace and name.
     flags: HashMap<(&'a str, &'a str), u64>,
-    /// Id and publication of the first command of each trace.
-    commands: HashMap<&'a str, (u64, u64)>,
+    /// Publication and id of commands, by trace.
+    commands: HashMap<&'a str, Vec<(u64, u64)>>,
     /// When the vehicle acknowledged a command, by id.
     acks: HashMap<u64, u64>,
 }
@@ -204,13 +204,13 @@ impl<'a> Index<'a> {
             match message {
                 Message::McmTiming(record) => it.records.push((record, trace)),
                 Message::SkillEvent(event) if event.state() == SkillState::Ended && !trace.is_empty() => {
-                    it.skill_ends.insert(trace, *published_ns);
+                    it.skill_ends.entry(trace).or_default().push(*published_ns);
                 }
                 Message::FlagEvent(event) if event.raised => {
                     it.flags.insert((trace, &event.name), *published_ns);
                 }
                 Message::VehicleCommand(command) if !trace.is_empty() => {
-                    it.commands.entry(trace).or_insert((command.id, *published_ns));
+                    it.commands.entry(trace).or_default().push((*published_ns, command.id));
                 }
                 Message::VehicleCommandAck(ack) => {
                     it.acks.insert(ack.id, *published_ns);
@@ -222,9 +222,16 @@ impl<'a> Index<'a> {
         it
     }
 
+    /// The end of a skill that woke the manager.
+    fn skill_end(&self, record: &McmTiming, trace: &str) -> Option<u64> {
+        self.skill_ends.get(trace)?.iter().copied().filter(|it| *it <= record.woken_ns).max()
+    }
+
     fn way(&self, began_ns: Option<u64>, record: &McmTiming, trace: &str) -> Option<Way> {
         let began_ns = began_ns?;
-        let (id, commanded_ns) = *self.commands.get(trace)?;
+        // A trace goes on through several decisions: the command of this one is the first after it.
+        let after = self.commands.get(trace)?.iter().filter(|it| record.decided_ns <= it.0);
+        let (commanded_ns, id) = *after.min()?;
         let received_ns = *self.acks.get(&id)?;
         Some(Way {
             to_manager_s: seconds(began_ns, record.woken_ns),
@@ -237,4 +244,70 @@ impl<'a> Index<'a> {
 
 fn seconds(from_ns: u64, to_ns: u64) -> f64 {
     (to_ns as f64 - from_ns as f64) / 1e9
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kittiwake_proto::v1::{SkillEvent, VehicleCommand, VehicleCommandAck};
+
+    fn tapped(message: impl Into<Message>, published_ns: u64, trace: &str) -> Tapped {
+        let (vehicle, trace) = ("uav1".into(), trace.to_owned());
+        Tapped { vehicle, message: message.into(), sequence: 0, published_ns, received_ns: 0, trace, size: 0 }
+    }
+
+    fn mark(point: TimingPoint, at_ns: u64, skill: SkillKind) -> TimingMark {
+        TimingMark { point: point as i32, at_ns, skill: skill as i32, flag: String::new() }
+    }
+
+    fn wake(woken_ns: u64, marks: &[TimingMark]) -> McmTiming {
+        McmTiming { woken_ns, decided_ns: woken_ns + 100, marks: marks.to_vec(), ..Default::default() }
+    }
+
+    fn ended(published_ns: u64, trace: &str) -> Tapped {
+        tapped(SkillEvent { state: SkillState::Ended as i32, ..Default::default() }, published_ns, trace)
+    }
+
+    #[test]
+    fn steps_and_transitions_fall_into_the_reference_s_classes() {
+        use SkillKind::{Offboard, Stop, Takeoff, Unspecified};
+        use TimingPoint::*;
+        let heard = [
+            tapped(wake(0, &[mark(PlanReady, 10, Unspecified), mark(StepStarted, 30, Takeoff)]), 0, "a"),
+            tapped(wake(1000, &[mark(StepSucceeded, 1010, Takeoff), mark(StepStarted, 1050, Offboard)]), 0, "b"),
+            tapped(wake(2000, &[mark(StepFailed, 2010, Offboard), mark(TransitionStarted, 2015, Stop)]), 0, "c"),
+            tapped(wake(3000, &[mark(PlanReady, 3005, Unspecified), mark(StepStarted, 3065, Offboard)]), 0, "d"),
+        ];
+        let found: Vec<_> = analyse(&heard)
+            .transitions
+            .iter()
+            .map(|it| (it.class, it.from_position, it.to_position, (it.took_s * 1e9).round()))
+            .collect();
+        let expected = [
+            (Class::T2N, false, false, 20.0),
+            (Class::N2N, false, true, 40.0),
+            (Class::N2T, true, false, 5.0),
+            (Class::T2N, false, true, 60.0),
+        ];
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn the_way_leads_from_the_event_to_the_first_command_after_the_decision() {
+        let marks = [
+            mark(TimingPoint::StepSucceeded, 1000, SkillKind::Takeoff),
+            mark(TimingPoint::StepStarted, 1000, SkillKind::Offboard),
+        ];
+        let heard = [
+            tapped(VehicleCommand { id: 1, command: None }, 500, "t"),
+            ended(900, "t"),
+            tapped(VehicleCommand { id: 2, command: None }, 1300, "t"),
+            tapped(wake(1000, &marks), 1200, "t"),
+            tapped(VehicleCommandAck { id: 2, ..Default::default() }, 1700, ""),
+        ];
+        let samples = analyse(&heard);
+        let [way] = samples.felt_transitions[..] else { panic!("{samples:?}") };
+        let ns = [way.to_manager_s, way.deciding_s, way.to_command_s, way.to_vehicle_s].map(|it| (it * 1e9).round());
+        assert_eq!(ns, [100.0, 100.0, 200.0, 400.0]);
+    }
 }

@@ -104,7 +104,8 @@ fn skill_event(id: u64) -> v1::SkillEvent {
 #[derive(Default)]
 struct Near {
     next: Option<Time>,
-    count: u64,
+    ended: u64,
+    commanded: u64,
 }
 
 impl Node for Near {
@@ -124,9 +125,11 @@ impl Node for Near {
         match event {
             Event::Peer { service, alive: true, .. } if service == "far" => self.next = Some(now.time + 20 * PERIOD),
             Event::Request { token, request: Request::Skill(_), .. } => {
-                let command = v1::vehicle_command::Command::SetMode(v1::SetMode { mode: v1::FlightMode::Loiter as i32 });
-                effects.push(Effect::publish(v1::VehicleCommand { id: self.count, command: Some(command) }));
-                let response = v1::SkillReply { skill_id: self.count, refusal: String::new() };
+                let command =
+                    v1::vehicle_command::Command::SetMode(v1::SetMode { mode: v1::FlightMode::Loiter as i32 });
+                self.commanded += 1;
+                effects.push(Effect::publish(v1::VehicleCommand { id: self.commanded, command: Some(command) }));
+                let response = v1::SkillReply { skill_id: self.commanded, refusal: String::new() };
                 effects.push(Effect::Reply { token, response: Response::Skill(response) });
             }
             _ => {}
@@ -136,8 +139,8 @@ impl Node for Near {
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
         if self.next.is_some_and(|it| it <= now.time) {
             self.next = Some(now.time + PERIOD);
-            self.count += 1;
-            effects.push(Effect::publish(skill_event(self.count)));
+            self.ended += 1;
+            effects.push(Effect::publish(skill_event(self.ended)));
         }
     }
 
@@ -195,8 +198,9 @@ impl Far {
             gave_up_skill_id: ended.skill_id,
         };
         let (call, request) = (CallId(self.count), Request::Skill(request));
-        effects.push(Effect::Call { call, request, timeout: Duration::from_secs(1) });
-        let mark = |point: v1::TimingPoint| v1::TimingMark { point: point as i32, at_ns: woken_ns, ..Default::default() };
+        effects.push(Effect::Call { call, vehicle: None, trace: None, request, timeout: Duration::from_secs(1) });
+        let mark =
+            |point: v1::TimingPoint| v1::TimingMark { point: point as i32, at_ns: woken_ns, ..Default::default() };
         effects.push(Effect::publish(v1::McmTiming {
             woken_ns,
             decided_ns: monotonic_ns(),

@@ -1,7 +1,7 @@
 //! What the processes use: processor time and memory, as the operating system tells.
 
 use std::collections::BTreeMap;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use serde::Serialize;
 
@@ -35,11 +35,6 @@ impl Watch {
     pub fn begin(system: &System) -> Watch {
         let before = system.processes().into_iter().filter_map(|(child, pid)| Some((child, (pid, read(pid)?))));
         Watch { start: Instant::now(), before: before.collect() }
-    }
-
-    /// Since when.
-    pub fn elapsed(&self) -> Duration {
-        self.start.elapsed()
     }
 
     /// What each process that still runs has used since.

@@ -8,6 +8,7 @@
 use std::path::Path;
 use std::time::Duration;
 
+use bus::Tapped;
 use control_tower::policy::Policy;
 use kittiwake_proto::topics::Message;
 use rand::SeedableRng;
@@ -56,6 +57,7 @@ pub struct Measured {
     ticks: Vec<Tick>,
     floor: Option<Samples>,
     load: Option<real_time::RealTime>,
+    reference: reference::Reference,
 }
 
 /// At one tick period.
@@ -116,7 +118,16 @@ fn measure(args: &KpiArgs, vehicle: &str) -> Result<Measured, String> {
         None => None,
     };
     let (machine, load_after) = (load::machine(), load::load_average());
-    Ok(Measured { machine, load_before, load_after, speed: args.speed.pace().speed(), ticks, floor, load })
+    Ok(Measured {
+        machine,
+        load_before,
+        load_after,
+        speed: args.speed.pace().speed(),
+        ticks,
+        floor,
+        load,
+        reference: reference::ALL,
+    })
 }
 
 struct Flights<'a> {
@@ -151,10 +162,13 @@ impl Flights<'_> {
                 return Err(format!("flight {flight} at {tick_ms} ms did not end"));
             }
             drop(system);
+            let ending = heard.last().and_then(outcome).unwrap_or_default();
             samples.add(analyse(&heard));
             let counts = [Class::N2N, Class::N2T, Class::T2N].map(|it| samples.of_class(it).len());
             let [n2n, n2t, t2n] = counts;
-            say(&format!("{tick_ms} ms: flight {flight}, permissions {permissions}: N2N {n2n}, N2T {n2t}, T2N {t2n}"));
+            say(&format!(
+                "{tick_ms} ms: flight {flight}, permissions {permissions}, {ending}: N2N {n2n}, N2T {n2t}, T2N {t2n}"
+            ));
             if self.args.runs <= flight && counts.iter().all(|it| self.args.samples <= *it) {
                 break;
             }
@@ -164,8 +178,7 @@ impl Flights<'_> {
 
     /// Flies until every flag was raised, and acted on, so often.
     fn contingencies(&self, tick_ms: u32, table: &'static str) -> Result<Samples, String> {
-        let variant =
-            Variant { tick_ms: Some(tick_ms), contingencies: Some(table), mission: Some("mission.toml") };
+        let variant = Variant { tick_ms: Some(tick_ms), contingencies: Some(table), mission: Some("mission.toml") };
         let config = self.folder.write(&self.args.config, &variant)?;
         let mut samples = Samples::default();
         for flight in 1..=MOST_FLIGHTS {
@@ -215,6 +228,13 @@ impl Flights<'_> {
         settings.http = Some(([127, 0, 0, 1], 0).into());
         settings
     }
+}
+
+/// How the mission ended.
+fn outcome(last: &Tapped) -> Option<String> {
+    let Message::McmStatus(status) = &last.message else { return None };
+    let report = status.report.as_ref()?;
+    Some(format!("{} after {:.0} s", report.reason, report.duration_s))
 }
 
 /// How far it has come; the tables alone are on standard output.

@@ -35,8 +35,7 @@ pub fn draw(it: &Measured, folder: &Path) -> std::io::Result<()> {
         .zip(COLOURS)
         .map(|(tick, colour)| {
             let classes = [Class::N2N, Class::N2T, Class::T2N].iter().enumerate();
-            let points =
-                classes.flat_map(|(x, class)| spread(x as f64, tick.mission.of_class(*class), 1e6)).collect();
+            let points = classes.flat_map(|(x, class)| spread(x as f64, tick.mission.of_class(*class), 1e6)).collect();
             Series { name: format!("{} ms", tick.tick_ms), colour, points }
         })
         .collect();

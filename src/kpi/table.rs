@@ -137,11 +137,8 @@ fn ways(it: &Measured, out: &mut String) {
         let Some(way) = at_rank(ways, share, Way::total_s) else { return };
         let [a, b, c, d, sum] =
             [way.to_manager_s, way.deciding_s, way.to_command_s, way.to_vehicle_s, way.total_s()].map(|it| it * US);
-        let _ = writeln!(
-            out,
-            "{label:<22} p{:<3.0} {a:>8.0} + {b:>6.0} + {c:>8.0} + {d:>8.0} = {sum:>8.0}",
-            share * 100.0
-        );
+        let _ =
+            writeln!(out, "{label:<22} p{:<3.0} {a:>8.0} + {b:>6.0} + {c:>8.0} + {d:>8.0} = {sum:>8.0}", share * 100.0);
     };
     for share in [0.5, 0.99] {
         for tick in &it.ticks {
@@ -187,7 +184,11 @@ fn loads(it: &crate::kpi::real_time::RealTime, out: &mut String) {
         }
         out.push('\n');
     }
-    let _ = writeln!(out, "\nRates at real time\n{:<30}{:>9}{:>10}{:>12}{:>12}{:>6}", "topic", "wanted", "achieved", "jitter p50", "p99", "lost");
+    let _ = writeln!(
+        out,
+        "\nRates at real time\n{:<30}{:>9}{:>10}{:>12}{:>12}{:>6}",
+        "topic", "wanted", "achieved", "jitter p50", "p99", "lost"
+    );
     for rate in &it.rates {
         let _ = writeln!(
             out,

@@ -1,7 +1,6 @@
 //! What an operator sees and does in a browser.
 //!
-//! Pictures of each story are kept in `target/tmp/screenshots`. Where the gateway takes no orders
-//! from a page yet, the stories end, aloud, where the orders begin.
+//! Pictures of each story are kept in `target/tmp/screenshots`.
 
 use nix::sys::signal::Signal;
 use serde_json::json;
@@ -19,16 +18,9 @@ fn watch(args: &[&str]) -> Option<(System, Browser)> {
     Some((system, browser))
 }
 
-/// Takes command; `false`, said aloud, where nobody can.
-fn take_command(browser: &Browser) -> bool {
-    let asked = "return fetch('/api/v1/session').then((it) => it.status !== 404)";
-    if browser.run(asked, vec![]) == json!(false) {
-        eprintln!("SKIPPED: this gateway takes no orders from a page");
-        return false;
-    }
+fn take_command(browser: &Browser) {
     browser.click("#take-command");
     browser.wait_for("#take-command", "Release");
-    true
 }
 
 #[test]
@@ -55,11 +47,10 @@ fn a_flag_is_raised_and_acknowledged() {
     browser.wait_for(BATTERY, "acting");
     browser.wait_for("#fleet", "battery low");
     browser.picture("flag");
-    if take_command(&browser) {
-        browser.click(&format!("{BATTERY} button"));
-        browser.wait_for(BATTERY, "Acknowledged by");
-        browser.picture("flag-acknowledged");
-    }
+    take_command(&browser);
+    browser.click(&format!("{BATTERY} button"));
+    browser.wait_for(BATTERY, "Acknowledged by");
+    browser.picture("flag-acknowledged");
     browser.expect_no_error();
 }
 
@@ -67,19 +58,18 @@ fn a_flag_is_raised_and_acknowledged() {
 fn abort_takes_two_steps() {
     let Some((_system, browser)) = watch(&["--speed", "5"]) else { return };
     browser.wait_for("#strip", "offboard");
-    if take_command(&browser) {
-        browser.click("#verb-abort");
-        browser.wait_for("#question", "End the mission now");
-        browser.click("#cancel");
-        assert_eq!(browser.text("#question"), None, "the question is withdrawn");
-        browser.wait_for("#phase", "nominal");
-        browser.click("#verb-abort");
-        browser.picture("abort-asked");
-        browser.click("#confirm");
-        browser.wait_for("#said[data-tone=good]", "abort");
-        browser.wait_for("#phase", "over");
-        browser.picture("aborted");
-    }
+    take_command(&browser);
+    browser.click("#verb-abort");
+    browser.wait_for("#question", "End the mission now");
+    browser.click("#cancel");
+    assert_eq!(browser.text("#question"), None, "the question is withdrawn");
+    browser.wait_for("#phase", "nominal");
+    browser.click("#verb-abort");
+    browser.picture("abort-asked");
+    browser.click("#confirm");
+    browser.wait_for("#said[data-tone=good]", "abort");
+    browser.wait_for("#phase", "over");
+    browser.picture("aborted");
     browser.expect_no_error();
 }
 

@@ -126,15 +126,10 @@ impl System {
         serde_json::from_slice(&output.stdout).expect("the status is JSON")
     }
 
-    /// The link to the operator's page, with the token if the gateway asks for one.
+    /// The link to the operator's page, with its token.
     pub fn link(&self) -> String {
-        let line = self.wait_for("http://");
-        let link = line[line.find("http://").unwrap_or(0)..].trim();
-        if link.contains("#token=") {
-            return link.to_owned();
-        }
-        let host = link.trim_start_matches("http://").split('/').next().unwrap_or_default();
-        format!("http://{host}/")
+        let line = self.wait_for("#token=");
+        line[line.find("http://").unwrap_or(0)..].trim().to_owned()
     }
 
     /// The router's locator.

@@ -12,6 +12,7 @@ mod clock;
 mod inbox;
 mod keys;
 mod mailbox;
+mod nudge;
 mod outbox;
 mod router;
 mod run;
@@ -21,8 +22,9 @@ mod tap;
 mod trace;
 
 pub use clock::{Clock, monotonic_ns};
+pub use nudge::Nudge;
 pub use router::run_router;
-pub use run::run;
+pub use run::{run, run_nudged};
 pub use stop::Stop;
 pub use tap::{Tap, Tapped};
 

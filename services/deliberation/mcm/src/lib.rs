@@ -14,6 +14,7 @@ pub mod config;
 mod flags;
 mod leaves;
 mod manager;
+mod operator;
 mod outbox;
 mod report;
 mod snapshot;

@@ -3,7 +3,7 @@
 use behavior_tree::{NextTick, Status, Tree};
 use domain::contingency::Contingencies;
 use domain::time::{Now, Pace, Time};
-use kittiwake_proto::topics::{Message, Response, Topic};
+use kittiwake_proto::topics::{Message, Request, Response, Service, Topic};
 use kittiwake_proto::v1;
 use node::{CallError, CallId, Effect, Event, Node};
 use std::sync::Arc;
@@ -12,6 +12,7 @@ use crate::clients::permissions::Permissions;
 use crate::clients::planner::{Planner, Replanning};
 use crate::clients::skills::Skills;
 use crate::config::{Config, Limits};
+use crate::operator::{self, Operator};
 use crate::outbox::{Outbox, Purpose};
 use crate::status::Reporter;
 use crate::timing::Timing;
@@ -57,12 +58,14 @@ impl Mcm {
             planner: Planner::new(instance),
             permissions: Permissions::new(instance),
             mission: Mission { vehicle_name: vehicle.to_owned(), ..Default::default() },
+            operator: Operator::default(),
             acting: None,
             in_transition: false,
             failure: Default::default(),
             outbox: Outbox::default(),
             decisions: 0,
             timing: Timing::default(),
+            discarded: Vec::new(),
         };
         Ok(Mcm { tree, world, reporter: Reporter::default(), next_tick: Some(Time::ZERO), ticks: 0 })
     }
@@ -123,7 +126,8 @@ impl Mcm {
             }
             Some(Purpose::Replan) => {
                 let revision = world.permissions.revision;
-                let news = world.planner.on_plan(now, result, timeout, revision);
+                let approval = world.limits.approval();
+                let news = world.planner.on_plan(now, result, timeout, revision, approval);
                 if world.planner.replanning == Replanning::Planned {
                     world.timing.mark(v1::TimingPoint::PlanReady);
                 }
@@ -181,12 +185,20 @@ impl Node for Mcm {
         ]
     }
 
+    fn serves(&self) -> &'static [Service] {
+        &[Service::OperatorCommand]
+    }
+
     fn on(&mut self, now: Now, event: Event, _: &mut Vec<Effect>) {
         self.world.now = now;
         self.world.timing.wake();
         match event {
             Event::Message { message, .. } => self.take_in(message),
             Event::Reply { call, result } => self.take_reply(call, result),
+            Event::Request { token, request: Request::OperatorCommand(command), .. } => {
+                let reply = operator::obey(&mut self.world, command, self.next_tick.is_none());
+                self.world.outbox.reply(token, Response::OperatorCommand(reply));
+            }
             Event::Request { .. } | Event::Peer { .. } => {}
         }
     }
@@ -194,6 +206,8 @@ impl Node for Mcm {
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
         self.world.now = now;
         self.world.timing.wake();
+        // Of the wakes before this one: what is given up now can wait until its successor is under way.
+        let discarded = std::mem::take(&mut self.world.discarded);
         self.tick();
         let world = &mut self.world;
         let Limits { request_timeout, skill_silence, .. } = world.limits;
@@ -206,6 +220,7 @@ impl Node for Mcm {
             world.outbox.publish(record);
         }
         world.outbox.drain_into(effects);
+        drop(discarded);
     }
 
     fn deadline(&self) -> Option<Time> {

@@ -8,7 +8,7 @@
 //! that a command was received, nothing more.
 
 use domain::time::{Now, Pace, Time};
-use kittiwake_proto::topics::{self, Message, Qos, Response, Service, Topic};
+use kittiwake_proto::topics::{self, Message, Response, Service, Topic};
 use kittiwake_proto::v1;
 use node::{Effect, Event, Node, Token};
 
@@ -103,15 +103,12 @@ impl Node for SkillManager {
     }
 
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
-        let before = effects.len();
         match event {
             Event::Message { message, .. } => self.receive(message, now),
             Event::Request { token, request, .. } => self.reply(token, request, now, effects),
             Event::Reply { .. } | Event::Peer { .. } => {}
         }
         effects.extend(self.executor.take_messages().map(Effect::publish));
-        // The vehicle first: each effect takes its time to be sent.
-        effects[before..].sort_by_key(|it| !commands(it));
     }
 
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
@@ -122,9 +119,4 @@ impl Node for SkillManager {
     fn deadline(&self) -> Option<Time> {
         self.executor.deadline()
     }
-}
-
-/// Whether it is for the vehicle.
-fn commands(effect: &Effect) -> bool {
-    matches!(effect, Effect::Publish { message, .. } if message.topic().qos() == Qos::Command)
 }

@@ -18,6 +18,8 @@ enum What {
     Fixed(domain::skill::Goal),
     /// Straight back over the take-off point, at the height of returns or higher.
     Home,
+    /// Straight to where the operator wants the vehicle to land, at the height it has; where it is, if the operator named no place.
+    LandingSite,
 }
 
 impl Act {
@@ -35,6 +37,11 @@ impl Act {
     pub(super) fn home() -> Act {
         Act { what: What::Home, skill: None }
     }
+
+    /// Over the place that the operator named.
+    pub(super) fn landing_site() -> Act {
+        Act { what: What::LandingSite, skill: None }
+    }
 }
 
 impl Leaf<World> for Act {
@@ -43,6 +50,7 @@ impl Leaf<World> for Act {
             What::Port(port) => ports.read(*port)?.0,
             What::Fixed(goal) => *goal,
             What::Home => home(world),
+            What::LandingSite => landing_site(world),
         };
         self.skill = Some(world.skills.start(world.now.time, goal));
         if let Some(flag) = &world.acting {
@@ -70,6 +78,18 @@ impl Leaf<World> for Act {
         if let Some(skill) = self.skill.take() {
             world.skills.halt(skill);
         }
+    }
+}
+
+fn landing_site(world: &World) -> domain::skill::Goal {
+    let (Some(site), Some(vehicle)) = (world.operator.landing_site, world.vehicle) else {
+        return domain::skill::Goal::Stop;
+    };
+    domain::skill::Goal::Position {
+        target: site.at_height(vehicle.position.height_m()),
+        speed_limit_m_s: world.limits.return_speed_m_s,
+        yaw_rad: None,
+        hold_at_target: false,
     }
 }
 

@@ -16,7 +16,7 @@ pub(super) struct NominalExecutor {
 
 impl Leaf<World> for NominalExecutor {
     fn start(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
-        self.subtree = None;
+        world.discarded.extend(self.subtree.take());
         let Some(step) = world.planner.step.clone() else {
             ports.because_of("there is a step to fly");
             return Ok(Status::Failure);
@@ -43,6 +43,15 @@ impl Leaf<World> for NominalExecutor {
     }
 
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
+        if let Some(reason) = world.planner.withdrawal().map(str::to_owned) {
+            if let Some(mut subtree) = self.subtree.take() {
+                subtree.halt(ports.now(), world);
+            }
+            world.say("step", format!("step {} given up: {reason}", world.planner.step_number));
+            world.planner.give_up();
+            ports.because("the step is still wanted", reason, "wanted".to_owned());
+            return Ok(Status::Failure);
+        }
         let subtree = self.subtree.as_mut().ok_or("no step was started")?;
         let answer = ports.tick_tree(subtree, world);
         match answer {
@@ -69,6 +78,7 @@ impl Leaf<World> for NominalExecutor {
         world.timing.mark_skill(TimingPoint::StepHalted, self.kind);
         if let Some(mut subtree) = self.subtree.take() {
             ports.halt_tree(&mut subtree, world);
+            world.discarded.push(subtree);
         }
         let reason = match world.flags.iter().next() {
             Some((flag, _)) => format!("interrupted by `{flag}`"),
