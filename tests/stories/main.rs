@@ -9,4 +9,5 @@ mod disturbances;
 mod ends;
 mod missions;
 mod operators;
+mod page;
 mod telemetry;

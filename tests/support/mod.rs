@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
+pub mod browser;
 pub mod files;
 pub mod processes;
 
@@ -123,6 +124,12 @@ impl System {
         let output = kittiwake(&["status", "--pid", &self.pid().to_string()]);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         serde_json::from_slice(&output.stdout).expect("the status is JSON")
+    }
+
+    /// The link to the operator's page, with its token.
+    pub fn link(&self) -> String {
+        let line = self.wait_for("#token=");
+        line[line.find("http://").unwrap_or(0)..].trim().to_owned()
     }
 
     /// The router's locator.

@@ -61,7 +61,7 @@ function fillObjective(row, it) {
   const height = it.flying ? `, ${number(-downM)} m high` : ", on the ground";
   text(part(row, "place"), `N ${number(northM)}, E ${number(eastM)}${height}`);
   text(part(row, "state"), it.present && key === "WAITING" ? "present" : objective(it.state));
-  text(part(row, "reason"), it.reason ? sentence(it.reason) : it.replans ? `Planned anew ${it.replans} times.` : "");
+  text(part(row, "reason"), it.reason ? sentence(it.reason) : it.replans ? `Planned anew ${it.replans === 1 ? "once" : `${it.replans} times`}.` : "");
   attribute(row, "data-tone", TONES[key] ?? (it.present ? "accent" : null));
 }
 

@@ -69,7 +69,7 @@ function draw({ plot, label, value, canvas }) {
     context.moveTo(0, at);
     context.lineTo(width, at);
     context.stroke();
-    if (fraction) context.fillText(number((top / 1.05) * fraction), 2, at - 2);
+    if (fraction) context.fillText(number((top / 1.05) * fraction, top < 20 && fraction < 1 ? 1 : 0), 2, at - 2);
   }
   context.strokeStyle = isSourceStale("introspection") ? colour("muted") : colour("accent");
   context.lineWidth = 1.5;

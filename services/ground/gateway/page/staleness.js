@@ -1,10 +1,11 @@
 // Says how old what is shown is, and marks every panel whose source is silent.
 
 import { attribute, text } from "./dom.js";
-import { age } from "./words.js";
+import { age, flag } from "./words.js";
 import { isSourceStale, isStale, silence, sourceAge, store } from "./store.js";
 
 export function mountStaleness() {
+  const alarm = document.getElementById("alarm");
   const banner = document.getElementById("staleness");
   const panels = [...document.querySelectorAll("[data-source]")];
   return () => {
@@ -15,7 +16,15 @@ export function mountStaleness() {
     }
     attribute(banner, "hidden", !(stale || (store.doc && isSourceStale("introspection"))));
     text(banner, words(stale));
+    const urgent = unacknowledged();
+    attribute(alarm, "hidden", !urgent.length);
+    text(alarm, urgent.length ? `${urgent.map((it) => flag(it.flag)).join(", ")}: to the contingencies` : "");
   };
+}
+
+/** What acts or waits and nobody has acknowledged: said on top where the panel is out of sight. */
+function unacknowledged() {
+  return (store.doc?.contingencies?.active ?? []).filter((it) => !it.acknowledgedBy).sort((a, b) => a.priority - b.priority);
 }
 
 function words(stale) {

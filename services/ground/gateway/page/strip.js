@@ -4,8 +4,8 @@ import { attribute, h, list, part, text } from "./dom.js";
 import { isSourceStale, silence, sourceAge, store } from "./store.js";
 import { age, mode, name, number } from "./words.js";
 
-/** Battery below these is marked. */
-const BATTERY = { low: 0.3, critical: 0.15 };
+/** Battery below these is marked: where the shipped contingency table acts. */
+const BATTERY = { low: 0.25, critical: 0.1 };
 
 export function mountStrip() {
   const strip = document.getElementById("strip");

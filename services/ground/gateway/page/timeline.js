@@ -14,7 +14,6 @@ export function mountTimeline() {
   const chips = h("div", { class: "chips", role: "group", "aria-label": "Topics shown" }, ...TOPICS.map(chip));
   const canvas = h("canvas", { class: "marks", role: "img", "aria-label": "Events along the mission's time" });
   const rows = h("ol", { class: "log", tabindex: "0", "aria-label": "Decisions, newest first" });
-  const where = h("span", { class: "muted figure", "data-part": "where" });
   body.append(chips, canvas, rows);
   canvas.addEventListener("click", (event) => jump(canvas, rows, event.offsetX));
   canvas.title = "Click to go to a moment";
@@ -27,7 +26,6 @@ export function mountTimeline() {
     drawn = state;
     list(rows, lines.slice(-SHOWN).reverse(), (it) => it.key, make, fill);
     draw(canvas, lines);
-    text(where, "");
   };
 }
 

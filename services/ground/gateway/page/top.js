@@ -35,7 +35,9 @@ export function mountTop() {
     text(badge, report ? `over: ${outcome(report.outcome)}` : phase(doc?.mission?.phase));
     attribute(badge, "data-tone", tone(doc));
     text(document.getElementById("mission-time"), clock(doc?.missionTimeS));
-    text(part(session, "who"), store.session ? `${store.session.name} (${store.session.roles.join(", ")})` : "watching");
+    const who = part(session, "who");
+    text(who, store.session ? store.session.name : "watching");
+    attribute(who, "title", store.session ? `Roles: ${store.session.roles.join(", ")}` : "Nobody is signed in");
     const holder = doc?.command?.holder;
     const offered = doc?.command?.offeredTo;
     text(part(session, "holder"), !doc?.command ? "" : holder ? `Command: ${holder}${offered ? `, offered to ${offered}` : ""}` : "Command: nobody");

@@ -23,13 +23,12 @@ use crate::helm::Helms;
 use crate::journal::{Cursor, Journals};
 use crate::limit::Limiter;
 use crate::orders::Orders;
-use crate::page;
 use crate::problem::Problem;
 use crate::readiness::{Readiness, readiness};
 use crate::routes::{Access, Method, READERS, Route, Routes};
 use crate::state::Snapshot;
 use crate::view::{self, Ages};
-use crate::{commands, metrics};
+use crate::{commands, metrics, page};
 
 const DOCS: &str = include_str!("docs.html");
 
