@@ -4,7 +4,6 @@ use behavior_tree::{NextTick, Status, Tree};
 use domain::contingency::Contingencies;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Message, Response, Topic};
-use kittiwake_proto::v1;
 use node::{CallError, CallId, Effect, Event, Node};
 use std::sync::Arc;
 
@@ -70,16 +69,7 @@ impl Mcm {
         let now = world.now.time;
         match message {
             Message::Introspection(it) => {
-                if !std::mem::replace(&mut world.inbox.introduced, true) {
-                    let up = it.flags.iter().map(|flag| v1::FlagEvent {
-                        name: flag.name.clone(),
-                        raised: true,
-                        source: "monitor".to_owned(),
-                        reason: flag.reason.clone(),
-                        ..Default::default()
-                    });
-                    world.inbox.flags.extend(up);
-                }
+                world.inbox.list(&it.flags);
                 if let Some(vehicle) = Vehicle::from_wire(now, &it) {
                     world.inbox.vehicle = Some(vehicle);
                 }
@@ -112,9 +102,9 @@ impl Mcm {
                     world.skills.on_table(now, &table);
                 }
             }
-            Some(Purpose::Replan) => {
-                let revision = world.permissions.revision;
-                if let Some(words) = world.planner.on_plan(now, result, timeout, revision) {
+            Some(Purpose::Replan(id)) => {
+                let (revision, held) = (world.permissions.revision, world.held());
+                if let Some(words) = world.planner.on_plan(now, &id, result, timeout, revision, held) {
                     world.say("plan", words);
                 }
             }
@@ -126,7 +116,12 @@ impl Mcm {
                 }
             }
             // A cancelled skill says so itself.
-            Some(Purpose::CancelSkill) | None => {}
+            Some(Purpose::CancelSkill(skill_id)) => {
+                if result.is_err() {
+                    world.skills.on_cancel_lost(skill_id);
+                }
+            }
+            None => {}
         }
     }
 

@@ -40,6 +40,10 @@ pub struct Rig {
     flying: bool,
     mode: v1::FlightMode,
     position: v1::Ned,
+    /// Flags that the introspection lists.
+    listed: Vec<v1::RaisedFlag>,
+    /// What happens is only taken in; it is acted on together.
+    together: bool,
 }
 
 fn shipped(name: &str) -> PathBuf {
@@ -55,10 +59,17 @@ pub fn shipped_table() -> (Trees, Contingencies) {
 
 impl Rig {
     pub fn new() -> Rig {
+        let mut rig = Rig::without_vehicle();
+        rig.vehicle(false, v1::FlightMode::Loiter, (0.0, 0.0, 0.0));
+        rig
+    }
+
+    /// Nothing has been heard of the vehicle yet.
+    pub fn without_vehicle() -> Rig {
         let (trees, table) = shipped_table();
         let config: Config = Source { path: "test".into(), text: CONFIG.into() }.parse().unwrap();
         let loaded = trees.load(&table).unwrap();
-        let mut rig = Rig {
+        Rig {
             mcm: Mcm::new(&config, "uav1", 1, &loaded, table, Pace::REAL_TIME).unwrap(),
             now: Time::ZERO,
             log: Vec::new(),
@@ -68,9 +79,9 @@ impl Rig {
             flying: false,
             mode: v1::FlightMode::Loiter,
             position: v1::Ned::default(),
-        };
-        rig.vehicle(false, v1::FlightMode::Loiter, (0.0, 0.0, 0.0));
-        rig
+            listed: Vec::new(),
+            together: false,
+        }
     }
 
     /// The monitor says how the vehicle is.
@@ -86,6 +97,7 @@ impl Rig {
             }),
             land_detected: Some(v1::VehicleLandDetected { landed: !flying, ..Default::default() }),
             ages: Some(v1::SourceAges { status_s: Some(0.0), ..Default::default() }),
+            flags: self.listed.clone(),
             ..Default::default()
         });
     }
@@ -96,6 +108,24 @@ impl Rig {
 
     pub fn flag(&mut self, name: &str, raised: bool) {
         self.say(v1::FlagEvent { name: name.into(), raised, reason: "by hand".into(), ..Default::default() });
+    }
+
+    pub fn flag_of(&mut self, source: &str, name: &str, raised: bool) {
+        self.say(v1::FlagEvent { name: name.into(), raised, source: source.into(), ..Default::default() });
+    }
+
+    /// From the next introspection on the monitor lists these flags.
+    pub fn listed_flags(&mut self, names: &[&str]) {
+        let listed = |name: &&str| v1::RaisedFlag { name: name.to_string(), ..Default::default() };
+        self.listed = names.iter().map(listed).collect();
+    }
+
+    /// All that `happens` arrives in one batch.
+    pub fn together(&mut self, happens: impl FnOnce(&mut Rig)) {
+        self.together = true;
+        happens(self);
+        self.together = false;
+        self.act();
     }
 
     /// Time passes; the monitor goes on talking.
@@ -183,7 +213,15 @@ impl Rig {
         let now = Now { time: self.now, utc_ms: 0 };
         let mut effects = Vec::new();
         self.mcm.on(now, event, &mut effects);
-        self.mcm.act(now, &mut effects);
+        effects.into_iter().for_each(|it| self.write_down(it));
+        if !self.together {
+            self.act();
+        }
+    }
+
+    fn act(&mut self) {
+        let mut effects = Vec::new();
+        self.mcm.act(Now { time: self.now, utc_ms: 0 }, &mut effects);
         effects.into_iter().for_each(|it| self.write_down(it));
     }
 
