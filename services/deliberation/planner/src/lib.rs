@@ -16,7 +16,6 @@ pub mod answer;
 pub mod back_chaining;
 pub mod communication;
 pub mod config;
-pub mod corners;
 pub mod drafting;
 pub mod hold;
 pub mod mission_planner;
