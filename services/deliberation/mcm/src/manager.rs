@@ -116,12 +116,8 @@ impl Mcm {
                 }
             }
             // A cancelled skill says so itself.
-            Some(Purpose::CancelSkill(skill_id)) => {
-                if result.is_err() {
-                    world.skills.on_cancel_lost(skill_id);
-                }
-            }
-            None => {}
+            Some(Purpose::CancelSkill(skill_id)) if result.is_err() => world.skills.on_cancel_lost(skill_id),
+            Some(Purpose::CancelSkill(_)) | None => {}
         }
     }
 
