@@ -3,15 +3,17 @@
 use prost::Message;
 use std::path::PathBuf;
 
-const FILES: [&str; 8] = [
+const FILES: [&str; 10] = [
     "kittiwake/v1/fmu.proto",
     "kittiwake/v1/health.proto",
     "kittiwake/v1/introspection.proto",
     "kittiwake/v1/mcm.proto",
+    "kittiwake/v1/operator.proto",
     "kittiwake/v1/permission.proto",
     "kittiwake/v1/planner.proto",
     "kittiwake/v1/sim.proto",
     "kittiwake/v1/skill.proto",
+    "kittiwake/v1/timing.proto",
 ];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -22,6 +22,8 @@ pub struct Inputs {
     pub trees: LoadedTrees,
     /// What is done when something goes wrong.
     pub contingencies: Contingencies,
+    /// The folder that says who may do what over HTTP; nobody may do anything without.
+    pub access: Option<PathBuf>,
 }
 
 /// Reads all inputs; every mistake in any of them is told at once.
@@ -30,7 +32,9 @@ pub fn read(settings: &Settings) -> Result<Inputs, Mistakes> {
     let mission = Source::read(&config.mission).and_then(|it| Mission::read(&it));
     let behavior = read_behavior(&config);
     match (mission, behavior) {
-        (Ok(mission), Ok((trees, contingencies))) => Ok(Inputs { config, mission, trees, contingencies }),
+        (Ok(mission), Ok((trees, contingencies))) => {
+            Ok(Inputs { config, mission, trees, contingencies, access: settings.access.clone() })
+        }
         (mission, behavior) => {
             let mistakes = [mission.err(), behavior.err()].into_iter().flatten().flat_map(|it| it.0);
             Err(Mistakes(mistakes.collect()))

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::config::VehicleName;
+use crate::config::{Speed, VehicleName};
 use crate::service::Service;
 use crate::settings::Settings;
 
@@ -36,6 +36,60 @@ pub enum Command {
     Inject(InjectArgs),
     /// Print what the gateway of a running system says about its vehicle
     Status(StatusArgs),
+    /// Measure: fly real systems and print the reference's tables beside our figures
+    Kpi(KpiArgs),
+    /// One of the two bare processes of `kpi --floor`
+    #[command(hide = true)]
+    KpiFloor(KpiFloorArgs),
+}
+
+/// For `kittiwake kpi`.
+#[derive(Debug, Args)]
+pub struct KpiArgs {
+    /// The configuration file; the tables and missions of the measurements are in `kpi` beside it
+    #[arg(long, value_name = "FILE", default_value = "config/kittiwake.toml")]
+    pub config: PathBuf,
+    /// Fly the mission at least so often at each tick period; more flights follow until there are enough samples
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub runs: u32,
+    /// Tick periods of the mission manager, in milliseconds
+    #[arg(long, value_name = "MS", value_delimiter = ',', default_values_t = [10, 5, 1])]
+    pub tick_ms: Vec<u32>,
+    /// At least so many samples of each class of transition
+    #[arg(long, value_name = "N", default_value_t = 30)]
+    pub samples: usize,
+    /// Raise each of the sixteen flags at least so often
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    pub raises: usize,
+    /// Mission time of the flights; tick period, transport and processing stay in wall time
+    #[arg(long, value_name = "N", default_value = "10")]
+    pub speed: Speed,
+    /// Measure the raw cost of the same hops between two bare processes, and the ratio
+    #[arg(long)]
+    pub floor: bool,
+    /// Also measure rates and load at real time, hovering for so many seconds and over a mission
+    #[arg(long, value_name = "SECONDS")]
+    pub load: Option<u32>,
+    /// Write everything to this file as JSON
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Draw the figures into this folder, as SVG
+    #[arg(long, value_name = "DIR")]
+    pub plots: Option<PathBuf>,
+}
+
+/// For one of the two bare processes.
+#[derive(Debug, Args)]
+pub struct KpiFloorArgs {
+    /// Plays the mission manager and the vehicle; else the skill manager
+    #[arg(long)]
+    pub far: bool,
+    /// The router's locator
+    #[arg(long, value_name = "LOCATOR")]
+    pub connect: Vec<String>,
+    /// End when standard input ends
+    #[arg(long)]
+    pub exit_with_parent: bool,
 }
 
 /// For `kittiwake up`.
@@ -144,7 +198,7 @@ pub enum Injection {
         /// A fault of the simulator's catalogue
         name: Option<String>,
         /// Its arguments
-        #[arg(allow_hyphen_values = true)]
+        #[arg(allow_negative_numbers = true)]
         args: Vec<String>,
         #[command(flatten)]
         target: TargetArgs,

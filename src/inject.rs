@@ -113,7 +113,7 @@ enum Task {
 }
 
 /// Waits for the receiver, sends the one message, and is over when it is known what came of it.
-struct Injector {
+pub struct Injector {
     task: Task,
     until: Option<Time>,
     sent: bool,
@@ -122,6 +122,11 @@ struct Injector {
 }
 
 impl Injector {
+    /// Sends a flag once the mission manager is there.
+    pub fn flag(flag: FlagEvent) -> Injector {
+        Injector::new(Task::Flag(flag))
+    }
+
     fn new(task: Task) -> Injector {
         Injector { task, until: None, sent: false, refused: false, result: None }
     }
@@ -144,7 +149,7 @@ impl Injector {
             }
             Task::Fault(fault) => {
                 let request = Request::Fault(fault.clone());
-                effects.push(Effect::Call { call: CallId(1), request, timeout: LIMIT });
+                effects.push(Effect::Call { call: CallId(1), vehicle: None, trace: None, request, timeout: LIMIT });
             }
         }
     }

@@ -7,11 +7,13 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
+mod access;
 mod check_inputs;
 mod cli;
 mod config;
 mod end;
 mod inject;
+mod kpi;
 mod outcome;
 mod output;
 mod process;
@@ -35,6 +37,8 @@ fn main() -> ExitCode {
         }
         Some(cli::Command::Inject(args)) => inject::inject(&args),
         Some(cli::Command::Status(args)) => status::status(&args),
+        Some(cli::Command::Kpi(args)) => kpi::kpi(&args),
+        Some(cli::Command::KpiFloor(args)) => kpi::floor::run(&args),
     };
     ExitCode::from(u8::from(outcome))
 }

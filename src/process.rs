@@ -3,7 +3,7 @@
 use std::net::TcpListener;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use bus::{BusError, Link, Stop};
+use bus::{BusError, Link, Nudge, Stop};
 use control_tower::ControlTower;
 use gateway::Gateway;
 use mcm::Mcm;
@@ -17,7 +17,7 @@ use crate::cli::{ProcessArgs, RouterArgs};
 use crate::end::stop_on_end;
 use crate::outcome::Outcome;
 use crate::service::Service;
-use crate::{output, telemetry};
+use crate::{access, output, telemetry};
 
 /// Why a process ended early.
 #[derive(Debug, thiserror::Error)]
@@ -28,6 +28,8 @@ enum Failure {
     Http { address: String, cause: std::io::Error },
     #[error("the behavior tree cannot be built: {0}")]
     Tree(#[from] behavior_tree::InstantiateError),
+    #[error(transparent)]
+    Access(#[from] gateway::access::BadTokens),
     #[error("the operating system refuses: {0}")]
     System(#[from] std::io::Error),
 }
@@ -65,7 +67,7 @@ pub fn run_service(service: Service, args: &ProcessArgs) -> Outcome {
 }
 
 fn run(service: Service, inputs: Inputs, link: &Link, stop: &Stop) -> Result<(), Failure> {
-    let Inputs { config, mission, trees, contingencies } = inputs;
+    let Inputs { config, mission, trees, contingencies, access } = inputs;
     let (pace, seed) = (config.speed.pace(), config.seed);
     let on_bus = |mut node: Box<dyn node::Node>| Ok(bus::run(node.as_mut(), link, pace, stop)?);
     match service {
@@ -75,7 +77,8 @@ fn run(service: Service, inputs: Inputs, link: &Link, stop: &Stop) -> Result<(),
         Service::Planner => on_bus(Box::new(Planner::new(&config.planner, mission, pace))),
         Service::Mcm => {
             let (vehicle, start) = (config.vehicle.as_str(), start_number());
-            on_bus(Box::new(Mcm::new(&config.mcm, vehicle, start, &trees, contingencies, pace)?))
+            let mcm = Mcm::new(&config.mcm, vehicle, start, &trees, contingencies, pace)?;
+            on_bus(Box::new(mcm.with_stopwatch(bus::monotonic_ns)))
         }
         Service::ControlTower => {
             on_bus(Box::new(ControlTower::new(&config.control_tower, config.permissions, seed, pace)))
@@ -87,7 +90,10 @@ fn run(service: Service, inputs: Inputs, link: &Link, stop: &Stop) -> Result<(),
             listener.set_nonblocking(true)?;
             let bound = listener.local_addr()?;
             output::line(format_args!("http://{bound}"));
-            let (mut node, api) = Gateway::new(&config.gateway, pace);
+            let nudge = Nudge::default();
+            let wake = nudge.clone();
+            let door = access::door(access.as_deref())?;
+            let (mut node, api) = Gateway::new(&config.gateway, pace, door, move || wake.wake());
             let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
             let _guard = runtime.enter();
             let listener = tokio::net::TcpListener::from_std(listener)?;
@@ -95,7 +101,7 @@ fn run(service: Service, inputs: Inputs, link: &Link, stop: &Stop) -> Result<(),
             let serving = runtime.spawn(gateway::serve(listener, api, async {
                 let _ = end.await;
             }));
-            let result = bus::run(&mut node, link, pace, stop);
+            let result = bus::run_nudged(&mut node, link, pace, stop, &nudge);
             drop(ended);
             // A client that keeps its stream open does not keep the process.
             runtime.shutdown_background();

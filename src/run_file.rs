@@ -15,6 +15,8 @@ pub struct Running {
     pub connect: String,
     /// The gateway's address.
     pub http: String,
+    /// A token that may do everything in this run; empty if it was started with tokens of its own.
+    pub token: String,
     /// The vehicle's name.
     pub vehicle: String,
     /// The configuration file it was started with.
@@ -31,7 +33,7 @@ impl RunFile {
         private_folder(&folder)?;
         let path = folder.join(format!("{}.json", running.pid));
         let unfinished = path.with_extension("part");
-        std::fs::write(&unfinished, serde_json::to_vec(running)?)?;
+        write_private(&unfinished, &serde_json::to_vec(running)?)?;
         std::fs::rename(&unfinished, &path)?;
         Ok(RunFile(path))
     }
@@ -69,12 +71,23 @@ fn is_alive(pid: u32) -> bool {
     i32::try_from(pid).is_ok_and(|pid| nix::sys::signal::kill(nix::unistd::Pid::from_raw(pid), None).is_ok())
 }
 
-fn folder() -> PathBuf {
+/// A file that nobody else can read; there must be none yet.
+pub fn write_private(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    use std::io::Write;
+    use std::os::unix::fs::OpenOptionsExt;
+    // Left behind by a killed process of the same number.
+    let _ = std::fs::remove_file(path);
+    let mut file = std::fs::OpenOptions::new().write(true).create_new(true).mode(0o600).open(path)?;
+    file.write_all(bytes)
+}
+
+/// Of this user's running systems.
+pub fn folder() -> PathBuf {
     std::env::temp_dir().join(format!("kittiwake-{}", nix::unistd::getuid()))
 }
 
 /// A folder that nobody else can put files into.
-fn private_folder(folder: &Path) -> io::Result<()> {
+pub fn private_folder(folder: &Path) -> io::Result<()> {
     use std::os::unix::fs::{DirBuilderExt, MetadataExt};
     std::fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
     let owner = std::fs::symlink_metadata(folder)?.uid();
@@ -95,6 +108,7 @@ mod tests {
             pid: std::process::id(),
             connect: "tcp/127.0.0.1:1".into(),
             http: "http://127.0.0.1:2".into(),
+            token: "secret".into(),
             vehicle: "uav1".into(),
             config: "config/kittiwake.toml".into(),
         };

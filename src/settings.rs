@@ -31,6 +31,10 @@ pub struct Settings {
     /// Where the gateway listens; port 0 takes a free one
     #[arg(long, value_name = "ADDR:PORT")]
     pub http: Option<SocketAddr>,
+    /// Who may do what over HTTP: a folder with `tokens.toml`, which only its owner may read; what
+    /// was ordered is recorded there. Without it `up` makes one for this run, and a gateway lets nobody in
+    #[arg(long, value_name = "DIR")]
+    pub access: Option<PathBuf>,
     /// The vehicle's name
     #[arg(long, value_name = "NAME")]
     pub vehicle: Option<VehicleName>,
@@ -44,7 +48,16 @@ impl Settings {
     /// The configuration file as it stands.
     pub fn of_file(config: &Path) -> Settings {
         let config = config.to_owned();
-        Settings { config, mission: None, speed: None, permissions: None, seed: None, http: None, vehicle: None }
+        Settings {
+            config,
+            mission: None,
+            speed: None,
+            permissions: None,
+            seed: None,
+            http: None,
+            access: None,
+            vehicle: None,
+        }
     }
 
     /// The arguments that set the same things in another process.
@@ -58,6 +71,7 @@ impl Settings {
         add("--permissions", self.permissions.map(|it| it.to_string().into()));
         add("--seed", self.seed.map(|it| it.to_string().into()));
         add("--http", self.http.map(|it| it.to_string().into()));
+        add("--access", self.access.clone().map(Into::into));
         add("--vehicle", self.vehicle.as_ref().map(|it| it.to_string().into()));
         args
     }
@@ -89,6 +103,8 @@ mod tests {
             "7",
             "--http",
             "127.0.0.1:0",
+            "--access",
+            "keys",
             "--vehicle",
             "uav2",
         ];

@@ -1,20 +1,25 @@
 //! `kittiwake status`: what the gateway of a running system says.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
+
+use reqwest::StatusCode;
+use reqwest::blocking::Client;
 
 use crate::cli::StatusArgs;
 use crate::outcome::Outcome;
 use crate::output;
 use crate::target::Target;
 
-/// A gateway that takes longer does not answer.
+/// What has no answer within this is unavailable.
 const LIMIT: Duration = Duration::from_secs(5);
+/// Between two tries.
+const PAUSE: Duration = Duration::from_millis(100);
 
 /// Prints the vehicle's live state as JSON.
 pub fn status(args: &StatusArgs) -> Outcome {
     let answer = Target::find(&args.target).and_then(|target| {
         let url = format!("{}/api/v1/vehicles/{}", target.http.trim_end_matches('/'), target.vehicle);
-        get(&url).map_err(|cause| format!("unavailable: {cause}"))
+        answer(&url, &target.token).map_err(|cause| format!("unavailable: {url} {cause}"))
     });
     match answer {
         Ok(body) => {
@@ -28,18 +33,35 @@ pub fn status(args: &StatusArgs) -> Outcome {
     }
 }
 
-fn get(url: &str) -> Result<String, String> {
-    let ask = || {
-        let client = reqwest::blocking::Client::builder().timeout(LIMIT).build()?;
-        let response = client.get(url).send()?;
-        Ok::<_, reqwest::Error>((response.status(), response.text()?))
-    };
-    let (status, body) = ask().map_err(|cause| format!("{url}: {}", root_cause(&cause)))?;
-    if !status.is_success() {
-        return Err(format!("{url} answered {status}: {body}"));
+/// The answer to a request that is repeated while a gateway that has just started may not know the
+/// vehicle yet, or is being started again.
+fn answer(url: &str, token: &str) -> Result<String, String> {
+    let client = Client::builder().timeout(LIMIT).build().map_err(|cause| cause.to_string())?;
+    let until = Instant::now() + LIMIT;
+    loop {
+        let failure = match ask(&client, url, token) {
+            Ok((StatusCode::OK, body)) => return Ok(legible(body)),
+            Ok((status, body)) => format!("answered {status}: {body}"),
+            Err(cause) => format!("does not answer: {}", root_cause(&cause)),
+        };
+        if until <= Instant::now() {
+            return Err(failure);
+        }
+        std::thread::sleep(PAUSE);
     }
-    let json: serde_json::Value = serde_json::from_str(&body).map_err(|cause| format!("{url}: {cause}"))?;
-    Ok(format!("{json:#}"))
+}
+
+fn ask(client: &Client, url: &str, token: &str) -> reqwest::Result<(StatusCode, String)> {
+    let response = client.get(url).bearer_auth(token).send()?;
+    Ok((response.status(), response.text()?))
+}
+
+/// JSON with a line for each value; anything else as it is.
+fn legible(body: String) -> String {
+    match serde_json::from_str::<serde_json::Value>(&body) {
+        Ok(json) => format!("{json:#}"),
+        Err(_) => body,
+    }
 }
 
 /// What lies at the bottom of an error; the layers above only say that something failed.

@@ -5,6 +5,10 @@ use std::path::PathBuf;
 use crate::cli::TargetArgs;
 use crate::run_file::{self, Running};
 
+/// A token of one's own, for a system that one has not started oneself: never an argument, which
+/// everybody on the machine could read.
+const TOKEN: &str = "KITTIWAKE_TOKEN";
+
 /// Where that system is reached.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Target {
@@ -12,6 +16,8 @@ pub struct Target {
     pub connect: String,
     /// The gateway's address; empty if only the router's locator is known.
     pub http: String,
+    /// Lets this command in at the gateway.
+    pub token: String,
     /// The vehicle's name.
     pub vehicle: String,
     /// Its configuration file, if it is known.
@@ -21,11 +27,12 @@ pub struct Target {
 impl Target {
     /// The system that the arguments name, or the only one that runs.
     pub fn find(args: &TargetArgs) -> Result<Target, String> {
-        choose(args, run_file::running())
+        choose(args, run_file::running(), std::env::var(TOKEN).ok())
     }
 }
 
-fn choose(args: &TargetArgs, running: Vec<Running>) -> Result<Target, String> {
+/// `own` is the caller's own token.
+fn choose(args: &TargetArgs, running: Vec<Running>, own: Option<String>) -> Result<Target, String> {
     let matches = |it: &Running| {
         args.pid.is_none_or(|pid| pid == it.pid)
             && args.connect.as_ref().is_none_or(|connect| *connect == it.connect)
@@ -36,12 +43,19 @@ fn choose(args: &TargetArgs, running: Vec<Running>) -> Result<Target, String> {
     match found.len() {
         1 => {
             let it = found.remove(0);
-            Ok(Target { connect: it.connect, http: it.http, vehicle: it.vehicle, config: Some(it.config) })
+            Ok(Target {
+                connect: it.connect,
+                http: it.http,
+                token: own.unwrap_or(it.token),
+                vehicle: it.vehicle,
+                config: Some(it.config),
+            })
         }
         // Not started by `kittiwake up`, or by another user: the addresses given are all there is.
         0 if args.connect.is_some() || args.http.is_some() => Ok(Target {
             connect: args.connect.clone().unwrap_or_default(),
             http: args.http.clone().unwrap_or_default(),
+            token: own.unwrap_or_default(),
             vehicle: args.vehicle.as_ref().map_or("uav1", |it| it.as_str()).to_owned(),
             config: args.config.clone(),
         }),
@@ -71,6 +85,7 @@ mod tests {
             pid,
             connect: format!("tcp/127.0.0.1:{pid}"),
             http: format!("http://127.0.0.1:1{pid}"),
+            token: String::new(),
             vehicle: format!("uav{pid}"),
             config: "kittiwake.toml".into(),
         }
@@ -78,7 +93,7 @@ mod tests {
 
     #[track_caller]
     fn check(args: TargetArgs, running: &[u32], expected: Result<&str, &str>) {
-        let found = choose(&args, running.iter().map(|it| system(*it)).collect());
+        let found = choose(&args, running.iter().map(|it| system(*it)).collect(), None);
         match (found, expected) {
             (Ok(target), Ok(connect)) => assert_eq!(target.connect, connect),
             (Err(said), Err(part)) => assert!(said.contains(part), "{said}"),

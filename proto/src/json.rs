@@ -22,6 +22,21 @@ pub fn to_json<M: Message + Name>(message: &M) -> serde_json::Value {
         .expect("a message of known fields serialises")
 }
 
+/// The message in canonical proto3 JSON; a field that is not known is a mistake.
+///
+/// # Errors
+/// What is wrong, in words.
+pub fn from_json<M: Message + Name + Default>(json: &serde_json::Value) -> Result<M, String> {
+    let descriptor = POOL.get_message_by_name(&M::full_name()).expect("every compiled message is in the pool");
+    let dynamic = DynamicMessage::deserialize(descriptor, json).map_err(|it| it.to_string())?;
+    dynamic.transcode_to().map_err(|it| it.to_string())
+}
+
+/// Every message and enum of the contract.
+pub(crate) fn pool() -> &'static DescriptorPool {
+    &POOL
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -32,6 +47,14 @@ mod tests {
         let json = to_json(&v1::ObjectiveReport { name: "deliver".into(), state: 2, ..Default::default() });
         assert_eq!(json["state"], "OBJECTIVE_STATE_SUCCESS");
         assert_eq!(json["planSteps"], 0);
+    }
+
+    #[test]
+    fn what_is_written_is_read_and_what_is_unknown_is_refused() {
+        let message = v1::DecidePlan { revision: 3, approve: true };
+        assert_eq!(from_json(&to_json(&message)), Ok(message));
+        let wrong = serde_json::json!({ "revision": "3", "aprove": true });
+        assert!(from_json::<v1::DecidePlan>(&wrong).unwrap_err().contains("aprove"));
     }
 
     #[test]

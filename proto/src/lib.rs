@@ -4,6 +4,7 @@
 //! travels where and how. This crate knows nothing of any transport: `bus` does.
 
 pub mod json;
+pub mod schema;
 pub mod topics;
 
 /// The messages, as compiled from the `.proto` files.

@@ -145,10 +145,20 @@ topics! {
     McmStatus "mcm/status" Transition;
     /// What the mission manager decided and why.
     DecisionRecord "mcm/decision" Transition;
+    /// When what happened inside the mission manager; for measurements.
+    McmTiming "mcm/timing" Transition;
     /// The tree with its statuses, 2 Hz.
     TreeSnapshot "mcm/tree" State;
     /// Each process's proof of progress, 2 Hz.
     Heartbeat "health" Transition;
+}
+
+impl Topic {
+    /// Whether its messages are events that others act on: one that nothing traced has caused begins
+    /// a trace, so that what follows from it can be told apart.
+    pub const fn begins_trace(self) -> bool {
+        matches!(self, Topic::FlagEvent | Topic::SkillEvent | Topic::PermissionLedger)
+    }
 }
 
 macro_rules! services {
@@ -221,6 +231,10 @@ services! {
     NextStep "planner/next" NextStepRequest => NextStepReply;
     /// Say that a step has been flown.
     StepDone "planner/done" StepDone => StepDoneReply;
+    /// Order something of the mission manager.
+    OperatorCommand "mcm/command" OperatorCommand => OperatorReply;
+    /// Read, try out or change the mission.
+    Mission "planner/mission" MissionRequest => MissionReply;
     /// Ask to enter an area.
     Permission "permission/request" PermissionRequest => PermissionReceipt;
     /// Decide about an area by hand.

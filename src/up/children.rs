@@ -67,6 +67,11 @@ impl Children {
         Ok(())
     }
 
+    /// The children that run, with their process ids.
+    pub fn process_ids(&self) -> Vec<(Child, u32)> {
+        self.running.iter().map(|(child, process)| (*child, process.id())).collect()
+    }
+
     /// How a child that has ended did so; `None` if it was not running.
     pub fn reap(&mut self, child: Child) -> Option<Ending> {
         let status = self.running.remove(&child)?.wait().ok()?;

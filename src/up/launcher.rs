@@ -9,6 +9,7 @@ use domain::time::Pace;
 use kittiwake_proto::v1::MissionReport;
 use node::Event;
 
+use crate::access::DemoAccess;
 use crate::cli::UpArgs;
 use crate::config::Config;
 use crate::outcome::Outcome;
@@ -34,6 +35,8 @@ pub struct Launcher<'a> {
     start: Instant,
     happenings: Receiver<Happening>,
     sender: Sender<Happening>,
+    /// Made for this run, unless the arguments name tokens.
+    demo: Option<DemoAccess>,
     supervisor: Supervisor,
     children: Children,
     progress: Progress,
@@ -64,11 +67,18 @@ impl<'a> Launcher<'a> {
         sender: Sender<Happening>,
         happenings: Receiver<Happening>,
     ) -> io::Result<Launcher<'a>> {
+        let mut settings = args.settings.clone();
+        let demo = match settings.access {
+            Some(_) => None,
+            None => Some(DemoAccess::create()?),
+        };
+        settings.access = settings.access.or_else(|| demo.as_ref().map(|it| it.folder.clone()));
         Ok(Launcher {
             args,
+            demo,
             start: Instant::now(),
             supervisor: Supervisor::new(&config.launcher.restart),
-            children: Children::new(&args.settings, sender.clone())?,
+            children: Children::new(&settings, sender.clone())?,
             progress: Progress::default(),
             screen: Screen::new(args.json),
             bus: Stop::new(),
@@ -193,8 +203,7 @@ impl<'a> Launcher<'a> {
 
     fn on_ended(&mut self, child: Child) -> Option<End> {
         let ending = self.children.reap(child)?;
-        match self.supervisor.ended(child, ending, self.progress.report().is_some(), self.now()) {
-            Verdict::Over => None,
+        match self.supervisor.ended(child, ending, self.now()) {
             Verdict::Restart(delay) => {
                 self.screen.log(&format!("{child} ended {ending}; it is started again in {delay:?}"));
                 None
@@ -211,12 +220,17 @@ impl<'a> Launcher<'a> {
         let missing = self.supervisor.missing();
         if let (true, Some(connect), Some(http)) = (missing.is_empty(), &self.locator, &self.http) {
             let (vehicle, config) = (self.config.vehicle.to_string(), self.args.settings.config.clone());
-            let running =
-                Running { pid: std::process::id(), connect: connect.clone(), http: http.clone(), vehicle, config };
+            let token = self.demo.as_ref().map(|it| it.token.clone()).unwrap_or_default();
+            let (pid, connect, http) = (std::process::id(), connect.clone(), http.clone());
+            let running = Running { pid, connect, http, token, vehicle, config };
+            let Running { connect, http, .. } = &running;
             self.screen.line(&format!(
                 "{} is up: speed {}, permissions {}, seed {}, router {connect}\nstatus: {http}/api/v1/vehicles/{}",
                 running.vehicle, self.config.speed, self.config.permissions, self.config.seed, running.vehicle
             ));
+            if self.demo.is_some() {
+                self.screen.line(&format!("operate: {http}/#token={}", running.token));
+            }
             return match RunFile::write(&running) {
                 Ok(file) => {
                     self.run_file = Some(file);

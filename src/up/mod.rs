@@ -13,12 +13,12 @@ use crate::up::launcher::Launcher;
 use crate::up::supervise::Child;
 use crate::{check_inputs, end, output, telemetry};
 
-mod children;
+pub(crate) mod children;
 mod launcher;
 mod progress;
 mod report;
 mod screen;
-mod supervise;
+pub(crate) mod supervise;
 mod watch;
 
 /// `[launcher]` in the configuration file.
@@ -32,7 +32,7 @@ pub struct Config {
 }
 
 /// Something the launcher hears of.
-enum Happening {
+pub(crate) enum Happening {
     /// A child printed a line.
     Line { child: Child, text: String },
     /// A child logged a line.

@@ -68,7 +68,7 @@ impl Progress {
         ((f64::from(self.objective()) + behind.min(1.0)) / objectives).min(1.0)
     }
 
-    /// Objective, step n of m, skill, position, distance left.
+    /// Objective, step n of m, skill, position as (north, east, height) in metres, distance left.
     pub fn line(&self) -> String {
         let mut parts = vec![phase(self.mcm.phase()).to_owned()];
         if let Some(objective) = self.planner.objectives.get(self.objective() as usize) {
@@ -126,7 +126,7 @@ impl Progress {
         let left = self.feedback.distance_left_m;
         // Rounding leaves no "-0".
         let (north, east, height) = (at.north_m.round() + 0.0, at.east_m.round() + 0.0, (-at.down_m).round() + 0.0);
-        Some(format!("at north {north} m east {east} m height {height} m, {left:.0} m left"))
+        Some(format!("at ({north}, {east}, {height}), {left:.0} m left"))
     }
 }
 
@@ -187,10 +187,7 @@ mod tests {
 
     #[test]
     fn the_line_tells_objective_step_skill_position_and_distance() {
-        assert_eq!(
-            in_flight().line(),
-            "objective 1 of 2 `deliver`, step 2 of 4, offboard, at north 0 m east 121 m height 5 m, 379 m left"
-        );
+        assert_eq!(in_flight().line(), "objective 1 of 2 `deliver`, step 2 of 4, offboard, at (0, 121, 5), 379 m left");
         assert_eq!(in_flight().fraction(), 0.125);
     }
 

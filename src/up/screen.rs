@@ -73,5 +73,5 @@ fn print(to_stderr: bool, text: &str) {
 }
 
 fn style() -> ProgressStyle {
-    ProgressStyle::with_template("{bar:24} {wide_msg}").unwrap_or_else(|_| ProgressStyle::default_bar())
+    ProgressStyle::with_template("{wide_msg}\n{wide_bar}").unwrap_or_else(|_| ProgressStyle::default_bar())
 }

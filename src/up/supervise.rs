@@ -63,8 +63,6 @@ enum State {
     Started,
     /// On the bus; for the router: listening.
     Seen,
-    /// Ended because there was nothing left to do.
-    Over,
 }
 
 /// How a child ended, as the operating system tells.
@@ -88,8 +86,6 @@ impl fmt::Display for Ending {
 /// What is done about a child that ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Verdict {
-    /// Nothing: it had nothing left to do.
-    Over,
     /// It is started again after this long.
     Restart(Duration),
     /// The system cannot be kept up, for this reason.
@@ -146,16 +142,11 @@ impl Supervisor {
 
     /// Whoever has not been seen since it was started.
     pub fn missing(&self) -> Vec<Child> {
-        let here = |it: &State| matches!(it, State::Seen | State::Over);
-        self.states.iter().filter(|(_, state)| !here(state)).map(|(child, _)| *child).collect()
+        self.states.iter().filter(|(_, state)| **state != State::Seen).map(|(child, _)| *child).collect()
     }
 
-    /// A child ended without having been asked to. `mission_over`: the report is out.
-    pub fn ended(&mut self, child: Child, ending: Ending, mission_over: bool, now: Duration) -> Verdict {
-        if child == Child::Service(Service::Mcm) && ending == Ending::Code(0) && mission_over {
-            self.states.insert(child, State::Over);
-            return Verdict::Over;
-        }
+    /// A child ended without having been asked to.
+    pub fn ended(&mut self, child: Child, ending: Ending, now: Duration) -> Verdict {
         if ending == Ending::Code(u8::from(Outcome::BadInput).into()) {
             return Verdict::GiveUp(format!("{child} refused its input"));
         }
@@ -180,7 +171,6 @@ mod tests {
     use super::*;
 
     const PLANNER: Child = Child::Service(Service::Planner);
-    const MCM: Child = Child::Service(Service::Mcm);
     const KILLED: Ending = Ending::Signal(9);
 
     fn at(ms: u64) -> Duration {
@@ -216,11 +206,11 @@ mod tests {
     fn a_death_is_answered_later_each_time_until_it_is_one_too_many() {
         let mut supervisor = started();
         for (now, delay) in [(1000, 200), (2000, 400), (3000, 500)] {
-            assert_eq!(supervisor.ended(PLANNER, KILLED, false, at(now)), Verdict::Restart(at(delay)));
+            assert_eq!(supervisor.ended(PLANNER, KILLED, at(now)), Verdict::Restart(at(delay)));
             assert_eq!(supervisor.due(at(now + delay - 1)), []);
             assert_eq!(supervisor.due(at(now + delay)), [PLANNER]);
         }
-        let Verdict::GiveUp(reason) = supervisor.ended(PLANNER, KILLED, false, at(4000)) else { panic!("goes on") };
+        let Verdict::GiveUp(reason) = supervisor.ended(PLANNER, KILLED, at(4000)) else { panic!("goes on") };
         assert_eq!(reason, "planner ended 4 times within 10s, last by signal 9");
     }
 
@@ -228,26 +218,19 @@ mod tests {
     fn old_deaths_are_forgotten() {
         let mut supervisor = started();
         for death in 0..20 {
-            let verdict = supervisor.ended(PLANNER, KILLED, false, at(11_000 * death));
+            let verdict = supervisor.ended(PLANNER, KILLED, at(11_000 * death));
             assert_eq!(verdict, Verdict::Restart(at(200)));
         }
     }
 
     #[test]
     fn bad_input_does_not_become_better_by_trying_again() {
-        let verdict = started().ended(PLANNER, Ending::Code(2), false, at(1000));
+        let verdict = started().ended(PLANNER, Ending::Code(2), at(1000));
         assert_eq!(verdict, Verdict::GiveUp("planner refused its input".into()));
     }
 
     #[test]
-    fn only_the_mission_manager_may_be_over_and_only_after_the_mission() {
-        #[track_caller]
-        fn check(child: Child, ending: Ending, mission_over: bool, expected: Verdict) {
-            assert_eq!(started().ended(child, ending, mission_over, at(1000)), expected);
-        }
-        check(MCM, Ending::Code(0), true, Verdict::Over);
-        check(MCM, Ending::Code(0), false, Verdict::Restart(at(200)));
-        check(MCM, KILLED, true, Verdict::Restart(at(200)));
-        check(PLANNER, Ending::Code(0), true, Verdict::Restart(at(200)));
+    fn whoever_ends_in_order_without_having_been_asked_is_missed_all_the_same() {
+        assert_eq!(started().ended(PLANNER, Ending::Code(0), at(1000)), Verdict::Restart(at(200)));
     }
 }

@@ -1,73 +1,96 @@
 //! What a human got wrong is told with its place, before anything starts.
 
-use crate::support::files::Files;
-use crate::support::kittiwake;
+use std::path::Path;
 
-/// Makes one mistake in the shipped files; `said` is what must be told about it.
+use crate::support::files::Files;
+use crate::support::{kittiwake, shipped};
+
+/// Makes one mistake in a shipped file: `from` becomes `to`. It must be told at the place of `at` in it, with
+/// all of `said`.
 #[track_caller]
-fn check(file: &str, from: &str, to: &str, said: &[&str]) {
+fn check(file: &str, from: &str, to: &str, at: &str, said: &[&str]) {
     let files = Files::shipped().with(file, from, to);
     let config = files.config();
     let output = kittiwake(&["up", "--exit-when-done", "--json", "--config", &config.to_string_lossy()]);
     let told = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{file}: {from} -> {to}\n{told}");
     assert!(output.stdout.is_empty(), "nothing is reported");
-    for part in said {
+    let place = place(file, from, to, at);
+    for part in said.iter().copied().chain([place.as_str()]) {
         assert!(told.contains(part), "`{part}` is not said about {file}: {from} -> {to}\n{told}");
     }
+}
+
+/// As a message names it: file, line and column.
+fn place(file: &str, from: &str, to: &str, at: &str) -> String {
+    let text = std::fs::read_to_string(shipped().join(file)).unwrap();
+    let before = text.split(from).next().unwrap().to_owned() + to.split(at).next().unwrap();
+    let line = before.lines().count().max(1) + usize::from(before.ends_with('\n'));
+    let column = before.rsplit('\n').next().unwrap().chars().count() + 1;
+    let name = Path::new(file).file_name().unwrap().to_string_lossy();
+    format!("{name}:{line}:{column}: ")
 }
 
 #[test]
 fn a_configuration_with_a_mistake() {
     let file = "kittiwake.toml";
-    check(file, "speed = 1.0", "speed = 1000.0", &["kittiwake.toml:11:9:", "found speed 1000, expected", "0.1 to 100"]);
-    check(file, "speed = 1.0", "speed = \"fast\"", &["kittiwake.toml:11:9:", "invalid type: string"]);
-    check(file, "speed = 1.0", "pace = 1.0", &["kittiwake.toml:11:1:", "unknown field `pace`", "`speed`"]);
-    check(file, "seed = 1\n", "", &["missing field `seed`"]);
-    check(file, "vehicle = \"uav1\"", "vehicle = \"uav/1\"", &["kittiwake.toml:7:11:", "lower-case"]);
-    check(file, "permissions = \"grant\"", "permissions = \"maybe\"", &["`maybe`", "`grant`, `delay`"]);
-    check(file, "http = \"127.0.0.1:0\"", "http = \"here\"", &["invalid socket address"]);
-    check(file, "speed = 1.0", "speed = 1.0 0", &["kittiwake.toml:11:"]);
-    check(
-        file,
-        "mission = \"missions/reference.toml\"",
-        "mission = \"nowhere.toml\"",
-        &["nowhere.toml", "cannot be read"],
-    );
+    check(file, "speed = 1.0", "speed = 1000.0", "1000", &["found speed 1000, expected a number from 0.1 to 100"]);
+    check(file, "speed = 1.0", "speed = \"fast\"", "\"fast", &["invalid type: string", "expected f64"]);
+    check(file, "speed = 1.0", "pace = 1.0", "pace", &["unknown field `pace`", "`speed`"]);
+    check(file, "vehicle = \"uav1\"", "vehicle = \"uav/1\"", "\"uav", &["`uav/1`", "lower-case"]);
+    check(file, "permissions = \"grant\"", "permissions = \"maybe\"", "\"maybe", &["`maybe`", "`grant`, `delay`"]);
+    check(file, "http = \"127.0.0.1:0\"", "http = \"here\"", "\"here", &["invalid socket address"]);
+    check(file, "random_denial = 0.5", "random_denial = 1.5", "1.5", &["found 1.5, expected a fraction from 0 to 1"]);
+}
+
+#[test]
+fn a_configuration_that_is_not_complete() {
+    for (from, to, said) in [
+        ("seed = 1\n", "", "missing field `seed`"),
+        ("speed = 1.0", "speed = = 1.0", "kittiwake.toml:9:9: "),
+        ("mission = \"missions/reference.toml\"", "mission = \"nowhere.toml\"", "nowhere.toml: cannot be read"),
+    ] {
+        let config = Files::shipped().with("kittiwake.toml", from, to);
+        let output = kittiwake(&["up", "--config", &config.config().to_string_lossy()]);
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{told}");
+        assert!(told.contains(said), "`{said}` is not said:\n{told}");
+    }
 }
 
 #[test]
 fn a_mission_with_a_mistake() {
     let file = "missions/reference.toml";
-    check(file, "flying = false", "", &["reference.toml:", "missing field `flying`"]);
-    check(file, "flying = false", "fling = false", &["unknown field `fling`"]);
-    check(file, "height_m = 0.0", "height_m = -3.0", &["reference.toml:18:12:", "inside the ground"]);
-    check(file, "height_m = 0.0", "height_m = nan", &["reference.toml:18:12:", "expected metres between"]);
-    check(file, "[90.0, 290.0], [-90.0, 290.0]", "[-90.0, 290.0], [90.0, 290.0]", &["`A` crosses itself"]);
-    check(file, "name = \"return\"", "name = \"deliver\"", &["reference.toml:22:", "deliver"]);
+    check(file, "flying = false", "flying = 0", "0", &["invalid type: integer", "expected a boolean"]);
+    check(file, "flying = false", "fling = false", "fling", &["unknown field `fling`", "`flying`"]);
+    check(file, "height_m = 0.0", "height_m = -3.0", "-3", &["`deliver` is inside the ground"]);
+    check(file, "height_m = 0.0", "height_m = nan", "nan", &["expected metres between"]);
+    let corners = "[[-90.0, 110.0], [90.0, 110.0], [90.0, 290.0], [-90.0, 290.0]]";
+    let crossed = "[[-90.0, 110.0], [90.0, 110.0], [-90.0, 290.0], [90.0, 290.0]]";
+    check(file, corners, crossed, "[[", &["`A` crosses itself"]);
+    check(file, "name = \"return\"", "name = \"deliver\"", "\"deliver", &["`deliver`"]);
 }
 
 #[test]
 fn a_contingency_table_with_a_mistake() {
     let file = "contingencies.toml";
-    check(
-        file,
-        "actions = [\"land\"]",
-        "actions = [\"lnad\"]",
-        &["contingencies.toml:", "`lnad`", "did you mean `land`?"],
-    );
-    check(file, "threshold = 0.10", "threshold = 10.0", &["contingencies.toml:"]);
-    check(file, "priority = 12", "priority = 10", &["contingencies.toml:", "priority"]);
-    check(file, "flag = \"battery_low\"", "flag = \"battery_critical\"", &["contingencies.toml:", "battery_critical"]);
-    check(file, "clears = \"never\"", "clears = \"sometimes\"", &["contingencies.toml:", "sometimes"]);
+    check(file, "\"land\"", "\"lnad\"", "\"lnad", &["`lnad`", "did you mean `land`?"]);
+    check(file, "clears = \"never\"", "clears = \"sometimes\"", "\"sometimes", &["`sometimes`", "`never`"]);
+    check(file, "priority = 12", "priority = 10", "10", &["10"]);
+    check(file, "flag = \"battery_low\"", "flag = \"battery_critical\"", "\"battery", &["battery_critical"]);
+    let (rule, wrong) = ("{ fact = \"below\", value", "{ fact = \"below\", valu");
+    check(file, rule, wrong, "{ fact", &["unknown field `valu`", "`value`"]);
 }
 
 #[test]
 fn trees_with_a_mistake() {
     let file = "trees/mission.xml";
-    check(file, "<ReactiveFallback", "<ReactivFallback", &["mission.xml:", "ReactivFallback"]);
-    check(file, "</root>", "", &["mission.xml:"]);
-    check(file, "BTCPP_format=\"4\"", "BTCPP_format=\"3\"", &["mission.xml:"]);
+    check(file, "<Replan/>", "<Replann/>", "<Replann", &["unknown node `Replann`", "`Replan`"]);
+    check(file, "<Replan/>", "<Replan speed=\"1\"/>", "speed", &["`speed`"]);
+    check(file, "name=\"re-plan\"", "name=\"exec plan\"", "name=", &["two nodes are called `exec plan`"]);
+    check(file, "failure_count=\"1\"", "failure_count=\"one\"", "failure_count", &["\"one\""]);
+    check(file, "</Parallel>\n  </B", "\n  </B", "</B", &["not well-formed XML"]);
+    check(file, "<root BTCPP_format=\"4\"", "<root BTCPP_format=\"3\"", "<root", &["BTCPP_format=\"4\""]);
 }
 
 #[test]

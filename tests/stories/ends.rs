@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use nix::sys::signal::Signal;
 
-use crate::support::System;
 use crate::support::processes::wait_until_gone;
+use crate::support::{System, wait_for};
 
 #[test]
 fn a_killed_launcher_leaves_no_child_not_even_a_frozen_one() {
@@ -37,12 +37,24 @@ fn sigterm_and_ctrl_c_end_everything_within_five_seconds() {
 }
 
 #[test]
+fn unless_it_is_to_end_when_done_it_stays_up_for_whoever_looks_on() {
+    let system = System::up(&["--speed", "50"], &[]);
+    system.wait_for("mission over: success");
+    // The gateway hears of it as soon as the launcher does, not earlier.
+    wait_for("the report over HTTP", || {
+        (system.status()["report"]["outcome"] == "MISSION_OUTCOME_SUCCESS").then_some(())
+    });
+    system.launcher().signal(Signal::SIGINT);
+    system.end().expect(0, &["SUCCESS", "SUCCESS"]);
+}
+
+#[test]
 fn a_process_that_dies_is_started_again_and_one_that_cannot_live_ends_the_system() {
     let system = System::start(&["--speed", "1"]);
     system.wait_for(" is up: ");
     // Killed once, it comes back; the fifth time in a row is one too many.
     for death in 1..=5 {
-        let planner = crate::support::wait_for("the planner to run", || {
+        let planner = wait_for("the planner to run", || {
             system.children().into_iter().find(|(name, it)| name == "planner" && it.runs())
         });
         planner.1.signal(Signal::SIGKILL);

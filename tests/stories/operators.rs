@@ -57,7 +57,8 @@ fn of_two_systems_the_commands_ask_which() {
     let told = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{told}");
     assert!(told.contains(&first) && told.contains(&second), "{told}");
-    assert!(kittiwake(&["status", "--connect", &second]).status.success());
+    let output = kittiwake(&["status", "--connect", &second]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 #[test]
@@ -72,8 +73,8 @@ fn what_nobody_serves_is_unavailable() {
     BufReader::new(router.stdout.take().unwrap()).read_line(&mut locator).unwrap();
     for what in [&["flag", "obstacle"][..], &["fault", "battery", "0.5"]] {
         let output = kittiwake(&[&["inject"], what, &["--connect", locator.trim()]].concat());
-        assert_eq!(output.status.code(), Some(1));
         let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{told}");
         assert!(told.contains("unavailable"), "{told}");
     }
     drop(router.stdin.take());

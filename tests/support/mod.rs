@@ -51,9 +51,13 @@ impl System {
     /// The same, with environment variables.
     pub fn start_with(args: &[&str], variables: &[(&str, &str)]) -> System {
         let usual: &[&str] = if args.contains(&"--speed") { &[] } else { &["--speed", "20"] };
+        System::up(&[&["--exit-when-done"], usual, args].concat(), variables)
+    }
+
+    /// Starts one with these arguments and no others but `--json`.
+    pub fn up(args: &[&str], variables: &[(&str, &str)]) -> System {
         let mut launcher = Command::new(KITTIWAKE)
-            .args(["up", "--exit-when-done", "--json"])
-            .args(usual)
+            .args(["up", "--json"])
             .args(args)
             .envs(variables.iter().copied())
             .stdin(Stdio::null())

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use kittiwake_proto::topics::{Request, Response, Service};
 use kittiwake_proto::v1::Attachment;
-use node::{CallError, CallId, Event};
+use node::{CallError, CallId, Event, VehicleId};
 use prost::Message as _;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::Querier;
@@ -21,11 +21,12 @@ pub(crate) struct Calls<'a> {
     session: &'a Session,
     scope: &'a Scope,
     mailbox: Mailbox,
-    queriers: HashMap<Service, Querier<'a>>,
+    queriers: HashMap<(Option<VehicleId>, Service), Querier<'a>>,
     open: HashMap<CallId, Open>,
 }
 
 struct Open {
+    vehicle: Option<VehicleId>,
     service: Service,
     payload: Vec<u8>,
     attachment: Vec<u8>,
@@ -41,11 +42,17 @@ impl<'a> Calls<'a> {
     }
 
     /// Sends a request; its outcome comes through the mailbox, exactly once.
-    pub(crate) fn call(&mut self, call: CallId, request: &Request, deadline: Instant) -> Result<(), BusError> {
+    pub(crate) fn call(
+        &mut self,
+        call: CallId,
+        vehicle: Option<VehicleId>,
+        request: &Request,
+        deadline: Instant,
+    ) -> Result<(), BusError> {
         let traceparent = trace::current().unwrap_or_default();
         let attachment = Attachment { traceparent, ..Default::default() }.encode_to_vec();
         let (service, payload) = (request.service(), request.encode());
-        self.open.insert(call, Open { service, payload, attachment, deadline, attempt: 0, again: None });
+        self.open.insert(call, Open { vehicle, service, payload, attachment, deadline, attempt: 0, again: None });
         self.send(call)
     }
 
@@ -59,7 +66,8 @@ impl<'a> Calls<'a> {
         let mut due: Vec<_> =
             self.open.iter().filter(|(_, it)| it.again.is_some_and(|at| at <= now)).map(|(id, _)| *id).collect();
         let mut late: Vec<_> = self.open.iter().filter(|(_, it)| it.deadline <= now).map(|(id, _)| *id).collect();
-        (due.sort(), late.sort());
+        due.sort();
+        late.sort();
         for call in late {
             if let Some(open) = self.open.remove(&call) {
                 let error = if open.again.is_some() { CallError::Unavailable } else { CallError::Unanswered };
@@ -89,10 +97,12 @@ impl<'a> Calls<'a> {
         let Some(open) = self.open.get_mut(&call) else { return Ok(()) };
         open.attempt += 1;
         open.again = None;
-        let (service, attempt) = (open.service, open.attempt);
-        let querier = match self.queriers.entry(service) {
+        let (vehicle, service, attempt) = (open.vehicle.clone(), open.service, open.attempt);
+        let querier = match self.queriers.entry((vehicle.clone(), service)) {
             std::collections::hash_map::Entry::Occupied(it) => it.into_mut(),
-            std::collections::hash_map::Entry::Vacant(it) => it.insert(declare(self.session, self.scope, service)?),
+            std::collections::hash_map::Entry::Vacant(it) => {
+                it.insert(declare(self.session, self.scope, vehicle.as_ref(), service)?)
+            }
         };
         let mut outcome = Outcome { mailbox: self.mailbox.clone(), call, attempt, answered: false };
         let sent = querier
@@ -118,8 +128,13 @@ impl<'a> Calls<'a> {
     }
 }
 
-fn declare<'a>(session: &'a Session, scope: &Scope, service: Service) -> Result<Querier<'a>, BusError> {
-    let key = scope.publish(None, service.key());
+fn declare<'a>(
+    session: &'a Session,
+    scope: &Scope,
+    vehicle: Option<&VehicleId>,
+    service: Service,
+) -> Result<Querier<'a>, BusError> {
+    let key = scope.publish(vehicle, service.key());
     session
         .declare_querier(key.clone())
         .congestion_control(CongestionControl::Drop)

@@ -1,7 +1,7 @@
 //! The only crate that knows zenoh: runs a [`node::Node`] over the real transport.
 //!
 //! One loop on one thread per process. Zenoh's callbacks only decode and hand over into the
-//! [`mailbox`] (the newest sample of a telemetry topic, a bounded queue for the rest), so a slow
+//! `mailbox` (the newest sample of a telemetry topic, a bounded queue for the rest), so a slow
 //! node never blocks the transport; the loop takes everything that arrived together, shows it to
 //! the node event by event, lets it act, and performs its effects. It never waits for a peer.
 
@@ -12,17 +12,21 @@ mod clock;
 mod inbox;
 mod keys;
 mod mailbox;
+mod nudge;
 mod outbox;
 mod router;
 mod run;
 mod session;
 mod stop;
+mod tap;
 mod trace;
 
-pub use clock::Clock;
+pub use clock::{Clock, monotonic_ns};
+pub use nudge::Nudge;
 pub use router::run_router;
-pub use run::run;
+pub use run::{run, run_nudged};
 pub use stop::Stop;
+pub use tap::{Tap, Tapped};
 
 /// Where a process stands: on a vehicle, or on the ground and in sight of all vehicles.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -16,6 +16,8 @@ use crate::trace::Parent;
 const CAPACITY: usize = 4096;
 
 /// Something for the loop.
+// Moved once into the queue and once out of it: cheaper than an allocation for each.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug)]
 pub(crate) enum Mail {
     /// An event for the node, and the trace it belongs to.
@@ -42,8 +44,10 @@ struct Inner {
     newest: HashMap<(VehicleId, Topic), Mail>,
     losses: Losses,
     stopped: bool,
+    nudged: bool,
 }
 
+#[allow(clippy::large_enum_variant)]
 enum Entry {
     Mail(Mail),
     /// Stands for the newest sample, in the place of the first unread one.
@@ -90,10 +94,16 @@ impl Mailbox {
         self.0.1.notify_one();
     }
 
+    /// Ends the present [`Mailbox::wait`], or the next one, at once.
+    pub(crate) fn nudge(&self) {
+        self.lock().nudged = true;
+        self.0.1.notify_one();
+    }
+
     /// Moves everything that has arrived into `batch`, waiting for it until `deadline`. False once stopped.
     pub(crate) fn wait(&self, deadline: Instant, batch: &mut Vec<Mail>) -> bool {
         let mut inner = self.lock();
-        while inner.queue.is_empty() && !inner.stopped {
+        while inner.queue.is_empty() && !inner.stopped && !inner.nudged {
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() {
                 break;
@@ -103,6 +113,7 @@ impl Mailbox {
                 Err(poisoned) => poisoned.into_inner().0,
             };
         }
+        inner.nudged = false;
         while let Some(entry) = inner.queue.pop_front() {
             match entry {
                 Entry::Mail(mail) => batch.push(mail),
@@ -155,6 +166,18 @@ mod tests {
         (0..CAPACITY).for_each(|_| assert!(mailbox.push(peer("x"))));
         assert!(!mailbox.push(peer("one too many")));
         assert_eq!(mailbox.losses().dropped, 1);
+    }
+
+    #[test]
+    fn a_nudge_ends_one_wait() {
+        let mailbox = Mailbox::default();
+        let far = Instant::now() + std::time::Duration::from_secs(3600);
+        mailbox.nudge();
+        assert!(mailbox.wait(far, &mut Vec::new()));
+        let nudger = mailbox.clone();
+        let waiting = std::thread::spawn(move || mailbox.wait(far, &mut Vec::new()));
+        nudger.nudge();
+        assert!(waiting.join().unwrap());
     }
 
     #[test]

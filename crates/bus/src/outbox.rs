@@ -1,7 +1,6 @@
 //! What goes out: one publisher per key, declared at first use, with the topic's quality of service.
 
 use std::collections::HashMap;
-use std::time::Instant;
 
 use kittiwake_proto::topics::{Message, Qos, Topic};
 use kittiwake_proto::v1::Attachment;
@@ -13,24 +12,23 @@ use zenoh::qos::{CongestionControl, Priority};
 use zenoh::sample::Locality;
 use zenoh::{Session, Wait};
 
+use crate::clock::monotonic_ns;
 use crate::{BusError, Scope, trace};
 
 pub(crate) struct Outbox<'a> {
     session: &'a Session,
     scope: &'a Scope,
     publishers: HashMap<(Option<VehicleId>, Topic), (Publisher<'a>, u64)>,
-    start: Instant,
 }
 
 impl<'a> Outbox<'a> {
     pub(crate) fn new(session: &'a Session, scope: &'a Scope) -> Outbox<'a> {
-        Outbox { session, scope, publishers: HashMap::new(), start: Instant::now() }
+        Outbox { session, scope, publishers: HashMap::new() }
     }
 
     /// Publishes without ever waiting for a receiver.
     pub(crate) fn publish(&mut self, vehicle: Option<VehicleId>, message: &Message) -> Result<(), BusError> {
         let topic = message.topic();
-        let source_monotonic_ns = self.start.elapsed().as_nanos() as u64;
         let (session, scope) = (self.session, self.scope);
         let (publisher, sequence) = match self.publishers.entry((vehicle.clone(), topic)) {
             std::collections::hash_map::Entry::Occupied(it) => it.into_mut(),
@@ -39,14 +37,21 @@ impl<'a> Outbox<'a> {
             }
         };
         *sequence += 1;
-        let traceparent =
-            if topic.qos().keeps_newest_only() { String::new() } else { trace::current().unwrap_or_default() };
-        let attachment = Attachment { sequence: *sequence, source_monotonic_ns, traceparent };
-        if let Err(cause) = publisher.put(message.encode()).attachment(attachment.encode_to_vec()).wait() {
+        let traceparent = if topic.qos().keeps_newest_only() { String::new() } else { parent_of(topic) };
+        let payload = message.encode();
+        let attachment = Attachment { sequence: *sequence, source_monotonic_ns: monotonic_ns(), traceparent };
+        if let Err(cause) = publisher.put(payload).attachment(attachment.encode_to_vec()).wait() {
             tracing::warn!(topic = topic.key(), %cause, "not published");
         }
         Ok(())
     }
+}
+
+/// The trace that a message of `topic` belongs to; empty: none.
+fn parent_of(topic: Topic) -> String {
+    let present = trace::current();
+    let begun = || topic.begins_trace().then(|| trace::span(topic.key(), None).in_scope(trace::current)).flatten();
+    present.or_else(begun).unwrap_or_default()
 }
 
 /// The quality of service of a topic in zenoh's terms. Nothing blocks: correctness rests on

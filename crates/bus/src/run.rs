@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use domain::time::Pace;
-use kittiwake_proto::topics::Message;
+use kittiwake_proto::topics::{Message, Qos};
 use kittiwake_proto::v1::Heartbeat;
 use node::{Effect, Event, Node};
 use zenoh::Wait;
@@ -13,15 +13,22 @@ use crate::inbox::{self, OpenQueries};
 use crate::mailbox::{Mail, Mailbox};
 use crate::outbox::Outbox;
 use crate::trace::Parent;
-use crate::{BusError, Clock, Link, Stop, keys, session, trace};
+use crate::{BusError, Clock, Link, Nudge, Stop, keys, session, trace};
 
 /// Every process says at least this often that its own loop makes progress.
 const HEARTBEAT: Duration = Duration::from_millis(500);
 
 /// Runs `node` on the bus until it is over or `stop` is asked for. Blocks the calling thread.
 pub fn run(node: &mut dyn Node, link: &Link, pace: Pace, stop: &Stop) -> Result<(), BusError> {
+    run_nudged(node, link, pace, stop, &Nudge::default())
+}
+
+/// The same for a node that has something to do besides what the bus brings: each `nudge` has it act.
+pub fn run_nudged(node: &mut dyn Node, link: &Link, pace: Pace, stop: &Stop, nudge: &Nudge) -> Result<(), BusError> {
     let session = session::open(link)?;
     let mailbox = Mailbox::default();
+    let loop_of_it = mailbox.clone();
+    nudge.attach(move || loop_of_it.nudge());
     let wake = mailbox.clone();
     stop.on_stop(move || wake.stop());
     let queries = inbox::declare(&session, &link.scope, node, &mailbox)?;
@@ -135,11 +142,17 @@ impl Shell<'_> {
     }
 
     fn perform(&mut self, effects: &mut Vec<Effect>) -> Result<(), BusError> {
+        // What the vehicle must do leaves before what others may read: each effect takes its time to be sent.
+        effects.sort_by_key(|it| !is_command(it));
         for effect in effects.drain(..) {
             match effect {
                 Effect::Publish { vehicle, message } => self.outbox.publish(vehicle, &message)?,
-                Effect::Call { call, request, timeout } => {
-                    self.calls.call(call, &request, Instant::now() + self.clock.to_wall(timeout))?;
+                Effect::Call { call, vehicle, trace, request, timeout } => {
+                    // What comes from outside the bus brings its own trace, or begins one.
+                    let span = trace
+                        .map(|it| trace::span(request.service().key(), Some(it).filter(|it| !it.is_empty()).as_ref()));
+                    let _entered = span.map(|it| it.entered());
+                    self.calls.call(call, vehicle, &request, Instant::now() + self.clock.to_wall(timeout))?;
                 }
                 Effect::Reply { token, response } => {
                     if let Some(query) = self.queries.take(token)
@@ -172,4 +185,8 @@ impl Shell<'_> {
         };
         self.outbox.publish(None, &Message::Heartbeat(heartbeat))
     }
+}
+
+fn is_command(effect: &Effect) -> bool {
+    matches!(effect, Effect::Publish { message, .. } if message.topic().qos() == Qos::Command)
 }

@@ -43,3 +43,8 @@ pub(crate) fn current() -> Option<Parent> {
     TraceContextPropagator::new().inject_context(&context, &mut carrier);
     carrier.remove("traceparent")
 }
+
+/// The trace's own id in `traceparent`; empty if there is none.
+pub(crate) fn id(traceparent: &str) -> String {
+    traceparent.split('-').nth(1).unwrap_or_default().to_owned()
+}

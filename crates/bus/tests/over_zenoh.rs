@@ -152,6 +152,8 @@ fn a_call_is_answered_even_if_its_server_comes_later() {
     let mut world = World::start();
     let ask = |call, timeout| Effect::Call {
         call: CallId(call),
+        vehicle: None,
+        trace: None,
         request: Request::Permission(v1::PermissionRequest { area: "A".into(), ..Default::default() }),
         timeout,
     };

@@ -31,6 +31,48 @@ pub struct Objective {
     pub flying: bool,
 }
 
+/// An objective that no mission may have.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Unbelievable {
+    /// It cannot be named.
+    #[error("an objective has a name of 1 to {LONGEST_NAME} characters")]
+    Name,
+    /// It lies out of range.
+    #[error("objective `{0}` is farther than {FARTHEST_M} m from the origin, or higher than {HIGHEST_M} m")]
+    TooFar(String),
+    /// It lies below the take-off point, or flies no higher than that.
+    #[error("objective `{name}` is inside the ground: its height is {height_m} m")]
+    InTheGround {
+        /// Its name.
+        name: String,
+        /// Above the take-off point.
+        height_m: f64,
+    },
+}
+
+impl Objective {
+    /// An objective that is checked like one of a file.
+    ///
+    /// # Errors
+    /// If no mission may have it.
+    pub fn new(name: String, position: Ned, flying: bool) -> Result<Objective, Unbelievable> {
+        let height_m = position.height_m();
+        if name.trim().is_empty() || LONGEST_NAME < name.chars().count() {
+            return Err(Unbelievable::Name);
+        }
+        let lateral = [position.north_m, position.east_m];
+        if !lateral.iter().all(|it| it.abs() <= FARTHEST_M) || !(height_m.abs() <= HIGHEST_M) {
+            return Err(Unbelievable::TooFar(name));
+        }
+        if height_m < 0.0 || (flying && height_m <= 0.0) {
+            return Err(Unbelievable::InTheGround { name, height_m });
+        }
+        Ok(Objective { name, position, flying })
+    }
+}
+
+/// Of an objective that comes by the wire.
+const LONGEST_NAME: usize = 100;
 /// Heights above the origin are believable up to here; a typing mistake beyond.
 const HIGHEST_M: f64 = 10_000.0;
 /// Distances from the origin are believable up to here.

@@ -28,7 +28,8 @@ pub trait Node {
         &[]
     }
 
-    /// Takes in one event. Effects are performed in order, after this returns.
+    /// Takes in one event. Effects are performed in order, after this returns; over the real transport
+    /// commands to the vehicle come before all others.
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>);
 
     /// Called once after each batch of events that arrived together, and when [`Node::deadline`]
@@ -103,6 +104,10 @@ pub enum Effect {
     Call {
         /// Chosen by the node, unique among its open calls.
         call: CallId,
+        /// Of which vehicle; `None`: the node's own.
+        vehicle: Option<VehicleId>,
+        /// The trace it belongs to, as a W3C `traceparent`; `None`: that of the event at hand.
+        trace: Option<String>,
         /// What is asked.
         request: Request,
         /// After so much mission time the reply is [`CallError`], whatever happens.

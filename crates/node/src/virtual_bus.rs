@@ -148,7 +148,7 @@ impl<'a> VirtualBus<'a> {
                 Effect::Publish { vehicle, message } => {
                     self.deliver(Some(index), vehicle.unwrap_or_else(|| self.vehicle.clone()), message);
                 }
-                Effect::Call { call, request, timeout } => {
+                Effect::Call { call, request, timeout, .. } => {
                     let token = self.token();
                     self.calls.push(OpenCall { token, caller: index, id: call, until: self.now + timeout });
                     if !self.ask(token, request) {

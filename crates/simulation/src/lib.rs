@@ -68,7 +68,8 @@ impl Simulation<'_> {
         bus.add(planner::Planner::new(&files.planner, files.mission, pace));
         bus.add(files.mcm);
         bus.add(control_tower::ControlTower::new(&files.control_tower, setup.permissions, setup.seed, pace));
-        bus.add(gateway::Gateway::new(&files.gateway, pace).0);
+        let door = gateway::Door { tokens: Default::default(), audit: gateway::audit::Audit::in_memory() };
+        bus.add(gateway::Gateway::new(&files.gateway, pace, door, || {}).0);
         Ok(Simulation { bus, seen })
     }
 

@@ -45,6 +45,46 @@ pub struct Config {
     pub return_height_m: Positive,
     /// Speed of a return, in metres per second.
     pub return_speed_m_s: Positive,
+    /// When the mission begins.
+    pub start: Start,
+    /// Which plans wait for the operator's approval before they are flown.
+    pub plan_approval: PlanApproval,
+    /// How long a decision about a plan is awaited, in mission seconds. (ENG: time to read a plan.)
+    pub plan_approval_limit_s: Positive,
+    /// What counts when nobody has decided by then.
+    pub plan_approval_default: Verdict,
+}
+
+/// When a mission begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Start {
+    /// As soon as everything is there.
+    AtOnce,
+    /// When the operator says so. A manager that comes back while the vehicle flies goes on at once.
+    Operator,
+}
+
+/// Which plans wait for approval.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PlanApproval {
+    /// None.
+    None,
+    /// Each one.
+    EachPlan,
+    /// Each but the first for an objective.
+    EachReplanning,
+}
+
+/// What is decided about a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// It is flown.
+    Approve,
+    /// It is not; the vehicle holds.
+    Refuse,
 }
 
 /// The same, ready for use: machine limits in mission time with their wall-clock floor.
@@ -62,8 +102,19 @@ pub(crate) struct Limits {
     pub(crate) transition: TransitionLimits,
     pub(crate) return_height_m: f64,
     pub(crate) return_speed_m_s: f64,
+    pub(crate) start: Start,
+    pub(crate) plan_approval: PlanApproval,
+    pub(crate) plan_approval_limit: Duration,
+    pub(crate) plan_approval_default: Verdict,
     /// Status and tree go out this often even if nothing changes.
     pub(crate) report_period: Duration,
+}
+
+impl Limits {
+    /// Which plans wait for approval, and for how long.
+    pub(crate) fn approval(&self) -> (PlanApproval, Duration) {
+        (self.plan_approval, self.plan_approval_limit)
+    }
 }
 
 impl Config {
@@ -84,6 +135,10 @@ impl Config {
             },
             return_height_m: self.return_height_m.get(),
             return_speed_m_s: self.return_speed_m_s.get(),
+            start: self.start,
+            plan_approval: self.plan_approval,
+            plan_approval_limit: self.plan_approval_limit_s.seconds(),
+            plan_approval_default: self.plan_approval_default,
             report_period: pace.wall(Duration::from_millis(500)),
         }
     }

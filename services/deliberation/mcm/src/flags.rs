@@ -17,6 +17,8 @@ pub(crate) struct Flag {
     pub(crate) reason: String,
     /// Who says that it still holds.
     sources: BTreeSet<String>,
+    /// Who has seen it.
+    pub(crate) acknowledged_by: Option<String>,
 }
 
 impl Flag {
@@ -24,13 +26,18 @@ impl Flag {
     pub(crate) fn holds(&self) -> bool {
         !self.sources.is_empty()
     }
+
+    /// Who says that it still holds.
+    pub(crate) fn sources(&self) -> impl Iterator<Item = &str> {
+        self.sources.iter().map(String::as_str)
+    }
 }
 
 impl Flags {
     /// Raises a flag; true if it was down.
     pub(crate) fn raise(&mut self, now: Time, name: &str, source: &str, reason: &str) -> bool {
         let rose = !self.up.contains_key(name);
-        let fresh = || Flag { since: now, reason: reason.to_owned(), sources: BTreeSet::new() };
+        let fresh = || Flag { since: now, reason: reason.to_owned(), sources: BTreeSet::new(), acknowledged_by: None };
         self.up.entry(name.to_owned()).or_insert_with(fresh).sources.insert(source.to_owned());
         rose
     }
@@ -39,6 +46,13 @@ impl Flags {
     pub(crate) fn condition_gone(&mut self, name: &str, source: &str) {
         if let Some(flag) = self.up.get_mut(name) {
             flag.sources.remove(source);
+        }
+    }
+
+    /// Somebody has seen the flag.
+    pub(crate) fn acknowledge(&mut self, name: &str, by: &str) {
+        if let Some(flag) = self.up.get_mut(name) {
+            flag.acknowledged_by = Some(by.to_owned());
         }
     }
 

@@ -1,6 +1,6 @@
 //! Decides what the vehicle does next: flies the plan, replans when a step fails, answers every flag.
 //!
-//! One behavior tree (`config/trees/`) over a [`world::World`] of what is known. Events are taken in
+//! One behavior tree (`config/trees/`) over a `World` of what is known. Events are taken in
 //! as they come; after each batch the tree is ticked until no node asks to go on at once, and only
 //! then what it wants is sent, so that "halt this" and "start that" of one decision leave together.
 //! That makes the manager a pure function of its inputs.
@@ -14,10 +14,12 @@ pub mod config;
 mod flags;
 mod leaves;
 mod manager;
+mod operator;
 mod outbox;
 mod report;
 mod snapshot;
 mod status;
+mod timing;
 mod trees;
 mod vehicle;
 mod words;

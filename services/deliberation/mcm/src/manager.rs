@@ -3,16 +3,19 @@
 use behavior_tree::{NextTick, Status, Tree};
 use domain::contingency::Contingencies;
 use domain::time::{Now, Pace, Time};
-use kittiwake_proto::topics::{Message, Response, Topic};
+use kittiwake_proto::topics::{Message, Request, Response, Service, Topic};
+use kittiwake_proto::v1;
 use node::{CallError, CallId, Effect, Event, Node};
 use std::sync::Arc;
 
 use crate::clients::permissions::Permissions;
-use crate::clients::planner::Planner;
+use crate::clients::planner::{Planner, Replanning};
 use crate::clients::skills::Skills;
 use crate::config::{Config, Limits};
+use crate::operator::{self, Operator};
 use crate::outbox::{Outbox, Purpose};
 use crate::status::Reporter;
+use crate::timing::Timing;
 use crate::trees::LoadedTrees;
 use crate::vehicle::Vehicle;
 use crate::world::{Mission, World};
@@ -55,13 +58,23 @@ impl Mcm {
             planner: Planner::new(instance),
             permissions: Permissions::new(instance),
             mission: Mission { vehicle_name: vehicle.to_owned(), ..Default::default() },
+            operator: Operator::default(),
             acting: None,
             in_transition: false,
             failure: Default::default(),
             outbox: Outbox::default(),
             decisions: 0,
+            timing: Timing::default(),
+            discarded: Vec::new(),
         };
         Ok(Mcm { tree, world, reporter: Reporter::default(), next_tick: Some(Time::ZERO), ticks: 0 })
+    }
+
+    /// Times what happens with `stopwatch`, in nanoseconds of any one clock; without it all takes no
+    /// time. Nothing is decided by it.
+    pub fn with_stopwatch(mut self, stopwatch: fn() -> u64) -> Mcm {
+        self.world.timing = Timing::new(stopwatch);
+        self
     }
 
     fn take_in(&mut self, message: Message) {
@@ -104,7 +117,12 @@ impl Mcm {
             }
             Some(Purpose::Replan(id)) => {
                 let (revision, held) = (world.permissions.revision, world.held());
-                if let Some(words) = world.planner.on_plan(now, &id, result, timeout, revision, held) {
+                let approval = world.limits.approval();
+                let news = world.planner.on_plan(now, &id, result, timeout, revision, held, approval);
+                if world.planner.replanning == Replanning::Planned {
+                    world.timing.mark(v1::TimingPoint::PlanReady);
+                }
+                if let Some(words) = news {
                     world.say("plan", words);
                 }
             }
@@ -127,7 +145,9 @@ impl Mcm {
             return;
         }
         let now = self.world.now.time;
+        let begun = self.world.timing.now_ns();
         let answer = self.tree.tick_once(now.since_start(), &mut self.world);
+        self.world.timing.ticked(begun);
         self.ticks += 1;
         for fault in self.tree.take_faults().0 {
             self.world.say("mission", format!("a node of the tree failed by a fault: {}", fault.kind));
@@ -157,17 +177,29 @@ impl Node for Mcm {
         ]
     }
 
+    fn serves(&self) -> &'static [Service] {
+        &[Service::OperatorCommand]
+    }
+
     fn on(&mut self, now: Now, event: Event, _: &mut Vec<Effect>) {
         self.world.now = now;
+        self.world.timing.wake();
         match event {
             Event::Message { message, .. } => self.take_in(message),
             Event::Reply { call, result } => self.take_reply(call, result),
+            Event::Request { token, request: Request::OperatorCommand(command), .. } => {
+                let reply = operator::obey(&mut self.world, command, self.next_tick.is_none());
+                self.world.outbox.reply(token, Response::OperatorCommand(reply));
+            }
             Event::Request { .. } | Event::Peer { .. } => {}
         }
     }
 
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
         self.world.now = now;
+        self.world.timing.wake();
+        // Of the wakes before this one: what is given up now can wait until its successor is under way.
+        let discarded = std::mem::take(&mut self.world.discarded);
         self.tick();
         let world = &mut self.world;
         let Limits { request_timeout, skill_silence, .. } = world.limits;
@@ -176,7 +208,11 @@ impl Node for Mcm {
         world.planner.tell(now.time, request_timeout, &mut world.outbox);
         world.planner.prefetch(now.time, request_timeout, &mut world.outbox);
         self.reporter.report(&self.tree, world, self.next_tick.is_none(), self.ticks);
+        if let Some(record) = world.timing.end_wake() {
+            world.outbox.publish(record);
+        }
         world.outbox.drain_into(effects);
+        drop(discarded);
     }
 
     fn deadline(&self) -> Option<Time> {

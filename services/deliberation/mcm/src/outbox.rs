@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use kittiwake_proto::topics::{Message, Request};
-use node::{CallId, Effect};
+use kittiwake_proto::topics::{Message, Request, Response};
+use node::{CallId, Effect, Token};
 
 /// Why a call was made, so that its reply finds its way.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,7 +42,11 @@ impl Outbox {
         self.last_call += 1;
         let call = CallId(self.last_call);
         self.purposes.insert(call, purpose);
-        self.effects.push(Effect::Call { call, request, timeout });
+        self.effects.push(Effect::Call { call, vehicle: None, trace: None, request, timeout });
+    }
+
+    pub(crate) fn reply(&mut self, token: Token, response: Response) {
+        self.effects.push(Effect::Reply { token, response });
     }
 
     /// Why `call` was made; each call ends once.
@@ -50,8 +54,10 @@ impl Outbox {
         self.purposes.remove(&call)
     }
 
-    /// Moves everything out.
+    /// Moves everything out: what others must do before what they may read, since each takes its time
+    /// to be sent.
     pub(crate) fn drain_into(&mut self, effects: &mut Vec<Effect>) {
+        self.effects.sort_by_key(|it| !matches!(it, Effect::Call { .. }));
         effects.append(&mut self.effects);
     }
 }

@@ -4,7 +4,9 @@ use behavior_tree::Tree;
 use domain::time::Time;
 use kittiwake_proto::v1;
 
+use crate::config::Verdict;
 use crate::flags::age_s;
+use crate::operator;
 use crate::snapshot::snapshot;
 use crate::world::World;
 
@@ -24,6 +26,10 @@ struct Essence {
     acting: Option<String>,
     in_transition: bool,
     reported: bool,
+    start_awaited: bool,
+    paused: bool,
+    proposed: Option<u64>,
+    acknowledged: usize,
 }
 
 impl Reporter {
@@ -39,6 +45,10 @@ impl Reporter {
             acting: world.acting.clone(),
             in_transition: world.in_transition,
             reported: world.mission.report.is_some(),
+            start_awaited: world.awaits_start(),
+            paused: operator::is_paused(world),
+            proposed: world.planner.proposal().map(|it| it.plan.revision),
+            acknowledged: world.flags.iter().filter(|(_, it)| it.acknowledged_by.is_some()).count(),
         };
         let due = self.next <= world.now.time;
         if !due && self.last.as_ref() == Some(&essence) {
@@ -87,6 +97,13 @@ fn status(essence: &Essence, tree: &Tree<World>, world: &World, ticks: u64) -> v
         ticks,
         report: world.mission.report.clone(),
         in_transition: world.in_transition,
+        start_awaited: essence.start_awaited,
+        paused: essence.paused,
+        plan_approval: world.planner.proposal().map(|it| v1::PlanApproval {
+            plan: Some(it.plan.clone()),
+            left_s: (it.until - world.now.time).as_secs_f64(),
+            approved_by_default: world.limits.plan_approval_default == Verdict::Approve,
+        }),
     }
 }
 
@@ -100,6 +117,7 @@ fn contingencies(world: &World) -> Vec<v1::ActiveContingency> {
             action: row.actions.join(", else "),
             since_s: age_s(flag, world.now.time),
             reason: flag.reason.clone(),
+            acknowledged_by: flag.acknowledged_by.clone().unwrap_or_default(),
         })
     })
     .collect()

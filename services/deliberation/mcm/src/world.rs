@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use behavior_tree::Library;
+use behavior_tree::{Library, Tree};
 use domain::contingency::Contingencies;
 use domain::time::{Now, Time};
 use kittiwake_proto::v1;
@@ -11,9 +11,11 @@ use kittiwake_proto::v1;
 use crate::clients::permissions::Permissions;
 use crate::clients::planner::Planner;
 use crate::clients::skills::Skills;
-use crate::config::Limits;
+use crate::config::{Limits, Start};
 use crate::flags::Flags;
+use crate::operator::Operator;
 use crate::outbox::Outbox;
+use crate::timing::Timing;
 use crate::vehicle::Vehicle;
 
 /// Everything a leaf may look at and ask for. Nothing in here waits or reads a clock.
@@ -30,6 +32,7 @@ pub(crate) struct World {
     pub(crate) planner: Planner,
     pub(crate) permissions: Permissions,
     pub(crate) mission: Mission,
+    pub(crate) operator: Operator,
     /// The flag whose row responds.
     pub(crate) acting: Option<String>,
     /// A transition action flies.
@@ -38,6 +41,9 @@ pub(crate) struct World {
     pub(crate) failure: Failure,
     pub(crate) outbox: Outbox,
     pub(crate) decisions: u64,
+    pub(crate) timing: Timing,
+    /// Subtrees that were given up: taken apart once what matters has been decided.
+    pub(crate) discarded: Vec<Tree<World>>,
 }
 
 /// What came in and waits for the monitor leaf.
@@ -134,6 +140,16 @@ impl World {
     /// The areas that may be entered now.
     pub(crate) fn held(&self) -> Vec<String> {
         self.permissions.held(self.now.time, self.limits.permission_margin)
+    }
+
+    /// Whether the mission begins only when the operator says so, and the operator has not. What
+    /// flies has been started, whatever a restarted manager remembers.
+    pub(crate) fn awaits_start(&self) -> bool {
+        self.limits.start == Start::Operator
+            && !self.operator.has_started
+            && self.mission.started.is_none()
+            && self.mission.over.is_none()
+            && !self.is_flying()
     }
 
     pub(crate) fn is_flying(&self) -> bool {

@@ -9,6 +9,7 @@ use kittiwake_proto::v1::SkillOutcome::{Failed, Rejected, Succeeded};
 use node::CallError;
 
 mod interruptions;
+mod orders;
 mod rig;
 use rig::{Rig, plan, step};
 
@@ -199,4 +200,12 @@ fn a_skill_that_is_given_up_before_its_id_is_known_is_cancelled_when_it_comes() 
     rig.answer(|it| matches!(it, Request::Skill(_)).then(|| Ok(Response::Skill(refusal.clone()))));
     rig.execute();
     assert_eq!(rig.story(), "");
+}
+
+#[test]
+fn a_step_costs_one_request_for_its_skill_one_for_the_next_step_and_one_that_it_was_flown() {
+    let (mut rig, skill) = under_way();
+    assert_eq!(rig.open_requests(), 0);
+    rig.end(&skill, Succeeded, "");
+    assert_eq!(rig.open_requests(), 3);
 }

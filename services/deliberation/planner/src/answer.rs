@@ -11,26 +11,32 @@ use crate::permissions::Denial;
 use crate::plan::Step;
 
 /// The answers to the last requests, by request id.
-#[derive(Debug, Default)]
-pub struct Answers {
-    newest_last: VecDeque<(String, v1::ReplanReply)>,
+#[derive(Debug)]
+pub struct Answers<R> {
+    newest_last: VecDeque<(String, R)>,
 }
 
-impl Answers {
+impl<R> Default for Answers<R> {
+    fn default() -> Answers<R> {
+        Answers { newest_last: VecDeque::new() }
+    }
+}
+
+impl<R> Answers<R> {
     /// Answers remembered: a request is repeated within seconds, long before so many new ones.
     const REMEMBERED: usize = 64;
 
     /// The answer that `request_id` was given.
-    pub fn get(&self, request_id: &str) -> Option<&v1::ReplanReply> {
+    pub fn get(&self, request_id: &str) -> Option<&R> {
         self.newest_last.iter().find(|(id, _)| id == request_id).map(|(_, reply)| reply)
     }
 
     /// Remembers the answer to `request_id`; one without an id cannot be repeated.
-    pub fn remember(&mut self, request_id: String, reply: v1::ReplanReply) {
+    pub fn remember(&mut self, request_id: String, reply: R) {
         if request_id.is_empty() {
             return;
         }
-        if self.newest_last.len() == Answers::REMEMBERED {
+        if self.newest_last.len() == Self::REMEMBERED {
             self.newest_last.pop_front();
         }
         self.newest_last.push_back((request_id, reply));
@@ -84,14 +90,17 @@ pub fn status(planner: &MissionPlanner) -> v1::PlannerStatus {
         plan: Some(plan(planner)),
         current_objective: planner.objectives().current_index() as u32,
         hold: planner.hold_reason().unwrap_or_default().into(),
+        epoch: planner.epoch(),
     }
 }
 
-fn plan(planner: &MissionPlanner) -> v1::Plan {
+/// What is left of the present plan.
+pub fn plan(planner: &MissionPlanner) -> v1::Plan {
     v1::Plan {
         objective: planner.objectives().current_index() as u32,
         steps: planner.steps().iter().map(|it| plan_step(it, planner)).collect(),
         revision: planner.revision(),
+        epoch: planner.epoch(),
     }
 }
 

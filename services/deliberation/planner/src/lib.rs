@@ -4,6 +4,7 @@
 //! never waits: where there is nothing to fly it says how long to hold. It does not fly, and it does
 //! not ask the control tower: the mission manager does both, step by step.
 
+use domain::geometry::Ned;
 use domain::mission::Mission;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Request, Response, Service, Topic};
@@ -17,9 +18,11 @@ pub mod back_chaining;
 pub mod communication;
 pub mod config;
 pub mod drafting;
+pub mod forecast;
 pub mod hold;
 pub mod mission_planner;
 pub mod objectives;
+pub mod operator;
 pub mod permissions;
 pub mod plan;
 pub mod repair;
@@ -40,7 +43,10 @@ use state::State;
 #[derive(Debug)]
 pub struct Planner {
     core: MissionPlanner,
-    answers: Answers,
+    answers: Answers<v1::ReplanReply>,
+    changes: Answers<v1::MissionReply>,
+    /// The vehicle's state as it was told last.
+    state: State,
     status_period: std::time::Duration,
     /// When the status is due; at once after a change.
     status_at: Time,
@@ -52,6 +58,8 @@ impl Planner {
         Planner {
             core: MissionPlanner::new(config, mission, pace),
             answers: Answers::default(),
+            changes: Answers::default(),
+            state: State::new(Ned::default(), false),
             status_period: pace.wall(config.status_rate_hz.period()),
             status_at: Time::ZERO,
         }
@@ -63,7 +71,9 @@ impl Planner {
         if let Some(reply) = self.answers.get(&request_id) {
             return Some(reply.clone());
         }
-        let answer = self.core.replan(Replan::try_from(request).ok()?, now);
+        let request = Replan::try_from(request).ok()?;
+        self.state = request.state.clone();
+        let answer = self.core.replan(request, now);
         let reply = answer::reply(&answer, &self.core);
         self.answers.remember(request_id, reply.clone());
         self.status_at = now.time;
@@ -84,11 +94,26 @@ impl Planner {
         };
         match self.core.step_done(request.step_id, &state) {
             Ok(()) => {
+                self.state = state;
                 self.status_at = now.time;
                 v1::StepDoneReply { accepted: true, refusal: String::new() }
             }
             Err(unknown) => refused(unknown.to_string()),
         }
+    }
+}
+
+impl Planner {
+    fn mission(&mut self, now: Now, request: v1::MissionRequest) -> v1::MissionReply {
+        if let Some(reply) = self.changes.get(&request.request_id) {
+            return reply.clone();
+        }
+        let request_id = request.request_id.clone();
+        let mut reply = operator::answer(&mut self.core, &self.state, request, now);
+        reply.status = Some(answer::status(&self.core));
+        self.status_at = now.time;
+        self.changes.remember(request_id, reply.clone());
+        reply
     }
 }
 
@@ -102,7 +127,7 @@ impl Node for Planner {
     }
 
     fn serves(&self) -> &'static [Service] {
-        &[Service::Replan, Service::NextStep, Service::StepDone]
+        &[Service::Replan, Service::NextStep, Service::StepDone, Service::Mission]
     }
 
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
@@ -111,6 +136,7 @@ impl Node for Planner {
             Request::Replan(it) => self.replan(now, it).map(Response::Replan),
             Request::NextStep(it) => Some(Response::NextStep(self.next_step(it))),
             Request::StepDone(it) => Some(Response::StepDone(self.step_done(now, it))),
+            Request::Mission(it) => Some(Response::Mission(self.mission(now, it))),
             _ => None,
         };
         effects.extend(response.map(|response| Effect::Reply { token, response }));

@@ -12,6 +12,7 @@ use domain::time::{Now, Pace, Time};
 use crate::airspace::{Airspace, Asked};
 use crate::config::Config;
 use crate::drafting::{Unreachable, draft};
+use crate::forecast::{self, Forecast};
 use crate::hold::{Hold, TooEarly, too_early, without_asking_at};
 use crate::objectives::{Objectives, Progress};
 use crate::permissions::{Denial, Permissions, colon};
@@ -30,6 +31,7 @@ pub struct MissionPlanner {
     permissions: Permissions,
     plan: Plan,
     revision: u64,
+    epoch: u64,
     last_step_id: u64,
     /// The step flown last of the present plan; 0 for none.
     last_done: u64,
@@ -88,6 +90,7 @@ impl MissionPlanner {
             permissions: Permissions::default(),
             plan: Plan::default(),
             revision: 0,
+            epoch: 0,
             last_step_id: 0,
             last_done: 0,
             stuck: Stuck::default(),
@@ -184,6 +187,73 @@ impl MissionPlanner {
     /// Counts up with each plan.
     pub fn revision(&self) -> u64 {
         self.revision
+    }
+
+    /// Counts up when the plans made before no longer hold.
+    pub fn epoch(&self) -> u64 {
+        self.epoch
+    }
+
+    /// What `mission` would take from `state` on, were it the mission now; nothing changes.
+    pub fn forecast(&self, mission: Mission, state: &State, now: Now) -> Vec<Forecast> {
+        let mut scratch = MissionPlanner::new(&self.config, mission, self.pace);
+        scratch.permissions = self.permissions.clone();
+        forecast::fly_through(scratch, state.clone(), now, &self.config)
+    }
+
+    /// Another mission takes the place of the present one, with nothing of it attempted. What the
+    /// tower has denied is remembered.
+    pub fn take_over(&mut self, mission: Mission) {
+        self.objectives = Objectives::new(&mission.objectives);
+        self.mission = mission;
+        self.withdraw_plan();
+    }
+
+    /// Puts an objective in at `index`; see [`Objectives::insert`].
+    pub fn insert(&mut self, index: usize, objective: domain::mission::Objective) {
+        let is_next = index == self.objectives.current_index();
+        self.objectives.insert(index, &objective);
+        if is_next {
+            self.withdraw_plan();
+        }
+    }
+
+    /// Takes out the objective at `index`, which is not settled.
+    pub fn remove(&mut self, index: usize) {
+        let was_current = index == self.objectives.current_index();
+        self.objectives.remove(index);
+        if was_current {
+            self.withdraw_plan();
+        }
+    }
+
+    /// Gives up the objective at `index`, which is not settled.
+    pub fn skip(&mut self, index: usize, reason: String) {
+        let was_current = index == self.objectives.current_index();
+        self.objectives.give_up(index, reason);
+        if was_current {
+            self.withdraw_plan();
+        }
+    }
+
+    /// The mission as it would be put into a file now, with only what is still to be attempted.
+    pub fn rest_of_mission(&self) -> Mission {
+        let waiting = self.objectives.all().iter().filter(|it| it.progress == Progress::Waiting);
+        let objective = |it: &crate::objectives::Objective| domain::mission::Objective {
+            name: it.name.clone(),
+            position: it.goal.position,
+            flying: it.goal.flying,
+        };
+        Mission { objectives: waiting.map(objective).collect(), ..self.mission.clone() }
+    }
+
+    /// The plan no longer holds: whoever flies it learns so by the epoch.
+    fn withdraw_plan(&mut self) {
+        self.plan = Plan::default();
+        self.last_done = 0;
+        self.stuck = Stuck::default();
+        self.hold = None;
+        self.epoch += 1;
     }
 
     /// Why the planner waits, if it does.

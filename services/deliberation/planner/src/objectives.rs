@@ -45,15 +45,24 @@ pub enum Progress {
 impl Objectives {
     /// Those of the mission, all waiting.
     pub fn new(objectives: &[mission::Objective]) -> Objectives {
-        let objective = |it: &mission::Objective| Objective {
-            name: it.name.clone(),
-            goal: State::new(it.position, it.flying),
-            progress: Progress::Waiting,
-            plan_steps: 0,
-            plans: 0,
-            permissions: Vec::new(),
-        };
-        Objectives { list: objectives.iter().map(objective).collect() }
+        Objectives { list: objectives.iter().map(Objective::waiting).collect() }
+    }
+
+    /// Puts one in at `index`, which is no less than the current one's and no more than their number.
+    pub fn insert(&mut self, index: usize, objective: &mission::Objective) {
+        self.list.insert(index.min(self.list.len()), Objective::waiting(objective));
+    }
+
+    /// Takes one out.
+    pub fn remove(&mut self, index: usize) {
+        self.list.remove(index);
+    }
+
+    /// Gives one up.
+    pub fn give_up(&mut self, index: usize, reason: String) {
+        if let Some(objective) = self.list.get_mut(index) {
+            objective.progress = Progress::Failure(reason);
+        }
     }
 
     /// All of them, in order.
@@ -63,7 +72,7 @@ impl Objectives {
 
     /// The index of the one worked on; the number of objectives once all are terminal.
     pub fn current_index(&self) -> usize {
-        self.list.iter().take_while(|it| it.progress != Progress::Waiting).count()
+        self.list.iter().position(|it| it.progress == Progress::Waiting).unwrap_or(self.list.len())
     }
 
     /// The one worked on.
@@ -73,6 +82,17 @@ impl Objectives {
 }
 
 impl Objective {
+    fn waiting(it: &mission::Objective) -> Objective {
+        Objective {
+            name: it.name.clone(),
+            goal: State::new(it.position, it.flying),
+            progress: Progress::Waiting,
+            plan_steps: 0,
+            plans: 0,
+            permissions: Vec::new(),
+        }
+    }
+
     /// A plan was made for it, of which `new_steps` were not in the one before.
     pub fn planned(&mut self, new_steps: &[Step]) {
         self.plans += 1;

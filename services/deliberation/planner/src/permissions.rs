@@ -8,7 +8,7 @@ use domain::time::Time;
 use crate::config::Config;
 
 /// The record of every area that was ever refused or held for.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Permissions {
     records: BTreeMap<String, Record>,
 }

@@ -23,6 +23,16 @@ pub struct Config {
     pub max_event_streams: NonZeroU16,
     /// Wall seconds after which a request that is not answered is given up. Ours.
     pub request_timeout_s: Positive,
-    /// Bytes a request's body may declare. Ours: no route reads one yet.
+    /// Bytes of a request's body. Ours: a mission file's text.
     pub max_body_bytes: NonZeroU32,
+    /// Requests a second of wall time that one token may make, and so many at once. Ours: a page that
+    /// is used in a hurry needs a tenth.
+    pub requests_per_s: Positive,
+    /// See there.
+    pub requests_at_once: Positive,
+    /// Wall seconds without a request of its holder after which command of a vehicle lapses. An open
+    /// event stream counts as a request. Ours: longer than a page takes to be loaded anew.
+    pub command_lease_s: Positive,
+    /// Whether flags and faults may be injected: only where the vehicle is simulated.
+    pub simulation: bool,
 }

@@ -7,7 +7,7 @@
 use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use axum::response::sse::Event;
 use futures_util::Stream;
@@ -16,6 +16,7 @@ use serde_json::json;
 use tokio::sync::{OwnedSemaphorePermit, watch};
 use tokio::time::{Interval, MissedTickBehavior};
 
+use crate::helm::Helms;
 use crate::journal::{Batch, Cursor, Journals};
 use crate::state::Snapshot;
 use crate::view::{self, Ages};
@@ -33,6 +34,10 @@ pub struct Client {
     pub journals: watch::Receiver<Journals>,
     /// Where `status` comes from.
     pub snapshot: watch::Receiver<Arc<Snapshot>>,
+    /// Who holds command, and is told that the client is there.
+    pub helms: Arc<Helms>,
+    /// The client's name.
+    pub who: Arc<str>,
     /// How `status` tells ages.
     pub ages: Ages,
     /// Its sender is dropped when the server stops.
@@ -95,7 +100,10 @@ impl Reader {
     /// Without an id: a client that comes back resumes after the last record it has seen.
     fn status(&self) -> Option<Event> {
         let snapshot = self.client.snapshot.borrow().clone();
-        let view = view::vehicle(&snapshot, &self.client.vehicle, self.client.ages)?;
+        let (now, client) = (Instant::now(), &self.client);
+        client.helms.heard(&client.who, now);
+        let helm = client.helms.of(&client.vehicle, now);
+        let view = view::vehicle(&snapshot, &client.vehicle, client.ages, &helm)?;
         Some(Event::default().event("status").data(view.to_string()))
     }
 }

@@ -1,75 +1,130 @@
 //! The routes, and what each of them answers.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use axum::extract::rejection::PathRejection;
-use axum::extract::{Path, Request, State};
-use axum::http::header::{CACHE_CONTROL, CONTENT_LENGTH};
+use axum::extract::{Path, Query, Request, State};
+use axum::http::header::{CACHE_CONTROL, CONTENT_LENGTH, CONTENT_TYPE};
 use axum::http::{HeaderMap, StatusCode, Uri};
 use axum::middleware::{Next, from_fn_with_state};
-use axum::response::{IntoResponse, Response, Sse};
+use axum::response::{Html, IntoResponse, Response, Sse};
 use axum::routing::get;
-use axum::{Json, Router};
+use axum::{Extension, Json, Router};
 use serde_json::{Value, json};
 use tokio::sync::{Semaphore, watch};
 
+use crate::access::Tokens;
+use crate::audit::Audit;
 use crate::config::Config;
 use crate::events::{self, Client};
+use crate::guard::{Asked, Site};
+use crate::helm::Helms;
 use crate::journal::{Cursor, Journals};
+use crate::limit::Limiter;
+use crate::orders::Orders;
 use crate::problem::Problem;
 use crate::readiness::{Readiness, readiness};
+use crate::routes::{Access, Method, READERS, Route, Routes};
 use crate::state::Snapshot;
 use crate::view::{self, Ages};
+use crate::{commands, metrics};
 
-const ROUTES: &str = "\
-Kittiwake gateway
+const DOCS: &str = include_str!("docs.html");
 
-GET /healthz                      the process lives
-GET /readyz                       every service and its data are seen, or what is missing
-GET /api/v1/vehicles              the vehicles
-GET /api/v1/vehicles/{id}         everything about one vehicle
-GET /api/v1/vehicles/{id}/events  what happens, as server-sent events (Last-Event-ID resumes)
-";
-
-/// What the gateway's loop shares with the HTTP side: read-only, always the newest.
+/// What the gateway's loop shares with the HTTP side.
 #[derive(Debug, Clone)]
 pub struct Api {
     pub(crate) config: Config,
     pub(crate) ages: Ages,
     pub(crate) snapshot: watch::Receiver<Arc<Snapshot>>,
     pub(crate) journals: watch::Receiver<Journals>,
+    pub(crate) tokens: Arc<Tokens>,
+    pub(crate) audit: Arc<Audit>,
+    pub(crate) helms: Arc<Helms>,
+    pub(crate) orders: Orders,
 }
 
 /// The routes; event streams end when the sender of `closing` is dropped.
 pub fn router(api: Api, closing: watch::Receiver<()>) -> Router {
-    let streams = Arc::new(Semaphore::new(usize::from(api.config.max_event_streams.get())));
-    let site = Site { api, closing, streams };
-    Router::new()
-        .route("/", get(ROUTES))
-        .route("/healthz", get(healthz))
-        .route("/readyz", get(readyz))
-        .route("/api/v1/vehicles", get(vehicles))
-        .route("/api/v1/vehicles/{id}", get(vehicle))
-        .route("/api/v1/vehicles/{id}/events", get(vehicle_events))
+    let (config, simulation) = (&api.config, api.config.simulation);
+    let site = Site {
+        closing,
+        streams: Arc::new(Semaphore::new(usize::from(config.max_event_streams.get()))),
+        limiter: Arc::new(Limiter::new(config.requests_per_s.get(), config.requests_at_once.get())),
+        answers: Arc::default(),
+        api,
+    };
+    let routes = Routes::new(site.clone())
+        .add(read("/", Access::Anyone, "What there is", "text/html"), docs)
+        .add(read("/docs", Access::Anyone, "This document, to be browsed", "text/html"), docs)
+        .add(read("/healthz", Access::Anyone, "The process lives", ""), healthz)
+        .add(read("/readyz", Access::Anyone, "Every service and its data are seen, or what is missing", ""), readyz)
+        .add(read("/metrics", READERS, "OpenMetrics", metrics::CONTENT_TYPE), metrics)
+        .add(read("/api/v1/session", READERS, "Who asks", "Session"), session)
+        .add(read("/api/v1/audit", READERS, "What was ordered, by whom, and what became of it", "Audit"), audit)
+        .add(read("/api/v1/vehicles", READERS, "The vehicles", "Fleet"), vehicles)
+        .add(read("/api/v1/vehicles/{id}", READERS, "Everything about one vehicle", "Vehicle"), vehicle)
+        .add(
+            read(
+                "/api/v1/vehicles/{id}/events",
+                READERS,
+                "What happens, as server-sent events; Last-Event-ID resumes",
+                "text/event-stream",
+            ),
+            vehicle_events,
+        )
+        .add(
+            read(
+                "/api/v1/vehicles/{id}/mission",
+                READERS,
+                "The mission as the planner has it",
+                "kittiwake.v1.PlannerStatus",
+            ),
+            commands::read_mission,
+        );
+    let (router, document) = commands::add_to(routes, simulation).finish();
+    let openapi: Arc<str> = document.to_string().into();
+    router
+        .route("/openapi.json", get(move || async move { ([(CONTENT_TYPE, "application/json")], openapi.to_string()) }))
         .fallback(no_such_route)
         .method_not_allowed_fallback(method_not_allowed)
         .layer(from_fn_with_state(site.clone(), within_limits))
         .with_state(site)
 }
 
-#[derive(Clone)]
-struct Site {
-    api: Api,
-    closing: watch::Receiver<()>,
-    /// As many permits as there may be event streams.
-    streams: Arc<Semaphore>,
+fn read(path: &'static str, access: Access, summary: &'static str, answer: &'static str) -> Route {
+    Route { method: Method::Get, path, access, summary, body: "", answer }
 }
 
 impl Site {
     /// Taken out at once: a snapshot held would hold up the gateway's loop.
-    fn snapshot(&self) -> Arc<Snapshot> {
+    pub(crate) fn snapshot(&self) -> Arc<Snapshot> {
         self.api.snapshot.borrow().clone()
     }
+}
+
+async fn docs() -> Html<&'static str> {
+    Html(DOCS)
+}
+
+async fn metrics(State(site): State<Site>) -> Response {
+    let text = metrics::text(&site.snapshot(), site.api.ages, &site.api.audit);
+    ([(CONTENT_TYPE, metrics::CONTENT_TYPE)], text).into_response()
+}
+
+async fn session(State(site): State<Site>, Extension(asked): Extension<Asked>) -> Response {
+    let roles: Vec<&str> = asked.who.roles.iter().map(|it| it.name()).collect();
+    document(json!({ "name": &*asked.who.name, "roles": roles, "simulation": site.api.config.simulation }))
+}
+
+#[derive(serde::Deserialize)]
+struct Most {
+    limit: Option<usize>,
+}
+
+async fn audit(State(site): State<Site>, Query(most): Query<Most>) -> Response {
+    document(json!({ "records": site.api.audit.newest(most.limit.unwrap_or(100)) }))
 }
 
 async fn healthz(State(site): State<Site>) -> Response {
@@ -102,12 +157,14 @@ async fn vehicles(State(site): State<Site>) -> Response {
 
 async fn vehicle(State(site): State<Site>, id: Result<Path<String>, PathRejection>) -> Result<Response, Problem> {
     let id = parse(id)?;
-    view::vehicle(&site.snapshot(), &id, site.api.ages).map(document).ok_or_else(|| no_such_vehicle(&id))
+    let helm = site.api.helms.of(&id, Instant::now());
+    view::vehicle(&site.snapshot(), &id, site.api.ages, &helm).map(document).ok_or_else(|| no_such_vehicle(&id))
 }
 
 async fn vehicle_events(
     State(site): State<Site>,
     id: Result<Path<String>, PathRejection>,
+    Extension(asked): Extension<Asked>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let id = parse(id)?;
@@ -124,6 +181,8 @@ async fn vehicle_events(
         cursor,
         journals: site.api.journals,
         snapshot: site.api.snapshot,
+        helms: site.api.helms,
+        who: asked.who.name,
         ages: site.api.ages,
         closing: site.closing,
         status_period: site.api.config.status_rate_hz.period(),
@@ -133,11 +192,11 @@ async fn vehicle_events(
 }
 
 async fn no_such_route(uri: Uri) -> Problem {
-    Problem::new(StatusCode::NOT_FOUND, format!("there is no `{}`; `/` lists what there is", uri.path()))
+    Problem::new(StatusCode::NOT_FOUND, format!("there is no `{}`; `/docs` lists what there is", uri.path()))
 }
 
 async fn method_not_allowed() -> Problem {
-    Problem::new(StatusCode::METHOD_NOT_ALLOWED, "only GET and HEAD are served")
+    Problem::new(StatusCode::METHOD_NOT_ALLOWED, "this is not done to it; `/docs` lists what is")
 }
 
 /// Refuses bodies that are too large and gives up on answers that take too long.
@@ -159,11 +218,11 @@ fn parse(id: Result<Path<String>, PathRejection>) -> Result<String, Problem> {
     id.map(|Path(id)| id).map_err(|rejection| Problem::new(rejection.status(), rejection.body_text()))
 }
 
-fn document(json: Value) -> Response {
+pub(crate) fn document(json: Value) -> Response {
     ([(CACHE_CONTROL, "no-store")], Json(json)).into_response()
 }
 
-fn no_such_vehicle(id: &str) -> Problem {
+pub(crate) fn no_such_vehicle(id: &str) -> Problem {
     Problem::new(StatusCode::NOT_FOUND, format!("vehicle `{id}` was never seen"))
 }
 

@@ -5,7 +5,9 @@
 //! reads: the newest [`state::Snapshot`], and the [`journal`] of what happened. A client, however
 //! slow or many, never holds up the loop.
 //!
-//! It commands nothing and calls nobody.
+//! What an operator orders goes the other way through a bounded channel ([`orders`]): the node makes
+//! a call of it, and the answer goes back to whoever asked. Everybody needs a token ([`access`]), and
+//! every order leaves a record ([`audit`]).
 
 use std::io;
 use std::sync::Arc;
@@ -17,21 +19,34 @@ use node::{Effect, Event, Node};
 use tokio::net::TcpListener;
 use tokio::sync::watch;
 
+use crate::access::Tokens;
+use crate::audit::Audit;
 use crate::config::Config;
+use crate::helm::Helms;
 use crate::http::Api;
 use crate::journal::Journals;
+use crate::orders::{Desk, Wish};
 use crate::state::{Fleet, Snapshot};
 use crate::view::Ages;
 
+pub mod access;
+pub mod audit;
+mod commands;
 pub mod config;
 pub mod events;
 pub mod flags;
+mod guard;
+pub mod helm;
 pub mod http;
 pub mod journal;
+pub mod limit;
+mod metrics;
 pub mod occurrence;
+mod orders;
 pub mod problem;
 pub mod process;
 pub mod readiness;
+pub mod routes;
 pub mod skills;
 pub mod state;
 pub mod view;
@@ -49,11 +64,24 @@ pub struct Gateway {
     idle_period: Duration,
     last_snapshot: Option<Time>,
     changed: bool,
+    desk: Desk,
+}
+
+/// What is shared by everybody who comes in.
+pub struct Door {
+    /// Who is let in.
+    pub tokens: Tokens,
+    /// Where orders are recorded.
+    pub audit: Audit,
 }
 
 impl Gateway {
-    /// A gateway that has seen nothing, and the half to serve with [`serve`].
-    pub fn new(config: &Config, pace: Pace) -> (Gateway, Api) {
+    /// A gateway that has seen nothing, and the half to serve with [`serve`]. `wake` has the node act
+    /// soon: HTTP calls it when there is something to do.
+    pub fn new(config: &Config, pace: Pace, door: Door, wake: impl Fn() + Send + Sync + 'static) -> (Gateway, Api) {
+        // Shorter than HTTP's own patience, so that its caller learns what became of the call.
+        let patience = config.request_timeout_s.seconds().mul_f64(0.6);
+        let (orders, desk) = orders::channel(pace.wall(patience), wake);
         let (snapshot, snapshots) = watch::channel(Arc::default());
         let (journals, histories) = watch::channel(Journals::new(usize::from(config.history_records.get())));
         // Heartbeats keep to the wall clock, so the limit on their absence does too.
@@ -66,8 +94,19 @@ impl Gateway {
             idle_period: pace.wall(config.status_rate_hz.period()),
             last_snapshot: None,
             changed: false,
+            desk,
         };
-        (gateway, Api { config: config.clone(), ages, snapshot: snapshots, journals: histories })
+        let api = Api {
+            config: config.clone(),
+            ages,
+            snapshot: snapshots,
+            journals: histories,
+            tokens: Arc::new(door.tokens),
+            audit: Arc::new(door.audit),
+            helms: Arc::new(Helms::new(config.command_lease_s.seconds())),
+            orders,
+        };
+        (gateway, api)
     }
 
     /// When the next snapshot is due.
@@ -99,6 +138,10 @@ impl Node for Gateway {
     }
 
     fn on(&mut self, now: Now, event: Event, _: &mut Vec<Effect>) {
+        let event = match event {
+            Event::Reply { call, result } => return self.desk.answered(call, result),
+            event => event,
+        };
         let mut happened = Vec::new();
         self.fleet.fold(now, event, &mut happened);
         self.changed = true;
@@ -108,7 +151,23 @@ impl Node for Gateway {
         }
     }
 
-    fn act(&mut self, now: Now, _: &mut Vec<Effect>) {
+    fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
+        while let Some(wish) = self.desk.next() {
+            match wish {
+                Wish::Call { vehicle, request, trace, answer } => {
+                    effects.push(self.desk.call(vehicle, request, trace, answer));
+                }
+                Wish::Publish { vehicle, message } => {
+                    // The bus does not bring back to a node what it said itself.
+                    self.on(now, Event::Message { vehicle: vehicle.clone(), message: message.clone() }, effects);
+                    effects.push(Effect::Publish { vehicle: Some(vehicle), message });
+                }
+                Wish::Tell { vehicle, kind, record } => {
+                    let data = view::stamped(now, record).to_string();
+                    self.journals.send_modify(|it| it.push(now.utc_ms, &vehicle, kind, data));
+                }
+            }
+        }
         if self.due() <= now.time {
             self.snapshot.send_replace(Arc::new(Snapshot { fleet: self.fleet.clone(), now }));
             self.last_snapshot = Some(now.time);
@@ -161,13 +220,18 @@ mod tests {
         max_event_streams = 2
         request_timeout_s = 5.0
         max_body_bytes = 1000
+        requests_per_s = 50.0
+        requests_at_once = 100.0
+        command_lease_s = 60.0
+        simulation = true
     ";
 
     /// Counts the snapshots of ten wall seconds at `speed`, with a message every ten wall milliseconds or none.
     #[track_caller]
     fn check(speed: f64, messages: bool, expected: usize) {
         let pace = Pace::new(speed).unwrap();
-        let (mut gateway, api) = Gateway::new(&toml::from_str(CONFIG).unwrap(), pace);
+        let door = Door { tokens: Tokens::default(), audit: Audit::in_memory() };
+        let (mut gateway, api) = Gateway::new(&toml::from_str(CONFIG).unwrap(), pace, door, || {});
         let mut snapshots = api.snapshot.clone();
         let mut count = 0;
         for tick in 0..1000 {

@@ -1,9 +1,11 @@
 //! Errors as problem details (RFC 9457), so that a program can read them and a human too.
 
-use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
+use axum::http::{HeaderName, StatusCode};
 use axum::response::{IntoResponse, Response};
 use serde_json::{Map, Value, json};
+
+use crate::guard::Outcome;
 
 /// Why a request got no answer.
 #[derive(Debug)]
@@ -11,12 +13,19 @@ pub struct Problem {
     status: StatusCode,
     detail: String,
     more: Map<String, Value>,
+    header: Option<(HeaderName, String)>,
 }
 
 impl Problem {
     /// A problem with its values in `detail`.
     pub fn new(status: StatusCode, detail: impl Into<String>) -> Problem {
-        Problem { status, detail: detail.into(), more: Map::new() }
+        Problem { status, detail: detail.into(), more: Map::new(), header: None }
+    }
+
+    /// The same with a header.
+    pub fn with_header(mut self, name: HeaderName, value: &str) -> Problem {
+        self.header = Some((name, value.to_owned()));
+        self
     }
 
     /// The same with one more member.
@@ -32,11 +41,20 @@ impl IntoResponse for Problem {
             "type": "about:blank",
             "title": self.status.canonical_reason(),
             "status": self.status.as_u16(),
-            "detail": self.detail,
+            "detail": &self.detail,
         });
         if let Value::Object(fields) = &mut body {
             fields.extend(self.more);
         }
-        (self.status, [(CONTENT_TYPE, "application/problem+json")], body.to_string()).into_response()
+        let outcome = Outcome(self.detail.into());
+        let mut response =
+            (self.status, [(CONTENT_TYPE, "application/problem+json")], body.to_string()).into_response();
+        if let Some((name, value)) = self.header
+            && let Ok(value) = value.parse()
+        {
+            response.headers_mut().insert(name, value);
+        }
+        response.extensions_mut().insert(outcome);
+        response
     }
 }

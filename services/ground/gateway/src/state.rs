@@ -138,8 +138,9 @@ impl Vehicle {
             Message::DecisionRecord(it) => happened(Occurrence::Decision(it)),
             Message::TreeSnapshot(it) => self.tree = seen(now, it),
             Message::Heartbeat(it) => self.processes.on_heartbeat(now, it),
-            // Not subscribed to: the monitor's aggregate has what these say.
-            Message::VehicleCommand(_)
+            // Not subscribed to: the monitor's aggregate has what these say, and no operator reads stamps.
+            Message::McmTiming(_)
+            | Message::VehicleCommand(_)
             | Message::OffboardControlMode(_)
             | Message::TrajectorySetpoint(_)
             | Message::VehicleCommandAck(_)

@@ -12,6 +12,7 @@ use kittiwake_proto::json::to_json;
 use kittiwake_proto::v1;
 use serde_json::{Map, Value, json};
 
+use crate::helm::Helm;
 use crate::occurrence::Occurrence;
 use crate::process::{Process, Processes};
 use crate::state::{Seen, Snapshot, Vehicle};
@@ -32,12 +33,14 @@ pub fn fleet(snapshot: &Snapshot) -> Value {
 }
 
 /// Everything about one vehicle; `None` if it was never seen.
-pub fn vehicle(snapshot: &Snapshot, name: &str, ages: Ages) -> Option<Value> {
+pub fn vehicle(snapshot: &Snapshot, name: &str, ages: Ages, helm: &Helm) -> Option<Value> {
     let state = snapshot.fleet.vehicles.get(name)?;
     let now = snapshot.now.time;
     let mcm = message(&state.mcm);
     let view = json!({
         "vehicle": name,
+        "command": helm.to_json(),
+        "operator": mcm.map(operator),
         "mission": mission(state),
         "plan": plan(state),
         "skill": skill(state),
@@ -89,8 +92,22 @@ fn summary(name: &str, state: &Vehicle) -> Value {
         "outcome": mcm.and_then(|it| it.report.as_ref()).map(|it| it.outcome().as_str_name()),
         "currentObjective": planner.map(|it| it.current_objective),
         "objectives": planner.map(|it| it.objectives.len()),
+        "worst": mcm.and_then(|it| it.contingencies.iter().min_by_key(|it| it.priority)).map(|it| &it.flag),
         "flying": message(&state.introspection).and_then(|it| it.derived.as_ref()).map(|it| it.flying),
     })
+}
+
+/// What waits for the operator.
+fn operator(mcm: &v1::McmStatus) -> Value {
+    let approval = mcm.plan_approval.as_ref().map(|it| {
+        json!({
+            "plan": it.plan.as_ref().map(to_json),
+            "revision": it.plan.as_ref().map(|plan| plan.revision.to_string()),
+            "untilS": it.left_s,
+            "approveByDefault": it.approved_by_default,
+        })
+    });
+    json!({ "startAwaited": mcm.start_awaited, "paused": mcm.paused, "planApproval": approval })
 }
 
 fn mission(state: &Vehicle) -> Value {

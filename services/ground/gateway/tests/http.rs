@@ -5,10 +5,13 @@ use std::time::Duration;
 use axum::Router;
 use axum::body::Body;
 use axum::http::{Request, StatusCode};
+use domain::file::Source;
 use domain::time::{Now, Pace, Time};
+use gateway::access::{Role, Tokens, entry};
+use gateway::audit::Audit;
 use gateway::config::Config;
 use gateway::http::{Api, router};
-use gateway::{Gateway, serve};
+use gateway::{Door, Gateway, serve};
 use http_body_util::BodyExt as _;
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
@@ -29,6 +32,10 @@ const CONFIG: &str = "
     max_event_streams = 2
     request_timeout_s = 5.0
     max_body_bytes = 1000
+    requests_per_s = 1000.0
+    requests_at_once = 1000.0
+    command_lease_s = 60.0
+    simulation = true
 ";
 
 /// Longer than any of these tests takes on a busy machine.
@@ -47,7 +54,10 @@ struct World {
 impl World {
     fn empty() -> World {
         let config: Config = toml::from_str(CONFIG).unwrap();
-        let (gateway, api) = Gateway::new(&config, Pace::REAL_TIME);
+        let text = entry("eve", &[Role::Observer], "secret");
+        let tokens = Tokens::parse(&Source { path: "tokens".into(), text }).unwrap();
+        let door = Door { tokens, audit: Audit::in_memory() };
+        let (gateway, api) = Gateway::new(&config, Pace::REAL_TIME, door, || {});
         let (closing, closed) = watch::channel(());
         let router = router(api.clone(), closed);
         World { gateway, now: Now { time: Time::ZERO, utc_ms: 1_767_225_600_000 }, api, router, closing }
@@ -77,7 +87,7 @@ impl World {
     }
 
     async fn get(&self, path: &str) -> Answer {
-        self.send(Request::get(path).body(Body::empty()).unwrap()).await
+        self.send(Request::get(path).header("authorization", "Bearer secret").body(Body::empty()).unwrap()).await
     }
 
     async fn send(&self, request: Request<Body>) -> Answer {
@@ -89,7 +99,7 @@ impl World {
     }
 
     async fn events(&self, last_event_id: Option<&str>) -> Events {
-        let request = Request::get("/api/v1/vehicles/uav1/events");
+        let request = Request::get("/api/v1/vehicles/uav1/events").header("authorization", "Bearer secret");
         let request = last_event_id.into_iter().fold(request, |it, id| it.header("Last-Event-ID", id));
         let response = self.router.clone().oneshot(request.body(Body::empty()).unwrap()).await.unwrap();
         assert_eq!(response.status(), StatusCode::OK);
@@ -210,13 +220,13 @@ async fn what_there_is_not_is_a_problem() {
     let world = World::with_vehicle();
     world.get("/api/v1/vehicles/uav2").await.is_problem(404, "vehicle `uav2` was never seen");
     world.get("/api/v1/vehicles/uav2/events").await.is_problem(404, "vehicle `uav2` was never seen");
-    world.get("/api/v2").await.is_problem(404, "there is no `/api/v2`; `/` lists what there is");
+    world.get("/api/v2").await.is_problem(404, "there is no `/api/v2`; `/docs` lists what there is");
     let request = Request::post("/healthz").body(Body::empty()).unwrap();
-    world.send(request).await.is_problem(405, "only GET and HEAD are served");
+    world.send(request).await.is_problem(405, "this is not done to it; `/docs` lists what is");
     let request = Request::get("/healthz").header("content-length", 1001).body(Body::empty()).unwrap();
     world.send(request).await.is_problem(413, "the body has 1001 bytes, at most 1000 are taken");
     assert_eq!(world.get("/api/v1/vehicles/%ff").await.status, StatusCode::BAD_REQUEST);
-    assert_eq!(world.get("/").await.kind, "text/plain; charset=utf-8");
+    assert_eq!(world.get("/").await.kind, "text/html; charset=utf-8");
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -303,7 +313,10 @@ async fn the_server_stops_when_told_though_a_stream_is_open() {
         let _ = stopped.await;
     }));
     let mut client = TcpStream::connect(address).await.unwrap();
-    client.write_all(b"GET /api/v1/vehicles/uav1/events HTTP/1.1\r\nhost: x\r\n\r\n").await.unwrap();
+    client
+        .write_all(b"GET /api/v1/vehicles/uav1/events HTTP/1.1\r\nhost: x\r\nauthorization: Bearer secret\r\n\r\n")
+        .await
+        .unwrap();
     let mut seen = Vec::new();
     while !String::from_utf8_lossy(&seen).contains("event: status") {
         let read = tokio::time::timeout(LIMIT, client.read_buf(&mut seen)).await.expect("the status is late").unwrap();

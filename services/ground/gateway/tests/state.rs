@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use domain::time::{Now, Pace, Time};
+use gateway::helm::Helm;
 use gateway::state::Snapshot;
 use gateway::view::{self, Ages};
 use kittiwake_proto::topics::Message;
@@ -20,7 +21,7 @@ fn after(messages: impl IntoIterator<Item = Message>) -> Value {
         let event = Event::Message { vehicle: "uav1".into(), message };
         snapshot.fleet.fold(snapshot.now, event, &mut Vec::new());
     }
-    view::vehicle(&snapshot, "uav1", AGES).unwrap()
+    view::vehicle(&snapshot, "uav1", AGES, &Helm::default()).unwrap()
 }
 
 /// The kinds of what happened during these messages.
@@ -144,7 +145,7 @@ fn a_skill_manager_that_is_gone_flies_nothing() {
     fold(Event::Message { vehicle: "uav1".into(), message });
     let (service, instance) = ("skill-manager".to_string(), "1".to_string());
     fold(Event::Peer { vehicle: "uav1".into(), service, instance, alive: false });
-    assert_eq!(view::vehicle(&snapshot, "uav1", AGES).unwrap()["skill"]["running"], Value::Null);
+    assert_eq!(view::vehicle(&snapshot, "uav1", AGES, &Helm::default()).unwrap()["skill"]["running"], Value::Null);
 }
 
 #[test]

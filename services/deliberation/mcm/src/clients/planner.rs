@@ -9,6 +9,7 @@ use kittiwake_proto::topics::{Request, Response};
 use kittiwake_proto::v1;
 use node::CallError;
 
+use crate::config::PlanApproval;
 use crate::outbox::{Outbox, Purpose};
 
 /// The step after the present one.
@@ -40,10 +41,20 @@ pub(crate) enum Replanning {
         /// What was held when it said so; a permission that is about to expire is no longer.
         held: Vec<String>,
     },
+    /// A plan has come that is flown only once it is approved.
+    Proposed(Box<Proposal>),
     /// A new plan was taken over.
     Planned,
     /// Every objective is terminal.
     Finished,
+}
+
+/// A plan that waits for approval.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Proposal {
+    pub(crate) plan: v1::Plan,
+    /// When the default counts.
+    pub(crate) until: Time,
 }
 
 /// Why the present step cannot be flown on.
@@ -79,6 +90,12 @@ pub(crate) struct Planner {
     again_at: Time,
     pub(crate) status: Option<v1::PlannerStatus>,
     pub(crate) areas: Vec<domain::area::Area>,
+    /// Of the plan that is flown.
+    epoch: u64,
+    /// The objective that was planned for last.
+    planned_for: Option<u32>,
+    /// Why the present step is to be given up, until its executor has done so.
+    withdrawn: Option<String>,
 }
 
 impl Planner {
@@ -100,6 +117,9 @@ impl Planner {
             again_at: Time::ZERO,
             status: None,
             areas: Vec::new(),
+            epoch: 0,
+            planned_for: None,
+            withdrawn: None,
         }
     }
 
@@ -199,6 +219,7 @@ impl Planner {
         patience: Duration,
         revision: u64,
         held: Vec<String>,
+        (approval, limit): (PlanApproval, Duration),
     ) -> Option<String> {
         // An answer to an earlier request was given for a state that no longer is.
         if self.replanning != Replanning::Asked(request_id.to_owned()) {
@@ -220,15 +241,22 @@ impl Planner {
                 self.replanning = Replanning::Late(now + patience);
                 Some("planner: a plan without steps; asking again".into())
             }
+            v1::replan_reply::Reply::Plan(plan) if plan.epoch < self.newest_epoch() => {
+                self.replanning = Replanning::Idle;
+                Some(format!("plan {} was made before the mission was changed; asking again", plan.revision))
+            }
             v1::replan_reply::Reply::Plan(plan) => {
                 let words = plan.steps.iter().map(crate::words::step).collect::<Vec<_>>().join("; ");
-                self.step_count = plan.steps.len() as u32;
-                self.step_number = 1;
-                self.step = plan.steps.into_iter().next();
-                self.next = Next::Unknown;
-                self.failed = None;
-                self.replanning = Replanning::Planned;
-                Some(format!("plan {}: {words}", plan.revision))
+                let words = format!("plan {}: {words}", plan.revision);
+                let is_first = self.planned_for != Some(plan.objective);
+                let waits =
+                    approval == PlanApproval::EachPlan || (approval == PlanApproval::EachReplanning && !is_first);
+                if waits {
+                    self.replanning = Replanning::Proposed(Box::new(Proposal { plan, until: now + limit }));
+                    return Some(format!("{words}; waits for approval"));
+                }
+                self.adopt(plan);
+                Some(words)
             }
             v1::replan_reply::Reply::Hold(hold) => {
                 let wait = Duration::try_from_secs_f64(hold.wait_s).unwrap_or(patience);
@@ -245,6 +273,55 @@ impl Planner {
                 Some("every objective is settled".into())
             }
         }
+    }
+
+    /// Flies `plan`.
+    pub(crate) fn adopt(&mut self, plan: v1::Plan) {
+        self.step_count = plan.steps.len() as u32;
+        self.step_number = 1;
+        self.epoch = plan.epoch;
+        self.planned_for = Some(plan.objective);
+        self.step = plan.steps.into_iter().next();
+        self.next = Next::Unknown;
+        self.failed = None;
+        self.withdrawn = None;
+        self.replanning = Replanning::Planned;
+    }
+
+    /// The plan that waits for approval.
+    pub(crate) fn proposal(&self) -> Option<&Proposal> {
+        match &self.replanning {
+            Replanning::Proposed(it) => Some(it),
+            _ => None,
+        }
+    }
+
+    /// The present step is to be given up, through no fault of its own; its executor does so at its next tick.
+    pub(crate) fn withdraw(&mut self, reason: impl Into<String>) {
+        match self.replanning {
+            // What is being waited for was asked about a mission that is no more.
+            Replanning::Hold { .. } | Replanning::Proposed(_) if self.step.is_none() => {
+                self.replanning = Replanning::Idle;
+                self.planned_for = None;
+            }
+            _ => self.withdrawn = Some(reason.into()),
+        }
+    }
+
+    /// Why the present step is to be given up, if it is.
+    pub(crate) fn withdrawal(&self) -> Option<&str> {
+        self.withdrawn.as_deref()
+    }
+
+    /// The present step is given up: the next plan is made for its objective, not for it.
+    pub(crate) fn give_up(&mut self) {
+        self.interrupt(String::new(), Vec::new());
+        (self.failed, self.withdrawn) = (None, None);
+        self.ask_from = Time::ZERO;
+    }
+
+    fn newest_epoch(&self) -> u64 {
+        self.status.as_ref().map_or(0, |it| it.epoch)
     }
 
     /// The answer to a prefetch.
@@ -276,6 +353,9 @@ impl Planner {
     /// Takes in the planner's own account. Areas that make no sense are left out.
     pub(crate) fn on_status(&mut self, status: v1::PlannerStatus) {
         self.areas = status.areas.iter().cloned().filter_map(|it| it.try_into().ok()).collect();
+        if self.newest_epoch() < status.epoch && self.epoch < status.epoch {
+            self.withdraw("the mission was changed");
+        }
         self.status = Some(status);
     }
 

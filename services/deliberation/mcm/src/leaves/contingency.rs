@@ -1,5 +1,7 @@
 //! The leaves of the contingency rows.
 
+use std::sync::Arc;
+
 use behavior_tree::{BuildError, In, Leaf, LeafError, LeafResult, NodeSpec, Ports, Status};
 use domain::contingency::{Clears, Then};
 use kittiwake_proto::v1::MissionOutcome;
@@ -7,15 +9,16 @@ use kittiwake_proto::v1::MissionOutcome;
 use crate::world::World;
 
 pub(super) fn flag_raised(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
-    let flag: String = ports.get("flag")?;
+    // Shared, not copied: every row asks at every tick while a flag is up.
+    let flag: Arc<str> = ports.get("flag")?;
     Ok(world.flags.is_up(&flag))
 }
 
 /// A group is up while one of its flags is, so a quiet group costs one look.
 pub(super) fn group_raised(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
-    let group: String = ports.get("group")?;
-    let mut rows = world.table.rows().iter().filter(|it| it.group.as_ref() == Some(&group));
-    Ok(rows.any(|it| world.flags.is_up(&it.flag)))
+    let group: Arc<str> = ports.get("group")?;
+    let mut groups = world.flags.iter().filter_map(|(flag, _)| world.table.row(flag)?.group.as_deref());
+    Ok(groups.any(|it| it == &*group))
 }
 
 /// Says which row responds from here on.

@@ -1,6 +1,7 @@
 //! Flies the present step: makes a subtree for it from the templates and passes ticks and results.
 
 use behavior_tree::{Leaf, LeafError, LeafResult, PortValue, Ports, Status, Tree, Value};
+use kittiwake_proto::v1::{SkillKind, TimingPoint};
 
 use super::ports::{Condition, Goal};
 use crate::words;
@@ -10,11 +11,12 @@ use crate::world::World;
 pub(super) struct NominalExecutor {
     subtree: Option<Tree<World>>,
     step_id: u64,
+    kind: SkillKind,
 }
 
 impl Leaf<World> for NominalExecutor {
     fn start(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
-        self.subtree = None;
+        world.discarded.extend(self.subtree.take());
         let Some(step) = world.planner.step.clone() else {
             ports.because_of("there is a step to fly");
             return Ok(Status::Failure);
@@ -32,20 +34,36 @@ impl Leaf<World> for NominalExecutor {
         };
         self.step_id = step.id;
         self.subtree = Some(subtree);
-        self.tick(world, ports)
+        self.kind = kind(&step);
+        let answer = self.tick(world, ports);
+        if matches!(answer, Ok(Status::Running)) {
+            world.timing.mark_skill(TimingPoint::StepStarted, self.kind);
+        }
+        answer
     }
 
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
+        if let Some(reason) = world.planner.withdrawal().map(str::to_owned) {
+            if let Some(mut subtree) = self.subtree.take() {
+                subtree.halt(ports.now(), world);
+            }
+            world.say("step", format!("step {} given up: {reason}", world.planner.step_number));
+            world.planner.give_up();
+            ports.because("the step is still wanted", reason, "wanted".to_owned());
+            return Ok(Status::Failure);
+        }
         let subtree = self.subtree.as_mut().ok_or("no step was started")?;
         let answer = ports.tick_tree(subtree, world);
         match answer {
             Status::Success => {
+                world.timing.mark_skill(TimingPoint::StepSucceeded, self.kind);
                 if let Some(state) = world.planning_state() {
                     world.planner.done(self.step_id, state);
                 }
                 world.say("step", format!("step {} succeeded", world.planner.step_number));
             }
             Status::Failure => {
+                world.timing.mark_skill(TimingPoint::StepFailed, self.kind);
                 let failure = std::mem::take(&mut world.failure);
                 world.say("step", format!("step {} failed: {}", world.planner.step_number, failure.reason));
                 let (now, pause) = (world.now.time, world.limits.retry_pause);
@@ -57,8 +75,10 @@ impl Leaf<World> for NominalExecutor {
     }
 
     fn halt(&mut self, world: &mut World, ports: &mut Ports<'_>) {
+        world.timing.mark_skill(TimingPoint::StepHalted, self.kind);
         if let Some(mut subtree) = self.subtree.take() {
             ports.halt_tree(&mut subtree, world);
+            world.discarded.push(subtree);
         }
         let reason = match world.flags.iter().next() {
             Some((flag, _)) => format!("interrupted by `{flag}`"),
@@ -70,6 +90,11 @@ impl Leaf<World> for NominalExecutor {
     fn subtree(&self) -> Option<&Tree<World>> {
         self.subtree.as_ref()
     }
+}
+
+fn kind(step: &kittiwake_proto::v1::PlanStep) -> SkillKind {
+    let goal = step.nominal.as_ref().and_then(|it| it.goal).and_then(|it| domain::skill::Goal::try_from(it).ok());
+    goal.map_or(SkillKind::Unspecified, |it| it.kind())
 }
 
 fn build(step: &kittiwake_proto::v1::PlanStep, world: &World, ports: &Ports<'_>) -> Result<Tree<World>, LeafError> {

@@ -4,7 +4,7 @@ use behavior_tree::{Leaf, LeafResult, Ports, Status};
 use domain::detour::way_round;
 use domain::geometry::Ned;
 use domain::skill::Goal;
-use kittiwake_proto::v1::SkillOutcome;
+use kittiwake_proto::v1::{SkillOutcome, TimingPoint};
 
 use crate::clients::skills::{Handle, Progress, ending};
 use crate::world::World;
@@ -39,6 +39,9 @@ impl Leaf<World> for FlyHome {
         let goal =
             Goal::Position { target, speed_limit_m_s: limits.return_speed_m_s, yaw_rad: None, hold_at_target: false };
         let skill = world.skills.start(world.now.time, goal);
+        if let Some(flag) = &world.acting {
+            world.timing.mark_flag(TimingPoint::ActionTriggered, goal.kind(), flag);
+        }
         self.leg = Some(Leg { skill, is_last: way.len() == 1, held });
         Ok(Status::Running)
     }

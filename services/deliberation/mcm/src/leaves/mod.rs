@@ -37,6 +37,7 @@ pub(crate) fn registry() -> Registry<World> {
     it.action("Land", [], |_| Ok(act::Act::fixed(domain::skill::Goal::Land)));
     it.action("Stop", [], |_| Ok(act::Act::fixed(domain::skill::Goal::Stop)));
     it.action("FlyHome", [], |_| Ok(fly_home::FlyHome::default()));
+    it.action("FlyToLandingSite", [], |_| Ok(act::Act::landing_site()));
     it.action("RequestPermission", [Port::input::<String>("area")], permission::RequestPermission::new);
     it.action("WayIsClear", [], |_| Ok(permission::WayIsClear));
     let flag = || [Port::input::<String>("flag").describe("the flag of the row")];

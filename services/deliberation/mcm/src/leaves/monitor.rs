@@ -1,6 +1,7 @@
 //! Takes in what the monitor process says: the newest introspection, and flags. Raises flags, never lowers one.
 
 use behavior_tree::{Leaf, LeafResult, Ports, Status};
+use kittiwake_proto::v1::{SkillKind, TimingPoint};
 
 use crate::world::World;
 
@@ -20,6 +21,7 @@ impl Leaf<World> for Monitor {
         }
         for event in std::mem::take(&mut world.inbox.flags) {
             if event.raised {
+                world.timing.mark_flag(TimingPoint::FlagSeen, SkillKind::Unspecified, &event.name);
                 world.raise(&event.name, &event.source, &event.reason);
             } else {
                 world.flags.condition_gone(&event.name, &event.source);

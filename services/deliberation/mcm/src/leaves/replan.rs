@@ -4,6 +4,7 @@ use behavior_tree::{Leaf, LeafResult, Ports, Status};
 use kittiwake_proto::v1::{MissionOutcome, ObjectiveState};
 
 use crate::clients::planner::Replanning;
+use crate::operator;
 use crate::world::World;
 
 pub(super) struct Replan;
@@ -15,7 +16,16 @@ impl Leaf<World> for Replan {
     }
 
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
+        if world.awaits_start() {
+            return Ok(Status::Running);
+        }
         match world.planner.replanning.clone() {
+            Replanning::Proposed(proposal) if proposal.until <= world.now.time => {
+                let verdict = world.limits.plan_approval_default;
+                operator::decide_plan(world, verdict, "nobody has decided in time");
+                ports.tick_again();
+            }
+            Replanning::Proposed(proposal) => ports.tick_at(proposal.until.since_start()),
             Replanning::Idle if world.now.time < world.planner.ask_from => {
                 ports.tick_at(world.planner.ask_from.since_start());
             }

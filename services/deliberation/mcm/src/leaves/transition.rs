@@ -5,7 +5,7 @@ use behavior_tree::{Leaf, LeafError, LeafResult, Ports, Status};
 use domain::contingency::TRANSITION_FAILED;
 use domain::route::{Whereabouts, transition_goal};
 use domain::skill::Goal;
-use kittiwake_proto::v1::SkillOutcome;
+use kittiwake_proto::v1::{SkillOutcome, TimingPoint};
 
 use crate::clients::skills::{Handle, Progress, ending};
 use crate::words;
@@ -30,6 +30,7 @@ impl Leaf<World> for TransitionExecutor {
         world.say("plan", format!("transition: {}", words::goal(&goal.into())));
         world.in_transition = true;
         self.skill = Some(world.skills.start(world.now.time, goal));
+        world.timing.mark_skill(TimingPoint::TransitionStarted, goal.kind());
         Ok(Status::Running)
     }
 

@@ -10,7 +10,7 @@ use kittiwake_proto::topics::{Message, Request, Response};
 use kittiwake_proto::v1;
 use mcm::config::Config;
 use mcm::{Mcm, Trees};
-use node::{CallError, CallId, Effect, Event, Node};
+use node::{CallError, CallId, Effect, Event, Node, Token};
 
 const CONFIG: &str = r#"
 tick_period_ms = 10.0
@@ -26,6 +26,10 @@ transition_speed_m_s = 4.0
 transition_stand_off_m = 20.0
 return_height_m = 15.0
 return_speed_m_s = 10.0
+start = "at-once"
+plan_approval = "none"
+plan_approval_limit_s = 60.0
+plan_approval_default = "refuse"
 "#;
 
 pub struct Rig {
@@ -44,6 +48,12 @@ pub struct Rig {
     listed: Vec<v1::RaisedFlag>,
     /// What happens is only taken in; it is acted on together.
     together: bool,
+    /// What it said of itself last.
+    status: v1::McmStatus,
+    /// The answer to the command sent last.
+    answer: Option<v1::OperatorReply>,
+    commands: u64,
+    reported: bool,
 }
 
 fn shipped(name: &str) -> PathBuf {
@@ -59,15 +69,25 @@ pub fn shipped_table() -> (Trees, Contingencies) {
 
 impl Rig {
     pub fn new() -> Rig {
-        let mut rig = Rig::without_vehicle();
+        Rig::with(&[])
+    }
+
+    /// With these changes to the configuration.
+    pub fn with(changes: &[(&str, &str)]) -> Rig {
+        let mut rig = Rig::unseen(changes);
         rig.vehicle(false, v1::FlightMode::Loiter, (0.0, 0.0, 0.0));
         rig
     }
 
     /// Nothing has been heard of the vehicle yet.
     pub fn without_vehicle() -> Rig {
+        Rig::unseen(&[])
+    }
+
+    fn unseen(changes: &[(&str, &str)]) -> Rig {
         let (trees, table) = shipped_table();
-        let config: Config = Source { path: "test".into(), text: CONFIG.into() }.parse().unwrap();
+        let text = changes.iter().fold(CONFIG.to_owned(), |text, (from, to)| text.replace(from, to));
+        let config: Config = Source { path: "test".into(), text }.parse().unwrap();
         let loaded = trees.load(&table).unwrap();
         Rig {
             mcm: Mcm::new(&config, "uav1", 1, &loaded, table, Pace::REAL_TIME).unwrap(),
@@ -81,6 +101,10 @@ impl Rig {
             position: v1::Ned::default(),
             listed: Vec::new(),
             together: false,
+            status: v1::McmStatus::default(),
+            answer: None,
+            commands: 0,
+            reported: false,
         }
     }
 
@@ -204,6 +228,35 @@ impl Rig {
         });
     }
 
+    /// Requests that wait for their answer.
+    pub fn open_requests(&self) -> usize {
+        self.open.len()
+    }
+
+    /// What executes succeeds, or ends otherwise.
+    pub fn end_present(&mut self, outcome: v1::SkillOutcome) {
+        let request_id = self.running.as_ref().map_or(String::new(), |(id, _)| id.clone());
+        self.end(&request_id, outcome, "");
+    }
+
+    /// The operator Anna orders something.
+    pub fn command(&mut self, verb: v1::operator_command::Verb) -> v1::OperatorReply {
+        self.commands += 1;
+        self.command_as(&format!("c{}", self.commands), verb)
+    }
+
+    pub fn command_as(&mut self, request_id: &str, verb: v1::operator_command::Verb) -> v1::OperatorReply {
+        let command = v1::OperatorCommand { request_id: request_id.into(), operator: "anna".into(), verb: Some(verb) };
+        let request = Request::OperatorCommand(command);
+        self.event(Event::Request { vehicle: "uav1".into(), token: Token(7), request });
+        self.answer.take().expect("every command is answered at once")
+    }
+
+    /// What it says of itself.
+    pub fn status(&mut self) -> v1::McmStatus {
+        self.status.clone()
+    }
+
     /// What it did since the last look, one line each.
     pub fn story(&mut self) -> String {
         std::mem::take(&mut self.log).join("\n")
@@ -241,8 +294,10 @@ impl Rig {
                 }
                 self.open.push((call, request));
             }
+            Effect::Reply { token: Token(7), response: Response::OperatorCommand(reply) } => self.answer = Some(reply),
             Effect::Publish { message: Message::McmStatus(status), .. } => {
-                if let Some(report) = status.report {
+                self.status = status.clone();
+                if let Some(report) = status.report.filter(|_| !std::mem::replace(&mut self.reported, true)) {
                     self.log.push(format!("report {:?}: {}", report.outcome(), report.reason));
                 }
             }

@@ -1,0 +1,300 @@
+//! What an operator may order in which state, and what comes of it.
+
+use kittiwake_proto::v1;
+use kittiwake_proto::v1::FlightMode::{Land, Loiter, Offboard};
+use kittiwake_proto::v1::SkillOutcome::Succeeded;
+use v1::operator_command::Verb;
+
+use super::{fly, under_way};
+use crate::rig::{Rig, plan, step};
+
+const START: Verb = Verb::Start(v1::StartMission {});
+const PAUSE: Verb = Verb::Pause(v1::PauseMission {});
+const RESUME: Verb = Verb::Resume(v1::ResumeMission {});
+const ABORT: Verb = Verb::Abort(v1::AbortMission {});
+const RETURN: Verb = Verb::Return(v1::ReturnHome {});
+const REPLAN: Verb = Verb::Replan(v1::ReplanMission {});
+
+fn land_at(north_m: f64, east_m: f64) -> Verb {
+    Verb::LandAt(v1::LandAt { position: Some(v1::Ned { north_m, east_m, down_m: 0.0 }) })
+}
+
+fn acknowledge(flag: &str) -> Verb {
+    Verb::Acknowledge(v1::AcknowledgeFlag { flag: flag.into() })
+}
+
+fn decide(revision: u64, approve: bool) -> Verb {
+    Verb::DecidePlan(v1::DecidePlan { revision, approve })
+}
+
+/// A state that verbs are tried in.
+#[derive(Debug, Clone, Copy)]
+enum State {
+    AwaitingStart,
+    OnTheGround,
+    Flying,
+    Paused,
+    Stopping,
+    Returning,
+    Aborting,
+    Over,
+}
+
+fn in_state(state: State) -> Rig {
+    match state {
+        State::AwaitingStart => Rig::with(&[("start = \"at-once\"", "start = \"operator\"")]),
+        State::OnTheGround => Rig::new(),
+        State::Flying => under_way().0,
+        State::Paused => ordered(PAUSE),
+        State::Returning => ordered(RETURN),
+        State::Aborting => ordered(ABORT),
+        State::Stopping => {
+            let (mut rig, _) = under_way();
+            rig.flag("obstacle", true);
+            rig.execute();
+            rig
+        }
+        State::Over => {
+            let mut rig = ordered(ABORT);
+            rig.vehicle(false, Land, (0.0, 50.0, 0.0));
+            rig.end_present(Succeeded);
+            rig
+        }
+    }
+}
+
+fn ordered(verb: Verb) -> Rig {
+    let (mut rig, _) = under_way();
+    assert!(rig.command(verb).done);
+    rig.execute();
+    rig
+}
+
+/// The answer to each verb in `state`: what is done, or why not, in words.
+#[track_caller]
+fn check(state: State, answers: [&str; 7]) {
+    let verbs = [START, PAUSE, RESUME, REPLAN, RETURN, land_at(0.0, 80.0), ABORT];
+    for (verb, expected) in verbs.into_iter().zip(answers) {
+        let reply = in_state(state).command(verb.clone());
+        let mark = if reply.done { "" } else { "no: " };
+        assert_eq!(format!("{mark}{}", reply.text), expected, "{verb:?} in {state:?}");
+    }
+}
+
+#[test]
+fn each_verb_in_each_state() {
+    const OVER: &str = "no: the mission is over: `operator_abort`: ordered by anna";
+    const STARTED: &str = "no: the mission has started already";
+    const NOT_YET: &str = "no: the mission has not started";
+    const GROUND: &str = "no: the vehicle is on the ground";
+    const NO_HOLD: &str = "no: it does not hold for an operator";
+    const HOLDS: &str = "holds until resumed";
+    const HOME: &str = "flies home, lands and ends the mission";
+    const THERE: &str = "flies to (0, 80), lands there and ends the mission";
+    const DOWN: &str = "lands here and ends the mission";
+    const STAYS: &str = "ends the mission on the ground";
+    check(State::AwaitingStart, ["the mission starts", NOT_YET, NOT_YET, NOT_YET, NOT_YET, NOT_YET, STAYS]);
+    check(State::OnTheGround, [STARTED, HOLDS, NO_HOLD, "a new plan is made", GROUND, GROUND, STAYS]);
+    check(State::Flying, [STARTED, HOLDS, NO_HOLD, "a new plan is made", HOME, THERE, DOWN]);
+    let up = "no: `operator_pause` is up; a new plan is made when that is over";
+    check(State::Paused, [STARTED, "no: it holds already", "goes on with a new plan", up, HOME, THERE, DOWN]);
+    check(
+        State::Stopping,
+        [
+            STARTED,
+            "holds until resumed, once `obstacle` is over",
+            NO_HOLD,
+            "no: `obstacle` is up; a new plan is made when that is over",
+            "flies home once `obstacle` is over",
+            "flies to (0, 80) once `obstacle` is over",
+            "lands and ends the mission, unless `obstacle` does first",
+        ],
+    );
+    let home = "no: `operator_return` is under way already";
+    let up = "no: `operator_return` is up; a new plan is made when that is over";
+    check(State::Returning, [STARTED, home, NO_HOLD, up, home, home, DOWN]);
+    let down = "no: `operator_abort` is under way already";
+    let up = "no: `operator_abort` is up; a new plan is made when that is over";
+    check(State::Aborting, [STARTED, down, NO_HOLD, up, down, down, down]);
+    check(State::Over, [OVER; 7]);
+}
+
+#[test]
+fn a_mission_that_waits_for_its_start_plans_nothing_before() {
+    let mut rig = in_state(State::AwaitingStart);
+    rig.wait(5.0);
+    assert_eq!(rig.story(), "");
+    assert!(rig.status().start_awaited);
+    rig.command(START);
+    assert_eq!(rig.story(), "replan after 0 () []");
+    assert!(!rig.status().start_awaited);
+}
+
+#[test]
+fn a_manager_that_comes_back_in_the_air_does_not_wait_for_a_start() {
+    let mut rig = Rig::with(&[("start = \"at-once\"", "start = \"operator\"")]);
+    rig.vehicle(true, Loiter, (0.0, 50.0, 10.0));
+    assert_eq!(rig.story(), "replan after 0 () []");
+}
+
+#[test]
+fn an_aborted_mission_that_never_started_is_over() {
+    let mut rig = in_state(State::AwaitingStart);
+    rig.command(ABORT);
+    rig.execute();
+    rig.end_present(Succeeded);
+    assert_eq!(rig.story(), "start land\nreport Emergency: `operator_abort`: ordered by anna");
+}
+
+#[test]
+fn a_pause_lasts_until_it_is_resumed() {
+    let (mut rig, _) = under_way();
+    rig.command(PAUSE);
+    assert_eq!(rig.story(), "start stop, giving up 1");
+    let stop = rig.execute();
+    rig.end(&stop, Succeeded, "");
+    rig.vehicle(true, Loiter, (0.0, 55.0, 10.0));
+    rig.wait(60.0);
+    assert_eq!(rig.story(), "");
+    assert!(rig.status().paused);
+    rig.command(RESUME);
+    assert_eq!(rig.story(), "replan after 1 (interrupted by `operator_pause`) []\nstart fly 0 100 10");
+    assert!(!rig.status().paused);
+}
+
+#[test]
+fn the_vehicle_lands_where_it_is_told_to() {
+    let (mut rig, _) = under_way();
+    rig.command(land_at(30.0, 40.0));
+    assert_eq!(rig.story(), "start fly 30 40 10, giving up 1");
+    let flight = rig.execute();
+    rig.end(&flight, Succeeded, "");
+    assert_eq!(rig.story(), "start land");
+}
+
+#[test]
+fn a_landing_site_that_makes_no_sense_is_refused() {
+    #[track_caller]
+    fn refused(verb: Verb, expected: &str) {
+        let (mut rig, _) = under_way();
+        let reply = rig.command(verb);
+        assert!(!reply.done && reply.text.contains(expected), "{}", reply.text);
+        assert_eq!(rig.story(), "");
+    }
+    refused(Verb::LandAt(v1::LandAt::default()), "`position` is missing");
+    refused(land_at(f64::NAN, 0.0), "`position`: ");
+    refused(land_at(0.0, 2e5), "the site is farther than 100000 m from the origin");
+}
+
+#[test]
+fn an_order_does_not_lead_through_an_area_that_may_not_be_entered() {
+    let (mut rig, _) = under_way();
+    let corner = |north_m, east_m| v1::Ned { north_m, east_m, down_m: 0.0 };
+    let area = v1::Area {
+        name: "A".into(),
+        kind: v1::AreaKind::Permission as i32,
+        corners: vec![corner(-9.0, 60.0), corner(9.0, 60.0), corner(9.0, 70.0), corner(-9.0, 70.0)],
+        ..Default::default()
+    };
+    rig.say(v1::PlannerStatus { areas: vec![area], ..Default::default() });
+    let reply = rig.command(land_at(0.0, 80.0));
+    assert_eq!(reply.text, "the straight way there leads through an area that may not be entered");
+}
+
+#[test]
+fn a_new_plan_is_made_from_the_objective_and_counts_as_no_failure() {
+    let (mut rig, _) = under_way();
+    rig.command(REPLAN);
+    assert_eq!(rig.story(), "replan after 0 () []\nstart fly 0 100 10, giving up 1");
+}
+
+#[test]
+fn a_changed_mission_ends_the_step_of_the_old_one() {
+    let (mut rig, _) = under_way();
+    rig.say(v1::PlannerStatus { epoch: 1, ..Default::default() });
+    assert_eq!(rig.story(), "replan after 0 () []\nstart fly 0 100 10, giving up 1");
+    rig.execute();
+    // The answer crossed the change on its way.
+    rig.plan(plan(&[step(8, fly(100.0), &[])]));
+    assert_eq!(rig.story(), "replan after 0 () []");
+    let plan_of_now = v1::Plan { steps: vec![step(9, fly(70.0), &[])], epoch: 1, ..Default::default() };
+    rig.plan(v1::replan_reply::Reply::Plan(plan_of_now));
+    assert_eq!(rig.story(), "start fly 0 70 10, giving up 2");
+    rig.say(v1::PlannerStatus { epoch: 1, ..Default::default() });
+    assert_eq!(rig.story(), "");
+}
+
+#[test]
+fn a_repeated_command_gets_the_first_answer_and_does_nothing() {
+    let (mut rig, _) = under_way();
+    let first = rig.command_as("k1", PAUSE);
+    rig.story();
+    assert_eq!(rig.command_as("k1", PAUSE), first);
+    assert_eq!(rig.command_as("k1", ABORT), first);
+    assert_eq!(rig.story(), "");
+    assert_eq!(rig.command_as("", ABORT).text, "it has no request id");
+}
+
+#[test]
+fn an_acknowledgement_lasts_as_long_as_its_flag() {
+    let (mut rig, _) = under_way();
+    assert_eq!(rig.command(acknowledge("obstacle")).text, "`obstacle` is not up");
+    rig.flag("obstacle", true);
+    assert_eq!(rig.status().contingencies[0].acknowledged_by, "");
+    assert_eq!(rig.command(acknowledge("obstacle")).text, "`obstacle` acknowledged");
+    assert_eq!(rig.status().contingencies[0].acknowledged_by, "anna");
+    assert_eq!(rig.command(acknowledge("obstacle")).text, "anna has acknowledged `obstacle` already");
+    let stop = rig.execute();
+    rig.end(&stop, Succeeded, "");
+    assert!(rig.status().contingencies.is_empty());
+}
+
+/// On the ground with a plan that waits for approval.
+fn proposed(policy: &str) -> Rig {
+    let mut rig = Rig::with(&[("plan_approval = \"none\"", &format!("plan_approval = \"{policy}\""))]);
+    let first = v1::Plan { steps: vec![step(1, fly(100.0), &[])], revision: 3, ..Default::default() };
+    rig.plan(v1::replan_reply::Reply::Plan(first));
+    rig
+}
+
+#[test]
+fn a_plan_is_flown_once_it_is_approved() {
+    let mut rig = proposed("each-plan");
+    assert_eq!(rig.story(), "replan after 0 () []");
+    let waiting = rig.status().plan_approval.unwrap();
+    assert_eq!((waiting.left_s, waiting.approved_by_default), (60.0, false));
+    assert_eq!(rig.command(decide(2, true)).text, "plan 3 waits for approval, not plan 2");
+    assert!(rig.command(decide(3, true)).done);
+    assert_eq!(rig.story(), "start fly 0 100 10");
+    assert_eq!(rig.command(decide(3, true)).text, "no plan waits for approval");
+}
+
+#[test]
+fn a_refused_plan_leaves_the_vehicle_holding() {
+    let mut rig = proposed("each-plan");
+    assert!(rig.command(decide(3, false)).done);
+    assert_eq!(rig.story(), "replan after 0 () []\nstart stop");
+    assert!(rig.status().paused);
+}
+
+#[test]
+fn nobody_decides_and_the_default_counts() {
+    let mut rig = proposed("each-plan");
+    rig.story();
+    rig.wait(59.0);
+    assert_eq!(rig.story(), "");
+    rig.wait(1.5);
+    assert_eq!(rig.story(), "start stop");
+}
+
+#[test]
+fn only_replannings_wait_if_the_policy_says_so() {
+    let mut rig = proposed("each-replanning");
+    assert_eq!(rig.story(), "replan after 0 () []\nstart fly 0 100 10");
+    rig.execute();
+    rig.vehicle(true, Offboard, (0.0, 50.0, 10.0));
+    rig.command(REPLAN);
+    rig.execute();
+    rig.plan(plan(&[step(2, fly(100.0), &[])]));
+    assert!(rig.status().plan_approval.is_some());
+}

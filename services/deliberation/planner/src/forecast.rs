@@ -1,0 +1,107 @@
+//! What a mission takes, as far as can be known beforehand: every objective planned from where the
+//! one before leaves the vehicle, as if each permission that has to be asked for were granted.
+
+use domain::time::Now;
+use kittiwake_proto::v1;
+
+use crate::answer;
+use crate::config::Config;
+use crate::mission_planner::{Answer, MissionPlanner, Replan};
+use crate::objectives::Progress;
+use crate::plan::Step;
+use crate::state::State;
+
+/// What one objective takes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Forecast {
+    /// Its name.
+    pub objective: String,
+    /// Why it cannot be reached, if so.
+    pub unreachable: Option<String>,
+    /// What has to be waited for before.
+    pub wait: String,
+    /// What would be flown; empty if it is reached already, or never.
+    pub plan: v1::Plan,
+    /// Areas to get permission for.
+    pub permissions: Vec<String>,
+    /// At cruise speed, in seconds, waits not counted.
+    pub flight_time_s: f64,
+    /// In metres.
+    pub length_m: f64,
+}
+
+/// Waits on the way, for all objectives together; a mission that needs more is none to be flown.
+const MOST_WAITS: usize = 16;
+
+/// Flies `planner`'s mission on paper.
+pub fn fly_through(mut planner: MissionPlanner, mut state: State, mut now: Now, config: &Config) -> Vec<Forecast> {
+    let mut forecasts: Vec<Forecast> = planner.objectives().all().iter().map(|it| blank(&it.name)).collect();
+    let (mut waits, mut planned) = (0, 0);
+    while planned < forecasts.len() && waits < MOST_WAITS {
+        let request = Replan { state: state.clone(), failed_step: None, failure: String::new(), denials: Vec::new() };
+        match planner.replan(request, now) {
+            Answer::Plan(steps) => {
+                planned += 1;
+                let Some(last) = steps.last() else { break };
+                if let Some(forecast) = forecasts.get_mut(planner.objectives().current_index()) {
+                    forecast.plan = answer::plan(&planner);
+                    describe(forecast, &steps, config);
+                }
+                state.permissions.extend(steps.iter().flat_map(|it| it.communication.ask.iter().cloned()));
+                state = State { permissions: state.permissions, ..last.action.to.clone() };
+                if planner.step_done(last.id, &state).is_err() {
+                    break;
+                }
+            }
+            Answer::Hold { wait, reason } => {
+                waits += 1;
+                if let Some(forecast) = forecasts.get_mut(planner.objectives().current_index()) {
+                    forecast.wait = reason;
+                }
+                now.time = now.time + wait;
+            }
+            Answer::Finished => break,
+        }
+    }
+    // Those that are left over lie beyond one that was never reached, or were reached without a step.
+    for (forecast, objective) in forecasts.iter_mut().zip(planner.objectives().all()) {
+        forecast.unreachable = match &objective.progress {
+            Progress::Success => None,
+            Progress::Failure(reason) => Some(reason.clone()),
+            Progress::Waiting => Some("not reached within the waits of a forecast".into()),
+        };
+    }
+    forecasts
+}
+
+fn blank(name: &str) -> Forecast {
+    Forecast {
+        objective: name.to_owned(),
+        unreachable: None,
+        wait: String::new(),
+        plan: v1::Plan::default(),
+        permissions: Vec::new(),
+        flight_time_s: 0.0,
+        length_m: 0.0,
+    }
+}
+
+fn describe(forecast: &mut Forecast, steps: &[Step], config: &Config) {
+    forecast.permissions = steps.iter().flat_map(|it| it.communication.ask.iter().cloned()).collect();
+    forecast.flight_time_s = steps.iter().map(|it| it.flight_time_s(config)).sum();
+    forecast.length_m = steps.iter().map(|it| it.action.from.distance_m(it.action.to.position)).sum();
+}
+
+impl From<Forecast> for v1::ObjectiveForecast {
+    fn from(it: Forecast) -> v1::ObjectiveForecast {
+        v1::ObjectiveForecast {
+            objective: it.objective,
+            reachable: it.unreachable.is_none(),
+            reason: it.unreachable.unwrap_or(it.wait),
+            plan: Some(it.plan),
+            permissions: it.permissions,
+            flight_time_s: it.flight_time_s,
+            length_m: it.length_m,
+        }
+    }
+}

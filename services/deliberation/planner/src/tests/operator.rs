@@ -1,0 +1,158 @@
+//! What an operator may do to a mission while it is flown.
+
+use super::*;
+use v1::mission_request::Request as Ask;
+
+impl Story {
+    fn ask(&mut self, request: Ask) -> v1::MissionReply {
+        self.requests += 1;
+        let request_id = format!("m{}", self.requests);
+        self.ask_as(&request_id, request)
+    }
+
+    fn ask_as(&mut self, request_id: &str, request: Ask) -> v1::MissionReply {
+        let request = v1::MissionRequest {
+            request_id: request_id.into(),
+            operator: "anna".into(),
+            state: Some(self.state.clone()),
+            request: Some(request),
+        };
+        match self.request(Request::Mission(request)) {
+            Some(Response::Mission(reply)) => reply,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// The first step is under way, 50 m to the east.
+    fn under_way(text: &str) -> Story {
+        let mut story = Story::of(text);
+        story.plan();
+        story.fly(1);
+        story.airborne_at([0.0, 50.0, 10.0]);
+        story
+    }
+}
+
+fn text(text: &str) -> v1::MissionText {
+    v1::MissionText { text: text.into() }
+}
+
+fn insert(index: u32, name: &str, east_m: f64) -> Ask {
+    let position = Some(v1::Ned { east_m, down_m: -10.0, ..Default::default() });
+    let objective = Some(v1::NewObjective { name: name.into(), position, flying: true });
+    Ask::Insert(v1::InsertObjective { index, objective })
+}
+
+fn remove(name: &str) -> Ask {
+    Ask::Remove(v1::RemoveObjective { name: name.into() })
+}
+
+fn skip(name: &str) -> Ask {
+    Ask::Skip(v1::SkipObjective { name: name.into() })
+}
+
+/// Asks while the reference mission is under way; what is left of the mission, and its epoch, then.
+#[track_caller]
+fn check(ask: Ask, accepted: bool, words: &str, objectives: &[&str], epoch: u64) {
+    let mut story = Story::under_way(REFERENCE);
+    let reply = story.ask(ask);
+    assert_eq!((reply.accepted, reply.text.as_str()), (accepted, words));
+    let status = story.status();
+    assert_eq!(reply.status.as_ref().map(|it| it.epoch), Some(epoch));
+    let word = |it: &v1::Objective| match it.state() {
+        v1::ObjectiveState::Failure => format!("{} ({})", it.name, it.reason),
+        _ => it.name.clone(),
+    };
+    assert_eq!(status.objectives.iter().map(word).collect::<Vec<_>>(), objectives);
+}
+
+#[test]
+fn what_a_mission_takes_is_told_without_flying_it() {
+    let mut story = Story::of(REFERENCE);
+    let before = story.status();
+    let reply = story.ask(Ask::Validate(text(REFERENCE)));
+    assert!(reply.accepted, "{}", reply.text);
+    let [there, back] = &reply.forecast[..] else { panic!("{:?}", reply.forecast) };
+    assert_eq!((there.objective.as_str(), there.permissions.join(" ").as_str()), ("deliver", "A B"));
+    assert_eq!((there.length_m, back.length_m), (520.0, 520.0));
+    assert!(there.reachable && back.reachable && back.permissions.is_empty());
+    assert_eq!(there.plan.as_ref().map(|it| it.steps.len()), Some(5));
+    assert_eq!(story.status(), before);
+}
+
+#[test]
+fn every_mistake_in_the_text_is_told() {
+    let mut story = Story::of(REFERENCE);
+    let reply = story.ask(Ask::Validate(text("name = \"x\"\n")));
+    assert_eq!((reply.accepted, reply.text.as_str()), (false, "1 mistake in the text"));
+    assert!(reply.mistakes[0].contains("a mission without objectives"), "{:?}", reply.mistakes);
+}
+
+#[test]
+fn an_upload_is_a_swap_and_the_plan_of_before_no_longer_holds() {
+    let mut story = Story::under_way(REFERENCE);
+    let reply = story.ask(Ask::Upload(text(KEEP_OUT)));
+    assert!(reply.accepted, "{}", reply.text);
+    let status = story.status();
+    assert_eq!((status.epoch, status.plan.unwrap().steps.len()), (1, 0));
+    story.plan();
+    assert_eq!(story.status().plan.unwrap().epoch, 1);
+}
+
+#[test]
+fn what_cannot_be_flown_does_not_take_the_place_of_what_can() {
+    let mut story = Story::under_way(REFERENCE);
+    let before = story.status();
+    let shut_in = across(&area("shut", "keep-out", [450.0, 550.0], ""));
+    let reply = story.ask(Ask::Upload(text(&shut_in)));
+    assert!(!reply.accepted && reply.text.starts_with("objective `there`: "), "{}", reply.text);
+    assert!(!reply.forecast[0].reachable);
+    assert_eq!(story.status(), before);
+}
+
+#[test]
+fn a_change_to_what_is_flown_withdraws_the_plan_any_other_does_not() {
+    check(insert(2, "look", 100.0), true, "objective `look` inserted at 2", &["deliver", "return", "look"], 0);
+    check(insert(0, "look", 100.0), true, "objective `look` inserted at 0", &["look", "deliver", "return"], 1);
+    check(remove("return"), true, "objective `return` removed", &["deliver"], 0);
+    check(remove("deliver"), true, "objective `deliver` removed", &["return"], 1);
+    check(skip("return"), true, "objective `return` skipped", &["deliver", "return (skipped by anna)"], 0);
+    check(skip("deliver"), true, "objective `deliver` skipped", &["deliver (skipped by anna)", "return"], 1);
+}
+
+#[test]
+fn what_makes_no_sense_changes_nothing() {
+    #[track_caller]
+    fn refused(ask: Ask, words: &str) {
+        check(ask, false, words, &["deliver", "return"], 0);
+    }
+    refused(remove("nowhere"), "there is no objective `nowhere`");
+    refused(insert(3, "look", 1.0), "there are 2 objectives, of at most 100");
+    refused(insert(1, "deliver", 1.0), "there is an objective `deliver` already");
+    refused(insert(1, "", 1.0), "an objective has a name of 1 to 100 characters");
+    refused(insert(1, "x", 2e5), "objective `x` is farther than 100000 m from the origin, or higher than 10000 m");
+    refused(
+        insert(1, "x", f64::NAN),
+        "`objective.position`: `position` is Ned { north_m: 0.0, east_m: NaN, down_m: -10.0 }, expected metres within 1,000 km",
+    );
+    refused(Ask::Insert(v1::InsertObjective::default()), "`objective` is missing");
+}
+
+#[test]
+fn a_change_that_is_repeated_is_made_once() {
+    let mut story = Story::under_way(REFERENCE);
+    let first = story.ask_as("k1", insert(2, "look", 100.0));
+    assert!(first.accepted);
+    assert_eq!(story.ask_as("k1", insert(2, "look", 100.0)), first);
+    assert_eq!(story.status().objectives.len(), 3);
+}
+
+#[test]
+fn a_mission_that_is_over_stays_over() {
+    let mut story = Story::under_way(REFERENCE);
+    assert!(story.ask(skip("deliver")).accepted);
+    assert!(story.ask(skip("return")).accepted);
+    let reply = story.ask(Ask::Upload(text(REFERENCE)));
+    assert_eq!((reply.accepted, reply.text.as_str()), (false, "the mission is over: every objective is settled"));
+    assert_eq!(story.ask(skip("return")).text, "objective `return` has failed: skipped by anna");
+}

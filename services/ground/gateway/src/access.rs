@@ -1,0 +1,251 @@
+//! Who may do what: bearer tokens with roles, from a file that only its owner may read.
+//!
+//! The file holds SHA-256 hashes, so that reading it lets nobody in. A token is random and long, so
+//! a plain hash is enough: there is no dictionary to try. Whoever has none may do nothing.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use domain::file::{Mistakes, Source};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use subtle::ConstantTimeEq;
+
+/// What a token lets its bearer do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Role {
+    /// Reads everything.
+    Observer,
+    /// Orders, and changes missions.
+    Operator,
+    /// Decides about permissions.
+    Tower,
+    /// Pauses, returns, lands and aborts whoever holds command.
+    Safety,
+}
+
+impl Role {
+    /// Every role.
+    pub const ALL: [Role; 4] = [Role::Observer, Role::Operator, Role::Tower, Role::Safety];
+
+    /// As it is written in files and documents.
+    pub fn name(self) -> &'static str {
+        match self {
+            Role::Observer => "observer",
+            Role::Operator => "operator",
+            Role::Tower => "tower",
+            Role::Safety => "safety",
+        }
+    }
+}
+
+/// Who a token belongs to.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Identity {
+    /// For the record.
+    pub name: Arc<str>,
+    /// In the order of [`Role::ALL`].
+    pub roles: Vec<Role>,
+}
+
+impl Identity {
+    /// Whether it has one of `roles`.
+    pub fn has_one_of(&self, roles: &[Role]) -> bool {
+        roles.iter().any(|it| self.roles.contains(it))
+    }
+}
+
+/// The tokens that are let in.
+#[derive(Debug, Clone, Default)]
+pub struct Tokens(Vec<Token>);
+
+#[derive(Debug, Clone)]
+struct Token {
+    identity: Identity,
+    sha256: [u8; 32],
+    /// Milliseconds since the Unix epoch, UTC.
+    expires_utc_ms: Option<i64>,
+}
+
+/// Why the file is not taken.
+#[derive(Debug)]
+pub enum BadTokens {
+    /// It cannot be looked at.
+    Unreadable(PathBuf, std::io::Error),
+    /// Others than its owner may read or write it.
+    Open(PathBuf, u32),
+    /// It is written wrongly.
+    Mistakes(Mistakes),
+}
+
+impl fmt::Display for BadTokens {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            BadTokens::Unreadable(path, cause) => write!(f, "{}: {cause}", path.display()),
+            BadTokens::Open(path, mode) => {
+                write!(f, "{}: its mode is {mode:04o}; only its owner may have access (chmod 600)", path.display())
+            }
+            BadTokens::Mistakes(mistakes) => mistakes.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for BadTokens {}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    #[serde(default)]
+    token: Vec<Entry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    name: toml::Spanned<String>,
+    roles: Vec<Role>,
+    sha256: toml::Spanned<String>,
+    expires_utc: Option<toml::Spanned<String>>,
+}
+
+impl Tokens {
+    /// Reads a file of `[[token]]` with `name`, `roles`, `sha256` (in hexadecimal) and, if it ends, `expires_utc`.
+    ///
+    /// # Errors
+    /// If it cannot be read, others may read it, or it is written wrongly.
+    pub fn read(path: &Path) -> Result<Tokens, BadTokens> {
+        use std::os::unix::fs::PermissionsExt;
+        let unreadable = |cause| BadTokens::Unreadable(path.to_owned(), cause);
+        let mode = std::fs::metadata(path).map_err(unreadable)?.permissions().mode() & 0o7777;
+        if mode & 0o077 != 0 {
+            return Err(BadTokens::Open(path.to_owned(), mode));
+        }
+        Tokens::parse(&Source::read(path).map_err(BadTokens::Mistakes)?).map_err(BadTokens::Mistakes)
+    }
+
+    /// The same from its text.
+    ///
+    /// # Errors
+    /// Every mistake in it, with its place.
+    pub fn parse(source: &Source) -> Result<Tokens, Mistakes> {
+        let file: File = source.parse()?;
+        let mut mistakes = Vec::new();
+        let mut tokens: Vec<Token> = Vec::new();
+        for entry in file.token {
+            let name = entry.name.as_ref().trim();
+            let is_new = tokens.iter().all(|it| &*it.identity.name != name);
+            if name.is_empty() || !is_new {
+                mistakes.push(source.mistake(Some(entry.name.span()), "each token has a name of its own", ""));
+            }
+            let sha256 = from_hex(entry.sha256.as_ref());
+            if sha256.is_none() {
+                let message = "a SHA-256 hash has 64 hexadecimal digits";
+                mistakes.push(source.mistake(Some(entry.sha256.span()), message, ""));
+            }
+            let expires_utc_ms = entry.expires_utc.as_ref().map(|it| (it.span(), utc_ms(it.as_ref())));
+            if let Some((span, None)) = &expires_utc_ms {
+                let help = "write it like 2026-05-01T08:00:00Z";
+                mistakes.push(source.mistake(Some(span.clone()), "expected a UTC date and time", help));
+            }
+            let mut roles = entry.roles;
+            roles.sort();
+            roles.dedup();
+            tokens.push(Token {
+                identity: Identity { name: name.into(), roles },
+                sha256: sha256.unwrap_or_default(),
+                expires_utc_ms: expires_utc_ms.and_then(|(_, it)| it),
+            });
+        }
+        Mistakes(mistakes).or(Tokens(tokens))
+    }
+
+    /// Whose token it is. Every known hash is compared, each in constant time, so that the time it
+    /// takes tells nothing.
+    pub fn identify(&self, token: &str, utc_ms: i64) -> Option<&Identity> {
+        let hash = Sha256::digest(token.as_bytes());
+        let mut found = None;
+        for it in &self.0 {
+            let is_it = bool::from(it.sha256.as_slice().ct_eq(hash.as_slice()));
+            if is_it && it.expires_utc_ms.is_none_or(|expires| utc_ms < expires) {
+                found = Some(&it.identity);
+            }
+        }
+        found
+    }
+}
+
+/// The line of a token file that lets `token` in.
+pub fn entry(name: &str, roles: &[Role], token: &str) -> String {
+    let roles: Vec<String> = roles.iter().map(|it| format!("\"{}\"", it.name())).collect();
+    let hash: String = Sha256::digest(token.as_bytes()).iter().map(|it| format!("{it:02x}")).collect();
+    format!("[[token]]\nname = \"{name}\"\nroles = [{}]\nsha256 = \"{hash}\"\n", roles.join(", "))
+}
+
+fn from_hex(text: &str) -> Option<[u8; 32]> {
+    if text.len() != 64 || !text.is_ascii() {
+        return None;
+    }
+    let mut bytes = [0; 32];
+    for (index, byte) in bytes.iter_mut().enumerate() {
+        *byte = u8::from_str_radix(text.get(2 * index..2 * index + 2)?, 16).ok()?;
+    }
+    Some(bytes)
+}
+
+fn utc_ms(text: &str) -> Option<i64> {
+    let since_epoch = humantime::parse_rfc3339_weak(text).ok()?.duration_since(std::time::UNIX_EPOCH).ok()?;
+    i64::try_from(since_epoch.as_millis()).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Tokens, Mistakes> {
+        Tokens::parse(&Source { path: "tokens.toml".into(), text: text.into() })
+    }
+
+    #[test]
+    fn a_token_lets_in_whom_it_was_made_for_until_it_expires() {
+        let text = entry("anna", &[Role::Operator, Role::Observer], "secret");
+        let tokens = parse(&format!("{text}expires_utc = \"2026-01-01T00:00:00Z\"\n")).unwrap();
+        let end = 1_767_225_600_000;
+        let anna = tokens.identify("secret", end - 1).unwrap();
+        assert_eq!((&*anna.name, anna.roles.as_slice()), ("anna", &[Role::Observer, Role::Operator][..]));
+        assert!(tokens.identify("secret", end).is_none());
+        assert!(tokens.identify("Secret", 0).is_none());
+        assert!(tokens.identify("", 0).is_none());
+        assert!(Tokens::default().identify("", 0).is_none());
+    }
+
+    #[test]
+    fn every_mistake_is_told_with_its_place() {
+        #[track_caller]
+        fn check(text: &str, expected: &str) {
+            let error = parse(text).unwrap_err().to_string();
+            assert!(error.starts_with(expected), "expected `{expected}`, got `{error}`");
+        }
+        let good = entry("anna", &[Role::Observer], "secret");
+        check(&good.replace("observer", "chief"), "tokens.toml:3:10: unknown variant `chief`");
+        check(&good.replace("sha256 = \"", "sha256 = \"x"), "tokens.toml:4:10: a SHA-256 hash has 64");
+        check(&format!("{good}{good}"), "tokens.toml:6:8: each token has a name of its own");
+        check(&format!("{good}expires_utc = \"soon\""), "tokens.toml:5:15: expected a UTC date");
+    }
+
+    #[test]
+    fn a_file_that_others_may_read_is_not_taken() {
+        use std::os::unix::fs::PermissionsExt;
+        let path = std::env::temp_dir().join(format!("kittiwake-tokens-{}", std::process::id()));
+        std::fs::write(&path, entry("anna", &[Role::Observer], "secret")).unwrap();
+        let read_with = |mode| {
+            std::fs::set_permissions(&path, std::fs::Permissions::from_mode(mode)).unwrap();
+            Tokens::read(&path).map(|_| ()).map_err(|it| it.to_string())
+        };
+        let (closed, open) = (read_with(0o600), read_with(0o640));
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!(closed, Ok(()));
+        assert!(open.unwrap_err().contains("its mode is 0640"));
+    }
+}

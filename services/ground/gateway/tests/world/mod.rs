@@ -1,0 +1,179 @@
+//! A gateway whose loop runs in a thread of its own; the services that it calls are played by the test.
+
+use std::sync::mpsc::{Sender, channel};
+use std::sync::{Arc, Mutex};
+
+use axum::Router;
+use axum::body::Body;
+use axum::http::{Request, StatusCode};
+use domain::file::Source;
+use domain::time::{Now, Pace};
+use gateway::access::{Role, Tokens, entry};
+use gateway::audit::Audit;
+use gateway::config::Config;
+use gateway::http::router;
+use gateway::{Door, Gateway};
+use http_body_util::BodyExt as _;
+use kittiwake_proto::topics::{Message, Request as Call, Response};
+use kittiwake_proto::v1;
+use node::{CallError, Effect, Event, Node};
+use serde_json::Value;
+use tokio::sync::watch;
+use tower::ServiceExt as _;
+
+const CONFIG: &str = "
+    snapshot_rate_hz = 20.0
+    status_rate_hz = 2.0
+    heartbeat_stale_s = 2.0
+    history_records = 100
+    max_event_streams = 2000
+    request_timeout_s = 5.0
+    max_body_bytes = 10000
+    requests_per_s = 0.001
+    requests_at_once = 1000.0
+    command_lease_s = 60.0
+    simulation = true
+";
+
+/// Plays the services: answers what is called, with the trace it came under.
+type Play = Box<dyn FnMut(&Call, &str) -> Result<Response, CallError> + Send>;
+
+enum Input {
+    Nudge,
+    Say(Message),
+}
+
+pub struct World {
+    pub router: Router,
+    inputs: Sender<Input>,
+    /// What reached the bus: calls, and messages published.
+    pub heard: Arc<Mutex<Vec<String>>>,
+    _closing: watch::Sender<()>,
+}
+
+pub struct Answer {
+    pub status: StatusCode,
+    pub body: Value,
+    pub text: String,
+}
+
+impl World {
+    /// With uav1 seen, on which everything that is ordered is done.
+    pub fn new() -> World {
+        World::playing(CONFIG, Box::new(|call, _| Ok(obedient(call))))
+    }
+
+    /// Services that answer as `play` does.
+    pub fn with(play: impl FnMut(&Call, &str) -> Result<Response, CallError> + Send + 'static) -> World {
+        World::playing(CONFIG, Box::new(play))
+    }
+
+    /// With a change to the configuration.
+    pub fn configured(from: &str, to: &str) -> World {
+        assert!(CONFIG.contains(from), "{from}");
+        World::playing(&CONFIG.replace(from, to), Box::new(|call, _| Ok(obedient(call))))
+    }
+
+    fn playing(config: &str, mut play: Play) -> World {
+        let config: Config = toml::from_str(config).unwrap();
+        let entries = Role::ALL.map(|it| entry(it.name(), &[it], &format!("{}-token", it.name())));
+        let text = format!("{}{}", entries.concat(), entry("ben", &[Role::Operator], "ben-token"));
+        let expired = entry("old", &Role::ALL, "old-token") + "expires_utc = \"2020-01-01T00:00:00Z\"\n";
+        let tokens = Tokens::parse(&Source { path: "tokens".into(), text: text + &expired }).unwrap();
+        let (inputs, received) = channel();
+        let nudge = inputs.clone();
+        let wake = move || {
+            let _ = nudge.send(Input::Nudge);
+        };
+        let door = Door { tokens, audit: Audit::in_memory() };
+        let (mut gateway, api) = Gateway::new(&config, Pace::REAL_TIME, door, wake);
+        let (closing, closed) = watch::channel(());
+        let router = router(api, closed);
+        let heard = Arc::new(Mutex::new(Vec::new()));
+        let log = heard.clone();
+        let mut turn = move |input: Input, now: Now| {
+            let mut effects = Vec::new();
+            if let Input::Say(message) = input {
+                gateway.on(now, Event::Message { vehicle: "uav1".into(), message }, &mut effects);
+            }
+            gateway.act(now, &mut effects);
+            for effect in effects {
+                match effect {
+                    Effect::Call { call, request, trace, vehicle, .. } => {
+                        assert_eq!(vehicle.as_deref(), Some("uav1"));
+                        log.lock().unwrap().push(request.service().key().to_owned());
+                        let result = play(&request, trace.as_deref().unwrap_or("none"));
+                        gateway.on(now, Event::Reply { call, result }, &mut Vec::new());
+                    }
+                    Effect::Publish { message, .. } => log.lock().unwrap().push(message.topic().key().to_owned()),
+                    Effect::Reply { .. } => panic!("it serves nothing"),
+                }
+            }
+        };
+        turn(Input::Say(v1::VehicleStatus::default().into()), Now::default());
+        std::thread::spawn(move || {
+            let mut now = Now::default();
+            while let Ok(input) = received.recv() {
+                now.time = now.time + std::time::Duration::from_millis(100);
+                turn(input, now);
+            }
+        });
+        World { router, inputs, heard, _closing: closing }
+    }
+
+    /// uav1 says something.
+    pub fn say(&self, message: impl Into<Message>) {
+        self.inputs.send(Input::Say(message.into())).unwrap();
+    }
+
+    pub async fn get(&self, path: &str, token: &str) -> Answer {
+        self.send("GET", path, token, "", "").await
+    }
+
+    /// Posts without a body, under a key.
+    pub async fn post(&self, path: &str, token: &str, key: &str) -> Answer {
+        self.send("POST", path, token, key, "").await
+    }
+
+    pub async fn send(&self, method: &str, path: &str, token: &str, key: &str, body: &str) -> Answer {
+        let mut request = Request::builder().method(method).uri(path);
+        for (name, value) in [("authorization", token), ("idempotency-key", key)] {
+            let value = if name == "authorization" { format!("Bearer {value}-token") } else { value.to_owned() };
+            if value != "Bearer -token" && !value.is_empty() {
+                request = request.header(name, value);
+            }
+        }
+        self.request(request.body(Body::from(body.to_owned())).unwrap()).await
+    }
+
+    pub async fn request(&self, request: Request<Body>) -> Answer {
+        let response = self.router.clone().oneshot(request).await.unwrap();
+        let status = response.status();
+        let kind = response.headers().get("content-type").map(|it| it.to_str().unwrap().to_owned());
+        if kind.as_deref() == Some("text/event-stream") {
+            return Answer { status, body: Value::Null, text: String::new() };
+        }
+        let bytes = response.into_body().collect().await.unwrap().to_bytes();
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        Answer { status, body: serde_json::from_str(&text).unwrap_or(Value::Null), text }
+    }
+
+    pub fn heard(&self) -> Vec<String> {
+        std::mem::take(&mut self.heard.lock().unwrap())
+    }
+}
+
+/// The answer of a service that does what it is told.
+pub fn obedient(call: &Call) -> Response {
+    match call {
+        Call::OperatorCommand(_) => Response::OperatorCommand(v1::OperatorReply { done: true, text: "done".into() }),
+        Call::Mission(_) => Response::Mission(v1::MissionReply {
+            accepted: true,
+            status: Some(v1::PlannerStatus::default()),
+            ..Default::default()
+        }),
+        Call::Decide(_) => Response::Decide(v1::DecideReply { accepted: true, ..Default::default() }),
+        Call::Fault(_) => Response::Fault(v1::FaultReply { accepted: true, detail: "done".into() }),
+        other => panic!("not called by the gateway: {other:?}"),
+    }
+}
