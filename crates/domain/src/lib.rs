@@ -5,6 +5,8 @@
 
 pub mod area;
 pub mod contingency;
+pub mod corners;
+pub mod detour;
 pub mod file;
 pub mod geometry;
 pub mod mission;

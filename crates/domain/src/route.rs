@@ -93,7 +93,7 @@ pub fn transition_goal(
 }
 
 /// The areas that apply now and may not be entered.
-fn barred<'a>(areas: &'a [Area], held: &'a [String], utc_ms: i64) -> impl Iterator<Item = &'a Area> {
+pub(crate) fn barred<'a>(areas: &'a [Area], held: &'a [String], utc_ms: i64) -> impl Iterator<Item = &'a Area> {
     areas.iter().filter(move |it| it.is_active(utc_ms) && (it.kind == AreaKind::KeepOut || !held.contains(&it.name)))
 }
 

@@ -12,7 +12,7 @@ use kittiwake_proto::topics::{Message, Request, Response};
 use crate::{CallError, CallId, Effect, Event, Node, Token, VehicleId};
 
 /// UTC at virtual time zero: 2026-01-01T00:00:00Z. A fixed date keeps runs identical.
-const UTC_START_MS: i64 = 1_767_225_600_000;
+pub const UTC_START_MS: i64 = 1_767_225_600_000;
 
 /// So much at one moment of virtual time is nodes that keep each other, or themselves, busy for ever.
 const LIVELOCK: u32 = 10_000;

@@ -18,6 +18,10 @@ use kittiwake_proto::v1;
 use node::virtual_bus::VirtualBus;
 
 mod files;
+mod witness;
+
+pub use witness::Breach;
+use witness::Witness;
 
 /// What is flown, and how the control tower answers.
 #[derive(Debug, Clone)]
@@ -43,6 +47,7 @@ struct Seen {
     decisions: Vec<(Time, v1::DecisionRecord)>,
     report: Option<v1::MissionReport>,
     aircraft: Option<v1::VehicleLocalPosition>,
+    witness: Witness,
 }
 
 impl Simulation<'_> {
@@ -99,6 +104,27 @@ impl Simulation<'_> {
         self.bus.request(Request::Fault(v1::FaultRequest { name: name.to_owned(), args }));
     }
 
+    /// Takes down a flag raised by hand.
+    pub fn lower_flag(&mut self, name: &str) {
+        self.bus.publish(v1::FlagEvent { name: name.to_owned(), source: "injector".to_owned(), ..Default::default() });
+    }
+
+    /// The control tower decides by hand.
+    pub fn decide(&mut self, area: &str, decision: v1::Decision) {
+        self.bus.request(Request::Decide(v1::DecideRequest {
+            vehicle: "uav1".to_owned(),
+            area: area.to_owned(),
+            decision: decision as i32,
+            reason: "by hand".to_owned(),
+            valid_for_s: None,
+        }));
+    }
+
+    /// What must never happen and did.
+    pub fn breaches(&self) -> Vec<Breach> {
+        self.seen.borrow().witness.breaches.clone()
+    }
+
     /// Virtual time.
     pub fn now(&self) -> Time {
         self.bus.now()
@@ -126,6 +152,7 @@ impl Simulation<'_> {
 
 impl Seen {
     fn take_in(&mut self, time: Time, message: &Message) {
+        self.witness.take_in(time, message);
         match message {
             Message::DecisionRecord(it) => self.decisions.push((time, it.clone())),
             Message::McmStatus(it) if self.report.is_none() => self.report = it.report.clone(),

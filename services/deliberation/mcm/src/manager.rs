@@ -82,16 +82,7 @@ impl Mcm {
         let now = world.now.time;
         match message {
             Message::Introspection(it) => {
-                if !std::mem::replace(&mut world.inbox.introduced, true) {
-                    let up = it.flags.iter().map(|flag| v1::FlagEvent {
-                        name: flag.name.clone(),
-                        raised: true,
-                        source: "monitor".to_owned(),
-                        reason: flag.reason.clone(),
-                        ..Default::default()
-                    });
-                    world.inbox.flags.extend(up);
-                }
+                world.inbox.list(&it.flags);
                 if let Some(vehicle) = Vehicle::from_wire(now, &it) {
                     world.inbox.vehicle = Some(vehicle);
                 }
@@ -124,10 +115,10 @@ impl Mcm {
                     world.skills.on_table(now, &table);
                 }
             }
-            Some(Purpose::Replan) => {
-                let revision = world.permissions.revision;
+            Some(Purpose::Replan(id)) => {
+                let (revision, held) = (world.permissions.revision, world.held());
                 let approval = world.limits.approval();
-                let news = world.planner.on_plan(now, result, timeout, revision, approval);
+                let news = world.planner.on_plan(now, &id, result, timeout, revision, held, approval);
                 if world.planner.replanning == Replanning::Planned {
                     world.timing.mark(v1::TimingPoint::PlanReady);
                 }
@@ -143,7 +134,8 @@ impl Mcm {
                 }
             }
             // A cancelled skill says so itself.
-            Some(Purpose::CancelSkill) | None => {}
+            Some(Purpose::CancelSkill(skill_id)) if result.is_err() => world.skills.on_cancel_lost(skill_id),
+            Some(Purpose::CancelSkill(_)) | None => {}
         }
     }
 

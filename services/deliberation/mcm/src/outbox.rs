@@ -11,12 +11,12 @@ use node::{CallId, Effect, Token};
 pub(crate) enum Purpose {
     /// The start of a skill, by its request id.
     StartSkill(String),
-    /// The cancellation of a skill.
-    CancelSkill,
+    /// The cancellation of this skill.
+    CancelSkill(u64),
     /// What became of the skills.
     SkillTable,
-    /// A new plan.
-    Replan,
+    /// A new plan, by its request id.
+    Replan(String),
     /// The step after this one.
     NextStep(u64),
     /// Telling that this step was flown.

@@ -1,5 +1,6 @@
 //! The leaves' world: what is known, what is wanted, and what was decided.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use behavior_tree::{Library, Tree};
@@ -50,9 +51,27 @@ pub(crate) struct World {
 pub(crate) struct Inbox {
     pub(crate) vehicle: Option<Vehicle>,
     pub(crate) flags: Vec<v1::FlagEvent>,
-    /// Whether an introspection has been seen: the first one also tells which flags are up already,
-    /// which matters to a manager that was restarted.
-    pub(crate) introduced: bool,
+    /// The flags that the last introspection listed.
+    listed: BTreeSet<String>,
+}
+
+impl Inbox {
+    /// Takes in the flags that an introspection lists. What is new or gone in the list counts as an
+    /// event: its own may have got lost, or have come while this process or the monitor was away.
+    pub(crate) fn list(&mut self, flags: &[v1::RaisedFlag]) {
+        let listed: BTreeSet<String> = flags.iter().map(|it| it.name.clone()).collect();
+        let event = |name: &String, raised, reason: &str| v1::FlagEvent {
+            name: name.clone(),
+            raised,
+            source: "monitor".to_owned(),
+            reason: reason.to_owned(),
+            ..Default::default()
+        };
+        let risen = flags.iter().filter(|it| !self.listed.contains(&it.name));
+        self.flags.extend(risen.map(|it| event(&it.name, true, &it.reason)));
+        self.flags.extend(self.listed.difference(&listed).map(|it| event(it, false, "")));
+        self.listed = listed;
+    }
 }
 
 /// The reason a step is about to fail with.

@@ -8,6 +8,7 @@ use kittiwake_proto::v1::FlightMode::{Land, Loiter, Offboard};
 use kittiwake_proto::v1::SkillOutcome::{Failed, Rejected, Succeeded};
 use node::CallError;
 
+mod interruptions;
 mod orders;
 mod rig;
 use rig::{Rig, plan, step};

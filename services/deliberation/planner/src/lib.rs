@@ -17,7 +17,6 @@ pub mod answer;
 pub mod back_chaining;
 pub mod communication;
 pub mod config;
-pub mod corners;
 pub mod drafting;
 pub mod forecast;
 pub mod hold;

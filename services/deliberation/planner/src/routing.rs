@@ -13,8 +13,8 @@ use pathfinding::directed::astar::astar;
 
 use crate::airspace::{Access, Airspace, Asked};
 use crate::config::Config;
-use crate::corners::corners;
 use crate::way_out::way_out;
+use domain::corners::corners;
 
 /// A way in straight legs.
 #[derive(Debug, Clone, PartialEq)]

@@ -38,6 +38,8 @@ pub(crate) enum Replanning {
         until: Time,
         /// Permissions' revision when it said so.
         revision: u64,
+        /// What was held when it said so; a permission that is about to expire is no longer.
+        held: Vec<String>,
     },
     /// A plan has come that is flown only once it is approved.
     Proposed(Box<Proposal>),
@@ -139,7 +141,7 @@ impl Planner {
             denials: failed.denials,
         };
         self.replanning = Replanning::Asked(request_id);
-        outbox.call(Purpose::Replan, Request::Replan(request), timeout);
+        outbox.call(Purpose::Replan(request.request_id.clone()), Request::Replan(request), timeout);
     }
 
     /// Fetches the step after the present one, before that one ends.
@@ -186,6 +188,12 @@ impl Planner {
         }
     }
 
+    /// The present step is not to be begun, or was flown: what comes next is asked for anew.
+    pub(crate) fn drop_step(&mut self) {
+        self.step = None;
+        self.next = Next::Unknown;
+    }
+
     /// Tells the planner of the first flown step that it does not know of.
     pub(crate) fn tell(&mut self, now: Time, timeout: Duration, outbox: &mut Outbox) {
         if self.telling || now < self.again_at {
@@ -206,12 +214,15 @@ impl Planner {
     pub(crate) fn on_plan(
         &mut self,
         now: Time,
+        request_id: &str,
         result: Result<Response, CallError>,
         patience: Duration,
         revision: u64,
+        held: Vec<String>,
         (approval, limit): (PlanApproval, Duration),
     ) -> Option<String> {
-        if !matches!(self.replanning, Replanning::Asked(_)) {
+        // An answer to an earlier request was given for a state that no longer is.
+        if self.replanning != Replanning::Asked(request_id.to_owned()) {
             return None;
         }
         let reply = match result {
@@ -226,6 +237,10 @@ impl Planner {
             }
         };
         match reply {
+            v1::replan_reply::Reply::Plan(plan) if plan.steps.is_empty() => {
+                self.replanning = Replanning::Late(now + patience);
+                Some("planner: a plan without steps; asking again".into())
+            }
             v1::replan_reply::Reply::Plan(plan) if plan.epoch < self.newest_epoch() => {
                 self.replanning = Replanning::Idle;
                 Some(format!("plan {} was made before the mission was changed; asking again", plan.revision))
@@ -245,7 +260,7 @@ impl Planner {
             }
             v1::replan_reply::Reply::Hold(hold) => {
                 let wait = Duration::try_from_secs_f64(hold.wait_s).unwrap_or(patience);
-                self.replanning = Replanning::Hold { until: now + wait, revision };
+                self.replanning = Replanning::Hold { until: now + wait, revision, held };
                 // What was told once need not be told again: the planner has taken it in.
                 if let Some(failed) = &mut self.failed {
                     failed.denials.clear();

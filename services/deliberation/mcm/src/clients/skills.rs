@@ -155,11 +155,22 @@ impl Skills {
         }
     }
 
+    /// A cancellation got no answer: it is sent again.
+    pub(crate) fn on_cancel_lost(&mut self, skill_id: u64) {
+        if let Some(entry) = self.entries.iter_mut().find(|it| it.skill_id == skill_id) {
+            entry.cancel_sent = false;
+        }
+    }
+
     /// News of a skill.
     pub(crate) fn on_event(&mut self, now: Time, event: &v1::SkillEvent) {
         let Some(entry) = self.entries.iter_mut().find(|it| it.request_id == event.request_id) else { return };
         if is_over(entry) {
-            return;
+            if entry.skill_id != 0 || event.state() == v1::SkillState::Ended {
+                return;
+            }
+            // Its answer was given up on, and it flies all the same: nobody waits for it any more.
+            entry.given_up = true;
         }
         entry.heard = now;
         entry.skill_id = event.skill_id;
@@ -227,7 +238,7 @@ impl Skills {
         for entry in self.entries.iter_mut().filter(|it| it.given_up && !is_over(it) && it.skill_id != 0) {
             if !std::mem::replace(&mut entry.cancel_sent, true) {
                 let request = v1::SkillCancelRequest { skill_id: entry.skill_id };
-                outbox.call(Purpose::CancelSkill, Request::SkillCancel(request), timeout);
+                outbox.call(Purpose::CancelSkill(entry.skill_id), Request::SkillCancel(request), timeout);
             }
         }
     }

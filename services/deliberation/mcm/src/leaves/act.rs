@@ -1,7 +1,6 @@
 //! Flies a skill: wants it when started, gives it up when halted, answers as it ends.
 
 use behavior_tree::{BuildError, In, Leaf, LeafResult, NodeSpec, Ports, Status};
-use domain::geometry::Ned;
 use kittiwake_proto::v1::{SkillOutcome, TimingPoint};
 
 use super::ports::Goal;
@@ -16,8 +15,6 @@ pub(super) struct Act {
 enum What {
     Port(In<Goal>),
     Fixed(domain::skill::Goal),
-    /// Straight back over the take-off point, at the height of returns or higher.
-    Home,
     /// Straight to where the operator wants the vehicle to land, at the height it has; where it is, if the operator named no place.
     LandingSite,
 }
@@ -33,11 +30,6 @@ impl Act {
         Act { what: What::Fixed(goal), skill: None }
     }
 
-    /// Back over the take-off point.
-    pub(super) fn home() -> Act {
-        Act { what: What::Home, skill: None }
-    }
-
     /// Over the place that the operator named.
     pub(super) fn landing_site() -> Act {
         Act { what: What::LandingSite, skill: None }
@@ -49,7 +41,6 @@ impl Leaf<World> for Act {
         let goal = match &self.what {
             What::Port(port) => ports.read(*port)?.0,
             What::Fixed(goal) => *goal,
-            What::Home => home(world),
             What::LandingSite => landing_site(world),
         };
         self.skill = Some(world.skills.start(world.now.time, goal));
@@ -87,16 +78,6 @@ fn landing_site(world: &World) -> domain::skill::Goal {
     };
     domain::skill::Goal::Position {
         target: site.at_height(vehicle.position.height_m()),
-        speed_limit_m_s: world.limits.return_speed_m_s,
-        yaw_rad: None,
-        hold_at_target: false,
-    }
-}
-
-fn home(world: &World) -> domain::skill::Goal {
-    let height_m = world.vehicle.map_or(0.0, |it| it.position.height_m()).max(world.limits.return_height_m);
-    domain::skill::Goal::Position {
-        target: Ned::default().at_height(height_m),
         speed_limit_m_s: world.limits.return_speed_m_s,
         yaw_rad: None,
         hold_at_target: false,

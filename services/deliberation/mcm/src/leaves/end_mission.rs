@@ -22,6 +22,7 @@ pub(super) struct EndMission {
 impl Leaf<World> for EndMission {
     fn start(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         (self.hold, self.landed_at) = (None, None);
+        world.acting = None;
         // Nothing else may bring the tree here; if something does, it must not go on by itself.
         world.end_mission(MissionOutcome::Failure, "the nominal behavior failed without a reason");
         if let Some(over) = world.mission.over.clone() {
@@ -36,7 +37,16 @@ impl Leaf<World> for EndMission {
 
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         let now = world.now.time;
-        if world.is_flying() {
+        let Some(vehicle) = world.vehicle else {
+            ports.because_of("somebody says that the vehicle is on the ground");
+            return Ok(Status::Running);
+        };
+        if vehicle.flying {
+            // Known only now to be in the air, or in the air again.
+            if self.hold.is_none() {
+                self.hold = Some(world.skills.start(now, Goal::Stop));
+                return Ok(Status::Running);
+            }
             let holds = self.hold.and_then(|it| world.skills.progress(it));
             if matches!(holds, None | Some(Progress::Ended(..))) {
                 report::publish(world);
@@ -44,8 +54,7 @@ impl Leaf<World> for EndMission {
             return Ok(Status::Running);
         }
         let landed_at = *self.landed_at.get_or_insert(now);
-        let armed = world.vehicle.is_some_and(|it| it.armed);
-        if armed && now - landed_at < DISARM_LIMIT {
+        if vehicle.armed && now - landed_at < DISARM_LIMIT {
             ports.tick_at((landed_at + DISARM_LIMIT).since_start());
             return Ok(Status::Running);
         }

@@ -9,6 +9,7 @@ mod check;
 mod contingency;
 mod end_mission;
 mod executor;
+mod fly_home;
 mod monitor;
 mod next_step;
 mod permission;
@@ -35,7 +36,7 @@ pub(crate) fn registry() -> Registry<World> {
     it.action("Act", [Port::input::<Goal>("goal").describe("what to fly")], act::Act::with_port);
     it.action("Land", [], |_| Ok(act::Act::fixed(domain::skill::Goal::Land)));
     it.action("Stop", [], |_| Ok(act::Act::fixed(domain::skill::Goal::Stop)));
-    it.action("FlyHome", [], |_| Ok(act::Act::home()));
+    it.action("FlyHome", [], |_| Ok(fly_home::FlyHome::default()));
     it.action("FlyToLandingSite", [], |_| Ok(act::Act::landing_site()));
     it.action("RequestPermission", [Port::input::<String>("area")], permission::RequestPermission::new);
     it.action("WayIsClear", [], |_| Ok(permission::WayIsClear));

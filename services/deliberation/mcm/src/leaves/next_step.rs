@@ -31,11 +31,15 @@ impl Leaf<World> for NextStep {
                 return Ok(Status::Running);
             }
             Next::Unknown | Next::Asked => {
-                world.planner.step = None;
-                world.planner.next = Next::Unknown;
+                world.planner.drop_step();
                 ports.because_of("the planner said what comes next in time");
             }
         }
         Ok(Status::Failure)
+    }
+
+    fn halt(&mut self, world: &mut World, _: &mut Ports<'_>) {
+        // The present step was flown; it must not be flown again after whatever came between.
+        world.planner.drop_step();
     }
 }

@@ -31,8 +31,8 @@ impl Leaf<World> for Replan {
             }
             Replanning::Idle => ask(world),
             Replanning::Late(at) if at <= world.now.time => ask(world),
-            Replanning::Hold { until, revision }
-                if until <= world.now.time || revision != world.permissions.revision =>
+            Replanning::Hold { until, revision, held }
+                if until <= world.now.time || revision != world.permissions.revision || held != world.held() =>
             {
                 ask(world);
             }
@@ -54,7 +54,10 @@ impl Leaf<World> for Replan {
     }
 
     fn halt(&mut self, world: &mut World, _: &mut Ports<'_>) {
-        // An answer that is still on its way was given for a state that no longer is.
+        // A plan that has just come, or is still on its way, was made for a state that no longer is.
+        if world.planner.replanning == Replanning::Planned {
+            world.planner.drop_step();
+        }
         world.planner.replanning = Replanning::Idle;
     }
 }

@@ -14,6 +14,8 @@ use crate::world::World;
 #[derive(Default)]
 pub(super) struct TransitionExecutor {
     skill: Option<Handle>,
+    /// The areas that could be entered when it was planned.
+    held: Vec<String>,
 }
 
 impl Leaf<World> for TransitionExecutor {
@@ -22,8 +24,9 @@ impl Leaf<World> for TransitionExecutor {
         let Some(vehicle) = world.vehicle.filter(|it| it.flying) else { return Ok(Status::Running) };
         let whereabouts = Whereabouts { position: vehicle.position, flying: vehicle.flying };
         let failed = world.planner.failed_goal.unwrap_or(Goal::Stop);
-        let (held, limits) = (world.held(), world.limits.transition);
-        let goal = transition_goal(whereabouts, &failed, &world.planner.areas, &held, world.now.utc_ms, limits);
+        self.held = world.held();
+        let (areas, limits) = (&world.planner.areas, world.limits.transition);
+        let goal = transition_goal(whereabouts, &failed, areas, &self.held, world.now.utc_ms, limits);
         world.say("plan", format!("transition: {}", words::goal(&goal.into())));
         world.in_transition = true;
         self.skill = Some(world.skills.start(world.now.time, goal));
@@ -33,6 +36,11 @@ impl Leaf<World> for TransitionExecutor {
 
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         let Some(skill) = self.skill else { return Ok(Status::Running) };
+        if self.held != world.held() {
+            // It may lead into an area that may no longer be entered, or stop before one that may.
+            world.skills.halt(skill);
+            return self.start(world, ports);
+        }
         match world.skills.progress(skill) {
             Some(Progress::Ended(SkillOutcome::Succeeded, _)) => Ok(Status::Success),
             Some(Progress::Ended(outcome, reason)) => {

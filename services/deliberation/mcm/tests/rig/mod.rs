@@ -44,6 +44,10 @@ pub struct Rig {
     flying: bool,
     mode: v1::FlightMode,
     position: v1::Ned,
+    /// Flags that the introspection lists.
+    listed: Vec<v1::RaisedFlag>,
+    /// What happens is only taken in; it is acted on together.
+    together: bool,
     /// What it said of itself last.
     status: v1::McmStatus,
     /// The answer to the command sent last.
@@ -70,11 +74,22 @@ impl Rig {
 
     /// With these changes to the configuration.
     pub fn with(changes: &[(&str, &str)]) -> Rig {
+        let mut rig = Rig::unseen(changes);
+        rig.vehicle(false, v1::FlightMode::Loiter, (0.0, 0.0, 0.0));
+        rig
+    }
+
+    /// Nothing has been heard of the vehicle yet.
+    pub fn without_vehicle() -> Rig {
+        Rig::unseen(&[])
+    }
+
+    fn unseen(changes: &[(&str, &str)]) -> Rig {
         let (trees, table) = shipped_table();
         let text = changes.iter().fold(CONFIG.to_owned(), |text, (from, to)| text.replace(from, to));
         let config: Config = Source { path: "test".into(), text }.parse().unwrap();
         let loaded = trees.load(&table).unwrap();
-        let mut rig = Rig {
+        Rig {
             mcm: Mcm::new(&config, "uav1", 1, &loaded, table, Pace::REAL_TIME).unwrap(),
             now: Time::ZERO,
             log: Vec::new(),
@@ -84,13 +99,13 @@ impl Rig {
             flying: false,
             mode: v1::FlightMode::Loiter,
             position: v1::Ned::default(),
+            listed: Vec::new(),
+            together: false,
             status: v1::McmStatus::default(),
             answer: None,
             commands: 0,
             reported: false,
-        };
-        rig.vehicle(false, v1::FlightMode::Loiter, (0.0, 0.0, 0.0));
-        rig
+        }
     }
 
     /// The monitor says how the vehicle is.
@@ -106,6 +121,7 @@ impl Rig {
             }),
             land_detected: Some(v1::VehicleLandDetected { landed: !flying, ..Default::default() }),
             ages: Some(v1::SourceAges { status_s: Some(0.0), ..Default::default() }),
+            flags: self.listed.clone(),
             ..Default::default()
         });
     }
@@ -116,6 +132,24 @@ impl Rig {
 
     pub fn flag(&mut self, name: &str, raised: bool) {
         self.say(v1::FlagEvent { name: name.into(), raised, reason: "by hand".into(), ..Default::default() });
+    }
+
+    pub fn flag_of(&mut self, source: &str, name: &str, raised: bool) {
+        self.say(v1::FlagEvent { name: name.into(), raised, source: source.into(), ..Default::default() });
+    }
+
+    /// From the next introspection on the monitor lists these flags.
+    pub fn listed_flags(&mut self, names: &[&str]) {
+        let listed = |name: &&str| v1::RaisedFlag { name: name.to_string(), ..Default::default() };
+        self.listed = names.iter().map(listed).collect();
+    }
+
+    /// All that `happens` arrives in one batch.
+    pub fn together(&mut self, happens: impl FnOnce(&mut Rig)) {
+        self.together = true;
+        happens(self);
+        self.together = false;
+        self.act();
     }
 
     /// Time passes; the monitor goes on talking.
@@ -232,7 +266,15 @@ impl Rig {
         let now = Now { time: self.now, utc_ms: 0 };
         let mut effects = Vec::new();
         self.mcm.on(now, event, &mut effects);
-        self.mcm.act(now, &mut effects);
+        effects.into_iter().for_each(|it| self.write_down(it));
+        if !self.together {
+            self.act();
+        }
+    }
+
+    fn act(&mut self) {
+        let mut effects = Vec::new();
+        self.mcm.act(Now { time: self.now, utc_ms: 0 }, &mut effects);
         effects.into_iter().for_each(|it| self.write_down(it));
     }
 

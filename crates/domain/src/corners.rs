@@ -1,6 +1,6 @@
 //! The corners of a polygon grown by a margin: the only points a shortest way past it turns at.
 
-use domain::geometry::Ned;
+use crate::geometry::Ned;
 
 /// `(north, east)`.
 type Vector = (f64, f64);

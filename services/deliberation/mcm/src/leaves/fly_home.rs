@@ -1,0 +1,73 @@
+//! Back over the take-off point, at the height of returns or higher, round what may not be entered.
+
+use behavior_tree::{Leaf, LeafResult, Ports, Status};
+use domain::detour::way_round;
+use domain::geometry::Ned;
+use domain::skill::Goal;
+use kittiwake_proto::v1::{SkillOutcome, TimingPoint};
+
+use crate::clients::skills::{Handle, Progress, ending};
+use crate::world::World;
+
+/// Flies leg by leg; each is chosen by what may be entered when it begins.
+#[derive(Default)]
+pub(super) struct FlyHome {
+    leg: Option<Leg>,
+}
+
+struct Leg {
+    skill: Handle,
+    is_last: bool,
+    /// The areas that could be entered when it was chosen.
+    held: Vec<String>,
+}
+
+impl Leaf<World> for FlyHome {
+    fn start(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
+        self.leg = None;
+        let limits = world.limits;
+        let from = world.vehicle.map_or_else(Ned::default, |it| it.position);
+        let home = Ned::default().at_height(from.height_m().max(limits.return_height_m));
+        let held = world.held();
+        let margin_m = limits.transition.stand_off_m / 2.0;
+        let way = way_round(from, home, &world.planner.areas, &held, world.now.utc_ms, margin_m);
+        let Some(&target) = way.first() else {
+            world.failure.reason = "no way home that may be flown".to_owned();
+            ports.because_of("there is a way home that may be flown");
+            return Ok(Status::Failure);
+        };
+        let goal =
+            Goal::Position { target, speed_limit_m_s: limits.return_speed_m_s, yaw_rad: None, hold_at_target: false };
+        let skill = world.skills.start(world.now.time, goal);
+        if let Some(flag) = &world.acting {
+            world.timing.mark_flag(TimingPoint::ActionTriggered, goal.kind(), flag);
+        }
+        self.leg = Some(Leg { skill, is_last: way.len() == 1, held });
+        Ok(Status::Running)
+    }
+
+    fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
+        let leg = self.leg.as_ref().ok_or("no leg was started")?;
+        match world.skills.progress(leg.skill) {
+            Some(Progress::Ended(SkillOutcome::Succeeded, _)) if leg.is_last => Ok(Status::Success),
+            Some(Progress::Ended(SkillOutcome::Succeeded, _)) => self.start(world, ports),
+            Some(Progress::Ended(outcome, reason)) => {
+                let words = ending(*outcome, reason);
+                world.failure.reason = words.clone();
+                ports.because("the way home was flown", words, "succeeded".to_owned());
+                Ok(Status::Failure)
+            }
+            _ if leg.held != world.held() => {
+                world.skills.halt(leg.skill);
+                self.start(world, ports)
+            }
+            _ => Ok(Status::Running),
+        }
+    }
+
+    fn halt(&mut self, world: &mut World, _: &mut Ports<'_>) {
+        if let Some(leg) = self.leg.take() {
+            world.skills.halt(leg.skill);
+        }
+    }
+}

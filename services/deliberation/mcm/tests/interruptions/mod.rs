@@ -1,0 +1,247 @@
+//! What comes at the wrong moment: late answers, lost news, flags between two steps, permissions that go.
+
+use domain::skill::Goal;
+use kittiwake_proto::topics::Request;
+use kittiwake_proto::v1;
+use kittiwake_proto::v1::FlightMode::{Loiter, Offboard};
+use kittiwake_proto::v1::SkillOutcome::{Failed, Rejected, Succeeded};
+use node::CallError;
+
+use crate::rig::{Rig, plan, step};
+use crate::{fly, under_way};
+
+fn area_a() -> v1::Area {
+    let corner = |(north_m, east_m)| v1::Ned { north_m, east_m, down_m: 0.0 };
+    v1::Area {
+        name: "A".into(),
+        kind: v1::AreaKind::Permission as i32,
+        corners: [(-90.0, 100.0), (90.0, 100.0), (90.0, 300.0), (-90.0, 300.0)].map(corner).to_vec(),
+        ..Default::default()
+    }
+}
+
+fn ledger(state: v1::PermissionState, valid_for_s: f64, decision: u64) -> v1::PermissionLedger {
+    let entry = v1::Permission { area: "A".into(), state: state as i32, valid_for_s, decision, ..Default::default() };
+    v1::PermissionLedger { permissions: vec![entry] }
+}
+
+/// A transition through area A flies, with the permission; the planner has said to hold.
+fn in_transition() -> Rig {
+    let (mut rig, skill) = under_way_to(500.0);
+    rig.say(v1::PlannerStatus { areas: vec![area_a()], ..Default::default() });
+    rig.say(ledger(v1::PermissionState::Granted, 900.0, 1));
+    rig.end(&skill, Failed, "x");
+    rig.plan(v1::replan_reply::Reply::Hold(v1::HoldUntil { wait_s: 500.0, reason: "later".into() }));
+    assert_eq!(rig.story(), "replan after 1 (failed: x) []\nstart fly 0 500 10");
+    rig.execute();
+    rig
+}
+
+fn under_way_to(east_m: f64) -> (Rig, String) {
+    let mut rig = Rig::new();
+    rig.plan(plan(&[step(1, fly(east_m), &[])]));
+    let skill = rig.execute();
+    rig.next(None);
+    rig.vehicle(true, Offboard, (0.0, 50.0, 10.0));
+    rig.story();
+    (rig, skill)
+}
+
+#[test]
+fn an_answer_to_an_older_request_for_a_plan_is_not_flown() {
+    let (mut rig, skill) = under_way();
+    rig.end(&skill, Failed, "x");
+    rig.execute();
+    rig.flag("obstacle", true);
+    let stop = rig.execute();
+    rig.end(&stop, Succeeded, "");
+    rig.execute();
+    rig.story();
+    // Both requests are open; the first one's answer comes first.
+    rig.plan(plan(&[step(7, fly(70.0), &[])]));
+    assert_eq!(rig.story(), "", "an answer for a state that no longer is");
+    rig.plan(plan(&[step(8, fly(80.0), &[])]));
+    assert!(rig.story().starts_with("start fly 0 80 10"));
+}
+
+#[test]
+fn a_step_that_was_flown_is_not_flown_again_after_a_flag() {
+    let mut rig = Rig::new();
+    rig.plan(plan(&[step(1, fly(100.0), &[])]));
+    let skill = rig.execute();
+    rig.vehicle(true, Offboard, (0.0, 100.0, 10.0));
+    // The step ends before the planner has said what comes next, and a flag comes between.
+    rig.end(&skill, Succeeded, "");
+    rig.acknowledge_done();
+    rig.story();
+    rig.flag("obstacle", true);
+    assert_eq!(rig.story(), "start stop");
+    let stop = rig.execute();
+    rig.end(&stop, Succeeded, "");
+    let story = rig.story();
+    assert!(story.starts_with("replan after 0 () []"), "{story}");
+    assert!(!story.contains("fly 0 100"), "{story}");
+}
+
+#[test]
+fn a_plan_that_arrives_together_with_a_flag_is_asked_for_again_after_it() {
+    let (mut rig, skill) = under_way();
+    rig.end(&skill, Failed, "x");
+    rig.execute();
+    rig.story();
+    rig.together(|rig| {
+        rig.flag("obstacle", true);
+        rig.plan(plan(&[step(7, fly(100.0), &[])]));
+    });
+    assert_eq!(rig.story(), "start stop, giving up 2");
+    let stop = rig.execute();
+    rig.end(&stop, Succeeded, "");
+    let story = rig.story();
+    assert!(story.starts_with("replan after"), "{story}");
+}
+
+#[test]
+fn a_transition_is_led_anew_when_its_permission_is_revoked() {
+    let mut rig = in_transition();
+    rig.story();
+    rig.say(ledger(v1::PermissionState::Revoked, 0.0, 2));
+    let story = rig.story();
+    assert!(story.contains("start fly 0 80 10, giving up 2"), "{story}");
+}
+
+#[test]
+fn a_transition_is_led_anew_when_its_permission_is_about_to_expire() {
+    let (mut rig, skill) = under_way_to(500.0);
+    rig.say(v1::PlannerStatus { areas: vec![area_a()], ..Default::default() });
+    rig.say(ledger(v1::PermissionState::Granted, 40.0, 1));
+    rig.end(&skill, Failed, "x");
+    rig.plan(v1::replan_reply::Reply::Hold(v1::HoldUntil { wait_s: 500.0, reason: "later".into() }));
+    rig.execute();
+    rig.story();
+    rig.wait(9.0);
+    assert_eq!(rig.story(), "");
+    rig.wait(2.0);
+    let story = rig.story();
+    assert!(story.contains("start fly 0 80 10, giving up 2"), "{story}");
+    assert!(story.contains("replan after 1"), "the planner hears of it while it can still be left in time: {story}");
+}
+
+#[test]
+fn a_grant_that_comes_during_a_hold_ends_it() {
+    let (mut rig, skill) = under_way_to(500.0);
+    rig.say(v1::PlannerStatus { areas: vec![area_a()], ..Default::default() });
+    rig.end(&skill, Failed, "x");
+    rig.plan(v1::replan_reply::Reply::Hold(v1::HoldUntil { wait_s: 500.0, reason: "later".into() }));
+    rig.execute();
+    rig.story();
+    rig.say(ledger(v1::PermissionState::Granted, 900.0, 1));
+    let story = rig.story();
+    assert!(story.contains("replan after 1"), "{story}");
+}
+
+#[test]
+fn a_plan_without_steps_is_no_plan() {
+    let mut rig = Rig::new();
+    rig.plan(plan(&[]));
+    assert_eq!(rig.story(), "replan after 0 () []", "not asked again in the same moment");
+    rig.wait(1.1);
+    assert_eq!(rig.story(), "replan after 0 () []");
+}
+
+/// On the ground, a takeoff asked for that the tower's denial makes pointless.
+fn denied_takeoff(is_taken: bool) -> Rig {
+    let mut rig = Rig::new();
+    rig.plan(plan(&[step(1, Goal::Takeoff { climb_m: 10.0 }, &["A"])]));
+    if is_taken {
+        rig.execute();
+    }
+    rig.story();
+    rig.say(ledger(v1::PermissionState::Denied, 0.0, 1));
+    rig
+}
+
+fn is_unanswered(rig: &mut Rig, wanted: fn(&Request) -> bool) {
+    rig.answer(|it| wanted(it).then_some(Err(CallError::Unanswered)));
+}
+
+#[test]
+fn a_cancellation_that_got_lost_is_sent_again() {
+    let mut rig = denied_takeoff(true);
+    assert!(rig.story().contains("cancel skill 1"));
+    is_unanswered(&mut rig, |it| matches!(it, Request::SkillCancel(_)));
+    assert_eq!(rig.story(), "cancel skill 1");
+}
+
+#[test]
+fn a_skill_that_flies_although_its_answer_got_lost_is_cancelled() {
+    let mut rig = denied_takeoff(false);
+    is_unanswered(&mut rig, |it| matches!(it, Request::Skill(_)));
+    rig.story();
+    rig.say(v1::SkillEvent {
+        skill_id: 5,
+        request_id: "mcm-1-1".into(),
+        state: v1::SkillState::Execute as i32,
+        ..Default::default()
+    });
+    assert_eq!(rig.story(), "cancel skill 5");
+}
+
+#[test]
+fn a_flag_whose_event_got_lost_is_seen_in_the_introspection_and_falls_with_it() {
+    let (mut rig, _) = under_way();
+    rig.listed_flags(&["local_position_stale"]);
+    rig.wait(0.1);
+    assert_eq!(rig.story(), "start stop, giving up 1");
+    let stop = rig.execute();
+    rig.end(&stop, Succeeded, "");
+    rig.wait(1.0);
+    assert_eq!(rig.story(), "", "held until the condition is gone");
+    rig.listed_flags(&[]);
+    rig.wait(0.1);
+    let story = rig.story();
+    assert!(story.starts_with("replan after 1"), "{story}");
+}
+
+#[test]
+fn a_flag_that_a_restarted_monitor_does_not_know_of_is_gone() {
+    let (mut rig, _) = under_way();
+    rig.flag_of("monitor", "local_position_stale", true);
+    rig.listed_flags(&["local_position_stale"]);
+    let stop = rig.execute();
+    rig.wait(0.1);
+    rig.end(&stop, Succeeded, "");
+    rig.story();
+    // The event that lowers it never comes: who would have sent it is dead.
+    rig.listed_flags(&[]);
+    rig.wait(0.1);
+    let story = rig.story();
+    assert!(story.starts_with("replan after 1"), "{story}");
+}
+
+#[test]
+fn a_pause_that_the_monitor_has_not_heard_of_yet_goes_on() {
+    let (mut rig, _) = under_way();
+    rig.flag_of("injector", "operator_pause", true);
+    let stop = rig.execute();
+    rig.end(&stop, Succeeded, "");
+    rig.story();
+    rig.wait(1.0);
+    assert_eq!(rig.story(), "");
+    rig.flag_of("injector", "operator_pause", false);
+    assert!(rig.story().starts_with("replan after 1"));
+}
+
+#[test]
+fn the_mission_does_not_end_on_the_ground_as_long_as_nobody_says_that_it_is_there() {
+    let mut rig = Rig::without_vehicle();
+    rig.flag("operator_abort", true);
+    for _ in 0..2 {
+        let land = rig.execute();
+        rig.end(&land, Rejected, "no");
+    }
+    let story = rig.story();
+    assert!(!story.contains("report"), "{story}");
+    rig.vehicle(true, Loiter, (0.0, 0.0, 10.0));
+    let story = rig.story();
+    assert!(story.contains("start stop"), "{story}");
+}
