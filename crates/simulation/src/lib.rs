@@ -98,6 +98,29 @@ impl Simulation<'_> {
         });
     }
 
+    /// The operator Anna orders something.
+    pub fn order(&mut self, verb: v1::operator_command::Verb) {
+        let command =
+            v1::OperatorCommand { request_id: self.request_id(), operator: "anna".to_owned(), verb: Some(verb) };
+        self.bus.request(Request::OperatorCommand(command));
+    }
+
+    /// The operator Anna asks something of the mission.
+    pub fn ask(&mut self, request: v1::mission_request::Request) {
+        let request = v1::MissionRequest {
+            request_id: self.request_id(),
+            operator: "anna".to_owned(),
+            state: None,
+            request: Some(request),
+        };
+        self.bus.request(Request::Mission(request));
+    }
+
+    /// Nothing is ordered twice at one moment.
+    fn request_id(&self) -> String {
+        format!("{:?}", self.bus.now())
+    }
+
     /// Injects a fault into the simulated vehicle.
     pub fn inject_fault(&mut self, name: &str, args: &[&str]) {
         let args = args.iter().map(|&it| it.to_owned()).collect();
