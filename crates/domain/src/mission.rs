@@ -61,7 +61,8 @@ impl Objective {
             return Err(Unbelievable::Name);
         }
         let lateral = [position.north_m, position.east_m];
-        if !lateral.iter().all(|it| it.abs() <= FARTHEST_M) || !(height_m.abs() <= HIGHEST_M) {
+        let sound = lateral.iter().all(|it| it.abs() <= FARTHEST_M) && height_m.abs() <= HIGHEST_M;
+        if !sound {
             return Err(Unbelievable::TooFar(name));
         }
         if height_m < 0.0 || (flying && height_m <= 0.0) {

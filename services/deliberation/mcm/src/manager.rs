@@ -9,7 +9,7 @@ use node::{CallError, CallId, Effect, Event, Node};
 use std::sync::Arc;
 
 use crate::clients::permissions::Permissions;
-use crate::clients::planner::{Planner, Replanning};
+use crate::clients::planner::{Held, Planner, Replanning};
 use crate::clients::skills::Skills;
 use crate::config::{Config, Limits};
 use crate::operator::{self, Operator};
@@ -116,9 +116,9 @@ impl Mcm {
                 }
             }
             Some(Purpose::Replan(id)) => {
-                let (revision, held) = (world.permissions.revision, world.held());
+                let held = Held { revision: world.permissions.revision, areas: world.held() };
                 let approval = world.limits.approval();
-                let news = world.planner.on_plan(now, &id, result, timeout, revision, held, approval);
+                let news = world.planner.on_plan(now, &id, result, timeout, held, approval);
                 if world.planner.replanning == Replanning::Planned {
                     world.timing.mark(v1::TimingPoint::PlanReady);
                 }

@@ -26,7 +26,7 @@ pub fn answer(planner: &mut MissionPlanner, known: &State, request: v1::MissionR
     let state = match request.state.map(State::try_from) {
         None => known.clone(),
         Some(Ok(state)) => state,
-        Some(Err(senseless)) => return refused(format!("`state`: {senseless}")),
+        Some(Err(senseless)) => return *refused(format!("`state`: {senseless}")),
     };
     let operator = request.operator;
     let result = match request.request {
@@ -38,17 +38,17 @@ pub fn answer(planner: &mut MissionPlanner, known: &State, request: v1::MissionR
         Some(Request::Remove(it)) => remove(planner, &it.name),
         Some(Request::Skip(it)) => skip(planner, &it.name, &operator),
     };
-    result.unwrap_or_else(|refusal| refusal)
+    result.unwrap_or_else(|refusal| *refusal)
 }
 
-type Refusal = v1::MissionReply;
+type Refusal = Box<v1::MissionReply>;
 
 fn done(text: impl Into<String>) -> v1::MissionReply {
     v1::MissionReply { accepted: true, text: text.into(), ..Default::default() }
 }
 
 fn refused(text: impl Into<String>) -> Refusal {
-    v1::MissionReply { accepted: false, text: text.into(), ..Default::default() }
+    Box::new(v1::MissionReply { accepted: false, text: text.into(), ..Default::default() })
 }
 
 /// The mission in `text` and what it takes.
@@ -65,7 +65,7 @@ fn validate(
         let mistakes: Vec<String> = mistakes.0.iter().map(|it| it.to_string()).collect();
         let plural = if mistakes.len() == 1 { "" } else { "s" };
         let text = format!("{} mistake{plural} in the text", mistakes.len());
-        v1::MissionReply { mistakes, ..refused(text) }
+        Box::new(v1::MissionReply { mistakes, ..*refused(text) })
     })?;
     if MOST_OBJECTIVES < mission.objectives.len() {
         return Err(refused(format!("more than {MOST_OBJECTIVES} objectives")));
@@ -73,7 +73,7 @@ fn validate(
     let forecast = planner.forecast(mission.clone(), state, now);
     let reply = match unreachable(&forecast) {
         None => done(format!("every objective of `{}` can be reached", mission.name)),
-        Some(why) => refused(why),
+        Some(why) => *refused(why),
     };
     Ok((mission, v1::MissionReply { forecast: forecast.into_iter().map(Into::into).collect(), ..reply }))
 }
@@ -88,7 +88,7 @@ fn upload(planner: &mut MissionPlanner, text: &str, state: &State, now: Now) -> 
     if_not_over(planner)?;
     let (mission, reply) = validate(planner, text, state, now)?;
     if !reply.accepted {
-        return Err(reply);
+        return Err(Box::new(reply));
     }
     let words = format!("`{}` takes the place of `{}`", mission.name, planner.mission().name);
     planner.take_over(mission);

@@ -128,7 +128,8 @@ mod tests {
         drop(audit);
         Audit::open_bounded(&path, 40).unwrap().record(json!({ "n": 20 }));
         let (old, new) = (std::fs::read_to_string(&before), std::fs::read_to_string(&path));
-        (std::fs::remove_file(&path).unwrap(), std::fs::remove_file(&before).unwrap());
+        std::fs::remove_file(&path).unwrap();
+        std::fs::remove_file(&before).unwrap();
         assert_eq!(old.unwrap(), "{\"n\":14}\n{\"n\":15}\n{\"n\":16}\n{\"n\":17}\n");
         assert_eq!(new.unwrap(), "{\"n\":18}\n{\"n\":19}\n{\"n\":20}\n");
     }

@@ -82,7 +82,7 @@ pub(crate) fn text(snapshot: &Snapshot, ages: Ages, audit: &Audit) -> String {
             let is_flying = seen.message.derived.as_ref().is_some_and(|it| it.flying);
             flying.get_or_create(&labels(&[])).set(f64::from(u8::from(is_flying)));
             if let Some(it) = &seen.message.battery {
-                battery.get_or_create(&labels(&[])).set(f64::from(it.remaining));
+                battery.get_or_create(&labels(&[])).set(it.remaining);
             }
         }
     }

@@ -13,6 +13,8 @@ use tokio::sync::{mpsc, oneshot};
 const CAPACITY: usize = 256;
 
 /// What HTTP wants of the node.
+// Rare, and passed on one at a time: nothing is gained by boxing the large variant.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug)]
 pub(crate) enum Wish {
     /// Ask a vehicle's service.

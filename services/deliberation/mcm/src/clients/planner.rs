@@ -68,6 +68,15 @@ pub(crate) struct Failed {
 /// Pauses before a plan is asked for after the first, second, .. failure in a row, in units of the first pause.
 const PAUSES: [f64; 5] = [0.0, 1.0, 2.0, 4.0, 8.0];
 
+/// The permissions at the moment of an answer.
+#[derive(Debug, Clone)]
+pub(crate) struct Held {
+    /// Counts decisions, so that a change is noticed.
+    pub(crate) revision: u64,
+    /// The areas that may be entered.
+    pub(crate) areas: Vec<String>,
+}
+
 #[derive(Debug)]
 pub(crate) struct Planner {
     instance: u64,
@@ -217,8 +226,7 @@ impl Planner {
         request_id: &str,
         result: Result<Response, CallError>,
         patience: Duration,
-        revision: u64,
-        held: Vec<String>,
+        Held { revision, areas: held }: Held,
         (approval, limit): (PlanApproval, Duration),
     ) -> Option<String> {
         // An answer to an earlier request was given for a state that no longer is.

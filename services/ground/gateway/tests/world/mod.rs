@@ -38,6 +38,7 @@ const CONFIG: &str = "
 /// Plays the services: answers what is called, with the trace it came under.
 type Play = Box<dyn FnMut(&Call, &str) -> Result<Response, CallError> + Send>;
 
+#[allow(clippy::large_enum_variant)]
 enum Input {
     Nudge,
     Say(Message),
