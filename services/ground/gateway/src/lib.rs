@@ -5,7 +5,7 @@
 //! reads: the newest [`state::Snapshot`], and the [`journal`] of what happened. A client, however
 //! slow or many, never holds up the loop.
 //!
-//! What an operator orders goes the other way through a bounded channel ([`orders`]): the node makes
+//! What an operator orders goes the other way through a bounded channel (`orders`): the node makes
 //! a call of it, and the answer goes back to whoever asked. Everybody needs a token ([`access`]), and
 //! every order leaves a record ([`audit`]).
 
