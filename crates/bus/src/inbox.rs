@@ -1,7 +1,7 @@
 //! What comes in: subscribers, queryables and liveliness, each with a callback that only decodes
 //! and hands over.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use kittiwake_proto::topics::{Message, Request, Service, Topic};
@@ -16,9 +16,12 @@ use crate::{BusError, Scope, keys, trace};
 /// No message of ours comes near this; one that does is refused before it is decoded.
 const MAX_PAYLOAD: usize = 256 * 1024;
 
+/// More requests than this never wait for a node that works.
+const MOST_OPEN: usize = 256;
+
 /// Queries that wait for the node's answer.
 #[derive(Clone, Default)]
-pub(crate) struct OpenQueries(Arc<Mutex<(u64, HashMap<Token, Query>)>>);
+pub(crate) struct OpenQueries(Arc<Mutex<(u64, BTreeMap<Token, Query>)>>);
 
 impl OpenQueries {
     /// Takes the query out, to be answered.
@@ -31,10 +34,14 @@ impl OpenQueries {
         inner.0 += 1;
         let token = Token(inner.0);
         inner.1.insert(token, query);
+        // A node that never answers must not keep queries for ever; a dropped one tells its caller.
+        if MOST_OPEN < inner.1.len() {
+            inner.1.pop_first();
+        }
         token
     }
 
-    fn lock(&self) -> MutexGuard<'_, (u64, HashMap<Token, Query>)> {
+    fn lock(&self) -> MutexGuard<'_, (u64, BTreeMap<Token, Query>)> {
         self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 }

@@ -15,8 +15,6 @@ pub(super) struct Act {
 enum What {
     Port(In<Goal>),
     Fixed(domain::skill::Goal),
-    /// Straight to where the operator wants the vehicle to land, at the height it has; where it is, if the operator named no place.
-    LandingSite,
 }
 
 impl Act {
@@ -29,11 +27,6 @@ impl Act {
     pub(super) fn fixed(goal: domain::skill::Goal) -> Act {
         Act { what: What::Fixed(goal), skill: None }
     }
-
-    /// Over the place that the operator named.
-    pub(super) fn landing_site() -> Act {
-        Act { what: What::LandingSite, skill: None }
-    }
 }
 
 impl Leaf<World> for Act {
@@ -41,7 +34,6 @@ impl Leaf<World> for Act {
         let goal = match &self.what {
             What::Port(port) => ports.read(*port)?.0,
             What::Fixed(goal) => *goal,
-            What::LandingSite => landing_site(world),
         };
         self.skill = Some(world.skills.start(world.now.time, goal));
         if let Some(flag) = &world.acting {
@@ -69,17 +61,5 @@ impl Leaf<World> for Act {
         if let Some(skill) = self.skill.take() {
             world.skills.halt(skill);
         }
-    }
-}
-
-fn landing_site(world: &World) -> domain::skill::Goal {
-    let (Some(site), Some(vehicle)) = (world.operator.landing_site, world.vehicle) else {
-        return domain::skill::Goal::Stop;
-    };
-    domain::skill::Goal::Position {
-        target: site.at_height(vehicle.position.height_m()),
-        speed_limit_m_s: world.limits.return_speed_m_s,
-        yaw_rad: None,
-        hold_at_target: false,
     }
 }

@@ -9,7 +9,7 @@ mod check;
 mod contingency;
 mod end_mission;
 mod executor;
-mod fly_home;
+mod fly_to;
 mod monitor;
 mod next_step;
 mod permission;
@@ -17,6 +17,7 @@ pub(crate) mod ports;
 mod replan;
 mod transition;
 
+use fly_to::{Destination, FlyTo};
 use ports::{Condition, Goal};
 
 /// Every kind of leaf that the tree files may use.
@@ -36,8 +37,8 @@ pub(crate) fn registry() -> Registry<World> {
     it.action("Act", [Port::input::<Goal>("goal").describe("what to fly")], act::Act::with_port);
     it.action("Land", [], |_| Ok(act::Act::fixed(domain::skill::Goal::Land)));
     it.action("Stop", [], |_| Ok(act::Act::fixed(domain::skill::Goal::Stop)));
-    it.action("FlyHome", [], |_| Ok(fly_home::FlyHome::default()));
-    it.action("FlyToLandingSite", [], |_| Ok(act::Act::landing_site()));
+    it.action("FlyHome", [], |_| Ok(FlyTo::new(Destination::Home)));
+    it.action("FlyToLandingSite", [], |_| Ok(FlyTo::new(Destination::LandingSite)));
     it.action("RequestPermission", [Port::input::<String>("area")], permission::RequestPermission::new);
     it.action("WayIsClear", [], |_| Ok(permission::WayIsClear));
     let flag = || [Port::input::<String>("flag").describe("the flag of the row")];

@@ -1,4 +1,4 @@
-//! Back over the take-off point, at the height of returns or higher, round what may not be entered.
+//! Over a place to land at, round what may not be entered.
 
 use behavior_tree::{Leaf, LeafResult, Ports, Status};
 use domain::detour::way_round;
@@ -9,10 +9,32 @@ use kittiwake_proto::v1::{SkillOutcome, TimingPoint};
 use crate::clients::skills::{Handle, Progress, ending};
 use crate::world::World;
 
+/// Where to.
+pub(super) enum Destination {
+    /// Over the take-off point, at the height of returns or higher.
+    Home,
+    /// Over the place that the operator named, at the present height; where the vehicle is, if none was named.
+    LandingSite,
+}
+
 /// Flies leg by leg; each is chosen by what may be entered when it begins.
-#[derive(Default)]
-pub(super) struct FlyHome {
+pub(super) struct FlyTo {
+    destination: Destination,
     leg: Option<Leg>,
+}
+
+impl FlyTo {
+    /// Not under way yet.
+    pub(super) fn new(destination: Destination) -> FlyTo {
+        FlyTo { destination, leg: None }
+    }
+
+    fn target(&self, from: Ned, world: &World) -> Ned {
+        match self.destination {
+            Destination::Home => Ned::default().at_height(from.height_m().max(world.limits.return_height_m)),
+            Destination::LandingSite => world.operator.landing_site.unwrap_or(from).at_height(from.height_m()),
+        }
+    }
 }
 
 struct Leg {
@@ -22,18 +44,18 @@ struct Leg {
     held: Vec<String>,
 }
 
-impl Leaf<World> for FlyHome {
+impl Leaf<World> for FlyTo {
     fn start(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         self.leg = None;
         let limits = world.limits;
         let from = world.vehicle.map_or_else(Ned::default, |it| it.position);
-        let home = Ned::default().at_height(from.height_m().max(limits.return_height_m));
+        let there = self.target(from, world);
         let held = world.held();
         let margin_m = limits.transition.stand_off_m / 2.0;
-        let way = way_round(from, home, &world.planner.areas, &held, world.now.utc_ms, margin_m);
+        let way = way_round(from, there, &world.planner.areas, &held, world.now.utc_ms, margin_m);
         let Some(&target) = way.first() else {
-            world.failure.reason = "no way home that may be flown".to_owned();
-            ports.because_of("there is a way home that may be flown");
+            world.failure.reason = "no way there that may be flown".to_owned();
+            ports.because_of("there is a way that may be flown");
             return Ok(Status::Failure);
         };
         let goal =
@@ -54,7 +76,7 @@ impl Leaf<World> for FlyHome {
             Some(Progress::Ended(outcome, reason)) => {
                 let words = ending(*outcome, reason);
                 world.failure.reason = words.clone();
-                ports.because("the way home was flown", words, "succeeded".to_owned());
+                ports.because("the way was flown", words, "succeeded".to_owned());
                 Ok(Status::Failure)
             }
             _ if leg.held != world.held() => {
