@@ -123,7 +123,7 @@ async fn each_order_reaches_the_service_it_is_for() {
     ] {
         key += 1;
         let answer = world.send(method, &format!("{UAV}/{path}"), token, &key.to_string(), body).await;
-        check(&answer, world.heard(), service);
+        check(&answer, world.heard_at_last().await, service);
     }
     assert_eq!(world.get(&format!("{UAV}/mission"), "observer").await.status, 200);
 }

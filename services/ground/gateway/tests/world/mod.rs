@@ -159,6 +159,18 @@ impl World {
         Answer { status, body: serde_json::from_str(&text).unwrap_or(Value::Null), text }
     }
 
+    /// The same, once there is something: what is only published leaves after its answer.
+    pub async fn heard_at_last(&self) -> Vec<String> {
+        let limit = std::time::Instant::now() + std::time::Duration::from_secs(20);
+        loop {
+            let heard = self.heard();
+            if !heard.is_empty() || limit <= std::time::Instant::now() {
+                return heard;
+            }
+            tokio::task::yield_now().await;
+        }
+    }
+
     pub fn heard(&self) -> Vec<String> {
         std::mem::take(&mut self.heard.lock().unwrap())
     }
