@@ -33,7 +33,7 @@ fn wait_for_skill(system: &System, kind: &str) {
 #[track_caller]
 fn wait_until_under_way(system: &System) {
     system.wait_for("step 4 of 5: fly to (0, 500, 10)");
-    wait_for_skill(system, "SKILL_KIND_OFFBOARD");
+    wait_for_mode(system, "FLIGHT_MODE_OFFBOARD");
 }
 
 #[track_caller]

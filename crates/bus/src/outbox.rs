@@ -61,7 +61,9 @@ fn declare<'a>(session: &'a Session, key: &str, topic: Topic) -> Result<Publishe
     let (priority, express) = match topic.qos() {
         Qos::Sampled => (Priority::DataLow, false),
         Qos::State => (Priority::Data, false),
-        Qos::Transition => (Priority::InteractiveLow, true),
+        // Not express: each express message takes one of the two batches of its queue, and a burst of
+        // events would lose its third one to a link that is busy for a millisecond.
+        Qos::Transition => (Priority::InteractiveLow, false),
         Qos::Command => (Priority::InteractiveHigh, true),
     };
     session
