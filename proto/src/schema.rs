@@ -1,6 +1,9 @@
-//! JSON Schemas of the contract's messages in canonical proto3 JSON, for OpenAPI documents.
+//! Descriptions of the contract's messages for others: JSON Schemas of their canonical proto3 JSON, for
+//! OpenAPI documents, and file descriptors of their bytes, for recordings.
 
-use prost_reflect::{EnumDescriptor, FieldDescriptor, Kind, MessageDescriptor};
+use prost::Message as _;
+use prost_reflect::{EnumDescriptor, FieldDescriptor, FileDescriptor, Kind, MessageDescriptor};
+use prost_types::FileDescriptorSet;
 use serde_json::{Map, Value, json};
 
 use crate::json::pool;
@@ -15,6 +18,23 @@ pub fn schemas() -> Map<String, Value> {
 /// A reference to a schema of [`schemas`].
 pub fn reference(full_name: &str) -> Value {
     json!({ "$ref": format!("#/components/schemas/{full_name}") })
+}
+
+/// The file that declares the message and all that it builds on, those that others import first, as an
+/// encoded `google.protobuf.FileDescriptorSet`; `None` for a name that is not in the contract.
+pub fn file_descriptor_set(full_name: &str) -> Option<Vec<u8>> {
+    let declared = pool().get_message_by_name(full_name)?.parent_file();
+    let mut files = Vec::new();
+    collect(&declared, &mut files);
+    let file = files.iter().map(|it: &FileDescriptor| it.file_descriptor_proto().clone()).collect();
+    Some(FileDescriptorSet { file }.encode_to_vec())
+}
+
+fn collect(file: &FileDescriptor, into: &mut Vec<FileDescriptor>) {
+    if into.iter().all(|it| it.name() != file.name()) {
+        file.dependencies().for_each(|it| collect(&it, into));
+        into.push(file.clone());
+    }
 }
 
 fn message(it: &MessageDescriptor) -> Value {
@@ -53,6 +73,21 @@ fn kind(kind: &Kind) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_descriptor_set_is_all_that_a_stranger_needs() {
+        #[track_caller]
+        fn check(name: &str, files: &[&str]) {
+            let set = FileDescriptorSet::decode(file_descriptor_set(name).unwrap().as_slice()).unwrap();
+            assert_eq!(set.file.iter().map(|it| it.name()).collect::<Vec<_>>(), files);
+            let pool = prost_reflect::DescriptorPool::from_file_descriptor_set(set).unwrap();
+            assert!(pool.get_message_by_name(name).is_some());
+        }
+        let files = ["fmu", "skill", "planner", "mcm"].map(|it| format!("kittiwake/v1/{it}.proto"));
+        check("kittiwake.v1.McmStatus", &files.each_ref().map(|it| it.as_str()));
+        check("kittiwake.v1.Heartbeat", &["kittiwake/v1/health.proto"]);
+        assert_eq!(file_descriptor_set("kittiwake.v1.Nothing"), None);
+    }
 
     #[test]
     fn every_reference_leads_somewhere() {

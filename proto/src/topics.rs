@@ -11,7 +11,7 @@ use prost::Message as _;
 use crate::v1;
 
 /// How a topic travels. Chosen in the table below and nowhere else.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Qos {
     /// Telemetry: dropped under pressure, low priority, the receiver keeps the newest only.
     Sampled,
@@ -129,6 +129,8 @@ topics! {
     BatteryStatus "fmu/out/battery_status" Sampled;
     /// Other traffic, 1 Hz each.
     TransponderReport "fmu/out/transponder_report" Transition;
+    /// The wind, 1 Hz.
+    WindEstimate "fmu/out/wind" Sampled;
     /// What became of a skill.
     SkillEvent "skill/event" Transition;
     /// 10 Hz while a skill executes.
@@ -151,6 +153,8 @@ topics! {
     TreeSnapshot "mcm/tree" State;
     /// Each process's proof of progress, 2 Hz.
     Heartbeat "health" Transition;
+    /// The ground is there and hears the vehicle, 2 Hz.
+    GroundContact "ground/contact" Transition;
 }
 
 impl Topic {
