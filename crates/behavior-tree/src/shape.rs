@@ -32,6 +32,7 @@ pub(crate) const NONE: u32 = u32::MAX;
 pub(crate) struct NodeLabel {
     pub(crate) tag: Arc<str>,
     pub(crate) name: Arc<str>,
+    /// The `SubTree` node for the root of an included tree; [`NONE`] for the outermost root.
     pub(crate) parent: u32,
     /// The tree this node was written in, as an index into [`Shape::scopes`].
     pub(crate) scope: u32,

@@ -26,7 +26,7 @@ pub struct NodeView<'t> {
     pub name: &'t str,
     /// The path of the `SubTree` node it is in, such as `outer/inner`; empty in the outermost tree.
     pub path: &'t str,
-    /// The node it is a child of.
+    /// The node it is a child of; for the root of an included tree the `SubTree` node that stands for it.
     pub parent: Option<NodeId>,
     /// Its status.
     pub status: NodeStatus,

@@ -65,7 +65,7 @@ pub(crate) fn expand<Ctx>(
     let mut expander = Expander { forest, mistakes, shape, scopes, scripts, factories, stack };
     let root = expander.scopes.open_scope(None, String::new(), false);
     expander.parameters(id, tree);
-    expander.tree(tree, root, id, "", 0);
+    expander.tree(tree, root, id, "", NONE, 0);
     expander.finish(is_part);
     let Expander { shape, factories, .. } = expander;
     (mistakes.count() == before).then(|| Template { shape: Arc::new(shape), factories: factories.into() })

@@ -6,7 +6,7 @@ use super::expand::Expander;
 use super::meaning::count;
 use super::mistake::Mistake;
 use super::ports::{declare, is_port, is_usable_key, key_of};
-use crate::shape::{NONE, Scope};
+use crate::shape::Scope;
 use crate::types::Type;
 use crate::value::Value;
 use crate::xml::element::{Element, Place};
@@ -33,7 +33,7 @@ impl<'f, Ctx> Expander<'_, 'f, Ctx> {
         }
     }
 
-    pub(super) fn tree(&mut self, tree: &'f Element, scope: usize, id: &str, path: &str, depth: usize) {
+    pub(super) fn tree(&mut self, tree: &'f Element, scope: usize, id: &str, path: &str, parent: u32, depth: usize) {
         let root = self.shape.nodes.len() as u32;
         self.shape.scopes.push(Scope { tree_id: id.into(), path: path.into(), root });
         let mut names = HashMap::new();
@@ -45,7 +45,7 @@ impl<'f, Ctx> Expander<'_, 'f, Ctx> {
             }
         }
         match tree.children.as_slice() {
-            [root] => self.node(root, scope, NONE, depth),
+            [root] => self.node(root, scope, parent, depth),
             children => {
                 let found = count(children.len());
                 let mistake =
@@ -82,7 +82,7 @@ impl<'f, Ctx> Expander<'_, 'f, Ctx> {
         let inner = self.scopes.open_scope(Some(scope), format!("{path}/"), autoremap);
         self.connect(element, inner, id, autoremap);
         self.stack.push(id.to_owned());
-        self.tree(tree, inner, id, &path, depth + 1);
+        self.tree(tree, inner, id, &path, at as u32, depth + 1);
         self.stack.pop();
         for (key, at) in self.scopes.unused(inner) {
             let declared = self.forest.models.get(id).is_some_and(|ports| ports.iter().any(|port| port.name == key));

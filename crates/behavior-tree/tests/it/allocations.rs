@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use behavior_tree::{Library, NodeStatus, Status};
 
-use crate::counting::{allocations, peak};
 use crate::reference::{World, conditions_xml, flying, goal, registry, step_xml, template};
+use counting_allocator::{allocations, peak};
 
 #[test]
 fn a_steady_tick_allocates_nothing() {

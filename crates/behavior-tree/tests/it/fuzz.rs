@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use behavior_tree::Library;
 
-use crate::counting::peak;
 use crate::support::registry;
+use counting_allocator::peak;
 
 /// What tree files are made of, and a few things they are not.
 const PARTS: &[&str] = &[

@@ -80,6 +80,11 @@ fn nodes_know_their_place() {
     assert_eq!(tree.node(landing).expect("it is there").parent.map(NodeId::index), Some(0));
     let inside: Vec<_> = tree.children(landing).filter_map(|child| tree.node(child)).collect();
     assert_eq!((inside[0].tag, inside[0].path), ("Sequence", "landing"));
+    assert_eq!(inside[0].parent, Some(landing), "an included tree hangs below the node that stands for it");
+    for child in tree.nodes() {
+        let listed = child.parent.is_none_or(|parent| tree.children(parent).any(|it| it == child.id));
+        assert!(listed, "{} is a child of its parent", child.name);
+    }
     assert_eq!(tree.nodes().count(), 6);
 }
 

@@ -4,7 +4,6 @@ mod allocations;
 mod conditions;
 mod conformance;
 mod control;
-mod counting;
 mod decorators;
 mod executor;
 mod faults;
@@ -23,7 +22,7 @@ mod wake;
 mod write_back;
 
 #[global_allocator]
-static ALLOCATOR: counting::Counting = counting::Counting;
+static ALLOCATOR: counting_allocator::Counting = counting_allocator::Counting;
 
 /// A tree may be made on one thread and ticked on another.
 const _: fn() = || {
