@@ -1,0 +1,277 @@
+//! Two ends in one process, over real sockets, as zenoh uses them.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use flume::Receiver;
+use rcgen::{BasicConstraints, CertificateParams, DnType, IsCa, Issuer, KeyPair};
+use tokio::time::timeout;
+use zenoh_link_commons::{ConfigurationInspector, LinkManagerUnicastTrait, LinkUnicast};
+use zenoh_link_tls::{LinkManagerUnicastTls, TlsConfigurator};
+use zenoh_protocol::core::EndPoint;
+
+/// What should happen happens sooner; what lasts longer is told as stuck.
+const LIMIT: Duration = Duration::from_secs(60);
+
+/// An authority with its certificates in a folder.
+struct Authority {
+    folder: tempfile::TempDir,
+    issuer: Issuer<'static, KeyPair>,
+}
+
+impl Authority {
+    fn new() -> Authority {
+        let folder = tempfile::tempdir().unwrap();
+        let key = KeyPair::generate().unwrap();
+        let mut params = CertificateParams::new(Vec::new()).unwrap();
+        params.is_ca = IsCa::Ca(BasicConstraints::Unconstrained);
+        std::fs::write(folder.path().join("authority.pem"), params.self_signed(&key).unwrap().pem()).unwrap();
+        Authority { folder, issuer: Issuer::new(params, key) }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// The endpoint `locator` for somebody of this name, whose certificate is valid up to then.
+    fn endpoint(&self, locator: &str, name: &str, until: Option<Duration>) -> EndPoint {
+        let mut params = CertificateParams::new(vec!["localhost".to_owned()]).unwrap();
+        params.distinguished_name.push(DnType::CommonName, name);
+        if let Some(left) = until {
+            params.not_after = (std::time::SystemTime::now() + left).into();
+        }
+        let key = KeyPair::generate().unwrap();
+        let certificate = params.signed_by(&key, &self.issuer).unwrap();
+        let (certificate_path, key_path) = (self.path(&format!("{name}.pem")), self.path(&format!("{name}.key")));
+        std::fs::write(&certificate_path, certificate.pem()).unwrap();
+        std::fs::write(&key_path, key.serialize_pem()).unwrap();
+        let mut config = zenoh_config::Config::default();
+        let mut set = |key: &str, value: &PathBuf| {
+            let key = format!("transport/link/tls/{key}");
+            config.insert_json5(&key, &format!("{value:?}")).unwrap();
+        };
+        set("root_ca_certificate", &self.path("authority.pem"));
+        for end in ["listen", "connect"] {
+            set(&format!("{end}_certificate"), &certificate_path);
+            set(&format!("{end}_private_key"), &key_path);
+        }
+        config.insert_json5("transport/link/tls/so_sndbuf", "2048").unwrap();
+        let settings = TlsConfigurator.inspect_config(&config).unwrap();
+        format!("{locator}#{settings}").parse().unwrap()
+    }
+}
+
+/// Somebody who listens, and who has called.
+struct Ground {
+    manager: LinkManagerUnicastTls,
+    callers: Receiver<LinkUnicast>,
+    locator: String,
+}
+
+impl Ground {
+    async fn listen(authority: &Authority, until: Option<Duration>) -> Ground {
+        let (sender, callers) = flume::unbounded();
+        let manager = LinkManagerUnicastTls::new(sender);
+        let locator = manager.new_listener(authority.endpoint("tls/localhost:0", "ground", until)).await.unwrap();
+        Ground { manager, callers, locator: locator.to_string() }
+    }
+
+    /// Both ends of a link: that of the ground, and that of who calls.
+    async fn called_by(&self, authority: &Authority, name: &str) -> (LinkUnicast, LinkUnicast) {
+        let caller = call(authority.endpoint(&self.locator, name, None)).await.unwrap();
+        (timeout(LIMIT, self.callers.recv_async()).await.unwrap().unwrap(), caller)
+    }
+}
+
+async fn call(endpoint: EndPoint) -> Result<LinkUnicast, String> {
+    let manager = LinkManagerUnicastTls::new(flume::unbounded().0);
+    timeout(LIMIT, manager.new_link(endpoint)).await.unwrap().map_err(|cause| cause.to_string())
+}
+
+/// Message `number`, whose length varies.
+fn message(number: u32) -> Vec<u8> {
+    number.to_le_bytes().repeat(1 + number as usize % 97)
+}
+
+async fn say(link: LinkUnicast, count: u32) {
+    for number in 0..count {
+        link.write_all(&message(number), None).await.unwrap();
+    }
+}
+
+async fn hear(link: LinkUnicast, count: u32) {
+    for number in 0..count {
+        let expected = message(number);
+        let mut found = vec![0; expected.len()];
+        link.read_exact(&mut found, None).await.unwrap();
+        assert!(found == expected, "message {number}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 4)]
+async fn both_directions_are_used_at_once() {
+    const COUNT: u32 = 100_000;
+    let authority = Authority::new();
+    let ground = Ground::listen(&authority, None).await;
+    let (one, other) = ground.called_by(&authority, "uav1").await;
+    let tasks = [
+        tokio::spawn(say(one.clone(), COUNT)),
+        tokio::spawn(hear(one, COUNT)),
+        tokio::spawn(say(other.clone(), COUNT)),
+        tokio::spawn(hear(other, COUNT)),
+    ];
+    for task in tasks {
+        timeout(LIMIT, task).await.expect("no end is stuck").unwrap();
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn each_end_knows_the_others_name() {
+    let authority = Authority::new();
+    let ground = Ground::listen(&authority, None).await;
+    let (one, other) = ground.called_by(&authority, "uav1").await;
+    assert_eq!(one.get_auth_id().get_cert_common_name(), Some("uav1"));
+    assert_eq!(other.get_auth_id().get_cert_common_name(), Some("ground"));
+    assert_eq!((one.get_src(), one.get_dst()), (other.get_dst(), other.get_src()));
+    assert_eq!(
+        ground.manager.get_locators().await.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        [ground.locator]
+    );
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_stranger_is_not_let_in_and_lets_nobody_in() {
+    let (authority, another) = (Authority::new(), Authority::new());
+    let ground = Ground::listen(&authority, None).await;
+    let refused = call(another.endpoint(&ground.locator, "uav1", None)).await.unwrap_err();
+    assert!(refused.contains("invalid peer certificate"), "{refused}");
+    // One who trusts the ground, and whom the ground does not: it hears of that when it reads.
+    let stranger = another.endpoint(&ground.locator, "uav2", None);
+    std::fs::copy(authority.path("authority.pem"), another.path("authority.pem")).unwrap();
+    let link = call(stranger).await.unwrap();
+    let refused = timeout(LIMIT, link.read_exact(&mut [0], None)).await.unwrap().unwrap_err().to_string();
+    assert!(refused.contains("UnknownCA") || refused.contains("DecryptError"), "{refused}");
+    assert!(ground.callers.is_empty());
+}
+
+/// A connection that takes nothing, filled until a write has to wait.
+async fn stuck(writer: &LinkUnicast) -> (usize, tokio::task::JoinHandle<String>) {
+    let (sender, taken) = flume::unbounded();
+    let link = writer.clone();
+    let write = tokio::spawn(async move {
+        loop {
+            match link.write_all(&[7; 800], None).await {
+                Ok(()) => sender.send(()).unwrap(),
+                Err(cause) => return cause.to_string(),
+            }
+        }
+    });
+    let mut count = 0;
+    // It waits when it has waited for so long: the loopback takes nothing later than at once.
+    while timeout(Duration::from_millis(500), taken.recv_async()).await.is_ok() {
+        count += 1;
+    }
+    (count * 800, write)
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn whoever_writes_into_a_link_that_takes_nothing_is_let_go_when_it_is_closed() {
+    let authority = Authority::new();
+    let ground = Ground::listen(&authority, None).await;
+    let (one, other) = ground.called_by(&authority, "uav1").await;
+    let (_, write) = stuck(&one).await;
+    let reader = one.clone();
+    let read = tokio::spawn(async move { reader.read_exact(&mut [0], None).await.unwrap_err().to_string() });
+    one.close().await.unwrap();
+    for end in [write, read] {
+        let cause = timeout(LIMIT, end).await.expect("it is let go").unwrap();
+        assert!(cause.contains(&one.get_dst().to_string()), "{cause}");
+    }
+    assert!(
+        timeout(LIMIT, async { while other.read(&mut [0; 4096], None).await.is_ok_and(|it| 0 < it) {} }).await.is_ok()
+    );
+    one.close().await.unwrap();
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_was_written_is_out_of_our_hands() {
+    let authority = Authority::new();
+    let ground = Ground::listen(&authority, None).await;
+    let (one, other) = ground.called_by(&authority, "uav1").await;
+    let (written, write) = stuck(&one).await;
+    // Bytes that are on the socket and not read yet are all there is: whatever was written arrives without
+    // another write. Were it in a buffer of the connection's, the last would not.
+    let mut found = vec![0; written];
+    write.abort();
+    let _ = write.await;
+    timeout(LIMIT, other.read_exact(&mut found, None)).await.expect("all of it arrives").unwrap();
+    assert!(found.iter().all(|it| *it == 7));
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_link_ends_with_the_certificate_at_its_other_end() {
+    let authority = Authority::new();
+    // Long enough for a handshake on a machine with too much to do; certificates count in whole seconds.
+    let left = Duration::from_secs(5);
+    let ground = Ground::listen(&authority, Some(left)).await;
+    let (one, other) = ground.called_by(&authority, "uav1").await;
+    one.write_all(&[1], None).await.unwrap();
+    other.read_exact(&mut [0], None).await.unwrap();
+    let says = tokio::spawn(async move {
+        while one.write_all(&[1], None).await.is_ok() {
+            // The pace of the keepalives, not something to wait for.
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+    });
+    let heard = async {
+        loop {
+            if let Err(cause) = other.read_exact(&mut [0], None).await {
+                return cause.to_string();
+            }
+        }
+    };
+    let cause = timeout(LIMIT, heard).await.expect("it ends");
+    assert!(cause.contains("run out"), "{cause}");
+    other.close().await.unwrap();
+    timeout(LIMIT, says).await.expect("the other end hears of it").unwrap();
+}
+
+#[test]
+fn what_would_make_it_less_safe_is_refused() {
+    #[track_caller]
+    fn check(key: &str, value: &str, said: &str) {
+        let mut config = zenoh_config::Config::default();
+        config.insert_json5(&format!("transport/link/tls/{key}"), value).unwrap();
+        let refused = TlsConfigurator.inspect_config(&config).unwrap_err().to_string();
+        assert!(refused.contains(said), "{refused}");
+    }
+    check("enable_mtls", "false", "`enable_mtls` cannot be turned off");
+    check("verify_name_on_connect", "false", "`verify_name_on_connect` cannot be turned off");
+    check("close_link_on_expiration", "false", "`close_link_on_expiration` cannot be turned off");
+    check("connect_private_key_base64", "\"AAAA\"", "from files only");
+}
+
+/// An update of zenoh would leave this crate aside, without a word.
+#[test]
+fn zenoh_uses_this_crate_and_not_its_own() {
+    let lock = include_str!("../../../Cargo.lock");
+    let named: Vec<_> = lock.split("[[package]]").filter(|it| it.contains("name = \"zenoh-link-tls\"")).collect();
+    assert_eq!(named.len(), 1, "{named:?}");
+    assert!(!named[0].contains("source = "), "it comes from a registry: {}", named[0]);
+}
+
+/// Somebody who calls and says nothing keeps nobody else waiting.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn silent_callers_are_no_obstacle() {
+    let authority = Authority::new();
+    let ground = Ground::listen(&authority, None).await;
+    let address = ground.locator.trim_start_matches("tls/").to_owned();
+    let mut silent = Vec::new();
+    for _ in 0..20 {
+        silent.push(Arc::new(tokio::net::TcpStream::connect(&address).await.unwrap()));
+    }
+    let (one, other) = ground.called_by(&authority, "uav1").await;
+    say(one, 3).await;
+    hear(other, 3).await;
+}
