@@ -8,9 +8,11 @@ use kittiwake_proto::v1::Attachment;
 use node::{CallError, CallId, Event, VehicleId};
 use prost::Message as _;
 use zenoh::qos::{CongestionControl, Priority};
-use zenoh::query::Querier;
+use zenoh::query::{ConsolidationMode, Querier, QueryTarget};
 use zenoh::{Session, Wait};
 
+use crate::clock::monotonic_ns;
+use crate::inbox::{LATE, SharedClocks};
 use crate::mailbox::{Mail, Mailbox};
 use crate::{BusError, Scope, trace};
 
@@ -19,17 +21,27 @@ const AGAIN: Duration = Duration::from_millis(20);
 
 pub(crate) struct Calls<'a> {
     session: &'a Session,
+    direct: Option<&'a Session>,
     scope: &'a Scope,
     mailbox: Mailbox,
-    queriers: HashMap<(Option<VehicleId>, Service), Querier<'a>>,
+    clocks: SharedClocks,
+    ways: HashMap<(Option<VehicleId>, Service), Ways<'a>>,
     open: HashMap<CallId, Open>,
+}
+
+/// How a request leaves.
+struct Ways<'a> {
+    direct: Option<Querier<'a>>,
+    routed: Querier<'a>,
 }
 
 struct Open {
     vehicle: Option<VehicleId>,
     service: Service,
     payload: Vec<u8>,
-    attachment: Vec<u8>,
+    traceparent: String,
+    /// When it was first sent, by the machine's monotonic clock: sent again it is as old as it is.
+    said_ns: u64,
     deadline: Instant,
     attempt: u32,
     /// When to send it again, while it is not on its way.
@@ -37,8 +49,14 @@ struct Open {
 }
 
 impl<'a> Calls<'a> {
-    pub(crate) fn new(session: &'a Session, scope: &'a Scope, mailbox: Mailbox) -> Calls<'a> {
-        Calls { session, scope, mailbox, queriers: HashMap::new(), open: HashMap::new() }
+    pub(crate) fn new(
+        session: &'a Session,
+        direct: Option<&'a Session>,
+        scope: &'a Scope,
+        mailbox: Mailbox,
+        clocks: SharedClocks,
+    ) -> Calls<'a> {
+        Calls { session, direct, scope, mailbox, clocks, ways: HashMap::new(), open: HashMap::new() }
     }
 
     /// Sends a request; its outcome comes through the mailbox, exactly once.
@@ -50,9 +68,9 @@ impl<'a> Calls<'a> {
         deadline: Instant,
     ) -> Result<(), BusError> {
         let traceparent = trace::current().unwrap_or_default();
-        let attachment = Attachment { traceparent, ..Default::default() }.encode_to_vec();
-        let (service, payload) = (request.service(), request.encode());
-        self.open.insert(call, Open { vehicle, service, payload, attachment, deadline, attempt: 0, again: None });
+        let (service, payload, said_ns) = (request.service(), request.encode(), monotonic_ns());
+        let open = Open { vehicle, service, payload, traceparent, said_ns, deadline, attempt: 0, again: None };
+        self.open.insert(call, open);
         self.send(call)
     }
 
@@ -98,27 +116,47 @@ impl<'a> Calls<'a> {
         open.attempt += 1;
         open.again = None;
         let (vehicle, service, attempt) = (open.vehicle.clone(), open.service, open.attempt);
-        let querier = match self.queriers.entry((vehicle.clone(), service)) {
+        let said_receiver_monotonic_ns = match (&vehicle, self.scope) {
+            (Some(vehicle), Scope::Fleet) => match self.clocks.theirs(vehicle, open.said_ns) {
+                Some(said) => said,
+                // Not heard (yet): nobody there to serve it.
+                None => {
+                    open.again = Some(Instant::now() + AGAIN);
+                    return Ok(());
+                }
+            },
+            _ => 0,
+        };
+        // From the ground a vehicle is asked over both connections of the link. Without a link there is one answer, and one
+        // that is late counts as unknown: this end cannot tell.
+        let copies = if matches!((self.scope, &vehicle), (Scope::Fleet, Some(_))) { 2 } else { 1 };
+        let traceparent = open.traceparent.clone();
+        let attachment = Attachment { traceparent, said_receiver_monotonic_ns, ..Default::default() };
+        let querier = match self.ways.entry((vehicle, service)) {
             std::collections::hash_map::Entry::Occupied(it) => it.into_mut(),
             std::collections::hash_map::Entry::Vacant(it) => {
-                it.insert(declare(self.session, self.scope, vehicle.as_ref(), service)?)
+                let key = self.scope.publish(it.key().0.as_ref(), service.key());
+                let target = if copies == 2 { QueryTarget::All } else { QueryTarget::BestMatching };
+                it.insert(Ways {
+                    direct: self.direct.map(|session| declare(session, &key, target)).transpose()?,
+                    routed: declare(self.session, &key, target)?,
+                })
             }
-        };
-        let mut outcome = Outcome { mailbox: self.mailbox.clone(), call, attempt, answered: false };
+        }
+        .querier(attempt);
+        let mut outcome = Outcome { mailbox: self.mailbox.clone(), call, attempt, copies, refused: 0, answered: false };
         let sent = querier
             .get()
             .payload(open.payload.clone())
-            .attachment(open.attachment.clone())
-            .callback_mut(move |reply| {
-                let result = match reply.result() {
-                    Ok(sample) => match Response::decode(service, &sample.payload().to_bytes()) {
-                        Ok(response) => Ok(Event::Reply { call, result: Ok(response) }),
-                        Err(_) => Err(CallError::Malformed),
-                    },
-                    // Our own refusals of malformed requests, and zenoh's time-outs.
-                    Err(_) => Err(CallError::Unanswered),
-                };
-                outcome.answer(result);
+            .attachment(attachment.encode_to_vec())
+            .callback_mut(move |reply| match reply.result() {
+                Ok(sample) => outcome.answer(match Response::decode(service, &sample.payload().to_bytes()) {
+                    Ok(response) => Ok(Event::Reply { call, result: Ok(response) }),
+                    Err(_) => Err(CallError::Malformed),
+                }),
+                Err(refusal) if refusal.payload().to_bytes().starts_with(LATE.as_bytes()) => outcome.refused += 1,
+                // Our own refusals of malformed requests, and zenoh's time-outs.
+                Err(_) => outcome.answer(Err(CallError::Unanswered)),
             })
             .wait();
         if let Err(cause) = sent {
@@ -128,27 +166,38 @@ impl<'a> Calls<'a> {
     }
 }
 
-fn declare<'a>(
-    session: &'a Session,
-    scope: &Scope,
-    vehicle: Option<&VehicleId>,
-    service: Service,
-) -> Result<Querier<'a>, BusError> {
-    let key = scope.publish(vehicle, service.key());
+impl<'a> Ways<'a> {
+    /// Directly where somebody serves there; what did not arrive so is sent by the router the next time.
+    fn querier(&mut self, attempt: u32) -> &Querier<'a> {
+        let serves = |it: &&Querier| it.matching_status().wait().is_ok_and(|it| it.matching());
+        self.direct.as_ref().filter(|_| attempt == 1).filter(serves).unwrap_or(&self.routed)
+    }
+}
+
+fn declare<'a>(session: &'a Session, key: &str, target: QueryTarget) -> Result<Querier<'a>, BusError> {
     session
-        .declare_querier(key.clone())
+        .declare_querier(key.to_owned())
+        .target(target)
+        // Each answer as it comes.
+        .consolidation(ConsolidationMode::None)
         .congestion_control(CongestionControl::Drop)
         .priority(Priority::InteractiveHigh)
         .express(true)
         .wait()
-        .map_err(|cause| BusError::Declare { key, cause: cause.to_string() })
+        .map_err(|cause| BusError::Declare { key: key.to_owned(), cause: cause.to_string() })
 }
 
-/// Lives in the query's callback: when zenoh drops it without an answer, nobody served the query.
+/// Lives in the query's callback. What counts is the first answer. That the request came too late counts only when
+/// zenoh drops this, since no answer comes any more, and only if every copy was too late: else one may have been
+/// obeyed, and its answer lost. Dropped with neither, nobody served the query.
 struct Outcome {
     mailbox: Mailbox,
     call: CallId,
     attempt: u32,
+    /// So many ways the request goes.
+    copies: u32,
+    /// So many of them were refused as too late.
+    refused: u32,
     answered: bool,
 }
 
@@ -162,8 +211,53 @@ impl Outcome {
 
 impl Drop for Outcome {
     fn drop(&mut self) {
-        if !self.answered {
-            self.mailbox.push(Mail::Unserved { call: self.call, attempt: self.attempt });
+        match self.refused {
+            0 if !self.answered => {
+                self.mailbox.push(Mail::Unserved { call: self.call, attempt: self.attempt });
+            }
+            refused if self.copies <= refused => self.answer(Err(CallError::Late)),
+            _ => self.answer(Err(CallError::Unanswered)),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the loop hears of a request that went `copies` ways, of which `refused` were too late.
+    #[track_caller]
+    fn check(copies: u32, refused: u32, answer: Option<Result<Event, CallError>>, expected: &str) {
+        let mailbox = Mailbox::default();
+        let call = CallId(1);
+        let mut outcome = Outcome { mailbox: mailbox.clone(), call, attempt: 1, copies, refused, answered: false };
+        answer.into_iter().for_each(|it| outcome.answer(it));
+        drop(outcome);
+        let mut heard = Vec::new();
+        mailbox.wait(Instant::now(), &mut heard);
+        let heard: Vec<_> = heard
+            .iter()
+            .map(|it| match it {
+                Mail::Answer { result: Ok(_), .. } => "answered".to_owned(),
+                Mail::Answer { result: Err(error), .. } => format!("{error:?}"),
+                Mail::Unserved { .. } => "Unserved".to_owned(),
+                Mail::Event(..) => unreachable!("nothing else is put in"),
+            })
+            .collect();
+        assert_eq!(heard, [expected]);
+    }
+
+    #[test]
+    fn a_request_is_late_only_if_every_copy_was() {
+        let reply = || {
+            let response = Response::Permission(kittiwake_proto::v1::PermissionReceipt::default());
+            Some(Ok(Event::Reply { call: CallId(1), result: Ok(response) }))
+        };
+        check(1, 0, None, "Unserved");
+        check(1, 1, None, "Late");
+        check(2, 2, None, "Late");
+        check(2, 1, None, "Unanswered");
+        check(2, 1, reply(), "answered");
+        check(2, 0, reply(), "answered");
     }
 }

@@ -5,12 +5,17 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use kittiwake_proto::topics::{Message, Request, Service, Topic};
-use node::{Event, Node, Token};
+use kittiwake_proto::v1::Attachment;
+use node::{Event, Node, Token, VehicleId};
 use zenoh::query::Query;
 use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
+use crate::clock::monotonic_ns;
+use crate::direct::Doubles;
+use crate::freshness::{self, Clocks, Late};
 use crate::mailbox::{Mail, Mailbox};
+use crate::outbox::goes_directly;
 use crate::{BusError, Scope, keys, trace};
 
 /// No message of ours comes near this; one that does is refused before it is decoded.
@@ -18,6 +23,24 @@ const MAX_PAYLOAD: usize = 256 * 1024;
 
 /// More requests than this never wait for a node that works.
 const MOST_OPEN: usize = 256;
+
+/// Refusals of what came too late begin with this, so that their caller knows them.
+pub(crate) const LATE: &str = "late: ";
+
+/// The clocks of the vehicles, kept by zenoh's threads and read by the loop.
+#[derive(Clone, Default)]
+pub(crate) struct SharedClocks(Arc<Mutex<Clocks>>);
+
+impl SharedClocks {
+    /// `said`, a moment of our clock, by the vehicle's; `None` if the vehicle is not heard.
+    pub(crate) fn theirs(&self, vehicle: &VehicleId, said: u64) -> Option<u64> {
+        self.lock().theirs(vehicle, said, monotonic_ns())
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Clocks> {
+        self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+}
 
 /// Queries that wait for the node's answer.
 #[derive(Clone, Default)]
@@ -49,20 +72,26 @@ impl OpenQueries {
 /// Declares everything the node wants to hear; the declarations live as long as the session.
 pub(crate) fn declare(
     session: &Session,
+    direct: Option<&Session>,
     scope: &Scope,
     node: &dyn Node,
     mailbox: &Mailbox,
 ) -> Result<OpenQueries, BusError> {
+    let doubles = Doubles::default();
     for &topic in node.subscriptions() {
-        subscribe(session, scope, topic, &scope.listen(topic.key()), mailbox)?;
+        for session in direct.filter(|_| goes_directly(topic)).into_iter().chain([session]) {
+            subscribe(session, scope, topic, &scope.listen(topic.key()), mailbox, &doubles)?;
+        }
         if topic == Topic::Heartbeat && *scope == Scope::Fleet {
             // Ground processes speak for themselves, outside any vehicle's namespace.
-            subscribe(session, scope, topic, topic.key(), mailbox)?;
+            subscribe(session, scope, topic, topic.key(), mailbox, &doubles)?;
         }
     }
     let queries = OpenQueries::default();
     for &service in node.serves() {
-        serve(session, scope, service, &queries, mailbox)?;
+        for session in direct.into_iter().chain([session]) {
+            serve(session, scope, service, &queries, mailbox)?;
+        }
     }
     Ok(queries)
 }
@@ -99,8 +128,37 @@ pub(crate) fn watch_peers(session: &Session, scope: &Scope, mailbox: &Mailbox) -
     Ok(())
 }
 
-fn subscribe(session: &Session, scope: &Scope, topic: Topic, key: &str, mailbox: &Mailbox) -> Result<(), BusError> {
-    let (scope, mailbox) = (scope.clone(), mailbox.clone());
+/// On the ground: reckons the clocks of all vehicles from their heartbeats.
+pub(crate) fn listen_to_clocks(session: &Session, scope: &Scope) -> Result<SharedClocks, BusError> {
+    let clocks = SharedClocks::default();
+    if *scope == Scope::Fleet {
+        let key = scope.listen(Topic::Heartbeat.key());
+        let (scope, heard) = (scope.clone(), clocks.clone());
+        session
+            .declare_subscriber(&key)
+            .callback(move |sample| {
+                let now = monotonic_ns();
+                if let Some(it) = sample.attachment().and_then(|it| trace::read(&it.to_bytes())) {
+                    let vehicle = scope.vehicle_of(sample.key_expr().as_str());
+                    heard.lock().heard(&vehicle, it.source_monotonic_ns, now);
+                }
+            })
+            .background()
+            .wait()
+            .map_err(|cause| BusError::Declare { key: key.clone(), cause: cause.to_string() })?;
+    }
+    Ok(clocks)
+}
+
+fn subscribe(
+    session: &Session,
+    scope: &Scope,
+    topic: Topic,
+    key: &str,
+    mailbox: &Mailbox,
+    doubles: &Doubles,
+) -> Result<(), BusError> {
+    let (scope, mailbox, doubles) = (scope.clone(), mailbox.clone(), doubles.clone());
     session
         .declare_subscriber(key)
         .callback(move |sample| {
@@ -108,6 +166,13 @@ fn subscribe(session: &Session, scope: &Scope, topic: Topic, key: &str, mailbox:
             let payload = sample.payload();
             if MAX_PAYLOAD < payload.len() {
                 return refuse(&mailbox, key, &format!("{} bytes, at most {MAX_PAYLOAD} expected", payload.len()));
+            }
+            let attachment = match topic.qos().keeps_newest_only() {
+                true => Attachment::default(),
+                false => sample.attachment().and_then(|it| trace::read(&it.to_bytes())).unwrap_or_default(),
+            };
+            if !doubles.is_first(attachment.publisher, topic, attachment.sequence) {
+                return;
             }
             let message = match Message::decode(topic, &payload.to_bytes()) {
                 Ok(message) => message,
@@ -118,8 +183,10 @@ fn subscribe(session: &Session, scope: &Scope, topic: Topic, key: &str, mailbox:
                 let event = Event::Message { vehicle: vehicle.clone(), message };
                 mailbox.push_newest(vehicle, topic, Mail::Event(event, None));
             } else {
-                let parent = sample.attachment().and_then(|it| trace::read(&it.to_bytes())).map(|it| it.traceparent);
-                let parent = parent.filter(|it| !it.is_empty());
+                if let Err(late) = in_time(&scope, attachment.said_receiver_monotonic_ns) {
+                    return refuse_late(&mailbox, key, late);
+                }
+                let parent = Some(attachment.traceparent).filter(|it| !it.is_empty());
                 if !mailbox.push(Mail::Event(Event::Message { vehicle, message }, parent)) {
                     tracing::error!(key, "queue full: message dropped");
                 }
@@ -152,8 +219,13 @@ fn serve(
                 Ok(request) => request,
                 Err(malformed) => return refuse_query(&mailbox, query, &malformed.cause),
             };
-            let parent = query.attachment().and_then(|it| trace::read(&it.to_bytes())).map(|it| it.traceparent);
-            let parent = parent.filter(|it| !it.is_empty());
+            let attachment = query.attachment().and_then(|it| trace::read(&it.to_bytes())).unwrap_or_default();
+            if let Err(late) = in_time(&scope, attachment.said_receiver_monotonic_ns) {
+                refuse_late(&mailbox, &key, late);
+                let _ = query.reply_err(format!("{LATE}{late}")).wait();
+                return;
+            }
+            let parent = Some(attachment.traceparent).filter(|it| !it.is_empty());
             let token = queries.keep(query);
             let event = Event::Request { vehicle: scope.vehicle_of(&key), token, request };
             if !mailbox.push(Mail::Event(event, parent)) {
@@ -164,6 +236,19 @@ fn serve(
         .background()
         .wait()
         .map_err(|cause| BusError::Declare { key: key.clone(), cause: cause.to_string() })
+}
+
+/// Whether something may be obeyed. Only what comes from the ground is stamped, and by a vehicle's clock only.
+fn in_time(scope: &Scope, said: u64) -> Result<(), Late> {
+    match scope {
+        Scope::Vehicle(_) => freshness::check(said, monotonic_ns()),
+        Scope::Fleet => Ok(()),
+    }
+}
+
+fn refuse_late(mailbox: &Mailbox, key: &str, late: Late) {
+    mailbox.refuse_late();
+    tracing::warn!(key, %late, "not obeyed");
 }
 
 fn refuse(mailbox: &Mailbox, key: &str, why: &str) {

@@ -5,7 +5,7 @@ use node::VehicleId;
 use crate::Scope;
 
 /// All keys of one vehicle start with this and its name.
-const ROOT: &str = "kw";
+pub(crate) const ROOT: &str = "kw";
 
 impl Scope {
     /// The namespace zenoh puts before everything the session does; `None`: full keys.

@@ -9,12 +9,17 @@ use std::time::Duration;
 
 mod calls;
 mod clock;
+pub mod crossing;
+mod direct;
+mod freshness;
 mod inbox;
 mod keys;
 mod mailbox;
 mod nudge;
 mod outbox;
-mod router;
+pub mod papers;
+mod presence;
+pub mod router;
 mod run;
 mod session;
 mod stop;
@@ -22,9 +27,12 @@ mod tap;
 mod trace;
 
 pub use clock::{Clock, monotonic_ns};
+pub use direct::Direct;
+pub use freshness::OBEYED_WITHIN;
 pub use nudge::Nudge;
-pub use router::run_router;
-pub use run::{run, run_nudged};
+pub use presence::{Presence, RouterView, look_at_router, look_for};
+pub use router::{run_linked_router, run_router};
+pub use run::{run, run_linked, run_nudged};
 pub use stop::Stop;
 pub use tap::{Tap, Tapped};
 
@@ -66,6 +74,14 @@ pub enum BusError {
     Listen {
         /// What was tried.
         locators: String,
+        /// What zenoh said.
+        cause: String,
+    },
+    /// The second connection over the link cannot even be tried.
+    #[error("no second connection to {locator}: {cause}")]
+    Link {
+        /// Whom it would call.
+        locator: String,
         /// What zenoh said.
         cause: String,
     },

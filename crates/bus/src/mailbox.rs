@@ -33,6 +33,7 @@ pub(crate) enum Mail {
 pub(crate) struct Losses {
     pub(crate) dropped: u64,
     pub(crate) malformed: u64,
+    pub(crate) late: u64,
 }
 
 #[derive(Clone, Default)]
@@ -81,6 +82,11 @@ impl Mailbox {
         let mut inner = self.lock();
         inner.losses.malformed += 1;
         inner.losses.malformed
+    }
+
+    /// Counts what came too late to be obeyed.
+    pub(crate) fn refuse_late(&self) {
+        self.lock().losses.late += 1;
     }
 
     /// What did not get through so far.

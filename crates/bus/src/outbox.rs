@@ -6,45 +6,93 @@ use kittiwake_proto::topics::{Message, Qos, Topic};
 use kittiwake_proto::v1::Attachment;
 use node::VehicleId;
 use prost::Message as _;
-use zenoh::bytes::Encoding;
+use zenoh::bytes::{Encoding, ZBytes};
 use zenoh::pubsub::Publisher;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::sample::Locality;
 use zenoh::{Session, Wait};
 
 use crate::clock::monotonic_ns;
+use crate::inbox::SharedClocks;
 use crate::{BusError, Scope, trace};
 
 pub(crate) struct Outbox<'a> {
     session: &'a Session,
+    /// The direct links, and the number by which receivers know copies.
+    direct: Option<(&'a Session, u64)>,
     scope: &'a Scope,
-    publishers: HashMap<(Option<VehicleId>, Topic), (Publisher<'a>, u64)>,
+    clocks: SharedClocks,
+    ways: HashMap<(Option<VehicleId>, Topic), Ways<'a>>,
+}
+
+/// How a topic leaves.
+struct Ways<'a> {
+    direct: Option<Publisher<'a>>,
+    routed: Publisher<'a>,
+    sequence: u64,
 }
 
 impl<'a> Outbox<'a> {
-    pub(crate) fn new(session: &'a Session, scope: &'a Scope) -> Outbox<'a> {
-        Outbox { session, scope, publishers: HashMap::new() }
+    pub(crate) fn new(
+        session: &'a Session,
+        direct: Option<&'a Session>,
+        scope: &'a Scope,
+        clocks: SharedClocks,
+    ) -> Outbox<'a> {
+        let direct = direct.map(|it| (it, number_of(it)));
+        Outbox { session, direct, scope, clocks, ways: HashMap::new() }
     }
 
     /// Publishes without ever waiting for a receiver.
     pub(crate) fn publish(&mut self, vehicle: Option<VehicleId>, message: &Message) -> Result<(), BusError> {
         let topic = message.topic();
-        let (session, scope) = (self.session, self.scope);
-        let (publisher, sequence) = match self.publishers.entry((vehicle.clone(), topic)) {
-            std::collections::hash_map::Entry::Occupied(it) => it.into_mut(),
-            std::collections::hash_map::Entry::Vacant(it) => {
-                it.insert((declare(session, &scope.publish(vehicle.as_ref(), topic.key()), topic)?, 0))
-            }
+        let said = match (&vehicle, self.scope) {
+            (Some(vehicle), Scope::Fleet) => match self.clocks.theirs(vehicle, monotonic_ns()) {
+                Some(said) => said,
+                // A vehicle that is not heard hears nothing either; what matters is repeated.
+                None => return Ok(()),
+            },
+            _ => 0,
         };
-        *sequence += 1;
+        let key = self.scope.publish(vehicle.as_ref(), topic.key());
+        let direct = self.direct.filter(|_| goes_directly(topic));
+        let ways = match self.ways.entry((vehicle, topic)) {
+            std::collections::hash_map::Entry::Occupied(it) => it.into_mut(),
+            std::collections::hash_map::Entry::Vacant(it) => it.insert(Ways {
+                direct: direct.map(|(session, _)| declare(session, &key, topic)).transpose()?,
+                routed: declare(self.session, &key, topic)?,
+                sequence: 0,
+            }),
+        };
+        ways.sequence += 1;
         let traceparent = if topic.qos().keeps_newest_only() { String::new() } else { parent_of(topic) };
         let payload = message.encode();
-        let attachment = Attachment { sequence: *sequence, source_monotonic_ns: monotonic_ns(), traceparent };
-        if let Err(cause) = publisher.put(payload).attachment(attachment.encode_to_vec()).wait() {
-            tracing::warn!(topic = topic.key(), %cause, "not published");
+        let attachment = Attachment {
+            sequence: ways.sequence,
+            source_monotonic_ns: monotonic_ns(),
+            traceparent,
+            said_receiver_monotonic_ns: said,
+            publisher: direct.map_or(0, |(_, number)| number),
+        };
+        let (payload, attachment) = (ZBytes::from(payload), ZBytes::from(attachment.encode_to_vec()));
+        for publisher in ways.direct.iter().chain([&ways.routed]) {
+            if let Err(cause) = publisher.put(payload.clone()).attachment(attachment.clone()).wait() {
+                tracing::warn!(topic = topic.key(), %cause, "not published");
+            }
         }
         Ok(())
     }
+}
+
+/// What is for one receiver and urgent. Telemetry and state are for many, by the router.
+pub(crate) fn goes_directly(topic: Topic) -> bool {
+    !topic.qos().keeps_newest_only()
+}
+
+/// Another one for each start of a process; never zero.
+fn number_of(session: &Session) -> u64 {
+    let [a, b, c, d, e, f, g, h, ..] = session.zid().to_le_bytes();
+    u64::from_le_bytes([a, b, c, d, e, f, g, h]).max(1)
 }
 
 /// The trace that a message of `topic` belongs to; empty: none.

@@ -13,7 +13,7 @@ use crate::inbox::{self, OpenQueries};
 use crate::mailbox::{Mail, Mailbox};
 use crate::outbox::Outbox;
 use crate::trace::Parent;
-use crate::{BusError, Clock, Link, Nudge, Stop, keys, session, trace};
+use crate::{BusError, Clock, Direct, Link, Nudge, Stop, direct, keys, session, trace};
 
 /// Every process says at least this often that its own loop makes progress.
 const HEARTBEAT: Duration = Duration::from_millis(500);
@@ -23,16 +23,41 @@ pub fn run(node: &mut dyn Node, link: &Link, pace: Pace, stop: &Stop) -> Result<
     run_nudged(node, link, pace, stop, &Nudge::default())
 }
 
+/// The same with direct links to some processes of the same machine besides.
+pub fn run_linked(
+    node: &mut dyn Node,
+    link: &Link,
+    direct: Option<&Direct>,
+    pace: Pace,
+    stop: &Stop,
+) -> Result<(), BusError> {
+    run_with(node, link, direct, pace, stop, &Nudge::default())
+}
+
 /// The same for a node that has something to do besides what the bus brings: each `nudge` has it act.
 pub fn run_nudged(node: &mut dyn Node, link: &Link, pace: Pace, stop: &Stop, nudge: &Nudge) -> Result<(), BusError> {
+    run_with(node, link, None, pace, stop, nudge)
+}
+
+fn run_with(
+    node: &mut dyn Node,
+    link: &Link,
+    direct: Option<&Direct>,
+    pace: Pace,
+    stop: &Stop,
+    nudge: &Nudge,
+) -> Result<(), BusError> {
     let session = session::open(link)?;
+    let direct = direct.map(|it| direct::open(it, &link.scope)).transpose()?;
+    let direct = direct.as_ref();
     let mailbox = Mailbox::default();
     let loop_of_it = mailbox.clone();
     nudge.attach(move || loop_of_it.nudge());
     let wake = mailbox.clone();
     stop.on_stop(move || wake.stop());
-    let queries = inbox::declare(&session, &link.scope, node, &mailbox)?;
+    let queries = inbox::declare(&session, direct, &link.scope, node, &mailbox)?;
     inbox::watch_peers(&session, &link.scope, &mailbox)?;
+    let clocks = inbox::listen_to_clocks(&session, &link.scope)?;
     let instance = session.zid().to_string();
     // Last: who sees the token finds everything else declared.
     let token_key = keys::alive(node.name(), &instance);
@@ -43,8 +68,8 @@ pub fn run_nudged(node: &mut dyn Node, link: &Link, pace: Pace, stop: &Stop, nud
         .map_err(|cause| BusError::Declare { key: token_key, cause: cause.to_string() })?;
     let mut shell = Shell {
         clock: Clock::start(pace),
-        outbox: Outbox::new(&session, &link.scope),
-        calls: Calls::new(&session, &link.scope, mailbox.clone()),
+        outbox: Outbox::new(&session, direct, &link.scope, clocks.clone()),
+        calls: Calls::new(&session, direct, &link.scope, mailbox.clone(), clocks),
         queries,
         mailbox,
         instance,
@@ -56,6 +81,9 @@ pub fn run_nudged(node: &mut dyn Node, link: &Link, pace: Pace, stop: &Stop, nud
     // Gone from everybody's sight first, then the session; a close that hangs is the process's end anyway.
     let _ = token.undeclare().wait();
     let _ = session.close().wait();
+    if let Some(direct) = direct {
+        let _ = direct.close().wait();
+    }
     result
 }
 
@@ -182,6 +210,7 @@ impl Shell<'_> {
             malformed: losses.malformed,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             pid: std::process::id(),
+            late: losses.late,
         };
         self.outbox.publish(None, &Message::Heartbeat(heartbeat))
     }

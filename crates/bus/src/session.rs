@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use zenoh::{Config, Session, Wait};
 
-use crate::{BusError, Link};
+use crate::{BusError, Link, Scope};
 
 /// Settings of every session with their reasons. Whatever is not here is zenoh's default.
 const SETTINGS: &[(&str, &str, &str)] = &[
@@ -31,6 +31,11 @@ pub(crate) fn set(config: &mut Config, key: &'static str, value: &str) -> Result
     config.insert_json5(key, value).map_err(|cause| BusError::Setting { key, cause: cause.to_string() })
 }
 
+/// The same for a value.
+pub(crate) fn set_value(config: &mut Config, key: &'static str, value: &serde_json::Value) -> Result<(), BusError> {
+    set(config, key, &value.to_string())
+}
+
 /// Opens a client session at the link's router, trying again until its time is up.
 pub(crate) fn open(link: &Link) -> Result<Session, BusError> {
     let mut config = config("client")?;
@@ -39,20 +44,25 @@ pub(crate) fn open(link: &Link) -> Result<Session, BusError> {
     // One object: its parts are optional and cannot be set one by one. A router that comes back is
     // found within half a second.
     set(&mut config, "connect/retry", "{ period_init_ms: 100, period_max_ms: 500, period_increase_factor: 2 }")?;
-    if let Some(namespace) = link.scope.namespace() {
-        set(&mut config, "namespace", &format!("\"{namespace}\""))?;
-    }
     let start = Instant::now();
     loop {
-        match zenoh::open(config.clone()).wait() {
+        match open_with(config.clone(), &link.scope) {
             Ok(session) => return Ok(session),
             Err(cause) if link.open_timeout <= start.elapsed() => {
                 let (locators, waited) = (link.connect.join(", "), link.open_timeout);
-                return Err(BusError::Unreachable { locators, waited, cause: cause.to_string() });
+                return Err(BusError::Unreachable { locators, waited, cause });
             }
             Err(_) => std::thread::sleep(Duration::from_millis(50)),
         }
     }
+}
+
+/// Opens a session in the scope's namespace.
+pub(crate) fn open_with(mut config: Config, scope: &Scope) -> Result<Session, String> {
+    if let Some(namespace) = scope.namespace() {
+        set(&mut config, "namespace", &format!("\"{namespace}\"")).map_err(|it| it.to_string())?;
+    }
+    zenoh::open(config).wait().map_err(|it| it.to_string())
 }
 
 #[cfg(test)]

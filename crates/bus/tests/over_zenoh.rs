@@ -4,7 +4,7 @@
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
 
-use bus::{Link, Scope, Stop, run, run_router};
+use bus::{Direct, Link, Scope, Stop, run_linked, run_router};
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Message, Request, Response, Service, Topic};
 use kittiwake_proto::v1;
@@ -47,6 +47,40 @@ impl Node for Probe {
     }
 }
 
+/// Raises a flag every few milliseconds, with a number for its name.
+struct Ticker {
+    next: Time,
+    count: u64,
+}
+
+impl Node for Ticker {
+    fn name(&self) -> &'static str {
+        "monitor"
+    }
+    fn subscriptions(&self) -> &'static [Topic] {
+        &[]
+    }
+    fn serves(&self) -> &'static [Service] {
+        &[Service::Permission]
+    }
+    fn on(&mut self, _: Now, event: Event, effects: &mut Vec<Effect>) {
+        if let Event::Request { token, .. } = event {
+            let receipt = v1::PermissionReceipt { received: true, ..Default::default() };
+            effects.push(Effect::Reply { token, response: Response::Permission(receipt) });
+        }
+    }
+    fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
+        if self.next <= now.time {
+            self.next = now.time + Duration::from_millis(5);
+            self.count += 1;
+            effects.push(flag(&self.count.to_string()));
+        }
+    }
+    fn deadline(&self) -> Option<Time> {
+        Some(self.next)
+    }
+}
+
 /// A router and whatever runs on it; everything ends with the value.
 struct World {
     locator: String,
@@ -68,11 +102,15 @@ impl World {
 
     fn run(&mut self, scope: Scope, probe: impl FnOnce(Sender<Event>) -> Probe) -> Receiver<Event> {
         let (sender, receiver) = channel();
-        let mut probe = probe(sender);
+        self.run_linked(scope, None, probe(sender));
+        receiver
+    }
+
+    fn run_linked(&mut self, scope: Scope, direct: Option<Direct>, mut node: impl Node + Send + 'static) {
         let link = Link { connect: vec![self.locator.clone()], scope, open_timeout: Duration::from_secs(20) };
         let stop = self.stop.clone();
-        self.threads.push(std::thread::spawn(move || run(&mut probe, &link, Pace::REAL_TIME, &stop).unwrap()));
-        receiver
+        let run = move || run_linked(&mut node, &link, direct.as_ref(), Pace::REAL_TIME, &stop).unwrap();
+        self.threads.push(std::thread::spawn(run));
     }
 }
 
@@ -126,6 +164,14 @@ fn a_message_reaches_its_own_vehicle_and_the_ground_and_no_other() {
     let ground = world.run(Scope::Fleet, listen("gateway"));
     let other = world.run(uav("uav2"), listen("mcm"));
     let own = world.run(uav("uav1"), listen("mcm"));
+    // Whoever sees the others hears them: what is said once must not be said before.
+    let mut seen = std::collections::BTreeSet::new();
+    wait_for("the ground to see both vehicles", &ground, |event| {
+        if let Event::Peer { vehicle, alive: true, .. } = event {
+            seen.insert(vehicle.to_string());
+        }
+        ["uav1", "uav2"].iter().all(|it| seen.contains(*it)).then_some(())
+    });
     let _talker = world.run(uav("uav1"), |seen| Probe {
         name: "monitor",
         subscriptions: &[],
@@ -196,4 +242,51 @@ fn who_ends_is_seen_to_be_gone() {
     wait_for("the planner", &watcher, planner(true));
     drop(brief);
     wait_for("the planner's end", &watcher, planner(false));
+}
+
+#[test]
+fn a_direct_link_brings_each_message_once_and_goes_on_without_the_router() {
+    let router = World::start();
+    let mut on_board = World { locator: router.locator.clone(), stop: Stop::new(), threads: Vec::new() };
+    let sockets = tempfile::tempdir().unwrap();
+    let direct = |name: &str, connect: &[&str]| Direct {
+        folder: sockets.path().to_owned(),
+        listen: Some(name.to_owned()),
+        connect: connect.iter().map(|it| it.to_string()).collect(),
+    };
+    let (sender, events) = channel();
+    let asked = Effect::Call {
+        call: CallId(1),
+        vehicle: None,
+        trace: None,
+        request: Request::Permission(v1::PermissionRequest { area: "A".into(), ..Default::default() }),
+        timeout: Duration::from_secs(20),
+    };
+    let listener = Probe {
+        name: "mcm",
+        subscriptions: &[Topic::FlagEvent],
+        serves: &[],
+        seen: sender,
+        on_peer: Some(("monitor", vec![asked])),
+    };
+    // The one that calls is there first: a socket that is not there yet is called again.
+    on_board.run_linked(uav("uav1"), Some(direct("mcm", &["monitor"])), listener);
+    on_board.run_linked(uav("uav1"), Some(direct("monitor", &[])), Ticker { next: Time::ZERO, count: 0 });
+    let answered = |event| matches!(event, Event::Reply { result: Ok(_), .. }).then_some(());
+    wait_for("the answer", &events, answered);
+
+    let mut last = 0;
+    let mut take = |what: &str, count: u64| {
+        for _ in 0..count {
+            let (_, name) = wait_for(what, &events, flag_name);
+            let number: u64 = name.parse().unwrap();
+            assert!(last < number, "{number} after {last}: a copy");
+            last = number;
+        }
+    };
+    take("a hundred flags by both ways", 100);
+    drop(router);
+    let gone = |event| matches!(event, Event::Peer { alive: false, .. }).then_some(());
+    wait_for("the router's end", &events, gone);
+    take("a hundred flags without the router", 100);
 }
