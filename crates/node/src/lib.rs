@@ -149,6 +149,8 @@ pub enum CallError {
     Unavailable,
     /// Somebody serves it but did not answer within the deadline.
     Unanswered,
+    /// It arrived too long after it was sent, and was not obeyed.
+    Late,
     /// The answer was not a message of the expected type.
     Malformed,
 }
@@ -158,6 +160,7 @@ impl std::fmt::Display for CallError {
         f.write_str(match self {
             CallError::Unavailable => "unavailable: nobody serves it",
             CallError::Unanswered => "unanswered: it is served but did not answer in time",
+            CallError::Late => "late: it came too late to be obeyed, over a link that is slow or was cut",
             CallError::Malformed => "the answer was malformed",
         })
     }

@@ -15,6 +15,7 @@ use domain::mission::Mission;
 use domain::time::{Pace, Time};
 use kittiwake_proto::topics::{Message, Request};
 use kittiwake_proto::v1;
+pub use node::virtual_bus::Machine;
 use node::virtual_bus::VirtualBus;
 
 mod files;
@@ -34,6 +35,8 @@ pub struct Setup<'a> {
     pub permissions: Policy,
     /// Of every random draw.
     pub seed: u64,
+    /// What it flies on.
+    pub machine: Machine,
 }
 
 /// A system in flight.
@@ -56,10 +59,24 @@ impl Simulation<'_> {
     /// # Errors
     /// Every mistake in the files.
     pub fn new(setup: &Setup<'_>) -> Result<Simulation<'static>, Mistakes> {
+        let nobody =
+            gateway::Door { tokens: Default::default(), audit: gateway::audit::Audit::in_memory(), recordings: None };
+        Ok(Simulation::with_gateway(setup, nobody)?.0)
+    }
+
+    /// The same with the HTTP side of its gateway, which lets in whom `door` says; it has its answers while
+    /// the simulation flies.
+    ///
+    /// # Errors
+    /// Every mistake in the files.
+    pub fn with_gateway(
+        setup: &Setup<'_>,
+        door: gateway::Door,
+    ) -> Result<(Simulation<'static>, gateway::http::Api), Mistakes> {
         let files = files::Files::read(setup)?;
         let pace = Pace::REAL_TIME;
         let seen = Rc::new(RefCell::new(Seen::default()));
-        let mut bus = VirtualBus::new("uav1");
+        let mut bus = VirtualBus::new("uav1", setup.machine);
         let record = seen.clone();
         bus.tap(move |time, message| record.borrow_mut().take_in(time, message));
         bus.add(vehicle_sim::VehicleSim::new(&files.vehicle_sim, pace, setup.seed));
@@ -68,9 +85,9 @@ impl Simulation<'_> {
         bus.add(planner::Planner::new(&files.planner, files.mission, pace));
         bus.add(files.mcm);
         bus.add(control_tower::ControlTower::new(&files.control_tower, setup.permissions, setup.seed, pace));
-        let door = gateway::Door { tokens: Default::default(), audit: gateway::audit::Audit::in_memory() };
-        bus.add(gateway::Gateway::new(&files.gateway, pace, door, || {}).0);
-        Ok(Simulation { bus, seen })
+        let (gateway, api) = gateway::Gateway::new(&files.gateway, pace, door, || {});
+        bus.add(gateway);
+        Ok((Simulation { bus, seen }, api))
     }
 
     /// Flies until the report is there, or `limit` of virtual time has passed.
@@ -78,6 +95,11 @@ impl Simulation<'_> {
         let seen = self.seen.clone();
         self.bus.run_until(limit, || seen.borrow().report.is_some());
         self.seen.borrow().report.clone()
+    }
+
+    /// Lets so much virtual time pass, whether the mission is over or not.
+    pub fn pass(&mut self, time: Duration) {
+        self.bus.run_until(time, || false);
     }
 
     /// Flies until a decision contains `text`, or `limit` of virtual time has passed; whether it came.

@@ -5,13 +5,13 @@ use std::time::Duration;
 
 use control_tower::policy::Policy;
 use kittiwake_proto::v1::{MissionOutcome, MissionReport};
-use simulation::{Setup, Simulation};
+use simulation::{Machine, Setup, Simulation};
 
 const LIMIT: Duration = Duration::from_secs(1200);
 
 fn reference(permissions: Policy, seed: u64) -> Simulation<'static> {
     let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config");
-    Simulation::new(&Setup { config: &config, mission: None, permissions, seed }).unwrap()
+    Simulation::new(&Setup { config: &config, mission: None, permissions, seed, machine: Machine::Ideal }).unwrap()
 }
 
 /// Flies the reference mission; `expected` is what was flown and decided, a line each, and the outcome.

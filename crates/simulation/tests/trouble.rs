@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use control_tower::policy::Policy;
 use kittiwake_proto::v1::Decision;
-use simulation::{Setup, Simulation};
+use simulation::{Machine, Setup, Simulation};
 
 /// Trouble begins within so many seconds, and all of it that can end has ended by then.
 const TROUBLE_S: u64 = 400;
@@ -58,13 +58,14 @@ impl Dice {
     }
 }
 
-fn check(seed: u64) {
+fn check(seed: u64, machine: Machine) {
     let mut dice = Dice(seed);
     let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config");
     let (mission, areas) = dice.one_of(&MISSIONS);
     let permissions = dice.one_of(&POLICIES);
     let path = config.join("missions").join(format!("{mission}.toml"));
-    let mut simulation = Simulation::new(&Setup { config: &config, mission: Some(&path), permissions, seed }).unwrap();
+    let mut simulation =
+        Simulation::new(&Setup { config: &config, mission: Some(&path), permissions, seed, machine }).unwrap();
     let mut script = vec![format!("seed {seed}: {mission}, {permissions}")];
     let mut times: Vec<u64> = (0..dice.below(5)).map(|_| dice.below(TROUBLE_S * 10)).collect();
     times.sort_unstable();
@@ -109,5 +110,11 @@ fn check(seed: u64) {
 #[test]
 fn whatever_happens_the_vehicle_keeps_the_rules_and_the_mission_ends() {
     // Three of the seeds once returned home straight through an area.
-    (0..20).chain([22, 81, 195]).for_each(check);
+    (0..20).chain([22, 81, 195]).for_each(|seed| check(seed, Machine::Ideal));
+}
+
+#[test]
+fn the_same_on_a_machine_with_too_much_to_do() {
+    let worst = Duration::from_millis(100);
+    (0..20).for_each(|seed| check(seed, Machine::Busy { seed, worst }));
 }

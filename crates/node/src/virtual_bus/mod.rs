@@ -1,15 +1,22 @@
 //! All services in one thread on a virtual bus and a virtual clock: the same nodes, no transport.
 //!
-//! Delivery is immediate and in order of publication; time jumps from one deadline to the next.
-//! With the same nodes and the same script a run is the same to the bit.
+//! Time jumps from one event or deadline to the next. On an ideal [`Machine`] delivery is immediate and in order of
+//! publication; on a busy one messages and processes are late, and what is not promised to be in order is not.
+//! With the same nodes, the same script and the same machine a run is the same to the bit.
 
-use std::collections::VecDeque;
 use std::time::Duration;
 
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::{Message, Request, Response};
 
 use crate::{CallError, CallId, Effect, Event, Node, Token, VehicleId};
+
+mod machine;
+mod post;
+
+use machine::Delays;
+pub use machine::Machine;
+use post::Post;
 
 /// UTC at virtual time zero: 2026-01-01T00:00:00Z. A fixed date keeps runs identical.
 pub const UTC_START_MS: i64 = 1_767_225_600_000;
@@ -22,8 +29,10 @@ pub struct VirtualBus<'a> {
     vehicle: VehicleId,
     nodes: Vec<Box<dyn Node + 'a>>,
     now: Time,
-    /// Events on their way, with the index of the node they are for.
-    queue: VecDeque<(usize, Event)>,
+    /// When each node has its next turn at the earliest.
+    free_from: Vec<Time>,
+    delays: Delays,
+    post: Post,
     calls: Vec<OpenCall>,
     next_token: u64,
     tap: Tap<'a>,
@@ -41,12 +50,14 @@ struct OpenCall {
 
 impl<'a> VirtualBus<'a> {
     /// A bus without nodes, for one vehicle.
-    pub fn new(vehicle: &str) -> VirtualBus<'a> {
+    pub fn new(vehicle: &str, machine: Machine) -> VirtualBus<'a> {
         VirtualBus {
             vehicle: vehicle.into(),
             nodes: Vec::new(),
             now: Time::ZERO,
-            queue: VecDeque::new(),
+            free_from: Vec::new(),
+            delays: Delays::of(machine),
+            post: Post::default(),
             calls: Vec::new(),
             next_token: 1,
             tap: Box::new(|_, _| {}),
@@ -58,10 +69,11 @@ impl<'a> VirtualBus<'a> {
         let index = self.nodes.len();
         let names: Vec<_> = self.nodes.iter().map(|it| it.name()).collect();
         for (other, name) in names.into_iter().enumerate() {
-            self.queue.push_back((index, self.peer(name)));
-            self.queue.push_back((other, self.peer(node.name())));
+            self.send(None, index, self.peer(name));
+            self.send(None, other, self.peer(node.name()));
         }
         self.nodes.push(Box::new(node));
+        self.free_from.push(Time::ZERO);
     }
 
     /// Shows every published message to `tap`, with the time.
@@ -83,7 +95,7 @@ impl<'a> VirtualBus<'a> {
     /// Sends `request` from outside; its answer is not waited for.
     pub fn request(&mut self, request: Request) {
         let token = self.token();
-        self.ask(token, request);
+        self.ask(None, token, request);
     }
 
     /// Runs until `done` says so or `limit` of virtual time has passed; whether `done` said so.
@@ -92,54 +104,54 @@ impl<'a> VirtualBus<'a> {
     /// If virtual time stands still because nodes keep each other busy: a mistake in one of them.
     pub fn run_until(&mut self, limit: Duration, mut done: impl FnMut() -> bool) -> bool {
         let end = self.now + limit;
-        let mut idle_rounds = 0;
+        let mut turns = 0;
         loop {
-            self.drain();
             if done() {
                 return true;
             }
-            let deadlines = self.nodes.iter().filter_map(|it| it.deadline());
-            let Some(next) = deadlines.chain(self.calls.iter().map(|it| it.until)).min() else { return false };
-            if next > end {
+            let Some((at, turn)) = self.next() else { return false };
+            if end < at {
                 self.now = end;
                 return false;
             }
-            idle_rounds = if next <= self.now { idle_rounds + 1 } else { 0 };
-            assert!(idle_rounds < LIVELOCK, "time stands still: {} wants to act again and again", self.first_due(next));
-            self.now = self.now.max(next);
-            self.give_up_on_late_replies();
-            for index in 0..self.nodes.len() {
-                if self.nodes[index].deadline().is_some_and(|it| it <= self.now) {
-                    self.act(index);
+            turns = if self.now < at { 0 } else { turns + 1 };
+            self.now = self.now.max(at);
+            match turn {
+                Some(node) => {
+                    assert!(turns < LIVELOCK, "time stands still: {} acts again and again", self.nodes[node].name());
+                    self.take_turn(node);
                 }
+                None => self.give_up_on_late_replies(),
             }
         }
     }
 
-    fn drain(&mut self) {
-        let mut handled = 0;
-        while let Some((index, event)) = self.queue.pop_front() {
-            handled += 1;
-            assert!(handled < LIVELOCK, "time stands still: {} gets {event:?}", self.nodes[index].name());
-            let mut effects = Vec::new();
-            let now = self.moment();
-            self.nodes[index].on(now, event, &mut effects);
-            self.perform(index, effects);
-            if !self.queue.iter().any(|(for_node, _)| *for_node == index) {
-                self.act(index);
-            }
+    /// What comes next: when, and whose turn; nobody's when a call is to be given up.
+    fn next(&self) -> Option<(Time, Option<usize>)> {
+        let mail = self.post.next(&self.free_from);
+        // What has arrived comes first.
+        if let Some((at, node)) = mail.filter(|(at, _)| *at <= self.now) {
+            return Some((at, Some(node)));
         }
+        let calls = self.calls.iter().map(|it| (it.until, None));
+        let mail = mail.map(|(at, node)| (at, Some(node)));
+        let deadlines = self.nodes.iter().zip(&self.free_from).enumerate();
+        let deadlines = deadlines.filter_map(|(node, (it, free))| Some((it.deadline()?.max(*free), Some(node))));
+        calls.chain(mail).chain(deadlines).min_by_key(|(at, _)| *at)
     }
 
-    fn first_due(&self, next: Time) -> &'static str {
-        self.nodes.iter().find(|it| it.deadline().is_some_and(|at| at <= next)).map_or("a call", |it| it.name())
-    }
-
-    fn act(&mut self, index: usize) {
-        let mut effects = Vec::new();
+    /// A node takes in what has arrived, and acts.
+    fn take_turn(&mut self, node: usize) {
         let now = self.moment();
-        self.nodes[index].act(now, &mut effects);
-        self.perform(index, effects);
+        for event in self.post.collect(node, self.now) {
+            let mut effects = Vec::new();
+            self.nodes[node].on(now, event, &mut effects);
+            self.perform(node, effects);
+        }
+        let mut effects = Vec::new();
+        self.nodes[node].act(now, &mut effects);
+        self.perform(node, effects);
+        self.free_from[node] = self.now + self.delays.draw();
     }
 
     fn perform(&mut self, index: usize, effects: Vec<Effect>) {
@@ -151,11 +163,11 @@ impl<'a> VirtualBus<'a> {
                 Effect::Call { call, request, timeout, .. } => {
                     let token = self.token();
                     self.calls.push(OpenCall { token, caller: index, id: call, until: self.now + timeout });
-                    if !self.ask(token, request) {
-                        self.answer(token, Err(CallError::Unavailable));
+                    if !self.ask(Some(index), token, request) {
+                        self.answer(None, token, Err(CallError::Unavailable));
                     }
                 }
-                Effect::Reply { token, response } => self.answer(token, Ok(response)),
+                Effect::Reply { token, response } => self.answer(Some(index), token, Ok(response)),
             }
         }
     }
@@ -164,32 +176,41 @@ impl<'a> VirtualBus<'a> {
     fn deliver(&mut self, from: Option<usize>, vehicle: VehicleId, message: Message) {
         (self.tap)(self.now, &message);
         let topic = message.topic();
-        for (index, node) in self.nodes.iter().enumerate() {
-            if from != Some(index) && node.subscriptions().contains(&topic) {
-                self.queue.push_back((index, Event::Message { vehicle: vehicle.clone(), message: message.clone() }));
+        for to in 0..self.nodes.len() {
+            if from != Some(to) && self.nodes[to].subscriptions().contains(&topic) {
+                self.send(from, to, Event::Message { vehicle: vehicle.clone(), message: message.clone() });
             }
         }
     }
 
     /// Whether somebody serves the request.
-    fn ask(&mut self, token: Token, request: Request) -> bool {
+    fn ask(&mut self, from: Option<usize>, token: Token, request: Request) -> bool {
         let service = request.service();
         let Some(server) = self.nodes.iter().position(|it| it.serves().contains(&service)) else { return false };
-        self.queue.push_back((server, Event::Request { vehicle: self.vehicle.clone(), token, request }));
+        self.send(from, server, Event::Request { vehicle: self.vehicle.clone(), token, request });
         true
     }
 
-    fn answer(&mut self, token: Token, result: Result<Response, CallError>) {
-        if let Some(position) = self.calls.iter().position(|it| it.token == token) {
+    /// Answers a call; one that would get its answer too late is given up when its time is over.
+    fn answer(&mut self, from: Option<usize>, token: Token, result: Result<Response, CallError>) {
+        let Some(position) = self.calls.iter().position(|it| it.token == token) else { return };
+        let delay = self.delays.draw();
+        if self.now + delay <= self.calls[position].until {
             let OpenCall { caller, id, .. } = self.calls.remove(position);
-            self.queue.push_back((caller, Event::Reply { call: id, result }));
+            self.post.send(from, caller, Event::Reply { call: id, result }, self.now, delay);
         }
     }
 
+    fn send(&mut self, from: Option<usize>, to: usize, event: Event) {
+        let delay = self.delays.draw();
+        self.post.send(from, to, event, self.now, delay);
+    }
+
     fn give_up_on_late_replies(&mut self) {
-        let late: Vec<_> = self.calls.iter().filter(|it| it.until <= self.now).map(|it| it.token).collect();
-        for token in late {
-            self.answer(token, Err(CallError::Unanswered));
+        let now = self.now;
+        for OpenCall { caller, id, .. } in self.calls.extract_if(.., |it| it.until <= now) {
+            let event = Event::Reply { call: id, result: Err(CallError::Unanswered) };
+            self.post.send(None, caller, event, now, Duration::ZERO);
         }
     }
 

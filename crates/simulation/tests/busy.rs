@@ -1,0 +1,55 @@
+//! A machine with too much to do delivers late, in another order, and lets processes wait: the mission is the same.
+
+use std::path::Path;
+use std::time::Duration;
+
+use control_tower::policy::Policy;
+use simulation::{Machine, Setup, Simulation};
+
+const LIMIT: Duration = Duration::from_secs(1200);
+/// The longest a message is under way, and a process waits for a processor. With twice that, positions count as stale
+/// now and then, as they should.
+const WORST: Duration = Duration::from_millis(200);
+
+const MACHINES: u64 = 12;
+
+/// What was flown and decided, and the outcome. Whether an area is flown round in the north or in the south, which is
+/// as far, is left out.
+fn story(permissions: Policy, machine: Machine) -> (Vec<String>, String) {
+    let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config");
+    let mut simulation =
+        Simulation::new(&Setup { config: &config, mission: None, permissions, seed: 1, machine }).unwrap();
+    let report = simulation.fly(LIMIT).expect("the mission to end");
+    let mut story = simulation.story(&["plan", "step", "permission", "contingency"]);
+    story.push(format!("{}: {}", report.outcome().as_str_name(), report.reason));
+    (story.iter().map(|it| it.replace("(-", "(")).collect(), simulation.decision_log())
+}
+
+#[track_caller]
+fn check(permissions: Policy) {
+    let (expected, _) = story(permissions, Machine::Ideal);
+    for seed in 0..MACHINES {
+        let (flown, log) = story(permissions, Machine::Busy { seed, worst: WORST });
+        assert_eq!(flown, expected, "{permissions}, machine of seed {seed}:\n{log}");
+    }
+}
+
+#[test]
+fn granted_at_once() {
+    check(Policy::Grant);
+}
+
+#[test]
+fn granted_after_a_delay() {
+    check(Policy::Delay);
+}
+
+#[test]
+fn denied() {
+    check(Policy::Deny);
+}
+
+#[test]
+fn never_answered() {
+    check(Policy::Silent);
+}

@@ -1,0 +1,178 @@
+//! The contract of the gateway's verbs over HTTP, in each state of a flight, with all seven services.
+//!
+//! Requests go through the gateway's whole stack but for the socket; the virtual clock runs while they
+//! wait for their answers.
+
+use std::path::Path;
+use std::time::Duration;
+
+use axum::Router;
+use axum::body::Body;
+use axum::http::Request;
+use control_tower::policy::Policy;
+use domain::file::Source;
+use gateway::Door;
+use gateway::access::{Role, Tokens, entry};
+use gateway::audit::Audit;
+use gateway::http::router;
+use http_body_util::BodyExt as _;
+use serde_json::Value;
+use simulation::{Machine, Setup, Simulation};
+use tokio::sync::watch;
+use tower::ServiceExt as _;
+
+const LIMIT: Duration = Duration::from_secs(1200);
+
+/// A state that verbs are tried in.
+#[derive(Debug, Clone, Copy)]
+enum State {
+    OnTheGround,
+    InFlight,
+    Paused,
+    Returning,
+    Ended,
+}
+
+/// A system in flight and an operator at its gateway.
+struct World {
+    simulation: Simulation<'static>,
+    router: Router,
+    runtime: tokio::runtime::Runtime,
+    keys: u32,
+    _closing: watch::Sender<()>,
+}
+
+impl World {
+    fn new() -> World {
+        let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config");
+        let setup =
+            Setup { config: &config, mission: None, permissions: Policy::Grant, seed: 1, machine: Machine::Ideal };
+        let text = entry("anna", &[Role::Operator], "token");
+        let tokens = Tokens::parse(&Source { path: "tokens".into(), text }).unwrap();
+        let (simulation, api) =
+            Simulation::with_gateway(&setup, Door { tokens, audit: Audit::in_memory(), recordings: None }).unwrap();
+        let (closing, closed) = watch::channel(());
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+        World { simulation, router: router(api, closed), runtime, keys: 0, _closing: closing }
+    }
+
+    /// With command of a vehicle in `state`.
+    fn in_state(state: State) -> World {
+        let mut world = World::new();
+        let begun = if matches!(state, State::OnTheGround) { "step 1 of 5" } else { "step 2 of 5" };
+        assert!(world.simulation.fly_until(begun, LIMIT));
+        assert_eq!(world.ask("command/take", "").0, 200);
+        let (verb, until) = match state {
+            State::OnTheGround | State::InFlight => return world,
+            State::Paused => ("pause", "`operator_pause`: stop"),
+            State::Returning => ("return", "`operator_return`: "),
+            State::Ended => ("abort", "mission: over"),
+        };
+        assert_eq!(world.ask(verb, "").0, 200, "{verb}");
+        match state {
+            State::Ended => assert!(world.simulation.fly(LIMIT).is_some()),
+            _ => assert!(world.simulation.fly_until(until, LIMIT), "{}", world.simulation.decision_log()),
+        }
+        world
+    }
+
+    /// Posts; the status, and what happened or why nothing did.
+    fn ask(&mut self, path: &str, body: &str) -> (u16, String) {
+        self.keys += 1;
+        let request = Request::post(format!("/api/v1/vehicles/uav1/{path}"))
+            .header("authorization", "Bearer token")
+            .header("idempotency-key", self.keys.to_string())
+            .body(Body::from(body.to_owned()))
+            .unwrap();
+        let World { simulation, router, runtime, .. } = self;
+        let answer = async {
+            let response = router.clone().oneshot(request).await.unwrap();
+            let status = response.status().as_u16();
+            let bytes = response.into_body().collect().await.unwrap().to_bytes();
+            let body: Value = serde_json::from_slice(&bytes).unwrap_or_default();
+            let words = body["text"].as_str().or(body["detail"].as_str()).unwrap_or_default();
+            (status, words.to_owned())
+        };
+        let flying = async {
+            loop {
+                tokio::task::yield_now().await;
+                simulation.pass(Duration::from_millis(10));
+            }
+        };
+        runtime.block_on(async {
+            tokio::select! {
+                biased;
+                answer = answer => answer,
+                () = flying => unreachable!("it flies for ever"),
+            }
+        })
+    }
+}
+
+const HERE: &str = r#"{"position":{"northM":0.0,"eastM":40.0}}"#;
+const VERBS: [(&str, &str); 9] = [
+    ("start", ""),
+    ("pause", ""),
+    ("resume", ""),
+    ("replan", ""),
+    ("return", ""),
+    ("land-at", HERE),
+    ("abort", ""),
+    ("contingencies/obstacle/acknowledge", ""),
+    ("plan/decision", r#"{"revision":"1","approve":true}"#),
+];
+
+/// The answer to each verb in `state`; each that was done gets a flight of its own.
+#[track_caller]
+fn check(state: State, expected: [(u16, &str); 9]) {
+    let mut world = World::in_state(state);
+    for ((verb, body), (status, words)) in VERBS.into_iter().zip(expected) {
+        let answer = world.ask(verb, body);
+        assert_eq!((answer.0, answer.1.as_str()), (status, words), "{verb}, {state:?}");
+        if status == 200 {
+            world = World::in_state(state);
+        }
+    }
+}
+
+const STARTED: (u16, &str) = (409, "the mission has started already");
+const NO_HOLD: (u16, &str) = (409, "it does not hold for an operator");
+const GROUND: (u16, &str) = (409, "the vehicle is on the ground");
+const HOLDS: (u16, &str) = (200, "holds until resumed");
+const ANEW: (u16, &str) = (200, "a new plan is made");
+const HOME: (u16, &str) = (200, "flies home, lands and ends the mission");
+const THERE: (u16, &str) = (200, "flies to (0, 40), lands there and ends the mission");
+const DOWN: (u16, &str) = (200, "lands here and ends the mission");
+const NO_FLAG: (u16, &str) = (409, "`obstacle` is not up");
+const NO_PLAN: (u16, &str) = (409, "no plan waits for approval");
+
+#[test]
+fn on_the_ground() {
+    let stays = (200, "ends the mission on the ground");
+    check(State::OnTheGround, [STARTED, HOLDS, NO_HOLD, ANEW, GROUND, GROUND, stays, NO_FLAG, NO_PLAN]);
+}
+
+#[test]
+fn in_flight() {
+    check(State::InFlight, [STARTED, HOLDS, NO_HOLD, ANEW, HOME, THERE, DOWN, NO_FLAG, NO_PLAN]);
+}
+
+#[test]
+fn paused() {
+    let (twice, on) = ((409, "it holds already"), (200, "goes on with a new plan"));
+    let later = (409, "`operator_pause` is up; a new plan is made when that is over");
+    check(State::Paused, [STARTED, twice, on, later, HOME, THERE, DOWN, NO_FLAG, NO_PLAN]);
+}
+
+#[test]
+fn returning() {
+    let under_way = (409, "`operator_return` is under way already");
+    let later = (409, "`operator_return` is up; a new plan is made when that is over");
+    check(State::Returning, [STARTED, under_way, NO_HOLD, later, under_way, under_way, DOWN, NO_FLAG, NO_PLAN]);
+}
+
+#[test]
+fn ended() {
+    const OVER: (u16, &str) = (409, "the mission is over: `operator_abort`: ordered by anna");
+    check(State::Ended, [OVER, OVER, OVER, OVER, OVER, OVER, OVER, NO_FLAG, NO_PLAN]);
+}
