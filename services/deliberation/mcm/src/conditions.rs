@@ -1,6 +1,5 @@
 //! Whether the state meets a step's precondition or invariant.
 
-use domain::time::Time;
 use kittiwake_proto::v1;
 
 use crate::vehicle::Vehicle;
@@ -20,15 +19,15 @@ impl std::fmt::Display for Unmet {
     }
 }
 
-/// The first clause of `condition` that the world does not meet. The flight mode is only judged by
-/// a status that is newer than `executing_since`, when the skill got its acknowledgement.
-pub(crate) fn first_unmet(condition: &v1::Condition, world: &World, executing_since: Option<Time>) -> Option<Unmet> {
+/// The first clause of `condition` that the world does not meet. The flight mode is only judged once the skill
+/// that executes has been seen to fly its own.
+pub(crate) fn first_unmet(condition: &v1::Condition, world: &World, judge_mode: bool) -> Option<Unmet> {
     let Some(vehicle) = world.vehicle else {
         let (found, wanted) = ("unknown".to_owned(), "data from the monitor".to_owned());
         return Some(Unmet { what: "the vehicle's state", found, wanted });
     };
     flying(condition, &vehicle)
-        .or_else(|| mode(condition, &vehicle, executing_since))
+        .or_else(|| mode(condition, &vehicle).filter(|_| judge_mode))
         .or_else(|| permission(condition, world))
 }
 
@@ -38,10 +37,10 @@ fn flying(condition: &v1::Condition, vehicle: &Vehicle) -> Option<Unmet> {
     Some(Unmet { what: "the vehicle", found: word(vehicle.flying), wanted: word(wanted) })
 }
 
-fn mode(condition: &v1::Condition, vehicle: &Vehicle, executing_since: Option<Time>) -> Option<Unmet> {
+fn mode(condition: &v1::Condition, vehicle: &Vehicle) -> Option<Unmet> {
     condition.mode?;
     let wanted = condition.mode();
-    if wanted == vehicle.mode || vehicle.status_at <= executing_since? {
+    if wanted == vehicle.mode {
         return None;
     }
     let word = |mode: v1::FlightMode| mode.as_str_name().trim_start_matches("FLIGHT_MODE_").to_lowercase();

@@ -1,22 +1,31 @@
 //! Which flags are up. Events raise them; only their contingency row takes them down again.
+//!
+//! A flag is found by its row's number: the tree asks every row at every tick while anything is up,
+//! and what it asks must be near at hand when the first flag for minutes comes.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::HashMap;
+use std::sync::Arc;
 use std::time::Duration;
 
+use domain::contingency::Contingencies;
 use domain::time::Time;
 
-/// The flags by name.
+/// The flags of the table's rows, most urgent first.
 #[derive(Debug, Default)]
 pub(crate) struct Flags {
-    up: BTreeMap<String, Flag>,
+    /// Row by row, apart from the rest: a tick that finds nothing up reads no more than this.
+    up: Vec<bool>,
+    rows: Vec<(Arc<str>, Option<Flag>)>,
+    numbers: HashMap<Arc<str>, usize>,
 }
 
+/// A flag that is up.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Flag {
     pub(crate) since: Time,
     pub(crate) reason: String,
-    /// Who says that it still holds.
-    sources: BTreeSet<String>,
+    /// Who says that it still holds, each once.
+    sources: Vec<String>,
     /// Who has seen it.
     pub(crate) acknowledged_by: Option<String>,
 }
@@ -34,43 +43,84 @@ impl Flag {
 }
 
 impl Flags {
-    /// Raises a flag; true if it was down.
-    pub(crate) fn raise(&mut self, now: Time, name: &str, source: &str, reason: &str) -> bool {
-        let rose = !self.up.contains_key(name);
-        let fresh = || Flag { since: now, reason: reason.to_owned(), sources: BTreeSet::new(), acknowledged_by: None };
-        self.up.entry(name.to_owned()).or_insert_with(fresh).sources.insert(source.to_owned());
+    /// All down.
+    pub(crate) fn of(table: &Contingencies) -> Flags {
+        let rows: Vec<(Arc<str>, _)> = table.rows().iter().map(|it| (it.flag.as_str().into(), None)).collect();
+        let numbers = rows.iter().enumerate().map(|(number, (name, _))| (name.clone(), number)).collect();
+        Flags { up: vec![false; rows.len()], rows, numbers }
+    }
+
+    /// The number of a flag's row; `None` if it has none.
+    pub(crate) fn number(&self, name: &str) -> Option<usize> {
+        self.numbers.get(name).copied()
+    }
+
+    /// The name of a row's flag.
+    pub(crate) fn name(&self, row: usize) -> &Arc<str> {
+        &self.rows[row].0
+    }
+
+    /// Raises a row's flag; true if it was down.
+    pub(crate) fn raise(&mut self, now: Time, row: usize, source: String, reason: String) -> bool {
+        let rose = !std::mem::replace(&mut self.up[row], true);
+        let fresh = || Flag { since: now, reason, sources: Vec::new(), acknowledged_by: None };
+        let flag = self.rows[row].1.get_or_insert_with(fresh);
+        if !flag.sources.contains(&source) {
+            flag.sources.push(source);
+        }
         rose
     }
 
     /// What raised the flag is gone, says `source`; the flag itself stays up until its row says otherwise.
     pub(crate) fn condition_gone(&mut self, name: &str, source: &str) {
-        if let Some(flag) = self.up.get_mut(name) {
-            flag.sources.remove(source);
+        if let Some(flag) = self.get_mut(name) {
+            flag.sources.retain(|it| it != source);
         }
     }
 
     /// Somebody has seen the flag.
     pub(crate) fn acknowledge(&mut self, name: &str, by: &str) {
-        if let Some(flag) = self.up.get_mut(name) {
+        if let Some(flag) = self.get_mut(name) {
             flag.acknowledged_by = Some(by.to_owned());
         }
     }
 
     /// Takes a flag down.
     pub(crate) fn lower(&mut self, name: &str) {
-        self.up.remove(name);
+        if let Some(row) = self.number(name) {
+            self.up[row] = false;
+            self.rows[row].1 = None;
+        }
     }
 
     pub(crate) fn get(&self, name: &str) -> Option<&Flag> {
-        self.up.get(name)
+        self.rows[self.number(name)?].1.as_ref()
     }
 
     pub(crate) fn is_up(&self, name: &str) -> bool {
-        self.up.contains_key(name)
+        self.get(name).is_some()
     }
 
+    /// Whether a row's flag is up.
+    pub(crate) fn row_is_up(&self, row: usize) -> bool {
+        self.up[row]
+    }
+
+    /// The name of the most urgent flag that is up.
+    pub(crate) fn first(&self) -> Option<&Arc<str>> {
+        let row = self.up.iter().position(|it| *it)?;
+        Some(self.name(row))
+    }
+
+    /// The flags that are up with their names, most urgent first.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (&str, &Flag)> {
-        self.up.iter().map(|(name, flag)| (name.as_str(), flag))
+        let up = self.up.iter().zip(&self.rows).filter(|(up, _)| **up);
+        up.filter_map(|(_, (name, flag))| Some((&**name, flag.as_ref()?)))
+    }
+
+    fn get_mut(&mut self, name: &str) -> Option<&mut Flag> {
+        let row = self.number(name)?;
+        self.rows[row].1.as_mut()
     }
 }
 

@@ -19,6 +19,7 @@ mod outbox;
 mod report;
 mod snapshot;
 mod status;
+mod tick_time;
 mod timing;
 mod trees;
 mod vehicle;
@@ -26,4 +27,5 @@ mod words;
 mod world;
 
 pub use manager::Mcm;
+pub use timing::Meters;
 pub use trees::{LoadedTrees, Trees, contingency_xml};

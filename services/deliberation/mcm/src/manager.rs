@@ -12,12 +12,13 @@ use crate::clients::permissions::Permissions;
 use crate::clients::planner::{Held, Planner, Replanning};
 use crate::clients::skills::Skills;
 use crate::config::{Config, Limits};
+use crate::flags::Flags;
 use crate::operator::{self, Operator};
 use crate::outbox::{Outbox, Purpose};
 use crate::status::Reporter;
-use crate::timing::Timing;
+use crate::timing::{Meters, Timing};
 use crate::trees::LoadedTrees;
-use crate::vehicle::Vehicle;
+use crate::vehicle::{Shown, Vehicle};
 use crate::world::{Mission, World};
 
 /// The mission and contingency manager of one vehicle.
@@ -49,11 +50,12 @@ impl Mcm {
         let world = World {
             now: Now::default(),
             limits,
+            flags: Flags::of(&table),
             table: Arc::new(table),
             library: trees.0.clone(),
             inbox: Default::default(),
             vehicle: None,
-            flags: Default::default(),
+            shown: Shown::default(),
             skills: Skills::new(instance),
             planner: Planner::new(instance),
             permissions: Permissions::new(instance),
@@ -64,16 +66,16 @@ impl Mcm {
             failure: Default::default(),
             outbox: Outbox::default(),
             decisions: 0,
+            unsaid: Vec::new(),
             timing: Timing::default(),
             discarded: Vec::new(),
         };
         Ok(Mcm { tree, world, reporter: Reporter::default(), next_tick: Some(Time::ZERO), ticks: 0 })
     }
 
-    /// Times what happens with `stopwatch`, in nanoseconds of any one clock; without it all takes no
-    /// time. Nothing is decided by it.
-    pub fn with_stopwatch(mut self, stopwatch: fn() -> u64) -> Mcm {
-        self.world.timing = Timing::new(stopwatch);
+    /// Measures what happens with `meters`; without them all takes no time. Nothing is decided by it.
+    pub fn with_meters(mut self, meters: Meters) -> Mcm {
+        self.world.timing = Timing::new(meters);
         self
     }
 
@@ -90,9 +92,8 @@ impl Mcm {
             Message::FlagEvent(it) => world.inbox.flags.push(it),
             Message::SkillEvent(it) => {
                 world.skills.on_event(now, &it);
-                if let Some(vehicle) = &mut world.vehicle {
-                    vehicle.learn_from(&it);
-                }
+                world.shown.learn_from(now, &it);
+                world.vehicle = world.vehicle.map(|it| world.shown.correct(it, now, world.limits.introspection));
             }
             Message::SkillFeedback(it) => world.skills.on_feedback(now, &it),
             Message::PermissionLedger(it) => {
@@ -145,7 +146,7 @@ impl Mcm {
             return;
         }
         let now = self.world.now.time;
-        let begun = self.world.timing.now_ns();
+        let begun = self.world.timing.tick();
         let answer = self.tree.tick_once(now.since_start(), &mut self.world);
         self.world.timing.ticked(begun);
         self.ticks += 1;
@@ -208,6 +209,7 @@ impl Node for Mcm {
         world.planner.tell(now.time, request_timeout, &mut world.outbox);
         world.planner.prefetch(now.time, request_timeout, &mut world.outbox);
         self.reporter.report(&self.tree, world, self.next_tick.is_none(), self.ticks);
+        world.publish_decisions();
         if let Some(record) = world.timing.end_wake() {
             world.outbox.publish(record);
         }

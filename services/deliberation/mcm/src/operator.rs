@@ -94,7 +94,7 @@ pub(crate) fn decide_plan(world: &mut World, verdict: Verdict, why: &str) {
         Verdict::Refuse => {
             world.say("plan", format!("plan {revision} refused: {why}"));
             world.planner.replanning = Replanning::Idle;
-            world.raise(PAUSE, SOURCE, &format!("plan {revision} refused: {why}"));
+            world.raise(PAUSE, SOURCE, format!("plan {revision} refused: {why}"));
         }
     }
 }
@@ -221,7 +221,7 @@ fn order(world: &mut World, flag: &str, by: &str) -> Result<(), String> {
     if world.table.row(flag).is_none() {
         return Err(format!("the contingency table has no row `{flag}`"));
     }
-    world.raise(flag, SOURCE, &format!("ordered by {by}"));
+    world.raise(flag, SOURCE, format!("ordered by {by}"));
     Ok(())
 }
 

@@ -1,5 +1,7 @@
 //! What the manager tells about itself: on every change, and twice a second.
 
+use std::sync::Arc;
+
 use behavior_tree::Tree;
 use domain::time::Time;
 use kittiwake_proto::v1;
@@ -23,7 +25,7 @@ struct Essence {
     phase: v1::MissionPhase,
     step: u64,
     flags: Vec<String>,
-    acting: Option<String>,
+    acting: Option<Arc<str>>,
     in_transition: bool,
     reported: bool,
     start_awaited: bool,
@@ -56,11 +58,14 @@ impl Reporter {
         }
         if due {
             self.next = world.now.time + world.limits.report_period;
-            world.outbox.publish(snapshot(tree));
+            world.outbox.publish(snapshot(tree, world.now.time.since_start()));
         }
         let status = status(&essence, tree, world, ticks);
         self.last = Some(essence);
         world.outbox.publish(status);
+        if due {
+            world.timing.recent.turn();
+        }
     }
 }
 
@@ -92,7 +97,7 @@ fn status(essence: &Essence, tree: &Tree<World>, world: &World, ticks: u64) -> v
         skill_id,
         distance_left_m: world.skills.distance_left_m(),
         contingencies: contingencies(world),
-        acting: world.acting.clone().unwrap_or_default(),
+        acting: world.acting.as_deref().unwrap_or_default().to_owned(),
         tree_status: tree.status().word().to_owned(),
         ticks,
         report: world.mission.report.clone(),
@@ -104,6 +109,7 @@ fn status(essence: &Essence, tree: &Tree<World>, world: &World, ticks: u64) -> v
             left_s: (it.until - world.now.time).as_secs_f64(),
             approved_by_default: world.limits.plan_approval_default == Verdict::Approve,
         }),
+        tick_time: world.timing.recent.told(),
     }
 }
 

@@ -33,7 +33,7 @@ impl Trees {
             }
         }
         Mistakes(mistakes).or(())?;
-        let actions = load(&sources[3..])?.ids().map(str::to_owned).collect();
+        let actions = load(&sources[3..], None)?.ids().map(str::to_owned).collect();
         Ok(Trees { sources, actions })
     }
 
@@ -53,7 +53,7 @@ impl Trees {
             }
         }
         sources.push(Source { path: "contingencies (generated)".into(), text: contingency_xml(table) });
-        Ok(LoadedTrees(Arc::new(load(&sources)?)))
+        Ok(LoadedTrees(Arc::new(load(&sources, Some(table))?)))
     }
 }
 
@@ -118,10 +118,10 @@ fn for_count(source: &Source, count: usize) -> Source {
     Source { path, text: text.join("\n").replace("COUNT", &count.to_string()) }
 }
 
-fn load(sources: &[Source]) -> Result<Library<World>, Mistakes> {
+fn load(sources: &[Source], table: Option<&Contingencies>) -> Result<Library<World>, Mistakes> {
     let documents: Vec<(String, &str)> =
         sources.iter().map(|it| (it.path.display().to_string(), it.text.as_str())).collect();
-    Library::load(&registry(), documents).map_err(|errors| {
+    Library::load(&registry(table), documents).map_err(|errors| {
         let mut mistakes: Vec<Mistake> = errors.errors.iter().map(|it| mistake(it, sources)).collect();
         if errors.left_out > 0 {
             let message = format!("{} more mistakes are not listed", errors.left_out);

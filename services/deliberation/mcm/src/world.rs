@@ -16,7 +16,7 @@ use crate::flags::Flags;
 use crate::operator::Operator;
 use crate::outbox::Outbox;
 use crate::timing::Timing;
-use crate::vehicle::Vehicle;
+use crate::vehicle::{Shown, Vehicle};
 
 /// Everything a leaf may look at and ask for. Nothing in here waits or reads a clock.
 pub(crate) struct World {
@@ -27,6 +27,7 @@ pub(crate) struct World {
     /// What came in since the monitor leaf looked.
     pub(crate) inbox: Inbox,
     pub(crate) vehicle: Option<Vehicle>,
+    pub(crate) shown: Shown,
     pub(crate) flags: Flags,
     pub(crate) skills: Skills,
     pub(crate) planner: Planner,
@@ -34,13 +35,15 @@ pub(crate) struct World {
     pub(crate) mission: Mission,
     pub(crate) operator: Operator,
     /// The flag whose row responds.
-    pub(crate) acting: Option<String>,
+    pub(crate) acting: Option<Arc<str>>,
     /// A transition action flies.
     pub(crate) in_transition: bool,
     /// Why the step at hand failed, as its leaves said.
     pub(crate) failure: Failure,
     pub(crate) outbox: Outbox,
     pub(crate) decisions: u64,
+    /// Decisions of this wake that are not in words yet.
+    pub(crate) unsaid: Vec<(Time, Decision)>,
     pub(crate) timing: Timing,
     /// Subtrees that were given up: taken apart once what matters has been decided.
     pub(crate) discarded: Vec<Tree<World>>,
@@ -74,6 +77,31 @@ impl Inbox {
     }
 }
 
+/// What was decided. What belongs to the answer to a flag waits for its words: nothing stands between
+/// the flag and the action.
+#[derive(Debug)]
+pub(crate) enum Decision {
+    /// In words already: by topic.
+    Said(&'static str, String),
+    /// The flag of this row was raised for this reason.
+    Raised(usize, String),
+    /// This row responds from here on.
+    Responding(usize),
+}
+
+impl Decision {
+    fn in_words(self, flags: &Flags, table: &Contingencies) -> (&'static str, String) {
+        const TOPIC: &str = "contingency";
+        match self {
+            Decision::Said(topic, text) => (topic, text),
+            Decision::Raised(row, reason) => (TOPIC, format!("flag `{}` raised: {reason}", flags.name(row))),
+            Decision::Responding(row) => {
+                (TOPIC, format!("`{}`: {}", flags.name(row), table.rows()[row].actions.join(", else ")))
+            }
+        }
+    }
+}
+
 /// The reason a step is about to fail with.
 #[derive(Debug, Default)]
 pub(crate) struct Failure {
@@ -100,22 +128,35 @@ pub(crate) struct Over {
 
 impl World {
     /// Records a decision, in words.
-    pub(crate) fn say(&mut self, topic: &str, text: impl Into<String>) {
-        self.decisions += 1;
-        self.outbox.publish(v1::DecisionRecord {
-            at_s: self.now.time.as_secs_f64(),
-            topic: topic.to_owned(),
-            text: text.into(),
-            sequence: self.decisions,
-        });
+    pub(crate) fn say(&mut self, topic: &'static str, text: impl Into<String>) {
+        self.decided(Decision::Said(topic, text.into()));
+    }
+
+    /// Records a decision that is put into words once everything is decided.
+    pub(crate) fn decided(&mut self, decision: Decision) {
+        self.unsaid.push((self.now.time, decision));
+    }
+
+    /// Publishes the decisions of this wake, in words.
+    pub(crate) fn publish_decisions(&mut self) {
+        for (at, decision) in self.unsaid.drain(..) {
+            self.decisions += 1;
+            let (topic, text) = decision.in_words(&self.flags, &self.table);
+            let (at_s, topic, sequence) = (at.as_secs_f64(), topic.to_owned(), self.decisions);
+            self.outbox.publish(v1::DecisionRecord { at_s, topic, text, sequence });
+        }
     }
 
     /// Raises a flag that has a row; one without is told and not acted on.
-    pub(crate) fn raise(&mut self, name: &str, source: &str, reason: &str) {
-        if self.table.row(name).is_none() {
-            self.say("contingency", format!("flag `{name}` has no row in the table: not acted on"));
-        } else if self.flags.raise(self.now.time, name, source, reason) {
-            self.say("contingency", format!("flag `{name}` raised: {reason}"));
+    pub(crate) fn raise(&mut self, name: &str, source: impl Into<String>, reason: impl Into<String>) {
+        match self.flags.number(name) {
+            None => self.say("contingency", format!("flag `{name}` has no row in the table: not acted on")),
+            Some(row) => {
+                let reason = reason.into();
+                if self.flags.raise(self.now.time, row, source.into(), reason.clone()) {
+                    self.decided(Decision::Raised(row, reason));
+                }
+            }
         }
     }
 

@@ -1,18 +1,33 @@
 //! What a wake takes from the heap.
 
-#[path = "../../../../crates/behavior-tree/tests/it/counting.rs"]
-#[allow(dead_code)]
-mod counting;
 #[allow(dead_code)]
 mod rig;
 
-use counting::{Counting, allocations};
+use counting_allocator::{Counting, allocations};
 use domain::skill::Goal;
 use kittiwake_proto::v1::FlightMode::Takeoff;
 use rig::{Rig, plan, step};
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
+
+/// The tree goes out at the reporting rate, twice a second, not with each of the hundred ticks a second.
+#[test]
+fn the_tree_costs_memory_when_it_is_reported_and_not_when_it_is_ticked() {
+    let mut rig = Rig::new();
+    rig.plan(plan(&[step(1, Goal::Takeoff { climb_m: 10.0 }, &[])]));
+    rig.execute();
+    rig.next(None);
+    rig.vehicle(true, Takeoff, (0.0, 0.0, 5.0));
+    // At the time of a report; the next one is due half a second later.
+    rig.wait(0.5);
+    let between = allocations(|| rig.wait(0.4));
+    assert_eq!(between, 4, "four wakes, each with the vehicle's name in its event");
+    let nodes = rig.tree.nodes.len() as u64;
+    let reported = allocations(|| rig.wait(0.1));
+    println!("a report of {nodes} nodes: {reported} allocations");
+    assert!(nodes < reported && reported < 4 * nodes + 50, "{reported} allocations for {nodes} nodes");
+}
 
 #[test]
 fn a_wake_with_nothing_new_allocates_nothing() {

@@ -20,6 +20,7 @@ pub mod config;
 pub mod drafting;
 pub mod forecast;
 pub mod hold;
+pub mod memory;
 pub mod mission_planner;
 pub mod objectives;
 pub mod operator;
@@ -43,6 +44,8 @@ use state::State;
 #[derive(Debug)]
 pub struct Planner {
     core: MissionPlanner,
+    /// The mission it was started with, in words.
+    configured: String,
     answers: Answers<v1::ReplanReply>,
     changes: Answers<v1::MissionReply>,
     /// The vehicle's state as it was told last.
@@ -56,6 +59,7 @@ impl Planner {
     /// A planner for `mission`, nothing of which has been attempted.
     pub fn new(config: &Config, mission: Mission, pace: Pace) -> Planner {
         Planner {
+            configured: format!("{mission:?}"),
             core: MissionPlanner::new(config, mission, pace),
             answers: Answers::default(),
             changes: Answers::default(),
@@ -63,6 +67,19 @@ impl Planner {
             status_period: pace.wall(config.status_rate_hz.period()),
             status_at: Time::ZERO,
         }
+    }
+
+    /// What another planner needs to go on from here, should this process end.
+    pub fn memory(&self) -> v1::PlannerMemory {
+        memory::memory(&self.core, &self.configured)
+    }
+
+    /// Goes on where the planner of `memory` was; to be called before anything else.
+    ///
+    /// # Errors
+    /// Why the memory is of no use; the planner then begins with the mission it was made for.
+    pub fn resume(&mut self, memory: v1::PlannerMemory) -> Result<(), memory::Useless> {
+        memory::resume(&mut self.core, &self.configured, memory)
     }
 
     /// `None` for a request that makes no sense.

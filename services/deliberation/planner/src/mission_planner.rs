@@ -194,6 +194,17 @@ impl MissionPlanner {
         self.epoch
     }
 
+    /// Of the steps given out so far.
+    pub fn last_step_id(&self) -> u64 {
+        self.last_step_id
+    }
+
+    /// Another planner has flown `mission` so far; no plan of its own is left.
+    pub fn go_on(&mut self, mission: Mission, objectives: Objectives, epoch: u64, revision: u64, last_step_id: u64) {
+        (self.mission, self.objectives) = (mission, objectives);
+        (self.epoch, self.revision, self.last_step_id) = (epoch, revision, last_step_id);
+    }
+
     /// What `mission` would take from `state` on, were it the mission now; nothing changes.
     pub fn forecast(&self, mission: Mission, state: &State, now: Now) -> Vec<Forecast> {
         let mut scratch = MissionPlanner::new(&self.config, mission, self.pace);

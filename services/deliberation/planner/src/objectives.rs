@@ -48,6 +48,11 @@ impl Objectives {
         Objectives { list: objectives.iter().map(Objective::waiting).collect() }
     }
 
+    /// Those of a mission that was begun.
+    pub fn with_past(list: Vec<Objective>) -> Objectives {
+        Objectives { list }
+    }
+
     /// Puts one in at `index`, which is no less than the current one's and no more than their number.
     pub fn insert(&mut self, index: usize, objective: &mission::Objective) {
         self.list.insert(index.min(self.list.len()), Objective::waiting(objective));
@@ -82,7 +87,8 @@ impl Objectives {
 }
 
 impl Objective {
-    fn waiting(it: &mission::Objective) -> Objective {
+    /// One of which nothing was attempted.
+    pub fn waiting(it: &mission::Objective) -> Objective {
         Objective {
             name: it.name.clone(),
             goal: State::new(it.position, it.flying),

@@ -36,10 +36,13 @@ pub(crate) enum Progress {
 struct Entry {
     handle: Handle,
     goal: Goal,
+    /// Empty while it is only wanted.
     request_id: String,
     skill_id: u64,
     progress: Progress,
     given_up: bool,
+    /// The vehicle was seen in its mode since it executes.
+    mode_seen: bool,
     /// Its cancellation is on its way.
     cancel_sent: bool,
     heard: Time,
@@ -70,10 +73,11 @@ impl Skills {
         self.entries.push(Entry {
             handle,
             goal,
-            request_id: format!("mcm-{:x}-{}", self.instance, self.last),
+            request_id: String::new(),
             skill_id: 0,
             progress: Progress::Wanted,
             given_up: false,
+            mode_seen: false,
             cancel_sent: false,
             heard: now,
         });
@@ -97,10 +101,24 @@ impl Skills {
         Some((entry.goal, entry.skill_id))
     }
 
-    /// Since when the newest skill that was not given up executes.
-    pub(crate) fn executing_since(&self) -> Option<Time> {
-        match self.entries.iter().rev().find(|it| !it.given_up)?.progress {
-            Progress::Executing(since) => Some(since),
+    /// A status of `at` shows the mode that the skill that executes is to fly.
+    pub(crate) fn saw_own_mode(&mut self, at: Time) {
+        if let Some((_, entry)) = self.executing().filter(|it| it.0 < at) {
+            entry.mode_seen = true;
+        }
+    }
+
+    /// Whether the vehicle was seen in the mode of the skill that executes. Until then no other is held against
+    /// it: an autopilot acknowledges before it changes over, and a status from before may come later.
+    pub(crate) fn has_shown_its_mode(&mut self) -> bool {
+        self.executing().is_some_and(|(_, entry)| entry.mode_seen)
+    }
+
+    /// The newest skill that was not given up, if it executes, and since when.
+    fn executing(&mut self) -> Option<(Time, &mut Entry)> {
+        let entry = self.entries.iter_mut().rev().find(|it| !it.given_up)?;
+        match entry.progress {
+            Progress::Executing(since) => Some((since, entry)),
             _ => None,
         }
     }
@@ -120,6 +138,7 @@ impl Skills {
                 let gave_up_skill_id = given_up.map_or(0, |it| it.skill_id);
                 let entry = &mut self.entries[wanted];
                 entry.progress = Progress::Asked(1);
+                entry.request_id = format!("mcm-{:x}-{}", self.instance, entry.handle.0);
                 send(entry, gave_up_skill_id, timeout, outbox);
             }
             None => self.cancel_given_up(timeout, outbox),

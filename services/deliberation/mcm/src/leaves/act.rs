@@ -36,8 +36,8 @@ impl Leaf<World> for Act {
             What::Fixed(goal) => *goal,
         };
         self.skill = Some(world.skills.start(world.now.time, goal));
-        if let Some(flag) = &world.acting {
-            world.timing.mark_flag(TimingPoint::ActionTriggered, goal.kind(), flag);
+        if world.acting.is_some() {
+            world.timing.mark_flag(TimingPoint::ActionTriggered, goal.kind(), world.acting.clone());
         }
         Ok(Status::Running)
     }

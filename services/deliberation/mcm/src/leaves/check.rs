@@ -1,5 +1,7 @@
 //! The nominal behavior's guards, and a step's.
 
+use std::sync::{Arc, LazyLock};
+
 use behavior_tree::{LeafError, Ports};
 
 use super::ports::Condition;
@@ -13,9 +15,12 @@ pub(super) fn mission_not_over(world: &mut World, ports: &mut Ports<'_>) -> Resu
     Ok(world.mission.over.is_none())
 }
 
+/// Made once: a flag that comes is answered before anything is said about it.
+static NONE: LazyLock<Arc<str>> = LazyLock::new(|| "none".into());
+
 pub(super) fn no_errors(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
-    if let Some((name, _)) = world.flags.iter().next() {
-        ports.because("no flag is up", name.to_owned(), "none".to_owned());
+    if let Some(name) = world.flags.first() {
+        ports.because("no flag is up", name.clone(), NONE.clone());
         return Ok(false);
     }
     world.acting = None;
@@ -25,13 +30,18 @@ pub(super) fn no_errors(world: &mut World, ports: &mut Ports<'_>) -> Result<bool
 pub(super) fn precondition(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
     let condition = ports.get::<Condition>("condition")?;
     // Before the start no skill of the step executes, so its mode cannot be asked about yet.
-    let unmet = first_unmet(&condition.0, world, None);
+    let unmet = first_unmet(&condition.0, world, false);
     Ok(judge("precondition", unmet, world, ports))
 }
 
 pub(super) fn invariant(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
     let condition = ports.get::<Condition>("condition")?;
-    let unmet = first_unmet(&condition.0, world, world.skills.executing_since());
+    let vehicle = world.vehicle.map(|it| (it.mode, it.status_at));
+    if let Some((_, at)) = vehicle.filter(|it| condition.0.mode.is_some() && it.0 == condition.0.mode()) {
+        world.skills.saw_own_mode(at);
+    }
+    let judge_mode = world.skills.has_shown_its_mode();
+    let unmet = first_unmet(&condition.0, world, judge_mode);
     Ok(judge("invariant", unmet, world, ports))
 }
 

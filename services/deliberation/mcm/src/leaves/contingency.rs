@@ -1,33 +1,68 @@
 //! The leaves of the contingency rows.
 
-use std::sync::Arc;
-
 use behavior_tree::{BuildError, In, Leaf, LeafError, LeafResult, NodeSpec, Ports, Status};
-use domain::contingency::{Clears, Then};
+use domain::contingency::{Clears, Row, Then};
 use kittiwake_proto::v1::MissionOutcome;
 
-use crate::world::World;
+use crate::world::{Decision, World};
 
-pub(super) fn flag_raised(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
-    // Shared, not copied: every row asks at every tick while a flag is up.
-    let flag: Arc<str> = ports.get("flag")?;
-    Ok(world.flags.is_up(&flag))
+/// Whether a row's flag is up.
+pub(super) struct FlagRaised(usize);
+
+impl FlagRaised {
+    pub(super) fn new(spec: &NodeSpec<'_>, table: Option<&[Row]>) -> Result<FlagRaised, BuildError> {
+        Ok(FlagRaised(row(spec, table)?))
+    }
+}
+
+impl Leaf<World> for FlagRaised {
+    fn tick(&mut self, world: &mut World, _: &mut Ports<'_>) -> LeafResult {
+        Ok(if world.flags.row_is_up(self.0) { Status::Success } else { Status::Failure })
+    }
 }
 
 /// A group is up while one of its flags is, so a quiet group costs one look.
-pub(super) fn group_raised(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
-    let group: Arc<str> = ports.get("group")?;
-    let mut groups = world.flags.iter().filter_map(|(flag, _)| world.table.row(flag)?.group.as_deref());
-    Ok(groups.any(|it| it == &*group))
+pub(super) struct GroupRaised(Vec<usize>);
+
+impl GroupRaised {
+    pub(super) fn new(spec: &NodeSpec<'_>, table: Option<&[Row]>) -> Result<GroupRaised, BuildError> {
+        let group = spec.constant::<String>("group")?;
+        let members = table.into_iter().flatten().enumerate().filter(|(_, it)| it.group == group);
+        Ok(GroupRaised(members.map(|(row, _)| row).collect()))
+    }
+}
+
+impl Leaf<World> for GroupRaised {
+    fn tick(&mut self, world: &mut World, _: &mut Ports<'_>) -> LeafResult {
+        let raised = self.0.iter().any(|row| world.flags.row_is_up(*row));
+        Ok(if raised { Status::Success } else { Status::Failure })
+    }
 }
 
 /// Says which row responds from here on.
-pub(super) fn begin_response(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
-    let flag: String = ports.get("flag")?;
-    let actions = world.table.row(&flag).map(|it| it.actions.join(", else ")).unwrap_or_default();
-    world.say("contingency", format!("`{flag}`: {actions}"));
-    world.acting = Some(flag);
-    Ok(true)
+pub(super) struct BeginResponse(usize);
+
+impl BeginResponse {
+    pub(super) fn new(spec: &NodeSpec<'_>, table: Option<&[Row]>) -> Result<BeginResponse, BuildError> {
+        Ok(BeginResponse(row(spec, table)?))
+    }
+}
+
+impl Leaf<World> for BeginResponse {
+    fn tick(&mut self, world: &mut World, _: &mut Ports<'_>) -> LeafResult {
+        world.acting = Some(world.flags.name(self.0).clone());
+        world.decided(Decision::Responding(self.0));
+        Ok(Status::Success)
+    }
+}
+
+/// The number of the row that the node is about, found once and not at every tick. Without a table only the
+/// ids of the trees are asked for.
+fn row(spec: &NodeSpec<'_>, table: Option<&[Row]>) -> Result<usize, BuildError> {
+    let flag = spec.constant::<String>("flag")?.unwrap_or_default();
+    let Some(table) = table else { return Ok(0) };
+    let row = table.iter().position(|it| it.flag == flag);
+    row.ok_or_else(|| BuildError::new(format!("`{flag}` has no row in the contingency table")))
 }
 
 /// The emergency action failed: nothing starts again after this.

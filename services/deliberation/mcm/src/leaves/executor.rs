@@ -80,8 +80,8 @@ impl Leaf<World> for NominalExecutor {
             ports.halt_tree(&mut subtree, world);
             world.discarded.push(subtree);
         }
-        let reason = match world.flags.iter().next() {
-            Some((flag, _)) => format!("interrupted by `{flag}`"),
+        let reason = match world.flags.first() {
+            Some(flag) => ["interrupted by `", flag, "`"].concat(),
             None => "interrupted".to_owned(),
         };
         world.planner.interrupt(reason, Vec::new());

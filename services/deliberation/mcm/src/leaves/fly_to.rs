@@ -61,8 +61,8 @@ impl Leaf<World> for FlyTo {
         let goal =
             Goal::Position { target, speed_limit_m_s: limits.return_speed_m_s, yaw_rad: None, hold_at_target: false };
         let skill = world.skills.start(world.now.time, goal);
-        if let Some(flag) = &world.acting {
-            world.timing.mark_flag(TimingPoint::ActionTriggered, goal.kind(), flag);
+        if world.acting.is_some() {
+            world.timing.mark_flag(TimingPoint::ActionTriggered, goal.kind(), world.acting.clone());
         }
         self.leg = Some(Leg { skill, is_last: way.len() == 1, held });
         Ok(Status::Running)

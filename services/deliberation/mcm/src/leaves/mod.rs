@@ -1,6 +1,9 @@
 //! The tree's actions and conditions. A new one is a file here and a line in [`registry`].
 
-use behavior_tree::{Port, Registry};
+use std::sync::Arc;
+
+use behavior_tree::{LeafClass, Port, Registry};
+use domain::contingency::{Contingencies, Row};
 
 use crate::world::World;
 
@@ -20,8 +23,8 @@ mod transition;
 use fly_to::{Destination, FlyTo};
 use ports::{Condition, Goal};
 
-/// Every kind of leaf that the tree files may use.
-pub(crate) fn registry() -> Registry<World> {
+/// Every kind of leaf that the tree files may use. Without a table the trees can be read, and not flown.
+pub(crate) fn registry(table: Option<&Contingencies>) -> Registry<World> {
     let mut it = Registry::new();
     it.action("Monitor", [], |_| Ok(monitor::Monitor));
     it.condition("MissionNotOver", [], check::mission_not_over);
@@ -42,9 +45,13 @@ pub(crate) fn registry() -> Registry<World> {
     it.action("RequestPermission", [Port::input::<String>("area")], permission::RequestPermission::new);
     it.action("WayIsClear", [], |_| Ok(permission::WayIsClear));
     let flag = || [Port::input::<String>("flag").describe("the flag of the row")];
-    it.condition("FlagRaised", flag(), contingency::flag_raised);
-    it.condition("GroupRaised", [Port::input::<String>("group")], contingency::group_raised);
-    it.sync_action("BeginResponse", flag(), contingency::begin_response);
+    let (rows, condition) = (table.map(|it| Arc::<[Row]>::from(it.rows())), LeafClass::Condition);
+    let of = rows.clone();
+    it.leaf(condition, "FlagRaised", flag(), move |spec| contingency::FlagRaised::new(spec, of.as_deref()));
+    let (of, group) = (rows.clone(), [Port::input::<String>("group")]);
+    it.leaf(condition, "GroupRaised", group, move |spec| contingency::GroupRaised::new(spec, of.as_deref()));
+    let act = LeafClass::SyncAction;
+    it.leaf(act, "BeginResponse", flag(), move |spec| contingency::BeginResponse::new(spec, rows.as_deref()));
     it.action("ResetFlag", flag(), contingency::ResetFlag::new);
     it.sync_action("MissionOver", flag(), contingency::mission_over);
     it

@@ -16,13 +16,14 @@ pub(super) struct Monitor;
 impl Leaf<World> for Monitor {
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         if let Some(vehicle) = world.inbox.vehicle.take() {
-            world.vehicle = Some(vehicle);
+            world.vehicle = Some(world.shown.correct(vehicle, world.now.time, world.limits.introspection));
             world.flags.condition_gone(INTROSPECTION_LOST, SELF);
         }
         for event in std::mem::take(&mut world.inbox.flags) {
             if event.raised {
-                world.timing.mark_flag(TimingPoint::FlagSeen, SkillKind::Unspecified, &event.name);
-                world.raise(&event.name, &event.source, &event.reason);
+                let known = world.flags.number(&event.name).map(|row| world.flags.name(row).clone());
+                world.timing.mark_flag(TimingPoint::FlagSeen, SkillKind::Unspecified, known);
+                world.raise(&event.name, event.source, event.reason);
             } else {
                 world.flags.condition_gone(&event.name, &event.source);
             }
@@ -31,7 +32,7 @@ impl Leaf<World> for Monitor {
             && vehicle.flying
         {
             let silent_from = vehicle.seen_at + world.limits.introspection;
-            if silent_from <= world.now.time && world.table.row(INTROSPECTION_LOST).is_some() {
+            if silent_from <= world.now.time && world.flags.number(INTROSPECTION_LOST).is_some() {
                 world.raise(INTROSPECTION_LOST, SELF, "the monitor has gone quiet");
             } else {
                 ports.tick_at(silent_from.since_start());

@@ -32,6 +32,8 @@ fn decide(revision: u64, approve: bool) -> Verb {
 enum State {
     AwaitingStart,
     OnTheGround,
+    /// With a plan, number 3, that waits for approval.
+    Proposed,
     Flying,
     Paused,
     Stopping,
@@ -44,6 +46,7 @@ fn in_state(state: State) -> Rig {
     match state {
         State::AwaitingStart => Rig::with(&[("start = \"at-once\"", "start = \"operator\"")]),
         State::OnTheGround => Rig::new(),
+        State::Proposed => proposed("each-plan"),
         State::Flying => under_way().0,
         State::Paused => ordered(PAUSE),
         State::Returning => ordered(RETURN),
@@ -72,8 +75,9 @@ fn ordered(verb: Verb) -> Rig {
 
 /// The answer to each verb in `state`: what is done, or why not, in words.
 #[track_caller]
-fn check(state: State, answers: [&str; 7]) {
-    let verbs = [START, PAUSE, RESUME, REPLAN, RETURN, land_at(0.0, 80.0), ABORT];
+fn check(state: State, answers: [&str; 9]) {
+    let (seen, approved) = (acknowledge("obstacle"), decide(3, true));
+    let verbs = [START, PAUSE, RESUME, REPLAN, RETURN, land_at(0.0, 80.0), ABORT, seen, approved];
     for (verb, expected) in verbs.into_iter().zip(answers) {
         let reply = in_state(state).command(verb.clone());
         let mark = if reply.done { "" } else { "no: " };
@@ -93,11 +97,19 @@ fn each_verb_in_each_state() {
     const THERE: &str = "flies to (0, 80), lands there and ends the mission";
     const DOWN: &str = "lands here and ends the mission";
     const STAYS: &str = "ends the mission on the ground";
-    check(State::AwaitingStart, ["the mission starts", NOT_YET, NOT_YET, NOT_YET, NOT_YET, NOT_YET, STAYS]);
-    check(State::OnTheGround, [STARTED, HOLDS, NO_HOLD, "a new plan is made", GROUND, GROUND, STAYS]);
-    check(State::Flying, [STARTED, HOLDS, NO_HOLD, "a new plan is made", HOME, THERE, DOWN]);
+    const NO_FLAG: &str = "no: `obstacle` is not up";
+    const NO_PLAN: &str = "no: no plan waits for approval";
+    const ANEW: &str = "a new plan is made";
+    check(
+        State::AwaitingStart,
+        ["the mission starts", NOT_YET, NOT_YET, NOT_YET, NOT_YET, NOT_YET, STAYS, NO_FLAG, NO_PLAN],
+    );
+    check(State::OnTheGround, [STARTED, HOLDS, NO_HOLD, ANEW, GROUND, GROUND, STAYS, NO_FLAG, NO_PLAN]);
+    check(State::Proposed, [STARTED, HOLDS, NO_HOLD, ANEW, GROUND, GROUND, STAYS, NO_FLAG, "plan 3 is flown"]);
+    check(State::Flying, [STARTED, HOLDS, NO_HOLD, ANEW, HOME, THERE, DOWN, NO_FLAG, NO_PLAN]);
+    let (twice, on) = ("no: it holds already", "goes on with a new plan");
     let up = "no: `operator_pause` is up; a new plan is made when that is over";
-    check(State::Paused, [STARTED, "no: it holds already", "goes on with a new plan", up, HOME, THERE, DOWN]);
+    check(State::Paused, [STARTED, twice, on, up, HOME, THERE, DOWN, NO_FLAG, NO_PLAN]);
     check(
         State::Stopping,
         [
@@ -108,15 +120,17 @@ fn each_verb_in_each_state() {
             "flies home once `obstacle` is over",
             "flies to (0, 80) once `obstacle` is over",
             "lands and ends the mission, unless `obstacle` does first",
+            "`obstacle` acknowledged",
+            NO_PLAN,
         ],
     );
     let home = "no: `operator_return` is under way already";
     let up = "no: `operator_return` is up; a new plan is made when that is over";
-    check(State::Returning, [STARTED, home, NO_HOLD, up, home, home, DOWN]);
+    check(State::Returning, [STARTED, home, NO_HOLD, up, home, home, DOWN, NO_FLAG, NO_PLAN]);
     let down = "no: `operator_abort` is under way already";
     let up = "no: `operator_abort` is up; a new plan is made when that is over";
-    check(State::Aborting, [STARTED, down, NO_HOLD, up, down, down, down]);
-    check(State::Over, [OVER; 7]);
+    check(State::Aborting, [STARTED, down, NO_HOLD, up, down, down, down, NO_FLAG, NO_PLAN]);
+    check(State::Over, [OVER, OVER, OVER, OVER, OVER, OVER, OVER, NO_FLAG, NO_PLAN]);
 }
 
 #[test]

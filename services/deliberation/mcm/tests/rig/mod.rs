@@ -1,7 +1,8 @@
 //! A manager with its surroundings played by the test: what it does is written down in words.
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::sync::LazyLock;
+use std::time::{Duration, Instant};
 
 use domain::contingency::Contingencies;
 use domain::file::Source;
@@ -9,7 +10,7 @@ use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Message, Request, Response};
 use kittiwake_proto::v1;
 use mcm::config::Config;
-use mcm::{Mcm, Trees};
+use mcm::{Mcm, Meters, Trees};
 use node::{CallError, CallId, Effect, Event, Node, Token};
 
 const CONFIG: &str = r#"
@@ -32,6 +33,14 @@ plan_approval_limit_s = 60.0
 plan_approval_default = "refuse"
 "#;
 
+/// The bench reads the stamps; what allocates is counted from outside.
+const METERS: Meters = Meters { now_ns, allocations: || 0 };
+
+fn now_ns() -> u64 {
+    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
+    START.elapsed().as_nanos() as u64
+}
+
 pub struct Rig {
     mcm: Mcm,
     now: Time,
@@ -44,16 +53,22 @@ pub struct Rig {
     flying: bool,
     mode: v1::FlightMode,
     position: v1::Ned,
+    /// The vehicle's clock.
+    timestamp_us: u64,
     /// Flags that the introspection lists.
     listed: Vec<v1::RaisedFlag>,
     /// What happens is only taken in; it is acted on together.
     together: bool,
     /// What it said of itself last.
     status: v1::McmStatus,
+    /// Its tree, as it said last.
+    pub tree: v1::TreeSnapshot,
     /// The answer to the command sent last.
     answer: Option<v1::OperatorReply>,
     commands: u64,
     reported: bool,
+    /// When what happened in the last wake that was worth a record.
+    pub timing: v1::McmTiming,
 }
 
 fn shipped(name: &str) -> PathBuf {
@@ -90,7 +105,7 @@ impl Rig {
         let config: Config = Source { path: "test".into(), text }.parse().unwrap();
         let loaded = trees.load(&table).unwrap();
         Rig {
-            mcm: Mcm::new(&config, "uav1", 1, &loaded, table, Pace::REAL_TIME).unwrap(),
+            mcm: Mcm::new(&config, "uav1", 1, &loaded, table, Pace::REAL_TIME).unwrap().with_meters(METERS),
             now: Time::ZERO,
             log: Vec::new(),
             open: Vec::new(),
@@ -99,12 +114,15 @@ impl Rig {
             flying: false,
             mode: v1::FlightMode::Loiter,
             position: v1::Ned::default(),
+            timestamp_us: 0,
             listed: Vec::new(),
             together: false,
             status: v1::McmStatus::default(),
+            tree: v1::TreeSnapshot::default(),
             answer: None,
             commands: 0,
             reported: false,
+            timing: v1::McmTiming::default(),
         }
     }
 
@@ -112,18 +130,27 @@ impl Rig {
     pub fn vehicle(&mut self, flying: bool, mode: v1::FlightMode, at: (f64, f64, f64)) {
         (self.flying, self.mode) = (flying, mode);
         self.position = v1::Ned { north_m: at.0, east_m: at.1, down_m: -at.2 };
-        self.say(v1::Introspection {
+        self.timestamp_us += 1;
+        let introspection = self.introspection();
+        self.say(introspection);
+    }
+
+    /// What the monitor says of the vehicle as it is now.
+    pub fn introspection(&self) -> v1::Introspection {
+        let (flying, mode, timestamp_us) = (self.flying, self.mode, self.timestamp_us);
+        v1::Introspection {
             status: Some(v1::VehicleStatus { armed: flying, actual_mode: mode as i32, ..Default::default() }),
             local_position: Some(v1::VehicleLocalPosition {
                 position: Some(self.position),
                 velocity: Some(v1::NedVelocity::default()),
+                timestamp_us,
                 ..Default::default()
             }),
-            land_detected: Some(v1::VehicleLandDetected { landed: !flying, ..Default::default() }),
+            land_detected: Some(v1::VehicleLandDetected { landed: !flying, timestamp_us, ..Default::default() }),
             ages: Some(v1::SourceAges { status_s: Some(0.0), ..Default::default() }),
             flags: self.listed.clone(),
             ..Default::default()
-        });
+        }
     }
 
     pub fn say(&mut self, message: impl Into<Message>) {
@@ -229,8 +256,8 @@ impl Rig {
     }
 
     /// Requests that wait for their answer.
-    pub fn open_requests(&self) -> usize {
-        self.open.len()
+    pub fn open(&self) -> impl Iterator<Item = &Request> {
+        self.open.iter().map(|(_, request)| request)
     }
 
     /// What executes succeeds, or ends otherwise.
@@ -295,6 +322,8 @@ impl Rig {
                 self.open.push((call, request));
             }
             Effect::Reply { token: Token(7), response: Response::OperatorCommand(reply) } => self.answer = Some(reply),
+            Effect::Publish { message: Message::McmTiming(timing), .. } => self.timing = timing,
+            Effect::Publish { message: Message::TreeSnapshot(tree), .. } => self.tree = tree,
             Effect::Publish { message: Message::McmStatus(status), .. } => {
                 self.status = status.clone();
                 if let Some(report) = status.report.filter(|_| !std::mem::replace(&mut self.reported, true)) {

@@ -13,6 +13,7 @@ use crate::Planner;
 use crate::config::Config;
 
 mod airspace;
+mod memory;
 mod operator;
 mod permissions;
 mod properties;

@@ -4,7 +4,7 @@ use super::*;
 use v1::mission_request::Request as Ask;
 
 impl Story {
-    fn ask(&mut self, request: Ask) -> v1::MissionReply {
+    pub(super) fn ask(&mut self, request: Ask) -> v1::MissionReply {
         self.requests += 1;
         let request_id = format!("m{}", self.requests);
         self.ask_as(&request_id, request)
@@ -24,7 +24,7 @@ impl Story {
     }
 
     /// The first step is under way, 50 m to the east.
-    fn under_way(text: &str) -> Story {
+    pub(super) fn under_way(text: &str) -> Story {
         let mut story = Story::of(text);
         story.plan();
         story.fly(1);
@@ -155,4 +155,57 @@ fn a_mission_that_is_over_stays_over() {
     let reply = story.ask(Ask::Upload(text(REFERENCE)));
     assert_eq!((reply.accepted, reply.text.as_str()), (false, "the mission is over: every objective is settled"));
     assert_eq!(story.ask(skip("return")).text, "objective `return` has failed: skipped by anna");
+}
+
+/// Each change in each state of a mission, in the order of [`CHANGES`].
+#[test]
+fn each_change_in_each_state() {
+    #[track_caller]
+    fn check(state: &str, story: impl Fn() -> Story, answers: [&str; 6]) {
+        let changes = [
+            Ask::Validate(text(KEEP_OUT)),
+            Ask::Upload(text(KEEP_OUT)),
+            insert(1, "look", 100.0),
+            insert(0, "look", 100.0),
+            remove("deliver"),
+            skip("return"),
+        ];
+        for (change, expected) in changes.into_iter().zip(answers) {
+            let reply = story().ask(change.clone());
+            let mark = if reply.accepted { "" } else { "no: " };
+            assert_eq!(format!("{mark}{}", reply.text), expected, "{change:?} {state}");
+        }
+    }
+    const OVER: &str = "no: the mission is over: every objective is settled";
+    const POSSIBLE: &str = "every objective of `keep-out` can be reached";
+    const SWAPPED: &str = "`keep-out` takes the place of `reference`";
+    let (first, second) = ("objective `look` inserted at 0", "objective `look` inserted at 1");
+    let (removed, skipped) = ("objective `deliver` removed", "objective `return` skipped");
+    let open = [POSSIBLE, SWAPPED, second, first, removed, skipped];
+    check("before it is begun", || Story::of(REFERENCE), open);
+    check("in flight", || Story::under_way(REFERENCE), open);
+    let waiting = || {
+        let mut story = Story::under_way(REFERENCE);
+        story.wait(30);
+        story.fail(&[("A", None)]);
+        story
+    };
+    check("while it is planned anew", waiting, open);
+    let delivered = || {
+        let mut story = Story::of(REFERENCE);
+        story.plan();
+        story.fly(5);
+        story
+    };
+    let settled = "no: objective 0 is settled; the first place to insert at is 1";
+    let reached = "no: objective `deliver` has been reached";
+    check("half done", delivered, [POSSIBLE, SWAPPED, second, settled, reached, skipped]);
+    let over = || {
+        let mut story = Story::under_way(REFERENCE);
+        story.ask(skip("deliver"));
+        story.ask(skip("return"));
+        story
+    };
+    let failed = "no: objective `deliver` has failed: skipped by anna";
+    check("over", over, [POSSIBLE, OVER, OVER, OVER, failed, "no: objective `return` has failed: skipped by anna"]);
 }

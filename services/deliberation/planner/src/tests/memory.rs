@@ -1,0 +1,71 @@
+//! A planner that goes on where another one was.
+
+use super::*;
+use crate::memory::Useless;
+use v1::mission_request::Request as Ask;
+
+impl Story {
+    /// The planner's process ends, and another one is started with this mission file.
+    fn restart(&mut self, text: &str) -> Result<(), Useless> {
+        let memory = self.planner.memory();
+        self.planner = Planner::new(&Config::for_tests(), mission(text), Pace::REAL_TIME);
+        self.planner.resume(memory)
+    }
+}
+
+#[test]
+fn what_was_reached_is_not_flown_to_again() {
+    let mut story = Story::of(REFERENCE);
+    story.plan();
+    story.fly(5);
+    let (before, steps) = (story.objectives(), story.planner.core.last_step_id());
+    story.restart(REFERENCE).unwrap();
+    assert_eq!(story.objectives(), before);
+    let plan = story.plan();
+    assert!(plan.contains("takeoff 10 m") && plan.contains("position 0 0 10"), "{plan}");
+    assert!(story.steps.iter().all(|it| steps < it.id), "an id means one step: {plan}");
+}
+
+#[test]
+fn an_uploaded_mission_is_gone_on_with_and_its_flight_is_not_disturbed() {
+    let mut story = Story::under_way(REFERENCE);
+    assert!(story.ask(Ask::Upload(v1::MissionText { text: KEEP_OUT.into() })).accepted);
+    story.plan();
+    let (before, flown) = (story.status(), story.steps[0].clone());
+    story.restart(REFERENCE).unwrap();
+    let after = story.status();
+    assert_eq!((&after.mission, &after.areas, after.epoch), (&before.mission, &before.areas, before.epoch));
+    // The step that is under way is of a plan that nobody remembers: it is taken in all the same.
+    let done = v1::StepDone { step_id: flown.id, state: Some(story.state.clone()) };
+    let reply = story.request(Request::StepDone(done));
+    assert_eq!(reply, Some(Response::StepDone(v1::StepDoneReply { accepted: true, refusal: String::new() })));
+    story.plan();
+    assert!(before.plan.unwrap().revision < story.status().plan.unwrap().revision);
+}
+
+#[test]
+fn another_mission_file_begins_anew() {
+    let mut story = Story::under_way(REFERENCE);
+    story.planner.core.skip(0, "skipped".into());
+    assert_eq!(story.restart(KEEP_OUT), Err(Useless::OfAnotherMission));
+    let status = story.status();
+    assert_eq!((status.mission.as_str(), status.current_objective), ("keep-out", 0));
+}
+
+#[test]
+fn a_memory_that_makes_no_sense_changes_nothing() {
+    #[track_caller]
+    fn check(change: impl Fn(&mut v1::PlannerMemory), words: &str) {
+        let mut story = Story::under_way(REFERENCE);
+        let mut memory = story.planner.memory();
+        change(&mut memory);
+        let error = story.planner.resume(memory).unwrap_err();
+        assert!(error.to_string().contains(words), "{error}");
+        assert_eq!(story.status().mission, "reference");
+    }
+    check(|it| it.status = None, "`status`");
+    check(|it| it.status.as_mut().unwrap().objectives.clear(), "no objective");
+    check(|it| it.status.as_mut().unwrap().objectives[0].position = None, "`position`");
+    check(|it| it.status.as_mut().unwrap().objectives[0].name.clear(), "a name of 1 to");
+    check(|it| it.status.as_mut().unwrap().areas[0].kind = 0, "kind");
+}
