@@ -32,5 +32,6 @@ fn ages(now: Time, sources: &Sources) -> v1::SourceAges {
         global_position_s: age_s(DataSource::GlobalPosition),
         land_detected_s: age_s(DataSource::LandDetected),
         battery_s: age_s(DataSource::Battery),
+        ground_link_s: age_s(DataSource::GroundLink),
     }
 }

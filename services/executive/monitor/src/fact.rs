@@ -6,7 +6,7 @@
 use std::time::Duration;
 
 use domain::contingency::Rule;
-use domain::contingency::rule::During;
+use domain::contingency::rule::{DataSource, During};
 use domain::time::{Pace, Time};
 
 use crate::config::Config;
@@ -106,6 +106,8 @@ impl Fact {
         let Rule::Stale { source, .. } = self.rule else { return None };
         match sources.heard(source) {
             Some(heard) => Some(heard.at + self.stale_after),
+            // One that was never there cannot be lost.
+            None if source == DataSource::GroundLink => None,
             None => sources.first_heard.map(|it| it + self.absent_after),
         }
     }

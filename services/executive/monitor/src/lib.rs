@@ -53,7 +53,7 @@ impl Monitor {
     /// A monitor that has heard nothing yet.
     pub fn new(config: &Config, contingencies: &Contingencies, pace: Pace) -> Monitor {
         Monitor {
-            sources: Sources::new(config),
+            sources: Sources::new(config, pace),
             flags: contingencies.rows().iter().map(|row| Flag::new(row, config, pace)).collect(),
             schedule: Schedule::every(pace.wall(config.introspection_rate_hz.period())),
         }
@@ -78,6 +78,7 @@ impl Node for Monitor {
             Topic::VehicleGlobalPosition,
             Topic::VehicleLandDetected,
             Topic::BatteryStatus,
+            Topic::GroundContact,
             Topic::FlagEvent,
         ]
     }

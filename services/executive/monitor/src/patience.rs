@@ -16,6 +16,9 @@ const SAMPLES: f64 = 2.0;
 /// detector speaks every twenty mission seconds, and a limit of three must not find it late.
 pub fn patience(pace: Pace, source: DataSource, limit: Positive) -> Duration {
     let limit = limit.seconds();
+    if source == DataSource::GroundLink {
+        return pace.wall(limit);
+    }
     let samples = Duration::from_secs_f64(SAMPLES / rate_hz(source));
     pace.limit(limit).max(pace.wall(limit.min(samples)))
 }
@@ -28,6 +31,7 @@ fn rate_hz(source: DataSource) -> f64 {
         DataSource::LocalPosition | DataSource::GlobalPosition => 123.0,
         DataSource::LandDetected => 1.0,
         DataSource::Battery => 99.0,
+        DataSource::GroundLink => 2.0,
     }
 }
 
@@ -49,5 +53,7 @@ mod tests {
         check(20.0, DataSource::Battery, 30.0, 30.0);
         check(20.0, DataSource::LandDetected, 3.0, 40.0);
         check(20.0, DataSource::Status, 3.0, 20.0);
+        check(20.0, DataSource::GroundLink, 10.0, 200.0);
+        check(0.5, DataSource::GroundLink, 10.0, 5.0);
     }
 }

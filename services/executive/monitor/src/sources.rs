@@ -5,9 +5,10 @@
 //! On the ground, disarmed, standing still is no fault.
 
 use std::num::NonZeroU32;
+use std::time::Duration;
 
 use domain::contingency::rule::DataSource;
-use domain::time::Time;
+use domain::time::{Pace, Time};
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
 
@@ -85,13 +86,16 @@ pub struct Sources {
     pub land_detected: Source<v1::VehicleLandDetected>,
     /// `battery_status`.
     pub battery: Source<v1::BatteryStatus>,
-    /// When the first of them was first heard.
+    /// When the ground and the vehicle last heard each other.
+    contact: Option<Time>,
+    /// When the first of the vehicle's sources was first heard.
     pub first_heard: Option<Time>,
+    pace: Pace,
 }
 
 impl Sources {
     /// Nothing heard yet.
-    pub fn new(config: &Config) -> Sources {
+    pub fn new(config: &Config, pace: Pace) -> Sources {
         Sources {
             status: Source::new(None),
             attitude: Source::new(Some(config.attitude_frozen_samples)),
@@ -99,7 +103,9 @@ impl Sources {
             global_position: Source::new(Some(config.position_frozen_samples)),
             land_detected: Source::new(None),
             battery: Source::new(Some(config.battery_frozen_samples)),
+            contact: None,
             first_heard: None,
+            pace,
         }
     }
 
@@ -113,10 +119,20 @@ impl Sources {
             Message::VehicleGlobalPosition(it) => self.global_position.take(now, it, armed),
             Message::VehicleLandDetected(it) => self.land_detected.take(now, it, armed),
             Message::BatteryStatus(it) => self.battery.take(now, it, armed),
+            Message::GroundContact(it) => self.contact(now, it.heard_age_wall_s),
             _ => return,
         }
         if self.first_heard.is_none() {
             self.first_heard = ALL.iter().find_map(|&it| self.heard(it)).map(|it| it.at);
+        }
+    }
+
+    /// The ground is heard, and last heard the vehicle so many wall seconds ago. Its last word counts:
+    /// what it heard later than that it would have said.
+    fn contact(&mut self, now: Time, heard_age_wall_s: f64) {
+        if (0.0..=1e9).contains(&heard_age_wall_s) {
+            let age = Duration::from_secs_f64(heard_age_wall_s);
+            self.contact = Some(Time::after(now.since_start().saturating_sub(self.pace.wall(age))));
         }
     }
 
@@ -129,6 +145,7 @@ impl Sources {
             DataSource::GlobalPosition => self.global_position.heard(),
             DataSource::LandDetected => self.land_detected.heard(),
             DataSource::Battery => self.battery.heard(),
+            DataSource::GroundLink => self.contact.map(|at| Heard { at, frozen: false }),
         }
     }
 
@@ -155,7 +172,6 @@ const ALL: [DataSource; 6] = [
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::time::Duration;
 
     /// Plays battery samples 0.1 s apart, frozen after three repetitions, and compares what is left 1 s after the first.
     #[track_caller]

@@ -126,5 +126,6 @@ fn source_words(source: DataSource) -> &'static str {
         DataSource::GlobalPosition => "global position",
         DataSource::LandDetected => "land detector",
         DataSource::Battery => "battery status",
+        DataSource::GroundLink => "the link to the ground",
     }
 }

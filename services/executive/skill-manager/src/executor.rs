@@ -18,7 +18,7 @@ use crate::idle::Idle;
 use crate::instance::Instance;
 use crate::ledger::Ledger;
 use crate::stream::Stream;
-use crate::vehicle::{Motion, Status, Vehicle, at_wall_rate};
+use crate::vehicle::{Landed, Motion, Status, Vehicle, at_wall_rate};
 use crate::wire;
 
 /// Skills, vehicle data and the command line to the autopilot.
@@ -81,7 +81,7 @@ impl Executor {
     }
 
     /// The land detector has spoken.
-    pub fn land_detected(&mut self, landed: bool, now: Now) {
+    pub fn land_detected(&mut self, landed: Landed, now: Now) {
         self.vehicle.land_detected(landed, now.time);
         self.proceed(now);
     }

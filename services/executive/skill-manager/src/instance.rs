@@ -83,6 +83,8 @@ impl Instance {
                 event.reason = ending.reason.clone();
                 event.position = view.motion.map(|it| it.position.into());
                 event.velocity = view.motion.map(|it| it.velocity.into());
+                event.position_timestamp_us = view.motion.map_or(0, |it| it.timestamp_us);
+                event.landed_timestamp_us = view.landed_timestamp_us;
             }
             _ => {}
         }

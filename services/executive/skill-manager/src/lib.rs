@@ -56,7 +56,7 @@ impl SkillManager {
                     self.executor.reported(status, now);
                 }
             }
-            Message::VehicleLandDetected(it) => self.executor.land_detected(it.landed, now),
+            Message::VehicleLandDetected(it) => self.executor.land_detected(wire::landed(&it), now),
             Message::VehicleCommandAck(it) => {
                 let id = it.id;
                 if let Ok(answer) = wire::answer(it) {

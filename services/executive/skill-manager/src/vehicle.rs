@@ -18,6 +18,8 @@ pub struct Motion {
     pub horizontal_valid: bool,
     /// The estimator vouches for the vertical part.
     pub vertical_valid: bool,
+    /// When it was measured, by the vehicle's clock.
+    pub timestamp_us: u64,
 }
 
 /// What the autopilot does.
@@ -33,13 +35,22 @@ pub struct Status {
     pub failsafe: bool,
 }
 
+/// What the land detector says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Landed {
+    /// On the ground.
+    pub landed: bool,
+    /// When it was found so, by the vehicle's clock.
+    pub timestamp_us: u64,
+}
+
 /// Everything the autopilot has said, with the time.
 #[derive(Debug)]
 pub struct Vehicle {
     limits: Limits,
     motion: Option<(Time, Motion)>,
     status: Option<(Time, Status)>,
-    landed: Option<(Time, bool)>,
+    landed: Option<(Time, Landed)>,
     /// The status came after the newest command was settled.
     status_is_settled: bool,
 }
@@ -62,6 +73,8 @@ pub struct View {
     pub status: Option<Status>,
     /// What the land detector says.
     pub landed: Option<bool>,
+    /// When it said so, by the vehicle's clock; 0 for never.
+    pub landed_timestamp_us: u64,
 }
 
 impl Vehicle {
@@ -87,7 +100,7 @@ impl Vehicle {
     }
 
     /// The land detector has spoken.
-    pub fn land_detected(&mut self, landed: bool, now: Time) {
+    pub fn land_detected(&mut self, landed: Landed, now: Time) {
         self.landed = Some((now, landed));
     }
 
@@ -100,11 +113,13 @@ impl Vehicle {
     pub fn view(&self, now: Time) -> View {
         let motion = newer_than(self.limits.position, self.motion, now);
         let status = newer_than(self.limits.status, self.status, now);
+        let landed = newer_than(self.limits.landed, self.landed, now);
         View {
             motion: motion.filter(|it| it.horizontal_valid && it.vertical_valid),
             vertical: motion.filter(|it| it.vertical_valid),
             status: status.filter(|_| self.status_is_settled),
-            landed: newer_than(self.limits.landed, self.landed, now),
+            landed: landed.map(|it| it.landed),
+            landed_timestamp_us: landed.map_or(0, |it| it.timestamp_us),
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::commands::Answer;
 use crate::fsm::SkillId;
 use crate::resource::Request;
 use crate::stream::Setpoint;
-use crate::vehicle::{Motion, Status};
+use crate::vehicle::{Landed, Motion, Status};
 
 /// Position and velocity.
 pub fn motion(it: v1::VehicleLocalPosition) -> Result<Motion, Senseless> {
@@ -17,7 +17,13 @@ pub fn motion(it: v1::VehicleLocalPosition) -> Result<Motion, Senseless> {
         velocity: it.velocity.ok_or(Senseless::Missing("velocity"))?.try_into()?,
         horizontal_valid: it.horizontal_valid,
         vertical_valid: it.vertical_valid,
+        timestamp_us: it.timestamp_us,
     })
+}
+
+/// What the land detector says.
+pub fn landed(it: &v1::VehicleLandDetected) -> Landed {
+    Landed { landed: it.landed, timestamp_us: it.timestamp_us }
 }
 
 /// What the autopilot does.

@@ -168,6 +168,8 @@ pub struct Rates {
     pub battery_status: Positive,
     /// Each other aircraft.
     pub transponder_report: Positive,
+    /// The wind as the estimator has it.
+    pub wind: Positive,
 }
 
 /// A number from `LO` to `HI`, both allowed.

@@ -82,9 +82,10 @@ impl VehicleSim {
     }
 
     fn fault(&mut self, it: v1::FaultRequest, now: Time) -> v1::FaultReply {
+        let known = if it.name.is_empty() { faults::catalogue::to_wire() } else { Vec::new() };
         match Fault::parse(&it.name, &it.args) {
-            Ok(fault) => v1::FaultReply { accepted: true, detail: inject::inject(self, fault, now) },
-            Err(bad) => v1::FaultReply { accepted: false, detail: bad.to_string() },
+            Ok(fault) => v1::FaultReply { accepted: true, detail: inject::inject(self, fault, now), known },
+            Err(bad) => v1::FaultReply { accepted: false, detail: bad.to_string(), known },
         }
     }
 }

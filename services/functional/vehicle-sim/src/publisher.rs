@@ -14,7 +14,7 @@ use crate::config::Rates;
 use crate::schedule::Schedule;
 
 /// Every topic the vehicle sends.
-pub const OUT_TOPICS: [Topic; 8] = [
+pub const OUT_TOPICS: [Topic; 9] = [
     Topic::VehicleCommandAck,
     Topic::VehicleStatus,
     Topic::VehicleAttitude,
@@ -23,6 +23,7 @@ pub const OUT_TOPICS: [Topic; 8] = [
     Topic::VehicleLandDetected,
     Topic::BatteryStatus,
     Topic::TransponderReport,
+    Topic::WindEstimate,
 ];
 
 /// Sent on every change besides their rates.
@@ -76,7 +77,7 @@ impl Publisher {
         for topic in ON_CHANGE {
             if !self.faults.contains_key(&topic) {
                 let messages = current(topic);
-                if self.last.get(&topic) != Some(&messages) {
+                if self.last.get(&topic) != Some(&timeless(&messages)) {
                     self.send(topic, messages, effects);
                 }
             }
@@ -123,10 +124,21 @@ impl Publisher {
             Some(TopicFault::Frozen(held)) => effects.extend(held.iter().cloned().map(Effect::publish)),
             None => {
                 if topic == Topic::VehicleCommandAck || ON_CHANGE.contains(&topic) {
-                    self.last.insert(topic, messages.clone());
+                    self.last.insert(topic, timeless(&messages));
                 }
                 effects.extend(messages.into_iter().map(Effect::publish));
             }
         }
     }
+}
+
+/// What is said, whenever it was measured: that alone is no change.
+fn timeless(messages: &[Message]) -> Vec<Message> {
+    let mut said = messages.to_vec();
+    for message in &mut said {
+        if let Message::VehicleLandDetected(it) = message {
+            it.timestamp_us = 0;
+        }
+    }
+    said
 }

@@ -19,7 +19,7 @@ struct Slot {
 #[derive(Debug)]
 pub struct Schedule {
     /// The beat comes first.
-    slots: [Slot; 7],
+    slots: [Slot; 8],
 }
 
 impl Schedule {
@@ -39,6 +39,7 @@ impl Schedule {
                 slot(Topic::VehicleStatus, rates.vehicle_status),
                 slot(Topic::VehicleLandDetected, rates.vehicle_land_detected),
                 slot(Topic::TransponderReport, rates.transponder_report),
+                slot(Topic::WindEstimate, rates.wind),
             ],
         }
     }
@@ -74,10 +75,10 @@ mod tests {
     #[test]
     fn a_process_that_was_held_up_sends_no_burst() {
         let mut schedule = Schedule::new(&shipped::config().rates, Pace::REAL_TIME);
-        assert_eq!(schedule.due(Time::ZERO).len(), 7, "everything at first");
+        assert_eq!(schedule.due(Time::ZERO).len(), 8, "everything at first");
         assert!(schedule.due(Time::after(Duration::from_millis(1))).is_empty(), "between beats");
         let late = Time::after(Duration::from_secs(5));
-        assert_eq!(schedule.due(late).len(), 7, "everything once");
+        assert_eq!(schedule.due(late).len(), 8, "everything once");
         assert!(schedule.due(late).is_empty());
         assert!(schedule.deadline() > late);
     }

@@ -44,10 +44,11 @@ impl Telemetry {
         match topic {
             Topic::VehicleStatus => vec![status(vehicle, now).into()],
             Topic::VehicleAttitude => vec![self.attitude(vehicle).into()],
-            Topic::VehicleLocalPosition => vec![self.local_position(vehicle).into()],
+            Topic::VehicleLocalPosition => vec![self.local_position(vehicle, now).into()],
             Topic::VehicleGlobalPosition => vec![self.global_position(vehicle).into()],
-            Topic::VehicleLandDetected => vec![land_detected(vehicle).into()],
+            Topic::VehicleLandDetected => vec![land_detected(vehicle, now).into()],
             Topic::BatteryStatus => vec![self.battery(vehicle).into()],
+            Topic::WindEstimate => vec![wind(vehicle).into()],
             Topic::TransponderReport => traffic.reports(now).map(Message::from).collect(),
             _ => Vec::new(),
         }
@@ -67,7 +68,7 @@ impl Telemetry {
         }
     }
 
-    fn local_position(&mut self, vehicle: &Vehicle) -> v1::VehicleLocalPosition {
+    fn local_position(&mut self, vehicle: &Vehicle, now: Time) -> v1::VehicleLocalPosition {
         let estimate = vehicle.estimate();
         let position = estimate.position + self.noise.vector() * self.config.position_noise_m.get();
         let velocity = estimate.velocity + self.noise.vector() * self.config.velocity_noise_m_s.get();
@@ -79,6 +80,7 @@ impl Telemetry {
             vertical_valid: estimate.vertical_valid,
             eph_m: estimate.eph_m,
             epv_m: estimate.epv_m,
+            timestamp_us: microseconds(now),
         }
     }
 
@@ -115,9 +117,20 @@ fn status(vehicle: &Vehicle, now: Time) -> v1::VehicleStatus {
     }
 }
 
-fn land_detected(vehicle: &Vehicle) -> v1::VehicleLandDetected {
+fn wind(vehicle: &Vehicle) -> v1::WindEstimate {
+    let wind = vehicle.wind.estimate();
+    v1::WindEstimate { north_m_s: wind.x, east_m_s: wind.y }
+}
+
+fn land_detected(vehicle: &Vehicle, now: Time) -> v1::VehicleLandDetected {
     let detector = vehicle.land_detector();
-    v1::VehicleLandDetected { landed: detector.landed(), ground_contact: detector.ground_contact() }
+    let (landed, ground_contact) = (detector.landed(), detector.ground_contact());
+    v1::VehicleLandDetected { landed, ground_contact, timestamp_us: microseconds(now) }
+}
+
+/// On the vehicle's clock, which starts with it.
+fn microseconds(now: Time) -> u64 {
+    now.since_start().as_micros() as u64
 }
 
 /// A blind descent shows as a landing, as it does with PX4.

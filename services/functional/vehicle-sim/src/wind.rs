@@ -7,6 +7,8 @@ use crate::noise::{Noise, Wander};
 /// How long a gust lasts, and how often it is drawn anew.
 const GUST_TAU_S: f64 = 3.0;
 const GUST_PERIOD_S: f64 = 0.1;
+/// How long the estimator averages: gusts are not what a route is planned by.
+const ESTIMATE_TAU_S: f64 = 5.0;
 
 /// Wind, horizontal.
 #[derive(Debug, Clone, Default)]
@@ -17,12 +19,14 @@ pub struct Wind {
     gust: f64,
     gusts: Wander,
     until_next_s: f64,
+    estimate: Vector3<f64>,
 }
 
 impl Wind {
     /// Sets the mean wind towards north and east, and the standard deviation of its gusts.
     pub fn set(&mut self, north_m_s: f64, east_m_s: f64, gust_m_s: f64) {
-        *self = Wind { mean: Vector3::new(north_m_s, east_m_s, 0.0), gust: gust_m_s, ..Wind::default() };
+        let (mean, estimate) = (Vector3::new(north_m_s, east_m_s, 0.0), self.estimate);
+        *self = Wind { mean, gust: gust_m_s, estimate, ..Wind::default() };
     }
 
     /// Goes on by `dt_s` and returns the wind there is, NED.
@@ -34,7 +38,14 @@ impl Wind {
                 self.gusts.step(noise, GUST_PERIOD_S, GUST_TAU_S, Vector3::new(self.gust, self.gust, 0.0));
             }
         }
-        self.mean + self.gusts.0
+        let wind = self.mean + self.gusts.0;
+        self.estimate += (wind - self.estimate) * (dt_s / ESTIMATE_TAU_S).min(1.0);
+        wind
+    }
+
+    /// The wind as the vehicle has learnt it in flight.
+    pub fn estimate(&self) -> Vector3<f64> {
+        self.estimate
     }
 }
 
@@ -56,5 +67,20 @@ mod tests {
         }
         assert!((sum / 250_000.0 - Vector3::new(3.0, -4.0, 0.0)).norm() < 0.3, "{sum}");
         assert!((1.0..8.0).contains(&furthest), "{furthest}");
+    }
+
+    #[test]
+    fn a_new_wind_is_learnt_within_some_seconds() {
+        let (mut noise, mut wind) = (Noise::new(1, Use::Wind), Wind::default());
+        let mut fly = |wind: &mut Wind, seconds: f64| {
+            for _ in 0..(seconds / 0.004) as u32 {
+                wind.step(&mut noise, 0.004);
+            }
+            wind.estimate().x
+        };
+        wind.set(6.0, 0.0, 0.0);
+        assert_eq!(wind.estimate().x, 0.0, "not known before it was felt");
+        let after = [fly(&mut wind, 1.0), fly(&mut wind, 29.0)];
+        assert!((0.5..2.0).contains(&after[0]) && (5.9..6.0).contains(&after[1]), "{after:?}");
     }
 }

@@ -56,6 +56,18 @@ export async function get(path) {
   return response.json();
 }
 
+/** GET, as a file that the browser keeps; a link could not carry the token. */
+export async function save(path, name) {
+  const response = await send(path, { headers: headers({}), signal: new AbortController().signal });
+  if (!response.ok) throw await refusal(response);
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(await response.blob());
+  link.download = name;
+  link.click();
+  // The browser has taken hold of it by then.
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+}
+
 /** Any other method with an optional JSON body, under a key. */
 export async function command(method, path, body, key = newKey()) {
   const more = { Accept: "application/json", "Idempotency-Key": key };

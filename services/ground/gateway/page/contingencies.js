@@ -3,7 +3,7 @@
 import { attribute, disabledFor, h, list, part, text } from "./dom.js";
 import { has, inCommand, isStale, store } from "./store.js";
 import { age, flag, sentence } from "./words.js";
-import { order } from "./commands.js";
+import { order } from "./orders.js";
 
 export function mountContingencies() {
   const panel = document.getElementById("contingencies");

@@ -3,10 +3,12 @@
 import { adoptToken } from "./api.js";
 import { onChange, start } from "./store.js";
 import { mountTop } from "./top.js";
+import { mountHelm } from "./helm.js";
 import { mountStaleness } from "./staleness.js";
 import { mountStrip } from "./strip.js";
 import { mountFleet } from "./fleet.js";
 import { mountMission } from "./mission.js";
+import { mountEditor } from "./editor.js";
 import { mountMap } from "./map.js";
 import { mountCommands } from "./commands.js";
 import { mountContingencies } from "./contingencies.js";
@@ -15,13 +17,17 @@ import { mountTimeline } from "./timeline.js";
 import { mountTree } from "./tree.js";
 import { mountPlots } from "./plots.js";
 import { mountProcesses } from "./processes.js";
+import { mountRecordings } from "./recordings.js";
+import { mountInjection } from "./injection.js";
 
 const parts = [
   mountTop,
+  mountHelm,
   mountStaleness,
   mountStrip,
   mountFleet,
   mountMission,
+  mountEditor,
   mountMap,
   mountCommands,
   mountContingencies,
@@ -30,6 +36,8 @@ const parts = [
   mountTree,
   mountPlots,
   mountProcesses,
+  mountRecordings,
+  mountInjection,
 ];
 
 adoptToken();

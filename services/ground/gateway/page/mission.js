@@ -1,15 +1,17 @@
-// The objectives, and the plan of the present one: action and communication side by side.
+// The mission: its objectives, and the plan of the present one, action and communication side by side.
 
-import { attribute, h, list, part, text } from "./dom.js";
-import { store } from "./store.js";
-import { number, objective, permission, sentence, step } from "./words.js";
-
-const GLYPHS = { SUCCESS: "✓", FAILURE: "✕", WAITING: "○" };
-const TONES = { SUCCESS: "good", FAILURE: "bad" };
+import { attribute, disabledFor, h, list, part, text } from "./dom.js";
+import { has, store } from "./store.js";
+import { number, permission, sentence, step } from "./words.js";
+import { objectives } from "./objectives.js";
+import { insertForm } from "./insert.js";
+import { edit } from "./editor.js";
 
 export function mountMission() {
   const body = document.querySelector("#mission .body");
-  const objectives = h("ol", { class: "objectives" });
+  const all = objectives();
+  const insert = insertForm();
+  const editing = h("button", { id: "mission-edit", "aria-pressed": "false", "data-help": "Change the objectives, or try another mission out", click: () => edit(!store.editing) }, "Edit mission");
   const hold = h("p", { class: "note-line", "data-tone": "warn", hidden: true });
   const heading = h("h3", {});
   const steps = h("tbody", {});
@@ -20,18 +22,21 @@ export function mountMission() {
     steps,
   );
   const report = h("div", { class: "report", id: "report", hidden: true });
-  body.append(objectives, hold, report, heading, table);
+  body.append(all.element, insert.element, h("div", { class: "buttons" }, editing), hold, report, heading, table);
   return () => {
     const doc = store.doc;
-    const mission = doc?.mission;
-    const rows = (mission?.objectives ?? []).map((it, index) => ({ ...it, index, present: index === mission.currentObjective }));
-    list(objectives, rows, (it) => it.index, makeObjective, fillObjective);
-    attribute(hold, "hidden", !mission?.hold);
-    text(hold, mission?.hold ? `Holds: ${sentence(mission.hold)}` : "");
+    all.fill();
+    insert.fill();
+    attribute(editing, "hidden", !doc || !has("operator"));
+    attribute(editing, "aria-pressed", String(store.editing));
+    disabledFor(editing, doc?.report && !store.editing ? "the mission is over" : "");
+    attribute(hold, "hidden", !doc?.mission?.hold);
+    text(hold, doc?.mission?.hold ? `Holds: ${sentence(doc.mission.hold)}` : "");
     attribute(report, "hidden", !doc?.report);
     text(report, doc?.report ? summary(doc.report) : "");
-    attribute(table, "hidden", !store.plan.steps.length || Boolean(doc?.report));
-    attribute(heading, "hidden", !store.plan.steps.length || Boolean(doc?.report));
+    const planned = store.plan.steps.length > 0 && !doc?.report;
+    attribute(table, "hidden", !planned);
+    attribute(heading, "hidden", !planned);
     text(heading, `Plan ${store.plan.revision ?? ""}`);
     list(steps, store.plan.steps.map((it, index) => ({ ...it, index })), (it) => `${store.plan.revision}-${it.step.id}`, makeStep, fillStep);
   };
@@ -41,28 +46,6 @@ function summary(report) {
   const done = report.objectives.filter((it) => it.state === "OBJECTIVE_STATE_SUCCESS").length;
   const reason = report.reason ? ` ${sentence(report.reason)}` : "";
   return `Mission over after ${number(report.durationS)} s: ${done} of ${report.objectives.length} objectives achieved.${reason}`;
-}
-
-function makeObjective() {
-  return h(
-    "li",
-    {},
-    h("span", { class: "glyph", "data-part": "glyph", "aria-hidden": "true" }),
-    h("div", {}, h("strong", { "data-part": "name" }), h("span", { class: "muted", "data-part": "place" }), h("span", { class: "reason", "data-part": "reason" })),
-    h("span", { class: "muted", "data-part": "state" }),
-  );
-}
-
-function fillObjective(row, it) {
-  const key = it.state.replace("OBJECTIVE_STATE_", "");
-  const { northM = 0, eastM = 0, downM = 0 } = it.position ?? {};
-  text(part(row, "glyph"), it.present && key === "WAITING" ? "▸" : (GLYPHS[key] ?? "○"));
-  text(part(row, "name"), it.name);
-  const height = it.flying ? `, ${number(-downM)} m high` : ", on the ground";
-  text(part(row, "place"), `N ${number(northM)}, E ${number(eastM)}${height}`);
-  text(part(row, "state"), it.present && key === "WAITING" ? "present" : objective(it.state));
-  text(part(row, "reason"), it.reason ? sentence(it.reason) : it.replans ? `Planned anew ${it.replans === 1 ? "once" : `${it.replans} times`}.` : "");
-  attribute(row, "data-tone", TONES[key] ?? (it.present ? "accent" : null));
 }
 
 function makeStep() {

@@ -3,7 +3,7 @@
 import { attribute, disabledFor, h, list, part, text } from "./dom.js";
 import { has, silence, isStale, store } from "./store.js";
 import { clock, permission, sentence } from "./words.js";
-import { order } from "./commands.js";
+import { ask, order } from "./orders.js";
 
 /** The tone of each state; the map uses the same. */
 export const TONES = { REQUESTED: "warn", GRANTED: "good", DENIED: "bad", REVOKED: "bad", EXPIRED: "old" };
@@ -43,16 +43,22 @@ export function short(state) {
 }
 
 function make({ area }) {
-  const decide = (decision) => order("permission", `permissions/${encodeURIComponent(area)}/decision`, { decision });
+  const why = h("input", { "data-part": "why", placeholder: "Reason, if any", "aria-label": `Reason of the decision about area ${area}`, maxlength: 200, autocomplete: "off" });
+  const decide = async (decision) => {
+    const done = await order("permission", `permissions/${encodeURIComponent(area)}/decision`, { decision, reason: why.value.trim() });
+    if (done) why.value = "";
+  };
+  const press = (decision, label) =>
+    decision === "DECISION_REVOKE" ? ask(`Revoke the permission for area ${area}? ${store.selected} has to leave it, or fly round it.`, label, () => decide(decision)) : decide(decision);
   const buttons = DECISIONS.map(([decision, label]) =>
-    h("button", { "data-decision": decision, "aria-label": `${label} area ${area}`, click: () => decide(decision) }, label),
+    h("button", { "data-decision": decision, class: decision === "DECISION_REVOKE" ? "hazard" : null, "aria-label": `${label} area ${area}`, click: () => press(decision, label) }, label),
   );
   return h(
     "li",
     { class: "card", "data-area": area },
     h("div", { class: "card-head" }, h("strong", {}, `Area ${area}`), h("span", { class: "badge", "data-part": "state" }), h("span", { class: "figure muted", "data-part": "until" })),
     h("p", { class: "reason", "data-part": "reason" }),
-    h("div", { class: "buttons", "data-part": "buttons" }, ...buttons),
+    h("div", { class: "buttons", "data-part": "buttons" }, why, ...buttons),
   );
 }
 
@@ -64,7 +70,7 @@ function fill(card, it) {
   text(part(card, "until"), state === "GRANTED" && it.validForS ? `for ${clock(it.validForS)} more` : "");
   text(part(card, "reason"), sentence(it.reason));
   attribute(part(card, "buttons"), "hidden", !has("tower"));
-  for (const button of part(card, "buttons").children) {
+  for (const button of card.querySelectorAll("[data-decision]")) {
     const wrong = { DECISION_GRANT: state === "GRANTED", DECISION_DENY: state === "DENIED" || state === "GRANTED", DECISION_REVOKE: state !== "GRANTED" };
     attribute(button, "hidden", wrong[button.dataset.decision]);
     disabledFor(button, isStale() ? `nothing received for ${Math.floor(silence())} s` : "");

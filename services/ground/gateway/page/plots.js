@@ -8,7 +8,7 @@ const PLOTS = [
   { key: "height", label: "Height", unit: "m", decimals: 1, least: 15 },
   { key: "speed", label: "Ground speed", unit: "m/s", decimals: 1, least: 5 },
   { key: "battery", label: "Battery", unit: "%", decimals: 0, least: 100 },
-  { key: "tick", label: "Tick time", unit: "ms", decimals: 2, least: 1, else: { key: "ticks", label: "Tree ticks", unit: "/s", decimals: 0, least: 10 } },
+  { key: "tick", below: "tickMedian", label: "Tick time, max", unit: "ms", decimals: 2, least: 1, else: { key: "ticks", label: "Tree ticks", unit: "/s", decimals: 0, least: 10 } },
 ];
 
 /** Mission time under the pointer, the same in all plots. */
@@ -71,11 +71,15 @@ function draw({ plot, label, value, canvas }) {
     context.stroke();
     if (fraction) context.fillText(number((top / 1.05) * fraction, top < 20 && fraction < 1 ? 1 : 0), 2, at - 2);
   }
-  context.strokeStyle = isSourceStale("introspection") ? colour("muted") : colour("accent");
-  context.lineWidth = 1.5;
-  context.beginPath();
-  samples.forEach((it, index) => context[index ? "lineTo" : "moveTo"](x(it.at), y(it[shown.key])));
-  context.stroke();
+  const curve = (key, tone) => {
+    context.strokeStyle = colour(tone);
+    context.lineWidth = 1.5;
+    context.beginPath();
+    samples.forEach((it, index) => context[index ? "lineTo" : "moveTo"](x(it.at), y(it[key] ?? 0)));
+    context.stroke();
+  };
+  if (shown.below) curve(shown.below, "muted");
+  curve(shown.key, isSourceStale("introspection") ? "muted" : "accent");
   const nearest = pointed == null ? samples.at(-1) : samples.reduce((a, b) => (Math.abs(a.at - pointed) < Math.abs(b.at - pointed) ? a : b));
   if (pointed != null) {
     context.strokeStyle = colour("muted");

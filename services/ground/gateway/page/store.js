@@ -3,11 +3,14 @@
 // One writer, here. The parts of the page read it when they are told that it changed.
 
 import * as api from "./api.js";
+import { noPlan, rememberPlan } from "./plan-memory.js";
 
 /** Milliseconds without a status (they come at 2 Hz) after which nothing shown may pass as present. */
 const STALE_AFTER_MS = 850;
 /** Wall seconds after which a source's data are old: the slow ones come at 1 or 2 Hz, the monitor's at 100. */
 const SOURCE_LIMIT_S = { introspection: 0.9, mcmStatus: 2, plannerStatus: 3, permissionLedger: 3 };
+/** The source that begins to speak when it is first asked something: until then its silence is no trouble. */
+const LATE = "permissionLedger";
 const RECONNECT_MS = 500;
 const FLEET_PERIOD_MS = 1000;
 /** Five minutes of plots, and more events than a mission has. */
@@ -29,7 +32,10 @@ export const store = {
   /** Where it has flown. */
   trail: [],
   /** The steps of the present plan, with those already done. */
-  plan: { revision: null, steps: [], done: new Set(), longest: 0 },
+  plan: noPlan(),
+  /** The operator changes the mission; the planner's forecast of what was tried out, or null. */
+  editing: false,
+  whatIf: null,
 };
 
 const listeners = new Set();
@@ -41,15 +47,18 @@ export function onChange(listener) {
   listeners.add(listener);
 }
 
-/** Tells that something changed. */
+/** Tells that something changed; it is shown soon. */
 export function changed() {
   if (scheduled) return;
   scheduled = true;
   // Not requestAnimationFrame: a page in the background must not show the past when it comes to the front.
-  setTimeout(() => {
-    scheduled = false;
-    for (const listener of listeners) listener(store);
-  }, 16);
+  setTimeout(renew, 16);
+}
+
+/** Shows what has changed at once: before a page of another size or theme is looked at. */
+export function renew() {
+  scheduled = false;
+  for (const listener of listeners) listener(store);
 }
 
 /** Seconds since the last status of the chosen vehicle. */
@@ -71,8 +80,8 @@ export function sourceAge(source) {
 /** Whether what is shown of a source is old, be it that the source or that the gateway is silent. */
 export function isSourceStale(source) {
   if (isStale()) return true;
-  const age = store.doc?.sources?.[source]?.wallAgeS;
-  return age == null || age > SOURCE_LIMIT_S[source];
+  const age = sourceAge(source);
+  return age == null ? source !== LATE : age > SOURCE_LIMIT_S[source];
 }
 
 export function has(role) {
@@ -124,7 +133,7 @@ async function pollFleet() {
 export function select(vehicle) {
   if (store.selected === vehicle) return;
   store.selected = vehicle;
-  Object.assign(store, { doc: null, docAt: -Infinity });
+  Object.assign(store, { doc: null, docAt: -Infinity, editing: false, whatIf: null });
   forget();
   streaming?.abort();
   streaming = new AbortController();
@@ -133,8 +142,7 @@ export function select(vehicle) {
 }
 
 function forget() {
-  Object.assign(store, { events: [], samples: [], trail: [] });
-  store.plan = { revision: null, steps: [], done: new Set(), longest: 0 };
+  Object.assign(store, { events: [], samples: [], trail: [], plan: noPlan() });
 }
 
 /** Reads the vehicle's events, and reads on from the last one after every break. */
@@ -170,7 +178,8 @@ function takeStatus(doc) {
   if (store.doc && doc.missionTimeS < store.doc.missionTimeS) forget();
   const before = store.doc;
   Object.assign(store, { doc, docAt: performance.now() });
-  if (isSourceStale("introspection")) return rememberPlan(doc);
+  store.plan = rememberPlan(store.plan, doc);
+  if (isSourceStale("introspection")) return;
   const aircraft = doc.aircraft;
   const position = aircraft?.localPosition?.position;
   if (position) extend(position);
@@ -182,11 +191,11 @@ function takeStatus(doc) {
     height: derived?.heightM,
     speed: derived?.groundSpeedMS,
     battery: aircraft?.battery ? aircraft.battery.remaining * 100 : null,
-    tick: doc.tree?.tickTimeMs ?? null,
+    tick: doc.tree?.tickTimeMs?.max ?? null,
+    tickMedian: doc.tree?.tickTimeMs?.p50 ?? null,
     ticks: ticks != null && seconds > 0 && ticks >= 0 ? ticks / seconds : null,
   });
   if (store.samples.length > SAMPLES) store.samples.shift();
-  rememberPlan(doc);
 }
 
 function extend({ northM = 0, eastM = 0 }) {
@@ -194,27 +203,4 @@ function extend({ northM = 0, eastM = 0 }) {
   if (last && Math.hypot(last.north - northM, last.east - eastM) < 0.5) return;
   store.trail.push({ north: northM, east: eastM });
   if (store.trail.length > 5000) store.trail.shift();
-}
-
-/** The gateway tells the steps still to fly; the page keeps those of the same plan that were flown. */
-function rememberPlan(doc) {
-  const steps = doc.plan?.actionTrack ?? [];
-  const asks = new Map((doc.plan?.communicationTrack ?? []).map((it) => [it.stepId, it.askPermissions]));
-  if (doc.plan?.revision !== store.plan.revision) {
-    store.plan = { revision: doc.plan?.revision ?? null, steps: [], done: new Set(), longest: 0, current: null };
-  }
-  const plan = store.plan;
-  for (const step of steps) {
-    const known = plan.steps.find((it) => it.step.id === step.id);
-    const ask = asks.get(step.id) ?? [];
-    if (known) known.ask = ask;
-    else plan.steps.push({ step, ask });
-  }
-  const current = doc.plan?.current;
-  const left = new Set(steps.map((it) => it.id));
-  for (const { step } of plan.steps) if (!left.has(step.id)) plan.done.add(step.id);
-  if (current?.stepId !== plan.current) Object.assign(plan, { current: current?.stepId ?? null, longest: 0 });
-  const index = plan.steps.findIndex((it) => it.step.id === plan.current);
-  plan.steps.slice(0, Math.max(0, index)).forEach((it) => plan.done.add(it.step.id));
-  plan.longest = Math.max(plan.longest, current?.distanceLeftM ?? 0);
 }

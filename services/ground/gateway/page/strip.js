@@ -74,10 +74,29 @@ function cellsOf(doc) {
       tone: localPosition && !valid ? "bad" : null,
     },
   ];
-  const wind = doc.wind ?? aircraft.wind;
-  if (wind) cells.push({ label: "Wind", value: number(Math.hypot(wind.northMS, wind.eastMS), 1), unit: "m/s" });
-  cells.push(links(), failures(status));
+  const wind = doc.wind;
+  if (wind) cells.push({ label: "Wind", value: number(Math.hypot(wind.northMS ?? 0, wind.eastMS ?? 0), 1), unit: "m/s", note: `to ${number(direction(wind))}°` });
+  cells.push(nearby(doc.traffic, position), links(), failures(status));
   return cells.filter(Boolean);
+}
+
+/** Other aircraft that are reported, and how far away the nearest one is. */
+function nearby(traffic, position) {
+  if (!traffic?.length || !position) return null;
+  const away = ({ position: it = {} }) => Math.hypot(...["northM", "eastM", "downM"].map((axis) => (it[axis] ?? 0) - (position[axis] ?? 0)));
+  const nearest = traffic.reduce((a, b) => (away(b) < away(a) ? b : a));
+  return {
+    label: "Traffic",
+    value: number(away(nearest)),
+    unit: "m",
+    note: `${nearest.id}, ${number(-(nearest.position?.downM ?? 0))} m high${traffic.length > 1 ? `, and ${traffic.length - 1} more` : ""}`,
+    tone: "warn",
+  };
+}
+
+/** Where it blows to, as a compass has it. */
+function direction({ northMS = 0, eastMS = 0 }) {
+  return ((Math.atan2(eastMS, northMS) * 180) / Math.PI + 360) % 360;
 }
 
 function skillNote(doc) {

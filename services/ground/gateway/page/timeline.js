@@ -57,7 +57,7 @@ function line({ id, type, data, at }, index) {
     case "report":
       return as("mission", `mission over: ${outcome(data.outcome)}${data.reason ? `, ${data.reason}` : ""}`, data.outcome.endsWith("SUCCESS") ? "good" : "bad");
     case "audit":
-      return as("operator", `${data.who}: ${data.what}, ${data.outcome || name(String(data.status), "")}`, data.status >= 400 ? "warn" : null);
+      return as("operator", `${data.who}: ${ordered(data)}`, data.status >= 400 ? "warn" : null);
     default:
       return null;
   }
@@ -106,4 +106,10 @@ function jump(canvas, rows, x) {
   const nearest = [...rows.children].reduce((best, it) => (best && Math.abs(best.dataset.at - at) <= Math.abs(it.dataset.at - at) ? best : it), null);
   nearest?.scrollIntoView({ block: "center" });
   for (const it of rows.children) it.classList.toggle("found", it === nearest);
+}
+
+/** What was ordered and what came of it. The outcome of an order about a thing, `permissions/A/decision`, names the thing itself. */
+function ordered({ what, outcome, status }) {
+  const order = what.replace(/^(command|simulation)\//, "");
+  return outcome && order.includes("/") ? outcome : `${order.replaceAll("/", " ")}, ${outcome || name(String(status), "")}`;
 }

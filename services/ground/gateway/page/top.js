@@ -1,10 +1,9 @@
-// The first line: phase and time, who is signed in, who holds command, light or dark.
+// The first line: phase and time, who is signed in, light or dark.
 
-import { command, keepToken } from "./api.js";
-import { attribute, disabledFor, h, part, text } from "./dom.js";
-import { has, inCommand, isStale, openSession, store } from "./store.js";
+import { keepToken } from "./api.js";
+import { attribute, h, part, text } from "./dom.js";
+import { openSession, renew, store } from "./store.js";
 import { clock, outcome, phase } from "./words.js";
-import { announce } from "./commands.js";
 
 const THEME = "kittiwake.theme";
 const THEMES = { auto: "Auto", light: "Light", dark: "Dark" };
@@ -19,13 +18,7 @@ export function mountTop() {
     h("span", { class: "muted" }, "Mission time ", h("b", { class: "figure", id: "mission-time" })),
   );
   const session = document.getElementById("session");
-  const take = h("button", { id: "take-command", click: () => helm(inCommand() ? "release" : "take") });
-  session.append(
-    h("span", { class: "muted", "data-part": "holder" }),
-    take,
-    h("span", { "data-part": "who" }),
-    themeSwitch(),
-  );
+  session.append(h("span", { class: "helm", id: "helm" }), h("span", { "data-part": "who" }), themeSwitch());
   return () => {
     const doc = store.doc;
     text(part(headline, "vehicle"), store.selected ?? "No vehicle");
@@ -38,12 +31,6 @@ export function mountTop() {
     const who = part(session, "who");
     text(who, store.session ? store.session.name : "watching");
     attribute(who, "title", store.session ? `Roles: ${store.session.roles.join(", ")}` : "Nobody is signed in");
-    const holder = doc?.command?.holder;
-    const offered = doc?.command?.offeredTo;
-    text(part(session, "holder"), !doc?.command ? "" : holder ? `Command: ${holder}${offered ? `, offered to ${offered}` : ""}` : "Command: nobody");
-    attribute(take, "hidden", !doc?.command || !has("operator"));
-    text(take, inCommand() ? "Release command" : "Take command");
-    disabledFor(take, isStale() ? "not connected" : holder && !inCommand() && offered !== store.session?.name ? `${holder} holds command` : "");
   };
 }
 
@@ -51,16 +38,6 @@ function tone(doc) {
   if (doc?.report) return doc.report.outcome === "MISSION_OUTCOME_SUCCESS" ? "good" : "bad";
   const tones = { CONTINGENCY: "bad", REPLANNING: "warn", NOMINAL: "good", ENDING: "warn" };
   return tones[doc?.mission?.phase?.replace("MISSION_PHASE_", "")] ?? "none";
-}
-
-async function helm(what) {
-  try {
-    const held = await command("POST", `/api/v1/vehicles/${encodeURIComponent(store.selected)}/command/${what}`);
-    if (store.doc) store.doc.command = held;
-    announce("good", what === "take" ? "You hold command." : "Command is released.");
-  } catch (refusal) {
-    announce("bad", `Not done: ${refusal.message}.`);
-  }
 }
 
 function themeSwitch() {
@@ -72,6 +49,7 @@ function themeSwitch() {
   select.addEventListener("change", () => {
     localStorage.setItem(THEME, select.value);
     apply();
+    renew();
   });
   apply();
   return select;

@@ -2,8 +2,12 @@
 
 import { attribute, h, list, part, text } from "./dom.js";
 import { store } from "./store.js";
+import { age } from "./words.js";
 
 const GLYPHS = { RUNNING: "▶", SUCCESS: "✓", FAILURE: "✕", IDLE: "·", SKIPPED: "↷" };
+
+/** Mission seconds for which a failure is shown as one of now. */
+const RECENT_S = 10;
 
 /** Opened or closed by hand: path -> open. */
 const chosen = new Map();
@@ -30,38 +34,26 @@ export function mountTree() {
   };
 }
 
-/**
- * The list in preorder as nodes with paths. The depth of an included tree counts from its own
- * root: a node at depth 0 hangs below the one before it, and what is too deep for the included
- * tree belongs to the one around it.
- */
+/** The list in preorder as nodes with paths and with how many children each has. */
 function shape(nodes) {
-  const frames = [{ base: 0, last: -1 }];
   const counts = [];
-  const shaped = nodes.map((node) => {
-    let frame = frames.at(-1);
-    if (node.depth === 0 && frame.last >= 0) {
-      frame = { base: frame.base + frame.last + 1, last: -1 };
-      frames.push(frame);
-    }
-    while (frames.length > 1 && node.depth > frame.last + 1) {
-      frames.pop();
-      frame = frames.at(-1);
-    }
-    frame.last = node.depth;
-    const depth = frame.base + node.depth;
-    counts.length = depth + 1;
-    counts[depth] = (counts[depth] ?? -1) + 1;
-    return { ...node, depth, path: counts.join("."), children: 0, active: node.status !== "IDLE" };
-  });
   const stack = [];
-  for (const node of shaped) {
+  return nodes.map((node) => {
+    counts.length = node.depth + 1;
+    counts[node.depth] = (counts[node.depth] ?? -1) + 1;
+    const shaped = { ...node, path: counts.join("."), children: 0, active: node.status !== "IDLE" || isRecent(node) };
     stack.length = Math.min(stack.length, node.depth);
-    const parent = stack[node.depth - 1];
-    if (parent) parent.children += 1;
-    stack[node.depth] = node;
-  }
-  return shaped;
+    // What has just failed is not folded away with what is idle around it.
+    if (isRecent(node)) for (const above of stack) above.active = true;
+    if (node.depth) stack[node.depth - 1].children += 1;
+    stack[node.depth] = shaped;
+    return shaped;
+  });
+}
+
+/** A composite resets what it has ticked, so a failed node is idle again at once: its reason is what tells. */
+function isRecent(node) {
+  return Boolean(node.reason) && node.failedAgoS != null && node.failedAgoS < RECENT_S;
 }
 
 function isOpen(node) {
@@ -98,8 +90,9 @@ function fill(row, node) {
   attribute(part(row, "glyph"), "title", node.status.toLowerCase());
   text(part(row, "name"), node.name);
   text(part(row, "kind"), node.kind === node.name ? "" : node.kind);
-  text(part(row, "reason"), node.reason);
+  text(part(row, "reason"), node.reason ? `${node.reason}, ${age(node.failedAgoS)} ago` : "");
   attribute(row, "data-status", node.status);
+  attribute(row, "data-failed", isRecent(node) ? "true" : null);
   attribute(row, "aria-level", node.depth + 1);
   attribute(row, "aria-expanded", node.children ? String(open) : null);
   row.title = node.reason ? `${node.status.toLowerCase()}: ${node.reason}` : node.status.toLowerCase();

@@ -20,7 +20,7 @@ use crate::guard::{Asked, Outcome, Site};
 use crate::http::{document, no_such_vehicle};
 use crate::orders::Wish;
 use crate::problem::Problem;
-use crate::routes::{Access, Method, Route, Routes};
+use crate::routes::{Access, Method, READERS, Route, Routes};
 use crate::view;
 
 type Outcomes = Result<Response, Problem>;
@@ -113,6 +113,7 @@ pub(crate) fn add_to(routes: Routes, simulation: bool) -> Routes {
                 "kittiwake.v1.FlagEvent" => "Done"),
             inject_flag,
         )
+        .add(route!(Get "simulation/faults" READERS, "The faults that can be injected", "" => "FaultList"), list_faults)
         .add(
             route!(Post "simulation/faults" INJECTORS, "Inject a fault into the simulator",
                 "kittiwake.v1.FaultRequest" => "Done"),
@@ -239,6 +240,18 @@ async fn inject_flag(State(site): State<Site>, Path(id): Path<String>, Extension
     Ok(site.done(&vehicle, "simulation/flags", &asked, &text))
 }
 
+/// The simulator knows which there are: a request without a name asks for them.
+async fn list_faults(State(site): State<Site>, Path(id): Path<String>, Extension(asked): Extension<Asked>) -> Outcomes {
+    let vehicle = site.vehicle(&id)?;
+    match site.ask(&vehicle, Request::Fault(v1::FaultRequest::default()), &asked).await? {
+        Reply::Fault(it) => {
+            let faults: Vec<Value> = it.known.iter().map(to_json).collect();
+            Ok(document(view::stamped(site.snapshot().now, json!({ "faults": faults }))))
+        }
+        _ => Err(senseless()),
+    }
+}
+
 async fn inject_fault(
     State(site): State<Site>,
     Path(id): Path<String>,
@@ -282,7 +295,7 @@ impl Site {
             None => Err(busy()),
             Some(Err(error)) => {
                 let known = match error {
-                    CallError::Unavailable => "nothing was done",
+                    CallError::Unavailable | CallError::Late => "nothing was done",
                     CallError::Unanswered | CallError::Malformed => "whether it was done is not known",
                 };
                 let detail = format!("`{what}` is {error}; {known}; it may be repeated under the same key");
@@ -350,7 +363,11 @@ impl Site {
         let helm = self.api.helms.of(vehicle, Instant::now());
         let record = helm.to_json();
         self.api.orders.send(Wish::Tell { vehicle: vehicle.clone(), kind: "command", record: record.clone() });
-        let words = helm.holder.map_or_else(|| "nobody holds command".to_owned(), |it| format!("{it} holds command"));
+        let words = match (helm.holder, helm.offered_to) {
+            (None, _) => "nobody holds command".to_owned(),
+            (Some(holder), None) => format!("{holder} holds command"),
+            (Some(holder), Some(to)) => format!("{holder} holds command, and offers it to {to}"),
+        };
         Ok(with_outcome(document(record), &words))
     }
 }

@@ -1,6 +1,7 @@
 //! The gateway's parameters.
 
 use std::num::{NonZeroU16, NonZeroU32};
+use std::path::PathBuf;
 
 use domain::quantity::Positive;
 use serde::Deserialize;
@@ -35,4 +36,20 @@ pub struct Config {
     pub command_lease_s: Positive,
     /// Whether flags and faults may be injected: only where the vehicle is simulated.
     pub simulation: bool,
+    /// The certificate that the gateway shows, its own first and those that lead to its CA after it, as
+    /// PEM, and the key that belongs to it. Paths are relative to this file's folder. Absent: plain HTTP.
+    pub tls_certificate: Option<PathBuf>,
+    /// See there.
+    pub tls_key: Option<PathBuf>,
+    /// Whether plain HTTP may be spoken on other addresses than the loopback's; absent: it may not, since
+    /// whoever is on the way could read tokens.
+    #[serde(default)]
+    pub plain_http_beyond_loopback: bool,
+    /// Connections open at a time; more are closed at once. Ours: more than event streams.
+    pub max_connections: NonZeroU16,
+    /// Wall seconds that a client may take for a TLS handshake, and for the head of a request. A
+    /// connection on which nothing is asked is closed after as long. Ours.
+    pub head_timeout_s: Positive,
+    /// What is kept of each mission.
+    pub recording: crate::recording::config::Config,
 }

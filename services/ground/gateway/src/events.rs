@@ -17,8 +17,9 @@ use tokio::sync::{OwnedSemaphorePermit, watch};
 use tokio::time::{Interval, MissedTickBehavior};
 
 use crate::helm::Helms;
-use crate::journal::{Batch, Cursor, Journals};
+use crate::journal::{Batch, Cursor, Journals, Record};
 use crate::state::Snapshot;
+use crate::status::Statuses;
 use crate::view::{self, Ages};
 
 /// Records read at a time.
@@ -40,6 +41,8 @@ pub struct Client {
     pub who: Arc<str>,
     /// How `status` tells ages.
     pub ages: Ages,
+    /// Made once for all clients.
+    pub statuses: Arc<Statuses>,
     /// Its sender is dropped when the server stops.
     pub closing: watch::Receiver<()>,
     /// Wall time between two `status` events.
@@ -62,14 +65,22 @@ pub fn stream(client: Client) -> impl Stream<Item = Result<Event, Infallible>> {
 struct Reader {
     client: Client,
     status: Interval,
-    ready: VecDeque<Event>,
+    ready: VecDeque<Ready>,
+}
+
+/// What the client gets next; its text is made when the connection takes it.
+enum Ready {
+    /// Events were lost.
+    Resync,
+    /// Something happened.
+    Happened(Arc<Record>),
 }
 
 impl Reader {
     async fn next(&mut self) -> Option<Event> {
         loop {
-            if let Some(event) = self.ready.pop_front() {
-                return Some(event);
+            if let Some(ready) = self.ready.pop_front() {
+                return Some(self.event(&ready));
             }
             let client = &mut self.client;
             let batch = client.journals.borrow_and_update().read(&client.vehicle, client.cursor, BATCH);
@@ -88,13 +99,19 @@ impl Reader {
     }
 
     fn make_ready(&mut self, batch: Batch) {
-        if batch.lost {
-            let now = self.client.snapshot.borrow().now;
-            let advice = json!({ "detail": "events were lost; fetch the vehicle's state anew" });
-            self.ready.push_back(Event::default().event("resync").data(view::stamped(now, advice).to_string()));
+        self.ready.extend(batch.lost.then_some(Ready::Resync));
+        self.ready.extend(batch.records.into_iter().map(Ready::Happened));
+    }
+
+    fn event(&self, ready: &Ready) -> Event {
+        match ready {
+            Ready::Resync => {
+                let now = self.client.snapshot.borrow().now;
+                let advice = json!({ "detail": "events were lost; fetch the vehicle's state anew" });
+                Event::default().event("resync").data(view::stamped(now, advice).to_string())
+            }
+            Ready::Happened(it) => Event::default().id(it.id.to_string()).event(it.kind).data(&it.data),
         }
-        let event = |it: &crate::journal::Record| Event::default().id(it.id.to_string()).event(it.kind).data(&it.data);
-        self.ready.extend(batch.records.iter().map(|it| event(it)));
     }
 
     /// Without an id: a client that comes back resumes after the last record it has seen.
@@ -103,7 +120,7 @@ impl Reader {
         let (now, client) = (Instant::now(), &self.client);
         client.helms.heard(&client.who, now);
         let helm = client.helms.of(&client.vehicle, now);
-        let view = view::vehicle(&snapshot, &client.vehicle, client.ages, &helm)?;
-        Some(Event::default().event("status").data(view.to_string()))
+        let text = client.statuses.text(&snapshot, &client.vehicle, client.ages, &helm)?;
+        Some(Event::default().event("status").data(&*text))
     }
 }

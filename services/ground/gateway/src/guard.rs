@@ -14,6 +14,7 @@ use axum::response::{IntoResponse, Response};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use tokio::sync::{Semaphore, watch};
+use tracing::Instrument;
 
 use crate::access::{Identity, Role};
 use crate::http::Api;
@@ -21,6 +22,7 @@ use crate::limit::Limiter;
 use crate::orders::Wish;
 use crate::problem::Problem;
 use crate::routes::{Access, Method, Route};
+use crate::trace;
 
 /// Answers remembered for repeated keys: far more than are repeated within a minute.
 const MOST_ANSWERS: usize = 512;
@@ -105,13 +107,22 @@ pub(crate) async fn guard(site: Site, route: Route, mut request: Request, next: 
         return known;
     }
     let (request_id, arguments) = (asked.request_id.clone(), asked.body.clone());
+    let span = trace::span(&route.method.name().to_uppercase(), route.path, request.headers());
+    let mut asked = asked;
+    asked.trace = trace::parent_of_more(&span).unwrap_or(asked.trace);
     let response = match at_the_helm(&site, route.access, &who, &path, now) {
-        Err(refusal) => Problem::new(StatusCode::CONFLICT, refusal).into_response(),
+        // With who holds it, so that a program can tell this from a refusal of the vehicle's.
+        Err(refusal) => {
+            let helm = site.api.helms.of(vehicle_in(&path), now).to_json();
+            Problem::new(StatusCode::CONFLICT, refusal).with("command", helm).into_response()
+        }
         Ok(()) => {
             request.extensions_mut().insert(asked);
-            site.remember(request_id.clone(), hash, next.run(request).await).await
+            let response = next.run(request).instrument(span.clone()).await;
+            site.remember(request_id.clone(), hash, response).await
         }
     };
+    trace::answered(&span, response.status().as_u16());
     site.note(Some(&who), &path, &request_id, &arguments, &response);
     response
 }

@@ -25,8 +25,10 @@ use crate::limit::Limiter;
 use crate::orders::Orders;
 use crate::problem::Problem;
 use crate::readiness::{Readiness, readiness};
+use crate::recording::{self, Recordings};
 use crate::routes::{Access, Method, READERS, Route, Routes};
 use crate::state::Snapshot;
+use crate::status::Statuses;
 use crate::view::{self, Ages};
 use crate::{commands, metrics, page};
 
@@ -43,6 +45,8 @@ pub struct Api {
     pub(crate) audit: Arc<Audit>,
     pub(crate) helms: Arc<Helms>,
     pub(crate) orders: Orders,
+    pub(crate) recordings: Recordings,
+    pub(crate) statuses: Arc<Statuses>,
 }
 
 /// The routes; event streams end when the sender of `closing` is dropped.
@@ -82,6 +86,7 @@ pub fn router(api: Api, closing: watch::Receiver<()>) -> Router {
             ),
             commands::read_mission,
         );
+    let routes = recording::routes::add_to(routes);
     let (router, document) = commands::add_to(routes, simulation).finish();
     let openapi: Arc<str> = document.to_string().into();
     router
@@ -109,7 +114,7 @@ async fn docs() -> Html<&'static str> {
 }
 
 async fn metrics(State(site): State<Site>) -> Response {
-    let text = metrics::text(&site.snapshot(), site.api.ages, &site.api.audit);
+    let text = metrics::text(&site.snapshot(), site.api.ages, &site.api.audit, site.api.recordings.gauges.as_deref());
     ([(CONTENT_TYPE, metrics::CONTENT_TYPE)], text).into_response()
 }
 
@@ -130,7 +135,7 @@ async fn audit(State(site): State<Site>, Query(most): Query<Most>) -> Response {
 async fn healthz(State(site): State<Site>) -> Response {
     // The sending half lives in the gateway's loop.
     match site.api.snapshot.has_changed() {
-        Ok(_) => document(json!({ "status": "ok" })),
+        Ok(_) => document(json!({ "status": "ok", "recordings": site.api.recordings.state() })),
         Err(_) => unavailable("the gateway's loop has ended").into_response(),
     }
 }
@@ -184,6 +189,7 @@ async fn vehicle_events(
         helms: site.api.helms,
         who: asked.who.name,
         ages: site.api.ages,
+        statuses: site.api.statuses,
         closing: site.closing,
         status_period: site.api.config.status_rate_hz.period(),
         permit,

@@ -10,6 +10,7 @@
 //! every order leaves a record ([`audit`]).
 
 use std::io;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -22,10 +23,13 @@ use tokio::sync::watch;
 use crate::access::Tokens;
 use crate::audit::Audit;
 use crate::config::Config;
+use crate::contact::Contacts;
 use crate::helm::Helms;
 use crate::http::Api;
 use crate::journal::Journals;
 use crate::orders::{Desk, Wish};
+use crate::recording::Recorder;
+use crate::server::Entrance;
 use crate::state::{Fleet, Snapshot};
 use crate::view::Ages;
 
@@ -33,6 +37,7 @@ pub mod access;
 pub mod audit;
 mod commands;
 pub mod config;
+mod contact;
 pub mod events;
 pub mod flags;
 mod guard;
@@ -47,13 +52,15 @@ pub mod page;
 pub mod problem;
 pub mod process;
 pub mod readiness;
+pub mod recording;
 pub mod routes;
+mod server;
 pub mod skills;
 pub mod state;
+mod status;
+pub mod tls;
+mod trace;
 pub mod view;
-
-/// How long a client that does not read may hold up the end.
-const LAST_GOODBYE: Duration = Duration::from_secs(1);
 
 /// The half that listens to the fleet.
 pub struct Gateway {
@@ -66,6 +73,8 @@ pub struct Gateway {
     last_snapshot: Option<Time>,
     changed: bool,
     desk: Desk,
+    contacts: Contacts,
+    recorder: Recorder,
 }
 
 /// What is shared by everybody who comes in.
@@ -74,6 +83,8 @@ pub struct Door {
     pub tokens: Tokens,
     /// Where orders are recorded.
     pub audit: Audit,
+    /// Where missions are recorded; nowhere, if `None`.
+    pub recordings: Option<PathBuf>,
 }
 
 impl Gateway {
@@ -85,6 +96,7 @@ impl Gateway {
         let (orders, desk) = orders::channel(pace.wall(patience), wake);
         let (snapshot, snapshots) = watch::channel(Arc::default());
         let (journals, histories) = watch::channel(Journals::new(usize::from(config.history_records.get())));
+        let (recorder, recordings) = Recorder::start(&config.recording, door.recordings, pace);
         // Heartbeats keep to the wall clock, so the limit on their absence does too.
         let ages = Ages { pace, stale_after: pace.wall(config.heartbeat_stale_s.seconds()) };
         let gateway = Gateway {
@@ -96,6 +108,8 @@ impl Gateway {
             last_snapshot: None,
             changed: false,
             desk,
+            contacts: Contacts::new(pace),
+            recorder,
         };
         let api = Api {
             config: config.clone(),
@@ -106,6 +120,8 @@ impl Gateway {
             audit: Arc::new(door.audit),
             helms: Arc::new(Helms::new(config.command_lease_s.seconds())),
             orders,
+            recordings,
+            statuses: Arc::default(),
         };
         (gateway, api)
     }
@@ -134,6 +150,8 @@ impl Node for Gateway {
             Topic::McmStatus,
             Topic::DecisionRecord,
             Topic::TreeSnapshot,
+            Topic::TransponderReport,
+            Topic::WindEstimate,
             Topic::Heartbeat,
         ]
     }
@@ -143,6 +161,10 @@ impl Node for Gateway {
             Event::Reply { call, result } => return self.desk.answered(call, result),
             event => event,
         };
+        if let Event::Message { vehicle, message } = &event {
+            self.contacts.hear(now.time, vehicle, message);
+            self.recorder.heard(now, vehicle, message);
+        }
         let mut happened = Vec::new();
         self.fleet.fold(now, event, &mut happened);
         self.changed = true;
@@ -169,6 +191,8 @@ impl Node for Gateway {
                 }
             }
         }
+        self.contacts.tell(now.time, &self.fleet.vehicles, effects);
+        self.recorder.tick(now);
         if self.due() <= now.time {
             self.snapshot.send_replace(Arc::new(Snapshot { fleet: self.fleet.clone(), now }));
             self.last_snapshot = Some(now.time);
@@ -177,35 +201,33 @@ impl Node for Gateway {
     }
 
     fn deadline(&self) -> Option<Time> {
-        Some(self.due())
+        Some(self.due().min(self.contacts.due()))
     }
 }
 
-/// Answers on `listener` until `shutdown` completes; open event streams are then ended.
+/// Answers on `listener` until `shutdown` completes; open event streams are then ended. Connections are
+/// encrypted with `tls`, if there is any.
 ///
 /// # Errors
 /// When the listener fails for good.
 pub async fn serve(
     listener: TcpListener,
+    tls: Option<Arc<rustls::ServerConfig>>,
     api: Api,
     shutdown: impl Future<Output = ()> + Send + 'static,
 ) -> io::Result<()> {
     let (close, closing) = watch::channel(());
-    let router = http::router(api, closing.clone());
+    let entrance = Entrance {
+        tls,
+        head_limit: api.config.head_timeout_s.seconds(),
+        most: usize::from(api.config.max_connections.get()),
+    };
+    let router = http::router(api, closing);
     let stopping = async move {
         shutdown.await;
         drop(close);
     };
-    tokio::select! {
-        served = axum::serve(listener, router).with_graceful_shutdown(stopping).into_future() => served,
-        () = last_goodbye(closing) => Ok(()),
-    }
-}
-
-async fn last_goodbye(mut closing: watch::Receiver<()>) {
-    // Nothing is ever sent: this returns when the sender is dropped.
-    let _ = closing.changed().await;
-    tokio::time::sleep(LAST_GOODBYE).await;
+    server::serve(listener, router, entrance, stopping).await
 }
 
 #[cfg(test)]
@@ -225,13 +247,21 @@ mod tests {
         requests_at_once = 100.0
         command_lease_s = 60.0
         simulation = true
+        max_connections = 10
+        head_timeout_s = 5.0
+        [recording]
+        most_files = 0
+        most_total_mb = 1
+        most_each_mb = 1
+        flush_s = 1.0
+        most_hz = {}
     ";
 
     /// Counts the snapshots of ten wall seconds at `speed`, with a message every ten wall milliseconds or none.
     #[track_caller]
     fn check(speed: f64, messages: bool, expected: usize) {
         let pace = Pace::new(speed).unwrap();
-        let door = Door { tokens: Tokens::default(), audit: Audit::in_memory() };
+        let door = Door { tokens: Tokens::default(), audit: Audit::in_memory(), recordings: None };
         let (mut gateway, api) = Gateway::new(&toml::from_str(CONFIG).unwrap(), pace, door, || {});
         let mut snapshots = api.snapshot.clone();
         let mut count = 0;

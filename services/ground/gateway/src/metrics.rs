@@ -9,6 +9,7 @@ use std::sync::atomic::AtomicU64;
 
 use crate::audit::Audit;
 use crate::process::Processes;
+use crate::recording::gauges::Gauges;
 use crate::state::{Seen, Snapshot};
 use crate::view::Ages;
 
@@ -16,13 +17,13 @@ use crate::view::Ages;
 pub(crate) const CONTENT_TYPE: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 
 type Labels = Vec<(&'static str, String)>;
-type Gauges = Family<Labels, Gauge<f64, AtomicU64>>;
+type Values = Family<Labels, Gauge<f64, AtomicU64>>;
 
 /// The metrics of everything that `snapshot` knows.
-pub(crate) fn text(snapshot: &Snapshot, ages: Ages, audit: &Audit) -> String {
+pub(crate) fn text(snapshot: &Snapshot, ages: Ages, audit: &Audit, recording: Option<&Gauges>) -> String {
     let mut registry = Registry::with_prefix("kittiwake");
     let mut family = |name: &str, help: &str| {
-        let gauges = Gauges::default();
+        let gauges = Values::default();
         registry.register(name, help, gauges.clone());
         gauges
     };
@@ -37,7 +38,15 @@ pub(crate) fn text(snapshot: &Snapshot, ages: Ages, audit: &Audit) -> String {
     let flying = family("flying", "1 while the vehicle flies");
     let battery = family("battery_remaining_ratio", "What is left of the battery");
     let lost = family("audit_lost", "Audit records that could not be written");
+    let unrecorded = family("recording_dropped", "Messages that could not be recorded");
+    let unwritten = family("recording_waiting_bytes", "Bytes on their way to the disk");
+    let failing = family("recording_failing", "1 while missions cannot be recorded");
 
+    if let Some(it) = recording {
+        unrecorded.get_or_create(&Vec::new()).set(it.lost() as f64);
+        unwritten.get_or_create(&Vec::new()).set(it.waiting() as f64);
+        failing.get_or_create(&Vec::new()).set(f64::from(u8::from(it.problem().is_some())));
+    }
     lost.get_or_create(&Vec::new()).set(audit.lost() as f64);
     let now = snapshot.now.time;
     let processes = |vehicle: &str, of: &Processes| {

@@ -83,7 +83,8 @@ impl Method {
         }
     }
 
-    fn name(self) -> &'static str {
+    /// As OpenAPI writes it.
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Method::Get => "get",
             Method::Post => "post",
@@ -198,6 +199,27 @@ fn operation(route: &Route) -> Value {
     operation
 }
 
+/// In a list without what follows `problem`.
+fn recording() -> Value {
+    let text = json!({ "type": "string" });
+    let or_null = json!({ "type": ["string", "null"] });
+    let moment = json!({ "type": ["string", "null"], "format": "date-time" });
+    let objects = json!({ "type": "array", "items": { "type": "object" } });
+    json!({
+        "type": "object",
+        "properties": {
+            "id": text, "vehicle": text, "mission": text, "started": moment, "ended": moment,
+            "outcome": or_null, "reason": or_null, "bytes": { "type": "integer" },
+            "state": { "enum": ["recording", "complete", "damaged"] }, "problem": or_null,
+            "objectives": { "type": "array", "items": schema::reference("kittiwake.v1.Objective") },
+            "decisions": objects, "contingencies": objects, "permissions": objects,
+            "report": { "oneOf": [schema::reference("kittiwake.v1.MissionReport"), { "type": "null" }] },
+            "messages": { "type": "integer" }, "leftOut": { "type": "integer" },
+        },
+        "required": ["id", "vehicle", "mission", "started", "ended", "outcome", "reason", "bytes", "state", "problem"],
+    })
+}
+
 fn own_schemas() -> Map<String, Value> {
     let text = json!({ "type": "string" });
     let name_or_null = json!({ "type": ["string", "null"] });
@@ -236,6 +258,24 @@ fn own_schemas() -> Map<String, Value> {
         ),
         ("HandOver", object(json!({ "to": text }), json!(["to"]))),
         ("Done", stamped(json!({ "vehicle": text, "verb": text, "requestId": text, "text": text }))),
+        (
+            "Recordings",
+            object(
+                json!({
+                    "folder": name_or_null,
+                    "state": { "enum": ["ok", "off", "failing"] },
+                    "problem": name_or_null,
+                    "dropped": { "type": "integer" },
+                    "recordings": { "type": "array", "items": schema::reference("Recording") },
+                }),
+                json!(["folder", "state", "problem", "dropped", "recordings"]),
+            ),
+        ),
+        ("Recording", recording()),
+        (
+            "FaultList",
+            stamped(json!({ "faults": { "type": "array", "items": schema::reference("kittiwake.v1.FaultKind") } })),
+        ),
         ("Audit", object(json!({ "records": { "type": "array", "items": { "type": "object" } } }), json!(["records"]))),
     ];
     schemas.into_iter().map(|(name, schema)| (name.to_owned(), schema)).collect()

@@ -16,6 +16,8 @@ use crate::occurrence::{self, Occurrence};
 use crate::process::Processes;
 use crate::skills::Skills;
 
+/// More aircraft than a receiver tells apart; the ids come from the network.
+const MOST_TRAFFIC: usize = 64;
 /// More vehicles than one gateway is meant for; the names come from the network.
 const MOST_VEHICLES: usize = 64;
 
@@ -43,6 +45,10 @@ pub struct Vehicle {
     pub ledger: Option<Seen<v1::PermissionLedger>>,
     /// The mission manager's tree.
     pub tree: Option<Seen<v1::TreeSnapshot>>,
+    /// Other aircraft by their ids, as they were last reported.
+    pub traffic: BTreeMap<String, Seen<v1::TransponderReport>>,
+    /// The wind as the vehicle has it.
+    pub wind: Option<Seen<v1::WindEstimate>>,
     /// What flies.
     pub skills: Skills,
     /// What is wrong.
@@ -137,9 +143,12 @@ impl Vehicle {
             }
             Message::DecisionRecord(it) => happened(Occurrence::Decision(it)),
             Message::TreeSnapshot(it) => self.tree = seen(now, it),
+            Message::TransponderReport(it) => self.on_traffic(now, it),
+            Message::WindEstimate(it) => self.wind = seen(now, it),
             Message::Heartbeat(it) => self.processes.on_heartbeat(now, it),
             // Not subscribed to: the monitor's aggregate has what these say, and no operator reads stamps.
             Message::McmTiming(_)
+            | Message::GroundContact(_)
             | Message::VehicleCommand(_)
             | Message::OffboardControlMode(_)
             | Message::TrajectorySetpoint(_)
@@ -148,9 +157,19 @@ impl Vehicle {
             | Message::VehicleLocalPosition(_)
             | Message::VehicleGlobalPosition(_)
             | Message::VehicleLandDetected(_)
-            | Message::BatteryStatus(_)
-            | Message::TransponderReport(_) => {}
+            | Message::BatteryStatus(_) => {}
         }
+    }
+
+    /// One more is told in the place of the one that was not heard of for longest.
+    fn on_traffic(&mut self, now: Time, report: v1::TransponderReport) {
+        if MOST_TRAFFIC <= self.traffic.len() && !self.traffic.contains_key(&report.id) {
+            let oldest = self.traffic.iter().min_by_key(|(_, it)| it.at).map(|(id, _)| id.clone());
+            if let Some(oldest) = oldest {
+                self.traffic.remove(&oldest);
+            }
+        }
+        self.traffic.insert(report.id.clone(), Seen { at: now, message: Arc::new(report) });
     }
 }
 

@@ -17,6 +17,9 @@ use crate::occurrence::Occurrence;
 use crate::process::{Process, Processes};
 use crate::state::{Seen, Snapshot, Vehicle};
 
+/// Wall time after which other aircraft are no longer where they were: five of a receiver's reports.
+const TRAFFIC_SILENCE: Duration = Duration::from_secs(5);
+
 /// How moments become ages.
 #[derive(Debug, Clone, Copy)]
 pub struct Ages {
@@ -50,6 +53,8 @@ pub fn vehicle(snapshot: &Snapshot, name: &str, ages: Ages, helm: &Helm) -> Opti
         "areas": message(&state.planner).map_or_else(|| json!([]), |it| all(&it.areas)),
         "tree": tree(state),
         "aircraft": aircraft(state),
+        "traffic": traffic(state, now, ages.pace),
+        "wind": wind(state, now, ages.pace),
         "report": mcm.and_then(|it| it.report.as_ref()).map(to_json),
         "processes": processes(&[&state.processes, &snapshot.fleet.ground], now, ages),
         "sources": sources(state, now, ages.pace),
@@ -72,15 +77,21 @@ pub fn occurrence(now: Now, occurrence: &Occurrence) -> Value {
 
 /// `object` with the time it was made.
 pub fn stamped(now: Now, object: Value) -> Value {
-    let since_epoch = Duration::from_millis(u64::try_from(now.utc_ms).unwrap_or(0));
-    let utc = SystemTime::UNIX_EPOCH.checked_add(since_epoch).unwrap_or(SystemTime::UNIX_EPOCH);
     let mut stamped = Map::new();
     stamped.insert("missionTimeS".into(), json!(now.time.as_secs_f64()));
-    stamped.insert("utc".into(), json!(humantime::format_rfc3339_millis(utc).to_string()));
+    stamped.insert("utc".into(), json!(utc(now.utc_ms)));
     if let Value::Object(fields) = object {
         stamped.extend(fields);
     }
     Value::Object(stamped)
+}
+
+/// A moment in milliseconds since the Unix epoch, such as `2026-01-01T00:00:00.000Z`.
+pub fn utc(ms: i64) -> String {
+    // The year 9999 is as far as the text goes.
+    let since_epoch = Duration::from_millis(u64::try_from(ms).unwrap_or(0).min(253_402_300_799_999));
+    let utc = SystemTime::UNIX_EPOCH.checked_add(since_epoch).unwrap_or(SystemTime::UNIX_EPOCH);
+    humantime::format_rfc3339_millis(utc).to_string()
 }
 
 fn summary(name: &str, state: &Vehicle) -> Value {
@@ -187,6 +198,7 @@ fn tree(state: &Vehicle) -> Value {
     json!({
         "status": mcm.map(|it| &it.tree_status),
         "ticks": mcm.map(|it| it.ticks.to_string()),
+        "tickTimeMs": mcm.and_then(|it| it.tick_time).map(|it| json!({ "p50": it.p50_ms, "max": it.max_ms })),
         "nodes": tree.map_or_else(|| json!([]), |it| all(&it.nodes)),
     })
 }
@@ -202,6 +214,23 @@ fn aircraft(state: &Vehicle) -> Value {
         fields.remove("flags");
     }
     aircraft
+}
+
+/// Other aircraft that have been reported lately: an old report says nothing of where one is.
+fn traffic(state: &Vehicle, now: Time, pace: Pace) -> Value {
+    let report = |it: &Seen<v1::TransponderReport>| {
+        let age = pace.to_wall(now - it.at);
+        let mut report = to_json(&*it.message);
+        report["wallAgeS"] = json!(age.as_secs_f64());
+        (age < TRAFFIC_SILENCE).then_some(report)
+    };
+    state.traffic.values().filter_map(report).collect()
+}
+
+/// Null unless it was told lately: the wind of a while ago blows nowhere.
+fn wind(state: &Vehicle, now: Time, pace: Pace) -> Value {
+    let told = state.wind.as_ref().filter(|it| pace.to_wall(now - it.at) < TRAFFIC_SILENCE);
+    told.map_or(Value::Null, |it| to_json(&*it.message))
 }
 
 fn processes(of: &[&Processes], now: Time, ages: Ages) -> Value {

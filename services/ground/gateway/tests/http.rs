@@ -36,6 +36,14 @@ const CONFIG: &str = "
     requests_at_once = 1000.0
     command_lease_s = 60.0
     simulation = true
+    max_connections = 10
+    head_timeout_s = 0.5
+    [recording]
+    most_files = 0
+    most_total_mb = 1
+    most_each_mb = 1
+    flush_s = 0.01
+    most_hz = {}
 ";
 
 /// Longer than any of these tests takes on a busy machine.
@@ -56,7 +64,7 @@ impl World {
         let config: Config = toml::from_str(CONFIG).unwrap();
         let text = entry("eve", &[Role::Observer], "secret");
         let tokens = Tokens::parse(&Source { path: "tokens".into(), text }).unwrap();
-        let door = Door { tokens, audit: Audit::in_memory() };
+        let door = Door { tokens, audit: Audit::in_memory(), recordings: None };
         let (gateway, api) = Gateway::new(&config, Pace::REAL_TIME, door, || {});
         let (closing, closed) = watch::channel(());
         let router = router(api.clone(), closed);
@@ -165,7 +173,7 @@ impl Events {
 #[tokio::test(flavor = "multi_thread")]
 async fn the_process_lives_as_long_as_its_loop() {
     let world = World::empty();
-    assert_eq!(world.get("/healthz").await.body, json!({ "status": "ok" }));
+    assert_eq!(world.get("/healthz").await.body, json!({ "status": "ok", "recordings": "off" }));
     let World { gateway, router, .. } = world;
     drop(gateway);
     let response = router.oneshot(Request::get("/healthz").body(Body::empty()).unwrap()).await.unwrap();
@@ -309,7 +317,7 @@ async fn the_server_stops_when_told_though_a_stream_is_open() {
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let address = listener.local_addr().unwrap();
     let (stop, stopped) = tokio::sync::oneshot::channel::<()>();
-    let server = tokio::spawn(serve(listener, world.api.clone(), async {
+    let server = tokio::spawn(serve(listener, None, world.api.clone(), async {
         let _ = stopped.await;
     }));
     let mut client = TcpStream::connect(address).await.unwrap();

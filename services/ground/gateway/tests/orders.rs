@@ -9,6 +9,7 @@ use kittiwake_proto::v1;
 use node::CallError;
 use serde_json::{Value, json};
 
+mod recordings;
 mod world;
 use world::World;
 
@@ -27,6 +28,7 @@ async fn operations(world: &World) -> Vec<(String, String, Vec<String>, String)>
             let roles = roles.map(|it| it.as_str().unwrap().to_owned()).collect();
             let filled =
                 path.replace("{id}", "uav1").replace("{area}", "A").replace("{flag}", "f").replace("{name}", "n");
+            let filled = filled.replace("{recording}", world::RECORDING);
             let schema = &operation["requestBody"]["content"]["application/json"]["schema"]["$ref"];
             let body = match schema.as_str().and_then(|it| it.rsplit('/').next()) {
                 None => "",
@@ -257,10 +259,24 @@ async fn who_asks_too_often_is_told_to_wait_and_nobody_else_is() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn the_faults_that_can_be_injected_are_asked_of_the_simulator() {
+    let wind = v1::FaultKind { name: "wind".into(), arguments: "NORTH EAST [GUST]".into(), effect: "it blows".into() };
+    let world = World::with(move |call, _| match call {
+        Call::Fault(it) if it.name.is_empty() => {
+            Ok(Response::Fault(v1::FaultReply { known: vec![wind.clone()], ..Default::default() }))
+        }
+        other => panic!("{other:?}"),
+    });
+    let list = world.get(&format!("{UAV}/simulation/faults"), "observer").await.body;
+    assert_eq!(list["faults"], json!([{ "name": "wind", "arguments": "NORTH EAST [GUST]", "effect": "it blows" }]));
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn nothing_is_injected_where_something_real_flies() {
     let world = World::configured("simulation = true", "simulation = false");
     let flags = format!("{UAV}/simulation/flags");
     assert_eq!(world.send("POST", &flags, "safety", "k", r#"{"name":"x"}"#).await.status, 404);
+    assert_eq!(world.get(&format!("{UAV}/simulation/faults"), "safety").await.status, 404);
     assert_eq!(world.get("/api/v1/session", "safety").await.body["simulation"], false);
 }
 

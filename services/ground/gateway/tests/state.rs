@@ -57,12 +57,26 @@ fn ledger(state: v1::PermissionState, valid_for_s: f64) -> Message {
 #[test]
 fn what_was_never_seen_is_null_and_not_a_default() {
     let view = after([v1::SkillFeedback::default().into()]);
-    for absent in ["plan", "contingencies", "tree", "aircraft", "report"] {
+    for absent in ["plan", "contingencies", "tree", "aircraft", "report", "wind"] {
         assert_eq!(view[absent], Value::Null, "{absent}");
     }
     assert_eq!(view["mission"]["phase"], Value::Null);
     assert_eq!(view["skill"]["running"], Value::Null);
     assert_eq!(view["sources"]["introspection"]["wallAgeS"], Value::Null);
+}
+
+#[test]
+fn traffic_and_wind_are_of_the_last_seconds() {
+    let report = |id: &str| v1::TransponderReport { id: id.into(), ..Default::default() }.into();
+    let wind = v1::WindEstimate { north_m_s: 3.0, east_m_s: -4.0 };
+    let view = after([report("a"), wind.into(), report("b")]);
+    let ids: Vec<_> = view["traffic"].as_array().unwrap().iter().map(|it| it["id"].as_str().unwrap()).collect();
+    assert_eq!((ids, &view["traffic"][0]["wallAgeS"]), (vec!["a", "b"], &json!(2.0)));
+    assert_eq!(view["wind"], json!({ "northMS": 3.0, "eastMS": -4.0 }));
+    let silence = (0..5).map(|_| v1::SkillFeedback::default().into());
+    let later = after([report("a"), wind.into(), report("b")].into_iter().chain(silence));
+    assert_eq!(later["traffic"].as_array().unwrap().len(), 0, "{}", later["traffic"]);
+    assert_eq!(later["wind"], Value::Null);
 }
 
 #[test]

@@ -149,6 +149,8 @@ pub struct Vehicle {
     pub silent: Vec<Topic>,
     /// Arrives without noise.
     pub frozen: Vec<Topic>,
+    /// For how long the ground has not heard it.
+    pub unheard_s: f64,
     drawn: u32,
 }
 
@@ -166,6 +168,7 @@ impl Default for Vehicle {
                 vertical_valid: true,
                 eph_m: 0.4,
                 epv_m: 0.6,
+                ..Default::default()
             },
             global_position: v1::VehicleGlobalPosition {
                 latitude_deg: 54.0,
@@ -178,6 +181,7 @@ impl Default for Vehicle {
             battery: v1::BatteryStatus { voltage_v: 22.0, current_a: 10.0, remaining: 0.8, temperature_c: 20.0 },
             silent: Vec::new(),
             frozen: Vec::new(),
+            unheard_s: 0.0,
             drawn: 0,
         }
     }
@@ -200,6 +204,7 @@ impl Vehicle {
         it.push(v1::VehicleGlobalPosition { latitude_deg, ..self.global_position }.into());
         let current_a = self.battery.current_a + noise(Topic::BatteryStatus);
         it.push(v1::BatteryStatus { current_a, ..self.battery }.into());
+        it.push(v1::GroundContact { heard_age_wall_s: self.unheard_s }.into());
         it.retain(|it| !self.silent.contains(&it.topic()));
         it
     }

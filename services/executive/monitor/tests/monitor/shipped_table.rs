@@ -107,5 +107,6 @@ fn topic(source: DataSource) -> Topic {
         DataSource::GlobalPosition => Topic::VehicleGlobalPosition,
         DataSource::LandDetected => Topic::VehicleLandDetected,
         DataSource::Battery => Topic::BatteryStatus,
+        DataSource::GroundLink => Topic::GroundContact,
     }
 }

@@ -183,3 +183,27 @@ fn mail_that_waited_while_the_process_stood_still_proves_that_nobody_was_silent(
     rig.fly(1.0);
     assert_eq!(rig.story(), [""; 0]);
 }
+
+#[test]
+fn a_link_is_lost_when_either_way_is_and_only_if_it_was_there() {
+    /// Flies with a contact, then with what `change` makes of it, and tells what is said of the link.
+    #[track_caller]
+    fn check(before_s: f64, change: impl FnOnce(&mut crate::rig::Vehicle), after_s: f64, expected: &[&str]) {
+        let mut rig = Rig::watching("{ fact = 'stale', source = 'ground-link', after_s = 2.0, during = 'always' }");
+        rig.vehicle.silent = vec![Topic::GroundContact];
+        rig.fly(6.0);
+        rig.vehicle.silent.clear();
+        rig.fly(before_s);
+        change(&mut rig.vehicle);
+        rig.fly(after_s);
+        assert_eq!(rig.story(), expected);
+    }
+    let silent = |vehicle: &mut crate::rig::Vehicle| vehicle.silent = vec![Topic::GroundContact];
+    check(0.0, silent, 10.0, &[]);
+    check(1.0, |_| (), 10.0, &[]);
+    check(1.0, silent, 1.9, &[]);
+    check(1.0, silent, 3.0, &["8.990 it up: the link to the ground has been silent for 2.0 s, the limit is 2.0 s"]);
+    let unheard = |vehicle: &mut crate::rig::Vehicle| vehicle.unheard_s = 5.0;
+    check(1.0, unheard, 1.0, &["7.000 it up: the link to the ground has been silent for 5.0 s, the limit is 2.0 s"]);
+    check(1.0, |vehicle| vehicle.unheard_s = f64::NAN, 1.0, &[]);
+}

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use domain::time::{Pace, Time};
 use kittiwake_proto::topics::Message;
-use node::virtual_bus::VirtualBus;
+use node::virtual_bus::{Machine, VirtualBus};
 
 use crate::rig::{Rig, monitor, s, shipped};
 
@@ -14,7 +14,7 @@ fn a_hundred_a_second_of_wall_time_exactly() {
     #[track_caller]
     fn check(speed: f64, period_ms: u64, expected: usize) {
         let times = RefCell::new(Vec::new());
-        let mut bus = VirtualBus::new("uav1");
+        let mut bus = VirtualBus::new("uav1", Machine::Ideal);
         bus.tap(|at, message| {
             if matches!(message, Message::Introspection(_)) {
                 times.borrow_mut().push(at);

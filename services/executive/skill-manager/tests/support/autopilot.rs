@@ -259,7 +259,9 @@ impl Autopilot {
             }));
         }
         if speaks(Source::Landed) && (changed || self.steps.is_multiple_of(50 * u64::from(self.speed))) {
-            said.push(v1::VehicleLandDetected { landed: self.landed, ground_contact: self.landed }.into());
+            said.push(
+                v1::VehicleLandDetected { landed: self.landed, ground_contact: self.landed, timestamp_us: 0 }.into(),
+            );
         }
         self.said = Some(state);
         said

@@ -1,5 +1,7 @@
 //! The table of faults: name, arguments, effect.
 
+use kittiwake_proto::v1;
+
 use super::Fault;
 use super::arguments::Arguments;
 
@@ -18,6 +20,16 @@ pub struct Entry {
 /// Every fault there is.
 pub fn catalogue() -> &'static [Entry] {
     CATALOGUE
+}
+
+/// The same, for whoever asks over the bus.
+pub fn to_wire() -> Vec<v1::FaultKind> {
+    let kind = |it: &Entry| v1::FaultKind {
+        name: it.name.to_owned(),
+        arguments: it.arguments.to_owned(),
+        effect: it.effect.to_owned(),
+    };
+    CATALOGUE.iter().map(kind).collect()
 }
 
 const CATALOGUE: &[Entry] = &[

@@ -1,6 +1,7 @@
 use domain::geometry::Ned;
 use kittiwake_proto::topics::Topic;
 use kittiwake_proto::v1::{CommandResult, FailureFlag, FaultRequest, FlightMode};
+use vehicle_sim::faults::catalogue::catalogue;
 
 use crate::support::{Flight, arm, land, loiter, offboard, takeoff};
 
@@ -117,6 +118,7 @@ fn without_satellites_it_descends_blindly_after_five_seconds() {
     let mut flight = Flight::offboard();
     flight.fault("wind 0 4");
     flight.pass(10.0);
+    assert!((3.0..4.5).contains(&flight.wind.east_m_s), "{:?}", flight.wind);
     flight.fault("gnss_loss");
     flight.pass(0.1);
     assert!(flight.fails(FailureFlag::GnssLost) && flight.status.actual_mode() == FlightMode::Offboard);
@@ -268,4 +270,17 @@ fn an_unknown_fault_is_refused_with_help() {
     let reply = flight.request(FaultRequest { name: "wnd".into(), args: vec![] });
     assert!(!reply.accepted);
     assert_eq!(reply.detail, "there is no fault `wnd`; did you mean `wind`?");
+}
+
+#[test]
+fn a_request_without_a_name_is_told_which_faults_there_are() {
+    let mut flight = Flight::new();
+    let reply = flight.request(FaultRequest::default());
+    assert!(!reply.accepted);
+    let names: Vec<&str> = reply.known.iter().map(|it| it.name.as_str()).collect();
+    assert_eq!(names, catalogue().iter().map(|it| it.name).collect::<Vec<_>>());
+    let wind = reply.known.iter().find(|it| it.name == "wind").unwrap();
+    assert_eq!(wind.arguments, "NORTH EAST [GUST]");
+    let other = flight.request(FaultRequest { name: "batery".into(), args: Vec::new() });
+    assert!(other.known.is_empty(), "a mistyped name gets a word of help, not the whole list");
 }

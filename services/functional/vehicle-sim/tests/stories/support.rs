@@ -43,6 +43,7 @@ pub struct Flight {
     pub attitude: v1::VehicleAttitude,
     pub battery: v1::BatteryStatus,
     pub traffic: Vec<v1::TransponderReport>,
+    pub wind: v1::WindEstimate,
     /// Changes of status and land detector, with the time.
     pub story: String,
     /// Everything that came out, if asked for.
@@ -72,6 +73,7 @@ impl Flight {
             attitude: Default::default(),
             battery: Default::default(),
             traffic: Vec::new(),
+            wind: v1::WindEstimate::default(),
             story: String::new(),
             record: None,
         };
@@ -279,7 +281,7 @@ impl Flight {
                 self.status = it;
             }
             Message::VehicleLandDetected(it) => {
-                if it != self.landed {
+                if (it.ground_contact, it.landed) != (self.landed.ground_contact, self.landed.landed) {
                     self.tell(match (it.ground_contact, it.landed) {
                         (false, _) => "in the air",
                         (true, false) => "ground contact",
@@ -293,6 +295,7 @@ impl Flight {
             Message::VehicleGlobalPosition(it) => self.global = it,
             Message::BatteryStatus(it) => self.battery = it,
             Message::TransponderReport(it) => self.traffic.push(it),
+            Message::WindEstimate(it) => self.wind = it,
             other => panic!("{other:?} is none of the vehicle's topics"),
         }
     }

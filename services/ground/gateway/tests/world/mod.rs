@@ -11,7 +11,7 @@ use domain::time::{Now, Pace};
 use gateway::access::{Role, Tokens, entry};
 use gateway::audit::Audit;
 use gateway::config::Config;
-use gateway::http::router;
+use gateway::http::{Api, router};
 use gateway::{Door, Gateway};
 use http_body_util::BodyExt as _;
 use kittiwake_proto::topics::{Message, Request as Call, Response};
@@ -21,7 +21,10 @@ use serde_json::Value;
 use tokio::sync::watch;
 use tower::ServiceExt as _;
 
-const CONFIG: &str = "
+#[allow(dead_code)]
+pub mod certificates;
+
+pub const CONFIG: &str = "
     snapshot_rate_hz = 20.0
     status_rate_hz = 2.0
     heartbeat_stale_s = 2.0
@@ -33,7 +36,18 @@ const CONFIG: &str = "
     requests_at_once = 1000.0
     command_lease_s = 60.0
     simulation = true
+    max_connections = 10
+    head_timeout_s = 0.5
+    [recording]
+    most_files = 9
+    most_total_mb = 1
+    most_each_mb = 1
+    flush_s = 0.01
+    most_hz = {}
 ";
+
+/// A file that lies in the folder of the recordings, and is none.
+pub const RECORDING: &str = "not-a-recording";
 
 /// Plays the services: answers what is called, with the trace it came under.
 type Play = Box<dyn FnMut(&Call, &str) -> Result<Response, CallError> + Send>;
@@ -46,9 +60,14 @@ enum Input {
 
 pub struct World {
     pub router: Router,
+    /// To be served on a socket.
+    #[allow(dead_code)]
+    pub api: Api,
     inputs: Sender<Input>,
     /// What reached the bus: calls, and messages published.
     pub heard: Arc<Mutex<Vec<String>>>,
+    /// The folder of the recordings.
+    pub recordings: tempfile::TempDir,
     _closing: watch::Sender<()>,
 }
 
@@ -86,10 +105,12 @@ impl World {
         let wake = move || {
             let _ = nudge.send(Input::Nudge);
         };
-        let door = Door { tokens, audit: Audit::in_memory() };
+        let recordings = tempfile::tempdir().unwrap();
+        std::fs::write(recordings.path().join(format!("{RECORDING}.mcap")), "not at all").unwrap();
+        let door = Door { tokens, audit: Audit::in_memory(), recordings: Some(recordings.path().to_owned()) };
         let (mut gateway, api) = Gateway::new(&config, Pace::REAL_TIME, door, wake);
         let (closing, closed) = watch::channel(());
-        let router = router(api, closed);
+        let router = router(api.clone(), closed);
         let heard = Arc::new(Mutex::new(Vec::new()));
         let log = heard.clone();
         let mut turn = move |input: Input, now: Now| {
@@ -106,6 +127,8 @@ impl World {
                         let result = play(&request, trace.as_deref().unwrap_or("none"));
                         gateway.on(now, Event::Reply { call, result }, &mut Vec::new());
                     }
+                    // Comes by itself, whatever is ordered.
+                    Effect::Publish { message: Message::GroundContact(_), .. } => {}
                     Effect::Publish { message, .. } => log.lock().unwrap().push(message.topic().key().to_owned()),
                     Effect::Reply { .. } => panic!("it serves nothing"),
                 }
@@ -119,7 +142,7 @@ impl World {
                 turn(input, now);
             }
         });
-        World { router, inputs, heard, _closing: closing }
+        World { router, api, inputs, heard, recordings, _closing: closing }
     }
 
     /// uav1 says something.
@@ -186,7 +209,9 @@ pub fn obedient(call: &Call) -> Response {
             ..Default::default()
         }),
         Call::Decide(_) => Response::Decide(v1::DecideReply { accepted: true, ..Default::default() }),
-        Call::Fault(_) => Response::Fault(v1::FaultReply { accepted: true, detail: "done".into() }),
+        Call::Fault(_) => {
+            Response::Fault(v1::FaultReply { accepted: true, detail: "done".into(), ..Default::default() })
+        }
         other => panic!("not called by the gateway: {other:?}"),
     }
 }

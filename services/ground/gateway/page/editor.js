@@ -1,0 +1,87 @@
+// Another mission: its text, what it would take ("what if"), and putting it in the place of the present one.
+
+import * as api from "./api.js";
+import { attribute, disabledFor, h, text } from "./dom.js";
+import { changed, has, inCommand, isStale, store } from "./store.js";
+import { missionText } from "./mission-text.js";
+import { forecast, mistakes } from "./forecast.js";
+import { announce, ask, order } from "./orders.js";
+import { showAll } from "./map-view.js";
+
+export function mountEditor() {
+  const panel = document.getElementById("editor");
+  const area = h("textarea", { id: "mission-text", spellcheck: "false", autocomplete: "off", wrap: "off", "aria-label": "Text of the mission file", input: () => tried(null) });
+  const outcome = h("div", { class: "outcome", id: "what-if-outcome", role: "status" });
+  const whatIf = h("button", { id: "what-if", "data-help": "What it would take from here; nothing is changed", click: tryOut }, "What if");
+  const upload = h("button", { id: "upload", class: "hazard", "data-help": "Put it in the place of the present mission", click: put }, "Upload…");
+  const again = h("button", { id: "mission-reload", "data-help": "The text of the mission as it stands", click: load }, "As it stands");
+  const close = h("button", { id: "editor-close", click: () => edit(false) }, "Close");
+  panel.querySelector(".body").append(
+    h("div", { class: "buttons" }, whatIf, upload, again, close),
+    area,
+    outcome,
+  );
+  /** Whose text it is, and the text that was found good. */
+  let [of, good] = [null, null];
+
+  function tried(items, text = null) {
+    store.whatIf = items;
+    good = text;
+    if (!items) outcome.replaceChildren();
+    changed();
+  }
+
+  async function load() {
+    try {
+      area.value = missionText(await api.get(`/api/v1/vehicles/${encodeURIComponent(store.selected)}/mission`));
+      tried(null);
+    } catch (refusal) {
+      if (!(refusal instanceof api.Refusal)) throw refusal;
+      announce("bad", `The mission cannot be read: ${refusal.message}.`);
+    }
+  }
+
+  async function tryOut() {
+    const words = area.value;
+    try {
+      const answer = await api.command("POST", `/api/v1/vehicles/${encodeURIComponent(store.selected)}/mission/validate`, { text: words });
+      if (area.value !== words) return;
+      tried(answer.forecast, words);
+      showAll();
+      outcome.replaceChildren(forecast(answer.text, "good", answer.forecast));
+    } catch (refusal) {
+      if (!(refusal instanceof api.Refusal)) throw refusal;
+      tried(refusal.document.forecast ?? []);
+      const wrong = refusal.document.mistakes ?? [];
+      outcome.replaceChildren(forecast(refusal.message, "bad", refusal.document.forecast ?? []), mistakes(wrong, area));
+    }
+  }
+
+  function put() {
+    const words = area.value;
+    const flying = store.doc?.aircraft?.derived?.flying ? ` ${store.selected} is in the air and flies it at once.` : "";
+    ask(`Put this mission in the place of ${store.doc?.mission?.name ?? "the present one"}?${flying}`, "Upload", async () => {
+      if (await order("upload", "mission", { text: words }, "PUT")) edit(false);
+    });
+  }
+
+  return () => {
+    attribute(panel, "hidden", !store.editing);
+    document.body.classList.toggle("editing", store.editing);
+    if (store.editing && of !== store.selected) {
+      of = store.selected;
+      load();
+    }
+    if (!store.editing) of = null;
+    disabledFor(whatIf, isStale() ? "not connected" : has("operator") ? "" : "needs the role operator");
+    disabledFor(upload, isStale() ? "not connected" : !has("operator") ? "needs the role operator" : !inCommand() ? "take command first" : good !== area.value ? "try it out first: What if" : "");
+    disabledFor(again, isStale() ? "not connected" : "");
+    text(panel.querySelector("h2"), `Mission of ${store.selected ?? ""}: another one`);
+  };
+}
+
+/** Opens or closes the editing of the mission. */
+export function edit(on) {
+  Object.assign(store, { editing: on, whatIf: null });
+  changed();
+}

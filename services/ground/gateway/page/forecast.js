@@ -1,0 +1,61 @@
+// What a mission would take, as the planner has answered: a table, or the mistakes in its text.
+
+import { h } from "./dom.js";
+import { clock, number, sentence, step } from "./words.js";
+
+/** The planner's words, and a row for each objective with its plan to unfold. */
+export function forecast(words, tone, items) {
+  const rows = items.flatMap((it) => [row(it), plan(it)]).filter(Boolean);
+  const heads = ["", "Objective", "Way", "Time", "Permissions"].map((it) => h("th", { scope: "col" }, it));
+  return h("div", {},
+    h("p", { class: "said", "data-tone": tone }, sentence(words)),
+    items.length ? h("table", { class: "forecast" }, h("thead", {}, h("tr", {}, ...heads)), h("tbody", {}, ...rows, total(items))) : null,
+  );
+}
+
+function row(it) {
+  return h("tr", { "data-objective": it.objective, "data-tone": it.reachable ? "good" : "bad" },
+    h("td", { class: "glyph" }, it.reachable ? "✓" : "✕"),
+    h("td", {}, h("strong", {}, it.objective), it.reason ? h("span", { class: "reason" }, sentence(it.reason)) : null),
+    h("td", { class: "figure" }, `${number(it.lengthM)} m`),
+    h("td", { class: "figure" }, clock(it.flightTimeS)),
+    h("td", {}, it.permissions?.join(", ") || "–"),
+  );
+}
+
+function plan(it) {
+  const steps = it.plan?.steps ?? [];
+  if (!steps.length) return null;
+  const line = (at) => h("li", {}, `${step(at)}${at.askPermissions?.length ? `; asks for ${at.askPermissions.join(", ")}` : ""}`);
+  const folded = h("details", {}, h("summary", {}, steps.length === 1 ? "1 step" : `${steps.length} steps`), h("ol", { class: "proposed" }, ...steps.map(line)));
+  return h("tr", { class: "unfolds" }, h("td", {}), h("td", { colspan: 4 }, folded));
+}
+
+function total(items) {
+  const sum = (key) => items.reduce((all, it) => all + (it[key] ?? 0), 0);
+  return h("tr", { class: "total" },
+    h("td", {}),
+    h("td", {}, "In all, waits not counted"),
+    h("td", { class: "figure" }, `${number(sum("lengthM"))} m`),
+    h("td", { class: "figure" }, clock(sum("flightTimeS"))),
+    h("td", {}),
+  );
+}
+
+/** Each mistake as the reader told it, with a button that leads to its line. */
+export function mistakes(lines, area) {
+  return h("ul", { class: "mistakes" }, ...lines.map((it) => {
+    const [first, ...rest] = it.split("\n");
+    const [, line, column] = /^[^:\n]*:(\d+):(\d+)/.exec(first) ?? [];
+    const go = line ? h("button", { class: "chip", click: () => goTo(area, Number(line), Number(column)) }, `line ${line}`) : null;
+    return h("li", {}, go, h("span", { class: "reason" }, first.replace(/^[^:\n]*:(\d+):(\d+): /, "")), rest.length ? h("pre", {}, rest.join("\n")) : null);
+  }));
+}
+
+function goTo(area, line, column) {
+  const lines = area.value.split("\n");
+  const at = lines.slice(0, line - 1).reduce((all, it) => all + it.length + 1, 0) + column - 1;
+  area.focus();
+  area.setSelectionRange(at, at + 1);
+  area.scrollTop = ((line - 3) / lines.length) * area.scrollHeight;
+}

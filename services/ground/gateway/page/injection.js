@@ -1,0 +1,71 @@
+// Flags and faults by hand: only where the vehicle is simulated, and for those who may.
+
+import * as api from "./api.js";
+import { attribute, disabledFor, h, text } from "./dom.js";
+import { has, isStale, store } from "./store.js";
+import { flag } from "./words.js";
+import { order } from "./orders.js";
+
+export function mountInjection() {
+  const panel = document.getElementById("injection");
+  const flags = h("select", { id: "inject-flag", "aria-label": "Flag" });
+  const inject = (raised) => () => order("flag", "simulation/flags", { name: flags.value, raised, reason: `by hand, ${store.session?.name}` });
+  const raise = h("button", { id: "inject-raise", click: inject(true) }, "Raise");
+  const lower = h("button", { id: "inject-lower", click: inject(false) }, "Lower");
+  const faults = h("select", { id: "inject-fault", "aria-label": "Fault", change: describe });
+  const words = h("input", { id: "inject-args", "aria-label": "Arguments of the fault", autocomplete: "off" });
+  const effect = h("p", { class: "muted", id: "inject-effect" });
+  const go = h("button", { id: "inject-go" }, "Inject");
+  const form = h("form", { submit: (event) => {
+    event.preventDefault();
+    order("fault", "simulation/faults", { name: faults.value, args: words.value.split(/\s+/).filter(Boolean) });
+  } }, h("div", { class: "fields" }, faults, words, go), effect);
+  panel.querySelector(".body").append(h("div", { class: "fields" }, flags, raise, lower), form);
+  /** The catalogue of the vehicle it was asked of. */
+  let [of, known] = [null, []];
+
+  function describe() {
+    const it = known.find((it) => it.name === faults.value);
+    words.value = "";
+    attribute(words, "placeholder", it?.arguments || "no arguments");
+    attribute(words, "title", it?.arguments || null);
+    text(effect, it?.effect ?? "");
+  }
+
+  async function ask() {
+    const vehicle = store.selected;
+    of = vehicle;
+    try {
+      const list = (await api.get(`/api/v1/vehicles/${encodeURIComponent(vehicle)}/simulation/faults`)).faults;
+      if (of === vehicle) known = list;
+    } catch (refusal) {
+      if (!(refusal instanceof api.Refusal)) throw refusal;
+      // The simulator is away: asked again when the panel is opened anew.
+      if (of === vehicle) [of, known] = [null, []];
+    }
+    fillOptions(faults, known.map((it) => it.name), (it) => it);
+    describe();
+  }
+
+  panel.addEventListener("toggle", () => panel.open && of !== store.selected && ask());
+  return () => {
+    attribute(panel, "hidden", !store.session?.simulation || !(has("operator") || has("safety")));
+    if (panel.open && of && of !== store.selected) ask();
+    fillOptions(flags, flagsOf(store.doc?.tree?.nodes ?? []), flag);
+    for (const it of [raise, lower]) disabledFor(it, isStale() ? "not connected" : flags.value ? "" : "no flag is known");
+    disabledFor(go, isStale() ? "not connected" : faults.value ? "" : "no fault is known");
+  };
+}
+
+/** The rows of the contingency table, as the running tree has them: each is a sequence that begins with its flag. */
+function flagsOf(nodes) {
+  return nodes.filter((_, index) => nodes[index + 1]?.kind === "FlagRaised").map((it) => it.name);
+}
+
+function fillOptions(select, values, words) {
+  if (select.dataset.values === values.join()) return;
+  const chosen = select.value;
+  select.replaceChildren(...values.map((value) => h("option", { value }, words(value))));
+  if (values.includes(chosen)) select.value = chosen;
+  select.dataset.values = values.join();
+}

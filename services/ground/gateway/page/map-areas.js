@@ -1,0 +1,41 @@
+// The areas, coloured by the state of their permission.
+
+import { store } from "./store.js";
+import { place } from "./map-view.js";
+import { hatch, label, line } from "./map-pen.js";
+import { TONES, short } from "./permissions.js";
+import { number } from "./words.js";
+
+const WORDS = { REQUESTED: "asked, undecided", "": "not asked", UNSPECIFIED: "not asked" };
+
+export function area(pen, it) {
+  const { context, colour } = pen;
+  const keepOut = it.kind === "AREA_KIND_KEEP_OUT";
+  const state = short(store.doc.permissions?.find((p) => p.area === it.name)?.state);
+  const tone = keepOut ? "bad" : (TONES[state] ?? "muted");
+  const corners = it.corners.map(place);
+  line(context, corners);
+  context.closePath();
+  context.fillStyle = colour(tone);
+  context.globalAlpha = state === "GRANTED" || state === "REQUESTED" ? 0.16 : 0.09;
+  context.fill();
+  if (keepOut || tone === "bad" || tone === "warn") hatch(pen, corners, tone, keepOut);
+  context.globalAlpha = 1;
+  line(context, corners);
+  context.closePath();
+  context.strokeStyle = colour(tone);
+  context.lineWidth = keepOut ? 2.5 : 1.5;
+  context.setLineDash(TONES[state] || keepOut ? [] : [6, 4]);
+  context.stroke();
+  context.setLineDash([]);
+  const x = Math.min(...corners.map((c) => c[0])) + 8;
+  const y = Math.min(...corners.map((c) => c[1])) + 18;
+  label(pen, it.name, x, y, "ink", 700);
+  const words = keepOut ? "keep out" : (WORDS[state] ?? state.toLowerCase());
+  label(pen, words + band(it), x, y + 15, tone, 500);
+}
+
+function band({ floorM, ceilingM }) {
+  if (floorM == null && ceilingM == null) return "";
+  return `, ${floorM == null ? "ground" : `${number(floorM)} m`} to ${ceilingM == null ? "any height" : `${number(ceilingM)} m`}`;
+}

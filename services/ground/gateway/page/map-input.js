@@ -1,0 +1,106 @@
+// Pointers, wheel and keys on the map; and a place chosen on it, for whoever asks for one.
+
+import { changed } from "./store.js";
+import { STEP, follow, metres, pan, showAll, toGround, vehicle, zoom } from "./map-view.js";
+
+let canvas = null;
+/** The place that is being chosen, and who waits for it. */
+let picking = null;
+/** The place that was chosen, while it is asked whether it is the right one. */
+let chosen = null;
+let hover = null;
+
+/** The mark of a choice under way, and what lies under the pointer. */
+export const pointed = { mark: () => picking ?? chosen, hover: () => hover };
+
+/** Lets the operator choose a place; `null` when that is cancelled. */
+export function pickPlace() {
+  finish(null);
+  return new Promise((resolve) => {
+    const { northM = 0, eastM = 0 } = vehicle()?.position ?? {};
+    picking = { north: northM, east: eastM, resolve };
+    document.getElementById("map").classList.add("picking");
+    canvas.focus();
+    changed();
+  });
+}
+
+/** Marks a place until `stopPicking`. */
+export function markPlace(place) {
+  chosen = place;
+  changed();
+}
+
+/** Ends choosing a place, with none, and takes its mark away. */
+export function stopPicking() {
+  chosen = null;
+  finish(null);
+}
+
+function finish(place) {
+  if (!picking) return;
+  const { resolve } = picking;
+  picking = null;
+  document.getElementById("map").classList.remove("picking");
+  resolve(place);
+  changed();
+}
+
+/** Listens to what is done on the map. */
+export function listen(element) {
+  canvas = element;
+  const fingers = new Map();
+  let moved = false;
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    zoom(event.deltaY < 0 ? STEP : 1 / STEP, event.offsetX, event.offsetY);
+  }, { passive: false });
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    fingers.set(event.pointerId, [event.offsetX, event.offsetY]);
+    moved = false;
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    const now = [event.offsetX, event.offsetY];
+    hover = toGround(...now);
+    const before = fingers.get(event.pointerId);
+    if (before) {
+      moved ||= Math.hypot(now[0] - before[0], now[1] - before[1]) > 2;
+      const other = [...fingers].find(([id]) => id !== event.pointerId)?.[1];
+      if (other) pinch(before, now, other);
+      else if (moved) pan(now[0] - before[0], now[1] - before[1]);
+      if (moved) fingers.set(event.pointerId, now);
+    }
+    changed();
+  });
+  canvas.addEventListener("pointerup", (event) => {
+    fingers.delete(event.pointerId);
+    if (picking && !moved) finish(toGround(event.offsetX, event.offsetY));
+  });
+  canvas.addEventListener("pointercancel", (event) => fingers.delete(event.pointerId));
+  canvas.addEventListener("pointerleave", () => (hover = null));
+  canvas.addEventListener("keydown", onKey);
+}
+
+/** Two fingers: the one that rests is what the ground is stretched about. */
+function pinch(before, now, rests) {
+  const distance = (it) => Math.hypot(it[0] - rests[0], it[1] - rests[1]);
+  zoom(distance(now) / Math.max(1, distance(before)), ...rests);
+}
+
+function onKey(event) {
+  const arrow = { ArrowUp: [0, 1], ArrowDown: [0, -1], ArrowLeft: [-1, 0], ArrowRight: [1, 0] }[event.key];
+  if (arrow && picking) {
+    const step = metres(event.shiftKey ? 50 : 10);
+    picking.east += arrow[0] * step;
+    picking.north += arrow[1] * step;
+    changed();
+  } else if (arrow) pan(-arrow[0] * 60, arrow[1] * 60);
+  else if (event.key === "Enter" && picking) finish({ north: picking.north, east: picking.east });
+  else if (event.key === "+" || event.key === "=") zoom(STEP);
+  else if (event.key === "-") zoom(1 / STEP);
+  else if (event.key === "0") showAll();
+  else if (event.key === "f" || event.key === "F") follow();
+  else return;
+  event.preventDefault();
+}

@@ -1,0 +1,46 @@
+// What all drawings on the map have in common: lines, labels, stripes.
+
+/** A path through points, in pixels. */
+export function line(context, points) {
+  context.beginPath();
+  points.forEach(([x, y], index) => (index ? context.lineTo(x, y) : context.moveTo(x, y)));
+}
+
+/** Words with a rim of the ground's colour, legible on whatever is below. */
+export function label({ context, colour, font }, words, x, y, tone = "ink", weight = 600) {
+  context.font = `${weight} 12px ${font}`;
+  context.lineJoin = "round";
+  context.lineWidth = 3;
+  context.strokeStyle = colour("map");
+  context.strokeText(words, x, y);
+  context.fillStyle = colour(tone);
+  context.fillText(words, x, y);
+}
+
+/** Stripes, since colour alone is not for everybody, nor for bright sun. */
+export function hatch({ context, colour }, corners, tone, crossed) {
+  context.save();
+  line(context, corners);
+  context.closePath();
+  context.clip();
+  context.globalAlpha = 0.35;
+  context.strokeStyle = colour(tone);
+  context.lineWidth = 1;
+  const [xs, ys] = [corners.map((c) => c[0]), corners.map((c) => c[1])];
+  const [left, right, top, bottom] = [Math.max(Math.min(...xs), -100), Math.min(Math.max(...xs), 6000), Math.max(Math.min(...ys), -100), Math.min(Math.max(...ys), 6000)];
+  for (let x = left - (bottom - top); x < right; x += 11) {
+    line(context, [[x, bottom], [x + bottom - top, top]]);
+    context.stroke();
+    if (crossed) {
+      line(context, [[x, top], [x + bottom - top, bottom]]);
+      context.stroke();
+    }
+  }
+  context.restore();
+}
+
+/** Where something flies to in the next seconds, as a line from `[x, y]`. */
+export function heading(context, [x, y], { northMS = 0, eastMS = 0 } = {}) {
+  line(context, [[x, y], [x + eastMS * 4, y - northMS * 4]]);
+  context.stroke();
+}

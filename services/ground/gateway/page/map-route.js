@@ -1,0 +1,96 @@
+// Where it has flown, where it flies, where it would fly, and the sites of its objectives.
+
+import { store } from "./store.js";
+import { place, toScreen, vehicle } from "./map-view.js";
+import { label, line } from "./map-pen.js";
+
+const goal = (step) => place(step.goalState?.position);
+
+export function route(pen) {
+  const { context, colour } = pen;
+  context.lineJoin = "round";
+  if (store.trail.length > 1) {
+    line(context, store.trail.map((it) => toScreen(it.north, it.east)));
+    context.strokeStyle = colour("done");
+    context.lineWidth = 3;
+    context.stroke();
+  }
+  const here = vehicle()?.position;
+  if (!here || store.doc.report) return;
+  ahead(pen, place(here));
+  if (store.doc.plan?.current?.inTransition) {
+    const [x, y] = place(here);
+    label(pen, "transition", x + 14, y + 26, "warn");
+  }
+  const proposed = store.doc.operator?.planApproval?.plan?.steps;
+  if (proposed) sketch(pen, [here, ...proposed.map((it) => it.goalState?.position)], "plan to approve", "accent");
+  const tried = (store.whatIf ?? []).flatMap((it) => it.plan?.steps ?? []);
+  if (tried.length) sketch(pen, [here, ...tried.map((it) => it.goalState?.position)], "what if", "old");
+}
+
+/** The steps of the plan that are still to fly, the present one full. */
+function ahead({ context, colour }, start) {
+  const current = store.doc.plan?.current;
+  let from = start;
+  for (const { step } of store.plan.steps.filter((it) => !store.plan.done.has(it.step.id))) {
+    const to = goal(step);
+    const present = step.id === current?.stepId;
+    context.strokeStyle = colour("accent");
+    context.lineWidth = present ? 3 : 1.5;
+    context.setLineDash(present ? (current.inTransition ? [3, 5] : []) : [8, 6]);
+    line(context, [from, to]);
+    context.stroke();
+    context.setLineDash([]);
+    context.beginPath();
+    context.arc(...to, present ? 5 : 3.5, 0, 2 * Math.PI);
+    context.fillStyle = present ? colour("accent") : colour("map");
+    context.fill();
+    context.lineWidth = 1.5;
+    context.stroke();
+    from = to;
+  }
+}
+
+/** A route that nobody flies yet: a broad dotted band beside no other line's style. */
+function sketch(pen, positions, words, tone) {
+  const { context, colour } = pen;
+  const points = positions.map(place);
+  context.save();
+  context.strokeStyle = colour(tone);
+  context.globalAlpha = 0.75;
+  context.lineWidth = 5;
+  context.lineCap = "round";
+  context.setLineDash([1, 11]);
+  line(context, points);
+  context.stroke();
+  context.restore();
+  const [farthest] = [...points].sort((a, b) => Math.hypot(b[0] - points[0][0], b[1] - points[0][1]) - Math.hypot(a[0] - points[0][0], a[1] - points[0][1]));
+  label(pen, words, (points[0][0] + farthest[0]) / 2 + 8, (points[0][1] + farthest[1]) / 2 - 10, tone);
+}
+
+/** Home, and the objectives in their order. */
+export function sites(pen) {
+  const { context, colour } = pen;
+  const [homeX, homeY] = toScreen(0, 0);
+  context.strokeStyle = colour("ink");
+  context.lineWidth = 2;
+  line(context, [[homeX - 7, homeY + 1], [homeX, homeY - 7], [homeX + 7, homeY + 1]]);
+  context.stroke();
+  context.strokeRect(homeX - 4.5, homeY, 9, 7);
+  const under = new Map();
+  store.doc.mission?.objectives?.forEach((it, index) => {
+    const [x, y] = place(it.position);
+    const tone = { OBJECTIVE_STATE_SUCCESS: "good", OBJECTIVE_STATE_FAILURE: "bad" }[it.state] ?? (index === store.doc.mission.currentObjective ? "accent" : "muted");
+    // Names of one site stand one below the other.
+    const site = `${Math.round(x)},${Math.round(y)}`;
+    const row = under.get(site) ?? 0;
+    under.set(site, row + 1);
+    if (Math.hypot(x - homeX, y - homeY) > 12) {
+      context.strokeStyle = colour(tone);
+      context.lineWidth = 2;
+      context.strokeRect(x - 7, y - 7, 14, 14);
+    }
+    const glyph = { good: " ✓", bad: " ✕" }[tone] ?? "";
+    label(pen, `${index + 1} ${it.name}${glyph}`, x + 12, y + 22 + row * 15, tone);
+  });
+}

@@ -1,0 +1,86 @@
+// Giving an order: the second step of a hazardous one, its way to the gateway, and what came of it.
+//
+// Everything that orders something passes here, so that all of it is answered in one place.
+
+import * as api from "./api.js";
+import { attribute, h, part, text } from "./dom.js";
+import { store } from "./store.js";
+
+/** A question nobody answers is withdrawn. */
+const QUESTION_MS = 10_000;
+
+let confirm = null;
+let timer = null;
+let last = null;
+const withdrawn = new Set();
+
+/** The elements beneath the verbs: the question of a second step, and the answer. */
+export function orderElements() {
+  confirm = h("div", { class: "confirm", role: "alertdialog", "aria-labelledby": "question", hidden: true },
+    h("span", { id: "question", "data-part": "question" }),
+    h("button", { id: "cancel", click: withdraw }, "Cancel"),
+    h("button", { id: "confirm", class: "danger", "data-part": "go" }, "Confirm"),
+  );
+  const said = h("p", { class: "said", id: "said", role: "status" }, "");
+  const again = h("button", { id: "again", hidden: true, click: () => last && run(last) }, "Try again");
+  document.addEventListener("keydown", (event) => event.key === "Escape" && withdraw());
+  return { confirm, answer: h("div", { class: "answer" }, said, again) };
+}
+
+/** Asks before `go`: the button is not where the first one was, and the focus is on the way out. */
+export function ask(question, label, go) {
+  withdraw();
+  attribute(confirm, "hidden", false);
+  text(part(confirm, "question"), question);
+  const button = part(confirm, "go");
+  text(button, `Confirm: ${label.replace("…", "")}`);
+  button.onclick = () => {
+    withdraw();
+    go();
+  };
+  document.getElementById("cancel").focus();
+  timer = setTimeout(withdraw, QUESTION_MS);
+}
+
+/** Calls `listener` whenever the operator turns back. */
+export function onWithdraw(listener) {
+  withdrawn.add(listener);
+}
+
+/** Takes the question back. */
+export function withdraw() {
+  clearTimeout(timer);
+  for (const listener of withdrawn) listener();
+  if (confirm.contains(document.activeElement)) document.getElementById("commands").focus();
+  attribute(confirm, "hidden", true);
+}
+
+/** Gives an order under the chosen vehicle and says what came of it; the answer, or `null` when it was not done. */
+export function order(name, path, body, method = "POST") {
+  const url = `/api/v1/vehicles/${encodeURIComponent(store.selected)}/${path}`;
+  return run({ name, url, body, method, key: api.newKey() });
+}
+
+async function run(it) {
+  last = it;
+  announce("", `${it.name}: sent…`);
+  try {
+    const answer = await api.command(it.method, it.url, it.body, it.key);
+    announce("good", `${it.name}: ${answer.text || "done"}`);
+    return answer;
+  } catch (refusal) {
+    // A page's own fault is none of the gateway's, and belongs on the console.
+    if (!(refusal instanceof api.Refusal)) throw refusal;
+    announce("bad", `${it.name}: ${refusal.status ? "refused" : "no answer"}: ${refusal.message}`, [0, 408, 503].includes(refusal.status));
+    return null;
+  }
+}
+
+/** Writes the outcome of an order beneath the verbs. */
+export function announce(tone, words, repeatable = false) {
+  const said = document.getElementById("said");
+  text(said, words);
+  attribute(said, "data-tone", tone || null);
+  // The same key: an order that did arrive is not carried out twice.
+  attribute(document.getElementById("again"), "hidden", !repeatable);
+}

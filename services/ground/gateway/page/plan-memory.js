@@ -1,0 +1,26 @@
+// The steps of the present plan with those already flown, which the gateway no longer tells.
+
+export function noPlan() {
+  return { revision: null, steps: [], done: new Set(), longest: 0, current: null };
+}
+
+/** What is remembered of the plan once `doc` has come. */
+export function rememberPlan(plan, doc) {
+  const steps = doc.plan?.actionTrack ?? [];
+  const asks = new Map((doc.plan?.communicationTrack ?? []).map((it) => [it.stepId, it.askPermissions]));
+  if (doc.plan?.revision !== plan.revision) plan = { ...noPlan(), revision: doc.plan?.revision ?? null };
+  for (const step of steps) {
+    const known = plan.steps.find((it) => it.step.id === step.id);
+    const ask = asks.get(step.id) ?? [];
+    if (known) known.ask = ask;
+    else plan.steps.push({ step, ask });
+  }
+  const current = doc.plan?.current;
+  const left = new Set(steps.map((it) => it.id));
+  for (const { step } of plan.steps) if (!left.has(step.id)) plan.done.add(step.id);
+  if (current?.stepId !== plan.current) Object.assign(plan, { current: current?.stepId ?? null, longest: 0 });
+  const index = plan.steps.findIndex((it) => it.step.id === plan.current);
+  plan.steps.slice(0, Math.max(0, index)).forEach((it) => plan.done.add(it.step.id));
+  plan.longest = Math.max(plan.longest, current?.distanceLeftM ?? 0);
+  return plan;
+}

@@ -1,0 +1,83 @@
+//! What is kept of missions, and how much of it.
+
+use std::collections::BTreeMap;
+use std::num::NonZeroU32;
+use std::path::PathBuf;
+
+use domain::quantity::Positive;
+use kittiwake_proto::topics::Topic;
+use serde::Deserialize;
+
+/// The section `[gateway.recording]`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// The folder of the recordings, relative to the configuration file's; absent: the one that the
+    /// command line names, or none.
+    pub folder: Option<PathBuf>,
+    /// Recordings kept; the oldest goes when there are more. Zero records nothing.
+    pub most_files: u32,
+    /// Megabytes that all recordings may take together; the oldest goes when they take more.
+    pub most_total_mb: NonZeroU32,
+    /// Megabytes of one recording, after which it takes no more in.
+    pub most_each_mb: NonZeroU32,
+    /// Wall seconds for which messages are collected before they are written together. What a killed
+    /// gateway loses.
+    pub flush_s: Positive,
+    /// Messages a second of wall time that are kept of a topic, by its key; all of a topic that is not named.
+    pub most_hz: BTreeMap<TopicKey, Positive>,
+}
+
+/// A topic, written as its key.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
+#[serde(try_from = "String")]
+pub struct TopicKey(pub Topic);
+
+impl TryFrom<String> for TopicKey {
+    type Error = String;
+    fn try_from(key: String) -> Result<TopicKey, String> {
+        Topic::ALL.iter().find(|it| it.key() == key).map(|it| TopicKey(*it)).ok_or_else(|| {
+            format!("found topic `{key}`, expected one that is published, such as `{}`", Topic::Introspection.key())
+        })
+    }
+}
+
+/// How much may be kept, in bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// Recordings.
+    pub files: usize,
+    /// All of them together.
+    pub total: u64,
+    /// One of them.
+    pub each: u64,
+}
+
+impl Config {
+    /// The bounds in bytes.
+    pub fn limits(&self) -> Limits {
+        let bytes = |mb: NonZeroU32| u64::from(mb.get()) * 1024 * 1024;
+        Limits {
+            files: usize::try_from(self.most_files).unwrap_or(usize::MAX),
+            total: bytes(self.most_total_mb),
+            each: bytes(self.most_each_mb),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_topic_that_is_not_published_is_a_mistake() {
+        let text = |key: &str| {
+            format!("most_files = 1\nmost_total_mb = 2\nmost_each_mb = 1\nflush_s = 1.0\n[most_hz]\n\"{key}\" = 5.0")
+        };
+        let config: Config = toml::from_str(&text("monitor/introspection")).unwrap();
+        assert_eq!(config.most_hz[&TopicKey(Topic::Introspection)].get(), 5.0);
+        assert_eq!(config.limits(), Limits { files: 1, total: 2 << 20, each: 1 << 20 });
+        let error = toml::from_str::<Config>(&text("monitor/introspecton")).unwrap_err().to_string();
+        assert!(error.contains("found topic `monitor/introspecton`"), "{error}");
+    }
+}

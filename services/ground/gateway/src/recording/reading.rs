@@ -1,0 +1,159 @@
+//! Reads a recording from its beginning to wherever it can be read. It never fails: what is wrong is
+//! told beside what was understood.
+
+use std::collections::BTreeMap;
+use std::io::Read;
+
+use kittiwake_proto::topics::Topic;
+use mcap::McapError;
+use mcap::records::Record;
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+
+use crate::recording::digest::Digest;
+use crate::recording::encoder::METADATA;
+
+/// No record of ours is nearly as long; a damaged length must not become an allocation.
+const LONGEST_RECORD: usize = 16 * 1024 * 1024;
+
+/// What a file says.
+#[derive(Debug, Default, PartialEq)]
+pub struct Reading {
+    /// What was understood.
+    pub digest: Digest,
+    /// What is wrong with the file; `None` if it was read to its end.
+    pub problem: Option<String>,
+}
+
+/// Reads all of it.
+pub fn read(mut file: impl Read) -> Reading {
+    let mut reading = Reading::default();
+    reading.problem = read_into(&mut file, &mut reading.digest).err().map(|it| in_words(&it));
+    reading
+}
+
+fn read_into(file: &mut impl Read, digest: &mut Digest) -> Result<(), McapError> {
+    let options = LinearReaderOptions::default()
+        .with_prevalidate_chunk_crcs(true)
+        .with_validate_data_section_crc(true)
+        .with_validate_summary_section_crc(true)
+        .with_check_finishes_after_end_magic(true)
+        .with_record_length_limit(LONGEST_RECORD);
+    let mut reader = LinearReader::new_with_options(options);
+    // By their numbers in the file; `None`: a topic that is not ours.
+    let mut channels: BTreeMap<u16, Option<Topic>> = BTreeMap::new();
+    while let Some(event) = reader.next_event() {
+        match event? {
+            LinearReadEvent::ReadRequest(need) => {
+                let read = file.read(reader.insert(need))?;
+                reader.notify_read(read);
+            }
+            LinearReadEvent::Record { opcode, data } => match mcap::parse_record(opcode, data)? {
+                Record::Metadata(it) if it.name == METADATA => digest.knows(&it.metadata),
+                Record::Channel(it) => {
+                    let topic = Topic::ALL.iter().find(|topic| topic.key() == it.topic).copied();
+                    channels.insert(it.id, topic);
+                }
+                Record::Message { header, data } => {
+                    let topic = channels.get(&header.channel_id);
+                    let topic = *topic.ok_or(McapError::UnknownChannel(header.sequence, header.channel_id))?;
+                    let utc_ms = i64::try_from(header.log_time / 1_000_000).unwrap_or(i64::MAX);
+                    if let Some(topic) = topic {
+                        digest.on(topic, utc_ms, &data);
+                    }
+                }
+                _ => {}
+            },
+        }
+    }
+    Ok(())
+}
+
+fn in_words(error: &McapError) -> String {
+    match error {
+        McapError::UnexpectedEof => "it ends early: the gateway was ended while it wrote, or the file was cut".into(),
+        McapError::BadMagic => "it is no MCAP file, or does not end like one".into(),
+        McapError::Io(cause) => format!("it cannot be read: {cause}"),
+        other => format!("it is corrupt: {other}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::encoder::Encoder;
+    use crate::recording::tracks::Entry;
+    use kittiwake_proto::topics::Message;
+    use kittiwake_proto::v1;
+
+    const STARTED: i64 = 1_767_225_600_000;
+
+    /// A recording of `count` decisions a second apart, flushed after each, and the sizes it had then.
+    fn recording(count: i64) -> (Vec<u8>, Vec<usize>) {
+        let known = BTreeMap::from([("vehicle".to_owned(), "uav1".to_owned())]);
+        let mut encoder = Encoder::new(known.clone()).unwrap();
+        let (mut file, mut sizes) = (Vec::new(), Vec::new());
+        for n in 0..count {
+            let message: Message = v1::DecisionRecord { text: n.to_string(), ..Default::default() }.into();
+            let entry = Entry { topic: message.topic(), utc_ms: STARTED + 1000 * n, bytes: message.encode() };
+            encoder.add(&entry).unwrap();
+            file.extend(encoder.take_bytes().unwrap());
+            sizes.push(file.len());
+        }
+        file.extend(encoder.finish(known).unwrap());
+        (file, sizes)
+    }
+
+    #[test]
+    fn what_was_written_is_read() {
+        let (file, _) = recording(3);
+        let reading = read(file.as_slice());
+        assert_eq!(reading.problem, None);
+        assert_eq!((reading.digest.vehicle.as_str(), reading.digest.messages), ("uav1", 3));
+        assert_eq!((reading.digest.started_ms, reading.digest.ended_ms), (Some(STARTED), Some(STARTED + 2000)));
+    }
+
+    #[test]
+    fn others_read_it_too_and_find_the_descriptors() {
+        let (file, _) = recording(3);
+        let messages: Vec<_> = mcap::MessageStream::new(&file).unwrap().map(Result::unwrap).collect();
+        assert_eq!(messages.len(), 3);
+        let channel = &messages[0].channel;
+        let schema = channel.schema.as_ref().unwrap();
+        assert_eq!((channel.topic.as_str(), channel.message_encoding.as_str()), ("mcm/decision", "protobuf"));
+        assert_eq!((schema.name.as_str(), schema.encoding.as_str()), ("kittiwake.v1.DecisionRecord", "protobuf"));
+        assert_eq!(Some(schema.data.to_vec()), kittiwake_proto::schema::file_descriptor_set(&schema.name));
+        assert_eq!(messages[2].log_time, (STARTED as u64 + 2000) * 1_000_000);
+        assert_eq!(messages[2].sequence, 2);
+        let summary = mcap::Summary::read(&file).unwrap().unwrap();
+        assert_eq!(summary.stats.unwrap().message_count, 3);
+    }
+
+    #[test]
+    fn wherever_it_is_cut_off_what_was_flushed_is_read() {
+        let (file, sizes) = recording(4);
+        for cut in 0..file.len() {
+            let reading = read(&file[..cut]);
+            assert!(reading.problem.is_some(), "cut at {cut}");
+            let flushed = sizes.iter().filter(|it| **it <= cut).count() as u64;
+            assert!(flushed <= reading.digest.messages, "cut at {cut}: {} of {flushed}", reading.digest.messages);
+        }
+    }
+
+    #[test]
+    fn whatever_is_damaged_it_is_told_and_never_a_panic() {
+        let (file, _) = recording(4);
+        let whole = read(file.as_slice());
+        for at in 0..file.len() {
+            for bit in [0x01, 0x80] {
+                let mut damaged = file.clone();
+                damaged[at] ^= bit;
+                let reading = read(damaged.as_slice());
+                // What the checksums do not cover may go unnoticed, but changes no more than itself.
+                assert!(reading.problem.is_some() || reading.digest.messages == whole.digest.messages, "at {at}");
+            }
+        }
+        for garbage in [vec![], vec![0xff; 1000], b"\x89MCAP0\r\n".repeat(9)] {
+            assert!(read(garbage.as_slice()).problem.is_some());
+        }
+    }
+}

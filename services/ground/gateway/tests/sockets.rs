@@ -1,0 +1,257 @@
+//! The gateway on real sockets, plain and encrypted: who is let in, and who is cut off.
+
+use std::net::SocketAddr;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, SystemTime};
+
+use gateway::config::Config;
+use gateway::tls::settled;
+use rustls::pki_types::pem::PemObject;
+use rustls::pki_types::{CertificateDer, ServerName};
+use rustls::{ClientConfig, RootCertStore};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
+use tokio::net::{TcpListener, TcpStream};
+use tokio_rustls::TlsConnector;
+use tokio_rustls::client::TlsStream;
+
+#[allow(dead_code)]
+mod world;
+use world::World;
+use world::certificates::Certificates;
+
+/// Longer than any limit in the tests' configuration, on a machine that is busy.
+const LIMIT: Duration = Duration::from_secs(20);
+
+trait Stream: AsyncRead + AsyncWrite + Unpin + Send {}
+impl<T: AsyncRead + AsyncWrite + Unpin + Send> Stream for T {}
+
+/// A gateway that listens; it ends with the value.
+struct Served {
+    address: SocketAddr,
+    certificates: Option<Certificates>,
+    world: World,
+    _stop: tokio::sync::oneshot::Sender<()>,
+}
+
+impl Served {
+    async fn start(world: World, encrypted: bool) -> Served {
+        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let address = listener.local_addr().unwrap();
+        let certificates = encrypted.then(Certificates::new);
+        let tls = certificates.as_ref().and_then(|it| {
+            let (certificate, key) = it.sign("server", 2020, 2120);
+            settled(&config(Some(&certificate), Some(&key), false), address, SystemTime::now()).unwrap()
+        });
+        assert_eq!(tls.is_some(), encrypted);
+        let (stop, stopped) = tokio::sync::oneshot::channel::<()>();
+        let api = world.api.clone();
+        tokio::spawn(gateway::serve(listener, tls, api, async {
+            let _ = stopped.await;
+        }));
+        Served { address, certificates, world, _stop: stop }
+    }
+
+    /// With limits of half a second.
+    async fn hasty(encrypted: bool) -> Served {
+        Served::start(World::configured("request_timeout_s = 5.0", "request_timeout_s = 0.5"), encrypted).await
+    }
+
+    async fn tcp(&self) -> TcpStream {
+        TcpStream::connect(self.address).await.unwrap()
+    }
+
+    /// As it is meant to be.
+    async fn connect(&self) -> Box<dyn Stream> {
+        match &self.certificates {
+            None => Box::new(self.tcp().await),
+            Some(it) => Box::new(tls_over(self.tcp().await, Some(&it.ca)).await.unwrap()),
+        }
+    }
+
+    /// Everything that is answered to `bytes` until the connection is closed.
+    async fn answer(&self, bytes: &[u8]) -> String {
+        let mut stream = self.connect().await;
+        // The server may have heard enough before all of it is sent.
+        let _ = stream.write_all(bytes).await;
+        read_to_end(&mut stream).await
+    }
+}
+
+/// Encrypts as a client that trusts `ca` alone, or nobody.
+async fn tls_over(stream: TcpStream, ca: Option<&str>) -> std::io::Result<TlsStream<TcpStream>> {
+    let mut roots = RootCertStore::empty();
+    if let Some(ca) = ca {
+        roots.add(CertificateDer::from_pem_slice(ca.as_bytes()).unwrap()).unwrap();
+    }
+    let provider = Arc::new(rustls::crypto::ring::default_provider());
+    let builder = ClientConfig::builder_with_provider(provider).with_safe_default_protocol_versions().unwrap();
+    let config = builder.with_root_certificates(roots).with_no_client_auth();
+    TlsConnector::from(Arc::new(config)).connect(ServerName::try_from("127.0.0.1").unwrap(), stream).await
+}
+
+/// What is sent until the other side closes; a reset closes too.
+async fn read_to_end(stream: &mut (impl AsyncRead + Unpin)) -> String {
+    let mut seen = Vec::new();
+    let reading = async { while stream.read_buf(&mut seen).await.is_ok_and(|it| 0 < it) {} };
+    tokio::time::timeout(LIMIT, reading).await.expect("the connection is left open");
+    String::from_utf8_lossy(&seen).into_owned()
+}
+
+/// A request as operator without a body's head.
+fn request(line: &str, more: &str) -> String {
+    format!(
+        "{line} HTTP/1.1\r\nhost: x\r\nauthorization: Bearer safety-token\r\nidempotency-key: k\r\nconnection: close\r\n{more}\r\n"
+    )
+}
+
+const PAUSE: &str = "POST /api/v1/vehicles/uav1/pause";
+
+fn config(certificate: Option<&Path>, key: Option<&Path>, plain_beyond: bool) -> Config {
+    let mut config: Config = toml::from_str(world::CONFIG).unwrap();
+    config.tls_certificate = certificate.map(Path::to_owned);
+    config.tls_key = key.map(Path::to_owned);
+    config.plain_http_beyond_loopback = plain_beyond;
+    config
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn who_trusts_the_ca_is_answered_and_others_do_not_trust_the_gateway() {
+    let served = Served::start(World::new(), true).await;
+    let answer = served.answer(request("GET /healthz", "").as_bytes()).await;
+    assert!(answer.starts_with("HTTP/1.1 200 OK") && answer.contains("\"status\":\"ok\""), "{answer}");
+    let answer = served.answer(request(PAUSE, "").as_bytes()).await;
+    assert!(answer.starts_with("HTTP/1.1 200 OK"), "{answer}");
+    let refused = tls_over(served.tcp().await, None).await.map(|_| ()).unwrap_err().to_string();
+    assert!(refused.contains("UnknownIssuer"), "{refused}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn plain_http_is_not_spoken_where_tls_is() {
+    let served = Served::hasty(true).await;
+    let mut stream = served.tcp().await;
+    stream.write_all(request("GET /healthz", "").as_bytes()).await.unwrap();
+    let answer = read_to_end(&mut stream).await;
+    assert!(!answer.contains("HTTP"), "{answer}");
+}
+
+/// Each of them stops in the middle, and is cut off; all others go on.
+#[tokio::test(flavor = "multi_thread")]
+async fn who_takes_too_long_is_cut_off() {
+    for encrypted in [false, true] {
+        let served = Served::hasty(encrypted).await;
+        let body = request("POST /api/v1/vehicles/uav1/land-at", "content-length: 100\r\n") + "{";
+        for (sent, expected) in
+            [("", ""), ("GET /heal", ""), ("GET /healthz HTTP/1.1\r\nhost: x\r\n", ""), (body.as_str(), "HTTP/1.1 408")]
+        {
+            let answer = served.answer(sent.as_bytes()).await;
+            assert!(answer.starts_with(expected), "after `{sent}`: `{answer}`");
+            assert!(!expected.is_empty() || !answer.contains(" 200 "), "after `{sent}`: `{answer}`");
+        }
+        assert!(served.answer(request("GET /healthz", "").as_bytes()).await.contains(" 200 OK"));
+    }
+    // A handshake that never begins.
+    let served = Served::hasty(true).await;
+    assert_eq!(read_to_end(&mut served.tcp().await).await, "");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn what_is_too_large_or_no_http_is_refused_and_the_next_one_is_answered() {
+    let ten_megabytes = "x".repeat(10_000_000);
+    let declared = request(PAUSE, &format!("content-length: {}\r\n", ten_megabytes.len())) + &ten_megabytes;
+    let chunked = request(PAUSE, "transfer-encoding: chunked\r\n")
+        + &format!("{:x}\r\n{ten_megabytes}\r\n0\r\n\r\n", ten_megabytes.len());
+    let long_head = request("GET /healthz", &format!("x: {}\r\n", "y".repeat(1_000_000)));
+    let no_colon = request("GET /healthz", "no colon\r\n");
+    let twice = request(PAUSE, "content-length: 1\r\ncontent-length: 2\r\n");
+    for encrypted in [false, true] {
+        let served = Served::hasty(encrypted).await;
+        for (sent, expected) in [
+            (declared.as_str(), "413"),
+            (chunked.as_str(), "413"),
+            (long_head.as_str(), "431"),
+            (twice.as_str(), "400"),
+            ("PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", ""),
+            ("\u{0}\u{1}\u{2}\r\n\r\n", "400"),
+            ("GET\r\n\r\n", "400"),
+            (no_colon.as_str(), "400"),
+        ] {
+            let answer = served.answer(sent.as_bytes()).await;
+            let status = answer.split(' ').nth(1).unwrap_or_default();
+            let what = format!("after {:?}: {answer}", &sent[..sent.len().min(200)]);
+            assert!(status == expected || (expected.is_empty() && status != "200"), "{what}");
+        }
+        assert!(served.answer(request("GET /healthz", "").as_bytes()).await.contains(" 200 OK"));
+        assert!(served.world.heard().is_empty());
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn so_many_connections_and_no_more() {
+    let served = Served::start(World::configured("head_timeout_s = 0.5", "head_timeout_s = 60.0"), false).await;
+    let mut open = Vec::new();
+    for _ in 0..10 {
+        let mut stream = served.tcp().await;
+        // Answered, so that it is known to have its seat.
+        stream.write_all(b"GET /healthz HTTP/1.1\r\nhost: x\r\n\r\n").await.unwrap();
+        stream.readable().await.unwrap();
+        open.push(stream);
+    }
+    assert_eq!(served.answer(request("GET /healthz", "").as_bytes()).await, "");
+    open.pop();
+    let start = std::time::Instant::now();
+    while !served.answer(request("GET /healthz", "").as_bytes()).await.contains(" 200 OK") {
+        assert!(start.elapsed() < LIMIT, "a seat that was left is not given to the next");
+    }
+}
+
+#[test]
+fn what_cannot_be_used_is_refused_in_a_sentence() {
+    let files = Certificates::new();
+    let (good, key) = files.sign("good", 2020, 2120);
+    let (_, other_key) = files.sign("other", 2020, 2120);
+    let (expired, expired_key) = files.sign("expired", 2019, 2020);
+    let (early, early_key) = files.sign("early", 2119, 2120);
+    let open_key = files.write("open.key", &std::fs::read_to_string(&key).unwrap(), 0o644);
+    let text = files.write("text.pem", "no certificate", 0o600);
+    let torn = files.write("torn.pem", "-----BEGIN CERTIFICATE-----\nAAAA\n-----END CERTIFICATE-----\n", 0o600);
+    let absent = Path::new("/nowhere/absent.pem");
+    let (loopback, anywhere) = ("127.0.0.1:0", "0.0.0.0:0");
+    #[track_caller]
+    fn check(files: (Option<&Path>, Option<&Path>), plain_beyond: bool, address: &str, expected: Result<bool, &str>) {
+        let config = config(files.0, files.1, plain_beyond);
+        let found = settled(&config, address.parse().unwrap(), SystemTime::now());
+        match (found, expected) {
+            (Ok(found), Ok(encrypted)) => assert_eq!(found.is_some(), encrypted),
+            (Err(refusal), Err(part)) => {
+                assert!(refusal.to_string().contains(part), "{refusal}");
+                assert_eq!(refusal.to_string().lines().count(), 1);
+            }
+            (found, expected) => panic!("{:?}, expected {expected:?}", found.map(|it| it.is_some())),
+        }
+    }
+    fn with<'a>(certificate: &'a Path, key: &'a Path) -> (Option<&'a Path>, Option<&'a Path>) {
+        (Some(certificate), Some(key))
+    }
+    check(with(&good, &key), false, anywhere, Ok(true));
+    check((None, None), false, loopback, Ok(false));
+    check((None, None), false, "[::1]:0", Ok(false));
+    check((None, None), true, anywhere, Ok(false));
+    check((None, None), false, anywhere, Err("the gateway would listen on 0.0.0.0:0 without TLS"));
+    check((Some(&good), None), true, loopback, Err("`tls_certificate` is given without `tls_key`"));
+    check((None, Some(&key)), true, loopback, Err("`tls_key` is given without `tls_certificate`"));
+    check(with(absent, &key), false, loopback, Err("absent.pem: cannot be read"));
+    check(with(&good, absent), false, loopback, Err("absent.pem: cannot be read"));
+    check(with(&text, &key), false, loopback, Err("text.pem: holds no certificate in PEM"));
+    check(with(&torn, &key), false, loopback, Err("torn.pem: holds something that is no X.509 certificate"));
+    check(with(&good, &text), false, loopback, Err("text.pem: holds no private key in PEM"));
+    check(
+        with(&expired, &expired_key),
+        false,
+        loopback,
+        Err("expired.pem: the certificate expired at 2020-01-01T00:00:00Z"),
+    );
+    check(with(&early, &early_key), false, loopback, Err("early.pem: the certificate is valid only from 2119-01-01"));
+    check(with(&good, &other_key), false, loopback, Err("other.key: is not the key of the certificate in"));
+    check(with(&good, &open_key), false, loopback, Err("open.key: its mode is 0644"));
+}
