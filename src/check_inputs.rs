@@ -1,11 +1,14 @@
 //! Reads and checks everything a human wrote, before anything starts.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::SystemTime;
 
 use domain::contingency::Contingencies;
 use domain::file::{Mistakes, Source};
 use domain::mission::Mission;
 use mcm::{LoadedTrees, Trees};
+use rustls::ServerConfig;
 
 use crate::config::Config;
 use crate::outcome::Outcome;
@@ -24,6 +27,8 @@ pub struct Inputs {
     pub contingencies: Contingencies,
     /// The folder that says who may do what over HTTP; nobody may do anything without.
     pub access: Option<PathBuf>,
+    /// The folder of what outlives a process; nothing does without.
+    pub state: Option<PathBuf>,
 }
 
 /// Reads all inputs; every mistake in any of them is told at once.
@@ -33,7 +38,8 @@ pub fn read(settings: &Settings) -> Result<Inputs, Mistakes> {
     let behavior = read_behavior(&config);
     match (mission, behavior) {
         (Ok(mission), Ok((trees, contingencies))) => {
-            Ok(Inputs { config, mission, trees, contingencies, access: settings.access.clone() })
+            let (access, state) = (settings.access.clone(), settings.state.clone());
+            Ok(Inputs { config, mission, trees, contingencies, access, state })
         }
         (mission, behavior) => {
             let mistakes = [mission.err(), behavior.err()].into_iter().flatten().flat_map(|it| it.0);
@@ -48,6 +54,15 @@ fn read_behavior(config: &Config) -> Result<(LoadedTrees, Contingencies), Mistak
     let trees = Trees::read(&config.trees)?;
     let contingencies = Contingencies::read(&table?, &trees.actions())?;
     Ok((trees.load(&contingencies)?, contingencies))
+}
+
+/// What the gateway's connections are encrypted with, if they are. Looked at only by who has to do with
+/// it: the files may be out of reach for the other processes.
+pub fn read_tls(config: &Config) -> Result<Option<Arc<ServerConfig>>, Outcome> {
+    gateway::tls::settled(&config.gateway, config.http, SystemTime::now()).map_err(|refusal| {
+        output::error_line(refusal);
+        Outcome::BadInput
+    })
 }
 
 /// As [`read`]; tells the mistakes on standard error.
@@ -73,7 +88,13 @@ fn read_config(settings: &Settings) -> Result<Config, Mistakes> {
     config.speed = settings.speed.unwrap_or(config.speed);
     config.permissions = settings.permissions.unwrap_or(config.permissions);
     config.seed = settings.seed.unwrap_or(config.seed);
+    let recordings = config.gateway.recording.folder.as_ref().map(beside);
+    config.gateway.recording.folder = settings.recordings.clone().or(recordings);
     config.http = settings.http.unwrap_or(config.http);
+    let gateway = &mut config.gateway;
+    gateway.tls_certificate = settings.tls_certificate.clone().or_else(|| gateway.tls_certificate.as_ref().map(beside));
+    gateway.tls_key = settings.tls_key.clone().or_else(|| gateway.tls_key.as_ref().map(beside));
+    gateway.plain_http_beyond_loopback |= settings.plain_http_beyond_loopback;
     if let Some(vehicle) = &settings.vehicle {
         config.vehicle = vehicle.clone();
     }

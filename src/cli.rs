@@ -2,9 +2,11 @@
 
 use std::path::PathBuf;
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand};
 
 use crate::config::{Speed, VehicleName};
+use crate::operate::args::{MissionArgs, PermissionArgs, VehicleArgs};
 use crate::service::Service;
 use crate::settings::Settings;
 
@@ -30,12 +32,24 @@ pub enum Command {
     Up(UpArgs),
     /// The router that every process connects to; prints where it listens
     Router(RouterArgs),
+    /// Make certificates for the routers at both ends of the link, for a demonstration
+    Certs(CertsArgs),
     #[command(flatten)]
     Service(ServiceCommand),
     /// Raise a flag or inject a fault into a running system
     Inject(InjectArgs),
     /// Print what the gateway of a running system says about its vehicle
     Status(StatusArgs),
+    /// Let an operator in: make tokens for a gateway, if there are none yet, and print the link
+    Access(AccessArgs),
+    /// Say whether a process is on the bus and makes progress: 0 if so, 1 if not
+    Health(HealthArgs),
+    /// Ask or order something of a vehicle, over the gateway
+    Vehicle(VehicleArgs),
+    /// Read, try out or change a mission, over the gateway
+    Mission(MissionArgs),
+    /// List permissions or decide about them, over the gateway
+    Permission(PermissionArgs),
     /// Measure: fly real systems and print the reference's tables beside our figures
     Kpi(KpiArgs),
     /// One of the two bare processes of `kpi --floor`
@@ -70,6 +84,9 @@ pub struct KpiArgs {
     /// Also measure rates and load at real time, hovering for so many seconds and over a mission
     #[arg(long, value_name = "SECONDS")]
     pub load: Option<u32>,
+    /// Measure only what the gateway does for those who look on: a thousand event streams at real time
+    #[arg(long)]
+    pub operator: bool,
     /// Write everything to this file as JSON
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
@@ -87,6 +104,9 @@ pub struct KpiFloorArgs {
     /// The router's locator
     #[arg(long, value_name = "LOCATOR")]
     pub connect: Vec<String>,
+    /// The folder of the direct links
+    #[arg(long, value_name = "DIR")]
+    pub direct: PathBuf,
     /// End when standard input ends
     #[arg(long)]
     pub exit_with_parent: bool,
@@ -118,12 +138,56 @@ Exit codes:
 /// For `kittiwake router`.
 #[derive(Debug, Args)]
 pub struct RouterArgs {
-    /// Where to listen, such as `tcp/127.0.0.1:7447`; port 0 takes a free one
+    /// Where to listen, such as `tcp/127.0.0.1:7447`; port 0 takes a free one. Whoever connects here is
+    /// trusted: only one's own side may reach it
     #[arg(long, value_name = "LOCATOR", default_value = "tcp/127.0.0.1:7447")]
     pub listen: Vec<String>,
+    /// On the ground: listen for aircraft here, such as `tls/0.0.0.0:7448`
+    #[arg(long, value_name = "LOCATOR", conflicts_with = "dial", requires_all = ["certificates", "vehicle"])]
+    pub accept: Option<String>,
+    /// On board: call the ground here, such as `tls/ground-router:7448`, until it answers
+    #[arg(long, value_name = "LOCATOR", requires_all = ["certificates", "vehicle"])]
+    pub dial: Option<String>,
+    /// What crosses the link
+    #[arg(long, value_name = "FILE", default_value = "config/zenoh/link.toml")]
+    pub link: Option<PathBuf>,
+    /// The folder with this router's certificate, as `kittiwake certs` makes them
+    #[arg(long, value_name = "DIR")]
+    pub certificates: Option<PathBuf>,
+    /// On board: the vehicle; on the ground: each vehicle that is let in
+    #[arg(long, value_name = "NAME")]
+    pub vehicle: Vec<VehicleName>,
     /// End when standard input ends
     #[arg(long, hide = true)]
     pub exit_with_parent: bool,
+}
+
+fn days(text: &str) -> Result<f64, String> {
+    let days = text.parse::<f64>().ok().filter(|it| it.abs() <= 36_500.0);
+    days.ok_or_else(|| "expected a number of days, at most 36500".into())
+}
+
+/// For `kittiwake certs`.
+#[derive(Debug, Args)]
+pub struct CertsArgs {
+    /// Where to put them: a folder for each router, to be copied to its machine, and one for the authority
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// A vehicle; may be given several times
+    #[arg(long, value_name = "NAME", default_value = "uav1")]
+    pub vehicle: Vec<VehicleName>,
+    /// The name of the ground's router, as in the table of the link
+    #[arg(long, value_name = "NAME", default_value = "ground-router")]
+    pub ground_name: String,
+    /// A further host name or address under which aircraft call the ground; may be given several times
+    #[arg(long, value_name = "HOST")]
+    pub ground_host: Vec<String>,
+    /// Days for which they are valid, or parts of a day
+    #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = days)]
+    pub days: f64,
+    /// Leave a whole set that is there already as it is, and be content with it
+    #[arg(long)]
+    pub keep: bool,
 }
 
 /// The services, one process each.
@@ -168,6 +232,9 @@ pub struct ProcessArgs {
     /// The router's locator; the first that answers is used
     #[arg(long, value_name = "LOCATOR", default_value = "tcp/127.0.0.1:7447")]
     pub connect: Vec<String>,
+    /// A folder for sockets by which the processes on board reach one another directly, besides the router
+    #[arg(long, value_name = "DIR")]
+    pub direct: Option<PathBuf>,
     /// End when standard input ends
     #[arg(long, hide = true)]
     pub exit_with_parent: bool,
@@ -210,6 +277,44 @@ pub enum Injection {
 pub struct StatusArgs {
     #[command(flatten)]
     pub target: TargetArgs,
+}
+
+/// For `kittiwake access`.
+#[derive(Debug, Args)]
+pub struct AccessArgs {
+    /// The gateway's folder, its --access
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// Where the token itself is kept; the gateway need not read it
+    #[arg(long, value_name = "FILE")]
+    pub secret: PathBuf,
+    /// Where the operator's browser reaches the gateway
+    #[arg(long, value_name = "URL", default_value = "http://127.0.0.1:8080")]
+    pub url: String,
+}
+
+/// For `kittiwake health`.
+#[derive(Debug, Args)]
+pub struct HealthArgs {
+    /// Which process; without it, the one that this container runs
+    #[arg(long, value_name = "NAME", value_parser = processes())]
+    pub process: Option<String>,
+    /// The locator of the router that the process is connected to
+    #[arg(long, value_name = "LOCATOR", default_value = "tcp/127.0.0.1:7447", requires = "process")]
+    pub connect: Vec<String>,
+    /// The vehicle that the process belongs to
+    #[arg(long, value_name = "NAME", requires = "process")]
+    pub vehicle: Option<VehicleName>,
+    /// The configuration file that names the vehicle, if --vehicle does not
+    #[arg(long, value_name = "FILE", default_value = "config/kittiwake.toml", requires = "process")]
+    pub config: PathBuf,
+    /// Say it as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn processes() -> PossibleValuesParser {
+    PossibleValuesParser::new(std::iter::once("router").chain(Service::ALL.map(Service::name)))
 }
 
 /// Which running system is meant; nothing is needed where only one runs.
@@ -262,6 +367,8 @@ mod tests {
         check(&["up", "--permissions", "maybe"], "grant, delay, deny, random, silent");
         check(&["up", "--http", "here"], "invalid socket address");
         check(&["mcm", "--vehicle", "a/b"], "lower-case");
+        check(&["health", "--process", "autopilot"], "router, vehicle-sim, skill-manager");
+        check(&["health", "--vehicle", "uav1"], "--process <NAME>");
         check(&["fly"], "unrecognized subcommand");
     }
 }

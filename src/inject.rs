@@ -167,7 +167,7 @@ impl Node for Injector {
     fn on(&mut self, _: Now, event: Event, effects: &mut Vec<Effect>) {
         match event {
             Event::Peer { service, alive: true, .. } if service == self.receiver() && !self.sent => self.send(effects),
-            Event::Reply { result: Ok(Response::Fault(FaultReply { accepted, detail })), .. } => {
+            Event::Reply { result: Ok(Response::Fault(FaultReply { accepted, detail, .. })), .. } => {
                 self.refused = !accepted;
                 self.result = Some(Ok(detail));
             }

@@ -11,6 +11,10 @@ pub enum Outcome {
     Unavailable,
     /// A file or an argument is wrong; nothing was started.
     BadInput,
+    /// The system refused what was ordered.
+    Refused,
+    /// The gateway, or who it asked, did not answer.
+    Unreachable,
     /// The mission ended with objectives failed.
     ObjectivesFailed,
     /// The mission ended by an emergency response.
@@ -27,9 +31,9 @@ impl From<Outcome> for u8 {
             Outcome::Success => 0,
             Outcome::Unavailable => 1,
             Outcome::BadInput => 2,
-            Outcome::ObjectivesFailed => 3,
+            Outcome::ObjectivesFailed | Outcome::Refused => 3,
             Outcome::Emergency => 4,
-            Outcome::NotKeptUp => 5,
+            Outcome::NotKeptUp | Outcome::Unreachable => 5,
             // As a shell tells of a process that SIGINT ended.
             Outcome::Interrupted => 130,
         }

@@ -1,23 +1,30 @@
-//! One process of the system: the router, or a service on its bus.
+//! One process of the system: a service on its bus.
 
 use std::net::TcpListener;
+use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use bus::{BusError, Link, Nudge, Stop};
+use bus::{BusError, Direct, Link, Nudge, Stop};
 use control_tower::ControlTower;
 use gateway::Gateway;
-use mcm::Mcm;
+use mcm::{Mcm, Meters};
 use monitor::Monitor;
 use planner::Planner;
+use rustls::ServerConfig;
 use skill_manager::SkillManager;
 use vehicle_sim::VehicleSim;
 
 use crate::check_inputs::{self, Inputs};
-use crate::cli::{ProcessArgs, RouterArgs};
+use crate::cli::ProcessArgs;
 use crate::end::stop_on_end;
+use crate::kept::Kept;
 use crate::outcome::Outcome;
 use crate::service::Service;
-use crate::{access, output, telemetry};
+use crate::watchdog::Watched;
+use crate::{access, output, sockets, telemetry};
+
+/// What the mission manager measures itself with, in flight as in `kittiwake kpi`.
+const METERS: Meters = Meters { now_ns: bus::monotonic_ns, allocations: counting_allocator::so_far };
 
 /// Why a process ended early.
 #[derive(Debug, thiserror::Error)]
@@ -34,22 +41,14 @@ enum Failure {
     System(#[from] std::io::Error),
 }
 
-/// Runs the router; the first line on standard output is the locator it listens on.
-pub fn run_router(args: &RouterArgs) -> Outcome {
-    let telemetry = telemetry::start("router", "", &telemetry::Config { otlp_endpoint: None });
-    let stop = Stop::new();
-    let result = stop_on_end(&stop, args.exit_with_parent).map_err(Failure::from).and_then(|()| {
-        bus::run_router(&args.listen, &stop, |bound| bound.iter().for_each(output::line))?;
-        Ok(())
-    });
-    telemetry.end();
-    told("router", result)
-}
-
 /// Runs a service until it is over or is asked to end.
 pub fn run_service(service: Service, args: &ProcessArgs) -> Outcome {
     let inputs = match check_inputs::read_or_tell(&args.settings) {
         Ok(inputs) => inputs,
+        Err(outcome) => return outcome,
+    };
+    let tls = match (service == Service::Gateway).then(|| check_inputs::read_tls(&inputs.config)).transpose() {
+        Ok(tls) => tls.flatten(),
         Err(outcome) => return outcome,
     };
     let telemetry = telemetry::start(service.name(), inputs.config.vehicle.as_str(), &inputs.config.telemetry);
@@ -58,27 +57,43 @@ pub fn run_service(service: Service, args: &ProcessArgs) -> Outcome {
         scope: service.scope(inputs.config.vehicle.as_str()),
         open_timeout: inputs.config.connect_limit_s.seconds(),
     };
+    let direct = args.direct.as_ref().and_then(|it| service.direct(it));
     let stop = Stop::new();
     let result = stop_on_end(&stop, args.exit_with_parent)
         .map_err(Failure::from)
-        .and_then(|()| run(service, inputs, &link, &stop));
+        .and_then(|()| run(service, inputs, tls, &link, direct.as_ref(), &stop));
     telemetry.end();
     told(service.name(), result)
 }
 
-fn run(service: Service, inputs: Inputs, link: &Link, stop: &Stop) -> Result<(), Failure> {
-    let Inputs { config, mission, trees, contingencies, access } = inputs;
+fn run(
+    service: Service,
+    inputs: Inputs,
+    tls: Option<Arc<ServerConfig>>,
+    link: &Link,
+    direct: Option<&Direct>,
+    stop: &Stop,
+) -> Result<(), Failure> {
+    let Inputs { config, mission, trees, contingencies, access, state } = inputs;
     let (pace, seed) = (config.speed.pace(), config.seed);
-    let on_bus = |mut node: Box<dyn node::Node>| Ok(bus::run(node.as_mut(), link, pace, stop)?);
+    let on_bus = |mut node: Box<dyn node::Node>| {
+        Ok(bus::run_linked(&mut Watched::new(node.as_mut()), link, direct, pace, stop)?)
+    };
     match service {
         Service::VehicleSim => on_bus(Box::new(VehicleSim::new(&config.vehicle_sim, pace, seed))),
         Service::SkillManager => on_bus(Box::new(SkillManager::new(&config.skill_manager, pace))),
         Service::Monitor => on_bus(Box::new(Monitor::new(&config.monitor, &contingencies, pace))),
-        Service::Planner => on_bus(Box::new(Planner::new(&config.planner, mission, pace))),
+        Service::Planner => {
+            let planner = Planner::new(&config.planner, mission, pace);
+            match state {
+                Some(folder) => on_bus(Box::new(Kept::new(planner, &folder)?)),
+                None => on_bus(Box::new(planner)),
+            }
+        }
         Service::Mcm => {
             let (vehicle, start) = (config.vehicle.as_str(), start_number());
             let mcm = Mcm::new(&config.mcm, vehicle, start, &trees, contingencies, pace)?;
-            on_bus(Box::new(mcm.with_stopwatch(bus::monotonic_ns)))
+            on_bus(Box::new(mcm.with_meters(METERS)))
         }
         Service::ControlTower => {
             on_bus(Box::new(ControlTower::new(&config.control_tower, config.permissions, seed, pace)))
@@ -88,20 +103,24 @@ fn run(service: Service, inputs: Inputs, link: &Link, stop: &Stop) -> Result<(),
             let listen = |cause| Failure::Http { address: address.to_string(), cause };
             let listener = TcpListener::bind(address).map_err(listen)?;
             listener.set_nonblocking(true)?;
+            sockets::bound(&listener)?;
+            sockets::make_room(config.gateway.max_event_streams.get().into())?;
             let bound = listener.local_addr()?;
-            output::line(format_args!("http://{bound}"));
+            let scheme = if tls.is_some() { "https" } else { "http" };
+            output::line(format_args!("{scheme}://{bound}"));
             let nudge = Nudge::default();
             let wake = nudge.clone();
-            let door = access::door(access.as_deref())?;
+            let mut door = access::door(access.as_deref())?;
+            door.recordings.clone_from(&config.gateway.recording.folder);
             let (mut node, api) = Gateway::new(&config.gateway, pace, door, move || wake.wake());
             let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
             let _guard = runtime.enter();
             let listener = tokio::net::TcpListener::from_std(listener)?;
             let (ended, end) = tokio::sync::oneshot::channel::<()>();
-            let serving = runtime.spawn(gateway::serve(listener, api, async {
+            let serving = runtime.spawn(gateway::serve(listener, tls, api, async {
                 let _ = end.await;
             }));
-            let result = bus::run_nudged(&mut node, link, pace, stop, &nudge);
+            let result = bus::run_nudged(&mut Watched::new(&mut node), link, pace, stop, &nudge);
             drop(ended);
             // A client that keeps its stream open does not keep the process.
             runtime.shutdown_background();

@@ -21,6 +21,8 @@ pub struct Running {
     pub vehicle: String,
     /// The configuration file it was started with.
     pub config: PathBuf,
+    /// What the gateway's certificate is checked with; absent where nothing is encrypted.
+    pub ca: Option<PathBuf>,
 }
 
 /// The file of a running launcher; removed with the value.
@@ -66,6 +68,18 @@ fn read(path: &Path) -> Option<Running> {
     None
 }
 
+/// Removes the folders of processes that were killed.
+fn clear_away() {
+    for entry in std::fs::read_dir(folder()).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let pid = name.to_str().and_then(|it| it.split_once('.')?.0.parse().ok());
+        if pid.is_some_and(|it| !is_alive(it)) && entry.file_type().is_ok_and(|it| it.is_dir()) {
+            // Somebody else may just be doing the same.
+            let _ = std::fs::remove_dir_all(entry.path());
+        }
+    }
+}
+
 /// Whether the process is there: signal 0 is delivered to nobody, and checked all the same.
 fn is_alive(pid: u32) -> bool {
     i32::try_from(pid).is_ok_and(|pid| nix::sys::signal::kill(nix::unistd::Pid::from_raw(pid), None).is_ok())
@@ -98,6 +112,32 @@ pub fn private_folder(folder: &Path) -> io::Result<()> {
     }
 }
 
+/// A folder of one run of this process, removed with the value.
+pub struct RunFolder(pub PathBuf);
+
+impl RunFolder {
+    /// Makes it; `what` tells it from the process's others.
+    ///
+    /// # Errors
+    /// If that is not possible.
+    pub fn create(what: &str) -> io::Result<RunFolder> {
+        private_folder(&folder())?;
+        clear_away();
+        let path = folder().join(format!("{}.{what}", std::process::id()));
+        // Left behind by a killed process of the same number.
+        let _ = std::fs::remove_dir_all(&path);
+        private_folder(&path)?;
+        Ok(RunFolder(path))
+    }
+}
+
+impl Drop for RunFolder {
+    fn drop(&mut self) {
+        // Gone already, or of no use to anybody any more.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,6 +151,7 @@ mod tests {
             token: "secret".into(),
             vehicle: "uav1".into(),
             config: "config/kittiwake.toml".into(),
+            ca: None,
         };
         let file = RunFile::write(&me).unwrap();
         assert!(running().contains(&me));

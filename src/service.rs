@@ -1,8 +1,9 @@
 //! The processes of the system.
 
 use std::fmt;
+use std::path::Path;
 
-use bus::Scope;
+use bus::{Direct, Scope};
 
 /// A process that the launcher starts. A new one is a variant here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -49,6 +50,25 @@ impl Service {
                 Scope::Vehicle(vehicle.to_owned())
             }
         }
+    }
+}
+
+impl Service {
+    /// Whom it calls directly: where an event, a request or a command goes to one process, and a hop through the router
+    /// shows in what `kittiwake kpi` calls felt. `None` for who is part of no such way.
+    fn calls(self) -> Option<&'static [Service]> {
+        match self {
+            Service::VehicleSim | Service::Monitor => Some(&[]),
+            Service::SkillManager => Some(&[Service::VehicleSim]),
+            Service::Mcm => Some(&[Service::SkillManager, Service::Monitor]),
+            Service::Planner | Service::ControlTower | Service::Gateway => None,
+        }
+    }
+
+    /// Its direct links, with their sockets in `folder`.
+    pub fn direct(self, folder: &Path) -> Option<Direct> {
+        let connect = self.calls()?.iter().map(|it| it.name().to_owned()).collect();
+        Some(Direct { folder: folder.to_owned(), listen: Some(self.name().to_owned()), connect })
     }
 }
 

@@ -35,6 +35,23 @@ pub struct Settings {
     /// was ordered is recorded there. Without it `up` makes one for this run, and a gateway lets nobody in
     #[arg(long, value_name = "DIR")]
     pub access: Option<PathBuf>,
+    /// Where missions are recorded. Without it `up` takes `kittiwake/recordings` in the user's state
+    /// folder, and a gateway what the configuration file says
+    #[arg(long, value_name = "DIR")]
+    pub recordings: Option<PathBuf>,
+    /// Where a process leaves what it needs to know when it is started again: the mission as it stands. Without it
+    /// `up` makes a folder for this run, and a planner begins with the configured mission
+    #[arg(long, value_name = "DIR")]
+    pub state: Option<PathBuf>,
+    /// The certificate that the gateway shows, as PEM: with it and its key it speaks HTTPS
+    #[arg(long, value_name = "FILE", requires = "tls_key")]
+    pub tls_certificate: Option<PathBuf>,
+    /// The key of that certificate
+    #[arg(long, value_name = "FILE", requires = "tls_certificate")]
+    pub tls_key: Option<PathBuf>,
+    /// Let the gateway speak plain HTTP on other addresses than the loopback's, where others can read tokens
+    #[arg(long)]
+    pub plain_http_beyond_loopback: bool,
     /// The vehicle's name
     #[arg(long, value_name = "NAME")]
     pub vehicle: Option<VehicleName>,
@@ -56,6 +73,11 @@ impl Settings {
             seed: None,
             http: None,
             access: None,
+            recordings: None,
+            state: None,
+            tls_certificate: None,
+            tls_key: None,
+            plain_http_beyond_loopback: false,
             vehicle: None,
         }
     }
@@ -72,7 +94,14 @@ impl Settings {
         add("--seed", self.seed.map(|it| it.to_string().into()));
         add("--http", self.http.map(|it| it.to_string().into()));
         add("--access", self.access.clone().map(Into::into));
+        add("--recordings", self.recordings.clone().map(Into::into));
+        add("--state", self.state.clone().map(Into::into));
+        add("--tls-certificate", self.tls_certificate.clone().map(Into::into));
+        add("--tls-key", self.tls_key.clone().map(Into::into));
         add("--vehicle", self.vehicle.as_ref().map(|it| it.to_string().into()));
+        if self.plain_http_beyond_loopback {
+            args.push("--plain-http-beyond-loopback".into());
+        }
         args
     }
 }
@@ -105,8 +134,17 @@ mod tests {
             "127.0.0.1:0",
             "--access",
             "keys",
+            "--recordings",
+            "kept",
+            "--state",
+            "kept",
+            "--tls-certificate",
+            "cert.pem",
+            "--tls-key",
+            "cert.key",
             "--vehicle",
             "uav2",
+            "--plain-http-beyond-loopback",
         ];
         let cli = Cli::parse_from(["kittiwake"].iter().chain(&given));
         assert_eq!(cli.settings.to_args(), given);

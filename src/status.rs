@@ -1,11 +1,13 @@
 //! `kittiwake status`: what the gateway of a running system says.
 
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use reqwest::StatusCode;
 use reqwest::blocking::Client;
 
 use crate::cli::StatusArgs;
+use crate::http_client::{client, root_cause};
 use crate::outcome::Outcome;
 use crate::output;
 use crate::target::Target;
@@ -19,7 +21,7 @@ const PAUSE: Duration = Duration::from_millis(100);
 pub fn status(args: &StatusArgs) -> Outcome {
     let answer = Target::find(&args.target).and_then(|target| {
         let url = format!("{}/api/v1/vehicles/{}", target.http.trim_end_matches('/'), target.vehicle);
-        answer(&url, &target.token).map_err(|cause| format!("unavailable: {url} {cause}"))
+        answer(&url, target.ca.as_deref(), &target.token).map_err(|cause| format!("unavailable: {url} {cause}"))
     });
     match answer {
         Ok(body) => {
@@ -35,8 +37,8 @@ pub fn status(args: &StatusArgs) -> Outcome {
 
 /// The answer to a request that is repeated while a gateway that has just started may not know the
 /// vehicle yet, or is being started again.
-fn answer(url: &str, token: &str) -> Result<String, String> {
-    let client = Client::builder().timeout(LIMIT).build().map_err(|cause| cause.to_string())?;
+fn answer(url: &str, ca: Option<&Path>, token: &str) -> Result<String, String> {
+    let client = client(url, ca, Some(LIMIT))?;
     let until = Instant::now() + LIMIT;
     loop {
         let failure = match ask(&client, url, token) {
@@ -62,9 +64,4 @@ fn legible(body: String) -> String {
         Ok(json) => format!("{json:#}"),
         Err(_) => body,
     }
-}
-
-/// What lies at the bottom of an error; the layers above only say that something failed.
-fn root_cause(error: &dyn std::error::Error) -> String {
-    std::iter::successors(Some(error), |it| it.source()).last().map(ToString::to_string).unwrap_or_default()
 }

@@ -22,6 +22,8 @@ pub struct Target {
     pub vehicle: String,
     /// Its configuration file, if it is known.
     pub config: Option<PathBuf>,
+    /// What the gateway's certificate is checked with, where the operating system does not know it.
+    pub ca: Option<PathBuf>,
 }
 
 impl Target {
@@ -49,6 +51,7 @@ fn choose(args: &TargetArgs, running: Vec<Running>, own: Option<String>) -> Resu
                 token: own.unwrap_or(it.token),
                 vehicle: it.vehicle,
                 config: Some(it.config),
+                ca: it.ca,
             })
         }
         // Not started by `kittiwake up`, or by another user: the addresses given are all there is.
@@ -58,6 +61,7 @@ fn choose(args: &TargetArgs, running: Vec<Running>, own: Option<String>) -> Resu
             token: own.unwrap_or_default(),
             vehicle: args.vehicle.as_ref().map_or("uav1", |it| it.as_str()).to_owned(),
             config: args.config.clone(),
+            ca: None,
         }),
         0 if others.is_empty() => {
             Err("unavailable: no system runs; start one with `kittiwake up`, or name one with --connect or --http"
@@ -88,6 +92,7 @@ mod tests {
             token: String::new(),
             vehicle: format!("uav{pid}"),
             config: "kittiwake.toml".into(),
+            ca: None,
         }
     }
 

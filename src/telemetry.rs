@@ -8,12 +8,14 @@ use std::time::Duration;
 
 use opentelemetry::KeyValue;
 use opentelemetry::trace::TracerProvider;
-use opentelemetry_otlp::{ExporterBuildError, Protocol, SpanExporter, WithExportConfig};
+use opentelemetry_otlp::{Protocol, SpanExporter, WithExportConfig, WithHttpConfig};
 use opentelemetry_sdk::Resource;
-use opentelemetry_sdk::trace::{BatchConfigBuilder, BatchSpanProcessor, SdkTracerProvider};
+use opentelemetry_sdk::trace::{BatchConfigBuilder, BatchSpanProcessor, Sampler, SdkTracerProvider};
 use serde::Deserialize;
 use tracing_subscriber::filter::{EnvFilter, LevelFilter, Targets};
 use tracing_subscriber::prelude::*;
+
+use crate::http_client::client;
 
 /// Where traces go.
 #[derive(Debug, Clone, Deserialize)]
@@ -24,6 +26,8 @@ pub struct Config {
     pub otlp_endpoint: Option<String>,
 }
 
+/// Names the collector for this run.
+const VARIABLE: &str = "OTEL_EXPORTER_OTLP_ENDPOINT";
 /// Spans that wait for export; more are dropped.
 const QUEUE: usize = 2048;
 /// A collector that takes longer for a batch loses it.
@@ -37,7 +41,7 @@ pub struct Telemetry(SdkTracerProvider);
 /// Starts logging and tracing for the process of `service`.
 pub fn start(service: &'static str, vehicle: &str, config: &Config) -> Telemetry {
     let exporter = exporter(config);
-    let problem = exporter.as_ref().err().map(ToString::to_string);
+    let problem = exporter.as_ref().err().cloned();
     let provider = provider(service, vehicle, exporter.ok().flatten());
     // Its own log would not say more than that the collector does not answer, again and again.
     let default = EnvFilter::new("warn,opentelemetry=off,opentelemetry_sdk=off,opentelemetry_otlp=off,zenoh=error");
@@ -64,21 +68,28 @@ impl Telemetry {
 fn provider(service: &'static str, vehicle: &str, exporter: Option<SpanExporter>) -> SdkTracerProvider {
     let attributes = [KeyValue::new("service.name", service), KeyValue::new("kittiwake.vehicle", vehicle.to_owned())];
     let provider = SdkTracerProvider::builder().with_resource(Resource::builder().with_attributes(attributes).build());
-    let Some(exporter) = exporter else { return provider.build() };
+    let Some(exporter) = exporter else {
+        // Ids travel on; nothing is recorded that nobody reads.
+        return provider.with_sampler(Sampler::AlwaysOff).build();
+    };
+    // Whatever another process, which may have no collector, thinks of the trace.
+    let provider = provider.with_sampler(Sampler::AlwaysOn);
     let batches = BatchConfigBuilder::default().with_max_queue_size(QUEUE).build();
     provider.with_span_processor(BatchSpanProcessor::builder(exporter).with_batch_config(batches).build()).build()
 }
 
 /// To the named collector; `None` where none is named.
-fn exporter(config: &Config) -> Result<Option<SpanExporter>, ExporterBuildError> {
-    let builder = SpanExporter::builder().with_http().with_protocol(Protocol::HttpBinary).with_timeout(EXPORT_LIMIT);
-    let named_by_environment = std::env::var_os("OTEL_EXPORTER_OTLP_ENDPOINT").is_some_and(|it| !it.is_empty());
-    match &config.otlp_endpoint {
-        // The builder reads the variable itself.
-        _ if named_by_environment => builder.build().map(Some),
-        Some(endpoint) => {
-            builder.with_endpoint(format!("{}/v1/traces", endpoint.trim_end_matches('/'))).build().map(Some)
-        }
-        None => Ok(None),
-    }
+fn exporter(config: &Config) -> Result<Option<SpanExporter>, String> {
+    let named_by_environment = std::env::var(VARIABLE).ok().filter(|it| !it.is_empty());
+    let Some(endpoint) = named_by_environment.or_else(|| config.otlp_endpoint.clone()) else { return Ok(None) };
+    // Our own client: the library's would not be made on a machine without CA certificates.
+    let client = client(&endpoint, None, Some(EXPORT_LIMIT))?;
+    let exporter = SpanExporter::builder()
+        .with_http()
+        .with_http_client(client)
+        .with_protocol(Protocol::HttpBinary)
+        .with_timeout(EXPORT_LIMIT)
+        .with_endpoint(format!("{}/v1/traces", endpoint.trim_end_matches('/')))
+        .build();
+    exporter.map(Some).map_err(|it| it.to_string())
 }

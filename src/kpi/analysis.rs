@@ -74,6 +74,8 @@ pub struct Samples {
     pub reactions: Vec<Reaction>,
     /// Ticks by their duration: element n counts those of 2^n ns to below 2^(n+1) ns.
     pub tick_histogram: Vec<u64>,
+    /// Ticks by how often they allocated memory: never, then 2^(n-1) times to below 2^n.
+    pub allocation_histogram: Vec<u64>,
 }
 
 impl Samples {
@@ -83,8 +85,8 @@ impl Samples {
         self.felt_transitions.extend(other.felt_transitions);
         self.transitions_without_command += other.transitions_without_command;
         self.reactions.extend(other.reactions);
-        self.tick_histogram.resize(self.tick_histogram.len().max(other.tick_histogram.len()), 0);
-        self.tick_histogram.iter_mut().zip(other.tick_histogram).for_each(|(sum, it)| *sum += it);
+        add_up(&mut self.tick_histogram, &other.tick_histogram);
+        add_up(&mut self.allocation_histogram, &other.allocation_histogram);
     }
 
     /// Durations of a class.
@@ -97,6 +99,11 @@ impl Samples {
         let wanted = |it: &&Transition| (it.from_position, it.to_position) == (from_position, to_position);
         self.transitions.iter().filter(wanted).map(|it| it.took_s).collect()
     }
+}
+
+fn add_up(sums: &mut Vec<u64>, counts: &[u64]) {
+    sums.resize(sums.len().max(counts.len()), 0);
+    sums.iter_mut().zip(counts).for_each(|(sum, it)| *sum += it);
 }
 
 /// Puts a flight's messages together.
@@ -119,6 +126,7 @@ pub fn analyse(heard: &[Tapped]) -> Samples {
             Reaction { seen_to_action_s, felt: index.way(raised, record, trace), flag }
         }));
         samples.tick_histogram.clone_from(&record.tick_histogram);
+        samples.allocation_histogram.clone_from(&record.allocation_histogram);
     }
     samples
 }

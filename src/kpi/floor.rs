@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use bus::{Link, Scope, Stop, monotonic_ns};
+use bus::{Direct, Link, Scope, Stop, monotonic_ns};
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Message, Request, Response, Service, Topic};
 use kittiwake_proto::v1;
@@ -38,10 +38,13 @@ pub fn run(args: &KpiFloorArgs) -> Outcome {
         open_timeout: Duration::from_secs(10),
     };
     let stop = Stop::new();
+    let (own, other): (&str, &[&str]) = if args.far { ("far", &[]) } else { ("near", &["far"]) };
+    let connect = other.iter().map(|it| it.to_string()).collect();
+    let direct = Direct { folder: args.direct.clone(), listen: Some(own.to_owned()), connect };
     let mut node: Box<dyn Node> = if args.far { Box::new(Far::default()) } else { Box::new(Near::default()) };
-    let result = stop_on_end(&stop, args.exit_with_parent)
-        .map_err(|it| it.to_string())
-        .and_then(|()| bus::run(node.as_mut(), &link, Pace::REAL_TIME, &stop).map_err(|it| it.to_string()));
+    let result = stop_on_end(&stop, args.exit_with_parent).map_err(|it| it.to_string()).and_then(|()| {
+        bus::run_linked(node.as_mut(), &link, Some(&direct), Pace::REAL_TIME, &stop).map_err(|it| it.to_string())
+    });
     telemetry.end();
     match result {
         Ok(()) => Outcome::Success,
@@ -72,6 +75,7 @@ impl Bare {
         let program = std::env::current_exe().map_err(|it| it.to_string())?;
         let mut command = Command::new(program);
         command.args(["kpi-floor", "--exit-with-parent"]).args(far.then_some("--far"));
+        command.arg("--direct").arg(system.sockets());
         for locator in &system.link().connect {
             command.args(["--connect", locator]);
         }
@@ -97,6 +101,8 @@ fn skill_event(id: u64) -> v1::SkillEvent {
         reason: String::new(),
         position: Some(v1::Ned { north_m: 0.1, east_m: 90.2, down_m: -10.3 }),
         velocity: Some(v1::NedVelocity { north_m_s: 0.1, east_m_s: 0.2, down_m_s: 0.3 }),
+        position_timestamp_us: 83_412_675,
+        landed_timestamp_us: 82_900_113,
     }
 }
 
@@ -205,7 +211,7 @@ impl Far {
             woken_ns,
             decided_ns: monotonic_ns(),
             marks: vec![mark(v1::TimingPoint::StepSucceeded), mark(v1::TimingPoint::StepStarted)],
-            tick_histogram: Vec::new(),
+            ..Default::default()
         }));
     }
 }

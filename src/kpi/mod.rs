@@ -28,9 +28,12 @@ use crate::settings::Settings;
 use crate::{output, telemetry};
 
 mod analysis;
+mod audience;
+mod cost;
 pub mod floor;
 mod injector;
 mod load;
+mod operator;
 mod plot;
 mod rates;
 mod real_time;
@@ -38,6 +41,7 @@ mod reference;
 mod statistics;
 mod system;
 mod table;
+mod targets;
 mod variant;
 
 /// A flight at ten times real time takes half a minute; one that takes this long has gone wrong.
@@ -76,8 +80,20 @@ pub fn kpi(args: &KpiArgs) -> Outcome {
         Err(outcome) => return outcome,
     };
     let telemetry = telemetry::start("kpi", inputs.config.vehicle.as_str(), &inputs.config.telemetry);
+    if args.operator {
+        let result = operator::measure(args, inputs.config.vehicle.as_str()).and_then(|it| {
+            output::line(operator::text(&it));
+            write_json(args, &it)
+        });
+        telemetry.end();
+        return told(result);
+    }
     let result = measure(args, inputs.config.vehicle.as_str()).and_then(|it| publish(args, &it));
     telemetry.end();
+    told(result)
+}
+
+fn told(result: Result<(), String>) -> Outcome {
     match result {
         Ok(()) => Outcome::Success,
         Err(cause) => {
@@ -89,14 +105,17 @@ pub fn kpi(args: &KpiArgs) -> Outcome {
 
 fn publish(args: &KpiArgs, measured: &Measured) -> Result<(), String> {
     output::line(table::text(measured));
-    if let Some(path) = &args.json {
-        let json = serde_json::to_vec_pretty(measured).map_err(|it| it.to_string())?;
-        std::fs::write(path, json).map_err(|it| format!("{}: {it}", path.display()))?;
-    }
+    write_json(args, measured)?;
     if let Some(folder) = &args.plots {
         plot::draw(measured, folder).map_err(|it| format!("{}: {it}", folder.display()))?;
     }
     Ok(())
+}
+
+fn write_json(args: &KpiArgs, measured: &impl Serialize) -> Result<(), String> {
+    let Some(path) = &args.json else { return Ok(()) };
+    let json = serde_json::to_vec_pretty(measured).map_err(|it| it.to_string())?;
+    std::fs::write(path, json).map_err(|it| format!("{}: {it}", path.display()))
 }
 
 fn measure(args: &KpiArgs, vehicle: &str) -> Result<Measured, String> {

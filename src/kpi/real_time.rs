@@ -1,4 +1,5 @@
-//! Rates and load at real time: in a hover, over a mission, and landed with nothing left to do.
+//! Rates and load at real time: in a hover, over a mission, landed with nothing left to do, and the same
+//! without the processes that publish at fixed rates, so that what is left is what polls.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -26,6 +27,8 @@ pub struct RealTime {
     pub hover: Loads,
     pub mission: Loads,
     pub landed: Loads,
+    /// Landed, with the vehicle and the monitor gone: no topic of a fixed rate is left.
+    pub silent: Loads,
     pub rates: Vec<Rate>,
 }
 
@@ -43,7 +46,7 @@ pub fn measure(config: &Path, vehicle: &str, hover: Duration, say: impl Fn(&str)
     let mut settings = Settings::of_file(config);
     settings.permissions = Some(Policy::Grant);
     settings.http = Some(([127, 0, 0, 1], 0).into());
-    let system = System::start(&settings, vehicle, &Service::ALL)?;
+    let mut system = System::start(&settings, vehicle, &Service::ALL)?;
     let mut heard = Vec::new();
     say("taking off");
     await_skill(&system, SkillKind::Offboard, SkillState::Execute, &mut heard)?;
@@ -66,7 +69,12 @@ pub fn measure(config: &Path, vehicle: &str, hover: Duration, say: impl Fn(&str)
     say("landed");
     let watch = Watch::begin(&system);
     system.listen(LANDED, &mut heard, |_| false)?;
-    Ok(RealTime { hover, mission, landed: watch.end(), rates })
+    let landed = watch.end();
+    say("landed, without the topics of fixed rates");
+    system.end(&[Service::Monitor, Service::VehicleSim]);
+    let watch = Watch::begin(&system);
+    system.listen(LANDED, &mut heard, |_| false)?;
+    Ok(RealTime { hover, mission, landed, silent: watch.end(), rates })
 }
 
 fn pause(raised: bool) -> Injector {

@@ -1,10 +1,11 @@
 //! A system under measurement: the same children that `kittiwake up` starts, and a tap on their bus.
 
 use std::io;
+use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-use bus::{Link, Scope, Stop, Tap, Tapped};
+use bus::{Direct, Link, Scope, Stop, Tap, Tapped};
 use domain::time::Pace;
 use kittiwake_proto::topics::{Message, Topic};
 use node::Node;
@@ -76,12 +77,26 @@ impl System {
         self.children.process_ids()
     }
 
-    /// Runs `node` on its bus, on a thread of its own, until the stop is asked for.
+    /// Ends some of the processes, in order.
+    pub fn end(&mut self, services: &[Service]) {
+        let which: Vec<Child> = services.iter().map(|it| Child::Service(*it)).collect();
+        end(&mut self.children, &self.happenings, &which);
+    }
+
+    /// The folder of the direct links.
+    pub fn sockets(&self) -> &Path {
+        self.children.sockets()
+    }
+
+    /// Runs `node` on its bus, on a thread of its own, until the stop is asked for. It reaches the mission manager as
+    /// directly as the monitor does.
     pub fn join(&self, mut node: impl Node + Send + 'static) -> Stop {
         let (stop, link) = (Stop::new(), self.link.clone());
+        let connect = vec![Service::Mcm.name().to_owned(), Service::SkillManager.name().to_owned()];
+        let direct = Direct { folder: self.sockets().to_owned(), listen: None, connect };
         let until = stop.clone();
         std::thread::spawn(move || {
-            if let Err(cause) = bus::run(&mut node, &link, Pace::REAL_TIME, &until) {
+            if let Err(cause) = bus::run_linked(&mut node, &link, Some(&direct), Pace::REAL_TIME, &until) {
                 tracing::warn!(%cause, "not on the bus");
             }
         });

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use crate::kpi::analysis::{Class, Samples, Way};
 use crate::kpi::reference::{self, Row};
 use crate::kpi::statistics::{Statistics, at_rank};
-use crate::kpi::{Measured, Tick};
+use crate::kpi::{Measured, Tick, cost, targets};
 
 /// A row of tables 5.1 and 5.2: its name, the reference's figures, and how ours are picked.
 type Kind = (&'static str, Row, fn(&Samples) -> Vec<f64>);
@@ -26,10 +26,8 @@ pub fn text(it: &Measured) -> String {
     table_5_3(it, &mut out);
     felt(it, &mut out);
     ways(it, &mut out);
-    ticks(it, &mut out);
-    if let Some(load) = &it.load {
-        loads(load, &mut out);
-    }
+    out.push_str(&cost::text(it));
+    out.push_str(&targets::text(it));
     out
 }
 
@@ -155,53 +153,8 @@ fn ways(it: &Measured, out: &mut String) {
     }
 }
 
-fn ticks(it: &Measured, out: &mut String) {
-    let _ = writeln!(out, "\nTicks of the mission manager by their duration, over the missions");
-    for Tick { tick_ms, mission, .. } in &it.ticks {
-        let all: u64 = mission.tick_histogram.iter().sum();
-        let _ = write!(out, "{tick_ms:>2} ms: {all} ticks;");
-        for (exponent, count) in mission.tick_histogram.iter().enumerate().filter(|(_, count)| 0 < **count) {
-            let from_us = 2f64.powi(exponent as i32) / 1e3;
-            let _ = write!(out, "  from {from_us:.1} us: {:.2} %", 100.0 * *count as f64 / all as f64);
-        }
-        out.push('\n');
-    }
-}
-
-fn loads(it: &crate::kpi::real_time::RealTime, out: &mut String) {
-    let _ = writeln!(out, "\nLoad at real time: percent of one core, megabytes resident");
-    let _ = writeln!(out, "{:<16}{:>14}{:>18}{:>18}", "", "hover", "mission", "landed");
-    let names: std::collections::BTreeSet<_> = it.hover.keys().chain(it.mission.keys()).collect();
-    for name in names {
-        let _ = write!(out, "{name:<16}");
-        for load in [it.hover.get(*name), it.mission.get(*name), it.landed.get(*name)] {
-            match load {
-                Some(load) => {
-                    let _ = write!(out, "{:>7.1} %{:>6.1} MB", load.cpu_percent, load.rss_mb);
-                }
-                None => {
-                    let _ = write!(out, "{:>17}", "-");
-                }
-            }
-            out.push(' ');
-        }
-        out.push('\n');
-    }
-    let _ = writeln!(
-        out,
-        "\nRates at real time\n{:<30}{:>9}{:>10}{:>12}{:>12}{:>6}",
-        "topic", "wanted", "achieved", "jitter p50", "p99", "lost"
-    );
-    for rate in &it.rates {
-        let _ = writeln!(
-            out,
-            "{:<30}{:>6.0} Hz{:>7.2} Hz{:>9.2} ms{:>9.2} ms{:>6}",
-            rate.topic, rate.wanted_hz, rate.achieved_hz, rate.jitter_p50_ms, rate.jitter_p99_ms, rate.lost
-        );
-    }
-}
-
-fn totals(ways: &[Way]) -> Vec<f64> {
+/// From the first stamp to the last.
+pub fn totals(ways: &[Way]) -> Vec<f64> {
     ways.iter().map(Way::total_s).collect()
 }
 

@@ -9,10 +9,11 @@ use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::io::{self, BufRead, BufReader, Read};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::mpsc::Sender;
 
+use crate::run_file::RunFolder;
 use crate::settings::Settings;
 use crate::up::Happening;
 use crate::up::supervise::{Child, Ending};
@@ -21,6 +22,8 @@ use crate::up::supervise::{Child, Ending};
 pub struct Children {
     program: PathBuf,
     settings: Settings,
+    /// Where those on board reach one another directly.
+    sockets: RunFolder,
     happenings: Sender<Happening>,
     running: BTreeMap<Child, std::process::Child>,
 }
@@ -29,7 +32,8 @@ impl Children {
     /// None runs yet. They will be of the same executable as this process.
     pub fn new(settings: &Settings, happenings: Sender<Happening>) -> io::Result<Children> {
         let program = std::env::current_exe()?;
-        Ok(Children { program, settings: settings.clone(), happenings, running: BTreeMap::new() })
+        let sockets = RunFolder::create("links")?;
+        Ok(Children { program, settings: settings.clone(), sockets, happenings, running: BTreeMap::new() })
     }
 
     /// From now on a gateway is started at this address, so that a restarted one keeps it.
@@ -44,6 +48,7 @@ impl Children {
             Child::Router => args.extend(["--listen".into(), locator.unwrap_or("tcp/127.0.0.1:0").into()]),
             Child::Service(_) => {
                 args.extend(self.settings.to_args());
+                args.extend(["--direct".into(), self.sockets.0.clone().into()]);
                 args.extend(locator.into_iter().flat_map(|it| ["--connect".into(), it.into()]));
             }
         }
@@ -65,6 +70,11 @@ impl Children {
             let _ = to_launcher.send(Happening::Ended(child));
         });
         Ok(())
+    }
+
+    /// The folder of the direct links.
+    pub fn sockets(&self) -> &Path {
+        &self.sockets.0
     }
 
     /// The children that run, with their process ids.

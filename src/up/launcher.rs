@@ -1,6 +1,7 @@
 //! The launcher's one loop: takes what happened to the supervisor, the progress and the screen.
 
 use std::io;
+use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
@@ -14,7 +15,9 @@ use crate::cli::UpArgs;
 use crate::config::Config;
 use crate::outcome::Outcome;
 use crate::output;
+use crate::run_file::RunFolder;
 use crate::run_file::{RunFile, Running};
+use crate::state_folder;
 use crate::up::children::Children;
 use crate::up::progress::Progress;
 use crate::up::screen::Screen;
@@ -37,6 +40,10 @@ pub struct Launcher<'a> {
     sender: Sender<Happening>,
     /// Made for this run, unless the arguments name tokens.
     demo: Option<DemoAccess>,
+    /// Where missions are recorded, if they are.
+    recordings: Option<PathBuf>,
+    /// Made for this run, unless the arguments name a folder; kept until the end.
+    _state: Option<RunFolder>,
     supervisor: Supervisor,
     children: Children,
     progress: Progress,
@@ -72,10 +79,20 @@ impl<'a> Launcher<'a> {
             Some(_) => None,
             None => Some(DemoAccess::create()?),
         };
-        settings.access = settings.access.or_else(|| demo.as_ref().map(|it| it.folder.clone()));
+        settings.access = settings.access.or_else(|| demo.as_ref().map(|it| it.folder.0.clone()));
+        let wanted = 0 < config.gateway.recording.most_files;
+        settings.recordings = config.gateway.recording.folder.clone().or_else(state_folder::recordings);
+        let recordings = settings.recordings.clone().filter(|_| wanted);
+        let state = match settings.state {
+            Some(_) => None,
+            None => Some(RunFolder::create("state")?),
+        };
+        settings.state = settings.state.or_else(|| state.as_ref().map(|it| it.0.clone()));
         Ok(Launcher {
             args,
+            recordings,
             demo,
+            _state: state,
             start: Instant::now(),
             supervisor: Supervisor::new(&config.launcher.restart),
             children: Children::new(&settings, sender.clone())?,
@@ -177,7 +194,8 @@ impl<'a> Launcher<'a> {
                 self.supervisor.router_listens(self.now());
             }
             Child::Service(_) => {
-                if let Some(address) = text.strip_prefix("http://").and_then(|it| it.parse().ok()) {
+                let address = text.strip_prefix("https://").or_else(|| text.strip_prefix("http://"));
+                if let Some(address) = address.and_then(|it| it.parse().ok()) {
                     self.children.keep_http(address);
                     self.http = Some(text);
                 }
@@ -222,7 +240,8 @@ impl<'a> Launcher<'a> {
             let (vehicle, config) = (self.config.vehicle.to_string(), self.args.settings.config.clone());
             let token = self.demo.as_ref().map(|it| it.token.clone()).unwrap_or_default();
             let (pid, connect, http) = (std::process::id(), connect.clone(), http.clone());
-            let running = Running { pid, connect, http, token, vehicle, config };
+            let ca = self.config.gateway.tls_certificate.clone();
+            let running = Running { pid, connect, http, token, vehicle, config, ca };
             let Running { connect, http, .. } = &running;
             self.screen.line(&format!(
                 "{} is up: speed {}, permissions {}, seed {}, router {connect}\nstatus: {http}/api/v1/vehicles/{}",
@@ -230,6 +249,9 @@ impl<'a> Launcher<'a> {
             ));
             if self.demo.is_some() {
                 self.screen.line(&format!("operate: {http}/#token={}", running.token));
+            }
+            if let Some(folder) = &self.recordings {
+                self.screen.line(&format!("recordings: {}", folder.display()));
             }
             return match RunFile::write(&running) {
                 Ok(file) => {

@@ -53,6 +53,9 @@ pub fn up(args: &UpArgs) -> Outcome {
         Ok(inputs) => inputs,
         Err(outcome) => return outcome,
     };
+    if let Err(outcome) = check_inputs::read_tls(&inputs.config) {
+        return outcome;
+    }
     let (sender, happenings): (Sender<Happening>, Receiver<Happening>) = channel();
     let interrupt = sender.clone();
     let on_signal = move || {

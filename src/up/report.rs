@@ -1,7 +1,7 @@
 //! The mission report, for people and for programs.
 
 use kittiwake_proto::json::to_json;
-use kittiwake_proto::v1::{MissionOutcome, MissionReport, ObjectiveState};
+use kittiwake_proto::v1::{MissionOutcome, MissionReport, ObjectiveReport, ObjectiveState};
 
 use crate::up::progress::objective_state;
 
@@ -19,10 +19,14 @@ pub fn text(report: &MissionReport) -> String {
         MissionOutcome::Emergency => "mission over: emergency",
         MissionOutcome::Unspecified => "mission not finished",
     };
+    // How long it took is known of a mission that is over.
+    let took = match report.outcome() {
+        MissionOutcome::Unspecified => String::new(),
+        _ => format!(" in {:.0} s", report.duration_s),
+    };
     let mut text = format!(
-        "{outcome}, {achieved} of {} objectives achieved in {:.0} s{}",
+        "{outcome}, {achieved} of {} objectives achieved{took}{}",
         report.objectives.len(),
-        report.duration_s,
         because(&report.reason)
     );
     let width = report.objectives.iter().map(|it| it.name.len()).max().unwrap_or_default();
@@ -30,7 +34,7 @@ pub fn text(report: &MissionReport) -> String {
         text += &format!(
             "\n  {:width$}  {}{}; {}, {}",
             it.name,
-            objective_state(it.state()),
+            state(it),
             because(&it.reason),
             count(it.plan_steps, "step"),
             count(it.replans, "replan"),
@@ -40,6 +44,14 @@ pub fn text(report: &MissionReport) -> String {
         }
     }
     text
+}
+
+/// In a word. One that waits and has a plan was being flown when the mission ended.
+fn state(objective: &ObjectiveReport) -> &'static str {
+    match objective.state() {
+        ObjectiveState::Waiting if 0 < objective.plan_steps => "begun",
+        state => objective_state(state),
+    }
 }
 
 fn because(reason: &str) -> String {
@@ -53,7 +65,6 @@ fn count(number: u32, what: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use kittiwake_proto::v1::ObjectiveReport;
 
     fn report() -> MissionReport {
         let objective = |name: &str, state: ObjectiveState, reason: &str| ObjectiveReport {
@@ -83,6 +94,21 @@ mission over: objectives failed, 1 of 2 objectives achieved in 331 s: an objecti
   deliver  failed: B never answered; 6 steps, 1 replan; asked to enter A, B
   return   achieved; 6 steps, 1 replan; asked to enter A, B";
         assert_eq!(text(&report()), expected);
+    }
+
+    #[test]
+    fn a_mission_that_was_interrupted_tells_what_had_begun() {
+        let mut report = report();
+        report.set_outcome(MissionOutcome::Unspecified);
+        report.reason = "interrupted".into();
+        report.objectives[0].set_state(ObjectiveState::Waiting);
+        report.objectives[0].reason.clear();
+        report.objectives[1] = ObjectiveReport { name: "return".into(), ..Default::default() };
+        let expected = "\
+mission not finished, 0 of 2 objectives achieved: interrupted
+  deliver  begun; 6 steps, 1 replan; asked to enter A, B
+  return   not attempted; 0 steps, 0 replans";
+        assert_eq!(text(&report), expected);
     }
 
     #[test]

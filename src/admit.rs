@@ -1,0 +1,100 @@
+//! `kittiwake access`: lets one operator in, where no launcher does it.
+//!
+//! The folder that the gateway reads gets the hash; the token itself stays in a file of the operator's,
+//! which no other process needs. Said again at each start, the link stays the same.
+
+use std::path::{Path, PathBuf};
+
+use gateway::access::{BadTokens, Role, Tokens, entry};
+
+use crate::access::{TOKEN_BYTES, TOKENS, random_hex};
+use crate::cli::AccessArgs;
+use crate::outcome::Outcome;
+use crate::{output, run_file};
+
+/// The operator's name in the record.
+const NAME: &str = "operator";
+
+/// Why nobody is let in.
+#[derive(Debug, thiserror::Error)]
+enum Refusal {
+    #[error("{path}: cannot be {done}: {cause}")]
+    File { path: PathBuf, done: &'static str, cause: std::io::Error },
+    #[error(transparent)]
+    Tokens(#[from] BadTokens),
+    #[error("{tokens}: does not know the token in {secret}; remove both, and the operator gets a new one")]
+    Stranger { tokens: PathBuf, secret: PathBuf },
+    #[error("the operating system has no randomness: {0}")]
+    Randomness(std::io::Error),
+}
+
+/// Prints the link that lets the operator in, and makes what it needs if it is not there yet.
+pub fn access(args: &AccessArgs) -> Outcome {
+    match admit(&args.folder, &args.secret) {
+        Ok(token) => {
+            output::line(format_args!("operate: {}/#token={token}", args.url.trim_end_matches('/')));
+            Outcome::Success
+        }
+        Err(refusal) => {
+            output::error_line(format_args!("access: {refusal}"));
+            Outcome::BadInput
+        }
+    }
+}
+
+/// The operator's token.
+fn admit(folder: &Path, secret: &Path) -> Result<String, Refusal> {
+    let tokens = folder.join(TOKENS);
+    let token = match std::fs::read_to_string(secret) {
+        Ok(token) => token.trim().to_owned(),
+        Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => {
+            let token = random_hex(TOKEN_BYTES).map_err(Refusal::Randomness)?;
+            write(secret, &token)?;
+            token
+        }
+        Err(cause) => return Err(Refusal::File { path: secret.to_owned(), done: "read", cause }),
+    };
+    if !tokens.exists() {
+        write(&tokens, &entry(NAME, &Role::ALL, &token))?;
+    }
+    // Whether it has expired is the gateway's business.
+    match Tokens::read(&tokens)?.identify(&token, 0) {
+        Some(_) => Ok(token),
+        None => Err(Refusal::Stranger { tokens, secret: secret.to_owned() }),
+    }
+}
+
+fn write(path: &Path, text: &str) -> Result<(), Refusal> {
+    run_file::write_private(path, text.as_bytes()).map_err(|cause| Refusal::File {
+        path: path.to_owned(),
+        done: "written",
+        cause,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_operator_is_let_in_by_the_same_token_each_time() {
+        let folder = tempfile::tempdir().unwrap();
+        let secret = folder.path().join("operator.token");
+        let token = admit(folder.path(), &secret).unwrap();
+        assert_eq!(admit(folder.path(), &secret).unwrap(), token);
+        let tokens = Tokens::read(&folder.path().join(TOKENS)).unwrap();
+        assert_eq!(tokens.identify(&token, 0).unwrap().roles, Role::ALL);
+        assert!(!std::fs::read_to_string(folder.path().join(TOKENS)).unwrap().contains(&token), "only its hash");
+    }
+
+    #[test]
+    fn what_does_not_belong_together_is_refused_and_so_is_a_folder_that_is_not_there() {
+        let (one, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let secret = |it: &tempfile::TempDir| it.path().join("operator.token");
+        admit(one.path(), &secret(&one)).unwrap();
+        let said = admit(one.path(), &secret(&other)).unwrap_err().to_string();
+        assert!(said.contains("does not know the token in"), "{said}");
+        let said = admit(&one.path().join("nowhere"), &secret(&one)).unwrap_err().to_string();
+        assert!(said.contains("nowhere/tokens.toml: cannot be written: No such file"), "{said}");
+    }
+}

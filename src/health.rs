@@ -1,0 +1,155 @@
+//! `kittiwake health`: whether one process is there and makes progress, for whoever supervises it.
+//!
+//! A process that is alive as far as the operating system can tell may still be off the bus, or stuck.
+//! So this asks on the bus, as another process would.
+
+use std::sync::mpsc;
+use std::time::Duration;
+
+use bus::{BusError, Link, Presence, RouterView};
+use serde_json::json;
+
+use crate::cli::HealthArgs;
+use crate::health::subject::{Part, Subject};
+use crate::outcome::Outcome;
+use crate::output;
+
+mod subject;
+
+/// The answer is there within this, whatever hangs.
+const LIMIT: Duration = Duration::from_millis(2800);
+/// Of this for a router to answer,
+const ROUTER_LIMIT: Duration = Duration::from_millis(500);
+/// and this for a sign of progress, which comes at 2 Hz. Three of them.
+const PATIENCE: Duration = Duration::from_millis(1600);
+
+/// What is said about a process.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Verdict {
+    healthy: bool,
+    said: String,
+}
+
+/// Says in one line how the process fares. Ends with 0 if it is well, 1 if not.
+pub fn health(args: &HealthArgs) -> Outcome {
+    let subject = match subject::find(args) {
+        Ok(subject) => subject,
+        Err(mistake) => {
+            output::error_line(mistake);
+            return Outcome::BadInput;
+        }
+    };
+    let verdict = examine_within(LIMIT, subject.clone());
+    if args.json {
+        output::line(json!({ "process": subject.name(), "healthy": verdict.healthy, "said": verdict.said }));
+    } else {
+        output::line(format_args!("{}: {}", subject.name(), verdict.said));
+    }
+    if verdict.healthy { Outcome::Success } else { Outcome::Unavailable }
+}
+
+/// A name that does not resolve or a network that swallows everything holds up the thread, not the answer.
+fn examine_within(limit: Duration, subject: Subject) -> Verdict {
+    let (sender, verdict) = mpsc::channel();
+    std::thread::spawn(move || {
+        // Fails only once the time is up.
+        let _ = sender.send(examine(&subject));
+    });
+    let late = |_| Verdict { healthy: false, said: format!("no answer within {limit:?}") };
+    verdict.recv_timeout(limit).unwrap_or_else(late)
+}
+
+fn examine(subject: &Subject) -> Verdict {
+    match &subject.part {
+        Part::Router => {
+            let found = bus::look_at_router(&link(subject, bus::Scope::Fleet), PATIENCE);
+            judge_router(found, &subject.peers)
+        }
+        Part::Service(service) => {
+            let link = link(subject, service.scope(&subject.vehicle));
+            judge(bus::look_for(&link, service.name(), PATIENCE))
+        }
+    }
+}
+
+fn link(subject: &Subject, scope: bus::Scope) -> Link {
+    Link { connect: subject.connect.clone(), scope, open_timeout: ROUTER_LIMIT }
+}
+
+fn judge(found: Result<Presence, BusError>) -> Verdict {
+    let (healthy, said) = match found {
+        Ok(Presence::Alive(it)) => {
+            (true, format!("up for {:.0} s, {} events handled, {} dropped", it.uptime_s, it.handled, it.dropped))
+        }
+        Ok(Presence::Stuck) => (false, format!("on the bus, but no sign of progress within {PATIENCE:?}")),
+        Ok(Presence::Absent) => (false, "not on the bus".to_owned()),
+        Err(cause) => (false, cause.to_string()),
+    };
+    Verdict { healthy, said }
+}
+
+/// A router is well if it routes. That a link is down is said aloud and nothing to restart it for.
+fn judge_router(found: Result<Option<RouterView>, BusError>, peers: &[String]) -> Verdict {
+    let (healthy, said) = match found {
+        Ok(Some(it)) => (true, format!("{} listens{}", it.name, links(&it.links, peers))),
+        Ok(None) => (false, format!("listens, but does not say who it is within {PATIENCE:?}")),
+        Err(cause) => (false, cause.to_string()),
+    };
+    Verdict { healthy, said }
+}
+
+fn links(up: &[String], expected: &[String]) -> String {
+    let down: Vec<_> = expected.iter().filter(|it| !up.contains(it)).cloned().collect();
+    let told = [("up", up), ("down", down.as_slice())].into_iter().filter(|(_, names)| !names.is_empty());
+    told.map(|(state, names)| format!("; link {state}: {}", names.join(", "))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kittiwake_proto::v1::Heartbeat;
+
+    #[test]
+    fn who_is_there_and_makes_progress_is_well() {
+        #[track_caller]
+        fn check(found: Result<Presence, BusError>, healthy: bool, said: &str) {
+            let verdict = judge(found);
+            assert_eq!((verdict.healthy, verdict.said.as_str()), (healthy, said));
+        }
+        let heartbeat = Heartbeat { uptime_s: 12.3, handled: 4, dropped: 1, ..Default::default() };
+        check(Ok(Presence::Alive(heartbeat)), true, "up for 12 s, 4 events handled, 1 dropped");
+        check(Ok(Presence::Stuck), false, "on the bus, but no sign of progress within 1.6s");
+        check(Ok(Presence::Absent), false, "not on the bus");
+        let nobody =
+            BusError::Unreachable { locators: "tcp/r:1".into(), waited: ROUTER_LIMIT, cause: "refused".into() };
+        check(Err(nobody), false, "no router reached at tcp/r:1 within 500ms: refused");
+    }
+
+    #[test]
+    fn a_router_is_well_whatever_becomes_of_its_link() {
+        #[track_caller]
+        fn check(up: &[&str], expected: &[&str], said: &str) {
+            let names = |it: &[&str]| it.iter().map(|it| (*it).to_owned()).collect::<Vec<_>>();
+            let view = RouterView { name: "r".into(), links: names(up) };
+            let verdict = judge_router(Ok(Some(view)), &names(expected));
+            assert_eq!((verdict.healthy, verdict.said.as_str()), (true, said));
+        }
+        check(&[], &[], "r listens");
+        check(&["g"], &["g"], "r listens; link up: g");
+        check(&[], &["g"], "r listens; link down: g");
+        check(&["a"], &["a", "b", "c"], "r listens; link up: a; link down: b, c");
+        assert!(!judge_router(Ok(None), &[]).healthy);
+    }
+
+    #[test]
+    fn an_answer_comes_in_time_though_no_router_does() {
+        // Takes the call and never answers it.
+        let silent = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let connect = vec![format!("tcp/{}", silent.local_addr().unwrap())];
+        let subject = Subject { part: Part::Router, connect, vehicle: String::new(), peers: Vec::new() };
+        let start = std::time::Instant::now();
+        let verdict = examine_within(Duration::from_millis(300), subject);
+        assert_eq!(verdict, Verdict { healthy: false, said: "no answer within 300ms".into() });
+        assert!(start.elapsed() < LIMIT);
+    }
+}

@@ -1,0 +1,174 @@
+//! A planner whose memory is kept in a file, so that a planner that is started again goes on where the
+//! one before it was.
+//!
+//! Written before the answer that made it leaves, and only when it has changed. Not flushed to the
+//! disk: it is to outlive the process, not the machine, after whose end nobody flies any more.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use domain::time::{Now, Time};
+use kittiwake_proto::json::{from_json, to_json};
+use kittiwake_proto::topics::{Service, Topic};
+use kittiwake_proto::v1::PlannerMemory;
+use node::{Effect, Event, Node};
+use planner::Planner;
+
+use crate::output;
+use crate::run_file::write_private;
+
+const FILE: &str = "planner.json";
+
+/// A planner and its file.
+pub struct Kept {
+    planner: Planner,
+    path: PathBuf,
+    written: Option<PlannerMemory>,
+    /// The last attempt failed, which has been told.
+    is_failing: bool,
+}
+
+impl Kept {
+    /// `planner`, which goes on where the one before it was, if it left a memory in `folder`. One that is
+    /// of no use is told and left aside: a vehicle in the air is better off with the configured mission than
+    /// with no planner.
+    ///
+    /// # Errors
+    /// If there can be no such folder.
+    pub fn new(mut planner: Planner, folder: &Path) -> io::Result<Kept> {
+        std::fs::create_dir_all(folder)?;
+        let path = folder.join(FILE);
+        if let Err(cause) = resume(&mut planner, &path) {
+            output::error_line(format_args!("{}: not gone on with: {cause}", path.display()));
+        }
+        Ok(Kept { planner, path, written: None, is_failing: false })
+    }
+
+    fn keep(&mut self) {
+        let memory = self.planner.memory();
+        if self.written.as_ref() == Some(&memory) {
+            return;
+        }
+        match write(&self.path, &memory) {
+            Ok(()) => (self.written, self.is_failing) = (Some(memory), false),
+            Err(cause) if !self.is_failing => {
+                self.is_failing = true;
+                output::error_line(format_args!(
+                    "{}: cannot be written: {cause}; a planner that is started again would not know what has happened",
+                    self.path.display()
+                ));
+            }
+            Err(_) => {}
+        }
+    }
+}
+
+fn resume(planner: &mut Planner, path: &Path) -> Result<(), String> {
+    let text = match std::fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(cause) if cause.kind() == io::ErrorKind::NotFound => return Ok(()),
+        Err(cause) => return Err(cause.to_string()),
+    };
+    let json = serde_json::from_str(&text).map_err(|it| it.to_string())?;
+    planner.resume(from_json(&json)?).map_err(|it| it.to_string())
+}
+
+/// Readers see all of it or nothing.
+fn write(path: &Path, memory: &PlannerMemory) -> io::Result<()> {
+    let unfinished = path.with_extension("part");
+    write_private(&unfinished, to_json(memory).to_string().as_bytes())?;
+    std::fs::rename(&unfinished, path)
+}
+
+impl Node for Kept {
+    fn name(&self) -> &'static str {
+        self.planner.name()
+    }
+
+    fn subscriptions(&self) -> &'static [Topic] {
+        self.planner.subscriptions()
+    }
+
+    fn serves(&self) -> &'static [Service] {
+        self.planner.serves()
+    }
+
+    fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
+        self.planner.on(now, event, effects);
+        self.keep();
+    }
+
+    fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
+        self.planner.act(now, effects);
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        self.planner.deadline()
+    }
+
+    fn is_over(&self) -> bool {
+        self.planner.is_over()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check_inputs;
+    use crate::settings::Settings;
+    use kittiwake_proto::topics::Request;
+    use kittiwake_proto::v1;
+    use node::Token;
+    use v1::mission_request::Request as Ask;
+
+    fn planner() -> Planner {
+        let settings = Settings::of_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join("config/kittiwake.toml"));
+        let inputs = check_inputs::read(&settings).unwrap();
+        Planner::new(&inputs.config.planner, inputs.mission, inputs.config.speed.pace())
+    }
+
+    fn upload(kept: &mut Kept) {
+        let text = "name = \"other\"\n[[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 50\nheight_m = 5\nflying = true\n";
+        let request = v1::MissionRequest {
+            request_id: "1".into(),
+            request: Some(Ask::Upload(v1::MissionText { text: text.into() })),
+            ..Default::default()
+        };
+        let event = Event::Request { vehicle: "uav1".into(), token: Token(1), request: Request::Mission(request) };
+        kept.on(Now::default(), event, &mut Vec::new());
+    }
+
+    fn mission(kept: &Kept) -> String {
+        kept.planner.memory().status.unwrap().mission
+    }
+
+    #[test]
+    fn an_uploaded_mission_is_there_after_a_restart_and_gone_with_the_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut first = Kept::new(planner(), folder.path()).unwrap();
+        upload(&mut first);
+        drop(first);
+        assert_eq!(mission(&Kept::new(planner(), folder.path()).unwrap()), "other");
+        let elsewhere = tempfile::tempdir().unwrap();
+        assert_eq!(mission(&Kept::new(planner(), elsewhere.path()).unwrap()), "reference");
+    }
+
+    #[test]
+    fn a_memory_that_is_none_is_left_aside() {
+        for text in ["", "{", "{}", "{\"status\":{}}", "{\"a\":1}"] {
+            let folder = tempfile::tempdir().unwrap();
+            std::fs::write(folder.path().join(FILE), text).unwrap();
+            assert_eq!(mission(&Kept::new(planner(), folder.path()).unwrap()), "reference", "{text}");
+        }
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_written_to_costs_the_memory_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut kept = Kept::new(planner(), folder.path()).unwrap();
+        std::fs::remove_dir(folder.path()).unwrap();
+        upload(&mut kept);
+        assert_eq!(mission(&kept), "other");
+        assert!(kept.is_failing);
+    }
+}

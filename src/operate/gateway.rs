@@ -1,0 +1,313 @@
+//! The gateway as an operator's command sees it: found, asked, and asked again under the same key
+//! while it does not answer.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use reqwest::blocking::{Client, RequestBuilder};
+use reqwest::{Method, Url};
+use serde_json::Value;
+
+use crate::access::random_hex;
+use crate::http_client::{client, root_cause};
+use crate::operate::args::GatewayArgs;
+use crate::operate::failure::{Failure, judge};
+use crate::output;
+use crate::run_file::{self, Running};
+
+/// What has no answer for so long is not asked again.
+const LIMIT: Duration = Duration::from_secs(5);
+/// The gateway itself gives up before that.
+const ANSWER_LIMIT: Duration = Duration::from_secs(8);
+/// Between two tries.
+const PAUSE: Duration = Duration::from_millis(100);
+/// Of random; no two commands ever have the same key.
+const KEY_BYTES: usize = 16;
+
+/// A gateway and one's place at it.
+pub struct Gateway {
+    client: Client,
+    url: Url,
+    token: String,
+    ca: Option<PathBuf>,
+    vehicle: Option<String>,
+    hand_over: bool,
+}
+
+/// Where it is and how one is let in.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Place {
+    url: String,
+    token: String,
+    ca: Option<PathBuf>,
+    vehicle: Option<String>,
+}
+
+impl Gateway {
+    /// The gateway that the arguments name, or that of the only system that runs here.
+    pub fn find(args: &GatewayArgs) -> Result<Gateway, Failure> {
+        let variable = |name| std::env::var(name).ok().filter(|it| !it.is_empty());
+        let own = match &args.token_file {
+            Some(path) => Some(read_token(path).map_err(Failure::bad_input)?),
+            None => variable("KITTIWAKE_TOKEN"),
+        };
+        let place = choose(args, variable("KITTIWAKE_URL"), own, run_file::running())?;
+        let bad_url = || Failure::bad_input(format!("`{}` is no URL like http://127.0.0.1:8080", place.url));
+        let url = Url::parse(&place.url).ok().filter(|it| !it.cannot_be_a_base()).ok_or_else(bad_url)?;
+        let client = client(&place.url, place.ca.as_deref(), Some(ANSWER_LIMIT)).map_err(Failure::bad_input)?;
+        let Place { token, ca, vehicle, .. } = place;
+        Ok(Gateway { client, url, token, ca, vehicle, hand_over: args.hand_over })
+    }
+
+    /// The vehicle that is meant: the one that was named, or the only one that the gateway knows.
+    pub fn vehicle(&self) -> Result<String, Failure> {
+        if let Some(vehicle) = &self.vehicle {
+            return Ok(vehicle.clone());
+        }
+        let fleet = self.ask(Method::GET, &["vehicles"], None)?;
+        let known = fleet["vehicles"].as_array().into_iter().flatten().filter_map(|it| it["vehicle"].as_str());
+        match known.collect::<Vec<_>>().as_slice() {
+            [] => Err(Failure::unreachable("the gateway has seen no vehicle yet")),
+            [one] => Ok((*one).to_owned()),
+            several => Err(Failure::bad_input(format!("name one with --vehicle: {}", several.join(", ")))),
+        }
+    }
+
+    /// A document about the vehicle.
+    pub fn read(&self, path: &[&str]) -> Result<Value, Failure> {
+        let vehicle = self.vehicle()?;
+        self.ask(Method::GET, &[&["vehicles", vehicle.as_str()][..], path].concat(), None)
+    }
+
+    /// Orders something of the vehicle; takes command where that is needed and nobody holds it.
+    pub fn order(&self, method: Method, path: &[&str], body: Option<Value>) -> Result<Value, Failure> {
+        let vehicle = self.vehicle()?;
+        let path = [&["vehicles", vehicle.as_str()][..], path].concat();
+        let refusal = match self.ask(method.clone(), &path, body.clone()) {
+            Err(refusal) if refusal.helm().is_some() => refusal,
+            answer => return answer,
+        };
+        if_it_may_be_taken(&refusal, self.hand_over)?;
+        self.ask(Method::POST, &["vehicles", &vehicle, "command", "take"], None)?;
+        output::error_line(format_args!(
+            "took command of {vehicle}; `kittiwake vehicle release` gives it back, and so does silence"
+        ));
+        self.ask(method, &path, body)
+    }
+
+    /// Asks until there is an answer, or `LIMIT` is over; a repeated order has the key of the first, so
+    /// that it is done once.
+    pub fn ask(&self, method: Method, path: &[&str], body: Option<Value>) -> Result<Value, Failure> {
+        let key = random_hex(KEY_BYTES).map_err(|it| Failure::unreachable(format!("no random numbers: {it}")))?;
+        let url = self.at(path);
+        let until = Instant::now() + LIMIT;
+        loop {
+            let mut request = self.client.request(method.clone(), url.clone()).bearer_auth(&self.token);
+            if method != Method::GET {
+                request = request.header("Idempotency-Key", &key);
+            }
+            if let Some(body) = &body {
+                request = request.header("Content-Type", "application/json").body(body.to_string());
+            }
+            let failure = match send(request) {
+                Ok((status, text)) => match judge(status, &text) {
+                    Err(failure) if 500 <= status => failure,
+                    answer => return answer,
+                },
+                Err(cause) if cause.contains("certificate") => {
+                    let hint = "name the CA that it is to be checked with by --ca";
+                    return Err(Failure::unreachable(format!("{} is not trusted: {cause}; {hint}", self.url)));
+                }
+                Err(cause) => Failure::unreachable(format!("{} does not answer: {cause}", self.url)),
+            };
+            if until <= Instant::now() {
+                return Err(failure);
+            }
+            std::thread::sleep(PAUSE);
+        }
+    }
+
+    /// Opens the vehicle's event stream after the event with this id; it has no limit in time.
+    pub fn events(&self, after: &str) -> Result<reqwest::blocking::Response, Failure> {
+        let vehicle = self.vehicle()?;
+        let url = self.at(&["vehicles", &vehicle, "events"]);
+        let client = client(url.as_str(), self.ca.as_deref(), None).map_err(Failure::bad_input)?;
+        let mut request = client.get(url).bearer_auth(&self.token);
+        if !after.is_empty() {
+            request = request.header("Last-Event-ID", after);
+        }
+        let unreachable =
+            |it: reqwest::Error| Failure::unreachable(format!("{} does not answer: {}", self.url, root_cause(&it)));
+        let response = request.send().map_err(unreachable)?;
+        let status = response.status();
+        if status.is_success() {
+            return Ok(response);
+        }
+        let text = response.text().map_err(unreachable)?;
+        Err(judge(status.as_u16(), &text).err().unwrap_or_else(|| Failure::unreachable(text)))
+    }
+
+    fn at(&self, path: &[&str]) -> Url {
+        let mut url = self.url.clone();
+        // A URL that can be a base has segments; `find` has checked it.
+        if let Ok(mut segments) = url.path_segments_mut() {
+            segments.pop_if_empty().extend(["api", "v1"]).extend(path);
+        }
+        url
+    }
+}
+
+fn send(request: RequestBuilder) -> Result<(u16, String), String> {
+    let response = request.send().map_err(|it| root_cause(&it))?;
+    let status = response.status().as_u16();
+    Ok((status, response.text().map_err(|it| root_cause(&it))?))
+}
+
+/// Nobody's command is there to be taken; somebody else's only where it is offered and meant.
+fn if_it_may_be_taken(refusal: &Failure, hand_over: bool) -> Result<(), Failure> {
+    let helm = refusal.helm().cloned().unwrap_or_default();
+    let (holder, offered_to) = (helm["holder"].as_str(), helm["offeredTo"].as_str());
+    let advice = match (holder, offered_to) {
+        (None, _) => return Ok(()),
+        (Some(_), Some(_)) if hand_over => return Ok(()),
+        (Some(_), Some(to)) => format!("it is offered to {to}, who takes it with --hand-over"),
+        (Some(holder), None) => format!("{holder} may offer it with `kittiwake vehicle hand-over NAME`"),
+    };
+    Err(Failure { why: format!("{}; {advice}", refusal.why), ..refusal.clone() })
+}
+
+/// Where the gateway is: what the arguments say, else the variable, else what runs here.
+fn choose(
+    args: &GatewayArgs,
+    variable: Option<String>,
+    own_token: Option<String>,
+    running: Vec<Running>,
+) -> Result<Place, Failure> {
+    let named = args.vehicle.as_ref().map(|it| it.as_str().to_owned());
+    let variable = variable.filter(|_| args.pid.is_none());
+    let url = args.url.clone().or(variable).map(|it| it.trim_end_matches('/').to_owned());
+    let is_meant = |it: &Running| {
+        args.pid.is_none_or(|pid| pid == it.pid)
+            && url.as_ref().is_none_or(|url| *url == it.http)
+            && named.as_ref().is_none_or(|vehicle| *vehicle == it.vehicle)
+    };
+    let (mut found, others): (Vec<_>, Vec<_>) = running.into_iter().partition(is_meant);
+    if found.len() == 1 {
+        let it = found.remove(0);
+        return Ok(Place {
+            url: it.http,
+            token: own_token.unwrap_or(it.token),
+            ca: args.ca.clone().or(it.ca),
+            vehicle: Some(it.vehicle),
+        });
+    }
+    if let Some(url) = url {
+        return Ok(Place { url, token: own_token.unwrap_or_default(), ca: args.ca.clone(), vehicle: named });
+    }
+    if found.is_empty() && others.is_empty() {
+        return Err(Failure::unreachable("no system runs here; start one with `kittiwake up`, or name one with --url"));
+    }
+    let line = |it: &Running| format!("\n  --pid {}  {}  --url {}", it.pid, it.vehicle, it.http);
+    let list = |of: &[Running]| of.iter().map(line).collect::<String>();
+    Err(match found.is_empty() {
+        true => Failure::bad_input(format!("no such system runs here; these do:{}", list(&others))),
+        false => Failure::bad_input(format!("several systems run here; name one with --pid or --url:{}", list(&found))),
+    })
+}
+
+/// The first line of a file that is nobody else's.
+fn read_token(path: &std::path::Path) -> Result<String, String> {
+    use std::os::unix::fs::PermissionsExt;
+    let unreadable = |cause: std::io::Error| format!("{}: cannot be read: {cause}", path.display());
+    let mode = std::fs::metadata(path).map_err(unreadable)?.permissions().mode() & 0o7777;
+    if mode & 0o077 != 0 {
+        return Err(format!("{}: its mode is {mode:04o}; only its owner may have access (chmod 600)", path.display()));
+    }
+    let text = std::fs::read_to_string(path).map_err(unreadable)?;
+    match text.lines().map(str::trim).find(|it| !it.is_empty()) {
+        Some(token) if token.chars().all(|it| it.is_ascii_graphic()) => Ok(token.to_owned()),
+        _ => Err(format!("{}: holds no token, expected one line of printable characters", path.display())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn system(pid: u32) -> Running {
+        Running {
+            pid,
+            connect: String::new(),
+            http: format!("http://127.0.0.1:{pid}"),
+            token: format!("of {pid}"),
+            vehicle: format!("uav{pid}"),
+            config: "kittiwake.toml".into(),
+            ca: None,
+        }
+    }
+
+    /// `expected`: the gateway's address, the token and the vehicle; or a part of what is said.
+    #[track_caller]
+    fn check(args: GatewayArgs, variable: Option<&str>, running: &[u32], expected: Result<&str, (u8, &str)>) {
+        let running = running.iter().map(|it| system(*it)).collect();
+        match (choose(&args, variable.map(str::to_owned), None, running), expected) {
+            (Ok(it), Ok(text)) => assert_eq!(format!("{} `{}` {:?}", it.url, it.token, it.vehicle), text),
+            (Err(it), Err((code, part))) => {
+                assert_eq!(u8::from(it.outcome), code);
+                assert!(it.why.contains(part), "{}", it.why);
+            }
+            (found, expected) => panic!("found {found:?}, expected {expected:?}"),
+        }
+    }
+
+    #[test]
+    fn the_gateway_is_the_one_named_or_the_only_one() {
+        let none = GatewayArgs::default;
+        let url = |it: &str| GatewayArgs { url: Some(it.into()), ..none() };
+        let named = |it: &str| GatewayArgs { vehicle: Some(it.parse().unwrap()), ..none() };
+        let first = "http://127.0.0.1:1 `of 1` Some(\"uav1\")";
+        check(none(), None, &[1], Ok(first));
+        check(url("http://127.0.0.1:1/"), None, &[1, 2], Ok(first));
+        check(named("uav1"), None, &[1, 2], Ok(first));
+        check(GatewayArgs { pid: Some(1), ..none() }, Some("http://far"), &[1, 2], Ok(first));
+        check(url("https://far"), None, &[1], Ok("https://far `` None"));
+        check(none(), Some("https://far"), &[1], Ok("https://far `` None"));
+        check(none(), None, &[], Err((5, "no system runs here")));
+        check(none(), None, &[1, 2], Err((2, "--pid 2  uav2  --url http://127.0.0.1:2")));
+        check(named("uav3"), None, &[1], Err((2, "no such system runs here")));
+    }
+
+    #[test]
+    fn command_is_taken_from_nobody_who_has_not_offered_it() {
+        #[track_caller]
+        fn check(command: &str, hand_over: bool, expected: Result<(), &str>) {
+            let refusal = judge(409, &format!(r#"{{"detail":"no","command":{command}}}"#)).unwrap_err();
+            let found = if_it_may_be_taken(&refusal, hand_over).map_err(|it| it.why);
+            assert_eq!(found, expected.map_err(str::to_owned));
+        }
+        check(r#"{"holder":null,"offeredTo":null}"#, false, Ok(()));
+        let advice = Err("no; anna may offer it with `kittiwake vehicle hand-over NAME`");
+        check(r#"{"holder":"anna","offeredTo":null}"#, false, advice);
+        check(r#"{"holder":"anna","offeredTo":null}"#, true, advice);
+        let offered = Err("no; it is offered to ben, who takes it with --hand-over");
+        check(r#"{"holder":"anna","offeredTo":"ben"}"#, false, offered);
+        check(r#"{"holder":"anna","offeredTo":"ben"}"#, true, Ok(()));
+    }
+
+    #[test]
+    fn a_token_file_that_others_may_read_is_not_taken() {
+        use std::os::unix::fs::PermissionsExt;
+        let path = std::env::temp_dir().join(format!("kittiwake-token-{}", std::process::id()));
+        let read = |text: &str, mode| {
+            std::fs::write(&path, text).unwrap();
+            std::fs::set_permissions(&path, std::fs::Permissions::from_mode(mode)).unwrap();
+            read_token(&path)
+        };
+        let found = [read("secret\n", 0o600), read("", 0o600), read("sec ret", 0o600), read("secret", 0o604)];
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!(found[0], Ok("secret".into()));
+        for (said, part) in found[1..].iter().zip(["holds no token", "holds no token", "its mode is 0604"]) {
+            assert!(said.as_ref().unwrap_err().contains(part), "{said:?}");
+        }
+    }
+}

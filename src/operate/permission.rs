@@ -1,0 +1,71 @@
+//! `kittiwake permission`.
+
+use reqwest::Method;
+use serde_json::{Value, json};
+
+use crate::operate::Done;
+use crate::operate::args::PermissionCommand;
+use crate::operate::failure::Failure;
+use crate::operate::gateway::Gateway;
+use crate::operate::words::{each, heading, table, text, word};
+
+/// Asks or decides what the words say.
+pub fn run(what: &PermissionCommand, gateway: &Gateway) -> Result<Done, Failure> {
+    match what {
+        PermissionCommand::List => list(gateway, |_| true),
+        PermissionCommand::Pending => list(gateway, |it| it["state"] == "PERMISSION_STATE_REQUESTED"),
+        PermissionCommand::Grant { area, valid_for_s, reason } => {
+            let mut body = json!({ "decision": "DECISION_GRANT", "reason": reason });
+            if let Some(seconds) = valid_for_s {
+                body["validForS"] = json!(seconds);
+            }
+            decide(gateway, area, body)
+        }
+        PermissionCommand::Deny { area, reason } => {
+            decide(gateway, area, json!({ "decision": "DECISION_DENY", "reason": reason }))
+        }
+        PermissionCommand::Revoke { area, reason } => {
+            decide(gateway, area, json!({ "decision": "DECISION_REVOKE", "reason": reason }))
+        }
+    }
+}
+
+fn list(gateway: &Gateway, wanted: fn(&Value) -> bool) -> Result<Done, Failure> {
+    let vehicle = gateway.read(&[])?;
+    let found: Vec<Value> = each(&vehicle["permissions"]).filter(|it| wanted(it)).cloned().collect();
+    let document = json!({ "vehicle": vehicle["vehicle"], "utc": vehicle["utc"], "permissions": found });
+    let text = if found.is_empty() { "none".to_owned() } else { lines(&document["permissions"]) };
+    Ok(Done { document, text })
+}
+
+fn lines(permissions: &Value) -> String {
+    let mut lines = heading(["AREA", "STATE", "HOLDS FOR", "WHY"]);
+    for it in each(permissions) {
+        let seconds = it["validForS"].as_f64().filter(|_| it["state"] == "PERMISSION_STATE_GRANTED");
+        lines.push(vec![
+            text(&it["area"]).to_owned(),
+            word(&it["state"], "PERMISSION_STATE_"),
+            seconds.map_or_else(|| "-".to_owned(), |it| format!("{it:.0} s")),
+            text(&it["reason"]).to_owned(),
+        ]);
+    }
+    table(lines)
+}
+
+fn decide(gateway: &Gateway, area: &str, body: Value) -> Result<Done, Failure> {
+    gateway.order(Method::POST, &["permissions", area, "decision"], Some(body)).map(Done::of)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_was_granted_holds_for_a_while() {
+        let found = lines(&json!([
+            { "area": "A", "state": "PERMISSION_STATE_GRANTED", "validForS": 899.6, "reason": "" },
+            { "area": "B", "state": "PERMISSION_STATE_DENIED", "validForS": 0.0, "reason": "fog" },
+        ]));
+        assert_eq!(found, "AREA  STATE    HOLDS FOR  WHY\nA     granted  900 s      -\nB     denied   -          fog");
+    }
+}

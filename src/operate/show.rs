@@ -1,0 +1,234 @@
+//! A vehicle's document on a dozen lines.
+
+use serde_json::Value;
+
+use crate::operate::words::{each, heading, number, place, row, step, table, text, word};
+
+/// Every vehicle on a line.
+pub fn fleet(document: &Value) -> String {
+    let mut lines = heading(["VEHICLE", "PHASE", "FLIES", "OBJECTIVE", "WORST", "OUTCOME"]);
+    for it in each(&document["vehicles"]) {
+        let flies = match it["flying"].as_bool() {
+            Some(true) => "yes",
+            Some(false) => "no",
+            None => "-",
+        };
+        lines.push(vec![
+            text(&it["vehicle"]).to_owned(),
+            word(&it["phase"], "MISSION_PHASE_"),
+            flies.to_owned(),
+            objective_of(&it["currentObjective"], it["objectives"].as_u64()),
+            text(&it["worst"]).to_owned(),
+            word(&it["outcome"], "MISSION_OUTCOME_"),
+        ]);
+    }
+    table(lines)
+}
+
+/// One vehicle.
+pub fn vehicle(it: &Value) -> String {
+    let (mission, aircraft) = (&it["mission"], &it["aircraft"]);
+    let status = &aircraft["status"];
+    let armed = match status["armed"].as_bool() {
+        Some(true) => "armed",
+        Some(false) => "disarmed",
+        None => "-",
+    };
+    let phase = word(&mission["phase"], "MISSION_PHASE_");
+    let mut lines = vec![
+        vec![
+            text(&it["vehicle"]).to_owned(),
+            format!("{phase}, {}, {armed}", word(&status["actualMode"], "FLIGHT_MODE_")),
+        ],
+        vec!["command".into(), command(&it["command"])],
+        vec![
+            "position".into(),
+            format!(
+                "{} north, east, height in m; {} m/s",
+                place(&aircraft["localPosition"]["position"]),
+                number(&aircraft["derived"]["groundSpeedMS"], 1)
+            ),
+        ],
+        vec!["battery".into(), percent(&aircraft["battery"]["remaining"])],
+        vec!["mission".into(), progress(mission, &it["plan"]["current"])],
+    ];
+    let mut add = |name: &str, found: String| {
+        if !found.is_empty() {
+            lines.push(vec![name.to_owned(), found]);
+        }
+    };
+    add("waits for", waits_for(&it["operator"]));
+    add("holds", said(&mission["hold"]));
+    let contingency = |it: &Value| {
+        let seen = it["acknowledgedBy"].as_str().filter(|it| !it.is_empty());
+        let seen = seen.map(|by| format!(", seen by {by}")).unwrap_or_default();
+        format!("{} ({}{seen})", text(&it["flag"]), text(&it["reason"]))
+    };
+    add("flags", joined(each(&it["contingencies"]["active"]).map(contingency)));
+    let permission = |it: &Value| format!("{} {}", text(&it["area"]), word(&it["state"], "PERMISSION_STATE_"));
+    add("permissions", joined(each(&it["permissions"]).map(permission)));
+    let unwell = each(&it["processes"]).filter(|it| it["health"] != "alive");
+    add("processes", joined(unwell.map(|it| format!("{} is {}", text(&it["service"]), text(&it["health"])))));
+    let report = &it["report"];
+    if report.is_object() {
+        add("report", format!("{}: {}", word(&report["outcome"], "MISSION_OUTCOME_"), text(&report["reason"])));
+    }
+    table(lines)
+}
+
+/// The mission's objectives and what became of them.
+pub fn mission(status: &Value) -> String {
+    let mut lines = heading(["", "OBJECTIVE", "PLACE", "STATE", "PLANNED", "PERMISSIONS", "WHY"]);
+    for (index, it) in each(&status["objectives"]).enumerate() {
+        let current = status["currentObjective"].as_u64() == Some(index as u64);
+        let flying = if it["flying"] == true { " in flight" } else { "" };
+        lines.push(vec![
+            format!("{}{index}", if current { ">" } else { " " }),
+            text(&it["name"]).to_owned(),
+            format!("{}{flying}", place(&it["position"])),
+            word(&it["state"], "OBJECTIVE_STATE_"),
+            format!("{} steps, {} times anew", number(&it["planSteps"], 0), number(&it["replans"], 0)),
+            row(&it["permissions"]),
+            said(&it["reason"]),
+        ]);
+    }
+    let hold = status["hold"].as_str().filter(|it| !it.is_empty());
+    let hold = hold.map(|why| format!("\nholds: {why}")).unwrap_or_default();
+    format!("mission `{}`\n{}{hold}", text(&status["mission"]), table(lines))
+}
+
+/// The steps of the present plan.
+pub fn plan(status: &Value) -> String {
+    let plan = &status["plan"];
+    let steps: Vec<String> =
+        each(&plan["steps"]).enumerate().map(|(index, it)| format!("\n{:3}. {}", index + 1, step(it))).collect();
+    if steps.is_empty() {
+        return "nothing is planned".to_owned();
+    }
+    format!("plan {} for objective {}{}", text(&plan["revision"]), number(&plan["objective"], 0), steps.concat())
+}
+
+/// What a mission would take, an objective a line.
+pub fn forecast(reply: &Value) -> String {
+    let line = |it: &Value| {
+        let name = text(&it["objective"]);
+        if it["reachable"] != true {
+            return format!("\n  {name}: cannot be reached: {}", text(&it["reason"]));
+        }
+        let steps = each(&it["plan"]["steps"]).count();
+        let (length, time) = (number(&it["lengthM"], 0), number(&it["flightTimeS"], 0));
+        let permissions = match row(&it["permissions"]).as_str() {
+            "" => String::new(),
+            areas => format!(", permission for {areas}"),
+        };
+        format!("\n  {name}: {steps} steps, {length} m in {time} s of flight{permissions}")
+    };
+    each(&reply["forecast"]).map(line).collect()
+}
+
+/// Who holds command.
+pub fn command(helm: &Value) -> String {
+    let holder = helm["holder"].as_str().map_or_else(|| "nobody".to_owned(), str::to_owned);
+    match helm["offeredTo"].as_str() {
+        Some(to) => format!("{holder}, offered to {to}"),
+        None => holder,
+    }
+}
+
+fn waits_for(operator: &Value) -> String {
+    let approval = &operator["planApproval"];
+    if operator["startAwaited"] == true {
+        "the operator's start".to_owned()
+    } else if approval.is_object() {
+        let default = if approval["approveByDefault"] == true { "flown" } else { "refused" };
+        format!("approval of plan {}; {default} in {} s", text(&approval["revision"]), number(&approval["untilS"], 0))
+    } else if operator["paused"] == true {
+        "the operator to resume".to_owned()
+    } else {
+        String::new()
+    }
+}
+
+fn progress(mission: &Value, current: &Value) -> String {
+    let objectives = mission["objectives"].as_array().map_or(0, Vec::len);
+    let mut text = format!(
+        "{}, objective {}",
+        text(&mission["name"]),
+        objective_of(&mission["currentObjective"], Some(objectives as u64))
+    );
+    if current["stepNumber"].as_u64().is_some_and(|it| 0 < it) {
+        let left = number(&current["distanceLeftM"], 0);
+        text += &format!(", step {} of {}, {left} m left", current["stepNumber"], current["stepCount"]);
+    }
+    text
+}
+
+/// What there is to say, if there is anything.
+fn said(value: &Value) -> String {
+    value.as_str().unwrap_or_default().to_owned()
+}
+
+/// The current one, counted from 1, of how many.
+fn objective_of(current: &Value, count: Option<u64>) -> String {
+    match (current.as_u64(), count) {
+        (Some(current), Some(count)) if current < count => format!("{} of {count}", current + 1),
+        (Some(_), Some(count)) => format!("all {count} settled"),
+        _ => "-".to_owned(),
+    }
+}
+
+fn percent(ratio: &Value) -> String {
+    ratio.as_f64().map_or_else(|| "-".to_owned(), |it| format!("{:.0} %", it * 100.0))
+}
+
+fn joined(parts: impl Iterator<Item = String>) -> String {
+    parts.collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn what_is_not_known_is_a_dash_and_not_a_number() {
+        let unknown = "uav1      -, -, -\ncommand   nobody\nposition  (-, -, -) north, east, height in m; - m/s\n\
+                       battery   -\nmission   -, objective -";
+        assert_eq!(vehicle(&json!({ "vehicle": "uav1" })), unknown);
+    }
+
+    #[test]
+    fn a_vehicle_is_told_in_lines() {
+        let document = json!({
+            "vehicle": "uav1",
+            "command": { "holder": "anna", "offeredTo": "ben" },
+            "operator": { "paused": true },
+            "mission": { "name": "reference", "phase": "MISSION_PHASE_NOMINAL", "currentObjective": 0,
+                "objectives": [{}, {}], "hold": "" },
+            "plan": { "current": { "stepNumber": 2, "stepCount": 5, "distanceLeftM": 41.2 } },
+            "aircraft": { "status": { "armed": true, "actualMode": "FLIGHT_MODE_OFFBOARD" },
+                "localPosition": { "position": { "northM": 0.2, "eastM": 90.0, "downM": -10.0 } },
+                "derived": { "groundSpeedMS": 5.04 }, "battery": { "remaining": 0.82 } },
+            "contingencies": { "active": [{ "flag": "obstacle", "reason": "by hand", "acknowledgedBy": "ben" }] },
+            "permissions": [{ "area": "A", "state": "PERMISSION_STATE_GRANTED" }],
+            "processes": [{ "service": "mcm", "health": "alive" }, { "service": "planner", "health": "stale" }],
+        });
+        let expected = "uav1         nominal, offboard, armed\ncommand      anna, offered to ben\n\
+            position     (0, 90, 10) north, east, height in m; 5.0 m/s\nbattery      82 %\n\
+            mission      reference, objective 1 of 2, step 2 of 5, 41 m left\nwaits for    the operator to resume\n\
+            flags        obstacle (by hand, seen by ben)\npermissions  A granted\nprocesses    planner is stale";
+        assert_eq!(vehicle(&document), expected);
+    }
+
+    #[test]
+    fn a_forecast_says_what_each_objective_takes() {
+        let reply = json!({ "forecast": [
+            { "objective": "there", "reachable": true, "plan": { "steps": [{}, {}] }, "lengthM": 500.4, "flightTimeS": 61.7,
+              "permissions": ["A"] },
+            { "objective": "moon", "reachable": false, "reason": "no way" },
+        ] });
+        let expected =
+            "\n  there: 2 steps, 500 m in 62 s of flight, permission for A\n  moon: cannot be reached: no way";
+        assert_eq!(forecast(&reply), expected);
+    }
+}
