@@ -11,7 +11,8 @@ use crate::support::{System, wait_for};
 /// More than any message of ours, less than what the transport itself refuses.
 const OVERSIZED: usize = 512 * 1024;
 
-fn stranger(locator: &str) -> Session {
+/// Somebody else on the bus.
+pub fn stranger(locator: &str) -> Session {
     let mut config = Config::default();
     for (key, value) in [
         ("mode", "\"client\"".to_owned()),

@@ -5,9 +5,17 @@ mod support;
 
 mod bad_input;
 mod bad_messages;
+mod crowd;
 mod disturbances;
 mod ends;
 mod missions;
+mod operate;
 mod operators;
 mod page;
+mod page_fleet;
+mod page_mission;
+mod page_orders;
+mod page_people;
+mod recordings;
+mod supervised;
 mod telemetry;

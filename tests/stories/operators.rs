@@ -10,6 +10,7 @@ fn every_command_explains_itself() {
     let commands = [
         "up",
         "router",
+        "certs",
         "vehicle-sim",
         "skill-manager",
         "monitor",
@@ -19,6 +20,9 @@ fn every_command_explains_itself() {
         "gateway",
         "inject",
         "status",
+        "vehicle",
+        "mission",
+        "permission",
     ];
     let overview = String::from_utf8(kittiwake(&["--help"]).stdout).unwrap();
     for command in commands {

@@ -5,36 +5,33 @@
 use nix::sys::signal::Signal;
 use serde_json::json;
 
-use crate::support::System;
-use crate::support::browser::Browser;
+use crate::support::browser::{Browser, watch};
+use crate::support::files::Files;
+use crate::support::wait_for;
 
 const AREA_A: &str = "[data-area=A]";
 const BATTERY: &str = "[data-flag=battery_low]";
 
-/// The page of a system; nothing where there is no browser.
-fn watch(args: &[&str]) -> Option<(System, Browser)> {
-    let system = System::up(args, &[]);
-    let browser = Browser::open(&system.link())?;
-    Some((system, browser))
-}
-
-fn take_command(browser: &Browser) {
-    browser.click("#take-command");
-    browser.wait_for("#take-command", "Release");
-}
-
 #[test]
 fn an_area_turns_granted_and_the_mission_flies_to_its_end() {
-    let Some((_system, browser)) = watch(&["--speed", "10", "--permissions", "delay"]) else { return };
+    // Long enough to be seen.
+    let files = Files::shipped().with("kittiwake.toml", "delay_s = 5.0", "delay_s = 7.0");
+    let config = files.config();
+    let args = ["--config", &config.to_string_lossy(), "--speed", "2", "--permissions", "delay"];
+    let Some((_system, browser)) = watch(&args) else { return };
     browser.wait_for("#phase", "nominal");
     browser.wait_for(AREA_A, "asked, undecided");
     browser.picture("area-asked");
     browser.wait_for(AREA_A, "granted");
     browser.wait_for("#timeline .log", "Area A: granted.");
     browser.wait_for("#strip", "offboard");
+    let far = || browser.document("uav1")["aircraft"]["derived"]["distanceHomeM"].as_f64().filter(|it| *it > 150.0);
+    wait_for("the vehicle to be in area A", far);
     browser.picture("flying");
     browser.wait_for("#phase", "over: success");
     browser.wait_for("#report", "2 of 2 objectives achieved");
+    browser.click("#recordings summary");
+    browser.wait_for("#recordings", "reference");
     browser.picture("over");
     browser.expect_no_error();
 }
@@ -47,10 +44,37 @@ fn a_flag_is_raised_and_acknowledged() {
     browser.wait_for(BATTERY, "acting");
     browser.wait_for("#fleet", "battery low");
     browser.picture("flag");
-    take_command(&browser);
+    browser.take_command();
     browser.click(&format!("{BATTERY} button"));
     browser.wait_for(BATTERY, "Acknowledged by");
     browser.picture("flag-acknowledged");
+    browser.expect_no_error();
+}
+
+/// How deep the node of this name is shown, from 1; `None` while it is folded away.
+fn level(browser: &Browser, name: &str) -> Option<u64> {
+    let script = "const it = [...document.querySelectorAll('#tree [role=treeitem]')]
+            .find((it) => it.querySelector('[data-part=name]').textContent === arguments[0]);
+        return it ? Number(it.ariaLevel) : null";
+    browser.run(script, vec![json!(name)]).as_u64()
+}
+
+#[test]
+fn the_tree_goes_on_through_the_trees_in_it_and_says_why_nodes_failed() {
+    let Some((system, browser)) = watch(&["--speed", "3"]) else { return };
+    browser.wait_for("#strip", "offboard");
+    // What the executor has made of the step hangs below it, although it is a tree of its own.
+    let executor = wait_for("the executor", || level(&browser, "NominalExecutor"));
+    wait_for("the step below the executor", || level(&browser, "step").filter(|it| *it == executor + 1));
+    assert_eq!(level(&browser, "contingency behavior"), None, "what is idle is folded");
+    browser.click("#tree-active");
+    let included = wait_for("the included tree", || level(&browser, "contingency behavior"));
+    assert_eq!(level(&browser, "contingencies").map(|it| it + 1), Some(included));
+    assert!(system.inject(&["flag", "obstacle"]).status.success());
+    browser.wait_for("#tree [data-failed]", "ago");
+    browser.picture("tree");
+    browser.click("#tree [aria-level='1']");
+    wait_for("the root to be folded", || level(&browser, "contingencies").is_none().then_some(()));
     browser.expect_no_error();
 }
 
@@ -58,7 +82,7 @@ fn a_flag_is_raised_and_acknowledged() {
 fn abort_takes_two_steps() {
     let Some((_system, browser)) = watch(&["--speed", "5"]) else { return };
     browser.wait_for("#strip", "offboard");
-    take_command(&browser);
+    browser.take_command();
     browser.click("#verb-abort");
     browser.wait_for("#question", "End the mission now");
     browser.click("#cancel");
@@ -95,17 +119,6 @@ fn loss_of_the_gateway_is_shown_until_it_is_back() {
 fn it_is_legible_on_a_tablet_by_day_and_by_night() {
     let Some((_system, browser)) = watch(&["--speed", "5"]) else { return };
     browser.wait_for("#strip", "offboard");
-    for theme in ["light", "dark"] {
-        let choose = "const it = document.getElementById('theme'); it.value = arguments[0]; it.dispatchEvent(new Event('change'))";
-        browser.run(choose, vec![json!(theme)]);
-        for (name, width, height) in
-            [("desktop", 1440, 900), ("tablet-lying", 1024, 768), ("tablet-standing", 820, 1180)]
-        {
-            browser.size(width, height);
-            let overflow = browser.run("return document.documentElement.scrollWidth - innerWidth", vec![]);
-            assert!(overflow.as_i64().is_some_and(|it| it <= 0), "{name}, {theme}: {overflow} pixels too wide");
-            browser.picture(&format!("{name}-{theme}"));
-        }
-    }
+    browser.views("flight");
     browser.expect_no_error();
 }

@@ -4,13 +4,22 @@ use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 
+use fantoccini::actions::{InputSource, KeyAction, KeyActions, MOUSE_BUTTON_LEFT, MouseActions, PointerAction};
+use fantoccini::error::{CmdError, ErrorStatus};
 use fantoccini::wd::WebDriverCompatibleCommand;
 use fantoccini::{Client, ClientBuilder, Locator};
 use hyper_util::client::legacy::connect::HttpConnector;
 use serde_json::{Value, json};
 use tokio::runtime::Runtime;
 
-use super::wait_for;
+use super::{System, wait_for};
+
+/// Keys, as WebDriver has them.
+pub const TAB: &str = "\u{e004}";
+pub const ENTER: &str = "\u{e007}";
+pub const ESCAPE: &str = "\u{e00c}";
+/// More than the page has places for the focus.
+const MOST_TABS: usize = 80;
 
 /// Chromium with one page open. It ends with the value.
 pub struct Browser {
@@ -20,8 +29,8 @@ pub struct Browser {
 }
 
 impl Browser {
-    /// `None`, said aloud, where chromium or chromedriver are not installed.
-    pub fn open(url: &str) -> Option<Browser> {
+    /// With no page yet; `None`, said aloud, where chromium or chromedriver are not installed.
+    pub fn start() -> Option<Browser> {
         let started = Command::new("chromedriver").arg("--port=0").stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
         let Ok(mut driver) = started else {
             eprintln!("SKIPPED: chromedriver is not installed, the page is not looked at");
@@ -44,12 +53,17 @@ impl Browser {
                 .capabilities(wishes)
                 .connect(&format!("http://127.0.0.1:{port}"))
                 .await;
-            let client = client.expect("chromium starts");
-            client.set_window_size(1440, 900).await.expect("the window can be sized");
-            client.goto(url).await.expect("the page can be opened");
-            client
+            client.expect("chromium starts")
         });
-        Some(Browser { runtime, client, driver })
+        let browser = Browser { runtime, client, driver };
+        browser.size(1440, 900);
+        Some(browser)
+    }
+
+    /// Opens a page.
+    #[track_caller]
+    pub fn visit(&self, url: &str) {
+        self.runtime.block_on(self.client.goto(url)).expect("the page can be opened");
     }
 
     /// The text of the first element that matches; `None` if there is none to be seen.
@@ -69,10 +83,75 @@ impl Browser {
     /// Clicks what an operator could click: visible, enabled and not covered.
     #[track_caller]
     pub fn click(&self, selector: &str) {
-        let enabled = format!("{selector}:enabled");
+        let enabled = format!("{selector}:not(:disabled)");
         wait_for(&format!("`{selector}` to be enabled"), || self.text(&enabled));
-        let click = async { self.client.find(Locator::Css(selector)).await?.click().await };
+        // What was moved, or covered, by news of the vehicle in the meantime is clicked where it is then.
+        wait_for(&format!("`{selector}` not to be covered"), || {
+            let click = async { self.client.find(Locator::Css(selector)).await?.click().await };
+            match self.runtime.block_on(click) {
+                Ok(()) => Some(()),
+                Err(CmdError::Standard(it)) if it.error == ErrorStatus::ElementClickIntercepted => None,
+                Err(error) => panic!("{selector}: {error}"),
+            }
+        });
+    }
+
+    /// Takes command of the vehicle that is looked at.
+    #[track_caller]
+    pub fn take_command(&self) {
+        self.click("#take-command");
+        self.wait_for("#take-command", "Release");
+    }
+
+    /// Clicks so many pixels right of and below the middle of an element.
+    #[track_caller]
+    pub fn click_off(&self, selector: &str, x: i64, y: i64) {
+        let click = async {
+            let element = self.client.find(Locator::Css(selector)).await?;
+            let mouse = MouseActions::new("mouse".into())
+                .then(PointerAction::MoveToElement { element, duration: None, x: x as f64, y: y as f64 })
+                .then(PointerAction::Down { button: MOUSE_BUTTON_LEFT })
+                .then(PointerAction::Up { button: MOUSE_BUTTON_LEFT });
+            self.client.perform_actions(mouse).await
+        };
         self.runtime.block_on(click).unwrap_or_else(|error| panic!("{selector}: {error}"));
+    }
+
+    /// Types into whatever has the focus.
+    #[track_caller]
+    pub fn type_keys(&self, keys: &str) {
+        let press = |all: KeyActions, value| all.then(KeyAction::Down { value }).then(KeyAction::Up { value });
+        let actions = keys.chars().fold(KeyActions::new("keys".into()), press);
+        let typed = self.runtime.block_on(self.client.perform_actions(actions));
+        typed.unwrap_or_else(|error| panic!("{keys:?}: {error}"));
+    }
+
+    /// Presses Tab until the element with this id has the focus: it can be reached without a mouse.
+    #[track_caller]
+    pub fn tab_to(&self, id: &str) {
+        for _ in 0..MOST_TABS {
+            if self.run("return document.activeElement.id", vec![]) == id {
+                return;
+            }
+            self.type_keys(TAB);
+        }
+        panic!("`{id}` is not reached with {MOST_TABS} tabs");
+    }
+
+    /// Puts a text into a field, in the place of what was there.
+    #[track_caller]
+    pub fn fill(&self, selector: &str, text: &str) {
+        self.wait_for(&format!("{selector}:enabled"), "");
+        let script = "const it = document.querySelector(arguments[0]); it.value = arguments[1]; \
+                      it.dispatchEvent(new Event('input', { bubbles: true })); it.dispatchEvent(new Event('change'))";
+        self.run(script, vec![json!(selector), json!(text)]);
+    }
+
+    /// What stands in a field.
+    #[track_caller]
+    pub fn value(&self, selector: &str) -> String {
+        let value = self.run("return document.querySelector(arguments[0]).value", vec![json!(selector)]);
+        value.as_str().unwrap_or_default().to_owned()
     }
 
     /// Runs a script in the page.
@@ -81,8 +160,20 @@ impl Browser {
         self.runtime.block_on(self.client.execute(script, args)).expect("the script runs")
     }
 
-    /// Sizes the window as a tablet or a screen.
+    /// What the gateway says about a vehicle, asked with the page's own token.
+    #[track_caller]
+    pub fn document(&self, vehicle: &str) -> Value {
+        let script = "return fetch(`/api/v1/vehicles/${arguments[0]}`, \
+            { headers: { Authorization: `Bearer ${sessionStorage.getItem('kittiwake.token')}` } }).then((it) => it.json())";
+        self.run(script, vec![json!(vehicle)])
+    }
+
+    /// Sizes what the page sees as a tablet or a screen.
     pub fn size(&self, width: u32, height: u32) {
+        // The window has a frame, even without a screen.
+        let frame = |script: &str| self.run(script, vec![]).as_u64().and_then(|it| u32::try_from(it).ok()).unwrap_or(0);
+        let (width, height) =
+            (width + frame("return outerWidth - innerWidth"), height + frame("return outerHeight - innerHeight"));
         self.runtime.block_on(self.client.set_window_size(width, height)).expect("the window can be sized");
     }
 
@@ -92,6 +183,24 @@ impl Browser {
         std::fs::create_dir_all(&folder).expect("the folder can be made");
         let png = self.runtime.block_on(self.client.screenshot()).expect("a picture can be taken");
         std::fs::write(folder.join(format!("{name}.png")), png).expect("the picture can be written");
+    }
+
+    /// Keeps pictures as they are seen at a desk and on a tablet, by day and by night, and fails where
+    /// the page is wider than what shows it.
+    #[track_caller]
+    pub fn views(&self, name: &str) {
+        let choose = "const it = document.getElementById('theme'); it.value = arguments[0]; it.dispatchEvent(new Event('change'))";
+        for (place, width, height) in [("standing", 820, 1180), ("tablet", 1024, 768), ("desk", 1440, 900)] {
+            self.size(width, height);
+            for theme in ["dark", "light"] {
+                self.run(choose, vec![json!(theme)]);
+                // What is drawn to measure is drawn anew a frame after its place has changed.
+                let width = || self.run("return document.documentElement.scrollWidth - innerWidth", vec![]);
+                let fits = || width().as_i64().filter(|it| *it <= 0);
+                wait_for(&format!("{name}, {place}, {theme} not to be too wide"), fits);
+                self.picture(&format!("{name}-{place}-{theme}"));
+            }
+        }
     }
 
     /// Fails if the page wrote an error to the console. What the browser itself notes about an
@@ -112,6 +221,15 @@ impl Drop for Browser {
         let _ = self.driver.kill();
         let _ = self.driver.wait();
     }
+}
+
+/// A system, seen in a browser; nothing where there is no browser. That comes first, since it takes longer to start
+/// than many a mission to fly.
+pub fn watch(args: &[&str]) -> Option<(System, Browser)> {
+    let browser = Browser::start()?;
+    let system = System::up(args, &[]);
+    browser.visit(&system.link());
+    Some((system, browser))
 }
 
 /// chromedriver's own command: what the page wrote to the console.

@@ -9,8 +9,12 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 
 pub mod browser;
+pub mod crowd;
 pub mod files;
+pub mod http;
+pub mod people;
 pub mod processes;
+mod wait;
 
 /// Nothing that is waited for takes nearly as long on a machine that is not broken.
 pub const LIMIT: Duration = Duration::from_secs(100);
@@ -60,6 +64,8 @@ impl System {
         let mut launcher = Command::new(KITTIWAKE)
             .args(["up", "--json"])
             .args(args)
+            // Not into the recordings of whoever runs the tests.
+            .env("XDG_STATE_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/state"))
             .envs(variables.iter().copied())
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -129,7 +135,7 @@ impl System {
     /// The link to the operator's page, with its token.
     pub fn link(&self) -> String {
         let line = self.wait_for("#token=");
-        line[line.find("http://").unwrap_or(0)..].trim().to_owned()
+        line[line.find("http").unwrap_or(0)..].trim().to_owned()
     }
 
     /// The router's locator.
@@ -226,17 +232,10 @@ pub fn kittiwake(args: &[&str]) -> Output {
     Command::new(KITTIWAKE).args(args).stdin(Stdio::null()).output().expect("the program starts")
 }
 
-/// Waits until `find` finds something: asks for the state again and again, so that nothing is missed.
+/// Waits until `find` finds something, for as long as anything may take.
 #[track_caller]
-pub fn wait_for<T>(what: &str, mut find: impl FnMut() -> Option<T>) -> T {
-    let start = Instant::now();
-    loop {
-        if let Some(found) = find() {
-            return found;
-        }
-        assert!(start.elapsed() < LIMIT, "waited {LIMIT:?} in vain for {what}");
-        std::thread::sleep(Duration::from_millis(20));
-    }
+pub fn wait_for<T>(what: &str, find: impl FnMut() -> Option<T>) -> T {
+    wait::wait_within(LIMIT, Duration::from_millis(20), what, find)
 }
 
 /// The folder of the shipped configuration.

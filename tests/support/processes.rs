@@ -12,6 +12,11 @@ use super::{System, wait_for};
 pub struct Process(Pid);
 
 impl Process {
+    /// Its id.
+    pub fn id(self) -> Pid {
+        self.0
+    }
+
     /// Sends it a signal.
     #[track_caller]
     pub fn signal(self, signal: Signal) {

@@ -1,0 +1,78 @@
+//! What the host does not allow is said in one sentence.
+
+use std::net::TcpListener;
+
+use crate::support::engine::{docker, docker_lines};
+use crate::support::{Project, wait_for};
+
+#[test]
+fn a_port_that_is_in_use() {
+    let Some(mut project) = Project::new("port") else { return };
+    let taken = TcpListener::bind("127.0.0.1:0").expect("the loopback is there");
+    let port = taken.local_addr().expect("it is bound").port();
+    project.set("KITTIWAKE_PORT", &port.to_string());
+    let output = project.run(&["up", "--detach", "--no-build"]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success());
+    assert!(said.contains(&port.to_string()) && said.contains("in use"), "{said}");
+    assert_eq!(project.down(), Vec::<String>::new(), "left behind");
+}
+
+#[test]
+fn a_volume_that_cannot_be_written() {
+    let Some(project) = Project::new("volume") else { return };
+    project.up();
+    let (image, access, authority) =
+        (crate::support::engine::image().unwrap(), project.volume("access"), project.volume("authority"));
+    let state = "/var/lib/kittiwake";
+
+    /// Runs one process of the image with a volume that is only to be read.
+    #[track_caller]
+    fn check(image: &str, volume: &str, at: &str, args: &[&str], code: i32, said: &str) {
+        let mount = format!("{volume}:{at}:ro");
+        let usual = ["run", "--rm", "--read-only", "--network", "none", "--volume", &mount, image];
+        let output = docker(&[&usual, args].concat());
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{args:?}: {told}");
+        assert!(told.contains(said), "expected `{said}`, got `{told}`");
+        assert_eq!(told.trim().lines().count(), 1, "one sentence: {told}");
+    }
+    let folder = format!("{state}/access");
+    // Its audit record is state: without it nobody would know who ordered what.
+    let said = format!("gateway: {folder}/audit.jsonl: Read-only file system");
+    check(&image, &access, &folder, &["gateway", "--access", &folder, "--http", "127.0.0.1:0"], 5, &said);
+    let secret = format!("{folder}/token");
+    let said = format!("access: {secret}: cannot be written: Read-only file system");
+    check(&image, &access, &folder, &["access", &folder, "--secret", &secret], 2, &said);
+    let at = format!("{state}/certificates/authority");
+    check(
+        &image,
+        &authority,
+        &at,
+        &["certs", &format!("{state}/certificates/authority"), "--vehicle=uav9"],
+        2,
+        "certs: ",
+    );
+}
+
+#[test]
+fn a_certificate_of_another_vehicle_is_refused_at_start_and_the_right_one_let_in_again() {
+    let Some(project) = Project::new("papers") else { return };
+    project.up();
+    let (router, volume) = (project.container("uav1-router"), project.volume("uav1-certificate"));
+    docker(&["stop", "--time", "5", &router]);
+    let image = crate::support::engine::image().unwrap();
+    let mount = format!("{volume}:/var/lib/kittiwake/certificate");
+    // As another vehicle it has no certificate: the volume holds that of uav1.
+    let args =
+        ["router", "--dial=tls/ground-router:7448", "--vehicle=uav2", "--certificates=/var/lib/kittiwake/certificate"];
+    let output = docker(&[&["run", "--rm", "--network", "none", "--volume", &mount, &image][..], &args].concat());
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("is the certificate of `uav1-router`, expected that of `uav2-router`"), "{said}");
+    docker(&["start", &router]);
+    wait_for("the right one to be let in again", || {
+        let said = docker_lines(&["exec", &project.container("ground-router"), "kittiwake", "health"]).concat();
+        said.contains("link up: uav1-router").then_some(())
+    });
+}

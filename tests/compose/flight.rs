@@ -1,0 +1,75 @@
+//! One command brings it up; it flies, and the host looks on.
+
+use std::time::{Duration, Instant};
+
+use crate::support::Project;
+use crate::support::engine::{docker, docker_lines};
+
+/// Nothing of an aircraft and its ground takes longer to be there.
+const START_LIMIT: Duration = Duration::from_secs(60);
+
+/// What the containers of one aircraft and its ground run for good.
+const PROCESSES: [&str; 9] = [
+    "control-tower",
+    "gateway",
+    "ground-router",
+    "uav1-mcm",
+    "uav1-monitor",
+    "uav1-planner",
+    "uav1-router",
+    "uav1-skill-manager",
+    "uav1-vehicle-sim",
+];
+
+#[test]
+fn it_comes_up_and_flies_the_reference_mission_watched_from_the_host() {
+    let Some(project) = Project::new("flight") else { return };
+    let start = Instant::now();
+    project.up();
+    let token = project.token();
+    let ready = crate::support::wait_for("the gateway to be ready", || {
+        project.get("/readyz", "").filter(|it| it.0 == 200).map(|_| start.elapsed())
+    });
+    assert!(ready < START_LIMIT, "ready after {ready:?}");
+    assert_eq!(project.get("/api/v1/vehicles", "").map(|it| it.0), Some(401), "nobody without a token is let in");
+    let report = project.wait_for_report("uav1", &token);
+    assert_eq!(report["outcome"], "MISSION_OUTCOME_SUCCESS", "{report}");
+    assert_eq!(report["objectives"].as_array().map(Vec::len), Some(2));
+
+    project.wait_until_healthy();
+    let running: Vec<_> = project.processes().into_keys().collect();
+    assert_eq!(running, PROCESSES);
+    for (service, container) in project.containers().into_iter().filter(|(it, _)| PROCESSES.contains(&it.as_str())) {
+        check_health(&service, &container);
+        check_confinement(&service, &container);
+    }
+    assert!(project.restarts().values().all(|it| it == "0"), "{:?}", project.restarts());
+    assert_eq!(project.down(), Vec::<String>::new(), "left behind");
+    eprintln!("ready {ready:?} after `up`");
+}
+
+/// Each container's own check says in one line who is there, and ends in time.
+#[track_caller]
+fn check_health(service: &str, container: &str) {
+    let process = service.trim_start_matches("uav1-").trim_start_matches("ground-");
+    let start = Instant::now();
+    let output = docker(&["exec", container, "kittiwake", "health"]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success() && said.starts_with(&format!("{process}: ")), "{service}: {said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(start.elapsed() < Duration::from_secs(10), "the engine included, {:?}", start.elapsed());
+    if process == "router" {
+        let peer = if service == "uav1-router" { "link up: ground-router" } else { "link up: uav1-router" };
+        assert!(said.contains(peer), "{said}");
+    }
+}
+
+/// Nobody is root, nothing but volumes can be written, and no capability is left.
+#[track_caller]
+fn check_confinement(service: &str, container: &str) {
+    let format = "{{.HostConfig.ReadonlyRootfs}} {{.Config.User}} {{.HostConfig.CapDrop}} {{.HostConfig.Memory}}";
+    let found = docker_lines(&["inspect", "--format", format, container]).concat();
+    let parts: Vec<_> = found.split(' ').collect();
+    assert_eq!(parts[..3], ["true", "65532:65532", "[ALL]"], "{service}");
+    assert!(parts[3].parse::<u64>().is_ok_and(|it| 0 < it), "{service} has no limit of memory");
+}

@@ -1,0 +1,36 @@
+//! Containers may be started in any order, as after a power cut.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use rand::SeedableRng;
+use rand::rngs::StdRng;
+use rand::seq::SliceRandom;
+
+use crate::support::Project;
+use crate::support::engine::docker;
+
+#[test]
+fn started_in_any_order_it_flies() {
+    let Some(project) = Project::new("orders") else { return };
+    let seed = match std::env::var("SEED").map(|it| it.parse()) {
+        Ok(seed) => seed.expect("SEED is a number"),
+        Err(_) => SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs(),
+    };
+    project.up();
+    let mut containers: Vec<_> = project.containers().into_iter().collect();
+    containers.shuffle(&mut StdRng::seed_from_u64(seed));
+    let order: Vec<_> = containers.iter().map(|(name, _)| name.as_str()).collect();
+    for (name, container) in &containers {
+        let cut = docker(&["stop", "--time", "0", container]);
+        assert!(cut.status.success(), "{name}: {}", String::from_utf8_lossy(&cut.stderr));
+    }
+    println!("SEED={seed}: {}", order.join(", "));
+    for (name, container) in &containers {
+        let started = docker(&["start", container]);
+        assert!(started.status.success(), "{name}: {}", String::from_utf8_lossy(&started.stderr));
+    }
+    let token = project.token();
+    let report = project.wait_for_report("uav1", &token);
+    assert_eq!(report["outcome"], "MISSION_OUTCOME_SUCCESS", "{report}");
+    project.wait_until_healthy();
+}

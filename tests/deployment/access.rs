@@ -1,0 +1,355 @@
+//! Who may say what over the link: every role against every key, over real TLS sessions.
+//!
+//! A role is a session with a certificate (or none) at the link's end of a router that runs as it is
+//! shipped; on the router's own side a session looks on. What is refused is shown to be refused and not
+//! merely late: after it something that is allowed is sent the same way, and that arrives.
+
+use std::collections::BTreeSet;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+use kittiwake_proto::topics::{Service, Topic};
+use zenoh::config::Config;
+use zenoh::query::{ConsolidationMode, QueryTarget};
+use zenoh::{Session, Wait};
+
+use crate::support::{LIMIT, wait_for};
+use crate::world::{Papers, Router};
+
+/// What may cross, written down once more by hand: the table is what is under test.
+const DOWN: &[&str] = &[
+    "fmu/out/vehicle_status",
+    "fmu/out/transponder_report",
+    "fmu/out/wind",
+    "monitor/introspection",
+    "health",
+    "mcm/status",
+    "monitor/flag",
+    "skill/event",
+    "mcm/decision",
+    "planner/status",
+    "skill/feedback",
+    "mcm/tree",
+];
+const UP: &[&str] = &["permission/ledger", "ground/contact"];
+const ANSWERED_ON_BOARD: &[&str] = &["mcm/command", "planner/mission"];
+const ANSWERED_ON_THE_GROUND: &[&str] = &["permission/request"];
+
+fn set(keys: &[&'static str]) -> BTreeSet<&'static str> {
+    keys.iter().copied().collect()
+}
+
+fn topics() -> Vec<&'static str> {
+    Topic::ALL.iter().map(|it| it.key()).collect()
+}
+
+fn services() -> Vec<&'static str> {
+    Service::ALL.iter().map(|it| it.key()).collect()
+}
+
+fn base(mode: &str) -> Config {
+    let mut config = Config::default();
+    for (key, value) in [
+        ("mode", format!("\"{mode}\"")),
+        ("scouting/multicast/enabled", "false".into()),
+        ("scouting/gossip/enabled", "false".into()),
+        ("scouting/delay", "0".into()),
+    ] {
+        config.insert_json5(key, &value).unwrap();
+    }
+    config
+}
+
+/// With the certificate of `name`, or none.
+fn with_papers(config: &mut Config, papers: &Papers, name: Option<&str>) {
+    let file = |name: &str, it: &str| papers.of(name).join(it).to_string_lossy().into_owned();
+    // Whoever tries knows whom to trust; whom the router trusts is the question.
+    let mut tls =
+        serde_json::json!({ "root_ca_certificate": file("ground-router", "authority.pem"), "enable_mtls": true });
+    if let Some(name) = name {
+        for side in ["connect", "listen"] {
+            tls[format!("{side}_certificate")] = file(name, "certificate.pem").into();
+            tls[format!("{side}_private_key")] = file(name, "key.pem").into();
+        }
+    }
+    config.insert_json5("transport/link/tls", &tls.to_string()).unwrap();
+}
+
+fn connect(config: Config, locator: &str) -> Result<Session, String> {
+    let mut config = config;
+    config.insert_json5("connect/endpoints", &format!("[\"{locator}\"]")).unwrap();
+    zenoh::open(config).wait().map_err(|cause| cause.to_string())
+}
+
+/// A session on a router's own side.
+fn inside(router: &Router) -> Session {
+    connect(base("client"), &router.inside).expect("one's own side may connect")
+}
+
+/// Everything that is published to `session`, as it comes: each key by itself, as the services listen.
+fn listen(session: &Session, vehicle: &str) -> Receiver<String> {
+    let (sender, heard) = channel();
+    for key in topics() {
+        let sender = sender.clone();
+        session
+            .declare_subscriber(format!("kw/{vehicle}/{key}"))
+            .callback(move |sample| drop(sender.send(sample.key_expr().to_string())))
+            .background()
+            .wait()
+            .unwrap();
+    }
+    heard
+}
+
+/// Publishes every topic of `vehicle`, then `fence`, again until that is heard; which topics were heard.
+#[track_caller]
+fn crossing(from: &Session, heard: &Receiver<String>, vehicle: &str, fence: &str) -> BTreeSet<&'static str> {
+    let mut crossed = BTreeSet::new();
+    let prefix = format!("kw/{vehicle}/");
+    let mut take = |it: String| {
+        let topic = it.strip_prefix(&prefix).and_then(|it| topics().into_iter().find(|key| *key == it));
+        crossed.extend(topic);
+    };
+    wait_for("the link to carry what is allowed", || {
+        topics().iter().for_each(|key| from.put(format!("{prefix}{key}"), "x").wait().unwrap());
+        from.put(fence, "x").wait().unwrap();
+        while let Ok(key) = heard.recv_timeout(Duration::from_millis(500)) {
+            if key == fence {
+                return Some(());
+            }
+            take(key);
+        }
+        None
+    });
+    // The fence came: what was published before it has come too, or never will. Thinned topics
+    // and the fence itself are heard in the first round.
+    while let Ok(key) = heard.recv_timeout(Duration::from_millis(300)) {
+        take(key);
+    }
+    if let Some(key) = fence.strip_prefix(&prefix) {
+        crossed.extend(topics().into_iter().find(|it| *it == key));
+    }
+    crossed
+}
+
+/// Answers every service of `vehicle` at `session`, as it is declared by whoever serves it.
+fn serve(session: &Session, vehicle: &str) {
+    for key in services() {
+        session
+            .declare_queryable(format!("kw/{vehicle}/{key}"))
+            .complete(true)
+            .callback(|query| drop(query.reply(query.key_expr(), "answer").wait()))
+            .background()
+            .wait()
+            .unwrap();
+    }
+}
+
+/// Which services of `vehicle` answer to `from`; asks until `expected` do, and then once more.
+fn answered(from: &Session, vehicle: &str, expected: &BTreeSet<&'static str>) -> BTreeSet<&'static str> {
+    let ask = |key: &&'static str| {
+        let replies = from.get(format!("kw/{vehicle}/{key}")).payload("x").timeout(Duration::from_millis(700)).wait();
+        replies.unwrap().into_iter().any(|it| it.result().is_ok())
+    };
+    wait_for("the allowed services to answer", || expected.iter().all(ask).then_some(()));
+    services().into_iter().filter(ask).collect()
+}
+
+/// A ground router that lets uav1 and uav2 in.
+fn ground(papers: &Papers) -> Router {
+    Router::ground(papers, &["uav1", "uav2"])
+}
+
+fn at_the_ground(ground: &Router, papers: &Papers, name: Option<&str>) -> Result<Session, String> {
+    let mut config = base("client");
+    with_papers(&mut config, papers, name);
+    connect(config, &format!("tls/localhost:{}", ground.link_address().port()))
+}
+
+#[test]
+fn a_vehicle_says_to_the_ground_what_is_in_the_table_and_as_itself_only() {
+    let papers = Papers::make(&["uav1", "uav2"], &[]);
+    let ground = ground(&papers);
+    let tower = inside(&ground);
+    let (own, other) = (listen(&tower, "uav1"), listen(&tower, "uav2"));
+    let uav1 = at_the_ground(&ground, &papers, Some("uav1-router")).expect("uav1 is let in");
+    assert_eq!(crossing(&uav1, &own, "uav1", "kw/uav1/health"), set(DOWN), "what uav1 says of itself");
+    while other.try_recv().is_ok() {}
+    // The fence is its own, so it is heard as one of its own; nothing of uav2's is.
+    let listened = listen(&tower, "uav1");
+    let (both, as_other) = channel();
+    for receiver in [listened, other] {
+        let both = both.clone();
+        std::thread::spawn(move || receiver.into_iter().for_each(|it| drop(both.send(it))));
+    }
+    assert_eq!(crossing(&uav1, &as_other, "uav2", "kw/uav1/health"), set(&[]), "what uav1 says of uav2");
+}
+
+#[test]
+fn the_ground_says_to_a_vehicle_what_is_in_the_table_and_to_the_right_one() {
+    let papers = Papers::make(&["uav1", "uav2"], &[]);
+    let ground = ground(&papers);
+    let tower = inside(&ground);
+    let uav1 = at_the_ground(&ground, &papers, Some("uav1-router")).expect("uav1 is let in");
+    let heard = listen(&uav1, "uav1");
+    let _ = uav1.declare_subscriber("kw/**").callback(|_| ()).background().wait();
+    assert_eq!(crossing(&tower, &heard, "uav1", "kw/uav1/permission/ledger"), set(UP), "what uav1 hears");
+    let uav2 = at_the_ground(&ground, &papers, Some("uav2-router")).expect("uav2 is let in");
+    let (sender, heard) = channel();
+    for pattern in ["kw/uav1/**", "kw/**", "kw/uav2/permission/ledger"] {
+        let sender = sender.clone();
+        uav2.declare_subscriber(pattern)
+            .callback(move |sample| drop(sender.send(sample.key_expr().to_string())))
+            .background()
+            .wait()
+            .unwrap();
+    }
+    assert_eq!(crossing(&tower, &heard, "uav1", "kw/uav2/permission/ledger"), set(&[]), "what uav2 hears of uav1");
+}
+
+#[test]
+fn only_the_services_of_the_table_are_answered_over_the_link() {
+    let papers = Papers::make(&["uav1", "uav2"], &[]);
+    let ground = ground(&papers);
+    let tower = inside(&ground);
+    serve(&tower, "*");
+    let uav1 = at_the_ground(&ground, &papers, Some("uav1-router")).expect("uav1 is let in");
+    let expected = set(ANSWERED_ON_THE_GROUND);
+    assert_eq!(answered(&uav1, "uav1", &expected), expected, "what the ground answers uav1");
+    assert_eq!(answered(&uav1, "uav2", &set(&[])), set(&[]), "what the ground answers uav1 as uav2");
+    drop(tower);
+    let ground = self::ground(&papers);
+    let gateway = inside(&ground);
+    let uav1 = at_the_ground(&ground, &papers, Some("uav1-router")).expect("uav1 is let in");
+    serve(&uav1, "uav1");
+    serve(&uav1, "uav2");
+    let expected = set(ANSWERED_ON_BOARD);
+    assert_eq!(answered(&gateway, "uav1", &expected), expected, "what uav1 answers the ground");
+    assert_eq!(answered(&gateway, "uav2", &set(&[])), set(&[]), "what uav1 answers the ground as uav2");
+}
+
+#[test]
+fn strangers_are_not_let_in() {
+    let papers = Papers::make(&["uav1", "uav2", "uav9"], &[]);
+    let (foreign, expired) = (Papers::make(&["uav1"], &[]), Papers::make(&["uav1"], &["--days=-1"]));
+    let mut ground = ground(&papers);
+    assert!(at_the_ground(&ground, &papers, None).is_err(), "without a certificate");
+    assert!(at_the_ground(&ground, &expired, Some("uav1-router")).is_err(), "with an expired certificate");
+    // It trusts our authority, but shows what another one has signed.
+    let mut config = base("client");
+    with_papers(&mut config, &foreign, Some("uav1-router"));
+    let authority = papers.of("ground-router").join("authority.pem").to_string_lossy().into_owned();
+    config.insert_json5("transport/link/tls/root_ca_certificate", &format!("\"{authority}\"")).unwrap();
+    let locator = format!("tls/localhost:{}", ground.link_address().port());
+    assert!(connect(config, &locator).is_err(), "with a certificate of another authority");
+    // One of our authority whom nobody expects gets a connection, and nothing to do with it.
+    let tower = inside(&ground);
+    let heard = listen(&tower, "uav9");
+    let uav9 = at_the_ground(&ground, &papers, Some("uav9-router")).expect("a connection");
+    serve(&tower, "*");
+    assert_eq!(answered(&uav9, "uav9", &set(&[])), set(&[]), "what the ground answers uav9");
+    let fence = "kw/uav9/fence";
+    let (sender, fenced) = channel();
+    let hear = move |it: String| drop(sender.send(it));
+    let fence_heard = hear.clone();
+    tower
+        .declare_subscriber(fence)
+        .callback(move |sample| fence_heard(sample.key_expr().to_string()))
+        .background()
+        .wait()
+        .unwrap();
+    std::thread::spawn(move || heard.into_iter().for_each(hear));
+    topics().iter().for_each(|key| uav9.put(format!("kw/uav9/{key}"), "x").wait().unwrap());
+    // Its questions of before were refused one by one, so what it says now is too; our own word comes through.
+    let _ = answered(&uav9, "uav9", &set(&[]));
+    inside(&ground).put(fence, "x").wait().unwrap();
+    assert_eq!(fenced.recv_timeout(LIMIT).as_deref(), Ok(fence), "what uav9 says");
+    assert!(ground.process().runs());
+}
+
+/// Listens as a ground with these papers, and tells where.
+fn listen_as(papers: &Papers, name: &str) -> (Session, std::net::SocketAddr) {
+    let mut config = base("router");
+    with_papers(&mut config, papers, Some(name));
+    config.insert_json5("listen/endpoints", "[\"tls/127.0.0.1:0\"]").unwrap();
+    let session = zenoh::open(config).wait().unwrap();
+    let locator = session.info().locators().wait().remove(0).to_string();
+    (session, locator.trim_start_matches("tls/").parse().unwrap())
+}
+
+#[test]
+fn an_aircraft_talks_to_its_own_ground_only() {
+    let papers = Papers::make(&["uav1", "uav2"], &[]);
+    let foreign = Papers::make(&["uav1"], &[]);
+    let link_token = |router: &Router| {
+        let found = inside(router).liveliness().get("router/**").wait().unwrap();
+        let is_link = |it: &zenoh::sample::Sample| it.key_expr().as_str().starts_with("router/uav1-router/link/");
+        found.into_iter().filter(|it| it.result().is_ok_and(is_link)).count()
+    };
+    for (papers_of_ground, name, why) in [
+        (&foreign, "ground-router", "its certificate is not accepted: invalid peer certificate"),
+        (
+            &papers,
+            "uav2-router",
+            "its certificate is not accepted: invalid peer certificate: certificate not valid for name",
+        ),
+    ] {
+        let (_impostor, address) = listen_as(papers_of_ground, name);
+        let mut aircraft = Router::aircraft(&papers, "uav1", address);
+        let said = aircraft.process().wait_for("has been down for 5 s");
+        assert!(said.contains(why), "{said}");
+        assert_eq!(link_token(&aircraft), 0, "{said}");
+    }
+    let (real, address) = listen_as(&papers, "ground-router");
+    let mut aircraft = Router::aircraft(&papers, "uav1", address);
+    aircraft.process().wait_for("the link to ground-router is up");
+    let onboard = inside(&aircraft);
+    let heard = listen(&onboard, "uav1");
+    assert_eq!(crossing(&real, &heard, "uav1", "kw/uav1/permission/ledger"), set(UP), "what the ground says on board");
+    serve(&onboard, "uav1");
+    let expected = set(ANSWERED_ON_BOARD);
+    assert_eq!(answered(&real, "uav1", &expected), expected, "what is answered on board");
+    let heard = listen(&real, "uav1");
+    assert_eq!(crossing(&onboard, &heard, "uav1", "kw/uav1/health"), set(DOWN), "what leaves the aircraft");
+}
+
+#[test]
+fn a_key_with_wildcards_stands_for_nothing_that_is_not_in_the_table() {
+    const WILD: [&str; 5] = ["kw/uav1/**", "kw/*/mcm/*", "kw/uav1/fmu/in/*", "kw/**", "**"];
+    let papers = Papers::make(&["uav1"], &[]);
+    let (ground, address) = listen_as(&papers, "ground-router");
+    let mut aircraft = Router::aircraft(&papers, "uav1", address);
+    aircraft.process().wait_for("the link to ground-router is up");
+    let onboard = inside(&aircraft);
+    for key in services() {
+        let key = format!("kw/uav1/{key}");
+        let own = key.clone();
+        let queryable = onboard.declare_queryable(key).callback(move |it| drop(it.reply(&own, "answer").wait()));
+        queryable.background().wait().unwrap();
+    }
+    let ask = |key: &str| -> Vec<String> {
+        let get = ground.get(key).payload("x").target(QueryTarget::All).consolidation(ConsolidationMode::None);
+        let replies = get.timeout(Duration::from_millis(700)).wait().unwrap().into_iter();
+        replies.filter_map(|it| it.result().ok().map(|it| it.key_expr().to_string())).collect()
+    };
+    // Over both connections: the second one's declarations are what wildcards find.
+    wait_for("both connections", || (ask("kw/uav1/mcm/command").len() == 2).then_some(()));
+    for key in WILD {
+        let allowed = |it: &String| ANSWERED_ON_BOARD.iter().any(|key| it.strip_prefix("kw/uav1/") == Some(key));
+        let answered = ask(key);
+        assert!(answered.iter().all(allowed), "{key}: {answered:?}");
+    }
+    let heard = listen(&onboard, "uav1");
+    let fence = "kw/uav1/permission/ledger";
+    let mut strange = Vec::new();
+    wait_for("the link to carry what is allowed", || {
+        WILD.iter().for_each(|key| ground.put(*key, "x").wait().unwrap());
+        ground.put(fence, "y").wait().unwrap();
+        let came: Vec<String> = std::iter::from_fn(|| heard.recv_timeout(Duration::from_millis(500)).ok()).collect();
+        let (allowed, other): (Vec<_>, Vec<_>) =
+            came.into_iter().partition(|it| UP.iter().any(|key| it.strip_prefix("kw/uav1/") == Some(key)));
+        strange.extend(other);
+        (!allowed.is_empty()).then_some(())
+    });
+    assert_eq!(strange, Vec::<String>::new(), "what the ground says on board");
+}

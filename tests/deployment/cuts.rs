@@ -1,0 +1,217 @@
+//! The link is cut in flight: on board nobody notices but the monitor, on the ground everybody sees it.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use bus::{Link, Scope, Tap};
+use kittiwake_proto::topics::{Message, Topic};
+use serde_json::Value;
+
+use crate::proxy::{CLEAR, Direction, Proxy, Shape};
+use crate::support::wait_for;
+use crate::world::{Deployment, ON_BOARD};
+
+/// Bytes of the operator's name, which is part of every order: an order on its way is larger than
+/// anything else that goes up.
+const NAME_BYTES: usize = 700;
+
+const BOTH: &[Direction] = &[Direction::Down, Direction::Up];
+
+/// In real time: the flight is long enough, since the vehicle holds while the link is lost.
+const SPEED: &[&str] = &["--speed", "1"];
+
+/// What is heard on board, by somebody who looks on there.
+struct OnBoard {
+    _tap: Tap,
+    heard: Arc<Mutex<Heard>>,
+}
+
+#[derive(Default)]
+struct Heard {
+    flags: Vec<(Instant, String, bool)>,
+    /// Introspections, and gaps in their numbers.
+    introspections: u64,
+    gaps: u64,
+    last: Option<u64>,
+    decisions: Vec<String>,
+    modes: Vec<i32>,
+}
+
+impl OnBoard {
+    fn look_on(deployment: &Deployment) -> OnBoard {
+        let heard: Arc<Mutex<Heard>> = Arc::default();
+        let link = Link {
+            connect: vec![deployment.aircraft.inside.clone()],
+            scope: Scope::Vehicle("uav1".into()),
+            open_timeout: Duration::from_secs(10),
+        };
+        let told = heard.clone();
+        let topics = &[Topic::FlagEvent, Topic::Introspection, Topic::DecisionRecord, Topic::VehicleStatus];
+        let tap = Tap::open(&link, topics, move |it| told.lock().unwrap().take(it.sequence, it.message)).unwrap();
+        OnBoard { _tap: tap, heard }
+    }
+
+    /// When the flag last rose, or fell.
+    fn flag(&self, name: &str, raised: bool) -> Option<Instant> {
+        let heard = self.heard.lock().unwrap();
+        heard.flags.iter().rev().find(|(_, it, up)| it == name && *up == raised).map(|(at, ..)| *at)
+    }
+
+    fn decided(&self, part: &str) -> bool {
+        self.heard.lock().unwrap().decisions.iter().any(|it| it.contains(part))
+    }
+
+    fn flags(&self) -> Vec<String> {
+        self.heard.lock().unwrap().flags.iter().map(|(_, name, up)| format!("{name} {up}")).collect()
+    }
+
+    /// Introspections so far, and gaps.
+    fn stream(&self) -> (u64, u64) {
+        let heard = self.heard.lock().unwrap();
+        (heard.introspections, heard.gaps)
+    }
+}
+
+impl Heard {
+    fn take(&mut self, sequence: u64, message: Message) {
+        match message {
+            Message::FlagEvent(it) => self.flags.push((Instant::now(), it.name, it.raised)),
+            Message::DecisionRecord(it) => self.decisions.push(format!("{}: {}", it.topic, it.text)),
+            Message::VehicleStatus(it) => self.modes.push(it.actual_mode),
+            Message::Introspection(_) => {
+                self.introspections += 1;
+                self.gaps += u64::from(self.last.is_some_and(|last| sequence != last + 1));
+                self.last = Some(sequence);
+            }
+            _ => {}
+        }
+    }
+}
+
+fn instances(document: &Value) -> BTreeMap<String, String> {
+    let text = |it: &Value| it.as_str().unwrap_or_default().to_owned();
+    let rows = document["processes"].as_array().cloned().unwrap_or_default();
+    let rows = rows.iter().map(|it| (text(&it["service"]), text(&it["instance"])));
+    rows.filter(|(name, _)| ON_BOARD.contains(&name.as_str())).collect()
+}
+
+/// Seconds from now until the ground holds fresh data of every kind again.
+fn until_fresh(deployment: &Deployment) -> f64 {
+    let start = Instant::now();
+    wait_for("the ground to see the vehicle as it is", || {
+        let sources = deployment.services.document()["sources"].clone();
+        let young = |name: &str, limit: f64| sources[name]["wallAgeS"].as_f64().is_some_and(|age| age < limit);
+        let since = start.elapsed().as_secs_f64();
+        let arrived_since = |name: &str| young(name, since.clamp(0.05, 1.2));
+        ["introspection", "mcmStatus", "plannerStatus", "vehicleStatus"]
+            .iter()
+            .all(|it| arrived_since(it))
+            .then_some(())
+    });
+    start.elapsed().as_secs_f64()
+}
+
+/// The page's own limit: what is older than this is shown as stale.
+const STALE_AFTER_S: f64 = 0.9;
+
+/// Seconds from the cut until what the ground shows was old, by the page's own limit.
+fn until_stale(deployment: &Deployment, cut: Instant) -> f64 {
+    // From the age as it was found: how late it was asked for does not matter.
+    wait_for("the ground to see that nothing comes", || {
+        let (age, now) = (deployment.services.age("introspection"), cut.elapsed().as_secs_f64());
+        (STALE_AFTER_S < age).then_some(now - age + STALE_AFTER_S)
+    })
+}
+
+#[test]
+fn a_cut_is_seen_on_both_sides_and_nothing_old_is_obeyed_after_it() {
+    let mut deployment = Deployment::start_for(&"n".repeat(NAME_BYTES), SPEED);
+    let on_board = OnBoard::look_on(&deployment);
+    deployment.services.wait_in_flight();
+    let before = instances(&deployment.services.document());
+    assert_eq!(before.len(), ON_BOARD.len(), "{before:?}");
+    let cuts: [(f64, &[Direction]); 7] = [
+        (0.5, BOTH),
+        (0.5, &[Direction::Up]),
+        (0.5, &[Direction::Down]),
+        (60.0, BOTH),
+        (5.0, BOTH),
+        (5.0, &[Direction::Up]),
+        (5.0, &[Direction::Down]),
+    ];
+    for (seconds, ways) in cuts {
+        let up = ways.contains(&Direction::Up);
+        let order = up.then(|| said_into_the_cut(&deployment));
+        let cut = Instant::now();
+        deployment.proxy.cut(ways);
+        // What is on its way arrives when it would have.
+        deployment.proxy.shape(CLEAR);
+        let stale = (ways.contains(&Direction::Down) && 1.0 < seconds).then(|| until_stale(&deployment, cut));
+        let flag_after = (10.0 < seconds).then(|| {
+            let rose = wait_for("the flag", || on_board.flag("link_lost", true).filter(|at| cut < *at));
+            (rose - cut).as_secs_f64()
+        });
+        if flag_after.is_some() {
+            wait_for("the row's action", || on_board.decided("link_lost").then_some(()));
+        }
+        let left = Duration::from_secs_f64(seconds).saturating_sub(cut.elapsed());
+        // The length of the cut is what is tried, not something to wait for.
+        std::thread::sleep(left);
+        deployment.proxy.heal();
+        let fresh = until_fresh(&deployment);
+        if let Some(order) = order {
+            let (status, body) = order.join().expect("the order is answered");
+            assert_eq!(status, 503, "said before a cut of {seconds} s: {body}");
+        }
+        eprintln!(
+            "cut {seconds:4.1} s {ways:?}: stale {stale:.2?} s, link_lost {flag_after:.2?} s, fresh {fresh:.2} s"
+        );
+        assert!(stale.is_none_or(|it| it < 1.0), "stale {stale:?} s after the cut");
+        assert!(flag_after.is_none_or(|it| (it - 10.0).abs() < 1.0), "the flag rose after {flag_after:?} s");
+        assert!(fresh < 2.0, "fresh {fresh:.2} s after the end of the cut");
+    }
+    wait_for("the flag to fall", || on_board.flag("link_lost", false));
+    let others: Vec<_> = on_board.flags().into_iter().filter(|it| !it.starts_with("link_lost")).collect();
+    assert!(others.is_empty(), "on board: {others:?}");
+    assert_eq!(on_board.flags(), ["link_lost true", "link_lost false"], "only the long cut raises it");
+    assert!(
+        !on_board.decided("paus"),
+        "no order of before a cut was obeyed: {:?}",
+        on_board.heard.lock().unwrap().decisions
+    );
+    let (introspections, gaps) = on_board.stream();
+    assert!(gaps == 0 && 5000 < introspections, "{gaps} gaps in {introspections} introspections on board");
+    wait_for("the same processes as before", || (instances(&deployment.services.document()) == before).then_some(()));
+    deployment.services.expect_all_run();
+    let (status, body) = deployment.services.post("/api/v1/vehicles/uav1/pause");
+    assert_eq!(status, 200, "an order of now is obeyed: {body}");
+}
+
+#[test]
+fn an_order_passes_while_either_of_the_two_connections_is_stuck() {
+    let deployment = Deployment::start(SPEED);
+    deployment.services.wait_in_flight();
+    for connection in [0, 1] {
+        deployment.proxy.hold(connection);
+        // Well within the time after which a connection that says nothing is made anew.
+        let (status, body) = deployment.services.post("/api/v1/vehicles/uav1/contingencies/battery_low/acknowledge");
+        assert_eq!(status, 409, "refused by the vehicle, since that flag is not up: {body}");
+        assert_eq!(deployment.proxy.connections(), 2, "none was made anew");
+        deployment.proxy.heal();
+    }
+}
+
+/// An order that has left the ground and is still on its way when the link is cut.
+fn said_into_the_cut(deployment: &Deployment) -> std::thread::JoinHandle<(u16, Value)> {
+    let delay = Duration::from_millis(150);
+    deployment.proxy.shape(Shape { delay, ..CLEAR });
+    let before = on_the_way(&deployment.proxy);
+    let order = deployment.services.post_later("/api/v1/vehicles/uav1/pause");
+    wait_for("the order to leave", || (before + (NAME_BYTES as u64) < on_the_way(&deployment.proxy)).then_some(()));
+    order
+}
+
+fn on_the_way(proxy: &Proxy) -> u64 {
+    proxy.bytes(Direction::Up)
+}

@@ -1,0 +1,85 @@
+//! Routers are killed in flight and started again: a pause, and nothing else needs to be started again.
+
+use std::time::{Duration, Instant};
+
+use crate::support::wait_for;
+use crate::world::{Deployment, ON_BOARD, Router, Services};
+
+/// Mission time runs four times as fast as the wall clock; routers and links do not know of it.
+const SPEED: &[&str] = &["--speed", "4"];
+
+fn processes_alive(services: &Services) -> Option<()> {
+    let document = services.document();
+    let alive = |name: &str| {
+        let rows = document["processes"].as_array();
+        rows.is_some_and(|it| it.iter().any(|it| it["service"] == name && it["health"] == "alive"))
+    };
+    ON_BOARD.iter().all(|it| alive(it)).then_some(())
+}
+
+/// In the air, and everybody seen.
+fn in_flight(services: &Services) {
+    services.wait_in_flight();
+    wait_for("everybody on board to be seen", || processes_alive(services));
+}
+
+/// Waits until data of every kind has come that left after the router was there again, and tells how long
+/// that took.
+#[track_caller]
+fn fresh(services: &Services, what: &str) {
+    let there_again = Instant::now();
+    wait_for("fresh data of every kind", || {
+        let sources = services.document()["sources"].clone();
+        let since = there_again.elapsed().as_secs_f64();
+        let young = |it: &str| sources[it]["wallAgeS"].as_f64().is_some_and(|age| age < since);
+        ["introspection", "mcmStatus", "plannerStatus", "vehicleStatus"].iter().all(|it| young(it)).then_some(())
+    });
+    let took = there_again.elapsed();
+    eprintln!("{what} killed and started again: everything fresh after {took:.2?}");
+    assert!(took < Duration::from_secs(2), "{what}: {took:?}");
+}
+
+/// Until the mission is over; its outcome.
+fn outcome(services: &Services) -> String {
+    wait_for("the end of the mission", || {
+        let report = services.document()["report"]["outcome"].clone();
+        report.as_str().filter(|it| !it.contains("UNSPECIFIED")).map(str::to_owned)
+    })
+}
+
+#[test]
+fn either_router_may_be_killed_and_started_again() {
+    let mut deployment = Deployment::start(SPEED);
+    in_flight(&deployment.services);
+    deployment.ground.kill();
+    deployment.aircraft.process().wait_for("the link to ground-router is down");
+    deployment.ground.start_again();
+    deployment.aircraft.process().wait_for_nth("the link to ground-router is up", 2);
+    fresh(&deployment.services, "the router of the ground");
+    deployment.aircraft.kill();
+    deployment.ground.process().wait_for("the link to uav1-router is down");
+    deployment.aircraft.start_again();
+    deployment.ground.process().wait_for_nth("the link to uav1-router is up", 2);
+    fresh(&deployment.services, "the router on board");
+    flies_on(&mut deployment.services);
+}
+
+#[test]
+fn the_only_router_may_be_killed_and_started_again() {
+    let mut router = Router::plain();
+    let mut services = Services::start(&router.inside, &router.inside, SPEED);
+    in_flight(&services);
+    router.kill();
+    router.start_again();
+    fresh(&services, "the only router");
+    flies_on(&mut services);
+}
+
+/// To the end of its mission, with the processes that it began with.
+fn flies_on(services: &mut Services) {
+    wait_for("everybody on board to be seen again", || processes_alive(services));
+    services.expect_all_run();
+    let outcome = outcome(services);
+    assert!(outcome.contains("SUCCESS"), "{outcome}");
+    services.expect_all_run();
+}

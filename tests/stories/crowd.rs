@@ -1,0 +1,185 @@
+//! A thousand clients, some of them rude, look on while a mission flies.
+
+use std::collections::BTreeMap;
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::os::fd::AsFd;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+use bus::{Link, Scope, Tap, Tapped};
+use kittiwake_proto::topics::{Message, Topic};
+use kittiwake_proto::v1::DecisionRecord;
+use nix::sys::socket::{setsockopt, sockopt};
+use prost::Message as _;
+use zenoh::Wait;
+
+use crate::bad_messages::stranger;
+use crate::support::crowd::{Crowd, raise_socket_limit};
+use crate::support::files::Files;
+use crate::support::http::{Http, answer};
+use crate::support::{System, wait_for};
+
+const CLIENTS: usize = 1000;
+const EVENTS: &str = "/api/v1/vehicles/uav1/events";
+/// So many decisions of this size are more than the history keeps and a stream takes out of it at a time, for whoever
+/// has not read meanwhile.
+const SHORT: (usize, usize) = (150, 1);
+/// So many decisions of this size, in bytes, are more than is on its way to a client before the gateway waits for it.
+const LONG: (usize, usize) = (150, 20_000);
+const HISTORY: &str = "history_records = 50";
+/// Megabytes that the gateway may need more for all of them: what the figures say, several times.
+const MOST_MB: u64 = 256;
+
+/// With room for a thousand requests of one token at once, and a short history.
+fn files() -> Files {
+    Files::shipped().with("kittiwake.toml", "requests_at_once = 100.0", "requests_at_once = 5000.0").with(
+        "kittiwake.toml",
+        "history_records = 4096",
+        HISTORY,
+    )
+}
+
+/// Looks on what the mission manager and the monitor say, missing none.
+fn look_on(system: &System) -> (Tap, Receiver<Tapped>) {
+    let scope = Scope::Vehicle("uav1".into());
+    let link = Link { connect: vec![system.locator()], scope, open_timeout: Duration::from_secs(10) };
+    let (hear, heard) = channel();
+    let tap = Tap::open(&link, &[Topic::McmStatus, Topic::Introspection, Topic::Heartbeat], move |it| {
+        let _ = hear.send(it);
+    });
+    (tap.expect("the router is there"), heard)
+}
+
+/// A client that asks for the events, of which hardly any fit on their way, and does not read them.
+fn sleeper(http: &Http) -> TcpStream {
+    let mut stream = http.connect();
+    setsockopt(&stream.as_fd(), sockopt::RcvBuf, &4096).expect("a small buffer can be set");
+    stream.write_all(http.head("GET", EVENTS, "").as_bytes()).expect("the gateway takes a request");
+    stream
+}
+
+/// Has so many decisions of this size told, each once somebody in the crowd has had the one before.
+fn tell(system: &System, crowd: &Crowd, (count, size): (usize, usize)) {
+    let (stranger, text) = (stranger(&system.locator()), "x".repeat(size));
+    for sequence in 0..count as u64 {
+        let before = crowd.decisions();
+        let decision = DecisionRecord { topic: "load".into(), text: text.clone(), sequence, ..Default::default() };
+        stranger.put("kw/uav1/mcm/decision", decision.encode_to_vec()).wait().unwrap();
+        wait_for("the decision", || (before < crowd.decisions()).then_some(()));
+    }
+}
+
+/// Resident memory of the gateway, in megabytes.
+fn memory_mb(system: &System) -> u64 {
+    let status = std::fs::read_to_string(format!("/proc/{}/status", system.process("gateway").id())).unwrap();
+    let line = status.lines().find_map(|it| it.strip_prefix("VmRSS:")).expect("a process has memory");
+    line.trim().trim_end_matches(" kB").parse::<u64>().expect("a number") / 1024
+}
+
+/// Everything that is refused is refused with its reason, while the others are served.
+fn be_rude(http: &Http) {
+    let pause = "/api/v1/vehicles/uav1/pause";
+    let with = |more: &str, body: &str| http.send(&format!("{}{body}", http.head("POST", pause, more))).status;
+    assert_eq!(with("Idempotency-Key: a\r\nContent-Length: 99999999999\r\n", ""), 413);
+    let chunks = format!("{:x}\r\n{}\r\n", 200_000, "x".repeat(200_000));
+    assert_eq!(with("Idempotency-Key: b\r\nTransfer-Encoding: chunked\r\n", &format!("{chunks}0\r\n\r\n")), 413);
+    assert_eq!(with("Idempotency-Key: c\r\nContent-Length: 9\r\n", "{{{{{{{{{"), 400);
+    let deep = "[".repeat(60_000);
+    assert_eq!(with(&format!("Idempotency-Key: d\r\nContent-Length: {}\r\n", deep.len()), &deep), 400);
+    assert_eq!(http.send("\u{1}\u{2} nonsense\r\n\r\n").status, 400);
+}
+
+#[test]
+fn a_thousand_streams_and_one_that_never_reads_do_not_hold_up_the_mission() {
+    let most = raise_socket_limit();
+    assert!(CLIENTS as u64 + 200 < most, "this needs {CLIENTS} sockets, the system allows {most}");
+    let files = files();
+    let system = System::up(&["--config", files.config().to_str().unwrap(), "--speed", "3"], &[]);
+    system.wait_for(" is up: ");
+    let (tap, heard) = look_on(&system);
+    let http = system.http();
+    wait_for("the gateway to know the vehicle", || (http.get("/api/v1/vehicles/uav1").status == 200).then_some(()));
+    let before = memory_mb(&system);
+    // Until the sleeper's connection holds no more, and the history has gone past what it had.
+    let mut sleeper = sleeper(&http);
+    let witness = Crowd::gather(1, http.address, &http.head("GET", EVENTS, ""));
+    wait_for("somebody to be served", || (witness.served() == 1).then_some(()));
+    tell(&system, &witness, LONG);
+    tell(&system, &witness, SHORT);
+    drop(witness);
+    // A head that never ends, and a body that does not come.
+    let (mut half, mut trickle) = (http.connect(), http.connect());
+    half.write_all(b"GET / HTTP/1.1\r\nHost: x\r\n").unwrap();
+    let more = "Idempotency-Key: e\r\nContent-Length: 100\r\n";
+    trickle.write_all(format!("{}{{", http.head("POST", "/api/v1/vehicles/uav1/pause", more)).as_bytes()).unwrap();
+
+    let crowd = Crowd::gather(CLIENTS, http.address, &http.head("GET", EVENTS, ""));
+    wait_for("everybody to be served", || {
+        assert_eq!(crowd.gone(), None, "sent away, {} are served", crowd.served());
+        (crowd.served() == CLIENTS).then_some(())
+    });
+    be_rude(&http);
+    let had = (crowd.statuses(), crowd.decisions());
+    tell(&system, &crowd, SHORT);
+    wait_for("everybody to go on", || {
+        (had.0 + 2 * CLIENTS < crowd.statuses() && had.1 + CLIENTS < crowd.decisions()).then_some(())
+    });
+    system.wait_for("mission over: success");
+    assert_eq!(answer(&mut trickle).status, 408);
+    assert_eq!(crowd.gone(), None, "nobody was sent away");
+    let after = memory_mb(&system);
+    eprintln!("gateway: {before} MB before, {after} MB with {CLIENTS} clients");
+    assert!(after < before + MOST_MB, "the gateway took {before} MB before and {after} MB after");
+    expect_resync(&mut sleeper);
+
+    drop(tap);
+    let heard: Vec<Tapped> = heard.into_iter().collect();
+    expect_no_gap(&heard, Topic::Introspection);
+    expect_no_gap(&heard, Topic::McmStatus);
+    expect_ticks(&heard);
+}
+
+/// The sleeper wakes up: what it has missed is gone, and it is told so.
+#[track_caller]
+fn expect_resync(stream: &mut TcpStream) {
+    let (mut seen, mut piece) = (Vec::new(), vec![0; 64 * 1024]);
+    while !String::from_utf8_lossy(&seen).contains("\nevent: resync") {
+        let read = stream.read(&mut piece).expect("the stream goes on");
+        assert!(0 < read && seen.len() < 64 << 20, "no resync in {} bytes", seen.len());
+        seen.extend_from_slice(&piece[..read]);
+    }
+}
+
+#[track_caller]
+fn expect_no_gap(heard: &[Tapped], topic: Topic) {
+    let sequence: Vec<u64> = heard.iter().filter(|it| it.message.topic() == topic).map(|it| it.sequence).collect();
+    assert!(50 < sequence.len(), "{} of {topic:?}", sequence.len());
+    let gaps: Vec<_> = sequence.windows(2).filter(|it| it[1] != it[0] + 1).collect();
+    assert!(gaps.is_empty(), "gaps in {} messages of {topic:?}: {gaps:?}", sequence.len());
+}
+
+/// The mission manager has gone on from status to status, and no onboard process has lost anything.
+#[track_caller]
+fn expect_ticks(heard: &[Tapped]) {
+    let mut last = 0;
+    let mut processes = BTreeMap::new();
+    for it in heard {
+        match &it.message {
+            Message::McmStatus(it) => {
+                assert!(last <= it.ticks, "{last} ticks, then {}", it.ticks);
+                last = it.ticks;
+            }
+            Message::Heartbeat(it) => {
+                let first: &mut (String, u64) = processes.entry(it.service.clone()).or_insert((it.instance.clone(), 0));
+                assert_eq!(first.0, it.instance, "{} was started again", it.service);
+                first.1 = it.dropped;
+            }
+            _ => {}
+        }
+    }
+    assert!(100 < last, "{last} ticks");
+    for service in ["mcm", "monitor", "planner", "skill-manager", "vehicle-sim"] {
+        assert_eq!(processes.get(service).map(|it| it.1), Some(0), "{service}: {processes:?}");
+    }
+}

@@ -1,0 +1,145 @@
+//! Changing the mission, and approving plans, in a browser.
+
+use crate::support::browser::{Browser, watch};
+use crate::support::files::Files;
+use crate::support::{System, wait_for};
+
+const OUTCOME: &str = "#what-if-outcome";
+
+/// A mission beside the areas of the reference one.
+const SURVEY: &str = r#"
+name = "survey"
+[[objective]]
+name = "mast"
+north_m = 160.0
+east_m = 60.0
+height_m = 20.0
+flying = true
+[[objective]]
+name = "back"
+north_m = 0.0
+east_m = 0.0
+height_m = 0.0
+flying = false
+"#;
+
+/// The page of a system in the air; nothing where there is no browser.
+fn in_flight(speed: &str) -> Option<(System, Browser)> {
+    let (system, browser) = watch(&["--speed", speed])?;
+    browser.wait_for("#strip", "offboard");
+    browser.take_command();
+    browser.click("#mission-edit");
+    Some((system, browser))
+}
+
+#[test]
+fn another_mission_is_tried_out_and_uploaded_in_flight() {
+    let Some((_system, browser)) = in_flight("3") else { return };
+    let shown = wait_for("the mission's text", || Some(browser.value("#mission-text")).filter(|it| !it.is_empty()));
+    assert!(shown.contains("name = \"deliver\"") && shown.contains("corners_m = [[-90.0, 110.0]"), "{shown}");
+    // As it stands it can be flown from here.
+    browser.click("#what-if");
+    browser.wait_for(OUTCOME, "Every objective of `reference` can be reached.");
+    browser.wait_for("#upload:enabled", "Upload");
+    // A change takes that back, and a mistake is told with its place.
+    browser.fill("#mission-text", &SURVEY.replace("north_m = 160.0", "north_m = far"));
+    browser.wait_for("#upload:disabled", "Upload");
+    browser.click("#what-if");
+    browser.wait_for(OUTCOME, "line 5");
+    browser.picture("mission-mistake");
+    browser.fill("#mission-text", &SURVEY.replace("160.0", "160000.0"));
+    browser.click("#what-if");
+    browser.wait_for(&format!("{OUTCOME} .said[data-tone=bad]"), "");
+    browser.fill("#mission-text", SURVEY);
+    browser.click("#what-if");
+    browser.wait_for(OUTCOME, "Every objective of `survey` can be reached.");
+    browser.wait_for("[data-objective=mast][data-tone=good]", "m");
+    browser.views("what-if");
+    assert_eq!(browser.document("uav1")["mission"]["name"], "reference", "nothing was changed");
+    browser.click("#upload");
+    browser.wait_for("#question", "in the air");
+    browser.click("#confirm");
+    browser.wait_for("#said[data-tone=good]", "`survey` takes the place of `reference`");
+    browser.wait_for("#headline", "Mission survey");
+    wait_for("the editor to close", || browser.text("#editor").is_none().then_some(()));
+    browser.wait_for("#phase", "over: success");
+    assert_eq!(browser.document("uav1")["report"]["objectives"][0]["name"], "mast");
+    browser.expect_no_error();
+}
+
+#[test]
+fn objectives_are_inserted_removed_and_skipped_in_flight() {
+    let Some((_system, browser)) = in_flight("3") else { return };
+    // So that nothing is settled but by hand.
+    browser.click("#verb-pause");
+    browser.wait_for("[data-flag=operator_pause]", "acting");
+    browser.fill("#insert-name", "mast");
+    browser.click("#insert-pick");
+    // North of the areas.
+    browser.click_off("#map canvas", 0, -130);
+    let north: f64 = wait_for("the place", || browser.value("#insert-north").parse().ok().filter(|it| *it > 100.0));
+    browser.fill("#insert-height", "30");
+    browser.click("#insert-flying");
+    browser.fill("#insert-before", "1");
+    browser.picture("insert");
+    browser.click("#insert");
+    browser.wait_for("#said[data-tone=good]", "objective `mast` inserted at 1");
+    browser.wait_for("[data-objective=mast]", "30 m high");
+    let objectives = browser.document("uav1")["mission"]["objectives"].clone();
+    assert_eq!(objectives[1]["name"], "mast");
+    assert!((objectives[1]["position"]["northM"].as_f64().unwrap_or(0.0) - north).abs() < 0.1, "{objectives}");
+    browser.click("[data-objective=mast] [data-part=remove]");
+    browser.wait_for("#question", "Take objective mast out");
+    browser.click("#confirm");
+    browser.wait_for("#said[data-tone=good]", "objective `mast` removed");
+    browser.click("[data-objective=deliver] [data-part=skip]");
+    browser.wait_for("#question", "Give objective deliver up");
+    browser.click("#confirm");
+    browser.wait_for("[data-objective=deliver]", "Skipped by demo.");
+    // What is settled is not touched again.
+    wait_for("no buttons", || browser.text("[data-objective=deliver] [data-part=skip]").is_none().then_some(()));
+    browser.click("#verb-resume");
+    browser.wait_for("#phase", "over: failure");
+    browser.expect_no_error();
+}
+
+#[test]
+fn a_plan_waits_for_approval_and_the_time_that_is_left_is_shown() {
+    let files = Files::shipped().with("kittiwake.toml", "plan_approval = \"none\"", "plan_approval = \"each-plan\"");
+    let config = files.config();
+    let Some((_system, browser)) = watch(&["--config", &config.to_string_lossy(), "--speed", "4"]) else { return };
+    let asked = browser.wait_for("#approval", "waits for approval");
+    assert!(asked.contains("rejected by default") && asked.contains("asks for A"), "{asked}");
+    assert!(browser.text("#approve:enabled").is_none(), "not without command");
+    browser.take_command();
+    // The bar runs down with the time that is left.
+    let left = || browser.run("return document.querySelector('#approval progress').value", vec![]).as_f64();
+    wait_for("less time", || left().filter(|it| *it < 0.9));
+    browser.views("approval");
+    browser.click("#reject");
+    browser.wait_for("#said[data-tone=good]", "reject plan");
+    browser.wait_for("[data-flag=operator_pause]", "acting");
+    browser.click("#verb-resume");
+    browser.wait_for("#approval", "waits for approval");
+    browser.click("#approve");
+    browser.wait_for("#said[data-tone=good]", "approve plan");
+    wait_for("no question", || browser.text("#approval").is_none().then_some(()));
+    browser.wait_for("#strip", "offboard");
+    browser.expect_no_error();
+}
+
+#[test]
+fn a_plan_that_nobody_decides_about_is_flown_where_that_is_the_default() {
+    let files = Files::shipped()
+        .with("kittiwake.toml", "plan_approval = \"none\"", "plan_approval = \"each-plan\"")
+        .with("kittiwake.toml", "plan_approval_limit_s = 60.0", "plan_approval_limit_s = 20.0")
+        .with("kittiwake.toml", "plan_approval_default = \"refuse\"", "plan_approval_default = \"approve\"");
+    let config = files.config();
+    let Some((_system, browser)) = watch(&["--config", &config.to_string_lossy(), "--speed", "4"]) else { return };
+    let asked = browser.wait_for("#approval", "waits for approval");
+    assert!(asked.contains("approved by default"), "{asked}");
+    browser.wait_for("#strip", "offboard");
+    assert_eq!(browser.text("#approval"), None, "nothing is asked any more");
+    browser.wait_for("#timeline .log", "approved: nobody has decided in time");
+    browser.expect_no_error();
+}

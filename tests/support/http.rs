@@ -1,0 +1,85 @@
+//! Requests to the gateway over sockets of the test's own, so that it can be as slow and as rude as it likes.
+
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpStream};
+
+use serde_json::Value;
+
+use super::{LIMIT, System};
+
+/// The gateway of a system, with the token of its link.
+pub struct Http {
+    pub address: SocketAddr,
+    token: String,
+}
+
+/// What it answered.
+pub struct Answer {
+    pub status: u16,
+    pub head: String,
+    pub body: Vec<u8>,
+}
+
+impl System {
+    /// Its gateway.
+    pub fn http(&self) -> Http {
+        let link = self.link();
+        let (address, token) = link.trim_start_matches("http://").split_once("/#token=").expect("a link has a token");
+        Http { address: address.parse().expect("an address"), token: token.to_owned() }
+    }
+}
+
+impl Http {
+    /// Reads a resource.
+    #[track_caller]
+    pub fn get(&self, path: &str) -> Answer {
+        self.send(&self.head("GET", path, ""))
+    }
+
+    /// Reads a document.
+    #[track_caller]
+    pub fn json(&self, path: &str) -> Value {
+        let answer = self.get(path);
+        let text = String::from_utf8_lossy(&answer.body);
+        assert_eq!(answer.status, 200, "{path}: {text}");
+        serde_json::from_str(&text).unwrap_or_else(|error| panic!("{path}: {error} in {text}"))
+    }
+
+    /// The head of a request; `more` are lines that end with `\r\n`.
+    pub fn head(&self, method: &str, path: &str, more: &str) -> String {
+        format!(
+            "{method} {path} HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer {}\r\nConnection: close\r\n{more}\r\n",
+            self.token
+        )
+    }
+
+    /// Sends a request as it stands and reads the answer to its end.
+    #[track_caller]
+    pub fn send(&self, request: &str) -> Answer {
+        let mut stream = self.connect();
+        // A gateway that refuses does not read on.
+        let _ = stream.write_all(request.as_bytes());
+        answer(&mut stream)
+    }
+
+    /// A connection on which nothing was sent yet.
+    #[track_caller]
+    pub fn connect(&self) -> TcpStream {
+        let stream = TcpStream::connect(self.address).expect("the gateway listens");
+        stream.set_read_timeout(Some(LIMIT)).expect("a limit can be set");
+        stream
+    }
+}
+
+/// Reads an answer to its end.
+#[track_caller]
+pub fn answer(stream: &mut TcpStream) -> Answer {
+    let mut bytes = Vec::new();
+    // A connection that is reset after the answer has given it all the same.
+    let _ = stream.read_to_end(&mut bytes);
+    let end = bytes.windows(4).position(|it| it == b"\r\n\r\n");
+    let end = end.unwrap_or_else(|| panic!("no answer: {}", String::from_utf8_lossy(&bytes)));
+    let head = String::from_utf8_lossy(&bytes[..end]).into_owned();
+    let status = head.split(' ').nth(1).and_then(|it| it.parse().ok()).expect("an answer has a status");
+    Answer { status, head, body: bytes.split_off(end + 4) }
+}

@@ -1,0 +1,38 @@
+//! Several people with a token each, in a folder that is gone with the value.
+
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+
+use gateway::access::{Role, entry};
+
+use super::System;
+
+/// Who is let in.
+pub struct People(tempfile::TempDir);
+
+impl People {
+    /// Each with the role; the token is the name.
+    pub fn new(people: &[(&str, Role)]) -> People {
+        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let path = folder.path().join("tokens.toml");
+        let text: String = people.iter().map(|(name, role)| entry(name, &[*role], name)).collect();
+        std::fs::write(&path, text).expect("the file can be written");
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o600)).expect("it is ours");
+        People(folder)
+    }
+
+    /// For `--access`.
+    pub fn folder(&self) -> &str {
+        Path::to_str(self.0.path()).expect("a temporary folder has a plain name")
+    }
+}
+
+impl System {
+    /// The link to the operator's page for one of the [`People`].
+    pub fn link_for(&self, name: &str) -> String {
+        let line = self.wait_for("status: http://");
+        let start = line.find("http://").unwrap_or(0);
+        let end = line.find("/api/").unwrap_or(line.len());
+        format!("{}/#token={name}", &line[start..end])
+    }
+}
