@@ -124,4 +124,8 @@ pub enum DataSource {
     LandDetected,
     /// `battery_status`.
     Battery,
+    /// The link to the ground, by the ground's sign of life: it must come, and say that the vehicle is
+    /// heard. Its limit is in seconds of wall time, whatever the speed factor; a link that never was
+    /// cannot be lost.
+    GroundLink,
 }
