@@ -1,6 +1,7 @@
 //! Watches from outside that what must never happen does not.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
 
 use domain::area::{Area, AreaKind};
 use domain::geometry::Ned;
@@ -21,12 +22,15 @@ pub enum Breach {
         /// How the permission stood.
         permission: v1::PermissionState,
     },
-    /// The vehicle left the ground after the mission was over.
+    /// The vehicle left the ground after the mission was over, or in answer to a flag.
     TookOff {
         /// When.
         at: Time,
     },
 }
+
+/// A takeoff that was under way when a flag rose may still lift off within so long.
+const UNDER_WAY: Duration = Duration::from_secs(3);
 
 /// Knows the areas and permissions as everybody is told, and where the vehicle says it is.
 #[derive(Debug, Default)]
@@ -36,6 +40,8 @@ pub(crate) struct Witness {
     permissions: BTreeMap<String, v1::PermissionState>,
     inside: BTreeSet<String>,
     is_over: bool,
+    /// A flag is answered since then.
+    answering: Option<Time>,
     landed: bool,
 }
 
@@ -48,9 +54,13 @@ impl Witness {
             Message::PermissionLedger(it) => {
                 self.permissions.extend(it.permissions.iter().map(|it| (it.area.clone(), it.state())));
             }
-            Message::McmStatus(it) => self.is_over |= it.report.is_some(),
+            Message::McmStatus(it) => {
+                self.is_over |= it.report.is_some();
+                self.answering = (!it.acting.is_empty()).then(|| self.answering.unwrap_or(at));
+            }
             Message::VehicleLandDetected(it) => {
-                if self.is_over && self.landed && !it.landed {
+                let answers = self.answering.is_some_and(|since| since + UNDER_WAY < at);
+                if self.landed && !it.landed && (self.is_over || answers) {
                     self.breaches.push(Breach::TookOff { at });
                 }
                 self.landed = it.landed;

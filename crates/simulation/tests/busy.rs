@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use control_tower::policy::Policy;
+use kittiwake_proto::v1::MissionOutcome;
 use simulation::{Machine, Setup, Simulation};
 
 const LIMIT: Duration = Duration::from_secs(1200);
@@ -31,6 +32,24 @@ fn check(permissions: Policy) {
     for seed in 0..MACHINES {
         let (flown, log) = story(permissions, Machine::Busy { seed, worst: WORST });
         assert_eq!(flown, expected, "{permissions}, machine of seed {seed}:\n{log}");
+    }
+}
+
+#[test]
+fn a_battery_that_is_low_and_critical() {
+    let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config");
+    for seed in 0..MACHINES {
+        let machine = Machine::Busy { seed, worst: WORST };
+        let setup = Setup { config: &config, mission: None, permissions: Policy::Grant, seed: 1, machine };
+        let mut simulation = Simulation::new(&setup).unwrap();
+        assert!(simulation.fly_until("step 4 of 5", LIMIT));
+        simulation.inject_fault("battery", &["0.09"]);
+        let report = simulation.fly(LIMIT).expect("the mission to end");
+        simulation.pass(Duration::from_secs(60));
+        let log = simulation.decision_log();
+        assert_eq!(report.outcome(), MissionOutcome::Emergency, "machine of seed {seed}:\n{log}");
+        assert_eq!(simulation.breaches(), [], "machine of seed {seed}:\n{log}");
+        assert_eq!(log.matches("`battery_critical`: land").count(), 1, "machine of seed {seed}:\n{log}");
     }
 }
 

@@ -170,6 +170,47 @@ fn a_low_battery_brings_the_vehicle_home_and_ends_the_mission() {
     );
 }
 
+/// On the ground the less urgent of two flags has nothing left to do, and least of all to fly home.
+#[test]
+fn once_a_critical_battery_has_brought_it_down_the_vehicle_stays_down() {
+    let mut simulation = reference(Policy::Grant, 1);
+    assert!(simulation.fly_until("step 4 of 5", LIMIT));
+    simulation.inject_fault("battery", &["0.09"]);
+    let report = simulation.fly(LIMIT).expect("the mission to end");
+    simulation.pass(Duration::from_secs(60));
+    let expected = "flag `battery_critical` raised: battery remaining 0.09 is below 0.10 for 0.5 s
+         `battery_critical`: land
+         flag `battery_low` raised: battery remaining 0.09 is below 0.25 for 1.0 s
+         `battery_critical` is over
+         `battery_low`: return_home
+         `battery_low` is over
+         MISSION_OUTCOME_EMERGENCY: `battery_critical`: battery remaining 0.09 is below 0.10 for 0.5 s";
+    assert_eq!(finish(simulation.story(&["contingency"]), &report), lines(expected));
+    assert_eq!(simulation.breaches(), []);
+}
+
+#[test]
+fn a_flag_raised_before_it_lifts_off_keeps_it_on_the_ground_or_brings_it_back() {
+    #[track_caller]
+    fn check(flag: &str) {
+        for tenths in 0..40 {
+            let mut simulation = reference(Policy::Grant, 1);
+            assert!(simulation.fly_until("step 1 of 5", LIMIT));
+            simulation.pass(Duration::from_millis(tenths * 100));
+            simulation.inject_flag(flag);
+            let report = simulation.fly(LIMIT).expect("the mission to end");
+            simulation.pass(Duration::from_secs(60));
+            let told = format!("{tenths} tenths of a second after the start:\n{}", simulation.decision_log());
+            assert_eq!(report.outcome(), MissionOutcome::Emergency, "{told}");
+            assert_eq!(simulation.breaches(), [], "{told}");
+        }
+    }
+    check("battery_critical");
+    check("battery_low");
+    check("operator_abort");
+    check("operator_return");
+}
+
 #[test]
 fn a_fault_of_the_vehicle_is_seen_and_answered() {
     #[track_caller]

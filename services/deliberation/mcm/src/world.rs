@@ -193,7 +193,13 @@ impl World {
             && !self.is_flying()
     }
 
+    /// Whether the vehicle is known to fly.
     pub(crate) fn is_flying(&self) -> bool {
         self.vehicle.is_some_and(|it| it.flying)
+    }
+
+    /// Whether the vehicle is known to stand on the ground.
+    pub(crate) fn is_on_ground(&self) -> bool {
+        self.vehicle.is_some_and(|it| !it.flying)
     }
 }

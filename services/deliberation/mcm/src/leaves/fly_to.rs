@@ -1,4 +1,5 @@
-//! Over a place to land at, round what may not be entered.
+//! Over a place to land at, round what may not be entered. On the ground it is over at once: what answers a flag
+//! never lifts off, whatever else is still up once the vehicle has landed.
 
 use behavior_tree::{Leaf, LeafResult, Ports, Status};
 use domain::detour::way_round;
@@ -47,6 +48,9 @@ struct Leg {
 impl Leaf<World> for FlyTo {
     fn start(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         self.leg = None;
+        if world.is_on_ground() {
+            return Ok(Status::Success);
+        }
         let limits = world.limits;
         let from = world.vehicle.map_or_else(Ned::default, |it| it.position);
         let there = self.target(from, world);
