@@ -17,6 +17,7 @@
 //! - A link whose other end has a certificate that ran out ends with the next message, and zenoh says something
 //!   several times a second.
 
+mod callers;
 mod link;
 mod manager;
 mod settings;

@@ -6,7 +6,6 @@ use std::time::Duration;
 
 use rustls::pki_types::ServerName;
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::Semaphore;
 use tokio_rustls::{TlsAcceptor, TlsConnector};
 use tokio_util::sync::CancellationToken;
 use zenoh_link_commons::tcp::get_tcp_addrs;
@@ -17,13 +16,12 @@ use zenoh_protocol::core::endpoint::Address;
 use zenoh_protocol::core::{EndPoint, Locator};
 use zenoh_result::{ZResult, zerror};
 
+use crate::callers::Callers;
 use crate::link::TlsLink;
 use crate::settings::{Papers, socket};
 
 /// A caller that takes longer to show its certificate is hung up on.
 const HANDSHAKE_LIMIT: Duration = Duration::from_secs(10);
-/// So many may be at it at once; whoever comes on top is hung up on, and may call again.
-const HANDSHAKES: usize = 64;
 /// After the kernel has refused a connection, mostly since there are too many.
 const PAUSE: Duration = Duration::from_millis(100);
 
@@ -93,7 +91,7 @@ async fn accept(
     stop: CancellationToken,
     incoming: NewLinkChannelSender,
 ) -> ZResult<()> {
-    let places = Arc::new(Semaphore::new(HANDSHAKES));
+    let mut callers = Callers::default();
     loop {
         let call = tokio::select! {
             () = stop.cancelled() => return Ok(()),
@@ -101,13 +99,11 @@ async fn accept(
         };
         match call {
             Ok((tcp, other)) => {
-                let Ok(place) = places.clone().try_acquire_owned() else { continue };
                 let (acceptor, incoming) = (acceptor.clone(), incoming.clone());
-                tokio::spawn(async move {
+                callers.greet(other.ip(), async move {
                     if let Err(cause) = greet(tcp, other, acceptor, incoming).await {
                         tracing::debug!(%other, %cause, "not let in");
                     }
-                    drop(place);
                 });
             }
             Err(cause) => {

@@ -1,11 +1,13 @@
 //! Two ends in one process, over real sockets, as zenoh uses them.
 
+use std::collections::VecDeque;
+use std::net::SocketAddr;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::Duration;
 
 use flume::Receiver;
 use rcgen::{BasicConstraints, CertificateParams, DnType, IsCa, Issuer, KeyPair};
+use tokio::net::{TcpSocket, TcpStream};
 use tokio::time::timeout;
 use zenoh_link_commons::{ConfigurationInspector, LinkManagerUnicastTrait, LinkUnicast};
 use zenoh_link_tls::{LinkManagerUnicastTls, TlsConfigurator};
@@ -75,6 +77,11 @@ impl Ground {
         let manager = LinkManagerUnicastTls::new(sender);
         let locator = manager.new_listener(authority.endpoint("tls/localhost:0", "ground", until)).await.unwrap();
         Ground { manager, callers, locator: locator.to_string() }
+    }
+
+    async fn address(&self) -> SocketAddr {
+        let host = self.locator.trim_start_matches("tls/");
+        tokio::net::lookup_host(host).await.unwrap().find(SocketAddr::is_ipv4).unwrap()
     }
 
     /// Both ends of a link: that of the ground, and that of who calls.
@@ -261,17 +268,43 @@ fn zenoh_uses_this_crate_and_not_its_own() {
     assert!(!named[0].contains("source = "), "it comes from a registry: {}", named[0]);
 }
 
-/// Somebody who calls and says nothing keeps nobody else waiting.
+/// Somebody who calls and says nothing keeps nobody else waiting, however often.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn silent_callers_are_no_obstacle() {
     let authority = Authority::new();
     let ground = Ground::listen(&authority, None).await;
-    let address = ground.locator.trim_start_matches("tls/").to_owned();
+    let address = ground.address().await;
     let mut silent = Vec::new();
-    for _ in 0..20 {
-        silent.push(Arc::new(tokio::net::TcpStream::connect(&address).await.unwrap()));
+    for _ in 0..200 {
+        silent.push(TcpStream::connect(address).await.unwrap());
     }
     let (one, other) = ground.called_by(&authority, "uav1").await;
     say(one, 3).await;
     hear(other, 3).await;
+}
+
+/// Not even one who goes on calling while others show their certificates.
+#[cfg(target_os = "linux")] // where 127.0.0.2 is there without being set up
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_keeps_calling_hangs_up_on_nobody_but_himself() {
+    let authority = Authority::new();
+    let ground = Ground::listen(&authority, None).await;
+    let address = ground.address().await;
+    let stranger = tokio::spawn(async move {
+        let mut silent = VecDeque::new();
+        loop {
+            let socket = TcpSocket::new_v4().unwrap();
+            socket.bind("127.0.0.2:0".parse().unwrap()).unwrap();
+            silent.push_back(socket.connect(address).await);
+            if silent.len() == 200 {
+                silent.pop_front();
+            }
+        }
+    });
+    for number in 0..20 {
+        let (one, other) = ground.called_by(&authority, &format!("uav{number}")).await;
+        say(one, 3).await;
+        hear(other, 3).await;
+    }
+    stranger.abort();
 }
