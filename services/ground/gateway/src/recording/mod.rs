@@ -22,6 +22,7 @@ use crate::recording::writer::Desk;
 
 pub mod config;
 pub mod digest;
+mod download;
 pub mod encoder;
 pub mod gauges;
 pub mod id;

@@ -1,31 +1,24 @@
 //! Recorded missions over HTTP: the list, one in short, and the file itself.
 
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::sync::Arc;
 
-use axum::body::{Body, Bytes};
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, State};
-use axum::http::StatusCode;
-use axum::http::header::{CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_LENGTH, CONTENT_TYPE, X_CONTENT_TYPE_OPTIONS};
-use axum::response::{IntoResponse, Response};
-use futures_util::Stream;
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::Response;
 use serde_json::{Value, json};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::sync::Semaphore;
 
 use crate::guard::Site;
 use crate::http::document;
 use crate::problem::Problem;
 use crate::recording::Recordings;
+use crate::recording::download::{self, MEDIA_TYPE};
 use crate::recording::id::Id;
 use crate::recording::shelf::Shelf;
 use crate::routes::{Method, READERS, Route, Routes};
 
-/// As registered for MCAP.
-const MEDIA_TYPE: &str = "application/vnd.mcap";
-/// Read at a time.
-const PIECE: usize = 64 * 1024;
 /// Downloads at a time: each holds a file open for as long as its client takes.
 const MOST_DOWNLOADS: usize = 16;
 
@@ -45,7 +38,9 @@ pub(crate) fn add_to(routes: Routes) -> Routes {
         )
         .add(
             read("/api/v1/recordings/{recording}/file", "The recording itself, for Foxglove and others", MEDIA_TYPE),
-            move |site: State<Site>, id: Result<Path<String>, PathRejection>| file(site, id, downloads.clone()),
+            move |site: State<Site>, id: Result<Path<String>, PathRejection>, headers: HeaderMap| {
+                file(site, id, headers, downloads.clone())
+            },
         )
 }
 
@@ -93,6 +88,7 @@ async fn summary(State(site): State<Site>, id: Result<Path<String>, PathRejectio
 async fn file(
     State(site): State<Site>,
     id: Result<Path<String>, PathRejection>,
+    headers: HeaderMap,
     downloads: Arc<Semaphore>,
 ) -> Result<Response, Problem> {
     let (id, shelf) = (parse(id)?, site.api.recordings.shelf()?);
@@ -104,29 +100,7 @@ async fn file(
         io::ErrorKind::NotFound => no_such_recording(&name),
         _ => unreadable(&cause),
     })?;
-    let headers = [
-        (CONTENT_TYPE, MEDIA_TYPE.to_owned()),
-        (CONTENT_LENGTH, bytes.to_string()),
-        (CONTENT_DISPOSITION, format!("attachment; filename=\"{}\"", name.file_name())),
-        (CACHE_CONTROL, "no-store".to_owned()),
-        (X_CONTENT_TYPE_OPTIONS, "nosniff".to_owned()),
-    ];
-    Ok((headers, Body::from_stream(pieces(file, bytes, permit))).into_response())
-}
-
-/// The first `bytes` of a file, which may be growing; nothing is read ahead of what the client takes.
-fn pieces(file: File, bytes: u64, permit: OwnedSemaphorePermit) -> impl Stream<Item = io::Result<Bytes>> {
-    futures_util::stream::try_unfold((file.take(bytes), permit), |(file, permit)| async move {
-        let read = move || {
-            let mut file = file;
-            let mut piece = vec![0; PIECE];
-            let length = file.read(&mut piece)?;
-            piece.truncate(length);
-            Ok::<_, io::Error>((piece, file))
-        };
-        let (piece, file) = tokio::task::spawn_blocking(read).await.map_err(io::Error::other)??;
-        Ok((!piece.is_empty()).then_some((Bytes::from(piece), (file, permit))))
-    })
+    Ok(download::answer(file, bytes, &name.file_name(), &headers, permit))
 }
 
 /// What waits for a disk is done beside the threads that answer.

@@ -198,6 +198,20 @@ async fn a_mission_is_listed_told_and_downloaded() {
     assert_eq!(header("content-disposition"), format!("attachment; filename=\"{name}.mcap\""));
     let file = response.into_body().collect().await.unwrap().to_bytes();
     assert_eq!(json!(file.len()), recorded["bytes"]);
+    let bytes = file.len();
+    for (range, status, extent, expected) in [
+        ("bytes=0-0", 206, format!("bytes 0-0/{bytes}"), Some(&file[..1])),
+        ("bytes=100-", 206, format!("bytes 100-{}/{bytes}", bytes - 1), Some(&file[100..])),
+        (&format!("bytes={bytes}-"), 416, format!("bytes */{bytes}"), None),
+    ] {
+        let request = Request::get(format!("{path}/file")).header("authorization", "Bearer observer-token");
+        let request = request.header("range", range).body(Body::empty()).unwrap();
+        let response = world.router.clone().oneshot(request).await.unwrap();
+        assert_eq!(response.status().as_u16(), status, "{range}");
+        assert_eq!(response.headers()["content-range"].to_str().unwrap(), extent);
+        let part = response.into_body().collect().await.unwrap().to_bytes();
+        assert!(expected.is_none_or(|it| part == it), "{range}: {} bytes", part.len());
+    }
     let topics: Vec<_> = mcap::MessageStream::new(&file).unwrap().map(|it| it.unwrap().channel.topic.clone()).collect();
     assert!(
         topics.iter().any(|it| it == "mcm/decision") && topics.iter().any(|it| it == "planner/status"),

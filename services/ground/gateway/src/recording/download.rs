@@ -1,0 +1,124 @@
+//! A recording as a download: the whole file, or the part that a client misses whose download broke off.
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::ops::RangeInclusive;
+
+use axum::body::{Body, Bytes};
+use axum::http::header::{
+    ACCEPT_RANGES, CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_LENGTH, CONTENT_RANGE, CONTENT_TYPE, IF_RANGE, RANGE,
+    X_CONTENT_TYPE_OPTIONS,
+};
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::{IntoResponse, Response};
+use futures_util::Stream;
+use http_range_header::parse_range_header;
+
+use crate::problem::Problem;
+
+/// As registered for MCAP.
+pub(crate) const MEDIA_TYPE: &str = "application/vnd.mcap";
+/// Read at a time.
+const PIECE: usize = 64 * 1024;
+
+/// What is sent of a file.
+#[derive(Debug, PartialEq)]
+enum Part {
+    Whole,
+    /// From byte to byte.
+    Only(RangeInclusive<u64>),
+    /// Nothing: it is not so long.
+    Beyond,
+}
+
+impl Part {
+    /// What `headers` ask for, of a file of so many bytes (RFC 9110, section 14). What is not understood, and several
+    /// ranges at once, may be answered with the whole file, and are. So is a range that is wanted only `If-Range` the file
+    /// is still the same: it has no mark by which to tell.
+    fn wanted(headers: &HeaderMap, bytes: u64) -> Part {
+        let range = headers.get(RANGE).filter(|_| !headers.contains_key(IF_RANGE));
+        let Some(Ok(ranges)) = range.and_then(|it| it.to_str().ok()).map(parse_range_header) else {
+            return Part::Whole;
+        };
+        match ranges.validate(bytes).as_deref() {
+            Ok([range]) => Part::Only(range.clone()),
+            Ok(_) => Part::Whole,
+            Err(_) => Part::Beyond,
+        }
+    }
+}
+
+/// The answer to a request for `file`, which has so many bytes by now and may be growing. `permit` is kept as long as the
+/// client takes.
+pub(crate) fn answer(file: File, bytes: u64, name: &str, headers: &HeaderMap, permit: impl Send + 'static) -> Response {
+    let (status, range, extent) = match Part::wanted(headers, bytes) {
+        Part::Whole => (StatusCode::OK, 0..bytes, None),
+        Part::Only(it) => {
+            let extent = format!("bytes {}-{}/{bytes}", it.start(), it.end());
+            (StatusCode::PARTIAL_CONTENT, *it.start()..it.end() + 1, Some(extent))
+        }
+        Part::Beyond => {
+            let problem = Problem::new(StatusCode::RANGE_NOT_SATISFIABLE, format!("the recording has {bytes} bytes"));
+            return ([(CONTENT_RANGE, format!("bytes */{bytes}"))], problem).into_response();
+        }
+    };
+    let headers = [
+        (CONTENT_TYPE, MEDIA_TYPE.to_owned()),
+        (CONTENT_LENGTH, (range.end - range.start).to_string()),
+        (CONTENT_DISPOSITION, format!("attachment; filename=\"{name}\"")),
+        (ACCEPT_RANGES, "bytes".to_owned()),
+        (CACHE_CONTROL, "no-store".to_owned()),
+        (X_CONTENT_TYPE_OPTIONS, "nosniff".to_owned()),
+    ];
+    let extent = extent.map(|it| [(CONTENT_RANGE, it)]);
+    (status, headers, extent, Body::from_stream(pieces(file, range, permit))).into_response()
+}
+
+/// These bytes of a file; nothing is read ahead of what the client takes.
+fn pieces(
+    file: File,
+    range: std::ops::Range<u64>,
+    permit: impl Send + 'static,
+) -> impl Stream<Item = io::Result<Bytes>> {
+    futures_util::stream::try_unfold((file, range, permit), |(file, range, permit)| async move {
+        let read = move || {
+            let mut file = file;
+            file.seek(SeekFrom::Start(range.start))?;
+            let mut piece = Vec::new();
+            let length = file.by_ref().take((range.end - range.start).min(PIECE as u64)).read_to_end(&mut piece)?;
+            Ok::<_, io::Error>((piece, file, range.start + length as u64..range.end))
+        };
+        let (piece, file, rest) = tokio::task::spawn_blocking(read).await.map_err(io::Error::other)??;
+        Ok((!piece.is_empty()).then_some((Bytes::from(piece), (file, rest, permit))))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_is_answered_and_what_makes_no_sense_ignored() {
+        #[track_caller]
+        fn check(range: &str, expected: Part) {
+            let headers = HeaderMap::from_iter([(RANGE, range.parse().unwrap())]);
+            assert_eq!(Part::wanted(&headers, 1000), expected, "{range}");
+        }
+        check("bytes=0-99", Part::Only(0..=99));
+        check("bytes=990-", Part::Only(990..=999));
+        check("bytes=-10", Part::Only(990..=999));
+        check("bytes=900-5000", Part::Only(900..=999));
+        check("bytes=1000-", Part::Beyond);
+        check("bytes=0-1,5-6", Part::Whole);
+        check("bytes=9-1", Part::Beyond);
+        check("lines=1-2", Part::Whole);
+        check("bytes=", Part::Whole);
+        check("bytes=x-y", Part::Whole);
+    }
+
+    #[test]
+    fn nothing_is_taken_for_the_same_file() {
+        let headers = [(RANGE, "bytes=5-9"), (IF_RANGE, "\"1\"")].map(|(name, it)| (name, it.parse().unwrap()));
+        assert_eq!(Part::wanted(&HeaderMap::from_iter(headers), 1000), Part::Whole);
+    }
+}
