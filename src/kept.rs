@@ -1,7 +1,6 @@
-//! A planner whose memory is kept in a file, so that a planner that is started again goes on where the
-//! one before it was.
+//! A service whose memory is kept in a file, so that one that is started again goes on where the one before it was.
 //!
-//! Written before the answer that made it leaves, and only when it has changed. Not flushed to the
+//! Written before an answer that changed it leaves, and only when it has changed. Not flushed to the
 //! disk: it is to outlive the process, not the machine, after whose end nobody flies any more.
 
 use std::io;
@@ -10,42 +9,78 @@ use std::path::{Path, PathBuf};
 use domain::time::{Now, Time};
 use kittiwake_proto::json::{from_json, to_json};
 use kittiwake_proto::topics::{Service, Topic};
-use kittiwake_proto::v1::PlannerMemory;
+use kittiwake_proto::v1::{McmMemory, PlannerMemory};
+use mcm::Mcm;
 use node::{Effect, Event, Node};
 use planner::Planner;
+use prost::{Message, Name};
 
 use crate::output;
 use crate::run_file::write_private;
 
-const FILE: &str = "planner.json";
+/// A service that another can go on for.
+pub trait Remembers: Node {
+    /// What that takes.
+    type Memory: Message + Name + Default + PartialEq;
 
-/// A planner and its file.
-pub struct Kept {
-    planner: Planner,
+    /// What is remembered now.
+    fn memory(&self) -> Self::Memory;
+
+    /// Goes on from there; the error says why not, and nothing is changed then.
+    fn resume(&mut self, memory: Self::Memory) -> Result<(), String>;
+}
+
+impl Remembers for Planner {
+    type Memory = PlannerMemory;
+
+    fn memory(&self) -> PlannerMemory {
+        self.memory()
+    }
+
+    fn resume(&mut self, memory: PlannerMemory) -> Result<(), String> {
+        self.resume(memory).map_err(|it| it.to_string())
+    }
+}
+
+impl Remembers for Mcm {
+    type Memory = McmMemory;
+
+    fn memory(&self) -> McmMemory {
+        self.memory()
+    }
+
+    fn resume(&mut self, memory: McmMemory) -> Result<(), String> {
+        self.resume(memory).map_err(|it| it.to_string())
+    }
+}
+
+/// A service and its file.
+pub struct Kept<N: Remembers> {
+    service: N,
     path: PathBuf,
-    written: Option<PlannerMemory>,
+    written: Option<N::Memory>,
     /// The last attempt failed, which has been told.
     is_failing: bool,
 }
 
-impl Kept {
-    /// `planner`, which goes on where the one before it was, if it left a memory in `folder`. One that is
-    /// of no use is told and left aside: a vehicle in the air is better off with the configured mission than
-    /// with no planner.
+impl<N: Remembers> Kept<N> {
+    /// `service`, which goes on where the one before it was, if it left a memory in `folder`. One that is
+    /// of no use is told and left aside: a vehicle in the air is better off with a service that begins anew than
+    /// with none.
     ///
     /// # Errors
     /// If there can be no such folder.
-    pub fn new(mut planner: Planner, folder: &Path) -> io::Result<Kept> {
+    pub fn new(mut service: N, folder: &Path) -> io::Result<Kept<N>> {
         std::fs::create_dir_all(folder)?;
-        let path = folder.join(FILE);
-        if let Err(cause) = resume(&mut planner, &path) {
+        let path = folder.join(service.name()).with_extension("json");
+        if let Err(cause) = resume(&mut service, &path) {
             output::error_line(format_args!("{}: not gone on with: {cause}", path.display()));
         }
-        Ok(Kept { planner, path, written: None, is_failing: false })
+        Ok(Kept { service, path, written: None, is_failing: false })
     }
 
     fn keep(&mut self) {
-        let memory = self.planner.memory();
+        let memory = self.service.memory();
         if self.written.as_ref() == Some(&memory) {
             return;
         }
@@ -54,8 +89,9 @@ impl Kept {
             Err(cause) if !self.is_failing => {
                 self.is_failing = true;
                 output::error_line(format_args!(
-                    "{}: cannot be written: {cause}; a planner that is started again would not know what has happened",
-                    self.path.display()
+                    "{}: cannot be written: {cause}; a {} that is started again would not know what has happened",
+                    self.path.display(),
+                    self.service.name()
                 ));
             }
             Err(_) => {}
@@ -63,51 +99,51 @@ impl Kept {
     }
 }
 
-fn resume(planner: &mut Planner, path: &Path) -> Result<(), String> {
+fn resume<N: Remembers>(service: &mut N, path: &Path) -> Result<(), String> {
     let text = match std::fs::read_to_string(path) {
         Ok(text) => text,
         Err(cause) if cause.kind() == io::ErrorKind::NotFound => return Ok(()),
         Err(cause) => return Err(cause.to_string()),
     };
     let json = serde_json::from_str(&text).map_err(|it| it.to_string())?;
-    planner.resume(from_json(&json)?).map_err(|it| it.to_string())
+    service.resume(from_json(&json)?)
 }
 
 /// Readers see all of it or nothing.
-fn write(path: &Path, memory: &PlannerMemory) -> io::Result<()> {
+fn write<M: Message + Name>(path: &Path, memory: &M) -> io::Result<()> {
     let unfinished = path.with_extension("part");
     write_private(&unfinished, to_json(memory).to_string().as_bytes())?;
     std::fs::rename(&unfinished, path)
 }
 
-impl Node for Kept {
+impl<N: Remembers> Node for Kept<N> {
     fn name(&self) -> &'static str {
-        self.planner.name()
+        self.service.name()
     }
 
     fn subscriptions(&self) -> &'static [Topic] {
-        self.planner.subscriptions()
+        self.service.subscriptions()
     }
 
     fn serves(&self) -> &'static [Service] {
-        self.planner.serves()
+        self.service.serves()
     }
 
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
-        self.planner.on(now, event, effects);
+        self.service.on(now, event, effects);
         self.keep();
     }
 
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
-        self.planner.act(now, effects);
+        self.service.act(now, effects);
     }
 
     fn deadline(&self) -> Option<Time> {
-        self.planner.deadline()
+        self.service.deadline()
     }
 
     fn is_over(&self) -> bool {
-        self.planner.is_over()
+        self.service.is_over()
     }
 }
 
@@ -127,7 +163,7 @@ mod tests {
         Planner::new(&inputs.config.planner, inputs.mission, inputs.config.speed.pace())
     }
 
-    fn upload(kept: &mut Kept) {
+    fn upload(kept: &mut Kept<Planner>) {
         let text = "name = \"other\"\n[[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 50\nheight_m = 5\nflying = true\n";
         let request = v1::MissionRequest {
             request_id: "1".into(),
@@ -138,8 +174,8 @@ mod tests {
         kept.on(Now::default(), event, &mut Vec::new());
     }
 
-    fn mission(kept: &Kept) -> String {
-        kept.planner.memory().status.unwrap().mission
+    fn mission(kept: &Kept<Planner>) -> String {
+        kept.service.memory().status.unwrap().mission
     }
 
     #[test]
@@ -157,7 +193,7 @@ mod tests {
     fn a_memory_that_is_none_is_left_aside() {
         for text in ["", "{", "{}", "{\"status\":{}}", "{\"a\":1}"] {
             let folder = tempfile::tempdir().unwrap();
-            std::fs::write(folder.path().join(FILE), text).unwrap();
+            std::fs::write(folder.path().join("planner.json"), text).unwrap();
             assert_eq!(mission(&Kept::new(planner(), folder.path()).unwrap()), "reference", "{text}");
         }
     }

@@ -93,7 +93,11 @@ fn run(
         Service::Mcm => {
             let (vehicle, start) = (config.vehicle.as_str(), start_number());
             let mcm = Mcm::new(&config.mcm, vehicle, start, &trees, contingencies, pace)?;
-            on_bus(Box::new(mcm.with_meters(METERS)))
+            let mcm = mcm.of_mission(&mission).with_meters(METERS);
+            match state {
+                Some(folder) => on_bus(Box::new(Kept::new(mcm, &folder)?)),
+                None => on_bus(Box::new(mcm)),
+            }
         }
         Service::ControlTower => {
             on_bus(Box::new(ControlTower::new(&config.control_tower, config.permissions, seed, pace)))

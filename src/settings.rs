@@ -39,8 +39,9 @@ pub struct Settings {
     /// folder, and a gateway what the configuration file says
     #[arg(long, value_name = "DIR")]
     pub recordings: Option<PathBuf>,
-    /// Where a process leaves what it needs to know when it is started again: the mission as it stands. Without it
-    /// `up` makes a folder for this run, and a planner begins with the configured mission
+    /// Where a process leaves what it needs to know when it is started again: the mission as it stands, what was
+    /// ordered, and whether it is over. Without it `up` makes a folder for this run, and a planner and a mission manager
+    /// begin anew
     #[arg(long, value_name = "DIR")]
     pub state: Option<PathBuf>,
     /// The certificate that the gateway shows, as PEM: with it and its key it speaks HTTPS

@@ -111,7 +111,10 @@ fn a_crew_flies_by_the_command_line() {
     crew.says("ben", "vehicle resume --hand-over").expect(0, "goes on with a new plan");
     crew.says("eve", "vehicle show").expect(0, "command      ben");
 
-    // Another mission is looked at, refused, and put in the place of the present one.
+    wait_for("the plan", || crew.says("eve", "mission plan").stdout.contains("land").then_some(()));
+
+    // Another mission is looked at, refused, and put in the place of the present one, while the vehicle waits.
+    crew.says("ben", "vehicle pause").expect(0, "holds until resumed");
     let reference = shipped().join("missions/reference.toml");
     let validated = crew.says("ben", &format!("mission validate {} --json", reference.display())).expect(0, "");
     assert_eq!(validated.json()["accepted"], true);
@@ -126,7 +129,6 @@ fn a_crew_flies_by_the_command_line() {
     crew.says("ben", "mission skip look").expect(0, "objective `look` skipped");
     crew.says("ben", "mission remove nobody").expect(3, "there is no objective `nobody`");
     crew.says("ben", "mission approve").expect(3, "no plan waits for approval");
-    wait_for("the plan", || crew.says("eve", "mission plan").stdout.contains("fly to (0, 0,").then_some(()));
 
     // What has happened is told again.
     let events = crew.says("eve", "vehicle events --count 50 --json").expect(0, "");
@@ -141,8 +143,30 @@ fn a_crew_flies_by_the_command_line() {
         let shown = crew.says("eve", "mission show --json");
         (shown.code == Some(0)).then(|| assert_eq!(shown.json()["mission"], "back", "{}", shown.stdout))
     });
+    crew.says("ben", "vehicle resume").expect(0, "goes on with a new plan");
     let Crew { system, .. } = crew;
     system.end().expect(3, &["FAILURE", "SUCCESS"]);
+}
+
+#[test]
+fn what_was_ordered_and_ended_outlives_the_mission_manager() {
+    let crew = Crew::start(&["--speed", "10"]);
+    let kill = |nth| {
+        crew.system.process("mcm").signal(Signal::SIGKILL);
+        crew.system.wait_for_nth("mcm ended by signal 9", nth);
+    };
+    crew.system.wait_for("step 4 of 5");
+    crew.wait_until("the flight", |it| it["aircraft"]["status"]["actualMode"] == "FLIGHT_MODE_OFFBOARD");
+    crew.says("anna", "vehicle abort").expect(0, "lands here and ends the mission");
+    kill(1);
+    let over = "mission: over: `operator_abort`: ordered by anna";
+    crew.system.wait_for_nth(over, 1);
+    kill(2);
+    crew.system.wait_for_nth(over, 2);
+    crew.wait_until("the end", |it| {
+        it["aircraft"]["status"]["armed"] != true && it["mission"]["phase"] == "MISSION_PHASE_OVER"
+    });
+    crew.says("anna", "vehicle start").expect(3, "the mission is over: `operator_abort`: ordered by anna");
 }
 
 #[test]

@@ -80,6 +80,11 @@ const HIGHEST_M: f64 = 10_000.0;
 const FARTHEST_M: f64 = 100_000.0;
 
 impl Mission {
+    /// All of it in words, by which it is told from any other.
+    pub fn in_words(&self) -> String {
+        format!("{self:?}")
+    }
+
     /// Parses and checks a mission file; every mistake it can find is told at once.
     pub fn read(source: &Source) -> Result<Mission, Mistakes> {
         let file: MissionFile = source.parse()?;

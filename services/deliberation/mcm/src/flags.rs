@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use domain::contingency::Contingencies;
 use domain::time::Time;
+use kittiwake_proto::v1;
 
 /// The flags of the table's rows, most urgent first.
 #[derive(Debug, Default)]
@@ -69,6 +70,13 @@ impl Flags {
             flag.sources.push(source);
         }
         rose
+    }
+
+    /// Raises a row's flag again as it was when another manager's process ended.
+    pub(crate) fn restore(&mut self, now: Time, row: usize, it: v1::RememberedFlag) {
+        self.up[row] = true;
+        let acknowledged_by = Some(it.acknowledged_by).filter(|it| !it.is_empty());
+        self.rows[row].1 = Some(Flag { since: now, reason: it.reason, sources: it.sources, acknowledged_by });
     }
 
     /// What raised the flag is gone, says `source`; the flag itself stays up until its row says otherwise.

@@ -14,6 +14,7 @@ pub mod config;
 mod flags;
 mod leaves;
 mod manager;
+mod memory;
 mod operator;
 mod outbox;
 mod report;
@@ -27,5 +28,6 @@ mod words;
 mod world;
 
 pub use manager::Mcm;
+pub use memory::Useless;
 pub use timing::Meters;
 pub use trees::{LoadedTrees, Trees, contingency_xml};

@@ -2,6 +2,7 @@
 
 use behavior_tree::{NextTick, Status, Tree};
 use domain::contingency::Contingencies;
+use domain::mission::Mission;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Message, Request, Response, Service, Topic};
 use kittiwake_proto::v1;
@@ -13,18 +14,21 @@ use crate::clients::planner::{Held, Planner, Replanning};
 use crate::clients::skills::Skills;
 use crate::config::{Config, Limits};
 use crate::flags::Flags;
+use crate::memory::{self, Useless};
 use crate::operator::{self, Operator};
 use crate::outbox::{Outbox, Purpose};
 use crate::status::Reporter;
 use crate::timing::{Meters, Timing};
 use crate::trees::LoadedTrees;
 use crate::vehicle::{Shown, Vehicle};
-use crate::world::{Mission, World};
+use crate::world::{self, World};
 
 /// The mission and contingency manager of one vehicle.
 pub struct Mcm {
     tree: Tree<World>,
     world: World,
+    /// The mission that it was made for, in words.
+    configured: String,
     reporter: Reporter,
     /// When the tree is ticked even if nothing happens; `None` once it has ended.
     next_tick: Option<Time>,
@@ -59,7 +63,7 @@ impl Mcm {
             skills: Skills::new(instance),
             planner: Planner::new(instance),
             permissions: Permissions::new(instance),
-            mission: Mission { vehicle_name: vehicle.to_owned(), ..Default::default() },
+            mission: world::Mission { vehicle_name: vehicle.to_owned(), ..Default::default() },
             operator: Operator::default(),
             acting: None,
             in_transition: false,
@@ -70,7 +74,33 @@ impl Mcm {
             timing: Timing::default(),
             discarded: Vec::new(),
         };
-        Ok(Mcm { tree, world, reporter: Reporter::default(), next_tick: Some(Time::ZERO), ticks: 0 })
+        Ok(Mcm {
+            tree,
+            world,
+            configured: String::new(),
+            reporter: Reporter::default(),
+            next_tick: Some(Time::ZERO),
+            ticks: 0,
+        })
+    }
+
+    /// Made for `mission`: what another manager knew counts only for the same one.
+    pub fn of_mission(mut self, mission: &Mission) -> Mcm {
+        self.configured = mission.in_words();
+        self
+    }
+
+    /// What another manager needs to go on from here, should this process end.
+    pub fn memory(&self) -> v1::McmMemory {
+        memory::memory(&self.world, &self.configured)
+    }
+
+    /// Goes on where the manager of `memory` was; to be called before anything else.
+    ///
+    /// # Errors
+    /// Why the memory is of no use; the manager then begins anew.
+    pub fn resume(&mut self, memory: v1::McmMemory) -> Result<(), Useless> {
+        memory::resume(&mut self.world, &self.configured, memory)
     }
 
     /// Measures what happens with `meters`; without them all takes no time. Nothing is decided by it.

@@ -24,7 +24,7 @@ const PAUSE: &str = "operator_pause";
 const ENDINGS: [&str; 3] = [ABORT, RETURN, LAND];
 
 /// Who raises their flags.
-const SOURCE: &str = "operator";
+pub(crate) const SOURCE: &str = "operator";
 /// A command is repeated within seconds, long before so many new ones.
 const REMEMBERED: usize = 64;
 /// A landing site farther from the origin than this is a mistake of the hand.

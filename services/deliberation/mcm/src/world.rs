@@ -49,6 +49,11 @@ pub(crate) struct World {
     pub(crate) discarded: Vec<Tree<World>>,
 }
 
+/// Flags that the manager raises itself say so.
+pub(crate) const SELF: &str = "mcm";
+/// Who the introspection's flags are from.
+pub(crate) const MONITOR: &str = "monitor";
+
 /// What came in and waits for the monitor leaf.
 #[derive(Debug, Default)]
 pub(crate) struct Inbox {
@@ -59,6 +64,11 @@ pub(crate) struct Inbox {
 }
 
 impl Inbox {
+    /// Counts a flag as one that the last introspection listed.
+    pub(crate) fn expect(&mut self, name: &str) {
+        self.listed.insert(name.to_owned());
+    }
+
     /// Takes in the flags that an introspection lists. What is new or gone in the list counts as an
     /// event: its own may have got lost, or have come while this process or the monitor was away.
     pub(crate) fn list(&mut self, flags: &[v1::RaisedFlag]) {
@@ -66,7 +76,7 @@ impl Inbox {
         let event = |name: &String, raised, reason: &str| v1::FlagEvent {
             name: name.clone(),
             raised,
-            source: "monitor".to_owned(),
+            source: MONITOR.to_owned(),
             reason: reason.to_owned(),
             ..Default::default()
         };

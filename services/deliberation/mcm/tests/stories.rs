@@ -10,6 +10,7 @@ use node::CallError;
 
 mod interruptions;
 mod orders;
+mod restarts;
 mod rig;
 use rig::{Rig, plan, step};
 

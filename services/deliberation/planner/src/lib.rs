@@ -59,7 +59,7 @@ impl Planner {
     /// A planner for `mission`, nothing of which has been attempted.
     pub fn new(config: &Config, mission: Mission, pace: Pace) -> Planner {
         Planner {
-            configured: format!("{mission:?}"),
+            configured: mission.in_words(),
             core: MissionPlanner::new(config, mission, pace),
             answers: Answers::default(),
             changes: Answers::default(),

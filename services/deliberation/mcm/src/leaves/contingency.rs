@@ -96,7 +96,7 @@ impl Leaf<World> for ResetFlag {
         let may_fall = match row.clears {
             Clears::AfterAction => true,
             Clears::WithCondition => !flag.holds(),
-            Clears::Never => (!flag.holds() && row.raise.is_none()) || !world.is_flying(),
+            Clears::Never => (!flag.holds() && row.raise.is_none()) || world.is_on_ground(),
         };
         if !may_fall {
             return Ok(Status::Running);

@@ -2,6 +2,7 @@
 //! never lifts off, whatever else is still up once the vehicle has landed.
 
 use behavior_tree::{Leaf, LeafResult, Ports, Status};
+use domain::area::Area;
 use domain::detour::way_round;
 use domain::geometry::Ned;
 use domain::skill::Goal;
@@ -43,16 +44,23 @@ struct Leg {
     is_last: bool,
     /// The areas that could be entered when it was chosen.
     held: Vec<String>,
+    /// And all that were known.
+    areas: Vec<Area>,
 }
 
 impl Leaf<World> for FlyTo {
     fn start(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         self.leg = None;
-        if world.is_on_ground() {
+        let Some(vehicle) = world.vehicle else {
+            // The manager was started again in the middle of a response: no way leads from nowhere.
+            ports.because_of("the vehicle's position is known");
+            return Ok(Status::Running);
+        };
+        if !vehicle.flying {
             return Ok(Status::Success);
         }
         let limits = world.limits;
-        let from = world.vehicle.map_or_else(Ned::default, |it| it.position);
+        let from = vehicle.position;
         let there = self.target(from, world);
         let held = world.held();
         let margin_m = limits.transition.stand_off_m / 2.0;
@@ -68,12 +76,13 @@ impl Leaf<World> for FlyTo {
         if world.acting.is_some() {
             world.timing.mark_flag(TimingPoint::ActionTriggered, goal.kind(), world.acting.clone());
         }
-        self.leg = Some(Leg { skill, is_last: way.len() == 1, held });
+        let areas = world.planner.areas.clone();
+        self.leg = Some(Leg { skill, is_last: way.len() == 1, held, areas });
         Ok(Status::Running)
     }
 
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
-        let leg = self.leg.as_ref().ok_or("no leg was started")?;
+        let Some(leg) = &self.leg else { return self.start(world, ports) };
         match world.skills.progress(leg.skill) {
             Some(Progress::Ended(SkillOutcome::Succeeded, _)) if leg.is_last => Ok(Status::Success),
             Some(Progress::Ended(SkillOutcome::Succeeded, _)) => self.start(world, ports),
@@ -83,7 +92,7 @@ impl Leaf<World> for FlyTo {
                 ports.because("the way was flown", words, "succeeded".to_owned());
                 Ok(Status::Failure)
             }
-            _ if leg.held != world.held() => {
+            _ if leg.held != world.held() || leg.areas != world.planner.areas => {
                 world.skills.halt(leg.skill);
                 self.start(world, ports)
             }

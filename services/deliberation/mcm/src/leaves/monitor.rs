@@ -3,12 +3,10 @@
 use behavior_tree::{Leaf, LeafResult, Ports, Status};
 use kittiwake_proto::v1::{SkillKind, TimingPoint};
 
-use crate::world::World;
+use crate::world::{SELF, World};
 
 /// The flag raised when the monitor process itself has gone quiet.
 const INTROSPECTION_LOST: &str = "introspection_lost";
-/// Flags that the manager raises itself say so.
-const SELF: &str = "mcm";
 
 /// Always running.
 pub(super) struct Monitor;

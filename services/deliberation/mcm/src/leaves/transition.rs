@@ -9,7 +9,7 @@ use kittiwake_proto::v1::{SkillOutcome, TimingPoint};
 
 use crate::clients::skills::{Handle, Progress, ending};
 use crate::words;
-use crate::world::World;
+use crate::world::{SELF, World};
 
 #[derive(Default)]
 pub(super) struct TransitionExecutor {
@@ -65,7 +65,7 @@ impl Leaf<World> for TransitionExecutor {
 /// Always fails, so that the row of its flag takes over.
 pub(super) fn raise_transition_failed(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
     let reason = std::mem::take(&mut world.failure.reason);
-    world.raise(TRANSITION_FAILED, "mcm", reason);
+    world.raise(TRANSITION_FAILED, SELF, reason);
     // The flag has to be seen by the contingency branch before anything is sent.
     ports.tick_again();
     Ok(false)

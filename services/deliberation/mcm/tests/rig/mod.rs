@@ -42,7 +42,7 @@ fn now_ns() -> u64 {
 }
 
 pub struct Rig {
-    mcm: Mcm,
+    pub mcm: Mcm,
     now: Time,
     /// What it did, in words, since the last look.
     pub log: Vec<String>,
@@ -124,6 +124,16 @@ impl Rig {
             reported: false,
             timing: v1::McmTiming::default(),
         }
+    }
+
+    /// Its process has ended, and another one goes on with what it remembered. That has not heard of the vehicle yet.
+    pub fn started_again(self) -> Rig {
+        let mut rig = Rig::unseen(&[]);
+        rig.mcm.resume(self.mcm.memory()).unwrap();
+        (rig.now, rig.flying, rig.mode, rig.position) = (self.now, self.flying, self.mode, self.position);
+        (rig.timestamp_us, rig.listed) = (self.timestamp_us, self.listed);
+        rig.act();
+        rig
     }
 
     /// The monitor says how the vehicle is.

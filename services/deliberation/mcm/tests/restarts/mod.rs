@@ -1,0 +1,96 @@
+//! What a manager knows that was started again.
+
+use kittiwake_proto::v1;
+use kittiwake_proto::v1::FlightMode::{Land, Loiter, Offboard};
+use kittiwake_proto::v1::SkillOutcome::Succeeded;
+use mcm::Useless;
+use v1::operator_command::Verb;
+
+use crate::rig::Rig;
+use crate::under_way;
+
+#[test]
+fn what_was_ordered_is_flown_on() {
+    /// `expected`: before anything is known of the vehicle, and from then on.
+    #[track_caller]
+    fn check(verb: Verb, expected: [&str; 2]) {
+        let (mut rig, _) = under_way();
+        assert!(rig.command(verb).done);
+        let mut rig = rig.started_again();
+        assert_eq!(rig.story(), expected[0]);
+        rig.wait(1.0);
+        assert_eq!(rig.story(), expected[1]);
+    }
+    check(Verb::Abort(v1::AbortMission {}), ["start land", ""]);
+    check(Verb::Pause(v1::PauseMission {}), ["start stop", ""]);
+    check(Verb::Return(v1::ReturnHome {}), ["", "start fly 0 0 15"]);
+    let position = Some(v1::Ned { north_m: 30.0, east_m: 40.0, down_m: 0.0 });
+    check(Verb::LandAt(v1::LandAt { position }), ["", "start fly 30 40 10"]);
+}
+
+#[test]
+fn a_mission_that_is_over_stays_over() {
+    let (mut rig, _) = under_way();
+    assert!(rig.command(Verb::Abort(v1::AbortMission {})).done);
+    rig.execute();
+    rig.vehicle(false, Land, (0.0, 50.0, 0.0));
+    rig.end_present(Succeeded);
+    rig.story();
+    let mut rig = rig.started_again();
+    rig.wait(20.0);
+    assert_eq!(rig.story(), "report Emergency: `operator_abort`: ordered by anna");
+    assert_eq!(rig.status().phase(), v1::MissionPhase::Over);
+    let reply = rig.command(Verb::Start(v1::StartMission {}));
+    assert_eq!((reply.done, &*reply.text), (false, "the mission is over: `operator_abort`: ordered by anna"));
+}
+
+#[test]
+fn a_pause_is_still_resumed() {
+    let (mut rig, _) = under_way();
+    assert!(rig.command(Verb::Pause(v1::PauseMission {})).done);
+    let mut rig = rig.started_again();
+    rig.vehicle(true, Loiter, (0.0, 50.0, 10.0));
+    rig.execute();
+    rig.end_present(Succeeded);
+    assert!(rig.command(Verb::Resume(v1::ResumeMission {})).done);
+    assert!(rig.story().contains("replan"));
+}
+
+#[test]
+fn a_flag_that_fell_meanwhile_is_down() {
+    for source in ["monitor", "injector"] {
+        let (mut rig, _) = under_way();
+        rig.listed_flags(&["obstacle"]);
+        rig.flag_of(source, "obstacle", true);
+        rig.vehicle(true, Offboard, (0.0, 50.0, 10.0));
+        rig.listed_flags(&[]);
+        let mut rig = rig.started_again();
+        assert_eq!(rig.story(), "start stop");
+        rig.vehicle(true, Loiter, (0.0, 50.0, 10.0));
+        rig.execute();
+        rig.end_present(Succeeded);
+        assert_eq!(rig.story(), "replan after 0 () []\nstart stop", "{source}");
+    }
+}
+
+#[test]
+fn a_flag_that_stays_up_until_the_landing_does_so() {
+    let (mut rig, _) = under_way();
+    rig.flag_of("monitor", "battery_low", true);
+    rig.flag_of("monitor", "battery_low", false);
+    let mut rig = rig.started_again();
+    rig.wait(1.0);
+    assert_eq!(rig.story(), "start fly 0 0 15");
+}
+
+#[test]
+fn a_memory_of_no_use_changes_nothing() {
+    let mut memory = Rig::new().mcm.memory();
+    memory.outcome = v1::MissionOutcome::Success.into();
+    memory.landing_site = Some(v1::Ned { north_m: f64::NAN, ..Default::default() });
+    let mut rig = Rig::new();
+    assert!(matches!(rig.mcm.resume(memory.clone()), Err(Useless::Senseless(_))));
+    memory.configured = "another".into();
+    assert_eq!(rig.mcm.resume(memory), Err(Useless::OfAnotherMission));
+    assert_eq!(rig.mcm.memory(), Rig::new().mcm.memory());
+}
