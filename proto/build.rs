@@ -3,7 +3,7 @@
 use prost::Message;
 use std::path::PathBuf;
 
-const FILES: [&str; 10] = [
+const FILES: [&str; 11] = [
     "kittiwake/v1/fmu.proto",
     "kittiwake/v1/health.proto",
     "kittiwake/v1/introspection.proto",
@@ -14,6 +14,7 @@ const FILES: [&str; 10] = [
     "kittiwake/v1/sim.proto",
     "kittiwake/v1/skill.proto",
     "kittiwake/v1/timing.proto",
+    "kittiwake/v1/view.proto",
 ];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -3,8 +3,8 @@
 use std::io;
 use std::path::Path;
 
-use gateway::Door;
-use gateway::access::{BadTokens, Role, Tokens, entry};
+use gateway::AccessControl;
+use gateway::access::{InvalidTokens, Role, Tokens, entry};
 use gateway::audit::Audit;
 
 use crate::run_file::{self, RunFolder};
@@ -15,15 +15,15 @@ const AUDIT: &str = "audit.jsonl";
 /// Of a token: 256 bits.
 pub const TOKEN_BYTES: usize = 32;
 
-/// What `folder` says; without one nobody is let in.
-pub fn door(folder: Option<&Path>) -> Result<Door, BadTokens> {
+/// The tokens and the audit log in `folder`; without a folder no token is valid.
+pub fn access_control(folder: Option<&Path>) -> Result<AccessControl, InvalidTokens> {
     let Some(folder) = folder else {
-        return Ok(Door { tokens: Tokens::default(), audit: Audit::in_memory(), recordings: None });
+        return Ok(AccessControl { tokens: Tokens::default(), audit: Audit::in_memory() });
     };
     let tokens = Tokens::read(&folder.join(TOKENS))?;
     let path = folder.join(AUDIT);
-    let audit = Audit::open(&path).map_err(|cause| BadTokens::Unreadable(path, cause))?;
-    Ok(Door { tokens, audit, recordings: None })
+    let audit = Audit::open(&path).map_err(|cause| InvalidTokens::Unreadable(path, cause))?;
+    Ok(AccessControl { tokens, audit })
 }
 
 /// A folder made for one run of `kittiwake up`, with one token that may do everything; removed with the value.
@@ -63,8 +63,8 @@ mod tests {
     #[test]
     fn the_token_made_for_a_run_may_do_everything_and_is_gone_with_it() {
         let demo = DemoAccess::create().unwrap();
-        let door = door(Some(&demo.folder.0)).unwrap();
-        let who = door.tokens.identify(&demo.token, 0).unwrap();
+        let access = access_control(Some(&demo.folder.0)).unwrap();
+        let who = access.tokens.identify(&demo.token, 0).unwrap();
         assert_eq!(who.roles, Role::ALL);
         let folder = demo.folder.0.clone();
         drop(demo);

@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use gateway::access::{BadTokens, Role, Tokens, entry};
+use gateway::access::{InvalidTokens, Role, Tokens, entry};
 
 use crate::access::{TOKEN_BYTES, TOKENS, random_hex};
 use crate::cli::AccessArgs;
@@ -21,7 +21,7 @@ enum Refusal {
     #[error("{path}: cannot be {done}: {cause}")]
     File { path: PathBuf, done: &'static str, cause: std::io::Error },
     #[error(transparent)]
-    Tokens(#[from] BadTokens),
+    Tokens(#[from] InvalidTokens),
     #[error("{tokens}: does not know the token in {secret}; remove both, and the operator gets a new one")]
     Stranger { tokens: PathBuf, secret: PathBuf },
     #[error("the operating system has no randomness: {0}")]

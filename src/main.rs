@@ -27,17 +27,12 @@ mod router;
 mod run_file;
 mod service;
 mod settings;
-mod sockets;
 mod state_folder;
 mod status;
 mod target;
 mod telemetry;
 mod up;
 mod watchdog;
-
-/// Counts for `kittiwake kpi`, which tells what a tick allocates; a count costs about a nanosecond.
-#[global_allocator]
-static ALLOCATOR: counting_allocator::Counting = counting_allocator::Counting;
 
 fn main() -> ExitCode {
     let cli = cli::Cli::parse();

@@ -19,6 +19,8 @@ pub enum Outcome {
     ObjectivesFailed,
     /// The mission ended by an emergency response.
     Emergency,
+    /// The vehicle crashed.
+    Crash,
     /// The system could not be brought up or kept up.
     NotKeptUp,
     /// Ended by Ctrl-C or SIGTERM before the mission was over.
@@ -34,6 +36,7 @@ impl From<Outcome> for u8 {
             Outcome::ObjectivesFailed | Outcome::Refused => 3,
             Outcome::Emergency => 4,
             Outcome::NotKeptUp | Outcome::Unreachable => 5,
+            Outcome::Crash => 6,
             // As a shell tells of a process that SIGINT ended.
             Outcome::Interrupted => 130,
         }
@@ -46,6 +49,7 @@ impl From<MissionOutcome> for Outcome {
             MissionOutcome::Success => Outcome::Success,
             MissionOutcome::Failure => Outcome::ObjectivesFailed,
             MissionOutcome::Emergency => Outcome::Emergency,
+            MissionOutcome::Crash => Outcome::Crash,
             MissionOutcome::Unspecified => Outcome::NotKeptUp,
         }
     }

@@ -1,13 +1,13 @@
 //! One process of the system: a service on its bus.
 
-use std::net::TcpListener;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use bus::{BusError, Direct, Link, Nudge, Stop};
 use control_tower::ControlTower;
 use gateway::Gateway;
-use mcm::{Mcm, Meters};
+use gateway::process::{GatewayProcess, StartError};
+use mcm::Mcm;
 use monitor::Monitor;
 use planner::Planner;
 use rustls::ServerConfig;
@@ -21,22 +21,19 @@ use crate::kept::Kept;
 use crate::outcome::Outcome;
 use crate::service::Service;
 use crate::watchdog::Watched;
-use crate::{access, output, sockets, telemetry};
-
-/// What the mission manager measures itself with, in flight as in `kittiwake kpi`.
-const METERS: Meters = Meters { now_ns: bus::monotonic_ns, allocations: counting_allocator::so_far };
+use crate::{access, output, telemetry};
 
 /// Why a process ended early.
 #[derive(Debug, thiserror::Error)]
 enum Failure {
     #[error(transparent)]
     Bus(#[from] BusError),
-    #[error("cannot listen on {address}: {cause}")]
-    Http { address: String, cause: std::io::Error },
+    #[error(transparent)]
+    Gateway(#[from] StartError),
     #[error("the behavior tree cannot be built: {0}")]
     Tree(#[from] behavior_tree::InstantiateError),
     #[error(transparent)]
-    Access(#[from] gateway::access::BadTokens),
+    Access(#[from] gateway::access::InvalidTokens),
     #[error("the operating system refuses: {0}")]
     System(#[from] std::io::Error),
 }
@@ -93,7 +90,7 @@ fn run(
         Service::Mcm => {
             let (vehicle, start) = (config.vehicle.as_str(), start_number());
             let mcm = Mcm::new(&config.mcm, vehicle, start, &trees, contingencies, pace)?;
-            let mcm = mcm.of_mission(&mission).with_meters(METERS);
+            let mcm = mcm.of_mission(&mission).measured_with(bus::monotonic_ns);
             match state {
                 Some(folder) => on_bus(Box::new(Kept::new(mcm, &folder)?)),
                 None => on_bus(Box::new(mcm)),
@@ -103,33 +100,14 @@ fn run(
             on_bus(Box::new(ControlTower::new(&config.control_tower, config.permissions, seed, pace)))
         }
         Service::Gateway => {
-            let address = config.http;
-            let listen = |cause| Failure::Http { address: address.to_string(), cause };
-            let listener = TcpListener::bind(address).map_err(listen)?;
-            listener.set_nonblocking(true)?;
-            sockets::bound(&listener)?;
-            sockets::make_room(config.gateway.max_event_streams.get().into())?;
-            let bound = listener.local_addr()?;
-            let scheme = if tls.is_some() { "https" } else { "http" };
-            output::line(format_args!("{scheme}://{bound}"));
+            let access = access::access_control(access.as_deref())?;
             let nudge = Nudge::default();
             let wake = nudge.clone();
-            let mut door = access::door(access.as_deref())?;
-            door.recordings.clone_from(&config.gateway.recording.folder);
-            let (mut node, api) = Gateway::new(&config.gateway, pace, door, move || wake.wake());
-            let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build()?;
-            let _guard = runtime.enter();
-            let listener = tokio::net::TcpListener::from_std(listener)?;
-            let (ended, end) = tokio::sync::oneshot::channel::<()>();
-            let serving = runtime.spawn(gateway::serve(listener, tls, api, async {
-                let _ = end.await;
-            }));
-            let result = bus::run_nudged(&mut Watched::new(&mut node), link, pace, stop, &nudge);
-            drop(ended);
-            // A client that keeps its stream open does not keep the process.
-            runtime.shutdown_background();
-            drop(serving);
-            Ok(result?)
+            let gateway = Gateway::new(&config.gateway, pace, access, contingencies.rows(), move || wake.wake());
+            let process = GatewayProcess::bind(gateway, config.http, tls)?;
+            output::line(process.url()?);
+            let run = |node: &mut Gateway| bus::run_nudged(&mut Watched::new(node), link, pace, stop, &nudge);
+            Ok(process.run(run)??)
         }
     }
 }

@@ -11,7 +11,8 @@ static POOL: LazyLock<DescriptorPool> = LazyLock::new(|| {
 });
 
 /// The message as canonical proto3 JSON: lowerCamelCase names, enums by name, 64-bit integers as
-/// strings. Fields at their default are written too, so that a reader sees `false` and `0`.
+/// strings. Fields at their default are written too, so that a reader sees `false` and `0`; a field
+/// with presence that is not set is left out.
 pub fn to_json<M: Message + Name>(message: &M) -> serde_json::Value {
     let descriptor = POOL.get_message_by_name(&M::full_name()).expect("every compiled message is in the pool");
     let mut dynamic = DynamicMessage::new(descriptor);
@@ -22,14 +23,39 @@ pub fn to_json<M: Message + Name>(message: &M) -> serde_json::Value {
         .expect("a message of known fields serialises")
 }
 
-/// The message in canonical proto3 JSON; a field that is not known is a mistake.
+/// The message in canonical proto3 JSON; an unknown field is an error.
 ///
 /// # Errors
 /// What is wrong, in words.
 pub fn from_json<M: Message + Name + Default>(json: &serde_json::Value) -> Result<M, String> {
     let descriptor = POOL.get_message_by_name(&M::full_name()).expect("every compiled message is in the pool");
-    let dynamic = DynamicMessage::deserialize(descriptor, json).map_err(|it| it.to_string())?;
-    dynamic.transcode_to().map_err(|it| it.to_string())
+    let dynamic = DynamicMessage::deserialize(descriptor, json).map_err(|error| error.to_string())?;
+    dynamic.transcode_to().map_err(|error| error.to_string())
+}
+
+/// Any JSON as a field of a message.
+pub fn any(json: &serde_json::Value) -> prost_types::Value {
+    use serde_json::Value;
+    match json {
+        Value::Null => {
+            let null = prost_types::NullValue::NullValue.into();
+            prost_types::Value { kind: Some(prost_types::value::Kind::NullValue(null)) }
+        }
+        Value::Bool(value) => (*value).into(),
+        Value::Number(value) => value.as_f64().unwrap_or(f64::NAN).into(),
+        Value::String(value) => value.clone().into(),
+        Value::Array(values) => values.iter().map(any).collect::<Vec<_>>().into(),
+        Value::Object(fields) => fields
+            .iter()
+            .map(|(name, value)| (name.clone(), any(value)))
+            .collect::<std::collections::BTreeMap<_, _>>()
+            .into(),
+    }
+}
+
+/// Texts as a JSON array in a field.
+pub fn text_list(texts: Vec<String>) -> prost_types::ListValue {
+    prost_types::ListValue { values: texts.into_iter().map(Into::into).collect() }
 }
 
 /// Every message and enum of the contract.
@@ -41,6 +67,7 @@ pub(crate) fn pool() -> &'static DescriptorPool {
 mod tests {
     use super::*;
     use crate::v1;
+    use serde_json::json;
 
     #[test]
     fn enums_go_by_name_and_defaults_are_shown() {
@@ -50,10 +77,17 @@ mod tests {
     }
 
     #[test]
+    fn a_field_with_presence_is_left_out_while_it_is_not_set() {
+        assert_eq!(to_json(&v1::CommandAuthority::default()), json!({}));
+        let offered = v1::CommandAuthority { holder: Some("anna".into()), offered_to: Some(String::new()) };
+        assert_eq!(to_json(&offered), json!({ "holder": "anna", "offeredTo": "" }));
+    }
+
+    #[test]
     fn what_is_written_is_read_and_what_is_unknown_is_refused() {
         let message = v1::DecidePlan { revision: 3, approve: true };
         assert_eq!(from_json(&to_json(&message)), Ok(message));
-        let wrong = serde_json::json!({ "revision": "3", "aprove": true });
+        let wrong = json!({ "revision": "3", "aprove": true });
         assert!(from_json::<v1::DecidePlan>(&wrong).unwrap_err().contains("aprove"));
     }
 
@@ -62,5 +96,13 @@ mod tests {
         let json = to_json(&v1::Ned { north_m: f64::NAN, east_m: f64::INFINITY, down_m: 1.0 });
         assert_eq!(json["northM"], "NaN");
         assert_eq!(json["eastM"], "Infinity");
+    }
+
+    #[test]
+    fn any_json_survives_as_a_field() {
+        for arguments in [json!(null), json!([1.5, "a", true]), json!({ "a": { "b": [] }, "c": null })] {
+            let record = v1::AuditRecord { arguments: Some(any(&arguments)), ..Default::default() };
+            assert_eq!(to_json(&record)["arguments"], arguments);
+        }
     }
 }

@@ -1,6 +1,8 @@
 //! Descriptions of the contract's messages for others: JSON Schemas of their canonical proto3 JSON, for
 //! OpenAPI documents, and file descriptors of their bytes, for recordings.
 
+use std::collections::BTreeSet;
+
 use prost::Message as _;
 use prost_reflect::{EnumDescriptor, FieldDescriptor, FileDescriptor, Kind, MessageDescriptor};
 use prost_types::FileDescriptorSet;
@@ -9,10 +11,16 @@ use serde_json::{Map, Value, json};
 use crate::json::pool;
 
 /// Every message and enum by its full name, each with references to others as `#/components/schemas/<name>`.
-pub fn schemas() -> Map<String, Value> {
-    let messages = pool().all_messages().map(|it| (it.full_name().to_owned(), message(&it)));
-    let enums = pool().all_enums().map(|it| (it.full_name().to_owned(), enumeration(&it)));
-    messages.chain(enums).collect()
+///
+/// `requests` are the messages that others send, by their full names. They and what they consist of may leave out
+/// any field and have no others; every other message always has the fields without presence, and may get more.
+pub fn schemas(requests: &[String]) -> Map<String, Value> {
+    let mut sent = BTreeSet::new();
+    requests.iter().filter_map(|name| pool().get_message_by_name(name)).for_each(|it| collect_parts(&it, &mut sent));
+    let messages = pool().all_messages().filter(|it| is_ours(it.full_name()) && !it.is_map_entry());
+    let messages = messages.map(|it| (it.full_name().to_owned(), message(&it, sent.contains(it.full_name()))));
+    let enums = pool().all_enums().filter(|it| is_ours(it.full_name()));
+    messages.chain(enums.map(|it| (it.full_name().to_owned(), enumeration(&it)))).collect()
 }
 
 /// A reference to a schema of [`schemas`].
@@ -25,21 +33,39 @@ pub fn reference(full_name: &str) -> Value {
 pub fn file_descriptor_set(full_name: &str) -> Option<Vec<u8>> {
     let declared = pool().get_message_by_name(full_name)?.parent_file();
     let mut files = Vec::new();
-    collect(&declared, &mut files);
+    collect_files(&declared, &mut files);
     let file = files.iter().map(|it: &FileDescriptor| it.file_descriptor_proto().clone()).collect();
     Some(FileDescriptorSet { file }.encode_to_vec())
 }
 
-fn collect(file: &FileDescriptor, into: &mut Vec<FileDescriptor>) {
+fn collect_files(file: &FileDescriptor, into: &mut Vec<FileDescriptor>) {
     if into.iter().all(|it| it.name() != file.name()) {
-        file.dependencies().for_each(|it| collect(&it, into));
+        file.dependencies().for_each(|it| collect_files(&it, into));
         into.push(file.clone());
     }
 }
 
-fn message(it: &MessageDescriptor) -> Value {
+/// Not one of protobuf's own, which the contract uses for JSON of any form.
+fn is_ours(full_name: &str) -> bool {
+    !full_name.starts_with("google.protobuf.")
+}
+
+/// The names of a message and of all messages in it.
+fn collect_parts(message: &MessageDescriptor, into: &mut BTreeSet<String>) {
+    if into.insert(message.full_name().to_owned()) {
+        let kinds = message.fields().map(|field| field.kind());
+        kinds.filter_map(|kind| kind.as_message().cloned()).for_each(|part| collect_parts(&part, into));
+    }
+}
+
+fn message(it: &MessageDescriptor, is_sent: bool) -> Value {
     let properties: Map<_, _> = it.fields().map(|field| (field.json_name().to_owned(), property(&field))).collect();
-    json!({ "type": "object", "properties": properties, "additionalProperties": false })
+    if is_sent {
+        return json!({ "type": "object", "properties": properties, "additionalProperties": false });
+    }
+    let always = it.fields().filter(|field| !field.supports_presence());
+    let required: Vec<_> = always.map(|field| field.json_name().to_owned()).collect();
+    json!({ "type": "object", "properties": properties, "required": required })
 }
 
 fn enumeration(it: &EnumDescriptor) -> Value {
@@ -48,8 +74,13 @@ fn enumeration(it: &EnumDescriptor) -> Value {
 }
 
 fn property(field: &FieldDescriptor) -> Value {
-    let one = kind(&field.kind());
-    if field.is_list() { json!({ "type": "array", "items": one }) } else { one }
+    match field.kind() {
+        Kind::Message(entry) if field.is_map() => {
+            json!({ "type": "object", "additionalProperties": kind(&entry.map_entry_value_field().kind()) })
+        }
+        one if field.is_list() => json!({ "type": "array", "items": kind(&one) }),
+        one => kind(&one),
+    }
 }
 
 /// As the canonical JSON mapping has it: 64-bit integers are strings, floating point may be `NaN`.
@@ -65,7 +96,11 @@ fn kind(kind: &Kind) -> Value {
         Kind::Bool => json!({ "type": "boolean" }),
         Kind::String => json!({ "type": "string" }),
         Kind::Bytes => json!({ "type": "string", "contentEncoding": "base64" }),
-        Kind::Message(it) => reference(it.full_name()),
+        Kind::Message(it) => match it.full_name() {
+            "google.protobuf.Value" => json!({}),
+            "google.protobuf.ListValue" => json!({ "type": "array" }),
+            name => reference(name),
+        },
         Kind::Enum(it) => reference(it.full_name()),
     }
 }
@@ -91,12 +126,30 @@ mod tests {
 
     #[test]
     fn every_reference_leads_somewhere() {
-        let all = schemas();
+        let all = schemas(&[]);
         let text = Value::Object(all.clone()).to_string();
         let references = text.split("#/components/schemas/").skip(1).filter_map(|it| it.split('"').next());
         for name in references {
             assert!(all.contains_key(name), "{name}");
         }
         assert_eq!(all["kittiwake.v1.DecidePlan"]["properties"]["revision"]["format"], "uint64");
+    }
+
+    #[test]
+    fn a_request_may_leave_out_what_an_answer_always_has() {
+        let all = schemas(&["kittiwake.v1.LandAt".to_owned()]);
+        for sent in ["kittiwake.v1.LandAt", "kittiwake.v1.Ned"] {
+            assert_eq!(
+                (all[sent].get("required"), &all[sent]["additionalProperties"]),
+                (None, &json!(false)),
+                "{sent}"
+            );
+        }
+        assert_eq!(all["kittiwake.v1.Vehicle.Flag"]["required"], json!(["name", "sinceS", "reason", "source"]));
+        assert_eq!(all["kittiwake.v1.CommandAuthority"]["required"], json!([]));
+        assert_eq!(
+            all["kittiwake.v1.Problem"]["properties"]["missing"]["additionalProperties"],
+            json!({ "type": "array" })
+        );
     }
 }

@@ -203,8 +203,6 @@ macro_rules! services {
         }
 
         /// The reply of any service.
-        // One lives at a time, on its way to its caller: nothing is gained by boxing the large one.
-        #[allow(clippy::large_enum_variant)]
         #[derive(Debug, Clone, PartialEq)]
         pub enum Response { $($(#[$doc])* $name(v1::$response),)* }
 

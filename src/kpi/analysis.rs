@@ -9,7 +9,8 @@ use std::collections::HashMap;
 
 use bus::Tapped;
 use kittiwake_proto::topics::Message;
-use kittiwake_proto::v1::{McmTiming, SkillKind, SkillState, TimingMark, TimingPoint};
+use kittiwake_proto::v1::NodeStatus::{self, Failure, Running, Success};
+use kittiwake_proto::v1::{LeafChange, McmStatus, McmTiming, SkillKind, SkillState};
 use serde::Serialize;
 
 /// A class of transitions, by the reference's definition.
@@ -57,8 +58,8 @@ impl Way {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Reaction {
     pub flag: String,
-    /// From the monitor leaf to the action, inside the mission manager.
-    pub seen_to_action_s: f64,
+    /// From the beginning of the tick that sees the flag to the action's start, inside the mission manager.
+    pub tick_to_action_s: f64,
     /// From the injector to the vehicle; `None` if the vehicle needed no command.
     pub felt: Option<Way>,
 }
@@ -74,8 +75,6 @@ pub struct Samples {
     pub reactions: Vec<Reaction>,
     /// Ticks by their duration: element n counts those of 2^n ns to below 2^(n+1) ns.
     pub tick_histogram: Vec<u64>,
-    /// Ticks by how often they allocated memory: never, then 2^(n-1) times to below 2^n.
-    pub allocation_histogram: Vec<u64>,
 }
 
 impl Samples {
@@ -86,7 +85,6 @@ impl Samples {
         self.transitions_without_command += other.transitions_without_command;
         self.reactions.extend(other.reactions);
         add_up(&mut self.tick_histogram, &other.tick_histogram);
-        add_up(&mut self.allocation_histogram, &other.allocation_histogram);
     }
 
     /// Durations of a class.
@@ -111,84 +109,108 @@ pub fn analyse(heard: &[Tapped]) -> Samples {
     let index = Index::of(heard);
     let mut samples = Samples::default();
     let mut steps = Steps::default();
-    for (record, trace) in &index.records {
-        samples.transitions.extend(record.marks.iter().filter_map(|it| steps.take(it)));
-        let moved_on = record.marks.iter().any(|it| it.point() == TimingPoint::StepSucceeded)
-            && record.marks.iter().any(|it| it.point() == TimingPoint::StepStarted);
-        if moved_on {
+    for wake in &index.wakes {
+        let Wake { record, trace, .. } = *wake;
+        samples.transitions.extend(record.changes.iter().filter_map(|change| steps.take(change, wake)));
+        if has_moved_on(record) {
             match index.way(index.skill_end(record, trace), record, trace) {
                 Some(way) => samples.felt_transitions.push(way),
                 None => samples.transitions_without_command += 1,
             }
         }
-        samples.reactions.extend(reactions(record).map(|(flag, seen_to_action_s)| {
-            let raised = index.flags.get(&(trace, flag.as_str())).copied();
-            Reaction { seen_to_action_s, felt: index.way(raised, record, trace), flag }
+        samples.reactions.extend(answers(record).filter_map(|(flag, tick_to_action_s)| {
+            let raised = *index.flags.get(&(trace, flag))?;
+            Some(Reaction { flag: flag.to_owned(), tick_to_action_s, felt: index.way(Some(raised), record, trace) })
         }));
         samples.tick_histogram.clone_from(&record.tick_histogram);
-        samples.allocation_histogram.clone_from(&record.allocation_histogram);
     }
     samples
 }
 
-/// Flags seen and acted on within the wake.
-fn reactions(record: &McmTiming) -> impl Iterator<Item = (String, f64)> + '_ {
-    let acted = record.marks.iter().filter(|it| it.point() == TimingPoint::ActionTriggered);
-    acted.filter_map(|action| {
-        let seen = record.marks.iter().find(|it| it.point() == TimingPoint::FlagSeen && it.flag == action.flag)?;
-        Some((action.flag.clone(), seconds(seen.at_ns, action.at_ns)))
+/// Whether one step succeeded and the next one was started.
+fn has_moved_on(record: &McmTiming) -> bool {
+    let mut executor = record.changes.iter().filter(|it| it.kind == EXECUTOR);
+    executor.any(|it| it.after() == Success) && executor.any(|it| it.after() == Running)
+}
+
+/// The flags that were answered within the wake, and the time from the beginning of the tick to the action's start.
+fn answers(record: &McmTiming) -> impl Iterator<Item = (&str, f64)> {
+    let raised = record.changes.iter().filter(|it| it.kind == "FlagRaised" && it.after() == Success);
+    raised.filter_map(|raised| {
+        let row = raised.path.strip_suffix("/FlagRaised")?;
+        let flag = row.rsplit('/').next()?;
+        let response = format!("{row}/respond to {flag}/");
+        let action = record.changes.iter().find(|it| it.after() == Running && it.path.starts_with(&response))?;
+        Some((flag, seconds(record.ticked_ns, action.at_ns)))
     })
 }
 
-/// Follows steps and transitions through the marks of a flight.
+/// The leaf that flies the plan's steps.
+pub const EXECUTOR: &str = "NominalExecutor";
+
+/// Follows steps and transitions through the changes of a flight.
 #[derive(Default)]
 struct Steps {
-    ended: Option<TimingMark>,
-    plan: Option<TimingMark>,
-    /// The skill of the transition action that flies.
-    transition: SkillKind,
+    /// The end of the step that flew last, until something else flies.
+    ended: Option<(NodeStatus, u64)>,
+    /// The beginning of the wake in which a plan came, until its first step flies.
+    plan_ns: Option<u64>,
+    /// The skill that was flown last, by the plan or in a transition.
+    flown: SkillKind,
 }
 
 impl Steps {
-    fn take(&mut self, mark: &TimingMark) -> Option<Transition> {
-        let is_position = |it: SkillKind| it == SkillKind::Offboard;
-        let sample = |class, from: SkillKind, since: &TimingMark| {
-            let (from_position, to_position) = (is_position(from), is_position(mark.skill()));
-            Some(Transition { class, from_position, to_position, took_s: seconds(since.at_ns, mark.at_ns) })
-        };
-        match mark.point() {
-            TimingPoint::StepSucceeded | TimingPoint::StepFailed | TimingPoint::StepHalted => {
-                self.transition = SkillKind::Unspecified;
-                self.ended = Some(mark.clone());
-                None
-            }
-            TimingPoint::TransitionStarted => {
-                self.transition = mark.skill();
-                let failed = self.ended.take().filter(|it| it.point() == TimingPoint::StepFailed)?;
-                sample(Class::N2T, failed.skill(), &failed)
-            }
-            TimingPoint::PlanReady => {
-                self.plan = Some(mark.clone());
-                None
-            }
-            TimingPoint::StepStarted => {
+    fn take(&mut self, change: &LeafChange, wake: &Wake<'_>) -> Option<Transition> {
+        match (change.kind.as_str(), change.before(), change.after()) {
+            (EXECUTOR, _, Running) => {
                 let ended = self.ended.take();
-                match self.plan.take() {
-                    Some(plan) => sample(Class::T2N, self.transition, &plan),
-                    None => {
-                        let ended = ended.filter(|it| it.point() == TimingPoint::StepSucceeded)?;
-                        sample(Class::N2N, ended.skill(), &ended)
-                    }
-                }
+                let (class, since_ns) = match (self.plan_ns.take(), ended) {
+                    (Some(plan_ns), _) => (Class::T2N, plan_ns),
+                    (None, Some((Success, ended_ns))) => (Class::N2N, ended_ns),
+                    (None, _) => return self.fly(wake, None),
+                };
+                self.fly(wake, Some((class, seconds(since_ns, change.at_ns))))
             }
-            TimingPoint::Unspecified | TimingPoint::FlagSeen | TimingPoint::ActionTriggered => None,
+            (EXECUTOR, Running, ended @ (Success | Failure)) => {
+                self.ended = Some((ended, change.at_ns));
+                None
+            }
+            (EXECUTOR, Running, _) => {
+                self.ended = None;
+                None
+            }
+            ("Replan", _, Success) => {
+                self.plan_ns = Some(wake.record.woken_ns);
+                None
+            }
+            ("TransitionExecutor", _, Running) => {
+                let failed = self.ended.take().filter(|(status, _)| *status == Failure && wake.in_transition);
+                self.fly(wake, failed.map(|(_, failed_ns)| (Class::N2T, seconds(failed_ns, change.at_ns))))
+            }
+            _ => None,
         }
     }
+
+    /// Another skill is flown from here on.
+    fn fly(&mut self, wake: &Wake<'_>, transition: Option<(Class, f64)>) -> Option<Transition> {
+        let from = std::mem::replace(&mut self.flown, wake.skill);
+        let [from_position, to_position] = [from, wake.skill].map(|skill| skill == SkillKind::Offboard);
+        transition.map(|(class, took_s)| Transition { class, from_position, to_position, took_s })
+    }
+}
+
+/// A wake of the mission manager.
+struct Wake<'a> {
+    record: &'a McmTiming,
+    trace: &'a str,
+    /// What flies at its end, by the status that is published with each change of step.
+    skill: SkillKind,
+    in_transition: bool,
 }
 
 /// A flight's messages by what they are looked up with.
 struct Index<'a> {
-    records: Vec<(&'a McmTiming, &'a str)>,
+    wakes: Vec<Wake<'a>>,
     /// When ends of skills were published, by trace.
     skill_ends: HashMap<&'a str, Vec<u64>>,
     /// When a flag was raised, by trace and name.
@@ -202,15 +224,22 @@ struct Index<'a> {
 impl<'a> Index<'a> {
     fn of(heard: &'a [Tapped]) -> Index<'a> {
         let mut it = Index {
-            records: Vec::new(),
+            wakes: Vec::new(),
             skill_ends: HashMap::new(),
             flags: HashMap::new(),
             commands: HashMap::new(),
             acks: HashMap::new(),
         };
-        for Tapped { message, published_ns, trace, .. } in heard {
+        let mut in_order: Vec<&Tapped> = heard.iter().collect();
+        in_order.sort_by_key(|tapped| tapped.published_ns);
+        let mut status = &McmStatus::default();
+        for Tapped { message, published_ns, trace, .. } in in_order {
             match message {
-                Message::McmTiming(record) => it.records.push((record, trace)),
+                Message::McmStatus(newer) => status = newer,
+                Message::McmTiming(record) => {
+                    let (skill, in_transition) = (status.skill(), status.in_transition);
+                    it.wakes.push(Wake { record, trace, skill, in_transition });
+                }
                 Message::SkillEvent(event) if event.state() == SkillState::Ended && !trace.is_empty() => {
                     it.skill_ends.entry(trace).or_default().push(*published_ns);
                 }
@@ -226,7 +255,6 @@ impl<'a> Index<'a> {
                 _ => {}
             }
         }
-        it.records.sort_by_key(|(record, _)| record.woken_ns);
         it
     }
 
@@ -257,65 +285,106 @@ fn seconds(from_ns: u64, to_ns: u64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use kittiwake_proto::v1::{SkillEvent, VehicleCommand, VehicleCommandAck};
+    use kittiwake_proto::v1::NodeStatus::Idle;
+    use kittiwake_proto::v1::{FlagEvent, SkillEvent, VehicleCommand, VehicleCommandAck};
 
     fn tapped(message: impl Into<Message>, published_ns: u64, trace: &str) -> Tapped {
         let (vehicle, trace) = ("uav1".into(), trace.to_owned());
         Tapped { vehicle, message: message.into(), sequence: 0, published_ns, received_ns: 0, trace, size: 0 }
     }
 
-    fn mark(point: TimingPoint, at_ns: u64, skill: SkillKind) -> TimingMark {
-        TimingMark { point: point as i32, at_ns, skill: skill as i32, flag: String::new() }
+    fn leaf(path: &str, before: NodeStatus, after: NodeStatus, at_ns: u64) -> LeafChange {
+        let kind = path.rsplit('/').next().unwrap_or_default().to_owned();
+        LeafChange { kind, path: path.to_owned(), before: before as i32, after: after as i32, at_ns }
     }
 
-    fn wake(woken_ns: u64, marks: &[TimingMark]) -> McmTiming {
-        McmTiming { woken_ns, decided_ns: woken_ns + 100, marks: marks.to_vec(), ..Default::default() }
+    /// A wake with these changes, after which `skill` flies. It takes 100 ns, and its tick begins after 5.
+    fn wake(woken_ns: u64, skill: SkillKind, changes: &[LeafChange]) -> [Tapped; 2] {
+        let decided_ns = woken_ns + 100;
+        let record = McmTiming {
+            woken_ns,
+            ticked_ns: woken_ns + 5,
+            decided_ns,
+            changes: changes.to_vec(),
+            ..Default::default()
+        };
+        let in_transition = changes.iter().any(|it| it.kind == "TransitionExecutor");
+        let status = McmStatus { skill: skill as i32, in_transition, ..Default::default() };
+        [tapped(status, decided_ns + 1, "t"), tapped(record, decided_ns + 2, "t")]
     }
 
-    fn ended(published_ns: u64, trace: &str) -> Tapped {
+    fn skill_ended(published_ns: u64, trace: &str) -> Tapped {
         tapped(SkillEvent { state: SkillState::Ended as i32, ..Default::default() }, published_ns, trace)
+    }
+
+    fn nanoseconds(seconds: f64) -> f64 {
+        (seconds * 1e9).round()
     }
 
     #[test]
     fn steps_and_transitions_fall_into_the_reference_s_classes() {
-        use SkillKind::{Offboard, Stop, Takeoff, Unspecified};
-        use TimingPoint::*;
+        use SkillKind::{Offboard, Stop, Takeoff};
+        let executor = |before, after, at_ns| leaf("plan/NominalExecutor", before, after, at_ns);
+        let replan = |at_ns| leaf("re-plan/Replan", Running, Success, at_ns);
+        let transition = |at_ns| leaf("re-plan/TransitionExecutor", Idle, Running, at_ns);
         let heard = [
-            tapped(wake(0, &[mark(PlanReady, 10, Unspecified), mark(StepStarted, 30, Takeoff)]), 0, "a"),
-            tapped(wake(1000, &[mark(StepSucceeded, 1010, Takeoff), mark(StepStarted, 1050, Offboard)]), 0, "b"),
-            tapped(wake(2000, &[mark(StepFailed, 2010, Offboard), mark(TransitionStarted, 2015, Stop)]), 0, "c"),
-            tapped(wake(3000, &[mark(PlanReady, 3005, Unspecified), mark(StepStarted, 3065, Offboard)]), 0, "d"),
-        ];
+            // On the ground nothing flies while the first plan is made.
+            wake(0, SkillKind::Unspecified, &[executor(Idle, Failure, 10), leaf("re-plan/Replan", Idle, Running, 12)]),
+            wake(500, Takeoff, &[replan(510), executor(Idle, Running, 530)]),
+            wake(1000, Offboard, &[executor(Running, Success, 1010), executor(Idle, Running, 1050)]),
+            wake(2000, Stop, &[executor(Running, Failure, 2010), transition(2015)]),
+            wake(3000, Offboard, &[replan(3005), executor(Idle, Running, 3065)]),
+            // A contingency in between: neither the halt nor the way back is a transition.
+            wake(4000, Stop, &[executor(Running, Idle, 4010)]),
+            wake(5000, Stop, &[executor(Idle, Failure, 5010), transition(5020)]),
+        ]
+        .concat();
         let found: Vec<_> = analyse(&heard)
             .transitions
             .iter()
-            .map(|it| (it.class, it.from_position, it.to_position, (it.took_s * 1e9).round()))
+            .map(|it| (it.class, it.from_position, it.to_position, nanoseconds(it.took_s)))
             .collect();
         let expected = [
-            (Class::T2N, false, false, 20.0),
+            (Class::T2N, false, false, 30.0),
             (Class::N2N, false, true, 40.0),
             (Class::N2T, true, false, 5.0),
-            (Class::T2N, false, true, 60.0),
+            (Class::T2N, false, true, 65.0),
         ];
         assert_eq!(found, expected);
     }
 
     #[test]
+    fn a_flag_is_answered_by_the_first_leaf_below_its_response() {
+        let changes = [
+            leaf("table/flag_01/FlagRaised", Idle, Failure, 1010),
+            leaf("table/flag_02/FlagRaised", Idle, Success, 1011),
+            leaf("table/flag_02/BeginResponse", Idle, Success, 1012),
+            leaf("table/flag_02/respond to flag_02/stop/Stop", Idle, Running, 1025),
+        ];
+        let raised = FlagEvent { name: "flag_02".into(), raised: true, ..Default::default() };
+        let wake = wake(1000, SkillKind::Stop, &changes);
+        let heard = [[tapped(raised, 900, "t")].as_slice(), &wake].concat();
+        let expected = Reaction { flag: "flag_02".into(), tick_to_action_s: 20e-9, felt: None };
+        assert_eq!(analyse(&heard).reactions, [expected]);
+        assert_eq!(analyse(&wake).reactions, [], "the manager raised the flag itself");
+    }
+
+    #[test]
     fn the_way_leads_from_the_event_to_the_first_command_after_the_decision() {
-        let marks = [
-            mark(TimingPoint::StepSucceeded, 1000, SkillKind::Takeoff),
-            mark(TimingPoint::StepStarted, 1000, SkillKind::Offboard),
-        ];
+        let moved_on =
+            [leaf("plan/NominalExecutor", Running, Success, 1000), leaf("plan/NominalExecutor", Idle, Running, 1001)];
         let heard = [
-            tapped(VehicleCommand { id: 1, command: None }, 500, "t"),
-            ended(900, "t"),
-            tapped(VehicleCommand { id: 2, command: None }, 1300, "t"),
-            tapped(wake(1000, &marks), 1200, "t"),
-            tapped(VehicleCommandAck { id: 2, ..Default::default() }, 1700, ""),
-        ];
+            [tapped(VehicleCommand { id: 1, command: None }, 500, "t"), skill_ended(900, "t")],
+            [
+                tapped(VehicleCommand { id: 2, command: None }, 1300, "t"),
+                tapped(VehicleCommandAck { id: 2, ..Default::default() }, 1700, ""),
+            ],
+            wake(1000, SkillKind::Offboard, &moved_on),
+        ]
+        .concat();
         let samples = analyse(&heard);
         let [way] = samples.felt_transitions[..] else { panic!("{samples:?}") };
-        let ns = [way.to_manager_s, way.deciding_s, way.to_command_s, way.to_vehicle_s].map(|it| (it * 1e9).round());
+        let ns = [way.to_manager_s, way.deciding_s, way.to_command_s, way.to_vehicle_s].map(nanoseconds);
         assert_eq!(ns, [100.0, 100.0, 200.0, 400.0]);
     }
 }

@@ -23,14 +23,6 @@ fn ticks(it: &Measured, out: &mut String) {
         let from = |exponent: usize| format!("from {:.1} us", 2f64.powi(exponent as i32) / 1e3);
         histogram(*tick_ms, &mission.tick_histogram, from, out);
     }
-    let _ = writeln!(out, "\nThe same ticks by their number of allocations");
-    for Tick { tick_ms, mission, .. } in &it.ticks {
-        let from = |element: usize| match element {
-            0 => "none".to_owned(),
-            element => format!("from {}", 1 << (element - 1)),
-        };
-        histogram(*tick_ms, &mission.allocation_histogram, from, out);
-    }
 }
 
 fn histogram(tick_ms: u32, counts: &[u64], from: impl Fn(usize) -> String, out: &mut String) {

@@ -14,7 +14,7 @@ use node::{CallId, Effect, Event, Node};
 
 use crate::cli::KpiFloorArgs;
 use crate::end::stop_on_end;
-use crate::kpi::analysis::{Samples, analyse};
+use crate::kpi::analysis::{EXECUTOR, Samples, analyse};
 use crate::kpi::system::System;
 use crate::outcome::Outcome;
 use crate::settings::Settings;
@@ -205,12 +205,16 @@ impl Far {
         };
         let (call, request) = (CallId(self.count), Request::Skill(request));
         effects.push(Effect::Call { call, vehicle: None, trace: None, request, timeout: Duration::from_secs(1) });
-        let mark =
-            |point: v1::TimingPoint| v1::TimingMark { point: point as i32, at_ns: woken_ns, ..Default::default() };
+        let executor = |after: v1::NodeStatus| v1::LeafChange {
+            kind: EXECUTOR.to_owned(),
+            after: after as i32,
+            at_ns: woken_ns,
+            ..Default::default()
+        };
         effects.push(Effect::publish(v1::McmTiming {
             woken_ns,
             decided_ns: monotonic_ns(),
-            marks: vec![mark(v1::TimingPoint::StepSucceeded), mark(v1::TimingPoint::StepStarted)],
+            changes: vec![executor(v1::NodeStatus::Success), executor(v1::NodeStatus::Running)],
             ..Default::default()
         }));
     }

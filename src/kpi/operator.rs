@@ -24,7 +24,6 @@ use crate::kpi::system::System;
 use crate::run_file::{self, RunFolder};
 use crate::service::Service;
 use crate::settings::Settings;
-use crate::sockets;
 
 const CLIENTS: u64 = 1000;
 /// Clients with the same token: each may make so many requests at once.
@@ -73,7 +72,7 @@ struct Try {
 /// Flies, and looks on.
 pub fn measure(args: &KpiArgs, vehicle: &str) -> Result<Operator, String> {
     let load_before = load::load_average();
-    sockets::make_room(2 * CLIENTS).map_err(|it| it.to_string())?;
+    gateway::sockets::make_room(2 * CLIENTS).map_err(|it| it.to_string())?;
     let badges = Badges::create().map_err(|it| it.to_string())?;
     let address = free_address().map_err(|it| it.to_string())?;
     let mut settings = Settings::of_file(&args.config);

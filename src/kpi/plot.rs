@@ -25,7 +25,7 @@ pub fn draw(it: &Measured, folder: &Path) -> std::io::Result<()> {
             .zip(COLOURS)
             .map(|((name, samples), colour)| Series { name: (*name).to_owned(), colour, points: by_flag(samples) })
             .collect();
-        let title = format!("Flag in the monitor leaf to action, tick period {} ms", tick.tick_ms);
+        let title = format!("Flag to action inside the mission manager, tick period {} ms", tick.tick_ms);
         let svg = scatter(&title, "flag", "microseconds", &series);
         std::fs::write(folder.join(format!("figure-5-{}.svg", 3 + number)), svg)?;
     }
@@ -45,7 +45,7 @@ pub fn draw(it: &Measured, folder: &Path) -> std::io::Result<()> {
 
 fn by_flag(samples: &Samples) -> Vec<(f64, f64)> {
     let number = |flag: &str| flag.rsplit('_').next().and_then(|it| it.parse().ok()).unwrap_or(0.0);
-    samples.reactions.iter().map(|it| (number(&it.flag), it.seen_to_action_s * 1e6)).collect()
+    samples.reactions.iter().map(|it| (number(&it.flag), it.tick_to_action_s * 1e6)).collect()
 }
 
 /// Side by side around `x`, so that equal ones can be told apart.

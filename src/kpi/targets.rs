@@ -33,7 +33,7 @@ pub fn text(it: &Measured) -> String {
 fn rows(it: &Measured) -> Vec<Row> {
     let row = |name, unit, at_most, found| Row { name, unit, found, at_most };
     let classes = figures(it, |tick| [Class::N2N, Class::N2T, Class::T2N].map(|it| tick.mission.of_class(it)).to_vec());
-    let actions = figures(it, |tick| [&tick.flat, &tick.nested].map(seen_to_action).to_vec());
+    let actions = figures(it, |tick| [&tick.flat, &tick.nested].map(tick_to_action).to_vec());
     let transitions = figures(it, |tick| vec![totals(&tick.mission.felt_transitions)]);
     let reactions = figures(it, |tick| [&tick.flat, &tick.nested].map(|it| totals(&reaction_ways(it))).to_vec());
     let all = |figures: &[Statistics], pick: fn(&Statistics) -> f64| figures.iter().map(pick).collect::<Vec<f64>>();
@@ -48,7 +48,7 @@ fn rows(it: &Measured) -> Vec<Row> {
         row("transition, felt, median", "ms", 1.0, all(&transitions, |it| it.p50 * 1e3)),
         row("transition, felt, p99", "ms", 5.0, all(&transitions, |it| it.p99 * 1e3)),
         row("transition, felt, median / floor's median", "", 2.0, to_floor(&transitions)),
-        row("flag in the monitor leaf -> action, mean", "us", 5.0, all(&actions, |it| it.mean * 1e6)),
+        row("flag -> action inside the manager, mean", "us", 5.0, all(&actions, |it| it.mean * 1e6)),
         row("reaction, felt, median", "ms", 0.6, all(&reactions, |it| it.p50 * 1e3)),
         row("reaction, felt, p99", "ms", 3.0, all(&reactions, |it| it.p99 * 1e3)),
         row("reaction, felt, median / floor's median", "", 2.0, to_floor(&reactions)),
@@ -74,8 +74,8 @@ fn figures(it: &Measured, samples: impl Fn(&Tick) -> Vec<Vec<f64>>) -> Vec<Stati
     it.ticks.iter().flat_map(samples).filter_map(|it| Statistics::of(&it)).collect()
 }
 
-fn seen_to_action(samples: &Samples) -> Vec<f64> {
-    samples.reactions.iter().map(|it| it.seen_to_action_s).collect()
+fn tick_to_action(samples: &Samples) -> Vec<f64> {
+    samples.reactions.iter().map(|it| it.tick_to_action_s).collect()
 }
 
 /// Processor time and memory of what flies along, without the simulator.

@@ -1,4 +1,4 @@
-//! What `kittiwake vehicle`, `mission` and `permission` take: a word for each route of the gateway.
+//! The arguments of `kittiwake vehicle`, `mission` and `permission`: a subcommand for each route of the gateway.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use clap::{Args, Subcommand};
 
 use crate::config::VehicleName;
 
-/// How the gateway is found, and how its answer is told.
+/// Which gateway, and how to print its answer.
 #[derive(Debug, Clone, Default, Args)]
 pub struct GatewayArgs {
     /// The gateway's address, such as `https://ground:8443`; else KITTIWAKE_URL, else the system that runs here
@@ -15,11 +15,11 @@ pub struct GatewayArgs {
     /// The launcher's process id, where several systems run
     #[arg(long, global = true)]
     pub pid: Option<u32>,
-    /// A file with one's token, which only its owner may read; else KITTIWAKE_TOKEN, else the token of the system
+    /// A file with your token, which only its owner may read; else KITTIWAKE_TOKEN, else the token of the system
     /// that runs here
     #[arg(long, value_name = "FILE", global = true)]
     pub token_file: Option<PathBuf>,
-    /// The certificate of a private CA that the gateway's certificate is checked with, as PEM
+    /// The private CA that signed the gateway's certificate, as PEM
     #[arg(long, value_name = "FILE", global = true)]
     pub ca: Option<PathBuf>,
     /// The vehicle, where the gateway knows several
@@ -34,13 +34,13 @@ pub struct GatewayArgs {
 }
 
 const EXIT_CODES: &str = "\
-An order that needs command of the vehicle takes it where nobody holds it, and says so.
+An order that needs command of the vehicle takes command if nobody has it, and says so.
 
 Exit codes:
     0  done
     2  bad input
-    3  refused by the system, for the reason that is told
-    5  the gateway, or who it asked, is not reachable";
+    3  refused by the system, for the reason printed
+    5  the gateway or a service behind it is not reachable";
 
 /// For `kittiwake vehicle`.
 #[derive(Debug, Args)]
@@ -52,54 +52,64 @@ pub struct VehicleArgs {
     pub gateway: GatewayArgs,
 }
 
-/// What is asked or ordered of a vehicle.
+/// How an order is given.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct Override {
+    /// Have it done now, whatever contingency the vehicle responds to; a few may not be overridden
+    #[arg(long = "override")]
+    pub overrides: bool,
+}
+
+/// What is read or ordered of a vehicle.
 #[derive(Debug, Subcommand)]
 pub enum VehicleCommand {
     /// The vehicles that the gateway knows
     List,
-    /// What is known of one vehicle
+    /// The state of one vehicle
     Show,
-    /// Begin a mission that waits for it
+    /// Start a mission that waits for it
     Start,
     /// Hold until resumed
-    Pause,
+    Pause(Override),
     /// Go on after a pause
     Resume,
     /// Land here and end the mission
-    Abort,
+    Abort(Override),
     /// Fly home, land and end the mission
-    Return,
+    Return(Override),
     /// Land at a place and end the mission
     LandAt {
         /// Metres north of the take-off point
         #[arg(allow_negative_numbers = true, value_parser = metres)]
         north_m: f64,
-        /// Metres east of it
+        /// Metres east of the take-off point
         #[arg(allow_negative_numbers = true, value_parser = metres)]
         east_m: f64,
+        #[command(flatten)]
+        over: Override,
     },
-    /// Give the present step up and plan anew
+    /// Give up the present step and replan
     Replan,
-    /// Say that a contingency has been seen
+    /// Acknowledge a contingency: you have seen it
     Acknowledge {
-        /// Its flag
+        /// The contingency's flag
         flag: String,
     },
     /// Take command of the vehicle
     Take,
-    /// Give command back
+    /// Release command
     Release,
-    /// Let somebody else take command; one keeps it until they do
+    /// Offer command to another operator; you have it until they take it
     HandOver {
-        /// Their name
+        /// The operator's name
         to: String,
     },
-    /// What happens, from what is remembered on, until it is ended
+    /// Print events, first those of the journal, until you stop the command
     Events {
-        /// End after so many
+        /// Stop after this many events
         #[arg(long, value_name = "N")]
         count: Option<usize>,
-        /// Also the whole state, as it comes twice a second
+        /// Also print the state, which comes twice a second
         #[arg(long)]
         status: bool,
     },
@@ -115,19 +125,19 @@ pub struct MissionArgs {
     pub gateway: GatewayArgs,
 }
 
-/// What is asked or ordered about a mission.
+/// What is read or ordered about a mission.
 #[derive(Debug, Subcommand)]
 pub enum MissionCommand {
     /// The mission as it stands
     Show,
-    /// The steps that are still to be flown
+    /// The steps still to fly
     Plan,
-    /// What a mission would take, without flying it
+    /// What a mission would need, without flying it
     Validate {
         /// A mission file; see `config/missions/`
         file: PathBuf,
     },
-    /// Put another mission in the place of the present one, if all of it can be reached
+    /// Replace the present mission, if every objective of the new one can be reached
     Upload {
         /// A mission file; see `config/missions/`
         file: PathBuf,
@@ -136,39 +146,39 @@ pub enum MissionCommand {
     Insert {
         /// Its place in the list, from 0
         index: u32,
-        /// A name that no other has
+        /// A name that no other objective has
         name: String,
         /// Metres north of the take-off point
         #[arg(allow_negative_numbers = true, value_parser = metres)]
         north_m: f64,
-        /// Metres east of it
+        /// Metres east of the take-off point
         #[arg(allow_negative_numbers = true, value_parser = metres)]
         east_m: f64,
-        /// Metres above it
+        /// Metres above the take-off point
         #[arg(allow_negative_numbers = true, value_parser = metres)]
         height_m: f64,
-        /// To stand there, instead of being there in flight
+        /// Reach the place on the ground instead of in flight
         #[arg(long)]
         landed: bool,
     },
-    /// Take an objective out
+    /// Remove an objective
     Remove {
-        /// Its name
+        /// The objective's name
         name: String,
     },
-    /// Give an objective up: it counts as failed
+    /// Skip an objective: it counts as failed
     Skip {
-        /// Its name
+        /// The objective's name
         name: String,
     },
-    /// Have the plan flown that waits for approval
+    /// Approve the plan that waits for approval: it is flown
     Approve {
-        /// Its number; without it, the one that waits
+        /// The plan's revision; without it, that of the plan that waits
         revision: Option<u64>,
     },
-    /// Refuse the plan that waits for approval: the vehicle holds
+    /// Reject the plan that waits for approval: the vehicle holds
     Reject {
-        /// Its number; without it, the one that waits
+        /// The plan's revision; without it, that of the plan that waits
         revision: Option<u64>,
     },
 }
@@ -183,25 +193,25 @@ pub struct PermissionArgs {
     pub gateway: GatewayArgs,
 }
 
-/// What is asked or decided about permissions.
+/// What is read or decided about permissions.
 #[derive(Debug, Subcommand)]
 pub enum PermissionCommand {
-    /// Every permission that was asked for or decided
+    /// Every permission that was requested or decided
     List,
-    /// Those that wait for a decision
+    /// The permissions that wait for a decision
     Pending,
     /// Grant the permission to enter an area
     Grant {
-        /// Its name
+        /// The area's name
         area: String,
-        /// For so many mission seconds; without it, as long as the control tower grants
+        /// Validity in mission seconds; without it, the control tower's default
         #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds)]
         valid_for_s: Option<f64>,
         /// Why, for the record
         #[arg(long, value_name = "TEXT", default_value = "")]
         reason: String,
     },
-    /// Deny it
+    /// Deny the permission to enter an area
     Deny {
         /// The area's name
         area: String,
@@ -209,7 +219,7 @@ pub enum PermissionCommand {
         #[arg(long, value_name = "TEXT", default_value = "")]
         reason: String,
     },
-    /// Take a permission back
+    /// Revoke a permission
     Revoke {
         /// The area's name
         area: String,
@@ -219,7 +229,7 @@ pub enum PermissionCommand {
     },
 }
 
-/// JSON has no word for a number that is none.
+/// Finite: JSON cannot say anything else.
 fn metres(text: &str) -> Result<f64, String> {
     let found = text.parse().ok().filter(|it: &f64| it.is_finite());
     found.ok_or_else(|| format!("found `{text}`, expected metres"))
@@ -236,7 +246,7 @@ mod tests {
     use clap::Parser;
 
     #[test]
-    fn the_words_are_taken_and_what_makes_no_sense_is_not() {
+    fn the_arguments_are_read_and_invalid_ones_are_refused() {
         #[track_caller]
         fn check(line: &str, refused: Option<&str>) {
             let words = ["kittiwake"].into_iter().chain(line.split(' '));

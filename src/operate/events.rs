@@ -1,4 +1,4 @@
-//! `kittiwake vehicle events`: what happens, a line each, as it happens.
+//! `kittiwake vehicle events`: events as they happen, a line each.
 
 use std::io::{BufRead, BufReader};
 use std::time::{Duration, Instant};
@@ -11,9 +11,9 @@ use crate::operate::show;
 use crate::operate::words::{number, text, word};
 use crate::output;
 
-/// A stream that broke off is opened again for so long.
+/// A stream that broke is opened again until this has passed.
 const LIMIT: Duration = Duration::from_secs(10);
-/// Between two tries.
+/// Between two attempts.
 const PAUSE: Duration = Duration::from_millis(200);
 
 /// One event.
@@ -24,10 +24,10 @@ struct Event {
     data: String,
 }
 
-/// Tells `count` events, or all until it is ended; a stream that breaks off is resumed where it was.
+/// Prints `count` events, or all until the command is stopped; a stream that breaks is resumed where it was.
 pub fn follow(gateway: &Gateway, count: Option<usize>, status: bool, json: bool) -> Result<(), Failure> {
-    let (mut told, mut after, mut since) = (0, String::new(), Instant::now());
-    while count.is_none_or(|count| told < count) {
+    let (mut printed, mut after, mut since) = (0, String::new(), Instant::now());
+    while count.is_none_or(|count| printed < count) {
         match gateway.events(&after) {
             Err(failure) if LIMIT <= since.elapsed() || !is_worth_repeating(&failure) => return Err(failure),
             Err(_) => std::thread::sleep(PAUSE),
@@ -43,8 +43,8 @@ pub fn follow(gateway: &Gateway, count: Option<usize>, status: bool, json: bool)
                     if !output::is_read(line(&event, json)) {
                         return Ok(());
                     }
-                    told += 1;
-                    if count.is_some_and(|count| count <= told) {
+                    printed += 1;
+                    if count.is_some_and(|count| count <= printed) {
                         return Ok(());
                     }
                 }
@@ -102,7 +102,7 @@ fn words(kind: &str, it: &Value) -> String {
             format!("skill: {} {outcome}{}", word(&it["kind"], "SKILL_KIND_"), why(it))
         }
         "flag" => {
-            let verb = if it["raised"] == true { "raised" } else { "lowered" };
+            let verb = if it["raised"] == true { "raised" } else { "cleared" };
             format!("flag: `{}` {verb} by {}{}", text(&it["name"]), text(&it["source"]), why(it))
         }
         "permission" => {
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn each_kind_has_its_words() {
+    fn each_kind_has_a_line_of_its_own() {
         #[track_caller]
         fn check(kind: &str, data: Value, expected: &str) {
             let event = Event { kind: kind.into(), id: "1-1".into(), data: data.to_string() };
@@ -165,7 +165,7 @@ mod tests {
             "permission: area A denied: fog",
         );
         check("audit", json!({ "who": "anna", "what": "pause", "outcome": "holds" }), "order: anna: pause: holds");
-        check("command", json!({ "holder": null, "offeredTo": null }), "command: nobody");
+        check("command", json!({}), "command: nobody");
         check("resync", json!({ "detail": "events were lost" }), "resync: events were lost");
         check("new", json!({ "a": 1 }), "new: {\"a\":1}");
     }

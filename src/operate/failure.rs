@@ -1,32 +1,32 @@
-//! Why nothing was done: whose fault it is decides the exit code.
+//! Why a command failed; the kind of failure decides the exit code.
 
 use serde_json::{Value, json};
 
 use crate::outcome::Outcome;
 
-/// Why nothing was done.
+/// Why a command failed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Failure {
-    /// Whose fault it is.
+    /// The exit code.
     pub outcome: Outcome,
-    /// In a sentence, with what there is to do about it.
+    /// In a sentence, with what to do about it.
     pub why: String,
     /// What the gateway answered, for programs.
     pub document: Value,
 }
 
 impl Failure {
-    /// A file or an argument makes no sense.
+    /// A file or an argument is invalid.
     pub fn bad_input(why: impl Into<String>) -> Failure {
         Failure::new(Outcome::BadInput, why)
     }
 
-    /// The system will not.
+    /// The system refused.
     pub fn refused(why: impl Into<String>) -> Failure {
         Failure::new(Outcome::Refused, why)
     }
 
-    /// Nobody was there to ask.
+    /// No gateway answers.
     pub fn unreachable(why: impl Into<String>) -> Failure {
         Failure::new(Outcome::Unreachable, why)
     }
@@ -36,17 +36,17 @@ impl Failure {
         Failure { outcome, document: json!({ "detail": &why }), why }
     }
 
-    /// Who holds command, if that is why the gateway refused.
-    pub fn helm(&self) -> Option<&Value> {
+    /// Who has command, if that is why the gateway refused.
+    pub fn command_authority(&self) -> Option<&Value> {
         self.document.get("command")
     }
 }
 
-/// What the gateway answered with this status: a document, or why there is none.
+/// The document that the gateway answered, or the failure that its status means.
 pub fn judge(status: u16, body: &str) -> Result<Value, Failure> {
     let document: Option<Value> = serde_json::from_str(body).ok();
     if (200..300).contains(&status) {
-        return document.ok_or_else(|| Failure::unreachable("what answers there is no gateway of Kittiwake"));
+        return document.ok_or_else(|| Failure::unreachable("the answer is not that of a Kittiwake gateway"));
     }
     let outcome = match status {
         400 | 404 | 405 | 413 | 422 => Outcome::BadInput,
@@ -59,7 +59,7 @@ pub fn judge(status: u16, body: &str) -> Result<Value, Failure> {
 
 /// The detail, and a line for each mistake in a file.
 fn words(status: u16, document: &Value) -> String {
-    let detail = document["detail"].as_str().map_or_else(|| format!("it answered {status}"), str::to_owned);
+    let detail = document["detail"].as_str().map_or_else(|| format!("the gateway answered {status}"), str::to_owned);
     let hint = match status {
         401 => "; give one with --token-file or KITTIWAKE_TOKEN",
         _ => "",
@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_status_says_whose_fault_it_is() {
+    fn the_status_decides_the_exit_code() {
         #[track_caller]
         fn check(status: u16, body: &str, code: u8, why: &str) {
             let failure = judge(status, body).unwrap_err();
@@ -91,15 +91,15 @@ mod tests {
             2,
             "2 mistakes\nm:1:1: a\nm:2:1: b",
         );
-        check(500, "<html>", 5, "it answered 500");
-        check(200, "<html>", 5, "what answers there is no gateway of Kittiwake");
+        check(500, "<html>", 5, "the gateway answered 500");
+        check(200, "<html>", 5, "the answer is not that of a Kittiwake gateway");
         assert_eq!(judge(200, "{}"), Ok(json!({})));
     }
 
     #[test]
-    fn who_holds_command_is_told_only_where_that_is_the_reason() {
-        let refused = judge(409, r#"{"detail":"anna holds command","command":{"holder":"anna"}}"#).unwrap_err();
-        assert_eq!(refused.helm().map(|it| &it["holder"]), Some(&json!("anna")));
-        assert_eq!(judge(409, r#"{"detail":"it holds already"}"#).unwrap_err().helm(), None);
+    fn who_has_command_is_known_only_where_that_is_the_reason() {
+        let refused = judge(409, r#"{"detail":"anna has command","command":{"holder":"anna"}}"#).unwrap_err();
+        assert_eq!(refused.command_authority().map(|it| &it["holder"]), Some(&json!("anna")));
+        assert_eq!(judge(409, r#"{"detail":"already holding"}"#).unwrap_err().command_authority(), None);
     }
 }

@@ -1,4 +1,4 @@
-//! The gateway as an operator's command sees it: found, asked, and asked again under the same key
+//! The gateway as an operator's command sees it: found, asked, and asked again with the same key
 //! while it does not answer.
 
 use std::path::PathBuf;
@@ -15,16 +15,16 @@ use crate::operate::failure::{Failure, judge};
 use crate::output;
 use crate::run_file::{self, Running};
 
-/// What has no answer for so long is not asked again.
+/// A request without an answer is repeated until this has passed.
 const LIMIT: Duration = Duration::from_secs(5);
-/// The gateway itself gives up before that.
+/// Longer than the gateway's own limit.
 const ANSWER_LIMIT: Duration = Duration::from_secs(8);
-/// Between two tries.
+/// Between two attempts.
 const PAUSE: Duration = Duration::from_millis(100);
-/// Of random; no two commands ever have the same key.
+/// Random, so that no two commands have the same key.
 const KEY_BYTES: usize = 16;
 
-/// A gateway and one's place at it.
+/// A gateway, and the token for it.
 pub struct Gateway {
     client: Client,
     url: Url,
@@ -34,9 +34,9 @@ pub struct Gateway {
     hand_over: bool,
 }
 
-/// Where it is and how one is let in.
+/// Where a gateway is, and the token for it.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Place {
+struct Location {
     url: String,
     token: String,
     ca: Option<PathBuf>,
@@ -51,15 +51,16 @@ impl Gateway {
             Some(path) => Some(read_token(path).map_err(Failure::bad_input)?),
             None => variable("KITTIWAKE_TOKEN"),
         };
-        let place = choose(args, variable("KITTIWAKE_URL"), own, run_file::running())?;
-        let bad_url = || Failure::bad_input(format!("`{}` is no URL like http://127.0.0.1:8080", place.url));
-        let url = Url::parse(&place.url).ok().filter(|it| !it.cannot_be_a_base()).ok_or_else(bad_url)?;
-        let client = client(&place.url, place.ca.as_deref(), Some(ANSWER_LIMIT)).map_err(Failure::bad_input)?;
-        let Place { token, ca, vehicle, .. } = place;
+        let location = choose(args, variable("KITTIWAKE_URL"), own, run_file::running())?;
+        let bad_url =
+            || Failure::bad_input(format!("found `{}`, expected a URL like http://127.0.0.1:8080", location.url));
+        let url = Url::parse(&location.url).ok().filter(|it| !it.cannot_be_a_base()).ok_or_else(bad_url)?;
+        let client = client(&location.url, location.ca.as_deref(), Some(ANSWER_LIMIT)).map_err(Failure::bad_input)?;
+        let Location { token, ca, vehicle, .. } = location;
         Ok(Gateway { client, url, token, ca, vehicle, hand_over: args.hand_over })
     }
 
-    /// The vehicle that is meant: the one that was named, or the only one that the gateway knows.
+    /// The vehicle that was named, or the only one that the gateway knows.
     pub fn vehicle(&self) -> Result<String, Failure> {
         if let Some(vehicle) = &self.vehicle {
             return Ok(vehicle.clone());
@@ -79,24 +80,24 @@ impl Gateway {
         self.ask(Method::GET, &[&["vehicles", vehicle.as_str()][..], path].concat(), None)
     }
 
-    /// Orders something of the vehicle; takes command where that is needed and nobody holds it.
+    /// Gives an order to the vehicle; takes command where the order needs it and nobody has it.
     pub fn order(&self, method: Method, path: &[&str], body: Option<Value>) -> Result<Value, Failure> {
         let vehicle = self.vehicle()?;
         let path = [&["vehicles", vehicle.as_str()][..], path].concat();
         let refusal = match self.ask(method.clone(), &path, body.clone()) {
-            Err(refusal) if refusal.helm().is_some() => refusal,
+            Err(refusal) if refusal.command_authority().is_some() => refusal,
             answer => return answer,
         };
-        if_it_may_be_taken(&refusal, self.hand_over)?;
+        may_take_command(&refusal, self.hand_over)?;
         self.ask(Method::POST, &["vehicles", &vehicle, "command", "take"], None)?;
         output::error_line(format_args!(
-            "took command of {vehicle}; `kittiwake vehicle release` gives it back, and so does silence"
+            "took command of {vehicle}; `kittiwake vehicle release` releases it, else it lapses after a while"
         ));
         self.ask(method, &path, body)
     }
 
-    /// Asks until there is an answer, or `LIMIT` is over; a repeated order has the key of the first, so
-    /// that it is done once.
+    /// Repeats a request until there is an answer, or `LIMIT` has passed. All repetitions have the same key, so that
+    /// an order is carried out once.
     pub fn ask(&self, method: Method, path: &[&str], body: Option<Value>) -> Result<Value, Failure> {
         let key = random_hex(KEY_BYTES).map_err(|it| Failure::unreachable(format!("no random numbers: {it}")))?;
         let url = self.at(path);
@@ -115,7 +116,7 @@ impl Gateway {
                     answer => return answer,
                 },
                 Err(cause) if cause.contains("certificate") => {
-                    let hint = "name the CA that it is to be checked with by --ca";
+                    let hint = "name the CA that signed its certificate with --ca";
                     return Err(Failure::unreachable(format!("{} is not trusted: {cause}; {hint}", self.url)));
                 }
                 Err(cause) => Failure::unreachable(format!("{} does not answer: {cause}", self.url)),
@@ -127,7 +128,7 @@ impl Gateway {
         }
     }
 
-    /// Opens the vehicle's event stream after the event with this id; it has no limit in time.
+    /// Opens the vehicle's event stream after the event with this id; without a limit in time.
     pub fn events(&self, after: &str) -> Result<reqwest::blocking::Response, Failure> {
         let vehicle = self.vehicle()?;
         let url = self.at(&["vehicles", &vehicle, "events"]);
@@ -163,59 +164,59 @@ fn send(request: RequestBuilder) -> Result<(u16, String), String> {
     Ok((status, response.text().map_err(|it| root_cause(&it))?))
 }
 
-/// Nobody's command is there to be taken; somebody else's only where it is offered and meant.
-fn if_it_may_be_taken(refusal: &Failure, hand_over: bool) -> Result<(), Failure> {
-    let helm = refusal.helm().cloned().unwrap_or_default();
-    let (holder, offered_to) = (helm["holder"].as_str(), helm["offeredTo"].as_str());
+/// Whether command may be taken: nobody has it, or its holder offers it and the operator said `--hand-over`.
+fn may_take_command(refusal: &Failure, hand_over: bool) -> Result<(), Failure> {
+    let authority = refusal.command_authority().cloned().unwrap_or_default();
+    let (holder, offered_to) = (authority["holder"].as_str(), authority["offeredTo"].as_str());
     let advice = match (holder, offered_to) {
         (None, _) => return Ok(()),
         (Some(_), Some(_)) if hand_over => return Ok(()),
-        (Some(_), Some(to)) => format!("it is offered to {to}, who takes it with --hand-over"),
-        (Some(holder), None) => format!("{holder} may offer it with `kittiwake vehicle hand-over NAME`"),
+        (Some(_), Some(to)) => format!("command is offered to {to}, who takes it with --hand-over"),
+        (Some(holder), None) => format!("{holder} can offer command with `kittiwake vehicle hand-over NAME`"),
     };
     Err(Failure { why: format!("{}; {advice}", refusal.why), ..refusal.clone() })
 }
 
-/// Where the gateway is: what the arguments say, else the variable, else what runs here.
+/// Where the gateway is, by the arguments, else by the variable, else by the system that runs here.
 fn choose(
     args: &GatewayArgs,
     variable: Option<String>,
     own_token: Option<String>,
     running: Vec<Running>,
-) -> Result<Place, Failure> {
+) -> Result<Location, Failure> {
     let named = args.vehicle.as_ref().map(|it| it.as_str().to_owned());
     let variable = variable.filter(|_| args.pid.is_none());
     let url = args.url.clone().or(variable).map(|it| it.trim_end_matches('/').to_owned());
-    let is_meant = |it: &Running| {
-        args.pid.is_none_or(|pid| pid == it.pid)
-            && url.as_ref().is_none_or(|url| *url == it.http)
-            && named.as_ref().is_none_or(|vehicle| *vehicle == it.vehicle)
+    let is_meant = |system: &Running| {
+        args.pid.is_none_or(|pid| pid == system.pid)
+            && url.as_ref().is_none_or(|url| *url == system.http)
+            && named.as_ref().is_none_or(|vehicle| *vehicle == system.vehicle)
     };
     let (mut found, others): (Vec<_>, Vec<_>) = running.into_iter().partition(is_meant);
     if found.len() == 1 {
-        let it = found.remove(0);
-        return Ok(Place {
-            url: it.http,
-            token: own_token.unwrap_or(it.token),
-            ca: args.ca.clone().or(it.ca),
-            vehicle: Some(it.vehicle),
+        let system = found.remove(0);
+        return Ok(Location {
+            url: system.http,
+            token: own_token.unwrap_or(system.token),
+            ca: args.ca.clone().or(system.ca),
+            vehicle: Some(system.vehicle),
         });
     }
     if let Some(url) = url {
-        return Ok(Place { url, token: own_token.unwrap_or_default(), ca: args.ca.clone(), vehicle: named });
+        return Ok(Location { url, token: own_token.unwrap_or_default(), ca: args.ca.clone(), vehicle: named });
     }
     if found.is_empty() && others.is_empty() {
         return Err(Failure::unreachable("no system runs here; start one with `kittiwake up`, or name one with --url"));
     }
-    let line = |it: &Running| format!("\n  --pid {}  {}  --url {}", it.pid, it.vehicle, it.http);
-    let list = |of: &[Running]| of.iter().map(line).collect::<String>();
+    let line = |system: &Running| format!("\n  --pid {}  {}  --url {}", system.pid, system.vehicle, system.http);
+    let list = |systems: &[Running]| systems.iter().map(line).collect::<String>();
     Err(match found.is_empty() {
         true => Failure::bad_input(format!("no such system runs here; these do:{}", list(&others))),
         false => Failure::bad_input(format!("several systems run here; name one with --pid or --url:{}", list(&found))),
     })
 }
 
-/// The first line of a file that is nobody else's.
+/// The first line of a file that only its owner may read.
 fn read_token(path: &std::path::Path) -> Result<String, String> {
     use std::os::unix::fs::PermissionsExt;
     let unreadable = |cause: std::io::Error| format!("{}: cannot be read: {cause}", path.display());
@@ -246,7 +247,7 @@ mod tests {
         }
     }
 
-    /// `expected`: the gateway's address, the token and the vehicle; or a part of what is said.
+    /// `expected`: the gateway's address, the token and the vehicle; or the exit code and a part of the message.
     #[track_caller]
     fn check(args: GatewayArgs, variable: Option<&str>, running: &[u32], expected: Result<&str, (u8, &str)>) {
         let running = running.iter().map(|it| system(*it)).collect();
@@ -278,24 +279,24 @@ mod tests {
     }
 
     #[test]
-    fn command_is_taken_from_nobody_who_has_not_offered_it() {
+    fn command_is_taken_only_from_nobody_or_from_a_holder_who_offers_it() {
         #[track_caller]
         fn check(command: &str, hand_over: bool, expected: Result<(), &str>) {
             let refusal = judge(409, &format!(r#"{{"detail":"no","command":{command}}}"#)).unwrap_err();
-            let found = if_it_may_be_taken(&refusal, hand_over).map_err(|it| it.why);
+            let found = may_take_command(&refusal, hand_over).map_err(|it| it.why);
             assert_eq!(found, expected.map_err(str::to_owned));
         }
-        check(r#"{"holder":null,"offeredTo":null}"#, false, Ok(()));
-        let advice = Err("no; anna may offer it with `kittiwake vehicle hand-over NAME`");
-        check(r#"{"holder":"anna","offeredTo":null}"#, false, advice);
-        check(r#"{"holder":"anna","offeredTo":null}"#, true, advice);
-        let offered = Err("no; it is offered to ben, who takes it with --hand-over");
+        check("{}", false, Ok(()));
+        let advice = Err("no; anna can offer command with `kittiwake vehicle hand-over NAME`");
+        check(r#"{"holder":"anna"}"#, false, advice);
+        check(r#"{"holder":"anna"}"#, true, advice);
+        let offered = Err("no; command is offered to ben, who takes it with --hand-over");
         check(r#"{"holder":"anna","offeredTo":"ben"}"#, false, offered);
         check(r#"{"holder":"anna","offeredTo":"ben"}"#, true, Ok(()));
     }
 
     #[test]
-    fn a_token_file_that_others_may_read_is_not_taken() {
+    fn a_token_file_that_others_may_read_is_refused() {
         use std::os::unix::fs::PermissionsExt;
         let path = std::env::temp_dir().join(format!("kittiwake-token-{}", std::process::id()));
         let read = |text: &str, mode| {

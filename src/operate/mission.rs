@@ -12,7 +12,7 @@ use crate::operate::failure::Failure;
 use crate::operate::gateway::Gateway;
 use crate::operate::{Done, show};
 
-/// Asks or orders what the words say. A file is checked before a gateway is looked for.
+/// Reads or orders. A file is checked before a gateway is looked for.
 pub fn run(what: &MissionCommand, gateway: impl FnOnce() -> Result<Gateway, Failure>) -> Result<Done, Failure> {
     match what {
         MissionCommand::Show => read(&gateway()?, show::mission),
@@ -46,8 +46,7 @@ fn read(gateway: &Gateway, words: fn(&Value) -> String) -> Result<Done, Failure>
     Ok(Done { document, text })
 }
 
-/// The file's text, once it has been read as `kittiwake up` would read it, so that a mistake is told by
-/// the file's own name.
+/// The file's text, checked as `kittiwake up` checks it, so that a mistake is reported with the file's own name.
 fn text_of(file: &Path) -> Result<Value, Failure> {
     let source = Source::read(file).map_err(|it| Failure::bad_input(it.to_string()))?;
     Mission::read(&source).map_err(|it| Failure::bad_input(it.to_string()))?;
@@ -65,7 +64,7 @@ fn order(gateway: &Gateway, method: Method, path: &[&str], body: Option<Value>) 
     }
 }
 
-/// About this plan, or the one that waits; the gateway refuses an answer to a plan that does not.
+/// Decides about this plan, or the one that waits. The gateway refuses a decision about a plan that does not wait.
 fn decide(gateway: &Gateway, revision: Option<u64>, approve: bool) -> Result<Done, Failure> {
     let revision = match revision {
         Some(revision) => revision.to_string(),

@@ -1,8 +1,8 @@
-//! `kittiwake vehicle`, `mission` and `permission`: the gateway's routes as words of a command line,
-//! for a hand in a hurry and, with `--json`, for scripts.
+//! `kittiwake vehicle`, `mission` and `permission`: the gateway's routes as subcommands, for operators
+//! and, with `--json`, for scripts.
 //!
-//! Nothing is decided here: what the gateway answers is told as it is, and the exit code says who is
-//! to blame when nothing was done.
+//! Nothing is decided here: the gateway's answer is printed as it is, and the exit code says what kind of
+//! failure there was.
 
 use serde_json::Value;
 
@@ -22,16 +22,16 @@ mod show;
 mod vehicle;
 mod words;
 
-/// What came of a command.
+/// The outcome of a command.
 struct Done {
-    /// As the gateway has it.
+    /// The gateway's answer.
     document: Value,
     /// For a human.
     text: String,
 }
 
 impl Done {
-    /// An answer with its outcome in words.
+    /// The answer to an order, which has its outcome in words.
     fn of(document: Value) -> Done {
         let text = document["text"].as_str().unwrap_or("done").to_owned();
         Done { document, text }
@@ -49,34 +49,34 @@ pub fn vehicle(args: &VehicleArgs) -> Outcome {
     });
     match result {
         Ok(None) => Outcome::Success,
-        // What the stream has told is no document that another could follow.
-        Err(failure) if is_stream => tell_failure(false, failure),
-        Ok(Some(done)) => tell(&args.gateway, Ok(done)),
-        Err(failure) => tell(&args.gateway, Err(failure)),
+        // Events were printed before: another document could not follow them.
+        Err(failure) if is_stream => report_failure(false, failure),
+        Ok(Some(done)) => report(&args.gateway, Ok(done)),
+        Err(failure) => report(&args.gateway, Err(failure)),
     }
 }
 
 /// `kittiwake mission`.
 pub fn mission(args: &MissionArgs) -> Outcome {
-    tell(&args.gateway, mission::run(&args.what, || Gateway::find(&args.gateway)))
+    report(&args.gateway, mission::run(&args.what, || Gateway::find(&args.gateway)))
 }
 
 /// `kittiwake permission`.
 pub fn permission(args: &PermissionArgs) -> Outcome {
-    tell(&args.gateway, Gateway::find(&args.gateway).and_then(|gateway| permission::run(&args.what, &gateway)))
+    report(&args.gateway, Gateway::find(&args.gateway).and_then(|gateway| permission::run(&args.what, &gateway)))
 }
 
-/// One document, or a text, on standard output; a reason on standard error.
-fn tell(args: &GatewayArgs, result: Result<Done, Failure>) -> Outcome {
+/// Prints one document, or a text, on standard output; a failure on standard error.
+fn report(args: &GatewayArgs, result: Result<Done, Failure>) -> Outcome {
     match result {
         Ok(done) if args.json => output::line(format_args!("{:#}", done.document)),
         Ok(done) => output::line(done.text),
-        Err(failure) => return tell_failure(args.json, failure),
+        Err(failure) => return report_failure(args.json, failure),
     }
     Outcome::Success
 }
 
-fn tell_failure(json: bool, failure: Failure) -> Outcome {
+fn report_failure(json: bool, failure: Failure) -> Outcome {
     if json {
         output::line(format_args!("{:#}", failure.document));
     }

@@ -9,7 +9,7 @@ use crate::operate::failure::Failure;
 use crate::operate::gateway::Gateway;
 use crate::operate::words::{each, heading, table, text, word};
 
-/// Asks or decides what the words say.
+/// Reads or decides.
 pub fn run(what: &PermissionCommand, gateway: &Gateway) -> Result<Done, Failure> {
     match what {
         PermissionCommand::List => list(gateway, |_| true),
@@ -39,7 +39,7 @@ fn list(gateway: &Gateway, wanted: fn(&Value) -> bool) -> Result<Done, Failure> 
 }
 
 fn lines(permissions: &Value) -> String {
-    let mut lines = heading(["AREA", "STATE", "HOLDS FOR", "WHY"]);
+    let mut lines = heading(["AREA", "STATE", "VALID FOR", "REASON"]);
     for it in each(permissions) {
         let seconds = it["validForS"].as_f64().filter(|_| it["state"] == "PERMISSION_STATE_GRANTED");
         lines.push(vec![
@@ -61,11 +61,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_what_was_granted_holds_for_a_while() {
+    fn only_a_granted_permission_has_a_validity() {
         let found = lines(&json!([
             { "area": "A", "state": "PERMISSION_STATE_GRANTED", "validForS": 899.6, "reason": "" },
             { "area": "B", "state": "PERMISSION_STATE_DENIED", "validForS": 0.0, "reason": "fog" },
         ]));
-        assert_eq!(found, "AREA  STATE    HOLDS FOR  WHY\nA     granted  900 s      -\nB     denied   -          fog");
+        assert_eq!(
+            found,
+            "AREA  STATE    VALID FOR  REASON\nA     granted  900 s      -\nB     denied   -          fog"
+        );
     }
 }

@@ -1,14 +1,14 @@
-//! A vehicle's document on a dozen lines.
+//! The gateway's documents on a few lines.
 
 use serde_json::Value;
 
-use crate::operate::words::{each, heading, number, place, row, step, table, text, word};
+use crate::operate::words::{each, heading, number, place, row, table, text, word};
 
 /// Every vehicle on a line.
 pub fn fleet(document: &Value) -> String {
-    let mut lines = heading(["VEHICLE", "PHASE", "FLIES", "OBJECTIVE", "WORST", "OUTCOME"]);
+    let mut lines = heading(["VEHICLE", "PHASE", "FLYING", "OBJECTIVE", "WORST", "OUTCOME"]);
     for it in each(&document["vehicles"]) {
-        let flies = match it["flying"].as_bool() {
+        let flying = match it["flying"].as_bool() {
             Some(true) => "yes",
             Some(false) => "no",
             None => "-",
@@ -16,7 +16,7 @@ pub fn fleet(document: &Value) -> String {
         lines.push(vec![
             text(&it["vehicle"]).to_owned(),
             word(&it["phase"], "MISSION_PHASE_"),
-            flies.to_owned(),
+            flying.to_owned(),
             objective_of(&it["currentObjective"], it["objectives"].as_u64()),
             text(&it["worst"]).to_owned(),
             word(&it["outcome"], "MISSION_OUTCOME_"),
@@ -58,10 +58,10 @@ pub fn vehicle(it: &Value) -> String {
         }
     };
     add("waits for", waits_for(&it["operator"]));
-    add("holds", said(&mission["hold"]));
+    add("holding", said(&mission["hold"]));
     let contingency = |it: &Value| {
         let seen = it["acknowledgedBy"].as_str().filter(|it| !it.is_empty());
-        let seen = seen.map(|by| format!(", seen by {by}")).unwrap_or_default();
+        let seen = seen.map(|by| format!(", acknowledged by {by}")).unwrap_or_default();
         format!("{} ({}{seen})", text(&it["flag"]), text(&it["reason"]))
     };
     add("flags", joined(each(&it["contingencies"]["active"]).map(contingency)));
@@ -78,7 +78,7 @@ pub fn vehicle(it: &Value) -> String {
 
 /// The mission's objectives and what became of them.
 pub fn mission(status: &Value) -> String {
-    let mut lines = heading(["", "OBJECTIVE", "PLACE", "STATE", "PLANNED", "PERMISSIONS", "WHY"]);
+    let mut lines = heading(["", "OBJECTIVE", "PLACE", "STATE", "PLANNED", "PERMISSIONS", "REASON"]);
     for (index, it) in each(&status["objectives"]).enumerate() {
         let current = status["currentObjective"].as_u64() == Some(index as u64);
         let flying = if it["flying"] == true { " in flight" } else { "" };
@@ -87,28 +87,30 @@ pub fn mission(status: &Value) -> String {
             text(&it["name"]).to_owned(),
             format!("{}{flying}", place(&it["position"])),
             word(&it["state"], "OBJECTIVE_STATE_"),
-            format!("{} steps, {} times anew", number(&it["planSteps"], 0), number(&it["replans"], 0)),
+            format!("{} steps, {} replans", number(&it["planSteps"], 0), number(&it["replans"], 0)),
             row(&it["permissions"]),
             said(&it["reason"]),
         ]);
     }
     let hold = status["hold"].as_str().filter(|it| !it.is_empty());
-    let hold = hold.map(|why| format!("\nholds: {why}")).unwrap_or_default();
+    let hold = hold.map(|why| format!("\nholding: {why}")).unwrap_or_default();
     format!("mission `{}`\n{}{hold}", text(&status["mission"]), table(lines))
 }
 
 /// The steps of the present plan.
 pub fn plan(status: &Value) -> String {
     let plan = &status["plan"];
-    let steps: Vec<String> =
-        each(&plan["steps"]).enumerate().map(|(index, it)| format!("\n{:3}. {}", index + 1, step(it))).collect();
+    let steps: Vec<String> = each(&plan["steps"])
+        .enumerate()
+        .map(|(index, it)| format!("\n{:3}. {}", index + 1, text(&it["text"])))
+        .collect();
     if steps.is_empty() {
-        return "nothing is planned".to_owned();
+        return "no plan".to_owned();
     }
     format!("plan {} for objective {}{}", text(&plan["revision"]), number(&plan["objective"], 0), steps.concat())
 }
 
-/// What a mission would take, an objective a line.
+/// What a mission would need, a line for each objective.
 pub fn forecast(reply: &Value) -> String {
     let line = |it: &Value| {
         let name = text(&it["objective"]);
@@ -126,10 +128,10 @@ pub fn forecast(reply: &Value) -> String {
     each(&reply["forecast"]).map(line).collect()
 }
 
-/// Who holds command.
-pub fn command(helm: &Value) -> String {
-    let holder = helm["holder"].as_str().map_or_else(|| "nobody".to_owned(), str::to_owned);
-    match helm["offeredTo"].as_str() {
+/// Who has command.
+pub fn command(authority: &Value) -> String {
+    let holder = authority["holder"].as_str().map_or_else(|| "nobody".to_owned(), str::to_owned);
+    match authority["offeredTo"].as_str() {
         Some(to) => format!("{holder}, offered to {to}"),
         None => holder,
     }
@@ -140,8 +142,12 @@ fn waits_for(operator: &Value) -> String {
     if operator["startAwaited"] == true {
         "the operator's start".to_owned()
     } else if approval.is_object() {
-        let default = if approval["approveByDefault"] == true { "flown" } else { "refused" };
-        format!("approval of plan {}; {default} in {} s", text(&approval["revision"]), number(&approval["untilS"], 0))
+        let default = if approval["approveByDefault"] == true { "approved" } else { "rejected" };
+        format!(
+            "approval of plan {}; {default} by default in {} s",
+            text(&approval["revision"]),
+            number(&approval["untilS"], 0)
+        )
     } else if operator["paused"] == true {
         "the operator to resume".to_owned()
     } else {
@@ -163,12 +169,12 @@ fn progress(mission: &Value, current: &Value) -> String {
     text
 }
 
-/// What there is to say, if there is anything.
+/// Text; nothing for what is unknown or empty.
 fn said(value: &Value) -> String {
     value.as_str().unwrap_or_default().to_owned()
 }
 
-/// The current one, counted from 1, of how many.
+/// The current objective, counted from 1, and how many there are.
 fn objective_of(current: &Value, count: Option<u64>) -> String {
     match (current.as_u64(), count) {
         (Some(current), Some(count)) if current < count => format!("{} of {count}", current + 1),
@@ -191,14 +197,14 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn what_is_not_known_is_a_dash_and_not_a_number() {
+    fn what_is_unknown_is_a_dash_and_not_a_number() {
         let unknown = "uav1      -, -, -\ncommand   nobody\nposition  (-, -, -) north, east, height in m; - m/s\n\
                        battery   -\nmission   -, objective -";
         assert_eq!(vehicle(&json!({ "vehicle": "uav1" })), unknown);
     }
 
     #[test]
-    fn a_vehicle_is_told_in_lines() {
+    fn a_vehicle_is_shown_in_lines() {
         let document = json!({
             "vehicle": "uav1",
             "command": { "holder": "anna", "offeredTo": "ben" },
@@ -216,12 +222,12 @@ mod tests {
         let expected = "uav1         nominal, offboard, armed\ncommand      anna, offered to ben\n\
             position     (0, 90, 10) north, east, height in m; 5.0 m/s\nbattery      82 %\n\
             mission      reference, objective 1 of 2, step 2 of 5, 41 m left\nwaits for    the operator to resume\n\
-            flags        obstacle (by hand, seen by ben)\npermissions  A granted\nprocesses    planner is stale";
+            flags        obstacle (by hand, acknowledged by ben)\npermissions  A granted\nprocesses    planner is stale";
         assert_eq!(vehicle(&document), expected);
     }
 
     #[test]
-    fn a_forecast_says_what_each_objective_takes() {
+    fn a_forecast_says_what_each_objective_needs() {
         let reply = json!({ "forecast": [
             { "objective": "there", "reachable": true, "plan": { "steps": [{}, {}] }, "lengthM": 500.4, "flightTimeS": 61.7,
               "permissions": ["A"] },
@@ -230,5 +236,14 @@ mod tests {
         let expected =
             "\n  there: 2 steps, 500 m in 62 s of flight, permission for A\n  moon: cannot be reached: no way";
         assert_eq!(forecast(&reply), expected);
+    }
+
+    #[test]
+    fn a_plan_is_the_texts_of_its_steps() {
+        let steps = json!([{ "text": "takeoff by 10 m" }, { "text": "fly to (0, 90, 10), asking A" }]);
+        let status = json!({ "plan": { "revision": "3", "objective": 0, "steps": steps } });
+        let expected = "plan 3 for objective 0\n  1. takeoff by 10 m\n  2. fly to (0, 90, 10), asking A";
+        assert_eq!(plan(&status), expected);
+        assert_eq!(plan(&json!({})), "no plan");
     }
 }

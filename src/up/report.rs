@@ -17,6 +17,7 @@ pub fn text(report: &MissionReport) -> String {
         MissionOutcome::Success => "mission over: success",
         MissionOutcome::Failure => "mission over: objectives failed",
         MissionOutcome::Emergency => "mission over: emergency",
+        MissionOutcome::Crash => "mission over: crashed",
         MissionOutcome::Unspecified => "mission not finished",
     };
     // How long it took is known of a mission that is over.

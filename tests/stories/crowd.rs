@@ -1,4 +1,4 @@
-//! A thousand clients, some of them rude, look on while a mission flies.
+//! A thousand clients, some of them hostile, follow a mission.
 
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
@@ -22,16 +22,17 @@ use crate::support::{System, wait_for};
 
 const CLIENTS: usize = 1000;
 const EVENTS: &str = "/api/v1/vehicles/uav1/events";
-/// So many decisions of this size are more than the history keeps and a stream takes out of it at a time, for whoever
-/// has not read meanwhile.
+/// Number and size of decisions that are more than the journal keeps, and more than a stream takes out of it at a
+/// time, for a client that does not read meanwhile.
 const SHORT: (usize, usize) = (150, 1);
-/// So many decisions of this size, in bytes, are more than is on its way to a client before the gateway waits for it.
+/// Number and size, in bytes, of decisions that are more than is on its way to a client before the gateway waits for
+/// that client.
 const LONG: (usize, usize) = (150, 20_000);
 const HISTORY: &str = "history_records = 50";
-/// Megabytes that the gateway may need more for all of them: what the figures say, several times.
-const MOST_MB: u64 = 256;
+/// Additional megabytes that the gateway may need for all clients: several times the measured figure.
+const MAX_MB: u64 = 256;
 
-/// With room for a thousand requests of one token at once, and a short history.
+/// With room for a thousand requests of one token at once, and a short journal.
 fn files() -> Files {
     Files::shipped().with("kittiwake.toml", "requests_at_once = 100.0", "requests_at_once = 5000.0").with(
         "kittiwake.toml",
@@ -40,8 +41,8 @@ fn files() -> Files {
     )
 }
 
-/// Looks on what the mission manager and the monitor say, missing none.
-fn look_on(system: &System) -> (Tap, Receiver<Tapped>) {
+/// Listens to every message of the mission manager and the monitor.
+fn listen(system: &System) -> (Tap, Receiver<Tapped>) {
     let scope = Scope::Vehicle("uav1".into());
     let link = Link { connect: vec![system.locator()], scope, open_timeout: Duration::from_secs(10) };
     let (hear, heard) = channel();
@@ -51,16 +52,16 @@ fn look_on(system: &System) -> (Tap, Receiver<Tapped>) {
     (tap.expect("the router is there"), heard)
 }
 
-/// A client that asks for the events, of which hardly any fit on their way, and does not read them.
-fn sleeper(http: &Http) -> TcpStream {
+/// A client that asks for events, has room for hardly any of them, and does not read.
+fn idle_client(http: &Http) -> TcpStream {
     let mut stream = http.connect();
     setsockopt(&stream.as_fd(), sockopt::RcvBuf, &4096).expect("a small buffer can be set");
     stream.write_all(http.head("GET", EVENTS, "").as_bytes()).expect("the gateway takes a request");
     stream
 }
 
-/// Has so many decisions of this size told, each once somebody in the crowd has had the one before.
-fn tell(system: &System, crowd: &Crowd, (count, size): (usize, usize)) {
+/// Publishes decisions of a size, each once somebody in the crowd has received the one before.
+fn publish(system: &System, crowd: &Crowd, (count, size): (usize, usize)) {
     let (stranger, text) = (stranger(&system.locator()), "x".repeat(size));
     for sequence in 0..count as u64 {
         let before = crowd.decisions();
@@ -77,8 +78,8 @@ fn memory_mb(system: &System) -> u64 {
     line.trim().trim_end_matches(" kB").parse::<u64>().expect("a number") / 1024
 }
 
-/// Everything that is refused is refused with its reason, while the others are served.
-fn be_rude(http: &Http) {
+/// Every hostile request is refused with its reason.
+fn send_hostile_requests(http: &Http) {
     let pause = "/api/v1/vehicles/uav1/pause";
     let with = |more: &str, body: &str| http.send(&format!("{}{body}", http.head("POST", pause, more))).status;
     assert_eq!(with("Idempotency-Key: a\r\nContent-Length: 99999999999\r\n", ""), 413);
@@ -91,24 +92,24 @@ fn be_rude(http: &Http) {
 }
 
 #[test]
-fn a_thousand_streams_and_one_that_never_reads_do_not_hold_up_the_mission() {
+fn a_thousand_streams_and_one_that_never_reads_do_not_delay_the_mission() {
     let most = raise_socket_limit();
     assert!(CLIENTS as u64 + 200 < most, "this needs {CLIENTS} sockets, the system allows {most}");
     let files = files();
     let system = System::up(&["--config", files.config().to_str().unwrap(), "--speed", "3"], &[]);
     system.wait_for(" is up: ");
-    let (tap, heard) = look_on(&system);
+    let (tap, heard) = listen(&system);
     let http = system.http();
     wait_for("the gateway to know the vehicle", || (http.get("/api/v1/vehicles/uav1").status == 200).then_some(()));
     let before = memory_mb(&system);
-    // Until the sleeper's connection holds no more, and the history has gone past what it had.
-    let mut sleeper = sleeper(&http);
+    // Until the idle client's connection is full, and the journal has moved past what it has received.
+    let mut idle = idle_client(&http);
     let witness = Crowd::gather(1, http.address, &http.head("GET", EVENTS, ""));
     wait_for("somebody to be served", || (witness.served() == 1).then_some(()));
-    tell(&system, &witness, LONG);
-    tell(&system, &witness, SHORT);
+    publish(&system, &witness, LONG);
+    publish(&system, &witness, SHORT);
     drop(witness);
-    // A head that never ends, and a body that does not come.
+    // A head that never ends, and a body that does not arrive.
     let (mut half, mut trickle) = (http.connect(), http.connect());
     half.write_all(b"GET / HTTP/1.1\r\nHost: x\r\n").unwrap();
     let more = "Idempotency-Key: e\r\nContent-Length: 100\r\n";
@@ -116,22 +117,22 @@ fn a_thousand_streams_and_one_that_never_reads_do_not_hold_up_the_mission() {
 
     let crowd = Crowd::gather(CLIENTS, http.address, &http.head("GET", EVENTS, ""));
     wait_for("everybody to be served", || {
-        assert_eq!(crowd.gone(), None, "sent away, {} are served", crowd.served());
+        assert_eq!(crowd.gone(), None, "disconnected, {} are served", crowd.served());
         (crowd.served() == CLIENTS).then_some(())
     });
-    be_rude(&http);
+    send_hostile_requests(&http);
     let had = (crowd.statuses(), crowd.decisions());
-    tell(&system, &crowd, SHORT);
+    publish(&system, &crowd, SHORT);
     wait_for("everybody to go on", || {
         (had.0 + 2 * CLIENTS < crowd.statuses() && had.1 + CLIENTS < crowd.decisions()).then_some(())
     });
     system.wait_for("mission over: success");
     assert_eq!(answer(&mut trickle).status, 408);
-    assert_eq!(crowd.gone(), None, "nobody was sent away");
+    assert_eq!(crowd.gone(), None, "nobody was disconnected");
     let after = memory_mb(&system);
     eprintln!("gateway: {before} MB before, {after} MB with {CLIENTS} clients");
-    assert!(after < before + MOST_MB, "the gateway took {before} MB before and {after} MB after");
-    expect_resync(&mut sleeper);
+    assert!(after < before + MAX_MB, "the gateway took {before} MB before and {after} MB after");
+    expect_resync(&mut idle);
 
     drop(tap);
     let heard: Vec<Tapped> = heard.into_iter().collect();
@@ -140,7 +141,7 @@ fn a_thousand_streams_and_one_that_never_reads_do_not_hold_up_the_mission() {
     expect_ticks(&heard);
 }
 
-/// The sleeper wakes up: what it has missed is gone, and it is told so.
+/// The idle client reads again: what it has missed is gone, and it gets a `resync`.
 #[track_caller]
 fn expect_resync(stream: &mut TcpStream) {
     let (mut seen, mut piece) = (Vec::new(), vec![0; 64 * 1024]);
@@ -159,7 +160,7 @@ fn expect_no_gap(heard: &[Tapped], topic: Topic) {
     assert!(gaps.is_empty(), "gaps in {} messages of {topic:?}: {gaps:?}", sequence.len());
 }
 
-/// The mission manager has gone on from status to status, and no onboard process has lost anything.
+/// The mission manager has gone on ticking, and no process on board has lost a message.
 #[track_caller]
 fn expect_ticks(heard: &[Tapped]) {
     let mut last = 0;

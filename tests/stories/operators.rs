@@ -1,4 +1,4 @@
-//! The commands beside `up`.
+//! The commands besides `up`.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
@@ -33,13 +33,13 @@ fn every_command_explains_itself() {
 }
 
 #[test]
-fn what_is_injected_is_checked_and_what_is_asked_is_answered() {
+fn an_injection_is_checked_and_the_status_is_printed() {
     #[track_caller]
-    fn check(system: &System, args: &[&str], code: i32, said: &str) {
+    fn check(system: &System, args: &[&str], code: i32, part: &str) {
         let output = system.inject(args);
-        let told = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-        assert_eq!(output.status.code(), Some(code), "{args:?}: {told}");
-        assert!(told.contains(said), "{args:?}: {told}");
+        let printed = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        assert_eq!(output.status.code(), Some(code), "{args:?}: {printed}");
+        assert!(printed.contains(part), "{args:?}: {printed}");
     }
     let system = System::start(&["--speed", "1"]);
     system.wait_for(" is up: ");
@@ -52,21 +52,21 @@ fn what_is_injected_is_checked_and_what_is_asked_is_answered() {
 }
 
 #[test]
-fn of_two_systems_the_commands_ask_which() {
+fn with_two_systems_the_commands_ask_which_one() {
     let (one, other) = (System::start(&["--speed", "1"]), System::start(&["--speed", "1"]));
     let (first, second) = (one.locator(), other.locator());
     one.wait_for("status: ");
     other.wait_for("status: ");
     let output = kittiwake(&["status"]);
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{told}");
-    assert!(told.contains(&first) && told.contains(&second), "{told}");
+    let printed = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{printed}");
+    assert!(printed.contains(&first) && printed.contains(&second), "{printed}");
     let output = kittiwake(&["status", "--connect", &second]);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 #[test]
-fn what_nobody_serves_is_unavailable() {
+fn an_injection_without_a_system_is_unavailable() {
     let mut router = Command::new(KITTIWAKE)
         .args(["router", "--listen", "tcp/127.0.0.1:0", "--exit-with-parent"])
         .stdin(Stdio::piped())
@@ -77,10 +77,10 @@ fn what_nobody_serves_is_unavailable() {
     BufReader::new(router.stdout.take().unwrap()).read_line(&mut locator).unwrap();
     for what in [&["flag", "obstacle"][..], &["fault", "battery", "0.5"]] {
         let output = kittiwake(&[&["inject"], what, &["--connect", locator.trim()]].concat());
-        let told = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{told}");
-        assert!(told.contains("unavailable"), "{told}");
+        let printed = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{printed}");
+        assert!(printed.contains("unavailable"), "{printed}");
     }
     drop(router.stdin.take());
-    assert!(router.wait().unwrap().success(), "it ends with its parent");
+    assert!(router.wait().unwrap().success(), "the router ends with its parent");
 }

@@ -1,6 +1,6 @@
 //! What an operator sees and does in a browser.
 //!
-//! Pictures of each story are kept in `target/tmp/screenshots`.
+//! Screenshots of each story go to `target/tmp/screenshots`.
 
 use nix::sys::signal::Signal;
 use serde_json::json;
@@ -20,7 +20,7 @@ fn an_area_turns_granted_and_the_mission_flies_to_its_end() {
     let args = ["--config", &config.to_string_lossy(), "--speed", "2", "--permissions", "delay"];
     let Some((_system, browser)) = watch(&args) else { return };
     browser.wait_for("#phase", "nominal");
-    browser.wait_for(AREA_A, "asked, undecided");
+    browser.wait_for(AREA_A, "requested");
     browser.picture("area-asked");
     browser.wait_for(AREA_A, "granted");
     browser.wait_for("#timeline .log", "Area A: granted.");
@@ -60,13 +60,13 @@ fn level(browser: &Browser, name: &str) -> Option<u64> {
 }
 
 #[test]
-fn the_tree_goes_on_through_the_trees_in_it_and_says_why_nodes_failed() {
+fn the_tree_includes_its_subtrees_and_says_why_nodes_failed() {
     let Some((system, browser)) = watch(&["--speed", "3"]) else { return };
     browser.wait_for("#strip", "offboard");
-    // What the executor has made of the step hangs below it, although it is a tree of its own.
+    // The tree that the executor has made of the step is shown below it.
     let executor = wait_for("the executor", || level(&browser, "NominalExecutor"));
     wait_for("the step below the executor", || level(&browser, "step").filter(|it| *it == executor + 1));
-    assert_eq!(level(&browser, "contingency behavior"), None, "what is idle is folded");
+    assert_eq!(level(&browser, "contingency behavior"), None, "idle nodes are folded");
     browser.click("#tree-active");
     let included = wait_for("the included tree", || level(&browser, "contingency behavior"));
     assert_eq!(level(&browser, "contingencies").map(|it| it + 1), Some(included));
@@ -109,7 +109,7 @@ fn loss_of_the_gateway_is_shown_until_it_is_back() {
     browser.picture("stale");
     gateway.signal(Signal::SIGCONT);
     browser.wait_for("body:not(.stale) #strip[data-stale=false]", "");
-    // Gone for good, with everything else.
+    // The whole system ends.
     drop(system);
     browser.wait_for("#staleness", "Connection lost");
     browser.expect_no_error();

@@ -5,7 +5,7 @@ use std::process::{Child, Command, Stdio};
 use crate::support::browser::watch;
 use crate::support::{KITTIWAKE, System, kittiwake};
 
-/// A second vehicle beside a system's own: its five services on the same router and ground.
+/// A second vehicle beside the system's own: five services on the same router, with the same ground.
 struct Vehicle(Vec<Child>);
 
 impl Vehicle {
@@ -53,7 +53,7 @@ fn of_two_vehicles_the_one_in_trouble_comes_first() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     browser.wait_for("#fleet .rows li:nth-child(1)", "battery low");
     assert!(browser.text("#fleet .rows li:nth-child(1)").is_some_and(|it| it.contains("uav2")));
-    // Another vehicle's trouble does not take over the page of the one that is looked at.
+    // The contingencies of another vehicle do not appear among those of the selected one.
     assert_eq!(browser.text("[data-flag=battery_low]"), None);
     browser.picture("fleet-first");
     browser.click("#fleet .rows li:nth-child(1) button");
@@ -61,7 +61,7 @@ fn of_two_vehicles_the_one_in_trouble_comes_first() {
     browser.wait_for("#headline", "uav2");
     browser.wait_for("#timeline .log", "Flag `battery_low` raised");
     browser.views("fleet");
-    // Command is held of one vehicle, not of all.
+    // Command is taken of one vehicle, not of all.
     browser.take_command();
     browser.click("#fleet .rows li:nth-child(2) button");
     browser.wait_for("#headline", "uav1");

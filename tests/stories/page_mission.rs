@@ -37,11 +37,11 @@ fn another_mission_is_tried_out_and_uploaded_in_flight() {
     let Some((_system, browser)) = in_flight("3") else { return };
     let shown = wait_for("the mission's text", || Some(browser.value("#mission-text")).filter(|it| !it.is_empty()));
     assert!(shown.contains("name = \"deliver\"") && shown.contains("corners_m = [[-90.0, 110.0]"), "{shown}");
-    // As it stands it can be flown from here.
+    // The present mission can be flown from here.
     browser.click("#what-if");
     browser.wait_for(OUTCOME, "Every objective of `reference` can be reached.");
     browser.wait_for("#upload:enabled", "Upload");
-    // A change takes that back, and a mistake is told with its place.
+    // A change disables the upload again, and a mistake is shown with its place.
     browser.fill("#mission-text", &SURVEY.replace("north_m = 160.0", "north_m = far"));
     browser.wait_for("#upload:disabled", "Upload");
     browser.click("#what-if");
@@ -70,7 +70,7 @@ fn another_mission_is_tried_out_and_uploaded_in_flight() {
 #[test]
 fn objectives_are_inserted_removed_and_skipped_in_flight() {
     let Some((_system, browser)) = in_flight("3") else { return };
-    // So that nothing is settled but by hand.
+    // So that no objective is settled but by the operator.
     browser.click("#verb-pause");
     browser.wait_for("[data-flag=operator_pause]", "acting");
     browser.fill("#insert-name", "mast");
@@ -89,14 +89,14 @@ fn objectives_are_inserted_removed_and_skipped_in_flight() {
     assert_eq!(objectives[1]["name"], "mast");
     assert!((objectives[1]["position"]["northM"].as_f64().unwrap_or(0.0) - north).abs() < 0.1, "{objectives}");
     browser.click("[data-objective=mast] [data-part=remove]");
-    browser.wait_for("#question", "Take objective mast out");
+    browser.wait_for("#question", "Remove objective mast");
     browser.click("#confirm");
     browser.wait_for("#said[data-tone=good]", "objective `mast` removed");
     browser.click("[data-objective=deliver] [data-part=skip]");
-    browser.wait_for("#question", "Give objective deliver up");
+    browser.wait_for("#question", "Skip objective deliver");
     browser.click("#confirm");
     browser.wait_for("[data-objective=deliver]", "Skipped by demo.");
-    // What is settled is not touched again.
+    // A settled objective has no buttons.
     wait_for("no buttons", || browser.text("[data-objective=deliver] [data-part=skip]").is_none().then_some(()));
     browser.click("#verb-resume");
     browser.wait_for("#phase", "over: failure");
@@ -104,15 +104,15 @@ fn objectives_are_inserted_removed_and_skipped_in_flight() {
 }
 
 #[test]
-fn a_plan_waits_for_approval_and_the_time_that_is_left_is_shown() {
+fn a_plan_waits_for_approval_and_the_page_shows_for_how_long() {
     let files = Files::shipped().with("kittiwake.toml", "plan_approval = \"none\"", "plan_approval = \"each-plan\"");
     let config = files.config();
     let Some((_system, browser)) = watch(&["--config", &config.to_string_lossy(), "--speed", "4"]) else { return };
     let asked = browser.wait_for("#approval", "waits for approval");
-    assert!(asked.contains("rejected by default") && asked.contains("asks for A"), "{asked}");
-    assert!(browser.text("#approve:enabled").is_none(), "not without command");
+    assert!(asked.contains("rejected by default") && asked.contains("asking A"), "{asked}");
+    assert!(browser.text("#approve:enabled").is_none(), "a decision needs command");
     browser.take_command();
-    // The bar runs down with the time that is left.
+    // The bar shows how much time is left.
     let left = || browser.run("return document.querySelector('#approval progress').value", vec![]).as_f64();
     wait_for("less time", || left().filter(|it| *it < 0.9));
     browser.views("approval");
@@ -129,7 +129,7 @@ fn a_plan_waits_for_approval_and_the_time_that_is_left_is_shown() {
 }
 
 #[test]
-fn a_plan_that_nobody_decides_about_is_flown_where_that_is_the_default() {
+fn a_plan_without_a_decision_is_flown_where_that_is_the_default() {
     let files = Files::shipped()
         .with("kittiwake.toml", "plan_approval = \"none\"", "plan_approval = \"each-plan\"")
         .with("kittiwake.toml", "plan_approval_limit_s = 60.0", "plan_approval_limit_s = 20.0")
@@ -139,7 +139,7 @@ fn a_plan_that_nobody_decides_about_is_flown_where_that_is_the_default() {
     let asked = browser.wait_for("#approval", "waits for approval");
     assert!(asked.contains("approved by default"), "{asked}");
     browser.wait_for("#strip", "offboard");
-    assert_eq!(browser.text("#approval"), None, "nothing is asked any more");
+    assert_eq!(browser.text("#approval"), None, "the question is gone");
     browser.wait_for("#timeline .log", "approved: nobody has decided in time");
     browser.expect_no_error();
 }

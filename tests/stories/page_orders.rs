@@ -1,4 +1,4 @@
-//! Hazardous orders in a browser: with the mouse on the map, and without any mouse.
+//! Hazardous orders in a browser: with the mouse on the map, and with the keyboard only.
 
 use crate::support::browser::{ENTER, ESCAPE, watch};
 use crate::support::wait_for;
@@ -8,16 +8,16 @@ fn a_landing_place_is_clicked_on_the_map_and_confirmed() {
     let Some((_system, browser)) = watch(&["--speed", "5"]) else { return };
     browser.wait_for("#strip", "offboard");
     browser.take_command();
-    // Turning back costs nothing: Escape on the map, and Cancel at the question.
+    // Escape on the map cancels.
     browser.click("#verb-land-at");
     browser.wait_for("#said", "Choose the place on the map");
     browser.type_keys(ESCAPE);
     wait_for("no more choosing", || browser.text("#map.picking").is_none().then_some(()));
     browser.click("#verb-land-at");
     browser.wait_for("#map.picking", "");
-    // North of the areas, which may not be landed in.
+    // North of the areas, in which landing is not allowed.
     browser.click_off("#map canvas", 0, -140);
-    let question = browser.wait_for("#question", "Give up the mission and land at N 1");
+    let question = browser.wait_for("#question", "End the mission and land at N 1");
     browser.picture("land-at");
     browser.click("#confirm");
     browser.wait_for("#said[data-tone=good]", "land-at");
@@ -50,7 +50,7 @@ fn abort_needs_no_mouse() {
     browser.tab_to("verb-abort");
     browser.type_keys(ENTER);
     browser.wait_for("#question", "End the mission now");
-    // The focus is on the way out: a second Enter by mistake does no harm.
+    // The focus is on Cancel: a second Enter by mistake does no harm.
     assert_eq!(browser.run("return document.activeElement.id", vec![]), "cancel");
     browser.tab_to("confirm");
     browser.picture("abort-by-keys");

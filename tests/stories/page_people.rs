@@ -1,4 +1,4 @@
-//! Several people at their browsers: who holds command, who decides about areas, who may inject.
+//! Several people at their browsers: who has command, who decides about areas, who may inject.
 
 use gateway::access::Role;
 
@@ -9,7 +9,7 @@ use crate::support::{System, wait_for};
 
 const AREA_A: &str = "[data-area=A]";
 
-/// A system for those people, and a browser for each of the names; nothing where there is no browser.
+/// A system for these people, and a browser for each of the names; `None` where there is no browser.
 fn up<const N: usize>(people: &People, names: [&str; N], more: &[&str]) -> Option<(System, [Browser; N])> {
     let browsers: Vec<Browser> = names.iter().map(|_| Browser::start()).collect::<Option<_>>()?;
     let system = System::up(&[&["--access", people.folder()], more].concat(), &[]);
@@ -26,8 +26,8 @@ fn command_is_handed_over_from_one_operator_to_another() {
     anna.wait_for("#strip", "offboard");
     anna.take_command();
     ben.wait_for("#holder", "Command: anna");
-    assert!(ben.text("#take-command:enabled").is_none(), "it is anna's");
-    assert!(ben.text("#verb-abort:enabled").is_none(), "it is anna's");
+    assert!(ben.text("#take-command:enabled").is_none(), "anna has command");
+    assert!(ben.text("#verb-abort:enabled").is_none(), "anna has command");
     anna.click("#offer-command");
     anna.fill("#offer-to", "ben");
     anna.picture("hand-over");
@@ -37,11 +37,11 @@ fn command_is_handed_over_from_one_operator_to_another() {
     assert!(anna.text("#verb-abort:enabled").is_some(), "the vehicle is never without a commander");
     ben.picture("offered");
     ben.take_command();
-    anna.wait_for("#said[data-tone=bad]", "ben holds command of uav1 now.");
+    anna.wait_for("#said[data-tone=bad]", "ben has command of uav1 now.");
     assert!(anna.text("#verb-abort:enabled").is_none());
     ben.click("#verb-pause");
     ben.wait_for("#said[data-tone=good]", "pause");
-    // Everybody sees who ordered what.
+    // Everybody sees who gave which order.
     anna.wait_for("#timeline .log", "Ben: pause");
     ben.click("#take-command");
     anna.wait_for("#holder", "Command: nobody");
@@ -54,19 +54,19 @@ fn the_tower_grants_and_revokes_and_does_nothing_else() {
     let people = People::new(&[("tina", Role::Tower)]);
     let more = ["--speed", "2", "--permissions", "silent"];
     let Some((_system, [tina])) = up(&people, ["tina"], &more) else { return };
-    tina.wait_for(AREA_A, "asked, undecided");
+    tina.wait_for(AREA_A, "requested");
     tina.picture("tower-asked");
     tina.click(&format!("{AREA_A} [data-decision=DECISION_GRANT]"));
     tina.wait_for("#said[data-tone=good]", "area A: granted");
     tina.wait_for(AREA_A, "granted");
-    // Revoking is the hazardous one: two steps.
+    // A revocation is hazardous: it takes two steps.
     tina.fill(&format!("{AREA_A} input"), "a helicopter is coming");
     tina.click(&format!("{AREA_A} [data-decision=DECISION_REVOKE]"));
     tina.wait_for("#question", "Revoke the permission for area A");
     tina.picture("tower-revoke");
     tina.click("#confirm");
     tina.wait_for("#timeline .log", "Area A is revoked: a helicopter is coming.");
-    // The vehicle asks again, and a hand wins.
+    // The vehicle asks again, and the operator's decision stands.
     tina.wait_for(&format!("{AREA_A}:not([data-state=granted])"), "Grant");
     assert_eq!(tina.text("#take-command"), None, "she takes no command");
     assert_eq!(tina.text("#mission-edit"), None, "she changes no mission");
@@ -78,7 +78,7 @@ fn the_tower_grants_and_revokes_and_does_nothing_else() {
 }
 
 #[test]
-fn flags_and_faults_are_injected_by_those_who_may() {
+fn flags_and_faults_are_injected_by_the_roles_that_may() {
     let people = People::new(&[("sam", Role::Safety), ("olga", Role::Observer)]);
     let Some((_system, [sam, olga])) = up(&people, ["sam", "olga"], &["--speed", "2"]) else { return };
     sam.wait_for("#strip", "offboard");
@@ -92,7 +92,7 @@ fn flags_and_faults_are_injected_by_those_who_may() {
     sam.fill("#inject-args", "5 2 0");
     sam.click("#inject-go");
     sam.wait_for("#said[data-tone=good]", "the wind blows towards north 5, east 2 m/s");
-    // Another aircraft, once it is reported, is in the strip and on the map.
+    // Another aircraft, once it is reported, shows in the strip and on the map.
     sam.fill("#inject-fault", "intruder");
     sam.fill("#inject-args", "-60 200 40 0 2");
     sam.click("#inject-go");
@@ -106,12 +106,12 @@ fn flags_and_faults_are_injected_by_those_who_may() {
     sam.wait_for("#timeline .log", "Flag `obstacle` raised: by hand, sam");
     sam.expect_no_error();
     olga.wait_for("#strip", "offboard");
-    assert_eq!(olga.text("#injection"), None, "an observer only looks on");
+    assert_eq!(olga.text("#injection"), None, "an observer injects nothing");
     olga.expect_no_error();
 }
 
 #[test]
-fn nothing_is_injected_into_what_is_not_simulated() {
+fn nothing_is_injected_into_a_vehicle_that_is_not_simulated() {
     let files = Files::shipped().with("kittiwake.toml", "\nsimulation = true", "\nsimulation = false");
     let people = People::new(&[("sam", Role::Safety)]);
     let config = files.config();

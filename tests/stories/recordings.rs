@@ -1,4 +1,4 @@
-//! Missions are recorded, and can be read wherever their files are taken.
+//! Missions are recorded in files that any reader of MCAP reads.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ use crate::support::{System, wait_for};
 
 const LIST: &str = "/api/v1/recordings";
 
-/// The recordings, newest first, once there are as many in these states.
+/// The recordings, newest first, once they are in these states.
 #[track_caller]
 fn recorded(http: &Http, states: &[&str]) -> Vec<Value> {
     wait_for(&format!("recordings that are {states:?}"), || {
@@ -25,7 +25,7 @@ fn recorded(http: &Http, states: &[&str]) -> Vec<Value> {
 fn messages(file: &[u8]) -> Vec<Message> {
     let decode = |it: mcap::McapResult<mcap::Message>| {
         let it = it.expect("a whole file");
-        let topic = Topic::ALL.iter().find(|topic| topic.key() == it.channel.topic).expect("a topic of ours");
+        let topic = Topic::ALL.iter().find(|topic| topic.key() == it.channel.topic).expect("a known topic");
         Message::decode(*topic, &it.data).expect("a message of its topic")
     };
     mcap::MessageStream::new(file).expect("an MCAP file").map(decode).collect()
@@ -55,11 +55,12 @@ fn a_mission_is_recorded_listed_downloaded_and_read_back() {
 
     let messages = messages(&answer.body);
     let summary = http.json(&format!("{LIST}/{id}"));
-    let told: Vec<_> = summary["decisions"].as_array().unwrap().iter().map(|it| it["text"].as_str().unwrap()).collect();
-    assert!(told.contains(&"Area A: granted."), "{told:?}");
+    let decided: Vec<_> =
+        summary["decisions"].as_array().unwrap().iter().map(|it| it["text"].as_str().unwrap()).collect();
+    assert!(decided.contains(&"Area A: granted."), "{decided:?}");
     let achieved = summary["objectives"].as_array().unwrap().iter().all(|it| it["state"] == "OBJECTIVE_STATE_SUCCESS");
     assert!(achieved, "{}", summary["objectives"]);
-    // A tenth of the introspections, and every decision that the launcher has told.
+    // A tenth of the introspections, and every decision that the launcher has printed.
     let introspections = messages.iter().filter(|it| it.topic() == Topic::Introspection).count();
     let statuses = messages.iter().filter(|it| it.topic() == Topic::McmStatus).count();
     assert!(20 < introspections && introspections < 10 * statuses, "{introspections} beside {statuses} statuses");
@@ -72,7 +73,7 @@ fn a_mission_is_recorded_listed_downloaded_and_read_back() {
 }
 
 #[test]
-fn a_gateway_that_is_killed_leaves_what_it_had_written() {
+fn a_killed_gateway_leaves_what_it_had_written() {
     let folder = tempfile::tempdir().unwrap();
     let system = System::up(&["--speed", "10", "--recordings", folder.path().to_str().unwrap()], &[]);
     system.wait_for("step 4 of 5");
@@ -86,7 +87,7 @@ fn a_gateway_that_is_killed_leaves_what_it_had_written() {
     system.process("gateway").signal(Signal::SIGKILL);
     system.wait_for("gateway ended by signal 9");
     system.wait_for("mission over: success");
-    // The launcher starts it again where it was.
+    // The launcher starts the gateway again at the same address.
     wait_for("the gateway to be back", || std::net::TcpStream::connect(http.address).ok());
     let list = recorded(&http, &["complete", "damaged"]);
     assert_eq!((&list[1]["id"], &list[0]["outcome"]), (&live[0]["id"], &"MISSION_OUTCOME_SUCCESS".into()));
@@ -96,7 +97,7 @@ fn a_gateway_that_is_killed_leaves_what_it_had_written() {
 }
 
 #[test]
-fn the_page_lists_a_mission_and_hands_out_its_file() {
+fn the_page_lists_a_mission_and_downloads_its_file() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["--speed", "5", "--recordings", folder.path().to_str().unwrap()];
     let Some((system, browser)) = watch(&args) else { return };
@@ -104,14 +105,15 @@ fn the_page_lists_a_mission_and_hands_out_its_file() {
     browser.wait_for("#recordings [data-part=outcome]", "recording");
     browser.wait_for("#recordings [data-part=outcome]", "success");
     browser.wait_for("#recordings [data-part=what]", "uav1 reference");
-    // A download leaves no trace in the page: look at what is handed to the browser.
+    // A download changes nothing in the page: compare what the page gives to the browser.
     browser.run(
         "const make = URL.createObjectURL; URL.createObjectURL = (it) => { window.taken = it.size; return make(it); }",
         vec![],
     );
     browser.click("#recordings [data-part=download]");
-    let bytes = recorded(&system.http(), &["complete"])[0]["bytes"].clone();
-    wait_for("the file to be handed out", || (browser.run("return window.taken", vec![]) == bytes).then_some(()));
+    let list = recorded(&system.http(), &["complete"]);
+    let bytes: u64 = list[0]["bytes"].as_str().and_then(|it| it.parse().ok()).expect("a size");
+    wait_for("the download", || (browser.run("return window.taken", vec![]) == bytes).then_some(()));
     browser.picture("recordings");
     browser.expect_no_error();
 }

@@ -1,4 +1,4 @@
-//! A browser without a window, told what to do over WebDriver.
+//! A headless browser, driven over WebDriver.
 
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
@@ -14,14 +14,14 @@ use tokio::runtime::Runtime;
 
 use super::{System, wait_for};
 
-/// Keys, as WebDriver has them.
+/// Keys of WebDriver.
 pub const TAB: &str = "\u{e004}";
 pub const ENTER: &str = "\u{e007}";
 pub const ESCAPE: &str = "\u{e00c}";
-/// More than the page has places for the focus.
-const MOST_TABS: usize = 80;
+/// More than the page has elements with a focus.
+const MAX_TABS: usize = 80;
 
-/// Chromium with one page open. It ends with the value.
+/// Chromium with one page. It ends with the value.
 pub struct Browser {
     runtime: Runtime,
     client: Client,
@@ -29,28 +29,28 @@ pub struct Browser {
 }
 
 impl Browser {
-    /// With no page yet; `None`, said aloud, where chromium or chromedriver are not installed.
+    /// Without a page yet; `None`, with a message, where chromium or chromedriver are not installed.
     pub fn start() -> Option<Browser> {
         let started = Command::new("chromedriver").arg("--port=0").stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
         let Ok(mut driver) = started else {
-            eprintln!("SKIPPED: chromedriver is not installed, the page is not looked at");
+            eprintln!("SKIPPED: chromedriver is not installed, the page is not tested");
             return None;
         };
         let mut lines = BufReader::new(driver.stdout.take()?).lines().map_while(Result::ok);
         let port =
             lines.find_map(|it| it.split("successfully on port ").nth(1)?.trim_end_matches('.').parse::<u16>().ok());
-        let port = port.expect("chromedriver tells its port");
-        // Read on, lest it blocks.
+        let port = port.expect("chromedriver prints its port");
+        // Read on, so that chromedriver does not block.
         std::thread::spawn(move || lines.for_each(drop));
         let runtime = Runtime::new().expect("a runtime can be made");
-        let wishes = json!({
+        let capabilities = json!({
             "goog:loggingPrefs": { "browser": "ALL" },
             "goog:chromeOptions": { "args": ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"] },
         });
-        let Value::Object(wishes) = wishes else { return None };
+        let Value::Object(capabilities) = capabilities else { return None };
         let client = runtime.block_on(async {
             let client = ClientBuilder::new(HttpConnector::new())
-                .capabilities(wishes)
+                .capabilities(capabilities)
                 .connect(&format!("http://127.0.0.1:{port}"))
                 .await;
             client.expect("chromium starts")
@@ -66,14 +66,14 @@ impl Browser {
         self.runtime.block_on(self.client.goto(url)).expect("the page can be opened");
     }
 
-    /// The text of the first element that matches; `None` if there is none to be seen.
+    /// The text of the first element that matches; `None` if none is visible.
     pub fn text(&self, selector: &str) -> Option<String> {
         let script =
             "const it = document.querySelector(arguments[0]); return it && it.checkVisibility() ? it.innerText : null";
         self.run(script, vec![json!(selector)]).as_str().map(str::to_owned)
     }
 
-    /// Waits until an element that matches is seen with `part` in its text.
+    /// Waits until an element that matches is visible with `part` in its text.
     #[track_caller]
     pub fn wait_for(&self, selector: &str, part: &str) -> String {
         let what = format!("`{part}` in `{selector}`");
@@ -85,7 +85,7 @@ impl Browser {
     pub fn click(&self, selector: &str) {
         let enabled = format!("{selector}:not(:disabled)");
         wait_for(&format!("`{selector}` to be enabled"), || self.text(&enabled));
-        // What was moved, or covered, by news of the vehicle in the meantime is clicked where it is then.
+        // An update of the page may move or cover the element in the meantime: it is clicked where it is then.
         wait_for(&format!("`{selector}` not to be covered"), || {
             let click = async { self.client.find(Locator::Css(selector)).await?.click().await };
             match self.runtime.block_on(click) {
@@ -96,14 +96,14 @@ impl Browser {
         });
     }
 
-    /// Takes command of the vehicle that is looked at.
+    /// Takes command of the selected vehicle.
     #[track_caller]
     pub fn take_command(&self) {
         self.click("#take-command");
         self.wait_for("#take-command", "Release");
     }
 
-    /// Clicks so many pixels right of and below the middle of an element.
+    /// Clicks at an offset, right and down, in pixels from the middle of an element.
     #[track_caller]
     pub fn click_off(&self, selector: &str, x: i64, y: i64) {
         let click = async {
@@ -117,7 +117,7 @@ impl Browser {
         self.runtime.block_on(click).unwrap_or_else(|error| panic!("{selector}: {error}"));
     }
 
-    /// Types into whatever has the focus.
+    /// Types into the element that has the focus.
     #[track_caller]
     pub fn type_keys(&self, keys: &str) {
         let press = |all: KeyActions, value| all.then(KeyAction::Down { value }).then(KeyAction::Up { value });
@@ -129,16 +129,16 @@ impl Browser {
     /// Presses Tab until the element with this id has the focus: it can be reached without a mouse.
     #[track_caller]
     pub fn tab_to(&self, id: &str) {
-        for _ in 0..MOST_TABS {
+        for _ in 0..MAX_TABS {
             if self.run("return document.activeElement.id", vec![]) == id {
                 return;
             }
             self.type_keys(TAB);
         }
-        panic!("`{id}` is not reached with {MOST_TABS} tabs");
+        panic!("`{id}` is not reached with {MAX_TABS} tabs");
     }
 
-    /// Puts a text into a field, in the place of what was there.
+    /// Replaces the text of a field.
     #[track_caller]
     pub fn fill(&self, selector: &str, text: &str) {
         self.wait_for(&format!("{selector}:enabled"), "");
@@ -147,7 +147,7 @@ impl Browser {
         self.run(script, vec![json!(selector), json!(text)]);
     }
 
-    /// What stands in a field.
+    /// The value of a field.
     #[track_caller]
     pub fn value(&self, selector: &str) -> String {
         let value = self.run("return document.querySelector(arguments[0]).value", vec![json!(selector)]);
@@ -160,7 +160,7 @@ impl Browser {
         self.runtime.block_on(self.client.execute(script, args)).expect("the script runs")
     }
 
-    /// What the gateway says about a vehicle, asked with the page's own token.
+    /// The vehicle's document, read with the page's own token.
     #[track_caller]
     pub fn document(&self, vehicle: &str) -> Value {
         let script = "return fetch(`/api/v1/vehicles/${arguments[0]}`, \
@@ -168,25 +168,25 @@ impl Browser {
         self.run(script, vec![json!(vehicle)])
     }
 
-    /// Sizes what the page sees as a tablet or a screen.
+    /// Sets the size of the viewport.
     pub fn size(&self, width: u32, height: u32) {
-        // The window has a frame, even without a screen.
+        // The window has a frame, although it is headless.
         let frame = |script: &str| self.run(script, vec![]).as_u64().and_then(|it| u32::try_from(it).ok()).unwrap_or(0);
         let (width, height) =
             (width + frame("return outerWidth - innerWidth"), height + frame("return outerHeight - innerHeight"));
         self.runtime.block_on(self.client.set_window_size(width, height)).expect("the window can be sized");
     }
 
-    /// Keeps a picture of the page for review.
+    /// Saves a screenshot for review.
     pub fn picture(&self, name: &str) {
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("screenshots");
         std::fs::create_dir_all(&folder).expect("the folder can be made");
-        let png = self.runtime.block_on(self.client.screenshot()).expect("a picture can be taken");
-        std::fs::write(folder.join(format!("{name}.png")), png).expect("the picture can be written");
+        let png = self.runtime.block_on(self.client.screenshot()).expect("a screenshot can be taken");
+        std::fs::write(folder.join(format!("{name}.png")), png).expect("the screenshot can be written");
     }
 
-    /// Keeps pictures as they are seen at a desk and on a tablet, by day and by night, and fails where
-    /// the page is wider than what shows it.
+    /// Saves screenshots as on a desk and on a tablet, in both themes, and fails where the page is wider than the
+    /// viewport.
     #[track_caller]
     pub fn views(&self, name: &str) {
         let choose = "const it = document.getElementById('theme'); it.value = arguments[0]; it.dispatchEvent(new Event('change'))";
@@ -194,7 +194,7 @@ impl Browser {
             self.size(width, height);
             for theme in ["dark", "light"] {
                 self.run(choose, vec![json!(theme)]);
-                // What is drawn to measure is drawn anew a frame after its place has changed.
+                // Canvases are drawn again a frame after their size has changed.
                 let width = || self.run("return document.documentElement.scrollWidth - innerWidth", vec![]);
                 let fits = || width().as_i64().filter(|it| *it <= 0);
                 wait_for(&format!("{name}, {place}, {theme} not to be too wide"), fits);
@@ -203,8 +203,8 @@ impl Browser {
         }
     }
 
-    /// Fails if the page wrote an error to the console. What the browser itself notes about an
-    /// answer of the API is none: a gateway that is gone is part of the stories.
+    /// Fails if the page wrote an error to the console. The browser's own notes about answers of the API do not
+    /// count: a gateway that is gone is part of the stories.
     #[track_caller]
     pub fn expect_no_error(&self) {
         let log = self.runtime.block_on(self.client.issue_cmd(ConsoleLog)).expect("the console can be read");
@@ -223,8 +223,8 @@ impl Drop for Browser {
     }
 }
 
-/// A system, seen in a browser; nothing where there is no browser. That comes first, since it takes longer to start
-/// than many a mission to fly.
+/// A system and a browser that shows it; `None` where there is no browser. The browser starts first: that takes longer
+/// than some missions.
 pub fn watch(args: &[&str]) -> Option<(System, Browser)> {
     let browser = Browser::start()?;
     let system = System::up(args, &[]);
@@ -232,7 +232,7 @@ pub fn watch(args: &[&str]) -> Option<(System, Browser)> {
     Some((system, browser))
 }
 
-/// chromedriver's own command: what the page wrote to the console.
+/// A command of chromedriver: reads what the page wrote to the console.
 #[derive(Debug)]
 struct ConsoleLog;
 

@@ -1,4 +1,4 @@
-//! Very many clients of an event stream, over real sockets.
+//! Many clients of an event stream, over real sockets.
 
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
@@ -15,19 +15,19 @@ pub struct Crowd {
     counts: Arc<Counts>,
 }
 
-/// What they have seen together.
+/// What all clients have received together.
 #[derive(Default)]
 struct Counts {
-    /// Clients that have had a status.
+    /// Clients that have received a status.
     served: AtomicUsize,
-    /// How each client fared that was not let in, or whose stream has ended.
+    /// The last words to each client that was refused, or whose stream has ended.
     gone: Mutex<Vec<String>>,
     statuses: AtomicUsize,
     decisions: AtomicUsize,
 }
 
 impl Crowd {
-    /// So many clients that send `request`.
+    /// `size` clients that send `request`.
     pub fn gather(size: usize, address: SocketAddr, request: &str) -> Crowd {
         let runtime =
             Builder::new_multi_thread().worker_threads(1).enable_all().build().expect("a runtime can be made");
@@ -42,28 +42,28 @@ impl Crowd {
         Crowd { _runtime: runtime, counts }
     }
 
-    /// Clients that have had a status.
+    /// Clients that have received a status.
     pub fn served(&self) -> usize {
         self.counts.served.load(Relaxed)
     }
 
-    /// How the first client fared that was not let in, or whose stream has ended.
+    /// The last words to the first client that was refused, or whose stream has ended.
     pub fn gone(&self) -> Option<String> {
         self.counts.gone.lock().unwrap().first().cloned()
     }
 
-    /// Statuses that all of them have had.
+    /// Statuses that all clients have received.
     pub fn statuses(&self) -> usize {
         self.counts.statuses.load(Relaxed)
     }
 
-    /// Decisions that all of them have had.
+    /// Decisions that all clients have received.
     pub fn decisions(&self) -> usize {
         self.counts.decisions.load(Relaxed)
     }
 }
 
-/// The last of what was read, once nothing more comes.
+/// Counts events until the stream ends, and returns the last bytes.
 async fn listen(address: SocketAddr, request: &str, counts: &Counts) -> std::io::Result<String> {
     let mut stream = TcpStream::connect(address).await?;
     stream.write_all(request.as_bytes()).await?;
@@ -75,7 +75,7 @@ async fn listen(address: SocketAddr, request: &str, counts: &Counts) -> std::io:
             return Ok(String::from_utf8_lossy(&bytes[..last]).into_owned());
         }
         let all = &bytes[..kept + read];
-        // Each type of event stands in a line of its own.
+        // The type of an event stands in a line of its own.
         let lines = all.iter().enumerate().filter(|(_, it)| **it == b'\n').map(|(at, _)| &all[at..]);
         let (mut statuses, mut decisions) = (0, 0);
         for line in lines {
@@ -87,7 +87,7 @@ async fn listen(address: SocketAddr, request: &str, counts: &Counts) -> std::io:
         if 0 < statuses && !std::mem::replace(&mut served, true) {
             counts.served.fetch_add(1, Relaxed);
         }
-        // What may be the beginning of such a line; too short to be counted twice.
+        // The end may be the beginning of such a line; it is too short to be counted twice.
         let tail = all.len() - (STATUS.len() - 1).min(all.len())..all.len();
         (kept, last) = (tail.len(), all.len());
         bytes.copy_within(tail, 0);
@@ -95,10 +95,10 @@ async fn listen(address: SocketAddr, request: &str, counts: &Counts) -> std::io:
 }
 
 const STATUS: &[u8] = b"\nevent: status";
-/// As long as the other, so that neither is cut or counted twice.
+/// As long as `STATUS`, so that neither is cut or counted twice.
 const DECISION: &[u8] = b"\nevent: decisi";
 
-/// Lets this process hold as many sockets as it needs; how many it may hold.
+/// Raises this process's limit of open sockets; returns the new limit.
 pub fn raise_socket_limit() -> u64 {
     let (_, hard) = getrlimit(Resource::RLIMIT_NOFILE).expect("the limit can be read");
     let wanted = hard.min(8192);

@@ -1,4 +1,4 @@
-//! Requests to the gateway over sockets of the test's own, so that it can be as slow and as rude as it likes.
+//! Requests to the gateway over plain sockets, so that a test can be a slow or hostile client.
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -13,7 +13,7 @@ pub struct Http {
     token: String,
 }
 
-/// What it answered.
+/// An answer.
 pub struct Answer {
     pub status: u16,
     pub head: String,
@@ -21,7 +21,7 @@ pub struct Answer {
 }
 
 impl System {
-    /// Its gateway.
+    /// The system's gateway.
     pub fn http(&self) -> Http {
         let link = self.link();
         let (address, token) = link.trim_start_matches("http://").split_once("/#token=").expect("a link has a token");
@@ -57,12 +57,12 @@ impl Http {
     #[track_caller]
     pub fn send(&self, request: &str) -> Answer {
         let mut stream = self.connect();
-        // A gateway that refuses does not read on.
+        // A gateway that refuses stops reading.
         let _ = stream.write_all(request.as_bytes());
         answer(&mut stream)
     }
 
-    /// A connection on which nothing was sent yet.
+    /// A connection without a request yet.
     #[track_caller]
     pub fn connect(&self) -> TcpStream {
         let stream = TcpStream::connect(self.address).expect("the gateway listens");
@@ -75,7 +75,7 @@ impl Http {
 #[track_caller]
 pub fn answer(stream: &mut TcpStream) -> Answer {
     let mut bytes = Vec::new();
-    // A connection that is reset after the answer has given it all the same.
+    // A connection that is reset after the answer still counts.
     let _ = stream.read_to_end(&mut bytes);
     let end = bytes.windows(4).position(|it| it == b"\r\n\r\n");
     let end = end.unwrap_or_else(|| panic!("no answer: {}", String::from_utf8_lossy(&bytes)));

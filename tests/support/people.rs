@@ -1,4 +1,4 @@
-//! Several people with a token each, in a folder that is gone with the value.
+//! Several people with a token each, in a folder that is removed with the value.
 
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
@@ -7,11 +7,11 @@ use gateway::access::{Role, entry};
 
 use super::System;
 
-/// Who is let in.
+/// The people whom the gateway lets in.
 pub struct People(tempfile::TempDir);
 
 impl People {
-    /// Each with the role; the token is the name.
+    /// Each with a role; the token is the name.
     pub fn new(people: &[(&str, Role)]) -> People {
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
         let path = folder.path().join("tokens.toml");

@@ -1,10 +1,9 @@
-//! The engine beside BehaviorTree.CPP 4.10, on the tree of a mission manager.
+//! The engine compared with BehaviorTree.CPP 4.10, on the tree of a mission manager.
 //!
-//! The table printed at the end uses the method of the figures it stands beside: the median of a round, and of twenty
-//! rounds the least, which is what repeats on a machine that does other things too.
+//! The table printed at the end uses the method of the figures for BehaviorTree.CPP: the median of a round, and of twenty
+//! rounds the least median, which is repeatable on a machine that does other things too.
 
-// Here time is what is measured.
-#![allow(clippy::disallowed_methods)]
+#![expect(clippy::disallowed_methods, reason = "a bench measures time")]
 
 mod reference;
 
@@ -95,7 +94,7 @@ fn timed(action: impl FnOnce()) -> Duration {
     start.elapsed()
 }
 
-/// Of twenty rounds the one with the least median.
+/// The least median of twenty rounds, in microseconds.
 fn least_median(samples: usize, mut sample: impl FnMut() -> Duration) -> f64 {
     let mut medians: Vec<Duration> = (0..20)
         .map(|_| {
@@ -108,7 +107,7 @@ fn least_median(samples: usize, mut sample: impl FnMut() -> Duration) -> f64 {
     medians[0].as_secs_f64() * 1e6
 }
 
-/// The mean over the flags and the slowest flag.
+/// The mean over the flags, and the slowest flag.
 fn reaction_times(nested: bool) -> (f64, f64) {
     let (mut tree, mut world) = flying(nested);
     let of_flags: Vec<f64> =
@@ -139,7 +138,7 @@ fn halting_time(with_requests: bool) -> f64 {
     })
 }
 
-/// Many ticks a sample: one is shorter than a look at the clock.
+/// Many ticks in each sample, because one is shorter than a reading of the clock.
 fn steady_time() -> f64 {
     let (mut tree, mut world) = flying(false);
     let many = 100;

@@ -1,4 +1,4 @@
-//! A leaf whose work is done by an async task. Nothing polls: the task wakes the tree when it has news.
+//! A leaf whose work an async task does. Nothing polls: the task wakes the tree when it has a result.
 //!
 //! `cargo run -p behavior-tree --example async_leaf`
 
@@ -17,20 +17,20 @@ const TREES: &str = r#"
   </BehaviorTree>
 </root>"#;
 
-/// Asks a planner, which takes its time.
+/// Asks a planner, which needs some time.
 struct Plan {
     task: String,
-    answer: Option<oneshot::Receiver<String>>,
+    plan: Option<oneshot::Receiver<String>>,
 }
 
 impl Leaf<()> for Plan {
     fn start(&mut self, _: &mut (), ports: &mut Ports<'_>) -> LeafResult {
         let (sender, receiver) = oneshot::channel();
-        self.answer = Some(receiver);
+        self.plan = Some(receiver);
         let (task, waker) = (self.task.clone(), ports.waker().clone());
         tokio::spawn(async move {
             tokio::time::sleep(Duration::from_millis(3 * task.len() as u64)).await;
-            // If the leaf was halted meanwhile nobody waits for the plan any more.
+            // Sending fails if the leaf was halted meanwhile: it no longer waits for the plan.
             if sender.send(format!("a plan {task}")).is_ok() {
                 waker.wake();
             }
@@ -39,7 +39,7 @@ impl Leaf<()> for Plan {
     }
 
     fn tick(&mut self, _: &mut (), _: &mut Ports<'_>) -> LeafResult {
-        let receiver = self.answer.as_mut().ok_or("not started")?;
+        let receiver = self.plan.as_mut().ok_or("not started")?;
         match receiver.try_recv() {
             Ok(plan) => {
                 println!("got {plan}");
@@ -52,7 +52,7 @@ impl Leaf<()> for Plan {
 
     fn halt(&mut self, _: &mut (), _: &mut Ports<'_>) {
         println!("no plan {} in time", self.task);
-        self.answer = None;
+        self.plan = None;
     }
 }
 
@@ -60,7 +60,7 @@ impl Leaf<()> for Plan {
 async fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut registry = Registry::new();
     registry.action("Plan", [Port::input::<String>("task")], |spec| {
-        Ok(Plan { task: spec.constant("task")?.unwrap_or_default(), answer: None })
+        Ok(Plan { task: spec.constant("task")?.unwrap_or_default(), plan: None })
     });
     let mut tree = Library::load(&registry, [("main.xml", TREES)])?.instantiate("Main", &[])?;
 
@@ -68,9 +68,9 @@ async fn main() -> Result<(), Box<dyn std::error::Error>> {
     tree.set_waker(signal.waker());
     let start = tokio::time::Instant::now();
     loop {
-        let answer = tree.tick_once(start.elapsed(), &mut ());
-        println!("{:>3} ms: {answer}", start.elapsed().as_millis());
-        if answer.is_completed() {
+        let status = tree.tick_once(start.elapsed(), &mut ());
+        println!("{:>3} ms: {status}", start.elapsed().as_millis());
+        if status.is_completed() {
             return Ok(());
         }
         match tree.next_tick() {

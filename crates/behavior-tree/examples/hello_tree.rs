@@ -1,4 +1,4 @@
-//! A tree with an action of its own, ticked until it has finished.
+//! A tree with an action, ticked until it has finished.
 //!
 //! `cargo run -p behavior-tree --example hello_tree`
 
@@ -20,7 +20,7 @@ const TREES: &str = r#"
   </BehaviorTree>
 </root>"#;
 
-/// Says a text once a tick, as often as it is told.
+/// Says a text at every tick, as often as its port `times` says.
 struct Say {
     text: In<String>,
     times: In<u32>,
@@ -54,10 +54,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let mut spoken = Vec::new();
     for second in 0.. {
-        let answer = tree.tick_once(Duration::from_secs(second), &mut spoken);
-        println!("after {second} s: {answer}, said {}", spoken.join(", "));
+        let status = tree.tick_once(Duration::from_secs(second), &mut spoken);
+        println!("after {second} s: {status}, said {}", spoken.join(", "));
         print!("{}", tree.to_text());
-        if answer.is_completed() {
+        if status.is_completed() {
             break;
         }
     }

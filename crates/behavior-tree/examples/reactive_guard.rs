@@ -1,10 +1,13 @@
-//! A guard that is asked at every tick: when the battery runs low, the flight is halted and the landing begins.
+//! A guard that is ticked at every tick: when the battery is low, the flight is halted and the landing starts.
 //!
-//! `cargo run -p behavior-tree --example reactive_guard`
+//! `cargo run -p behavior-tree --example reactive_guard`, or with `-- flight.btlog` at the end for a log that Groot2
+//! replays.
 
-use std::time::Duration;
+use std::fs::File;
+use std::io::{self, Write};
+use std::time::{Duration, UNIX_EPOCH};
 
-use behavior_tree::{Leaf, LeafResult, Library, Port, Ports, Registry, Status};
+use behavior_tree::{BtlogWriter, Leaf, LeafResult, Library, Port, Ports, Registry, Status};
 
 const TREES: &str = r#"
 <root BTCPP_format="4">
@@ -19,13 +22,13 @@ const TREES: &str = r#"
   </BehaviorTree>
 </root>"#;
 
-/// What the leaves look at, and the commands they collect.
+/// What the leaves read, and the commands that they collect.
 struct World {
     battery: f64,
     commands: Vec<String>,
 }
 
-/// Commands something and waits for as long as it takes.
+/// Commands something and waits until it is done.
 struct Do {
     what: String,
     takes: Duration,
@@ -63,12 +66,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     });
     let mut tree = Library::load(&registry, [("flight.xml", TREES)])?.instantiate("Flight", &[])?;
 
+    let log: Box<dyn Write> = match std::env::args_os().nth(1) {
+        Some(path) => Box::new(File::create(path)?),
+        None => Box::new(io::sink()),
+    };
+    tree.record_changes(1000, || 0);
+    let mut log = BtlogWriter::new(log, &tree, UNIX_EPOCH.elapsed()?, Duration::ZERO)?;
+
     let mut world = World { battery: 28.0, commands: Vec::new() };
     for second in 0.. {
-        let answer = tree.tick_once(Duration::from_secs(second), &mut world);
+        let status = tree.tick_once(Duration::from_secs(second), &mut world);
+        log.write_changes(&mut tree)?;
         let commands = std::mem::take(&mut world.commands).join(", ");
-        println!("{second} s, battery {} %: {answer}; {commands}", world.battery);
-        if answer.is_completed() {
+        println!("{second} s, battery {} %: {status}; {commands}", world.battery);
+        if status.is_completed() {
             break;
         }
         world.battery -= 1.0;

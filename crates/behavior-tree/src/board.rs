@@ -1,37 +1,53 @@
-//! The blackboard, and what else the nodes of a tree share.
+//! The blackboard, and what else the nodes of a tree share during a tick.
 
 use std::sync::Arc;
 use std::task::Waker;
-use std::time::Duration;
 
-use crate::cause::Cause;
-use crate::fault::Fault;
-use crate::value::Value;
+use crate::record::cause::Cause;
+use crate::record::error::NodeErrors;
+use crate::schedule::Schedule;
+use crate::values::types::Type;
+use crate::values::value::Value;
+
+/// A key of the blackboard, as declared by the tree.
+#[derive(Clone, Debug)]
+pub(crate) struct SlotDef {
+    pub(crate) ty: Type,
+    pub(crate) initial: Option<Value>,
+    /// An instance needs a value for it.
+    pub(crate) required: bool,
+    /// It can be set from outside.
+    pub(crate) open: bool,
+}
 
 /// What the nodes of one tree share during a tick.
 pub(crate) struct Board {
+    /// The values of the keys, by slot.
     pub(crate) values: Vec<Option<Value>>,
+    /// The time of the tick in nanoseconds.
     pub(crate) now: u64,
-    /// The earliest time a node asked to be ticked at.
-    pub(crate) deadline: u64,
-    /// A node asked to be ticked again at once.
-    pub(crate) again: bool,
+    pub(crate) schedule: Schedule,
+    /// Why the leaf that is being called is about to fail, as it said.
     pub(crate) cause: Option<Cause>,
-    /// Faults of trees that leaves hold, and how many more there were.
-    pub(crate) held_faults: (Vec<Fault>, u64),
-    /// What the expression of a condition compared last.
-    pub(crate) compared: Option<(Value, Value)>,
+    /// NodeErrors of the tree that the called leaf holds.
+    pub(crate) held_errors: NodeErrors,
     pub(crate) waker: Waker,
 }
 
-/// Where a port of one node leads.
+impl Board {
+    pub(crate) fn new(values: Vec<Option<Value>>, waker: Waker) -> Self {
+        Board { values, now: 0, schedule: Schedule::EMPTY, cause: None, held_errors: NodeErrors::default(), waker }
+    }
+}
+
+/// What a port of one node is connected to.
 #[derive(Clone, Debug)]
 pub(crate) enum Binding {
-    /// Left out by the tree.
+    /// Nothing: the tree leaves the port out.
     Unbound,
-    /// A constant, already of the port's type.
+    /// A constant of the port's type.
     Constant(Value),
-    /// A blackboard key, resolved.
+    /// A blackboard key.
     Slot(u32),
 }
 
@@ -45,13 +61,9 @@ impl Binding {
     }
 }
 
-/// A port of one node: its name in the kind's declaration and where it leads.
+/// A port of one node: its declared name and what it is connected to.
 #[derive(Clone, Debug)]
 pub(crate) struct BoundPort {
     pub(crate) name: Arc<str>,
     pub(crate) binding: Binding,
-}
-
-pub(crate) fn nanoseconds(time: Duration) -> u64 {
-    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
 }

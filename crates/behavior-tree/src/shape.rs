@@ -1,52 +1,53 @@
 //! The immutable part of a tree, shared by all its instances.
 //!
-//! Nodes lie in preorder, so a node's children follow it and the whole subtree below it is one range.
+//! Nodes are stored in preorder, so the children of a node follow it, and everything below it is one range.
 
 use std::sync::Arc;
 
-use crate::board::{Binding, BoundPort};
+use crate::board::{Binding, BoundPort, SlotDef};
 use crate::kind::Kind;
-use crate::port_list::Port;
-use crate::registry::LeafClass;
+use crate::leaf::declaration::{LeafClass, Port};
 use crate::script::Script;
-use crate::types::Type;
-use crate::value::Value;
 use crate::xml::element::Place;
 
-/// One node, as the engine walks it. Small and without indirection: this is what a tick reads.
+/// One node, as a tick reads it: small and without indirection.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NodeDef {
     pub(crate) kind: Kind,
     /// One past the last node below this one.
     pub(crate) end: u32,
-    pub(crate) children: u32,
     /// Index into [`Shape::conditions`], or [`NONE`].
     pub(crate) conditions: u32,
+    pub(crate) children: u16,
+    /// It has exactly one child, whose status it resets as soon as the child has finished.
+    pub(crate) is_decorator: bool,
+    /// It goes on where it was when it is started after a halt.
+    pub(crate) keeps_place: bool,
 }
 
 /// Marks an absent index.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// What a node is called; not read by a tick.
+/// What a node is called. Not read by a tick.
 #[derive(Clone, Debug)]
 pub(crate) struct NodeLabel {
     pub(crate) tag: Arc<str>,
     pub(crate) name: Arc<str>,
-    /// The `SubTree` node for the root of an included tree; [`NONE`] for the outermost root.
+    /// The parent. For the root of an included tree, its `SubTree` node; for the outermost root, [`NONE`].
     pub(crate) parent: u32,
-    /// The tree this node was written in, as an index into [`Shape::scopes`].
-    pub(crate) scope: u32,
+    /// The tree that the node is written in, as an index into [`Shape::trees`].
+    pub(crate) tree: u32,
     /// The attributes as written: ports, pre- and postconditions.
     pub(crate) attributes: Arc<[(String, String)]>,
 }
 
-/// A tree that was put into this one: the root, or what a `SubTree` node stands for.
+/// The outermost tree, or a tree that is included by a `SubTree` node.
 #[derive(Clone, Debug)]
-pub(crate) struct Scope {
-    pub(crate) tree_id: Arc<str>,
-    /// `outer/inner`, empty for the root.
+pub(crate) struct IncludedTree {
+    pub(crate) id: Arc<str>,
+    /// The names of the `SubTree` nodes on the way to it, `outer/inner`. Empty for the outermost tree.
     pub(crate) path: Arc<str>,
-    /// The first node of it.
+    /// Its first node.
     pub(crate) root: u32,
 }
 
@@ -56,22 +57,11 @@ pub(crate) struct LeafDef {
     pub(crate) class: LeafClass,
     pub(crate) declared: Arc<[Port]>,
     pub(crate) bound: Vec<BoundPort>,
-    /// Where it stands in its file.
+    /// Where the leaf is written.
     pub(crate) at: Place,
 }
 
-/// A key of the blackboard.
-#[derive(Clone, Debug)]
-pub(crate) struct SlotDef {
-    pub(crate) ty: Type,
-    pub(crate) initial: Option<Value>,
-    /// An instance must be given it.
-    pub(crate) required: bool,
-    /// It may be given to an instance, or set from outside.
-    pub(crate) open: bool,
-}
-
-/// The scripts of one node, as indices into [`Shape::scripts`] or [`NONE`].
+/// The pre- and postconditions of one node, as indices into [`Shape::scripts`] or [`NONE`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Conditions {
     pub(crate) failure_if: u32,
@@ -89,15 +79,15 @@ pub(crate) struct Shape {
     pub(crate) tree_id: Arc<str>,
     pub(crate) nodes: Vec<NodeDef>,
     pub(crate) labels: Vec<NodeLabel>,
-    pub(crate) scopes: Vec<Scope>,
+    pub(crate) trees: Vec<IncludedTree>,
     pub(crate) leaves: Vec<LeafDef>,
     pub(crate) conditions: Vec<Conditions>,
     pub(crate) scripts: Vec<Script>,
-    /// Of every `Switch` node: the variable, then the cases.
+    /// For every `Switch` node, the variable and then the cases.
     pub(crate) switches: Vec<Vec<Binding>>,
     pub(crate) slots: Vec<SlotDef>,
-    /// The slots' names, `subtree/key` for those of a subtree.
-    pub(crate) slot_names: Vec<String>,
+    /// The names of the keys by slot; `subtree/key` for those of a subtree.
+    pub(crate) keys: Vec<String>,
 }
 
 impl Shape {
@@ -115,15 +105,16 @@ impl Shape {
         self.children(parent).nth(position)
     }
 
-    /// The node's name after those of the subtrees it is in.
+    /// The node's name after the names of the subtrees it is in.
     pub(crate) fn path(&self, node: usize) -> String {
         let label = &self.labels[node];
-        let path = &self.scopes[label.scope as usize].path;
+        let path = &self.trees[label.tree as usize].path;
         if path.is_empty() { label.name.to_string() } else { format!("{path}/{}", label.name) }
     }
 
+    /// The slot of a key.
     pub(crate) fn slot(&self, key: &str) -> Option<usize> {
-        self.slot_names.iter().position(|name| name == key)
+        self.keys.iter().position(|name| name == key)
     }
 }
 

@@ -1,18 +1,20 @@
-//! The two kinds of status: what a node answers, and what an observer sees.
+//! The two kinds of status: what a tick returns, and what an observer sees.
 
-/// What a node answers when it is ticked.
+use std::fmt;
+
+/// What a node returns when it is ticked.
 ///
-/// There is no `Idle`: a node that has been ticked has an answer.
+/// There is no `Idle`: an idle node has not been ticked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum Status {
-    /// Not finished; tick again.
+    /// Not finished; tick the node again.
     Running = 1,
-    /// Finished, the goal is reached or the condition holds.
+    /// Finished: the goal is reached, or the condition holds.
     Success = 2,
-    /// Finished, the goal is out of reach or the condition does not hold.
+    /// Finished: the goal cannot be reached, or the condition does not hold.
     Failure = 3,
-    /// Did not take part: the parent goes on as if the node were not there.
+    /// The node did not take part. Its parent goes on as if the node were not there.
     Skipped = 4,
 }
 
@@ -30,8 +32,8 @@ impl Status {
 
 /// What an observer sees of a node between two ticks.
 ///
-/// A skipped node keeps the status it had, so there is no `Skipped` here. The numbers are those of BehaviorTree.CPP, so
-/// that a snapshot can be handed to its tools as it is.
+/// A skipped node keeps its status, so there is no `Skipped` here. The numbers are those of BehaviorTree.CPP, so that
+/// its tools understand a copy of the statuses as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum NodeStatus {
@@ -40,9 +42,9 @@ pub enum NodeStatus {
     Idle = 0,
     /// Ticked and not finished.
     Running = 1,
-    /// Finished, and its parent has not reset it yet.
+    /// Finished with success. Its parent has not reset it yet.
     Success = 2,
-    /// Finished, and its parent has not reset it yet.
+    /// Finished with failure. Its parent has not reset it yet.
     Failure = 3,
 }
 
@@ -52,7 +54,7 @@ impl NodeStatus {
         matches!(self, NodeStatus::Success | NodeStatus::Failure)
     }
 
-    /// The word used in dumps: `idle`, `running`, `success` or `failure`.
+    /// The lower-case word for it: `idle`, `running`, `success` or `failure`.
     pub const fn word(self) -> &'static str {
         match self {
             NodeStatus::Idle => "idle",
@@ -63,14 +65,14 @@ impl NodeStatus {
     }
 }
 
-impl std::fmt::Display for NodeStatus {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Display for NodeStatus {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.word())
     }
 }
 
-impl std::fmt::Display for Status {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Status::Running => "running",
             Status::Success => "success",

@@ -1,22 +1,20 @@
-//! A tree, parsed and checked, of which instances are made.
+//! A parsed and checked tree, of which instances are made.
 
 use std::sync::Arc;
 use std::task::Waker;
 
 use crate::board::Board;
-use crate::kind::NodeState;
-use crate::leaf::Leaf;
-use crate::registry::Factory;
-use crate::run::Machine;
+use crate::leaf::registry::Factory;
+use crate::leaf::spec::{BuildError, NodeSpec};
+use crate::machine::{Leaf, Machine, Tree};
+use crate::parameters::{self, SetError};
 use crate::shape::{LeafDef, Shape};
-use crate::spec::{BuildError, NodeSpec};
-use crate::status::NodeStatus;
-use crate::tree::{SetError, Tree, set_open_key};
-use crate::value::Value;
+use crate::values::value::Value;
 
-/// A tree that was loaded: cheap to clone, cheap to make instances of.
+/// A loaded tree. Cheap to clone and to make instances of.
 pub struct Template<Ctx> {
     pub(crate) shape: Arc<Shape>,
+    /// One for every leaf of the shape, in the same order.
     pub(crate) factories: Arc<[Factory<Ctx>]>,
 }
 
@@ -32,42 +30,20 @@ impl<Ctx> Template<Ctx> {
         self.instantiate_with(parameters, Waker::noop())
     }
 
-    /// Makes a tree whose leaves wake `waker`: a leaf that holds a tree passes [`Ports::waker`](crate::Ports::waker) on.
+    /// Makes a tree whose leaves wake `waker`. A leaf that holds a tree passes on
+    /// [`Ports::waker`](crate::Ports::waker).
     pub fn instantiate_with(&self, parameters: &[(&str, Value)], waker: &Waker) -> Result<Tree<Ctx>, InstantiateError> {
         let shape = &*self.shape;
         let mut values: Vec<Option<Value>> = shape.slots.iter().map(|slot| slot.initial.clone()).collect();
         for (key, value) in parameters {
-            set_open_key(shape, &mut values, key, value.clone())?;
+            parameters::set(shape, &mut values, key, value.clone())?;
         }
         let missing = shape.slots.iter().zip(&values).position(|(slot, value)| slot.required && value.is_none());
         if let Some(slot) = missing {
-            let (tree, key) = (shape.tree_id.to_string(), shape.slot_names[slot].clone());
+            let (tree, key) = (shape.tree_id.to_string(), shape.keys[slot].clone());
             return Err(InstantiateError::Missing { tree, key });
         }
-        let leaves = self.build_leaves(waker)?;
-        let board = Board {
-            values,
-            now: 0,
-            deadline: u64::MAX,
-            again: false,
-            cause: None,
-            held_faults: (Vec::new(), 0),
-            compared: None,
-            waker: waker.clone(),
-        };
-        let machine = Machine {
-            status: vec![NodeStatus::Idle; shape.nodes.len()],
-            state: vec![NodeState::default(); shape.nodes.len()],
-            leaves,
-            board,
-            ring: None,
-            causes: Vec::new(),
-            last_cause: 0,
-            faults: Vec::new(),
-            lost_faults: 0,
-            policy: Default::default(),
-            aborting: false,
-        };
+        let machine = Machine::new(shape.nodes.len(), self.build_leaves(waker)?, Board::new(values, waker.clone()));
         Ok(Tree { shape: self.shape.clone(), machine })
     }
 
@@ -89,6 +65,7 @@ impl<Ctx> Template<Ctx> {
     }
 }
 
+/// What the factory of a leaf learns.
 pub(crate) fn spec_of<'a>(shape: &'a Shape, leaf: &'a LeafDef, waker: &'a Waker) -> NodeSpec<'a> {
     let label = &shape.labels[leaf.node as usize];
     NodeSpec { tag: &label.tag, name: &label.name, declared: &leaf.declared, bound: &leaf.bound, waker }
@@ -97,10 +74,10 @@ pub(crate) fn spec_of<'a>(shape: &'a Shape, leaf: &'a LeafDef, waker: &'a Waker)
 /// No instance could be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum InstantiateError {
-    /// A value was given that the tree cannot take.
-    #[error("a parameter does not fit")]
+    /// The tree cannot take a given value.
+    #[error("a parameter cannot be set")]
     Parameter(#[from] SetError),
-    /// A parameter without default was not given.
+    /// A parameter without a default was not given.
     #[error("tree `{tree}` needs a value for its parameter `{key}`")]
     Missing {
         /// The tree.
@@ -108,7 +85,7 @@ pub enum InstantiateError {
         /// The parameter.
         key: String,
     },
-    /// A factory refused.
+    /// A factory refused to build its leaf.
     #[error("node `{node}` cannot be built")]
     Build {
         /// The node's name.
@@ -117,11 +94,11 @@ pub enum InstantiateError {
         source: BuildError,
     },
     /// The library has no such tree.
-    #[error("there is no tree `{tree}`{}", .nearest.as_ref().map(|it| format!(", did you mean `{it}`?")).unwrap_or_default())]
+    #[error("there is no tree `{tree}`{}", .nearest.as_ref().map(|nearest| format!("; did you mean `{nearest}`?")).unwrap_or_default())]
     NoSuchTree {
         /// The tree asked for.
         tree: String,
-        /// The tree with the most similar name.
+        /// The tree with the most similar ID.
         nearest: Option<String>,
     },
 }

@@ -1,12 +1,12 @@
-//! A wake-up signal for whoever ticks a tree.
+//! A wake-up signal for the caller that ticks a tree.
 
 use std::future::poll_fn;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll, Wake, Waker};
 
-/// Remembers that somebody called one of its wakers, for a thread or a task that ticks a tree.
+/// Remembers that one of its wakers was called, for a thread or a task that ticks a tree.
 ///
-/// Wake-ups do not pile up: any number of them before the next look count as one.
+/// Wake-ups do not add up: any number of them count as one until the signal is taken.
 #[derive(Clone, Default)]
 pub struct WakeSignal {
     shared: Arc<Shared>,
@@ -15,50 +15,49 @@ pub struct WakeSignal {
 #[derive(Default)]
 struct Shared {
     state: Mutex<State>,
-    raised: Condvar,
+    set: Condvar,
 }
 
 #[derive(Default)]
 struct State {
-    is_raised: bool,
-    /// The task that waits, if one does.
+    is_set: bool,
+    /// The task that waits for the signal.
     task: Option<Waker>,
 }
 
 impl WakeSignal {
-    /// A signal that nobody has raised yet.
+    /// A signal that is not set.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// A waker that raises this signal; for [`Tree::set_waker`](crate::Tree::set_waker).
+    /// A waker that sets this signal, for [`Tree::set_waker`](crate::Tree::set_waker).
     pub fn waker(&self) -> Waker {
         Waker::from(self.shared.clone())
     }
 
-    /// True if the signal was raised since the last look.
+    /// Clears the signal. True if it was set.
     pub fn take(&self) -> bool {
-        std::mem::take(&mut self.shared.lock().is_raised)
+        std::mem::take(&mut self.shared.lock().is_set)
     }
 
-    /// Blocks the thread until the signal is raised.
+    /// Blocks the thread until the signal is set, and clears it.
     pub fn wait(&self) {
         let mut state = self.shared.lock();
-        while !state.is_raised {
-            state = self.shared.raised.wait(state).unwrap_or_else(PoisonError::into_inner);
+        while !state.is_set {
+            state = self.shared.set.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
-        state.is_raised = false;
+        state.is_set = false;
     }
 
-    /// Completes when the signal is raised.
+    /// Completes when the signal is set, and clears it.
     pub async fn woken(&self) {
         poll_fn(|task| self.poll_woken(task)).await;
     }
 
-    /// [`WakeSignal::woken`] for hand-written futures.
-    pub fn poll_woken(&self, task: &mut Context<'_>) -> Poll<()> {
+    fn poll_woken(&self, task: &mut Context<'_>) -> Poll<()> {
         let mut state = self.shared.lock();
-        if std::mem::take(&mut state.is_raised) {
+        if std::mem::take(&mut state.is_set) {
             return Poll::Ready(());
         }
         state.task = Some(task.waker().clone());
@@ -67,7 +66,7 @@ impl WakeSignal {
 }
 
 impl Shared {
-    /// The state is a flag and a waker, so a panic elsewhere cannot have left it half written.
+    /// A panic in another thread cannot leave a flag and a waker half written, so a poisoned lock is no error.
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -81,10 +80,10 @@ impl Wake for Shared {
     fn wake_by_ref(self: &Arc<Self>) {
         let task = {
             let mut state = self.lock();
-            state.is_raised = true;
+            state.is_set = true;
             state.task.take()
         };
-        self.raised.notify_all();
+        self.set.notify_all();
         if let Some(task) = task {
             task.wake();
         }

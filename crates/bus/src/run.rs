@@ -1,11 +1,12 @@
 //! The loop that runs a node.
 
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use domain::time::Pace;
 use kittiwake_proto::topics::{Message, Qos};
 use kittiwake_proto::v1::Heartbeat;
-use node::{Effect, Event, Node};
+use node::{Effect, Event, MessageKind, Node};
 use zenoh::Wait;
 
 use crate::calls::Calls;
@@ -74,6 +75,7 @@ fn run_with(
         mailbox,
         instance,
         handled: 0,
+        refusals: BTreeMap::new(),
         next_heartbeat: Instant::now(),
     };
     let result = shell.run(node);
@@ -95,6 +97,8 @@ struct Shell<'a> {
     mailbox: Mailbox,
     instance: String,
     handled: u64,
+    /// Messages that the node refused because of their content, by kind.
+    refusals: BTreeMap<MessageKind, u64>,
     next_heartbeat: Instant,
 }
 
@@ -189,6 +193,14 @@ impl Shell<'_> {
                         tracing::warn!(key = query.key_expr().as_str(), %cause, "reply not sent");
                     }
                 }
+                Effect::Refused { what, why } => {
+                    let count = self.refusals.entry(what).or_default();
+                    *count += 1;
+                    // Once per kind: a sender of invalid content sends it at the rate of its topic.
+                    if *count == 1 {
+                        tracing::warn!(key = what.key(), why, "invalid message refused; further ones are only counted");
+                    }
+                }
             }
         }
         Ok(())
@@ -211,6 +223,7 @@ impl Shell<'_> {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             pid: std::process::id(),
             late: losses.late,
+            refused: self.refusals.values().sum(),
         };
         self.outbox.publish(None, &Message::Heartbeat(heartbeat))
     }

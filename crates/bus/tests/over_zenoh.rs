@@ -40,6 +40,11 @@ impl Node for Probe {
             let receipt = v1::PermissionReceipt { received: true, refusal: request.area.clone() };
             effects.push(Effect::Reply { token: *token, response: Response::Permission(receipt) });
         }
+        if let Event::Message { message: Message::FlagEvent(flag), .. } = &event
+            && flag.name.is_empty()
+        {
+            effects.push(Effect::refused(Topic::FlagEvent, "`name` is missing"));
+        }
         let _ = self.seen.send(event);
     }
     fn deadline(&self) -> Option<Time> {
@@ -224,6 +229,38 @@ fn a_call_is_answered_even_if_its_server_comes_later() {
     });
     let receipt = v1::PermissionReceipt { received: true, refusal: "A".into() };
     assert_eq!(wait_for("the receipt", &asker, reply), (2, Ok(Response::Permission(receipt))));
+}
+
+#[test]
+fn a_refused_message_is_counted_in_the_heartbeat() {
+    let mut world = World::start();
+    let watcher = world.run(uav("uav1"), |seen| Probe {
+        name: "gateway",
+        subscriptions: &[Topic::Heartbeat],
+        serves: &[],
+        seen,
+        on_peer: None,
+    });
+    let _refuser = world.run(uav("uav1"), |seen| Probe {
+        name: "mcm",
+        subscriptions: &[Topic::FlagEvent],
+        serves: &[],
+        seen,
+        on_peer: None,
+    });
+    let _talker = world.run(uav("uav1"), |seen| Probe {
+        name: "monitor",
+        subscriptions: &[],
+        serves: &[],
+        seen,
+        on_peer: Some(("mcm", vec![flag(""), flag("battery_low"), flag("")])),
+    });
+    wait_for("a heartbeat that counts two", &watcher, |event| match event {
+        Event::Message { message: Message::Heartbeat(it), .. } => {
+            (it.service == "mcm" && it.refused == 2).then_some(())
+        }
+        _ => None,
+    });
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Areas: polygons with an altitude band and a time window, entered with a permission or not at all.
 
-use geo::{Contains, Intersects, Line, Polygon};
+use geo::{Contains, Distance, Euclidean, Intersects, Line, Polygon};
 
 use crate::geometry::Ned;
 
@@ -97,6 +97,11 @@ impl Area {
         found.sort_by(f64::total_cmp);
         found.dedup_by(|a, b| (*a - *b).abs() < 1e-12);
         found
+    }
+
+    /// Distance over ground from `point` to the border, from inside or outside.
+    pub fn distance_to_border_m(&self, point: Ned) -> f64 {
+        Euclidean.distance(&geo::Point::new(point.east_m, point.north_m), self.polygon().exterior())
     }
 
     /// Whether the corners make a simple polygon: at least three, none twice, no two edges crossing.

@@ -119,27 +119,11 @@ impl std::error::Error for Mistakes {}
 
 /// The entry of `known` that `found` was probably meant to be, as a help text.
 pub fn did_you_mean(found: &str, known: &[&str]) -> String {
-    let nearest = known.iter().min_by_key(|it| distance(found, it));
+    let nearest = known.iter().min_by_key(|it| strsim::levenshtein(found, it));
     match nearest {
-        Some(it) if distance(found, it) <= 3 => format!("did you mean `{it}`?"),
+        Some(it) if strsim::levenshtein(found, it) <= 3 => format!("did you mean `{it}`?"),
         _ => format!("known: {}", known.join(", ")),
     }
-}
-
-/// Edit distance (Levenshtein), in characters.
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, cb) in b.iter().enumerate() {
-            let substitution = diagonal + usize::from(ca != *cb);
-            diagonal = row[j + 1];
-            row[j + 1] = substitution.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]

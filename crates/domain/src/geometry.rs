@@ -49,6 +49,15 @@ impl Ned {
     }
 }
 
+/// North, east and height in whole metres: `(0, 90, 10)`.
+impl std::fmt::Display for Ned {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        // Adding zero turns a negative zero into a positive one.
+        let [north, east, height] = [self.north_m, self.east_m, self.height_m()].map(|metres| metres.round() + 0.0);
+        write!(f, "({north:.0}, {east:.0}, {height:.0})")
+    }
+}
+
 /// A velocity.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct NedVelocity {

@@ -1,17 +1,26 @@
-//! What every process agrees on, without any input or output: time, geometry, missions, skills,
-//! permissions, contingency rules, and the conversions between these and the wire.
+//! What every process agrees on: time, geometry, areas, missions, skills, what an autopilot says and is
+//! told, contingency rules, and the conversions between these and the wire.
 //!
-//! Nothing here reads a clock, opens a socket or spawns a task; time is always an argument.
+//! Nothing here reads a clock, opens a socket or spawns a task; time is always an argument. The one thing that
+//! is read is a file that a human wrote ([`file::Source::read`]).
 
+pub mod airspace;
 pub mod area;
 pub mod contingency;
 pub mod corners;
 pub mod detour;
 pub mod file;
+pub mod fmu;
 pub mod geometry;
 pub mod mission;
+pub mod permission;
+pub mod plan;
 pub mod quantity;
 pub mod route;
 pub mod skill;
+pub mod state;
+#[cfg(any(test, feature = "testing"))]
+pub mod testing;
 pub mod time;
+pub mod way;
 pub mod wire;

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use serde::Deserialize;
+use sha2::{Digest as _, Sha256};
 use toml::Spanned;
 
 use crate::area::{Area, AreaKind};
@@ -31,9 +32,78 @@ pub struct Objective {
     pub flying: bool,
 }
 
+/// An objective and what has become of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObjectiveStatus {
+    /// What is to be reached.
+    pub objective: Objective,
+    /// What has become of it.
+    pub progress: Progress,
+    /// Steps planned for it in all.
+    pub plan_steps: u32,
+    /// How often it was planned again.
+    pub replans: u32,
+    /// Areas asked about for it, each once, in the order of the plan.
+    pub permissions: Vec<String>,
+}
+
+/// What has become of an objective. Success and failure are final.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Progress {
+    /// Not attempted yet, or being attempted.
+    Waiting,
+    /// Reached, as seen in the vehicle's data.
+    Success,
+    /// Given up, with the reason.
+    Failure(String),
+}
+
+/// How a mission ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MissionOutcome {
+    /// Every objective was reached.
+    Success,
+    /// It ended with objectives that failed.
+    Failure,
+    /// It was ended by a response.
+    Emergency,
+    /// The vehicle crashed.
+    Crash,
+}
+
+/// The report at the end of a mission.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MissionReport {
+    /// How it ended.
+    pub outcome: MissionOutcome,
+    /// Why.
+    pub reason: String,
+    /// The vehicle's name.
+    pub vehicle: String,
+    /// From the first plan to the end, in mission seconds.
+    pub duration_s: f64,
+    /// What became of each objective.
+    pub objectives: Vec<ObjectiveReport>,
+}
+
+/// An objective in the report.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObjectiveReport {
+    /// Its name.
+    pub name: String,
+    /// What became of it.
+    pub progress: Progress,
+    /// Steps planned for it in all.
+    pub plan_steps: u32,
+    /// How often it was planned again.
+    pub replans: u32,
+    /// Areas asked about for it.
+    pub permissions: Vec<String>,
+}
+
 /// An objective that no mission may have.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Unbelievable {
+pub enum InvalidObjective {
     /// It cannot be named.
     #[error("an objective has a name of 1 to {LONGEST_NAME} characters")]
     Name,
@@ -55,18 +125,18 @@ impl Objective {
     ///
     /// # Errors
     /// If no mission may have it.
-    pub fn new(name: String, position: Ned, flying: bool) -> Result<Objective, Unbelievable> {
+    pub fn new(name: String, position: Ned, flying: bool) -> Result<Objective, InvalidObjective> {
         let height_m = position.height_m();
         if name.trim().is_empty() || LONGEST_NAME < name.chars().count() {
-            return Err(Unbelievable::Name);
+            return Err(InvalidObjective::Name);
         }
         let lateral = [position.north_m, position.east_m];
         let sound = lateral.iter().all(|it| it.abs() <= FARTHEST_M) && height_m.abs() <= HIGHEST_M;
         if !sound {
-            return Err(Unbelievable::TooFar(name));
+            return Err(InvalidObjective::TooFar(name));
         }
         if height_m < 0.0 || (flying && height_m <= 0.0) {
-            return Err(Unbelievable::InTheGround { name, height_m });
+            return Err(InvalidObjective::InTheGround { name, height_m });
         }
         Ok(Objective { name, position, flying })
     }
@@ -80,9 +150,26 @@ const HIGHEST_M: f64 = 10_000.0;
 const FARTHEST_M: f64 = 100_000.0;
 
 impl Mission {
-    /// All of it in words, by which it is told from any other.
-    pub fn in_words(&self) -> String {
-        format!("{self:?}")
+    /// Tells this mission from every other one: a hash of all that is in it, the same on every machine and in every
+    /// build.
+    pub fn identity(&self) -> String {
+        use kittiwake_proto::v1;
+        use prost::Message as _;
+        let waiting = |objective: &Objective| ObjectiveStatus {
+            objective: objective.clone(),
+            progress: Progress::Waiting,
+            plan_steps: 0,
+            replans: 0,
+            permissions: Vec::new(),
+        };
+        let canonical = v1::PlannerStatus {
+            mission: self.name.clone(),
+            objectives: self.objectives.iter().map(|objective| waiting(objective).into()).collect(),
+            areas: self.areas.iter().map(Into::into).collect(),
+            ..v1::PlannerStatus::default()
+        };
+        let hash = Sha256::digest(canonical.encode_to_vec());
+        hash.iter().take(16).map(|byte| format!("{byte:02x}")).collect()
     }
 
     /// Parses and checks a mission file; every mistake it can find is told at once.
@@ -305,6 +392,19 @@ from_utc = "2026-05-01T08:00:00Z"
         check("2026-05-01T08:00:00Z", "tomorrow", "m.toml:13:12: found `tomorrow`, expected a UTC date");
         check("kind = \"permission\"", "kind = \"open\"", "m.toml:11:8: unknown variant `open`");
         check("name = \"there\"", "name = \"there", "m.toml:2:14: ");
+    }
+
+    #[test]
+    fn an_identity_is_that_of_the_content() {
+        let mission = read(GOOD).unwrap();
+        assert_eq!(mission.identity(), "f2e4b90e170ad2eabcdd96fc13d89c3a");
+        assert_eq!(read(&format!("# a comment\n{GOOD}")).unwrap().identity(), mission.identity());
+        for (found, replaced) in
+            [("500.0", "500.1"), ("\"there\"", "\"here\""), ("permission", "keep-out"), ("290.0", "291.0")]
+        {
+            let other = read(&GOOD.replacen(found, replaced, 1)).unwrap();
+            assert_ne!(other.identity(), mission.identity(), "{found}");
+        }
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::geometry::Ned;
 use crate::skill::Goal;
 
 /// Nearer than this is as good as there: no transition is flown for less, in metres.
-const WORTH_FLYING_M: f64 = 1.0;
+pub const WORTH_FLYING_M: f64 = 1.0;
 
 /// Where the vehicle is, as far as a transition depends on it.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,7 +3,78 @@
 
 use kittiwake_proto::v1;
 
+use crate::fmu::FlightMode;
 use crate::geometry::{Ned, NedVelocity};
+
+/// Which skill flies a goal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum SkillKind {
+    /// Land where the vehicle is.
+    Land,
+    /// Arm and climb.
+    Takeoff,
+    /// Come to rest.
+    Stop,
+    /// Fly by setpoints.
+    Offboard,
+}
+
+/// How a skill ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum SkillOutcome {
+    /// Its postcondition was seen.
+    Succeeded,
+    /// It could not be flown to its end.
+    Failed,
+    /// Its caller cancelled it.
+    Cancelled,
+    /// A newer skill took its place.
+    Aborted,
+    /// The autopilot or somebody else took over.
+    Preempted,
+    /// The autopilot rejected its command, or did not acknowledge it in time.
+    Rejected,
+    /// Its deadline passed.
+    TimedOut,
+}
+
+/// Where a skill is in its life.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum SkillPhase {
+    /// Its command waits for the acknowledgement.
+    ProcessRequest,
+    /// It flies.
+    Execute,
+    /// It flies until its cancellation is acknowledged.
+    Cancel,
+    /// On its way out: its outcome, or that it was overwritten, is being reported.
+    Closing,
+    /// It is over.
+    Ended(SkillOutcome),
+}
+
+/// A skill changed its phase, or something went wrong that did not change it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SkillEvent {
+    /// The skill manager's name for it.
+    pub skill_id: u64,
+    /// The caller's name for it.
+    pub request_id: String,
+    /// Which skill.
+    pub kind: SkillKind,
+    /// Where it is now.
+    pub phase: SkillPhase,
+    /// Why, for every outcome but success, and for an error in a phase that goes on.
+    pub reason: String,
+    /// Where the vehicle was when it ended.
+    pub position: Option<Ned>,
+    /// How it moved.
+    pub velocity: Option<NedVelocity>,
+    /// When that position was measured, by the vehicle's clock; 0 for never.
+    pub position_timestamp_us: u64,
+    /// When the land detector spoke last, by the same clock; 0 for never.
+    pub landed_timestamp_us: u64,
+}
 
 /// What a skill is asked to do.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,6 +112,26 @@ pub enum Goal {
 
 impl Goal {
     /// The skill that flies it.
+    pub fn skill(&self) -> SkillKind {
+        match self {
+            Goal::Land => SkillKind::Land,
+            Goal::Takeoff { .. } => SkillKind::Takeoff,
+            Goal::Stop => SkillKind::Stop,
+            Goal::Position { .. } | Goal::Velocity { .. } => SkillKind::Offboard,
+        }
+    }
+
+    /// The flight mode in which it is flown.
+    pub fn mode(&self) -> FlightMode {
+        match self {
+            Goal::Land => FlightMode::Land,
+            Goal::Takeoff { .. } => FlightMode::Takeoff,
+            Goal::Stop => FlightMode::Loiter,
+            Goal::Position { .. } | Goal::Velocity { .. } => FlightMode::Offboard,
+        }
+    }
+
+    /// The same as it goes over the wire.
     pub fn kind(&self) -> v1::SkillKind {
         match self {
             Goal::Land => v1::SkillKind::Land,
@@ -48,6 +139,34 @@ impl Goal {
             Goal::Stop => v1::SkillKind::Stop,
             Goal::Position { .. } | Goal::Velocity { .. } => v1::SkillKind::Offboard,
         }
+    }
+}
+
+/// In a few words: `fly to (0, 90, 10)`.
+impl std::fmt::Display for Goal {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Goal::Land => f.write_str("land"),
+            Goal::Takeoff { climb_m } => write!(f, "takeoff by {climb_m:.0} m"),
+            Goal::Stop => f.write_str("stop"),
+            Goal::Position { target, .. } => write!(f, "fly to {target}"),
+            Goal::Velocity { .. } => f.write_str("fly at a velocity"),
+        }
+    }
+}
+
+/// As users read it.
+impl std::fmt::Display for SkillOutcome {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            SkillOutcome::Succeeded => "succeeded",
+            SkillOutcome::Failed => "failed",
+            SkillOutcome::Cancelled => "cancelled",
+            SkillOutcome::Aborted => "aborted",
+            SkillOutcome::Preempted => "pre-empted",
+            SkillOutcome::Rejected => "rejected",
+            SkillOutcome::TimedOut => "timed out",
+        })
     }
 }
 

@@ -56,8 +56,9 @@ pub struct Now {
     pub utc_ms: i64,
 }
 
-/// A limit of the machine never shrinks below this much wall time.
-const FLOOR: Duration = Duration::from_millis(250);
+/// A limit of the machine never shrinks below this much wall time: a pause of the scheduler is no failure, however fast
+/// mission time runs. (Measured: 0.3 s on a machine with twice as many busy threads as cores.)
+const FLOOR: Duration = Duration::from_secs(1);
 
 /// How many times faster than the wall clock mission time runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,7 +91,7 @@ impl Pace {
     }
 
     /// A limit of the machine (an acknowledgement, a staleness) in mission time: `limit` itself,
-    /// or more where that would be less than 250 ms (or than `limit`) of wall time.
+    /// or more where that would be less than one second (or than `limit`) of wall time.
     pub fn limit(self, limit: Duration) -> Duration {
         limit.max(limit.min(FLOOR).mul_f64(self.speed))
     }
@@ -109,8 +110,9 @@ mod tests {
             assert_eq!(wall.as_millis() as u64, expected_wall_ms);
         }
         check(1.0, 1000, 1000);
-        check(2.0, 1000, 500);
-        check(20.0, 1000, 250);
+        check(2.0, 1000, 1000);
+        check(2.0, 3000, 1500);
+        check(20.0, 1000, 1000);
         check(20.0, 100, 100);
         check(20.0, 60_000, 3000);
     }

@@ -1,19 +1,31 @@
-//! The conversions between the wire and the domain; the only place where one can fail.
+//! The conversions between the wire and the domain, in both directions.
 //!
-//! A number that is no number never gets past here.
+//! A message becomes a domain type where it is taken in, and that is the only place where this can fail: a number that is
+//! not one, or a part that is missing, never gets past here.
+
+use std::time::Duration;
 
 use kittiwake_proto::v1;
 
 use crate::area::{Area, AreaKind};
+use crate::fmu::FlightMode;
 use crate::geometry::{Ned, NedVelocity};
-use crate::skill::Goal;
 
-/// A message that was well-formed and made no sense.
+mod fmu;
+mod mission;
+pub mod permission;
+mod plan;
+mod skill;
+
+/// A message that decodes and makes no sense.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum Senseless {
+pub enum InvalidMessage {
     /// A field without which the message says nothing.
     #[error("`{0}` is missing")]
     Missing(&'static str),
+    /// A list whose entries must differ has one twice.
+    #[error("`{0}` has the same entry twice")]
+    Twice(&'static str),
     /// A number that is not one, or out of any sensible range.
     #[error("`{field}` is {value}, expected {expected}")]
     OutOfRange {
@@ -33,8 +45,8 @@ impl From<Ned> for v1::Ned {
 }
 
 impl TryFrom<v1::Ned> for Ned {
-    type Error = Senseless;
-    fn try_from(it: v1::Ned) -> Result<Ned, Senseless> {
+    type Error = InvalidMessage;
+    fn try_from(it: v1::Ned) -> Result<Ned, InvalidMessage> {
         let ned = Ned::new(it.north_m, it.east_m, it.down_m);
         if ned.is_sound() { Ok(ned) } else { Err(out_of_range("position", ned, "metres within 1,000 km")) }
     }
@@ -47,51 +59,34 @@ impl From<NedVelocity> for v1::NedVelocity {
 }
 
 impl TryFrom<v1::NedVelocity> for NedVelocity {
-    type Error = Senseless;
-    fn try_from(it: v1::NedVelocity) -> Result<NedVelocity, Senseless> {
+    type Error = InvalidMessage;
+    fn try_from(it: v1::NedVelocity) -> Result<NedVelocity, InvalidMessage> {
         let velocity = NedVelocity::new(it.north_m_s, it.east_m_s, it.down_m_s);
         if velocity.is_sound() { Ok(velocity) } else { Err(out_of_range("velocity", velocity, "below 1,000 m/s")) }
     }
 }
 
-impl From<Goal> for v1::SkillGoal {
-    fn from(goal: Goal) -> v1::SkillGoal {
-        use v1::skill_goal::Goal as G;
-        let goal = match goal {
-            Goal::Land => G::Land(v1::LandGoal {}),
-            Goal::Takeoff { climb_m } => G::Takeoff(v1::TakeoffGoal { climb_m }),
-            Goal::Stop => G::Stop(v1::StopGoal {}),
-            Goal::Position { target, speed_limit_m_s, yaw_rad, hold_at_target } => {
-                G::Position(v1::PositionGoal { target: Some(target.into()), speed_limit_m_s, yaw_rad, hold_at_target })
-            }
-            Goal::Velocity { velocity, yaw_rate_rad_s, timeout_s } => {
-                G::Velocity(v1::VelocityGoal { velocity: Some(velocity.into()), yaw_rate_rad_s, timeout_s })
-            }
-        };
-        v1::SkillGoal { goal: Some(goal) }
+impl From<FlightMode> for v1::FlightMode {
+    fn from(mode: FlightMode) -> v1::FlightMode {
+        match mode {
+            FlightMode::Loiter => v1::FlightMode::Loiter,
+            FlightMode::Takeoff => v1::FlightMode::Takeoff,
+            FlightMode::Land => v1::FlightMode::Land,
+            FlightMode::Offboard => v1::FlightMode::Offboard,
+            FlightMode::Return => v1::FlightMode::Return,
+        }
     }
 }
 
-impl TryFrom<v1::SkillGoal> for Goal {
-    type Error = Senseless;
-    fn try_from(it: v1::SkillGoal) -> Result<Goal, Senseless> {
-        use v1::skill_goal::Goal as G;
-        Ok(match it.goal.ok_or(Senseless::Missing("goal"))? {
-            G::Land(_) => Goal::Land,
-            G::Takeoff(it) => Goal::Takeoff { climb_m: positive("climb_m", it.climb_m)? },
-            G::Stop(_) => Goal::Stop,
-            G::Position(it) => Goal::Position {
-                target: it.target.ok_or(Senseless::Missing("target"))?.try_into()?,
-                speed_limit_m_s: positive("speed_limit_m_s", it.speed_limit_m_s)?,
-                yaw_rad: it.yaw_rad.map(|it| finite("yaw_rad", it)).transpose()?,
-                hold_at_target: it.hold_at_target,
-            },
-            G::Velocity(it) => Goal::Velocity {
-                velocity: it.velocity.ok_or(Senseless::Missing("velocity"))?.try_into()?,
-                yaw_rate_rad_s: it.yaw_rate_rad_s.map(|it| finite("yaw_rate_rad_s", it)).transpose()?,
-                timeout_s: it.timeout_s.map(|it| positive("timeout_s", it)).transpose()?,
-            },
-        })
+/// The mode of a field that may be unspecified; `None`: it is.
+pub fn flight_mode(mode: v1::FlightMode) -> Option<FlightMode> {
+    match mode {
+        v1::FlightMode::Unspecified => None,
+        v1::FlightMode::Loiter => Some(FlightMode::Loiter),
+        v1::FlightMode::Takeoff => Some(FlightMode::Takeoff),
+        v1::FlightMode::Land => Some(FlightMode::Land),
+        v1::FlightMode::Offboard => Some(FlightMode::Offboard),
+        v1::FlightMode::Return => Some(FlightMode::Return),
     }
 }
 
@@ -113,12 +108,12 @@ impl From<&Area> for v1::Area {
 }
 
 impl TryFrom<v1::Area> for Area {
-    type Error = Senseless;
-    fn try_from(it: v1::Area) -> Result<Area, Senseless> {
+    type Error = InvalidMessage;
+    fn try_from(it: v1::Area) -> Result<Area, InvalidMessage> {
         let kind = match it.kind() {
             v1::AreaKind::Permission => AreaKind::Permission,
             v1::AreaKind::KeepOut => AreaKind::KeepOut,
-            v1::AreaKind::Unspecified => return Err(Senseless::Missing("kind")),
+            v1::AreaKind::Unspecified => return Err(InvalidMessage::Missing("kind")),
         };
         Ok(Area {
             name: it.name,
@@ -133,56 +128,90 @@ impl TryFrom<v1::Area> for Area {
 }
 
 /// `value` if it is a finite number.
-pub fn finite(field: &'static str, value: f64) -> Result<f64, Senseless> {
+pub fn finite(field: &'static str, value: f64) -> Result<f64, InvalidMessage> {
     if value.is_finite() { Ok(value) } else { Err(out_of_range(field, value, "a finite number")) }
 }
 
 /// `value` if it is finite and more than zero.
-pub fn positive(field: &'static str, value: f64) -> Result<f64, Senseless> {
+pub fn positive(field: &'static str, value: f64) -> Result<f64, InvalidMessage> {
     if value.is_finite() && 0.0 < value { Ok(value) } else { Err(out_of_range(field, value, "more than zero")) }
 }
 
-fn out_of_range(field: &'static str, value: impl std::fmt::Debug, expected: &'static str) -> Senseless {
-    Senseless::OutOfRange { field, value: format!("{value:?}"), expected }
+fn out_of_range(field: &'static str, value: impl std::fmt::Debug, expected: &'static str) -> InvalidMessage {
+    InvalidMessage::OutOfRange { field, value: format!("{value:?}"), expected }
+}
+
+/// `text` if it is not empty.
+pub(crate) fn not_empty(field: &'static str, text: String) -> Result<String, InvalidMessage> {
+    if text.is_empty() { Err(InvalidMessage::Missing(field)) } else { Ok(text) }
+}
+
+/// `seconds` as a duration; not a number, negative or beyond any clock is refused.
+pub fn duration(field: &'static str, seconds: f64) -> Result<Duration, InvalidMessage> {
+    Duration::try_from_secs_f64(seconds).map_err(|_| out_of_range(field, seconds, "seconds, zero or more"))
+}
+
+#[cfg(test)]
+pub(crate) mod generators {
+    //! What the round-trip properties are made of.
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    pub(crate) fn ned() -> impl Strategy<Value = Ned> {
+        (-1e6..1e6, -1e6..1e6, -1e4..1e4).prop_map(|(north, east, down)| Ned::new(north, east, down))
+    }
+
+    pub(crate) fn velocity() -> impl Strategy<Value = NedVelocity> {
+        (-99.0..99.0, -99.0..99.0, -99.0..99.0).prop_map(|(north, east, down)| NedVelocity::new(north, east, down))
+    }
+
+    pub(crate) fn mode() -> impl Strategy<Value = FlightMode> {
+        use FlightMode::*;
+        prop::sample::select(vec![Loiter, Takeoff, Land, Offboard, Return])
+    }
+
+    pub(crate) fn name() -> impl Strategy<Value = String> {
+        "[a-zA-Z][a-zA-Z0-9 ]{0,8}"
+    }
+
+    pub(crate) fn area() -> impl Strategy<Value = Area> {
+        let kind = prop::sample::select(vec![AreaKind::Permission, AreaKind::KeepOut]);
+        let height = || prop::option::of(-500.0..500.0);
+        let moment = || prop::option::of(any::<i64>());
+        (name(), kind, prop::collection::vec(ned(), 0..5), height(), height(), moment(), moment()).prop_map(
+            |(name, kind, corners, floor_m, ceiling_m, from_utc_ms, until_utc_ms)| Area {
+                name,
+                kind,
+                corners,
+                floor_m,
+                ceiling_m,
+                from_utc_ms,
+                until_utc_ms,
+            },
+        )
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
-    #[test]
-    fn a_goal_survives_the_wire() {
-        #[track_caller]
-        fn check(goal: Goal) {
-            assert_eq!(Goal::try_from(v1::SkillGoal::from(goal)), Ok(goal));
+    proptest! {
+        #[test]
+        fn places_velocities_and_areas_survive_the_wire(
+            ned in generators::ned(),
+            velocity in generators::velocity(),
+            mode in generators::mode(),
+            area in generators::area(),
+        ) {
+            prop_assert_eq!(Ned::try_from(v1::Ned::from(ned)), Ok(ned));
+            prop_assert_eq!(NedVelocity::try_from(v1::NedVelocity::from(velocity)), Ok(velocity));
+            prop_assert_eq!(flight_mode(mode.into()), Some(mode));
+            prop_assert_eq!(Area::try_from(v1::Area::from(&area)), Ok(area));
         }
-        check(Goal::Land);
-        check(Goal::Stop);
-        check(Goal::Takeoff { climb_m: 10.0 });
-        check(Goal::Position {
-            target: Ned::new(1.0, 2.0, -3.0),
-            speed_limit_m_s: 5.0,
-            yaw_rad: Some(1.0),
-            hold_at_target: true,
-        });
-        check(Goal::Velocity { velocity: NedVelocity::new(1.0, 0.0, 0.0), yaw_rate_rad_s: None, timeout_s: None });
-    }
-
-    #[test]
-    fn what_is_no_number_never_becomes_a_goal() {
-        #[track_caller]
-        fn check(goal: Goal) {
-            assert!(Goal::try_from(v1::SkillGoal::from(goal)).is_err(), "{goal:?}");
-        }
-        check(Goal::Takeoff { climb_m: f64::NAN });
-        check(Goal::Takeoff { climb_m: -1.0 });
-        check(Goal::Position {
-            target: Ned::new(f64::INFINITY, 0.0, 0.0),
-            speed_limit_m_s: 5.0,
-            yaw_rad: None,
-            hold_at_target: false,
-        });
-        check(Goal::Velocity { velocity: NedVelocity::new(0.0, f64::NAN, 0.0), yaw_rate_rad_s: None, timeout_s: None });
-        assert_eq!(Goal::try_from(v1::SkillGoal { goal: None }), Err(Senseless::Missing("goal")));
     }
 }

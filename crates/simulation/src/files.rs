@@ -42,7 +42,7 @@ impl Files {
             None => read_mission(&setup.config.join(&sections.mission))?,
         };
         let (trees, contingencies) = read_table(setup.config)?;
-        let mcm = Mcm::new(&sections.mcm, "uav1", setup.seed, &trees, contingencies.clone(), Pace::REAL_TIME);
+        let mcm = Mcm::new(&sections.mcm, crate::VEHICLE, setup.seed, &trees, contingencies.clone(), Pace::REAL_TIME);
         let mcm = mcm.map_err(|error| {
             let (path, message) = (setup.config.join("trees"), error.to_string());
             Mistakes(vec![Mistake { path, place: None, message, help: String::new() }])

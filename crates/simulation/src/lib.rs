@@ -4,6 +4,7 @@
 //! who carries their messages and what time it is. The same setup gives the same flight, to the bit.
 
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
 use std::time::Duration;
@@ -13,8 +14,9 @@ use domain::contingency::Contingencies;
 use domain::file::{Mistakes, Source};
 use domain::mission::Mission;
 use domain::time::{Pace, Time};
-use kittiwake_proto::topics::{Message, Request};
+use kittiwake_proto::topics::{Message, Request, Service};
 use kittiwake_proto::v1;
+use node::Scope;
 pub use node::virtual_bus::Machine;
 use node::virtual_bus::VirtualBus;
 
@@ -23,6 +25,9 @@ mod witness;
 
 pub use witness::Breach;
 use witness::Witness;
+
+/// The vehicle that flies.
+const VEHICLE: &str = "uav1";
 
 /// What is flown, and how the control tower answers.
 #[derive(Debug, Clone)]
@@ -59,34 +64,35 @@ impl Simulation<'_> {
     /// # Errors
     /// Every mistake in the files.
     pub fn new(setup: &Setup<'_>) -> Result<Simulation<'static>, Mistakes> {
-        let nobody =
-            gateway::Door { tokens: Default::default(), audit: gateway::audit::Audit::in_memory(), recordings: None };
-        Ok(Simulation::with_gateway(setup, nobody)?.0)
+        let access = gateway::AccessControl { tokens: Default::default(), audit: gateway::audit::Audit::in_memory() };
+        Ok(Simulation::with_gateway(setup, access)?.0)
     }
 
-    /// The same with the HTTP side of its gateway, which lets in whom `door` says; it has its answers while
-    /// the simulation flies.
+    /// The same with the HTTP half of its gateway, which lets in the tokens of `access` and answers while the
+    /// simulation flies.
     ///
     /// # Errors
     /// Every mistake in the files.
     pub fn with_gateway(
         setup: &Setup<'_>,
-        door: gateway::Door,
+        access: gateway::AccessControl,
     ) -> Result<(Simulation<'static>, gateway::http::Api), Mistakes> {
         let files = files::Files::read(setup)?;
         let pace = Pace::REAL_TIME;
         let seen = Rc::new(RefCell::new(Seen::default()));
-        let mut bus = VirtualBus::new("uav1", setup.machine);
+        let mut bus = VirtualBus::new(setup.machine);
+        let on_board = || Scope::Vehicle(VEHICLE.into());
         let record = seen.clone();
         bus.tap(move |time, message| record.borrow_mut().take_in(time, message));
-        bus.add(vehicle_sim::VehicleSim::new(&files.vehicle_sim, pace, setup.seed));
-        bus.add(skill_manager::SkillManager::new(&files.skill_manager, pace));
-        bus.add(monitor::Monitor::new(&files.monitor, &files.contingencies, pace));
-        bus.add(planner::Planner::new(&files.planner, files.mission, pace));
-        bus.add(files.mcm);
-        bus.add(control_tower::ControlTower::new(&files.control_tower, setup.permissions, setup.seed, pace));
-        let (gateway, api) = gateway::Gateway::new(&files.gateway, pace, door, || {});
-        bus.add(gateway);
+        bus.add(on_board(), vehicle_sim::VehicleSim::new(&files.vehicle_sim, pace, setup.seed));
+        bus.add(on_board(), skill_manager::SkillManager::new(&files.skill_manager, pace));
+        bus.add(on_board(), monitor::Monitor::new(&files.monitor, &files.contingencies, pace));
+        bus.add(on_board(), planner::Planner::new(&files.planner, files.mission, pace));
+        bus.add(on_board(), files.mcm);
+        let tower = control_tower::ControlTower::new(&files.control_tower, setup.permissions, setup.seed, pace);
+        bus.add(Scope::Fleet, tower);
+        let (gateway, api) = gateway::Gateway::new(&files.gateway, pace, access, files.contingencies.rows(), || {});
+        bus.add(Scope::Fleet, gateway);
         Ok((Simulation { bus, seen }, api))
     }
 
@@ -111,20 +117,16 @@ impl Simulation<'_> {
     /// Raises a flag by hand.
     pub fn inject_flag(&mut self, name: &str) {
         let reason = "by hand".to_owned();
-        self.bus.publish(v1::FlagEvent {
-            name: name.to_owned(),
-            raised: true,
-            source: "injector".to_owned(),
-            reason,
-            ..Default::default()
-        });
+        let source = "injector".to_owned();
+        let flag = v1::FlagEvent { name: name.to_owned(), raised: true, source, reason, ..Default::default() };
+        self.bus.publish(VEHICLE, flag);
     }
 
     /// The operator Anna orders something.
     pub fn order(&mut self, verb: v1::operator_command::Verb) {
         let command =
             v1::OperatorCommand { request_id: self.request_id(), operator: "anna".to_owned(), verb: Some(verb) };
-        self.bus.request(Request::OperatorCommand(command));
+        self.request(Request::OperatorCommand(command));
     }
 
     /// The operator Anna asks something of the mission.
@@ -135,7 +137,11 @@ impl Simulation<'_> {
             state: None,
             request: Some(request),
         };
-        self.bus.request(Request::Mission(request));
+        self.request(Request::Mission(request));
+    }
+
+    fn request(&mut self, request: Request) {
+        self.bus.request(VEHICLE, request);
     }
 
     /// Nothing is ordered twice at one moment.
@@ -146,18 +152,19 @@ impl Simulation<'_> {
     /// Injects a fault into the simulated vehicle.
     pub fn inject_fault(&mut self, name: &str, args: &[&str]) {
         let args = args.iter().map(|&it| it.to_owned()).collect();
-        self.bus.request(Request::Fault(v1::FaultRequest { name: name.to_owned(), args }));
+        self.request(Request::Fault(v1::FaultRequest { name: name.to_owned(), args }));
     }
 
     /// Takes down a flag raised by hand.
     pub fn lower_flag(&mut self, name: &str) {
-        self.bus.publish(v1::FlagEvent { name: name.to_owned(), source: "injector".to_owned(), ..Default::default() });
+        let source = "injector".to_owned();
+        self.bus.publish(VEHICLE, v1::FlagEvent { name: name.to_owned(), source, ..Default::default() });
     }
 
     /// The control tower decides by hand.
     pub fn decide(&mut self, area: &str, decision: v1::Decision) {
-        self.bus.request(Request::Decide(v1::DecideRequest {
-            vehicle: "uav1".to_owned(),
+        self.request(Request::Decide(v1::DecideRequest {
+            vehicle: VEHICLE.to_owned(),
             area: area.to_owned(),
             decision: decision as i32,
             reason: "by hand".to_owned(),
@@ -168,6 +175,11 @@ impl Simulation<'_> {
     /// What must never happen and did.
     pub fn breaches(&self) -> Vec<Breach> {
         self.seen.borrow().witness.breaches.clone()
+    }
+
+    /// Requests that a service has left without a reply: service, what was asked, how often.
+    pub fn unanswered(&self) -> &BTreeMap<(&'static str, Service), u64> {
+        self.bus.unanswered()
     }
 
     /// Virtual time.

@@ -11,7 +11,7 @@ use axum::body::Body;
 use axum::http::Request;
 use control_tower::policy::Policy;
 use domain::file::Source;
-use gateway::Door;
+use gateway::AccessControl;
 use gateway::access::{Role, Tokens, entry};
 use gateway::audit::Audit;
 use gateway::http::router;
@@ -50,7 +50,7 @@ impl World {
         let text = entry("anna", &[Role::Operator], "token");
         let tokens = Tokens::parse(&Source { path: "tokens".into(), text }).unwrap();
         let (simulation, api) =
-            Simulation::with_gateway(&setup, Door { tokens, audit: Audit::in_memory(), recordings: None }).unwrap();
+            Simulation::with_gateway(&setup, AccessControl { tokens, audit: Audit::in_memory() }).unwrap();
         let (closing, closed) = watch::channel(());
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
         World { simulation, router: router(api, closed), runtime, keys: 0, _closing: closing }
@@ -159,16 +159,16 @@ fn in_flight() {
 
 #[test]
 fn paused() {
-    let (twice, on) = ((409, "it holds already"), (200, "goes on with a new plan"));
-    let later = (409, "`operator_pause` is up; a new plan is made when that is over");
+    let (twice, on) = ((409, "`operator_pause` is under way already"), (200, "goes on with a new plan"));
+    let later = (409, "`operator_pause` is answered; a new plan is made when that is over");
     check(State::Paused, [STARTED, twice, on, later, HOME, THERE, DOWN, NO_FLAG, NO_PLAN]);
 }
 
 #[test]
 fn returning() {
     let under_way = (409, "`operator_return` is under way already");
-    let later = (409, "`operator_return` is up; a new plan is made when that is over");
-    check(State::Returning, [STARTED, under_way, NO_HOLD, later, under_way, under_way, DOWN, NO_FLAG, NO_PLAN]);
+    let later = (409, "`operator_return` is answered; a new plan is made when that is over");
+    check(State::Returning, [STARTED, HOLDS, NO_HOLD, later, under_way, THERE, DOWN, NO_FLAG, NO_PLAN]);
 }
 
 #[test]

@@ -36,7 +36,7 @@ fn check(verb: Verb, expected: &[&str]) {
 #[test]
 fn an_aborted_mission_lands_where_it_is() {
     check(
-        Verb::Abort(v1::AbortMission {}),
+        Verb::Abort(v1::AbortMission { overrides: false }),
         &[
             "flag `operator_abort` raised: ordered by anna",
             "anna: abort: lands here and ends the mission",
@@ -49,7 +49,7 @@ fn an_aborted_mission_lands_where_it_is() {
 #[test]
 fn a_vehicle_that_is_told_to_return_lands_at_home() {
     let mut simulation = under_way();
-    simulation.order(Verb::Return(v1::ReturnHome {}));
+    simulation.order(Verb::Return(v1::ReturnHome { overrides: false }));
     simulation.fly(LIMIT).expect("the mission to end");
     let at = simulation.position().unwrap();
     assert!(at.north_m.hypot(at.east_m) < 5.0, "{at:?}");
@@ -59,7 +59,7 @@ fn a_vehicle_that_is_told_to_return_lands_at_home() {
 fn a_vehicle_lands_at_the_place_it_is_told() {
     let mut simulation = under_way();
     let position = Some(v1::Ned { north_m: 40.0, east_m: 400.0, down_m: 0.0 });
-    simulation.order(Verb::LandAt(v1::LandAt { position }));
+    simulation.order(Verb::LandAt(v1::LandAt { position, overrides: false }));
     simulation.fly(LIMIT).expect("the mission to end");
     let at = simulation.position().unwrap();
     assert!((at.north_m - 40.0).hypot(at.east_m - 400.0) < 5.0, "{at:?}\n{}", simulation.decision_log());
@@ -68,7 +68,7 @@ fn a_vehicle_lands_at_the_place_it_is_told() {
 #[test]
 fn a_pause_is_a_pause_and_the_mission_goes_on_to_its_end() {
     let mut simulation = under_way();
-    simulation.order(Verb::Pause(v1::PauseMission {}));
+    simulation.order(Verb::Pause(v1::PauseMission { overrides: false }));
     simulation.fly(Duration::from_secs(30));
     let held = simulation.position().unwrap();
     simulation.fly(Duration::from_secs(30));

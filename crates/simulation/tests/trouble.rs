@@ -105,6 +105,7 @@ fn check(seed: u64, machine: Machine) {
     assert!(report.is_some(), "no report: {}", told());
     let breaches = simulation.breaches();
     assert!(!knows_its_place || breaches.is_empty(), "{breaches:?}: {}", told());
+    assert!(simulation.unanswered().is_empty(), "{:?}: {}", simulation.unanswered(), told());
 }
 
 #[test]

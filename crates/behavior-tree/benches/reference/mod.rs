@@ -1,4 +1,4 @@
-//! A mission manager's tree, as large as a real one: the benches and the allocation test run it.
+//! A mission manager's tree of realistic size, for the benches and the allocation tests.
 
 use std::fmt::Write;
 use std::time::{Duration, Instant};
@@ -20,20 +20,20 @@ impl Object for Goal {
     const NAME: &'static str = "Goal";
 }
 
-/// The world of the leaves.
+/// What the leaves read and write.
 #[derive(Default)]
 pub struct World {
     /// The flag the monitor raises in the next tick.
     pub raise: Option<usize>,
     pub raised_at: Option<Instant>,
-    /// From the flag being written to the start of the action that answers it.
+    /// From the writing of the flag to the start of the action that responds to it.
     pub reaction: Option<Duration>,
     pub step: Option<Template<World>>,
     pub started: u64,
     pub halted: u64,
 }
 
-/// Always running; writes the flags.
+/// Runs forever and writes the flags.
 struct Monitor {
     error: Out<bool>,
     flags: Vec<Out<bool>>,
@@ -88,7 +88,7 @@ impl Leaf<World> for Check {
     }
 }
 
-/// The action that answers a flag.
+/// The action that responds to a flag.
 struct Stop;
 
 impl Leaf<World> for Stop {
@@ -122,7 +122,7 @@ impl Leaf<World> for Work {
     }
 }
 
-/// Builds the step's tree on its first tick and is that tree from then on.
+/// Builds the step's tree when it is started, and passes its ticks on to the tree.
 #[derive(Default)]
 struct Executor {
     step: Option<Tree<World>>,
@@ -176,7 +176,7 @@ pub fn registry() -> Registry<World> {
 
 const STEP: &str = r#"<Sequence><Holds/><ReactiveSequence><Holds/><Work goal="{goal}"/></ReactiveSequence></Sequence>"#;
 
-/// The step's tree alone, and with three requests for permission beside it.
+/// The step's tree, alone or with three requests for permission beside it.
 pub fn step_xml(with_requests: bool) -> String {
     let request = r#"<Work goal="{goal}"/>"#;
     let root = match with_requests {
@@ -192,7 +192,7 @@ pub fn step_xml(with_requests: bool) -> String {
     )
 }
 
-/// The whole tree; the sixteen contingencies side by side, or four by four in groups.
+/// The whole tree. The sixteen contingencies are in one list, or in four groups of four.
 pub fn mission_xml(nested: bool) -> String {
     let row = |flag: usize| {
         format!(
@@ -228,7 +228,7 @@ pub fn mission_xml(nested: bool) -> String {
     )
 }
 
-/// As many conditions in a row.
+/// A sequence of `count` conditions.
 pub fn conditions_xml(count: usize) -> String {
     let leaves = "<Holds/>".repeat(count);
     format!(r#"<root BTCPP_format="4"><BehaviorTree ID="Wide"><Sequence>{leaves}</Sequence></BehaviorTree></root>"#)
@@ -239,18 +239,18 @@ pub fn template(xml: &str, id: &str) -> Template<World> {
     library.template(id).expect("the tree is in the file")
 }
 
-/// The whole tree in its nominal step, with three requests running.
+/// The whole tree while it flies a nominal step, with three requests running.
 pub fn flying(nested: bool) -> (Tree<World>, World) {
     let mut world = World { step: Some(template(&step_xml(true), "Step")), ..World::default() };
     let mut tree = template(&mission_xml(nested), "Mission").instantiate(&[]).expect("no parameters");
     tree.tick_once(Duration::ZERO, &mut world);
     tree.tick_once(Duration::ZERO, &mut world);
-    assert!(tree.faults().is_empty(), "{:?}", tree.faults());
+    assert!(tree.errors().is_empty(), "{:?}", tree.errors());
     assert_eq!((tree.status() as u8, world.started), (1, 4));
     (tree, world)
 }
 
-/// Raises a flag and tells how long it took until the action that answers it was started.
+/// Raises a flag. Returns the time until the action that responds to it was started.
 pub fn react(tree: &mut Tree<World>, world: &mut World, flag: usize) -> Duration {
     world.raise = Some(flag);
     tree.tick_once(Duration::ZERO, world);

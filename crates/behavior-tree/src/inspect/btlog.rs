@@ -1,10 +1,10 @@
-//! A log of status changes that Groot2 can replay: BehaviorTree.CPP's `.btlog`, version 1.
+//! A log of status changes that Groot2 replays: BehaviorTree.CPP's `.btlog`, version 1.
 
 use std::io::{self, Write};
 use std::time::Duration;
 
-use crate::ring::StatusChange;
-use crate::tree::Tree;
+use crate::machine::Tree;
+use crate::record::changes::StatusChange;
 
 /// Writes the status changes of one tree to a file.
 ///
@@ -16,14 +16,15 @@ use crate::tree::Tree;
 /// let mut file = Vec::new();
 /// let since_1970 = Duration::from_secs(1_700_000_000);
 /// let now = Duration::ZERO;
-/// tree.record_changes(1024);
+/// tree.record_changes(1024, || 0);
 /// let mut log = BtlogWriter::new(&mut file, &tree, since_1970, now)?;
 /// tree.tick_once(now, &mut ());
 /// log.write_changes(&mut tree)?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
-/// A tree that a leaf holds is not part of the log: it needs one of its own.
+/// A tree that a leaf holds is not part of the log and needs a log of its own. The example `reactive_guard` writes a
+/// log to a file.
 pub struct BtlogWriter<W> {
     out: W,
     start: Duration,
@@ -33,7 +34,7 @@ const MAGIC: &[u8] = b"BTCPP4-FileLogger2";
 const VERSION: u8 = 1;
 
 impl<W: Write> BtlogWriter<W> {
-    /// Begins a log. `wall_time` is the time since 1970, and `now` is the same moment on the clock of the ticks.
+    /// Starts a log. `wall_time` is the time since 1970; `now` is the same moment on the clock of the ticks.
     pub fn new<Ctx>(mut out: W, tree: &Tree<Ctx>, wall_time: Duration, now: Duration) -> io::Result<Self> {
         let xml = tree.to_document().to_xml();
         let length = i32::try_from(xml.len()).map_err(|_| io::Error::other("the tree is too large for a log"))?;
@@ -46,7 +47,7 @@ impl<W: Write> BtlogWriter<W> {
         Ok(BtlogWriter { out, start: now })
     }
 
-    /// Writes the changes that the tree recorded since the last call, and answers how many of them were lost.
+    /// Writes the changes that the tree recorded since the last call. Returns how many were lost.
     pub fn write_changes<Ctx>(&mut self, tree: &mut Tree<Ctx>) -> io::Result<u64> {
         let mut result = Ok(());
         let lost = tree.take_changes(|change| {
@@ -59,7 +60,7 @@ impl<W: Write> BtlogWriter<W> {
         Ok(lost)
     }
 
-    /// A record is nine bytes: the time since the start in 48 bits, the node's number in 16, its status in 8.
+    /// A record has nine bytes: 48 bits for the microseconds since the start, 16 for the node's number, 8 for its status.
     fn write(&mut self, change: StatusChange) -> io::Result<()> {
         let micros = u64::try_from(change.at.saturating_sub(self.start).as_micros()).unwrap_or(u64::MAX);
         let uid = u16::try_from(change.node.index() + 1).unwrap_or(u16::MAX);

@@ -2,12 +2,13 @@
 
 use std::fmt::Write;
 
-use super::ROOT;
+use crate::machine::Tree;
+use crate::node_id::NodeId;
 use crate::status::NodeStatus;
-use crate::tree::{NodeId, Tree};
 
 impl<Ctx> Tree<Ctx> {
-    /// One line a node: status, kind and name, and why it failed.
+    /// One line for each node: its status, kind and name, and why it failed. The tree that a leaf holds is below the
+    /// leaf.
     ///
     /// ```text
     /// [running] Sequence
@@ -16,7 +17,7 @@ impl<Ctx> Tree<Ctx> {
     /// ```
     pub fn to_text(&self) -> String {
         let mut out = String::new();
-        self.write_text(ROOT, 0, &mut out);
+        self.write_text(NodeId::ROOT, 0, &mut out);
         out
     }
 
@@ -35,7 +36,7 @@ impl<Ctx> Tree<Ctx> {
             self.write_text(child, depth + 1, out);
         }
         if let Some(held) = self.held_by(node) {
-            held.write_text(ROOT, depth + 1, out);
+            held.write_text(NodeId::ROOT, depth + 1, out);
         }
     }
 }

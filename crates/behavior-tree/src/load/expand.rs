@@ -1,132 +1,163 @@
-//! From the elements of a tree, and of the trees it contains, to one [`Shape`].
-//!
-//! This walks the elements; what stands at a node is found in `meaning`, subtrees are entered in `subtree`, and keys and
-//! expressions, which need the whole tree, are seen to in `finish`.
+//! From the elements of a tree, and of the trees it includes, to a template.
 
-use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::collections::{BTreeMap, BTreeSet};
 
-use super::meaning::Meaning;
+use super::attributes::Attributes;
+use super::builder::ShapeBuilder;
+use super::connect::{add_global, add_parameter, autoremap, connect, connect_defaults};
+use super::forest::Forest;
+use super::keys::Keys;
+use super::meaning::{Meaning, built_in_kind, meaning, wrong_children};
 use super::mistake::Mistake;
 use super::mistakes::Mistakes;
-use super::ports::check_reserved;
-use super::scope::Scopes;
-use super::scripts::Scripts;
+use super::names::repeated_names;
+use super::parse::MAX_DEPTH;
+use super::scripts::{Names, Scripts};
 use crate::kind::Kind;
-use crate::port_list::Port;
-use crate::registry::{Factory, Registry};
-use crate::shape::{NONE, NodeDef, NodeLabel, Shape};
+use crate::nodes::built_in::Class;
+use crate::shape::{NONE, NodeLabel};
 use crate::template::Template;
 use crate::xml::element::Element;
-use crate::xml::parse::MAX_DEPTH;
 
-/// BehaviorTree.CPP's tools number the nodes of a tree with sixteen bits.
-pub(crate) const MAX_NODES: usize = u16::MAX as usize;
-
-/// All trees of a library together; a few lines of XML can describe any number of nodes.
-pub(crate) const MAX_NODES_IN_ALL: usize = 4 * MAX_NODES;
-
-/// What a library knows of its trees while they are expanded.
-pub(crate) struct Forest<'a, Ctx> {
-    pub(crate) registry: &'a Registry<Ctx>,
-    /// Every `BehaviorTree` element by `ID`.
-    pub(crate) trees: BTreeMap<&'a str, &'a Element>,
-    /// The ports that `TreeNodesModel` declares for a tree.
-    pub(crate) models: BTreeMap<&'a str, Vec<Port>>,
-    pub(crate) nodes_left: usize,
+/// Expands all trees of a library. Those with mistakes are missing.
+pub(crate) fn expand_all<Ctx>(
+    forest: &mut Forest<'_, Ctx>,
+    mistakes: &mut Mistakes,
+) -> BTreeMap<String, Template<Ctx>> {
+    let (ids, parts): (Vec<&str>, BTreeSet<&str>) = (forest.ids().collect(), forest.parts());
+    ids.into_iter().filter_map(|id| Some((id.to_owned(), expand(forest, id, parts.contains(id), mistakes)?))).collect()
 }
 
-/// Expands one tree. `None` if there are mistakes.
-///
-/// A tree that is only a part of others may read keys that only those others write: with `is_part` such keys become
-/// parameters.
-pub(crate) fn expand<Ctx>(
+/// Expands one tree. `None` if there are mistakes. For `is_part` see [`ShapeBuilder::finish`].
+fn expand<Ctx>(
     forest: &mut Forest<'_, Ctx>,
     id: &str,
     is_part: bool,
     mistakes: &mut Mistakes,
 ) -> Option<Template<Ctx>> {
     let before = mistakes.count();
-    let tree: &Element = forest.trees.get(id)?;
-    let shape = Shape {
-        tree_id: id.into(),
-        nodes: Vec::new(),
-        labels: Vec::new(),
-        scopes: Vec::new(),
-        leaves: Vec::new(),
-        conditions: Vec::new(),
-        scripts: Vec::new(),
-        switches: Vec::new(),
-        slots: Vec::new(),
-        slot_names: Vec::new(),
-    };
-    let (scopes, scripts, factories) = (Scopes::default(), Scripts::default(), Vec::new());
-    let stack = vec![id.to_owned()];
-    let mut expander = Expander { forest, mistakes, shape, scopes, scripts, factories, stack };
-    let root = expander.scopes.open_scope(None, String::new(), false);
-    expander.parameters(id, tree);
-    expander.tree(tree, root, id, "", NONE, 0);
-    expander.finish(is_part);
-    let Expander { shape, factories, .. } = expander;
-    (mistakes.count() == before).then(|| Template { shape: Arc::new(shape), factories: factories.into() })
+    let tree = forest.tree(id)?;
+    let mut keys = Keys::default();
+    let scope = keys.open_scope(None, String::new(), false);
+    for (key, ty) in &forest.registry().globals {
+        add_global(&mut keys, key, *ty, tree.at, mistakes);
+    }
+    for port in forest.model(id) {
+        add_parameter(&mut keys, port, tree.at, mistakes);
+    }
+    let (builder, scripts, inside) = (ShapeBuilder::new(id), Scripts::default(), vec![id.to_owned()]);
+    let mut expander = Expander { forest, mistakes, keys, scripts, builder, inside };
+    expander.tree(tree, id, "", Position { scope, parent: NONE, depth: 0 });
+    let Expander { keys, scripts, builder, mistakes, .. } = expander;
+    let template = builder.finish(keys, scripts, is_part, mistakes);
+    (mistakes.count() == before).then_some(template)
 }
 
-pub(super) struct Expander<'e, 'f, Ctx> {
-    pub(super) forest: &'e mut Forest<'f, Ctx>,
-    pub(super) mistakes: &'e mut Mistakes,
-    pub(super) shape: Shape,
-    pub(super) scopes: Scopes,
-    pub(super) scripts: Scripts,
-    pub(super) factories: Vec<Factory<Ctx>>,
-    /// The trees we are in, outermost first.
-    pub(super) stack: Vec<String>,
+/// Walks over the elements of one tree.
+struct Expander<'e, 'f, Ctx> {
+    forest: &'e mut Forest<'f, Ctx>,
+    mistakes: &'e mut Mistakes,
+    keys: Keys,
+    scripts: Scripts,
+    builder: ShapeBuilder<Ctx>,
+    /// The IDs of the trees on the way to the element, outermost first.
+    inside: Vec<String>,
+}
+
+/// Where an element stands.
+#[derive(Clone, Copy)]
+struct Position {
+    /// The tree it is in, see [`Keys::open_scope`].
+    scope: usize,
+    parent: u32,
+    depth: usize,
 }
 
 impl<'f, Ctx> Expander<'_, 'f, Ctx> {
-    pub(super) fn node(&mut self, element: &'f Element, scope: usize, parent: u32, depth: usize) {
-        if MAX_DEPTH < depth {
-            return self.mistakes.add(element.at, Mistake::TooDeep);
+    fn tree(&mut self, tree: &'f Element, id: &str, path: &str, position: Position) {
+        self.builder.enter_tree(id, path);
+        for (name, at) in repeated_names(tree) {
+            self.mistakes.add(at, Mistake::DuplicateName { name: name.to_owned(), tree: id.to_owned() });
         }
-        if self.shape.nodes.len() == MAX_NODES {
-            return self.mistakes.add(element.at, Mistake::TooLarge { limit: MAX_NODES, in_all: false });
+        match wrong_children(tree, &tree.tag, &(1..=1)) {
+            Some(mistake) => self.mistakes.add(tree.at, mistake),
+            None => self.node(&tree.children[0], position),
         }
-        let Some(left) = self.forest.nodes_left.checked_sub(1) else {
-            return self.mistakes.add(element.at, Mistake::TooLarge { limit: MAX_NODES_IN_ALL, in_all: true });
-        };
-        self.forest.nodes_left = left;
-        let Some((tag, meaning)) = self.meaning(element) else {
-            return;
-        };
-        let at = self.shape.nodes.len();
-        let placeholder = NodeDef { kind: Kind::AlwaysFailure, end: 0, children: 0, conditions: NONE };
-        self.shape.nodes.push(placeholder);
-        let kind = match meaning {
-            Meaning::BuiltIn(built_in) => self.built_in(built_in, element, scope),
-            Meaning::Leaf(kind) => self.leaf(kind, element, tag, scope, at),
-        };
-        self.label(element, tag, scope, parent);
-        let conditions = self.conditions(element, scope);
-        let known: &[&str] = if kind == Kind::SubTree { &["_autoremap"] } else { &[] };
-        check_reserved(element, known, self.mistakes);
-        if kind == Kind::SubTree {
-            self.sub_tree(element, scope, at, depth);
-        } else {
-            for child in &element.children {
-                self.node(child, scope, at as u32, depth + 1);
-            }
-        }
-        let end = self.shape.nodes.len() as u32;
-        let children = if kind == Kind::SubTree { 1 } else { element.children.len() as u32 };
-        self.shape.nodes[at] = NodeDef { kind, end, children, conditions };
-        self.check_thresholds(element, kind, children);
     }
 
-    fn label(&mut self, element: &Element, tag: &str, scope: usize, parent: u32) {
-        let tag = if element.tag == "SubTree" { element.get("ID").unwrap_or(tag) } else { tag };
-        let name = element.get("name").filter(|name| !name.is_empty()).unwrap_or(tag);
-        let attributes = element.attributes.iter().filter(|it| it.name != "name" && it.name != "ID");
-        let attributes = attributes.map(|it| (it.name.clone(), it.value.clone())).collect();
-        let label = NodeLabel { tag: tag.into(), name: name.into(), parent, scope: scope as u32, attributes };
-        self.shape.labels.push(label);
+    fn node(&mut self, element: &'f Element, position: Position) {
+        if MAX_DEPTH < position.depth {
+            return self.mistakes.add(element.at, Mistake::TooDeep { limit: MAX_DEPTH });
+        }
+        if let Err(mistake) = self.forest.take_node(self.builder.len()) {
+            return self.mistakes.add(element.at, mistake);
+        }
+        let registry = self.forest.registry();
+        let Some((tag, meaning)) = meaning(element, registry, self.mistakes) else {
+            return;
+        };
+        let at = self.builder.begin_node(label(element, tag, position));
+        let names = Names { keys: &mut self.keys, scope: position.scope, constants: &registry.constants };
+        let mut attributes = Attributes { element, names, scripts: &mut self.scripts, mistakes: self.mistakes };
+        let (kind, built_in) = match meaning {
+            Meaning::Leaf(kind) => {
+                let bindings = attributes.bind(tag, &kind.ports);
+                (self.builder.add_leaf(at, kind, bindings, element.at), None)
+            }
+            Meaning::BuiltIn(built_in) if built_in.class == Class::SubTree => (Kind::SubTree, Some(built_in)),
+            Meaning::BuiltIn(built_in) => (built_in_kind(built_in, &mut attributes, &mut self.builder), Some(built_in)),
+        };
+        if let Some(conditions) = attributes.conditions() {
+            self.builder.set_conditions(at, conditions);
+        }
+        let is_sub_tree = kind == Kind::SubTree;
+        attributes.check_reserved(if is_sub_tree { &["_autoremap"] } else { &[] });
+        let below = Position { parent: at as u32, depth: position.depth + 1, ..position };
+        if is_sub_tree {
+            self.sub_tree(element, at, below);
+        } else {
+            element.children.iter().for_each(|child| self.node(child, below));
+        }
+        let children = if is_sub_tree { 1 } else { element.children.len() };
+        self.builder.end_node(at, kind, children, built_in);
     }
+
+    /// Puts a tree in the place of the `SubTree` node `at`.
+    fn sub_tree(&mut self, element: &'f Element, at: usize, position: Position) {
+        let id = element.get("ID").unwrap_or_default();
+        let Some(tree) = self.forest.tree(id) else {
+            let nearest = self.mistakes.nearest(id, self.forest.ids());
+            return self.mistakes.add(element.at, Mistake::UnknownTree { id: id.to_owned(), nearest });
+        };
+        if self.inside.iter().any(|outer| outer == id) {
+            let path = format!("{} > {id}", self.inside.join(" > "));
+            return self.mistakes.add(element.at, Mistake::Cycle { id: id.to_owned(), path });
+        }
+        let outer = self.builder.path(position.scope);
+        let name = element.get("name").map_or_else(|| format!("{id}::{}", at + 1), str::to_owned);
+        let path = if outer.is_empty() { name } else { format!("{outer}/{name}") };
+        let autoremap = autoremap(element, self.mistakes);
+        let scope = self.keys.open_scope(Some(position.scope), format!("{path}/"), autoremap);
+        connect(element, &mut self.keys, scope, self.mistakes);
+        if !autoremap {
+            connect_defaults(element, id, self.forest.model(id), &mut self.keys, scope, self.mistakes);
+        }
+        self.inside.push(id.to_owned());
+        self.tree(tree, id, &path, Position { scope, ..position });
+        self.inside.pop();
+        for (key, at) in self.keys.unused(scope) {
+            if !self.forest.model(id).iter().any(|port| port.name == key) {
+                let nearest = self.mistakes.nearest(&key, self.keys.used(scope));
+                self.mistakes.add(at, Mistake::UnusedKey { tree: id.to_owned(), key, nearest });
+            }
+        }
+    }
+}
+
+fn label(element: &Element, tag: &str, position: Position) -> NodeLabel {
+    let tag = if tag == Class::SubTree.tag() { element.get("ID").unwrap_or(tag) } else { tag };
+    let name = element.get("name").filter(|name| !name.is_empty()).unwrap_or(tag);
+    let attributes = element.attributes.iter().filter(|attribute| attribute.name != "name" && attribute.name != "ID");
+    let attributes = attributes.map(|attribute| (attribute.name.clone(), attribute.value.clone())).collect();
+    NodeLabel { tag: tag.into(), name: name.into(), parent: position.parent, tree: position.scope as u32, attributes }
 }

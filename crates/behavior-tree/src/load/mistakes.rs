@@ -11,16 +11,16 @@ const MAX_MISTAKES: usize = 100;
 
 /// Collects mistakes while files are loaded.
 pub(crate) struct Mistakes {
-    /// Name and text of every file.
+    /// The name and text of every file.
     files: Vec<(String, String)>,
-    found: Vec<(Where, Mistake)>,
-    seen: HashSet<(Where, Mistake)>,
+    found: Vec<(Position, Mistake)>,
+    seen: HashSet<(Position, Mistake)>,
     left_out: usize,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-enum Where {
-    Place(Place),
+enum Position {
+    Offset(Place),
     Line { file: u32, line: u32, column: u32 },
 }
 
@@ -29,18 +29,19 @@ impl Mistakes {
         Mistakes { files, found: Vec::new(), seen: HashSet::new(), left_out: 0 }
     }
 
-    /// A subtree is checked in every place where it is used; each mistake counts once.
+    /// Adds a mistake. A subtree is checked wherever it is used, and each of its mistakes counts once.
     pub(crate) fn add(&mut self, at: Place, mistake: Mistake) {
-        self.insert(Where::Place(at), mistake);
+        self.insert(Position::Offset(at), mistake);
     }
 
-    pub(crate) fn add_at_line(&mut self, file: u32, line: u32, column: u32, mistake: Mistake) {
-        self.insert(Where::Line { file, line, column }, mistake);
+    /// [`Mistakes::add`], for a parser that counts lines and columns, both from 1.
+    pub(super) fn add_at_line(&mut self, file: u32, line: u32, column: u32, mistake: Mistake) {
+        self.insert(Position::Line { file, line, column }, mistake);
     }
 
-    /// The known name most like `name`. None once nobody is told any more: a file with a thousand wrong names must not take
-    /// a thousand searches.
-    pub(crate) fn nearest<'k>(&self, name: &str, known: impl IntoIterator<Item = &'k str>) -> Option<String> {
+    /// The known name most similar to `name`. `None` once mistakes are only counted: a file with a thousand wrong names
+    /// must not cost a thousand searches.
+    pub(super) fn nearest<'k>(&self, name: &str, known: impl IntoIterator<Item = &'k str>) -> Option<String> {
         if self.is_full() { None } else { nearest(name, known) }
     }
 
@@ -48,20 +49,21 @@ impl Mistakes {
         self.found.is_empty()
     }
 
-    pub(crate) fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         self.found.len() + self.left_out
     }
 
-    pub(crate) fn files(&self) -> &[(String, String)] {
-        &self.files
+    /// The names of the files.
+    pub(super) fn files(&self) -> impl Iterator<Item = &str> + Clone {
+        self.files.iter().map(|(name, _)| name.as_str())
     }
 
     /// `file:line:column` of a place.
-    pub(crate) fn describe(&self, at: Place) -> String {
+    pub(super) fn describe(&self, at: Place) -> String {
         if self.is_full() {
             return String::new();
         }
-        let (file, line, column) = self.locate(Where::Place(at));
+        let (file, line, column) = self.locate(Position::Offset(at));
         format!("{file}:{line}:{column}")
     }
 
@@ -69,12 +71,12 @@ impl Mistakes {
         let found = std::mem::take(&mut self.found);
         let mut errors: Vec<(u32, LoadError)> = found
             .into_iter()
-            .map(|(at, mistake)| {
-                let number = match at {
-                    Where::Place(place) => place.file,
-                    Where::Line { file, .. } => file,
+            .map(|(position, mistake)| {
+                let number = match position {
+                    Position::Offset(place) => place.file,
+                    Position::Line { file, .. } => file,
                 };
-                let (file, line, column) = self.locate(at);
+                let (file, line, column) = self.locate(position);
                 (number, LoadError { file, line, column, mistake })
             })
             .collect();
@@ -86,20 +88,18 @@ impl Mistakes {
         MAX_MISTAKES <= self.found.len()
     }
 
-    fn insert(&mut self, at: Where, mistake: Mistake) {
-        if !self.is_full() {
-            if self.seen.insert((at, mistake.clone())) {
-                self.found.push((at, mistake));
-            }
-        } else {
+    fn insert(&mut self, position: Position, mistake: Mistake) {
+        if self.is_full() {
             self.left_out += 1;
+        } else if self.seen.insert((position, mistake.clone())) {
+            self.found.push((position, mistake));
         }
     }
 
-    fn locate(&self, at: Where) -> (String, u32, u32) {
-        match at {
-            Where::Line { file, line, column } => (self.name(file), line, column),
-            Where::Place(place) => {
+    fn locate(&self, position: Position) -> (String, u32, u32) {
+        match position {
+            Position::Line { file, line, column } => (self.name(file), line, column),
+            Position::Offset(place) => {
                 let text = self.files.get(place.file as usize).map_or("", |(_, text)| text.as_str());
                 let before = text.get(..place.offset as usize).unwrap_or("");
                 let line = before.matches('\n').count() + 1;
@@ -109,6 +109,7 @@ impl Mistakes {
         }
     }
 
+    /// Mistakes of the registry are in no file.
     fn name(&self, file: u32) -> String {
         self.files.get(file as usize).map_or_else(|| "registry".to_owned(), |(name, _)| name.clone())
     }

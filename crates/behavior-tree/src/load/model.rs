@@ -1,19 +1,19 @@
-//! What `TreeNodesModel` says of the ports of trees.
+//! What `TreeNodesModel` says about the ports of trees.
 //!
-//! The models of actions and conditions are for editors: the program's own registry knows better. Those of trees declare
-//! what a tree wants from outside.
+//! Models of actions and conditions are for editors; the registry knows more about these. The model of a tree declares
+//! the keys that the tree takes from outside.
 
 use std::collections::BTreeMap;
 
+use super::keys::is_valid_key;
 use super::mistake::Mistake;
 use super::mistakes::Mistakes;
-use super::ports::is_usable_key;
-use crate::port_list::{Direction, Port};
-use crate::types::Type;
+use crate::leaf::declaration::{Direction, Port};
+use crate::values::types::Type;
 use crate::xml::element::{Document, Element};
 
 /// The declared ports of every tree that has a model.
-pub(crate) fn subtree_ports<'a>(documents: &'a [Document], mistakes: &mut Mistakes) -> BTreeMap<&'a str, Vec<Port>> {
+pub(super) fn subtree_ports<'a>(documents: &'a [Document], mistakes: &mut Mistakes) -> BTreeMap<&'a str, Vec<Port>> {
     let mut models: BTreeMap<&str, Vec<Port>> = BTreeMap::new();
     for model in documents.iter().flat_map(|document| &document.models).filter(|model| model.tag == "SubTree") {
         let Some(id) = model.get("ID") else {
@@ -23,8 +23,7 @@ pub(crate) fn subtree_ports<'a>(documents: &'a [Document], mistakes: &mut Mistak
         let ports = models.entry(id).or_default();
         for element in &model.children {
             match port(id, element) {
-                Ok(Some(port)) => ports.push(port),
-                Ok(None) => {}
+                Ok(port) => ports.extend(port),
                 Err(mistake) => mistakes.add(element.at, mistake),
             }
         }
@@ -32,19 +31,18 @@ pub(crate) fn subtree_ports<'a>(documents: &'a [Document], mistakes: &mut Mistak
     models
 }
 
+/// The port that an element declares. `None` for `MetadataFields` and others that editors add.
 fn port(id: &str, element: &Element) -> Result<Option<Port>, Mistake> {
-    let direction = match element.tag.as_str() {
-        "input_port" => Direction::Input,
-        "output_port" => Direction::Output,
-        "inout_port" => Direction::InOut,
-        // `MetadataFields` and whatever else an editor keeps here.
-        _ => return Ok(None),
+    let directions = [Direction::Input, Direction::Output, Direction::InOut];
+    let word = element.tag.strip_suffix("_port");
+    let Some(direction) = directions.into_iter().find(|direction| Some(direction.word()) == word) else {
+        return Ok(None);
     };
     let Some(name) = element.get("name") else {
         return Err(Mistake::MissingAttribute { tag: element.tag.clone(), attribute: "name" });
     };
-    if !is_usable_key(name) || name.starts_with('@') {
-        return Err(Mistake::Model { id: id.to_owned(), reason: format!("`{name}` is not a usable name of a port") });
+    if !is_valid_key(name) || name.starts_with('@') {
+        return Err(Mistake::Model { id: id.to_owned(), port: name.to_owned() });
     }
     let ty = element.get("type").map_or(Type::Any, Type::named);
     let mut port = Port::of_type(name, direction, ty).describe(&element.text);

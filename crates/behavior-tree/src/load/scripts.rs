@@ -1,144 +1,143 @@
-//! The expressions of a tree: read, their names resolved, their types found and checked.
+//! The expressions of a tree: parsed, their names resolved, their types inferred and checked.
 
-use super::expand::Expander;
+use std::collections::BTreeMap;
+
+use super::keys::{Keys, is_valid_key};
 use super::mistake::Mistake;
 use super::mistakes::Mistakes;
-use super::ports::is_usable_key;
-use super::scope::Slot;
-use crate::script::Script;
+use super::slots::Slots;
 use crate::script::check::{self, TypeError};
 use crate::script::expr::{Assignment, Expr, Use};
 use crate::script::parse::parse;
+use crate::script::{Purpose, Script};
 use crate::shape::NONE;
-use crate::types::Type;
-use crate::value::Value;
+use crate::values::types::Type;
+use crate::values::value::Value;
 use crate::xml::element::{Attribute, Place};
 
-/// The expressions found so far.
-#[derive(Default)]
-pub(crate) struct Scripts {
-    pub(crate) scripts: Vec<Script>,
-    pub(super) places: Vec<(Place, Wanted)>,
+/// What names mean in the expressions of one node.
+pub(super) struct Names<'a> {
+    pub(super) keys: &'a mut Keys,
+    pub(super) scope: usize,
+    /// The registry's names for numbers.
+    pub(super) constants: &'a BTreeMap<String, i64>,
 }
 
-/// What an expression is for.
-#[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Wanted {
-    /// True or false.
-    Condition,
-    /// Its effects.
-    Effects,
+/// The expressions of a tree.
+#[derive(Default)]
+pub(super) struct Scripts {
+    scripts: Vec<Script>,
+    /// Of every script, where it is written and what for.
+    uses: Vec<(Place, Purpose)>,
 }
 
 /// A chain of keys that get their types from one another may be this long.
 const MAX_PASSES: usize = 64;
 
-impl<Ctx> Expander<'_, '_, Ctx> {
-    /// Reads the expression in an attribute; answers its index, or [`NONE`] if it has a mistake.
-    pub(super) fn script(&mut self, attribute: &Attribute, wanted: Wanted, scope: usize) -> u32 {
+impl Scripts {
+    /// Compiles the expression in an attribute. Returns its index, or [`NONE`] if it has a mistake.
+    pub(super) fn compile(
+        &mut self,
+        attribute: &Attribute,
+        purpose: Purpose,
+        names: &mut Names<'_>,
+        mistakes: &mut Mistakes,
+    ) -> u32 {
         let (text, at) = (&attribute.value, attribute.at);
-        let (scopes, constants) = (&mut self.scopes, &self.forest.registry.constants);
-        let mut bad_key = None;
+        let mut invalid = None;
         let parsed = parse(text, &mut |name| {
-            if let Some(number) = constants.get(name) {
+            if let Some(number) = names.constants.get(name) {
                 return Expr::Literal(Value::Int(*number));
             }
-            if !is_usable_key(name) {
-                bad_key = Some(format!("`{name}` is not a usable key"));
+            if !is_valid_key(name) {
+                invalid = Some(format!("`{name}` is not a valid key"));
             }
-            Expr::Key(scopes.resolve(scope, name))
+            Expr::Key(names.keys.resolve(names.scope, name))
         });
-        let statements = match (parsed.map_err(|error| error.reason), bad_key) {
+        let statements = match (parsed.map_err(|error| error.reason), invalid) {
             (Ok(statements), None) => statements,
             (Err(reason), _) | (_, Some(reason)) => {
-                self.mistakes.add(at, Mistake::Expression { text: text.clone(), reason, nearest: None });
+                mistakes.add(at, Mistake::Expression { text: text.clone(), reason, nearest: None });
                 return NONE;
             }
         };
+        let slots = &mut names.keys.slots;
         for statement in &statements {
-            statement.uses(&mut |it| match it {
-                Use::Read(key) => scopes.slots[key as usize].reads.push(at),
-                Use::Assign(key, Assignment::Create, _) => scopes.slots[key as usize].is_written = true,
+            statement.uses(&mut |key_use| match key_use {
+                Use::Read(key) => slots.note_read(key, at),
+                Use::Assign(key, Assignment::Create, _) => slots.note_creation(key),
                 Use::Assign(..) => {}
             });
         }
-        self.scripts.scripts.push(Script { text: text.as_str().into(), statements });
-        self.scripts.places.push((at, wanted));
-        self.scripts.scripts.len() as u32 - 1
+        self.scripts.push(Script { text: text.as_str().into(), statements });
+        self.uses.push((at, purpose));
+        self.scripts.len() as u32 - 1
     }
-}
 
-impl Scripts {
-    /// Gives the keys that only expressions write the type of what is assigned to them.
-    pub(crate) fn find_types(&self, slots: &mut [Slot]) {
+    /// Gives keys that only expressions write the type of what is assigned to them.
+    pub(super) fn infer_types(&self, slots: &mut Slots) {
         for _ in 0..MAX_PASSES {
-            let mut has_changed = false;
+            let mut has_news = false;
             for statement in self.scripts.iter().flat_map(|script| &script.statements) {
-                statement.uses(&mut |it| {
-                    if let Use::Assign(key, how, value) = it {
-                        has_changed |= assign_type(slots, key, how, value);
+                statement.uses(&mut |key_use| {
+                    if let Use::Assign(key, how, value) = key_use
+                        && let Ok(ty) = assigned_type(slots, key, how, value)
+                    {
+                        has_news |= slots.infer(key, ty);
                     }
                 });
             }
-            if !has_changed {
+            if !has_news {
                 return;
             }
         }
     }
 
-    /// Reports what does not fit. In a part of other trees, those others may make the keys it assigns to.
-    pub(crate) fn check(&self, slots: &[Slot], is_part: bool, mistakes: &mut Mistakes) {
-        let key_type = |key: u32| slots[key as usize].ty();
-        let name = |key: u32| slots[key as usize].name.clone();
-        for (script, (at, wanted)) in self.scripts.iter().zip(&self.places) {
-            let complain = |reason: String, nearest: Option<String>, mistakes: &mut Mistakes| {
+    /// Reports type errors, and assignments to keys that nothing makes. In a part of other trees, those may make them.
+    pub(super) fn check(&self, slots: &Slots, is_part: bool, mistakes: &mut Mistakes) {
+        let key_type = |key: u32| slots.ty(key);
+        let key_name = |key: u32| slots.name(key).to_owned();
+        for (script, (at, purpose)) in self.scripts.iter().zip(&self.uses) {
+            let add = |reason: String, nearest: Option<String>, mistakes: &mut Mistakes| {
                 mistakes.add(*at, Mistake::Expression { text: script.text.to_string(), reason, nearest });
             };
             let mut last = Ok(Type::Bool);
             for statement in &script.statements {
                 last = check::type_of(statement, &key_type);
                 if let Err(error) = &last {
-                    complain(error.describe(&name), None, mistakes);
+                    add(error.describe(&key_name), None, mistakes);
                 }
-                statement.uses(&mut |it| {
-                    if let Use::Assign(key, _, _) = it {
-                        let slot = &slots[key as usize];
-                        if !slot.is_written && !is_part {
-                            let written = slots.iter().filter(|slot| slot.is_written).map(|slot| slot.name.as_str());
-                            let reason = format!("`{}` does not exist, `:=` would make it", slot.name);
-                            complain(reason, mistakes.nearest(&slot.name, written), mistakes);
-                        }
+                statement.uses(&mut |key_use| {
+                    if let Use::Assign(key, ..) = key_use
+                        && !slots.is_written(key)
+                        && !is_part
+                    {
+                        let name = slots.name(key);
+                        let reason = format!("key `{name}` does not exist; `:=` makes it");
+                        add(reason, mistakes.nearest(name, slots.written()), mistakes);
                     }
                 });
             }
-            let verdict = last.and_then(|ty| check::condition("is it true?", ty));
-            if let (Wanted::Condition, Err(TypeError::Misfit("is it true?", ty))) = (wanted, verdict) {
-                complain(format!("{} is neither true nor false", ty.name()), None, mistakes);
+            if let (Purpose::Condition, Ok(ty)) = (purpose, last)
+                && let Err(error @ TypeError::NoCondition(_)) = check::condition(ty)
+            {
+                add(error.describe(&key_name), None, mistakes);
             }
         }
+    }
+
+    pub(super) fn finish(self) -> Vec<Script> {
+        self.scripts
     }
 }
 
-fn assign_type(slots: &mut [Slot], key: u32, how: Assignment, value: &Expr) -> bool {
-    let found = {
-        let key_type = |key: u32| slots[key as usize].ty();
-        match how {
-            Assignment::Create | Assignment::Set => check::type_of(value, &key_type),
-            Assignment::With(operator) => {
-                let before = Box::new(Expr::Key(key));
-                check::type_of(&Expr::Binary(operator, before, Box::new(value.clone())), &key_type)
-            }
+fn assigned_type(slots: &Slots, key: u32, how: Assignment, value: &Expr) -> Result<Type, TypeError> {
+    let key_type = |key: u32| slots.ty(key);
+    match how {
+        Assignment::Create | Assignment::Set => check::type_of(value, &key_type),
+        Assignment::With(operator) => {
+            let before = Box::new(Expr::Key(key));
+            check::type_of(&Expr::Binary(operator, before, Box::new(value.clone())), &key_type)
         }
-    };
-    let slot = &mut slots[key as usize];
-    let Ok(found) = found else {
-        return false;
-    };
-    if slot.declared.is_some() || slot.takes_anything || found == Type::Any {
-        return false;
     }
-    let joined = slot.assigned.map_or(Some(found), |before| check::join(before, found));
-    let has_changed = joined.is_some() && joined != slot.assigned;
-    slot.assigned = joined.or(slot.assigned);
-    has_changed
 }

@@ -1,11 +1,16 @@
-//! # `AlwaysFailure`
+//! `AlwaysFailure`: fails.
 //!
 //! | | the node |
 //! |---|---|
-//! | ticked | answers failure |
+//! | ticked | returns failure |
 
-use super::{BuiltIn, Class};
+use super::built_in::{BuiltIn, Class};
+use super::run::Run;
 use crate::kind::Kind;
+use crate::status::Status;
 
-pub(crate) const BUILT_IN: BuiltIn =
-    BuiltIn { tag: "AlwaysFailure", class: Class::Action, children: 0..=0, ports: &[], kind: |_| Kind::AlwaysFailure };
+pub(super) const BUILT_INS: &[BuiltIn] = &[BuiltIn::new("AlwaysFailure", Class::Action, |_| Kind::AlwaysFailure)];
+
+pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Status {
+    run.fail(at)
+}

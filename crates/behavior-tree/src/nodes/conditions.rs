@@ -1,57 +1,59 @@
 //! # Pre- and postconditions, and the expression language
 //!
-//! Attributes that every node may have, each holding an expression.
+//! Attributes that every node may have. Each holds an expression.
 //!
 //! | attribute | computed | effect |
 //! |---|---|---|
-//! | `_failureIf` | before a tick of the idle node | true: answers failure without being ticked |
-//! | `_successIf` | before a tick of the idle node | true: answers success without being ticked |
-//! | `_skipIf` | before a tick of the idle node | true: answers skipped without being ticked |
-//! | `_while` | before every tick | false: halts the node if it runs, answers skipped |
-//! | `_onSuccess` | when the node answers success | |
-//! | `_onFailure` | when the node answers failure | |
-//! | `_post` | when it answers success or failure, after the one above | |
+//! | `_failureIf` | before a tick of the idle node | true: returns failure, the node is not ticked |
+//! | `_successIf` | before a tick of the idle node | true: returns success, the node is not ticked |
+//! | `_skipIf` | before a tick of the idle node | true: returns skipped, the node is not ticked |
+//! | `_while` | before every tick | false: halts the node if it runs, returns skipped |
+//! | `_onSuccess` | when the node returns success | |
+//! | `_onFailure` | when the node returns failure | |
+//! | `_post` | when the node returns success or failure, after the one above | |
 //! | `_onHalted` | when the node is halted while it runs | |
 //!
-//! They are looked at in this order, and the first precondition that decides ends it.
+//! They are computed in this order. The first precondition that decides ends the search.
 //!
 //! ## Expressions
 //!
-//! Names are keys of the blackboard (`@name` those of the outermost tree) or numbers that
-//! [`Registry::constant`](crate::Registry::constant) gave a name. Statements are separated by `;`, the value of the last
-//! one counts. Loosest first:
+//! A name is a key of the blackboard (`@name` a key of the outermost tree) or a number that
+//! [`Registry::constant`](crate::Registry::constant) gave this name. Statements are separated by `;`, and the value of
+//! the last one is the value of the expression. The operators, from the loosest to the tightest:
 //!
 //! | operators | on | result |
 //! |---|---|---|
-//! | `:=` | makes the key if it does not exist | the value |
-//! | `=` `+=` `-=` `*=` `/=` | the key exists | the value |
+//! | `:=` | a key, which is made if it does not exist | the value |
+//! | `=` `+=` `-=` `*=` `/=` | a key that exists | the value |
 //! | `a ? b : c` | | `b` or `c` |
-//! | `\|\|` | true or false; the right side only if needed | bool |
-//! | `&&` | true or false; the right side only if needed | bool |
+//! | `\|\|` | true or false; the right side is computed only if needed | bool |
+//! | `&&` | true or false; the right side is computed only if needed | bool |
 //! | `==` `!=` `<` `>` `<=` `>=`, also chained: `0 < x <= 9` | two numbers or two texts | bool |
-//! | `\|` `^` | whole numbers | int |
-//! | `&` | whole numbers | int |
+//! | `\|` `^` | integers | int |
+//! | `&` | integers | int |
 //! | `+` `-` | numbers; `+` also two texts | int or double; text |
 //! | `..` | texts and numbers, one of them a text | text |
-//! | `*` `/` | numbers; `/` always gives a real one | int or double |
-//! | `-a` `~a` `!a` | number; whole number; true or false | |
+//! | `*` `/` | numbers; `/` always gives a double | int or double |
+//! | `-a` `~a` `!a` | number; integer; true or false | |
 //!
-//! Literals: `42`, `0x2A`, `1.5`, `2e3`, `true`, `false`, `'text'`. Booleans count as 0 and 1 among numbers, and numbers
-//! other than 0 as true. Real numbers closer than 1.2e-7 are equal. Whole numbers stay whole and overflow is an error.
+//! Literals: `42`, `0x2A`, `1.5`, `2e3`, `true`, `false`, `'text'`. As numbers, booleans are 0 and 1; as conditions,
+//! numbers other than 0 are true. Doubles closer than 1.2e-7 are equal. Integers stay integers, and overflow is an error.
 //!
-//! Types are found and checked when the tree is loaded. What is left for run time, a key that nothing has been written
-//! to yet or a number too large, is a [`Fault`](crate::Fault) and fails the node.
+//! Types are inferred and checked when the tree is loaded. What can only be found at run time, such as a key without a
+//! value or an overflow, is a [`NodeError`](crate::NodeError) and fails the node.
 
-use crate::cause::{Cause, Words};
-use crate::fault::FaultKind;
-use crate::run::Run;
-use crate::script::eval::{EvalError, Scene};
-use crate::shape::NONE;
+use super::run::Run;
+use crate::record::cause::Cause;
+use crate::record::error::NodeErrorKind;
+use crate::script::Script;
+use crate::script::error::EvalError;
+use crate::script::eval::Scene;
+use crate::shape::{NONE, Shape};
 use crate::status::{NodeStatus, Status};
-use crate::value::Value;
+use crate::values::value::Value;
 
 /// What the preconditions decide, if they do.
-pub(crate) fn before<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Option<Status> {
+pub(super) fn before<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Option<Status> {
     let scripts = run.shape.conditions[run.shape.nodes[at].conditions as usize];
     match run.status(at) {
         NodeStatus::Idle => {
@@ -60,102 +62,104 @@ pub(crate) fn before<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Option<Status> {
                 (scripts.success_if, Status::Success),
                 (scripts.skip_if, Status::Skipped),
             ];
-            for (script, answer) in deciding.into_iter().filter(|(script, _)| *script != NONE) {
-                match holds(run, at, script) {
-                    Some(true) => {
-                        if answer == Status::Failure {
-                            blame(run, at, script);
-                        }
-                        return Some(answer);
-                    }
-                    Some(false) => {}
-                    None => return Some(Status::Failure),
+            for (script, status) in deciding.into_iter().filter(|(script, _)| *script != NONE) {
+                let Some(verdict) = judge(run, at, script) else {
+                    return Some(Status::Failure);
+                };
+                if verdict.holds && status == Status::Failure {
+                    return Some(verdict.fail(run, at, script));
+                }
+                if verdict.holds {
+                    return Some(status);
                 }
             }
             if scripts.while_true == NONE {
                 return None;
             }
-            match holds(run, at, scripts.while_true) {
-                Some(true) => None,
-                Some(false) => Some(Status::Skipped),
+            match judge(run, at, scripts.while_true) {
+                Some(verdict) => (!verdict.holds).then_some(Status::Skipped),
                 None => Some(Status::Failure),
             }
         }
-        NodeStatus::Running if scripts.while_true != NONE => match holds(run, at, scripts.while_true) {
-            Some(true) => None,
-            Some(false) => {
-                run.halt(at);
-                Some(Status::Skipped)
-            }
-            None => {
-                run.halt(at);
-                Some(Status::Failure)
-            }
-        },
+        NodeStatus::Running if scripts.while_true != NONE => {
+            let status = match judge(run, at, scripts.while_true) {
+                Some(Verdict { holds: true, .. }) => return None,
+                Some(_) => Status::Skipped,
+                None => Status::Failure,
+            };
+            run.halt(at);
+            Some(status)
+        }
         _ => None,
     }
 }
 
-/// Runs the postconditions; one that cannot be computed fails the node.
-pub(crate) fn after<Ctx>(run: &mut Run<'_, Ctx>, at: usize, answer: Status) -> Status {
+/// Runs the postconditions. One that cannot be computed fails the node.
+pub(super) fn after<Ctx>(run: &mut Run<'_, Ctx>, at: usize, status: Status) -> Status {
     let scripts = run.shape.conditions[run.shape.nodes[at].conditions as usize];
-    let own = match answer {
+    let own = match status {
         Status::Success => scripts.on_success,
         Status::Failure => scripts.on_failure,
-        Status::Running | Status::Skipped => return answer,
+        Status::Running | Status::Skipped => return status,
     };
     for script in [own, scripts.post].into_iter().filter(|script| *script != NONE) {
-        if compute(run, at, script).is_none() {
-            return Status::Failure;
+        if let Err(error) = compute(run, script) {
+            return run.fail_with(at, error);
         }
     }
-    answer
+    status
 }
 
 /// Runs `_onHalted`.
-pub(crate) fn halted<Ctx>(run: &mut Run<'_, Ctx>, at: usize) {
+pub(super) fn halted<Ctx>(run: &mut Run<'_, Ctx>, at: usize) {
     let script = run.shape.conditions[run.shape.nodes[at].conditions as usize].on_halted;
-    if script != NONE {
-        compute(run, at, script);
+    if script != NONE
+        && let Err(error) = compute(run, script)
+    {
+        run.report(at, error);
     }
 }
 
-/// The value of a script. On `None` the fault is recorded.
-pub(super) fn compute<Ctx>(run: &mut Run<'_, Ctx>, at: usize, script: u32) -> Option<Value> {
+/// Computes an expression.
+pub(super) fn compute<Ctx>(run: &mut Run<'_, Ctx>, script: u32) -> Result<Value, NodeErrorKind> {
     let shape = run.shape;
-    let mut scene = scene_of(run);
-    let result = shape.scripts[script as usize].run(&mut scene);
-    reported(run, at, script, result)
+    let script = &shape.scripts[script as usize];
+    script.run(&mut scene(run)).map_err(|error| described(shape, script, &error))
 }
 
-/// Whether a script is true. On `None` the fault is recorded.
-pub(super) fn holds<Ctx>(run: &mut Run<'_, Ctx>, at: usize, script: u32) -> Option<bool> {
+/// What an expression says as a condition.
+pub(super) struct Verdict {
+    pub(super) holds: bool,
+    /// The two sides of the last comparison, if there was one.
+    compared: Option<(Value, Value)>,
+}
+
+/// Computes an expression as a condition. On `None` the node has failed with an error.
+pub(super) fn judge<Ctx>(run: &mut Run<'_, Ctx>, at: usize, script: u32) -> Option<Verdict> {
     let shape = run.shape;
-    let mut scene = scene_of(run);
-    let result = shape.scripts[script as usize].holds(&mut scene);
-    run.machine.board.compared = scene.compared;
-    reported(run, at, script, result)
-}
-
-/// Notes the condition asked last as the cause of a failure, with what it compared last.
-pub(super) fn blame<Ctx>(run: &mut Run<'_, Ctx>, at: usize, script: u32) {
-    let condition = Words::from(run.shape.scripts[script as usize].text.clone());
-    let (value, threshold) = run.machine.board.compared.take().unzip();
-    run.record_cause(at, Cause { condition, value, threshold });
-}
-
-fn scene_of<'r, Ctx>(run: &'r mut Run<'_, Ctx>) -> Scene<'r> {
-    Scene { values: &mut run.machine.board.values, slots: &run.shape.slots, compared: None }
-}
-
-fn reported<Ctx, T>(run: &mut Run<'_, Ctx>, at: usize, script: u32, result: Result<T, EvalError>) -> Option<T> {
-    match result {
-        Ok(value) => Some(value),
+    let script = &shape.scripts[script as usize];
+    let mut scene = scene(run);
+    match script.holds(&mut scene) {
+        Ok(holds) => Some(Verdict { holds, compared: scene.compared }),
         Err(error) => {
-            let text = &run.shape.scripts[script as usize].text;
-            let reason = error.describe(&run.shape.slot_names);
-            run.report(at, FaultKind::Expression(format!("{reason} in the expression \"{text}\"")));
+            run.fail_with(at, described(shape, script, &error));
             None
         }
     }
+}
+
+impl Verdict {
+    /// Fails a node with the expression as the cause.
+    pub(super) fn fail<Ctx>(self, run: &mut Run<'_, Ctx>, at: usize, script: u32) -> Status {
+        let text = run.shape.scripts[script as usize].text.clone().into();
+        run.fail_because(at, Cause::Expression { text, holds: self.holds, compared: self.compared })
+    }
+}
+
+fn scene<'r, Ctx>(run: &'r mut Run<'_, Ctx>) -> Scene<'r> {
+    Scene { values: &mut run.machine.board.values, slots: &run.shape.slots, compared: None }
+}
+
+fn described(shape: &Shape, script: &Script, error: &EvalError) -> NodeErrorKind {
+    NodeErrorKind::Expression(format!("expression `{}`: {}", script.text, error.describe(&shape.keys)))
 }

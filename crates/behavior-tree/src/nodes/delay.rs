@@ -1,4 +1,4 @@
-//! # `Delay`
+//! `Delay`: waits before it ticks its child.
 //!
 //! | port | type | default | |
 //! |---|---|---|---|
@@ -6,45 +6,41 @@
 //!
 //! | | the node |
 //! |---|---|
-//! | the time is not up | answers running, and asks to be ticked when it is |
-//! | the time is up | ticks the child and answers the same; once it has finished, resets it and waits anew next time |
+//! | the time is not up | returns running, asks for a tick when it is |
+//! | the time is up | ticks the child and returns the same; once the child has finished, resets it and waits again next time |
 //!
-//! Halted: halts the child, the time starts anew.
+//! Halted: halts the child, waits again next time.
 
+use super::built_in::{BuiltIn, BuiltInPort, Class};
+use super::run::Run;
 use super::timeout::nanoseconds;
-use super::{BuiltIn, BuiltInPort, Class};
 use crate::kind::{Kind, Param};
-use crate::run::Run;
 use crate::status::{NodeStatus, Status};
 
-pub(crate) const BUILT_IN: BuiltIn = BuiltIn {
-    tag: "Delay",
-    class: Class::Decorator,
-    children: 1..=1,
-    ports: &[BuiltInPort::milliseconds("delay_msec", "milliseconds to wait before the child is ticked")],
-    kind: |it| Kind::Delay(it[0]),
-};
+pub(super) const BUILT_INS: &[BuiltIn] =
+    &[BuiltIn::new("Delay", Class::Decorator, |node| Kind::Delay { delay: node.numbers[0] })
+        .with_ports(&[BuiltInPort::milliseconds("delay_msec", "milliseconds to wait before the child is ticked")])];
 
-pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, delay: Param) -> Status {
+const STARTED: u32 = 1;
+
+pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, delay: Param) -> Status {
     let Some(delay) = run.number(at, delay) else {
         return run.give_up(at);
     };
-    if run.state(at).cursor == 0 {
-        let time = run.now().saturating_add(nanoseconds(delay));
+    if run.state(at).cursor != STARTED {
+        let until = run.now().saturating_add(nanoseconds(delay));
         let state = run.state(at);
-        (state.cursor, state.time) = (STARTED, time);
+        (state.cursor, state.memo) = (STARTED, until);
         run.set_status(at, NodeStatus::Running);
     }
-    let time = run.state(at).time;
-    if run.now() < time {
-        run.tick_at(time);
+    let until = run.state(at).memo;
+    if run.now() < until {
+        run.tick_at(until);
         return Status::Running;
     }
-    let answer = run.execute(at + 1);
-    if answer.is_completed() {
+    let status = run.execute(at + 1);
+    if status.is_completed() {
         run.finish(at);
     }
-    answer
+    status
 }
-
-const STARTED: u32 = 1;

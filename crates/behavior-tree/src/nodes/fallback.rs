@@ -1,32 +1,30 @@
-//! # `Fallback`
+//! `Fallback`, `AsyncFallback`: ticks its children in order until one succeeds.
 //!
-//! Children in order, until one succeeds. Remembers the running child: those before it are not asked again, so a more
-//! urgent branch that becomes possible meanwhile has to wait. [`ReactiveFallback`](super::reactive_fallback) preempts.
+//! Remembers the running child and does not tick those before it again, so a more urgent child that becomes possible
+//! meanwhile has to wait. [`ReactiveFallback`](super::reactive_fallback) does not.
 //!
-//! | the child answers | the fallback |
+//! | the child returns | the fallback |
 //! |---|---|
-//! | success | halts and resets all children, answers success; starts from the first child next time |
-//! | failure | goes on with the next child; after the last one resets all and answers failure |
-//! | running | answers running; continues at this child next time |
-//! | skipped | goes on with the next child; if all were skipped, answers skipped |
+//! | success | resets all children, returns success; starts from the first child next time |
+//! | failure | goes on with the next child; after the last one resets all children, returns failure |
+//! | failure in the tick it was started, it is not the last, `AsyncFallback` | returns running, asks for another tick at once; goes on with the next child |
+//! | running | returns running; continues at this child next time |
+//! | skipped | goes on with the next child; if all were skipped, returns skipped |
 //!
-//! Halted: halts the running child and starts from the first one next time.
+//! Halted: halts the running child, starts from the first child next time.
 
+use super::built_in::{BuiltIn, Class};
+use super::run::Run;
 use super::sequence::pause;
-use super::{BuiltIn, Class, MANY};
 use crate::kind::Kind;
-use crate::run::Run;
 use crate::status::{NodeStatus, Status};
 
-pub(crate) const BUILT_IN: BuiltIn = BuiltIn {
-    tag: "Fallback",
-    class: Class::Control,
-    children: 1..=MANY,
-    ports: &[],
-    kind: |_| Kind::Fallback { interruptible: false },
-};
+pub(super) const BUILT_INS: &[BuiltIn] = &[
+    BuiltIn::new("Fallback", Class::Control, |_| Kind::Fallback { interruptible: false }),
+    BuiltIn::new("AsyncFallback", Class::Control, |_| Kind::Fallback { interruptible: true }),
+];
 
-pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, interruptible: bool) -> Status {
+pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, interruptible: bool) -> Status {
     let shape = run.shape;
     let end = shape.after(at);
     if run.status(at) == NodeStatus::Idle {
@@ -45,6 +43,7 @@ pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, interruptible: bool) 
                 return Status::Success;
             }
             Status::Failure => {
+                run.state(at).memo = run.decider() as u64;
                 child = shape.after(child);
                 if interruptible && before == NodeStatus::Idle && child < end {
                     run.tick_again();
@@ -57,6 +56,8 @@ pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, interruptible: bool) 
             }
         }
     }
+    // The last child that failed decides, even if others after it were skipped.
+    let decider = run.state(at).memo as usize;
     run.finish(at);
-    if skipped == shape.nodes[at].children { Status::Skipped } else { Status::Failure }
+    if skipped == u32::from(shape.nodes[at].children) { Status::Skipped } else { run.fail_as(decider) }
 }

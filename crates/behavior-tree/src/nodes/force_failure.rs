@@ -1,26 +1,24 @@
-//! # `ForceFailure`
+//! `ForceFailure`: fails when its child has finished.
 //!
-//! | the child answers | the node |
+//! | the child returns | the node |
 //! |---|---|
-//! | success, failure | resets the child, answers failure |
-//! | running, skipped | answers the same |
+//! | success, failure | resets the child, returns failure |
+//! | running, skipped | returns the same |
 //!
 //! Halted: halts the child.
 
-use super::{BuiltIn, Class};
+use super::built_in::{BuiltIn, Class};
+use super::run::Run;
 use crate::kind::Kind;
-use crate::run::Run;
 use crate::status::{NodeStatus, Status};
 
-pub(crate) const BUILT_IN: BuiltIn =
-    BuiltIn { tag: "ForceFailure", class: Class::Decorator, children: 1..=1, ports: &[], kind: |_| Kind::ForceFailure };
+pub(super) const BUILT_INS: &[BuiltIn] = &[BuiltIn::new("ForceFailure", Class::Decorator, |_| Kind::ForceFailure)];
 
-pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Status {
+pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Status {
     run.set_status(at, NodeStatus::Running);
-    let answer = run.execute(at + 1);
-    if !answer.is_completed() {
-        return answer;
+    let status = run.execute(at + 1);
+    if status.is_completed() {
+        run.reset(at + 1);
     }
-    run.reset(at + 1);
-    Status::Failure
+    if status == Status::Success { run.fail(at) } else { status }
 }

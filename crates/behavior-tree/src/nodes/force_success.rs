@@ -1,26 +1,24 @@
-//! # `ForceSuccess`
+//! `ForceSuccess`: succeeds when its child has finished.
 //!
-//! | the child answers | the node |
+//! | the child returns | the node |
 //! |---|---|
-//! | success, failure | resets the child, answers success |
-//! | running, skipped | answers the same |
+//! | success, failure | resets the child, returns success |
+//! | running, skipped | returns the same |
 //!
 //! Halted: halts the child.
 
-use super::{BuiltIn, Class};
+use super::built_in::{BuiltIn, Class};
+use super::run::Run;
 use crate::kind::Kind;
-use crate::run::Run;
 use crate::status::{NodeStatus, Status};
 
-pub(crate) const BUILT_IN: BuiltIn =
-    BuiltIn { tag: "ForceSuccess", class: Class::Decorator, children: 1..=1, ports: &[], kind: |_| Kind::ForceSuccess };
+pub(super) const BUILT_INS: &[BuiltIn] = &[BuiltIn::new("ForceSuccess", Class::Decorator, |_| Kind::ForceSuccess)];
 
-pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Status {
+pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Status {
     run.set_status(at, NodeStatus::Running);
-    let answer = run.execute(at + 1);
-    if !answer.is_completed() {
-        return answer;
+    let status = run.execute(at + 1);
+    if status.is_completed() {
+        run.reset(at + 1);
     }
-    run.reset(at + 1);
-    Status::Success
+    if status == Status::Failure { Status::Success } else { status }
 }

@@ -1,28 +1,29 @@
-//! # `Inverter`
+//! `Inverter`: succeeds when its child fails, and fails when it succeeds.
 //!
-//! | the child answers | the inverter |
+//! | the child returns | the inverter |
 //! |---|---|
-//! | success | resets the child, answers failure |
-//! | failure | resets the child, answers success |
-//! | running, skipped | answers the same |
+//! | success | resets the child, returns failure |
+//! | failure | resets the child, returns success |
+//! | running, skipped | returns the same |
 //!
 //! Halted: halts the child.
 
-use super::{BuiltIn, Class};
+use super::built_in::{BuiltIn, Class};
+use super::run::Run;
 use crate::kind::Kind;
-use crate::run::Run;
 use crate::status::{NodeStatus, Status};
 
-pub(crate) const BUILT_IN: BuiltIn =
-    BuiltIn { tag: "Inverter", class: Class::Decorator, children: 1..=1, ports: &[], kind: |_| Kind::Inverter };
+pub(super) const BUILT_INS: &[BuiltIn] = &[BuiltIn::new("Inverter", Class::Decorator, |_| Kind::Inverter)];
 
-pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Status {
+pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Status {
     run.set_status(at, NodeStatus::Running);
-    let answer = match run.execute(at + 1) {
-        Status::Success => Status::Failure,
+    let status = run.execute(at + 1);
+    if status.is_completed() {
+        run.reset(at + 1);
+    }
+    match status {
+        Status::Success => run.fail(at),
         Status::Failure => Status::Success,
-        unfinished => return unfinished,
-    };
-    run.reset(at + 1);
-    answer
+        unfinished => unfinished,
+    }
 }

@@ -1,31 +1,26 @@
-//! # `KeepRunningUntilFailure`
+//! `KeepRunningUntilFailure`: ticks its child again and again until it fails.
 //!
-//! | the child answers | the node |
+//! | the child returns | the node |
 //! |---|---|
-//! | success | resets the child, answers running; the child starts again at the next tick |
-//! | failure | resets the child, answers failure |
-//! | running, skipped | answers running |
+//! | success | resets the child, returns running; starts the child again at the next tick |
+//! | failure | resets the child, returns failure |
+//! | running, skipped | returns running |
 //!
 //! Halted: halts the child.
 
-use super::{BuiltIn, Class};
+use super::built_in::{BuiltIn, Class};
+use super::run::Run;
 use crate::kind::Kind;
-use crate::run::Run;
 use crate::status::{NodeStatus, Status};
 
-pub(crate) const BUILT_IN: BuiltIn = BuiltIn {
-    tag: "KeepRunningUntilFailure",
-    class: Class::Decorator,
-    children: 1..=1,
-    ports: &[],
-    kind: |_| Kind::KeepRunningUntilFailure,
-};
+pub(super) const BUILT_INS: &[BuiltIn] =
+    &[BuiltIn::new("KeepRunningUntilFailure", Class::Decorator, |_| Kind::KeepRunningUntilFailure)];
 
-pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Status {
+pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Status {
     run.set_status(at, NodeStatus::Running);
-    let answer = run.execute(at + 1);
-    if answer.is_completed() {
+    let status = run.execute(at + 1);
+    if status.is_completed() {
         run.reset(at + 1);
     }
-    if answer == Status::Failure { Status::Failure } else { Status::Running }
+    if status == Status::Failure { Status::Failure } else { Status::Running }
 }

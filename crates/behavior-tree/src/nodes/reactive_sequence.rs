@@ -1,46 +1,37 @@
-//! # `ReactiveSequence`
+//! `ReactiveSequence`: ticks its children in order at every tick, until one does not succeed.
 //!
-//! Asks all children anew, first to last, at every tick: guards before an action: as soon as one fails, the action is halted.
+//! For guards before an action: as soon as a guard fails, the action is halted.
 //!
-//! | the child answers | the node |
+//! | the child returns | the node |
 //! |---|---|
-//! | success | goes on with the next child; after the last one resets all and answers success |
-//! | failure | halts and resets all children, answers failure |
-//! | running | halts and resets all other children, answers running |
-//! | skipped | resets this child, goes on with the next one; if all were skipped, answers skipped |
+//! | success | goes on with the next child; after the last one resets all children, returns success |
+//! | failure | resets all children, returns failure |
+//! | running | resets all other children, returns running |
+//! | skipped | resets this child, goes on with the next one; if all were skipped, returns skipped |
 //!
 //! A child that takes over is started before the one it replaces is halted. Where both command the same thing, collect
 //! the commands of a tick and send them afterwards, or the vehicle sees both for a moment.
 //!
 //! Halted: halts the running child.
 
-use super::{BuiltIn, Class, MANY};
+use super::built_in::{BuiltIn, Class};
+use super::run::Run;
 use crate::kind::Kind;
-use crate::run::Run;
 use crate::status::{NodeStatus, Status};
 
-pub(crate) const BUILT_IN: BuiltIn = BuiltIn {
-    tag: "ReactiveSequence",
-    class: Class::Control,
-    children: 1..=MANY,
-    ports: &[],
-    kind: |_| Kind::ReactiveSequence,
-};
+pub(super) const BUILT_INS: &[BuiltIn] =
+    &[BuiltIn::new("ReactiveSequence", Class::Control, |_| Kind::ReactiveSequence)];
 
-pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Status {
+pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Status {
     let shape = run.shape;
     run.set_status(at, NodeStatus::Running);
     let mut all_skipped = true;
     for child in shape.children(at) {
-        let answer = run.execute(child);
-        all_skipped &= answer == Status::Skipped;
-        match answer {
+        let status = run.execute(child);
+        all_skipped &= status == Status::Skipped;
+        match status {
             Status::Running => {
-                for other in shape.children(at) {
-                    if other != child {
-                        run.reset(other);
-                    }
-                }
+                run.reset_children_but(at, child);
                 return Status::Running;
             }
             Status::Failure => {

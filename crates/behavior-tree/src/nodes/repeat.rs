@@ -1,34 +1,34 @@
-//! # `Repeat`
+//! `Repeat`: repeats its child until it has succeeded a number of times.
 //!
 //! | port | type | default | |
 //! |---|---|---|---|
-//! | `num_cycles` | int | | how often the child must succeed; -1 for ever |
+//! | `num_cycles` | int | | how often the child must succeed; -1 is forever |
 //!
-//! | the child answers | the node |
+//! | the child returns | the node |
 //! |---|---|
-//! | success, cycles are left | resets the child and starts it again; if this cycle began in this very tick, answers running first and asks to be ticked again at once |
-//! | success, none is left | resets the child, answers success; counts anew next time |
-//! | failure | resets the child, answers failure; counts anew next time |
-//! | running | answers running |
-//! | skipped | resets the child, answers skipped; keeps the count |
+//! | success, cycles are left | resets the child and starts it again; if this cycle began in the same tick, returns running first and asks for another tick at once |
+//! | success, no cycle is left | resets the child, returns success; counts from 0 next time |
+//! | failure | resets the child, returns failure; counts from 0 next time |
+//! | running | returns running |
+//! | skipped | resets the child, returns skipped; keeps the count |
 //!
-//! With `num_cycles` 0 the child is never ticked and the node answers success. Halted: halts the child, counts anew.
+//! With `num_cycles` 0 the child is never ticked and the node returns success. Halted: halts the child, counts from 0
+//! next time.
 
+use super::built_in::{BuiltIn, BuiltInPort, Class, Holds};
 use super::retry_until_successful::is_left;
-use super::{BuiltIn, BuiltInPort, Class};
+use super::run::Run;
 use crate::kind::{Kind, Param};
-use crate::run::Run;
 use crate::status::{NodeStatus, Status};
 
-pub(crate) const BUILT_IN: BuiltIn = BuiltIn {
-    tag: "Repeat",
-    class: Class::Decorator,
-    children: 1..=1,
-    ports: &[BuiltInPort::number("num_cycles", None, "how often the child must succeed; -1 for ever")],
-    kind: |it| Kind::Repeat(it[0]),
-};
+const NUM_CYCLES: BuiltInPort =
+    BuiltInPort::new("num_cycles", Holds::Number { min: i32::MIN }, "how often the child must succeed; -1 is forever");
 
-pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, cycles: Param) -> Status {
+pub(super) const BUILT_INS: &[BuiltIn] =
+    &[BuiltIn::new("Repeat", Class::Decorator, |node| Kind::Repeat { cycles: node.numbers[0] })
+        .with_ports(&[NUM_CYCLES])];
+
+pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, cycles: Param) -> Status {
     let Some(limit) = run.number(at, cycles) else {
         return run.give_up(at);
     };

@@ -1,37 +1,39 @@
-//! # `RetryUntilSuccessful`
+//! `RetryUntilSuccessful`: starts its child again when it fails, a number of times.
 //!
 //! | port | type | default | |
 //! |---|---|---|---|
-//! | `num_attempts` | int | | how often the child may be started; -1 for ever |
+//! | `num_attempts` | int | | how often the child may be started; -1 is forever |
 //!
-//! | the child answers | the node |
+//! | the child returns | the node |
 //! |---|---|
-//! | success | resets the child, answers success; counts anew next time |
-//! | failure, attempts are left | resets the child and starts it again; if this attempt began in this very tick, answers running first and asks to be ticked again at once |
-//! | failure, none is left | resets the child, answers failure; counts anew next time |
-//! | running | answers running |
-//! | skipped | resets the child, answers skipped; keeps the count |
+//! | success | resets the child, returns success; counts from 0 next time |
+//! | failure, attempts are left | resets the child and starts it again; if this attempt began in the same tick, returns running first and asks for another tick at once |
+//! | failure, no attempt is left | resets the child, returns failure; counts from 0 next time |
+//! | running | returns running |
+//! | skipped | resets the child, returns skipped; keeps the count |
 //!
-//! With `num_attempts` 0 the child is never ticked and the node answers failure. Halted: halts the child, counts anew.
+//! With `num_attempts` 0 the child is never ticked and the node returns failure. Halted: halts the child, counts from 0
+//! next time.
 
-use super::{BuiltIn, BuiltInPort, Class};
+use super::built_in::{BuiltIn, BuiltInPort, Class, Holds};
+use super::run::Run;
 use crate::kind::{Kind, Param};
-use crate::run::Run;
 use crate::status::{NodeStatus, Status};
 
-pub(crate) const BUILT_IN: BuiltIn = BuiltIn {
-    tag: "RetryUntilSuccessful",
-    class: Class::Decorator,
-    children: 1..=1,
-    ports: &[BuiltInPort::number("num_attempts", None, "how often the child may be started; -1 for ever")],
-    kind: |it| Kind::RetryUntilSuccessful(it[0]),
-};
+const NUM_ATTEMPTS: BuiltInPort =
+    BuiltInPort::new("num_attempts", Holds::Number { min: i32::MIN }, "how often the child may start; -1 is forever");
 
-pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, attempts: Param) -> Status {
+pub(super) const BUILT_INS: &[BuiltIn] = &[BuiltIn::new("RetryUntilSuccessful", Class::Decorator, |node| {
+    Kind::RetryUntilSuccessful { attempts: node.numbers[0] }
+})
+.with_ports(&[NUM_ATTEMPTS])];
+
+pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, attempts: Param) -> Status {
     let Some(mut limit) = run.number(at, attempts) else {
         return run.give_up(at);
     };
     run.set_status(at, NodeStatus::Running);
+    let mut has_failed = false;
     while is_left(run.state(at).count, limit) {
         let before = run.status(at + 1);
         match run.execute(at + 1) {
@@ -40,11 +42,12 @@ pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, attempts: Param) -> S
                 return Status::Success;
             }
             Status::Failure => {
+                has_failed = true;
                 run.state(at).count = run.state(at).count.saturating_add(1);
                 run.reset(at + 1);
-                // The child may have changed the key the limit comes from.
+                // The child may have changed the key that holds the limit.
                 match run.number(at, attempts) {
-                    Some(now) => limit = now,
+                    Some(new_limit) => limit = new_limit,
                     None => return run.give_up(at),
                 }
                 if before == NodeStatus::Idle && is_left(run.state(at).count, limit) {
@@ -59,10 +62,14 @@ pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, attempts: Param) -> S
             }
         }
     }
+    if !has_failed {
+        // No attempt is allowed, or the limit in a key has changed.
+        run.fail(at);
+    }
     run.give_up(at)
 }
 
-/// True if a node that may do something `limit` times has not yet done it that often; -1 is without end.
+/// True if a node that may do something `limit` times has done it fewer times. -1 is no limit.
 pub(super) fn is_left(count: u32, limit: i32) -> bool {
     limit == -1 || i64::from(count) < i64::from(limit)
 }

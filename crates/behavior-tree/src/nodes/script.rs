@@ -1,4 +1,4 @@
-//! # `Script`
+//! `Script`: computes an expression.
 //!
 //! | port | type | |
 //! |---|---|---|
@@ -6,24 +6,23 @@
 //!
 //! | | the node |
 //! |---|---|
-//! | the expression was computed | answers success |
-//! | it cannot be computed | answers failure, with a [`Fault`](crate::Fault) |
+//! | the expression was computed | returns success |
+//! | it cannot be computed | returns failure, with a [`NodeError`](crate::NodeError) |
 
+use super::built_in::{BuiltIn, BuiltInPort, Class, Holds};
 use super::conditions::compute;
-use super::{BuiltIn, BuiltInPort, Class};
+use super::run::Run;
 use crate::kind::Kind;
-use crate::run::Run;
-use crate::shape::NONE;
+use crate::script::Purpose;
 use crate::status::Status;
 
-pub(crate) const BUILT_IN: BuiltIn = BuiltIn {
-    tag: "Script",
-    class: Class::Action,
-    children: 0..=0,
-    ports: &[BuiltInPort::text("code", None, "what to compute")],
-    kind: |_| Kind::Script(NONE),
-};
+pub(super) const BUILT_INS: &[BuiltIn] =
+    &[BuiltIn::new("Script", Class::Action, |node| Kind::Script { script: node.script })
+        .with_ports(&[BuiltInPort::new("code", Holds::Script(Purpose::Effects), "what to compute")])];
 
-pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, script: u32) -> Status {
-    Status::from_bool(compute(run, at, script).is_some())
+pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, script: u32) -> Status {
+    match compute(run, script) {
+        Ok(_) => Status::Success,
+        Err(error) => run.fail_with(at, error),
+    }
 }

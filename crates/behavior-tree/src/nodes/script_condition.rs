@@ -1,4 +1,4 @@
-//! # `ScriptCondition`
+//! `ScriptCondition`: asks whether an expression is true.
 //!
 //! | port | type | |
 //! |---|---|---|
@@ -6,29 +6,25 @@
 //!
 //! | | the node |
 //! |---|---|
-//! | the expression is true | answers success |
-//! | the expression is false | answers failure; [`Tree::why`](crate::Tree::why) tells what was compared |
-//! | it cannot be computed | answers failure, with a [`Fault`](crate::Fault) |
+//! | the expression is true | returns success |
+//! | the expression is false | returns failure; [`Tree::why`](crate::Tree::why) has what was compared |
+//! | it cannot be computed | returns failure, with a [`NodeError`](crate::NodeError) |
 
-use super::conditions::{blame, holds};
-use super::{BuiltIn, BuiltInPort, Class};
+use super::built_in::{BuiltIn, BuiltInPort, Class, Holds};
+use super::conditions::judge;
+use super::run::Run;
 use crate::kind::Kind;
-use crate::run::Run;
-use crate::shape::NONE;
+use crate::script::Purpose;
 use crate::status::Status;
 
-pub(crate) const BUILT_IN: BuiltIn = BuiltIn {
-    tag: "ScriptCondition",
-    class: Class::Condition,
-    children: 0..=0,
-    ports: &[BuiltInPort::text("code", None, "what must be true")],
-    kind: |_| Kind::ScriptCondition(NONE),
-};
+pub(super) const BUILT_INS: &[BuiltIn] =
+    &[BuiltIn::new("ScriptCondition", Class::Condition, |node| Kind::ScriptCondition { script: node.script })
+        .with_ports(&[BuiltInPort::new("code", Holds::Script(Purpose::Condition), "what must be true")])];
 
-pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, script: u32) -> Status {
-    let holds = holds(run, at, script);
-    if holds == Some(false) {
-        blame(run, at, script);
+pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, script: u32) -> Status {
+    match judge(run, at, script) {
+        Some(verdict) if verdict.holds => Status::Success,
+        Some(verdict) => verdict.fail(run, at, script),
+        None => Status::Failure,
     }
-    Status::from_bool(holds == Some(true))
 }

@@ -1,30 +1,28 @@
-//! # `Sequence`
+//! `Sequence`, `AsyncSequence`: ticks its children in order until one fails.
 //!
-//! Children in order, until one fails. Remembers the running child: those before it are not asked again.
+//! Remembers the running child and does not tick those before it again.
 //!
-//! | the child answers | the sequence |
+//! | the child returns | the sequence |
 //! |---|---|
-//! | success | goes on with the next child; after the last one resets all and answers success |
-//! | failure | halts and resets all children, answers failure; starts from the first child next time |
-//! | running | answers running; continues at this child next time |
-//! | skipped | goes on with the next child; if all were skipped, answers skipped |
+//! | success | goes on with the next child; after the last one resets all children, returns success |
+//! | success in the tick it was started, it is not the last, `AsyncSequence` | returns running, asks for another tick at once; goes on with the next child |
+//! | failure | resets all children, returns failure; starts from the first child next time |
+//! | running | returns running; continues at this child next time |
+//! | skipped | goes on with the next child; if all were skipped, returns skipped |
 //!
-//! Halted: halts the running child and starts from the first one next time.
+//! Halted: halts the running child, starts from the first child next time.
 
-use super::{BuiltIn, Class, MANY};
+use super::built_in::{BuiltIn, Class};
+use super::run::Run;
 use crate::kind::Kind;
-use crate::run::Run;
 use crate::status::{NodeStatus, Status};
 
-pub(crate) const BUILT_IN: BuiltIn = BuiltIn {
-    tag: "Sequence",
-    class: Class::Control,
-    children: 1..=MANY,
-    ports: &[],
-    kind: |_| Kind::Sequence { interruptible: false },
-};
+pub(super) const BUILT_INS: &[BuiltIn] = &[
+    BuiltIn::new("Sequence", Class::Control, |_| Kind::Sequence { interruptible: false }),
+    BuiltIn::new("AsyncSequence", Class::Control, |_| Kind::Sequence { interruptible: true }),
+];
 
-pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, interruptible: bool) -> Status {
+pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, interruptible: bool) -> Status {
     let shape = run.shape;
     let end = shape.after(at);
     if run.status(at) == NodeStatus::Idle {
@@ -53,13 +51,12 @@ pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, interruptible: bool) 
         }
     }
     run.finish(at);
-    if skipped == shape.nodes[at].children { Status::Skipped } else { Status::Success }
+    if skipped == u32::from(shape.nodes[at].children) { Status::Skipped } else { Status::Success }
 }
 
 /// Leaves the node running, to go on at `child`.
 pub(super) fn pause<Ctx>(run: &mut Run<'_, Ctx>, at: usize, child: usize, skipped: u32) -> Status {
     let state = run.state(at);
-    state.cursor = child as u32;
-    state.count = skipped;
+    (state.cursor, state.count) = (child as u32, skipped);
     Status::Running
 }

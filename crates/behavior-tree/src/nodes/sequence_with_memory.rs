@@ -1,33 +1,27 @@
-//! # `SequenceWithMemory`
+//! `SequenceWithMemory`: a [`Sequence`](super::sequence) that does not repeat what has succeeded.
 //!
-//! A [`Sequence`](super::sequence) that does not repeat what has succeeded: after a failure, and after a halt, it
-//! continues at the child where it was.
+//! After a failure, and after a halt, it continues at the child where it was.
 //!
-//! | the child answers | the sequence |
+//! | the child returns | the sequence |
 //! |---|---|
-//! | success | goes on with the next child; if the child was also started in this tick and is not the last, answers running and asks to be ticked again at once |
-//! | failure | halts this child and those after it, answers failure; continues at this child next time |
-//! | running | answers running; continues at this child next time |
-//! | skipped | goes on with the next child; if all were skipped, answers skipped |
+//! | success | goes on with the next child; if the child was started in the same tick and is not the last, returns running first and asks for another tick at once |
+//! | failure | resets this child and those after it, returns failure; continues at this child next time |
+//! | running | returns running; continues at this child next time |
+//! | skipped | goes on with the next child; if all were skipped, returns skipped |
 //!
-//! After the last child it resets all and starts from the first one next time. Halted: halts the running child and
+//! After the last child it resets all children and starts from the first one next time. Halted: halts the running child,
 //! keeps its place.
 
+use super::built_in::{BuiltIn, Class};
+use super::run::Run;
 use super::sequence::pause;
-use super::{BuiltIn, Class, MANY};
-use crate::kind::Kind;
-use crate::run::Run;
+use crate::kind::{Kind, NodeState};
 use crate::status::{NodeStatus, Status};
 
-pub(crate) const BUILT_IN: BuiltIn = BuiltIn {
-    tag: "SequenceWithMemory",
-    class: Class::Control,
-    children: 1..=MANY,
-    ports: &[],
-    kind: |_| Kind::SequenceWithMemory,
-};
+pub(super) const BUILT_INS: &[BuiltIn] =
+    &[BuiltIn::new("SequenceWithMemory", Class::Control, |_| Kind::SequenceWithMemory).keeping_its_place()];
 
-pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Status {
+pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Status {
     let shape = run.shape;
     let end = shape.after(at);
     if run.status(at) == NodeStatus::Idle {
@@ -63,6 +57,6 @@ pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Status {
         }
     }
     run.reset_children(at);
-    *run.state(at) = Default::default();
-    if skipped == shape.nodes[at].children { Status::Skipped } else { Status::Success }
+    *run.state(at) = NodeState::default();
+    if skipped == u32::from(shape.nodes[at].children) { Status::Skipped } else { Status::Success }
 }

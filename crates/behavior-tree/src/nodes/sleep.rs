@@ -1,4 +1,4 @@
-//! # `Sleep`
+//! `Sleep`: succeeds after a time.
 //!
 //! | port | type | default | |
 //! |---|---|---|---|
@@ -6,42 +6,38 @@
 //!
 //! | | the node |
 //! |---|---|
-//! | started, with 0 | answers success |
-//! | started | answers running, and asks to be ticked when the time is up |
-//! | running, the time is not up | answers running |
-//! | running, the time is up | answers success |
+//! | started, with 0 | returns success |
+//! | started | returns running, asks for a tick when the time is up |
+//! | running, the time is not up | returns running |
+//! | running, the time is up | returns success |
 //!
-//! Halted: the time starts anew.
+//! Halted: waits for the whole time again next time.
 
+use super::built_in::{BuiltIn, BuiltInPort, Class};
+use super::run::Run;
 use super::timeout::nanoseconds;
-use super::{BuiltIn, BuiltInPort, Class};
 use crate::kind::{Kind, Param};
-use crate::run::Run;
 use crate::status::{NodeStatus, Status};
 
-pub(crate) const BUILT_IN: BuiltIn = BuiltIn {
-    tag: "Sleep",
-    class: Class::Action,
-    children: 0..=0,
-    ports: &[BuiltInPort::milliseconds("msec", "milliseconds to wait")],
-    kind: |it| Kind::Sleep(it[0]),
-};
+pub(super) const BUILT_INS: &[BuiltIn] =
+    &[BuiltIn::new("Sleep", Class::Action, |node| Kind::Sleep { duration: node.numbers[0] })
+        .with_ports(&[BuiltInPort::milliseconds("msec", "milliseconds to wait")])];
 
-pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, duration: Param) -> Status {
+pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, duration: Param) -> Status {
     match run.status(at) {
         NodeStatus::Idle => {
             let Some(duration) = run.number(at, duration) else {
                 return Status::Failure;
             };
-            run.state(at).time = run.now().saturating_add(nanoseconds(duration));
+            run.state(at).memo = run.now().saturating_add(nanoseconds(duration));
         }
         NodeStatus::Running => {}
         NodeStatus::Success => return Status::Success,
-        NodeStatus::Failure => return Status::Failure,
+        NodeStatus::Failure => return run.fail_as(at),
     }
-    let time = run.state(at).time;
-    if run.now() < time {
-        run.tick_at(time);
+    let until = run.state(at).memo;
+    if run.now() < until {
+        run.tick_at(until);
         return Status::Running;
     }
     Status::Success

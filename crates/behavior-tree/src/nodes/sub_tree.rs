@@ -1,6 +1,6 @@
-//! # `SubTree`
+//! `SubTree`: puts another tree of the library in its place.
 //!
-//! Another tree of the library in this place. `ID` names it; the other attributes connect its keys to those of this tree.
+//! `ID` names the tree. The other attributes connect its keys to those of this tree.
 //!
 //! | attribute | |
 //! |---|---|
@@ -10,30 +10,29 @@
 //! | `_autoremap="true"` | every key inside is the key of the same name outside, unless it starts with `_` |
 //! | `@goal` (inside, in any port or expression) | the key `goal` of the outermost tree |
 //!
-//! All of it is resolved when the library is loaded: at run time a key is a place in an array.
+//! All keys are resolved when the library is loaded: at run time a key is a place in an array.
 //!
-//! | the tree answers | the node |
+//! | the tree returns | the node |
 //! |---|---|
-//! | success, failure | resets it, answers the same |
-//! | running, skipped | answers the same |
+//! | success, failure | resets the tree, returns the same |
+//! | running, skipped | returns the same |
 //!
 //! Halted: halts the tree. Its keys keep their values.
 
-use super::{BuiltIn, Class};
+use super::built_in::{BuiltIn, Class};
+use super::run::Run;
 use crate::kind::Kind;
-use crate::run::Run;
 use crate::status::{NodeStatus, Status};
 
-pub(crate) const BUILT_IN: BuiltIn =
-    BuiltIn { tag: "SubTree", class: Class::SubTree, children: 0..=0, ports: &[], kind: |_| Kind::SubTree };
+pub(super) const BUILT_INS: &[BuiltIn] = &[BuiltIn::new("SubTree", Class::SubTree, |_| Kind::SubTree)];
 
-pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Status {
+pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Status {
     if run.status(at) == NodeStatus::Idle {
         run.set_status(at, NodeStatus::Running);
     }
-    let answer = run.execute(at + 1);
-    if answer.is_completed() {
+    let status = run.execute(at + 1);
+    if status.is_completed() {
         run.reset(at + 1);
     }
-    answer
+    status
 }

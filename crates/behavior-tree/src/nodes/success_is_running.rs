@@ -1,31 +1,27 @@
-//! # `SuccessIsRunning`
+//! `SuccessIsRunning`: stays running once its child has succeeded.
 //!
-//! Not part of BehaviorTree.CPP. Once its child has succeeded it stays running, without ticking the child again, until it
-//! is halted: for work that must be done once while something beside it goes on.
+//! For work that must be done once while something beside it goes on. Not part of BehaviorTree.CPP.
 //!
 //! | | the node |
 //! |---|---|
-//! | the child has succeeded since the node was started | answers running, does not tick the child |
-//! | the child answers success | resets it, answers running from now on |
-//! | the child answers failure | resets it, answers failure |
-//! | the child answers running, skipped | answers the same |
+//! | the child has succeeded since the node was started | returns running, does not tick the child |
+//! | the child returns success | resets the child, returns running from now on |
+//! | the child returns failure | resets the child, returns failure |
+//! | the child returns running, skipped | returns the same |
 //!
-//! Halted, or started anew after any other reset: forgets that the child has succeeded.
+//! Halted, or started again after a reset: forgets that the child has succeeded.
 
-use super::{BuiltIn, Class};
+use super::built_in::{BuiltIn, Class};
+use super::run::Run;
 use crate::kind::Kind;
-use crate::run::Run;
 use crate::status::{NodeStatus, Status};
 
-pub(crate) const BUILT_IN: BuiltIn = BuiltIn {
-    tag: "SuccessIsRunning",
-    class: Class::Decorator,
-    children: 1..=1,
-    ports: &[],
-    kind: |_| Kind::SuccessIsRunning,
-};
+pub(super) const BUILT_INS: &[BuiltIn] =
+    &[BuiltIn::new("SuccessIsRunning", Class::Decorator, |_| Kind::SuccessIsRunning)];
 
-pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Status {
+const SUCCEEDED: u32 = 1;
+
+pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Status {
     if run.status(at) != NodeStatus::Running {
         run.state(at).cursor = 0;
     }
@@ -33,15 +29,13 @@ pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize) -> Status {
     if run.state(at).cursor == SUCCEEDED {
         return Status::Running;
     }
-    let answer = run.execute(at + 1);
-    if answer.is_completed() {
+    let status = run.execute(at + 1);
+    if status.is_completed() {
         run.reset(at + 1);
     }
-    if answer == Status::Success {
+    if status == Status::Success {
         run.state(at).cursor = SUCCEEDED;
         return Status::Running;
     }
-    answer
+    status
 }
-
-const SUCCEEDED: u32 = 1;

@@ -1,4 +1,4 @@
-//! # `Timeout`
+//! `Timeout`: fails if its child runs too long.
 //!
 //! | port | type | default | |
 //! |---|---|---|---|
@@ -6,60 +6,52 @@
 //!
 //! | | the node |
 //! |---|---|
-//! | the time is up and the child runs | halts it without ticking it, answers failure |
-//! | the child answers success, failure | resets it, answers the same |
-//! | the child answers running | answers running, and asks to be ticked when the time is up |
-//! | the child answers skipped | answers skipped; the time goes on |
+//! | the time is up and the child runs | halts the child without ticking it, returns failure |
+//! | the child returns success, failure | resets the child, returns the same |
+//! | the child returns running | returns running, asks for a tick when the time is up |
+//! | the child returns skipped | returns skipped; the time goes on |
 //!
-//! The limit is only looked at when the tree is ticked: BehaviorTree.CPP halts the child from a thread of its own.
-//! Halted: halts the child, the time starts anew.
+//! The time is only checked when the tree is ticked. BehaviorTree.CPP halts the child from a thread of its own.
+//! Halted: halts the child; the time starts from 0 next time.
 
-use super::{BuiltIn, BuiltInPort, Class};
-use crate::cause::Cause;
+use super::built_in::{BuiltIn, BuiltInPort, Class};
+use super::run::Run;
 use crate::kind::{Kind, Param};
-use crate::run::Run;
+use crate::record::cause::Cause;
 use crate::status::{NodeStatus, Status};
-use crate::value::Value;
 
-pub(crate) const BUILT_IN: BuiltIn = BuiltIn {
-    tag: "Timeout",
-    class: Class::Decorator,
-    children: 1..=1,
-    ports: &[BuiltInPort::milliseconds("msec", "milliseconds the child may run; 0 is no limit")],
-    kind: |it| Kind::Timeout(it[0]),
-};
+pub(super) const BUILT_INS: &[BuiltIn] =
+    &[BuiltIn::new("Timeout", Class::Decorator, |node| Kind::Timeout { limit: node.numbers[0] })
+        .with_ports(&[BuiltInPort::milliseconds("msec", "milliseconds the child may run; 0 is no limit")])];
 
-pub(crate) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, limit: Param) -> Status {
+const STARTED: u32 = 1;
+const NO_LIMIT: u64 = u64::MAX;
+
+pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, limit: Param) -> Status {
     let Some(limit) = run.number(at, limit) else {
         return run.give_up(at);
     };
-    if run.state(at).cursor == 0 {
-        let deadline = if limit <= 0 { u64::MAX } else { run.now().saturating_add(nanoseconds(limit)) };
+    if run.state(at).cursor != STARTED {
+        let deadline = if limit <= 0 { NO_LIMIT } else { run.now().saturating_add(nanoseconds(limit)) };
         let state = run.state(at);
-        (state.cursor, state.time) = (STARTED, deadline);
+        (state.cursor, state.memo) = (STARTED, deadline);
         run.set_status(at, NodeStatus::Running);
     }
-    let deadline = run.state(at).time;
+    let deadline = run.state(at).memo;
     if deadline <= run.now() && run.status(at + 1) == NodeStatus::Running {
         run.finish(at);
-        let limit = Value::Int(i64::from(limit));
-        run.record_cause(at, Cause::new("time limit in milliseconds", None, Some(limit)));
-        return Status::Failure;
+        return run.fail_because(at, Cause::Happened(format!("not finished within {limit} ms").into()));
     }
-    let answer = run.execute(at + 1);
-    match answer {
-        Status::Success | Status::Failure => {
-            run.finish(at);
-        }
-        Status::Running if deadline != u64::MAX => run.tick_at(deadline),
+    let status = run.execute(at + 1);
+    match status {
+        Status::Success | Status::Failure => run.finish(at),
+        Status::Running if deadline != NO_LIMIT => run.tick_at(deadline),
         Status::Running | Status::Skipped => {}
     }
-    answer
+    status
 }
 
-const STARTED: u32 = 1;
-
-/// Milliseconds in a port, negative ones counting as none.
+/// The milliseconds of a port in nanoseconds. Negative ones count as 0.
 pub(super) fn nanoseconds(milliseconds: i32) -> u64 {
     u64::try_from(milliseconds).unwrap_or(0) * 1_000_000
 }

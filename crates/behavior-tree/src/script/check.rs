@@ -1,26 +1,28 @@
-//! Types of expressions, found before anything runs.
+//! The types of expressions, inferred when a tree is loaded.
 
 use super::expr::{Assignment, Binary, Expr, Unary};
-use crate::types::Type;
+use crate::values::types::Type;
 
 /// What is wrong with an expression's types.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum TypeError {
     /// The operator cannot be applied to this type.
     Misfit(&'static str, Type),
-    /// Two sides that do not go together.
+    /// A value of this type is neither true nor false.
+    NoCondition(Type),
+    /// The operator cannot combine these types.
     Mixed(&'static str, Type, Type),
     /// A value of this type is assigned to a key of that type.
     Assigned(u32, Type, Type),
 }
 
-/// The type of an expression; `Any` where it is known only when it runs. `type_of` gives the types of keys.
+/// The type of an expression. `Any` if it is known only at run time. `key_type` has the types of the keys.
 pub(crate) fn type_of(expr: &Expr, key_type: &dyn Fn(u32) -> Type) -> Result<Type, TypeError> {
     let type_of = |expr: &Expr| type_of(expr, key_type);
     match expr {
-        Expr::Literal(value) => Ok(value.plain_type()),
+        Expr::Literal(value) => Ok(Type::of(value)),
         Expr::Key(key) => Ok(key_type(*key)),
-        Expr::Unary(Unary::Not, operand) => condition("!", type_of(operand)?).map(|()| Type::Bool),
+        Expr::Unary(Unary::Not, operand) => condition(type_of(operand)?).map(|()| Type::Bool),
         Expr::Unary(Unary::Negate, operand) => match type_of(operand)? {
             Type::Bool => Ok(Type::Int),
             ty @ (Type::Any | Type::Int | Type::Float) => Ok(ty),
@@ -35,13 +37,13 @@ pub(crate) fn type_of(expr: &Expr, key_type: &dyn Fn(u32) -> Type) -> Result<Typ
             let mut left = type_of(first)?;
             for (operator, operand) in rest {
                 let right = type_of(operand)?;
-                let goes_together = match (left, right) {
+                let can_be_compared = match (left, right) {
                     (Type::Object(_), _) => return Err(TypeError::Misfit(operator.sign(), left)),
                     (_, Type::Object(_)) => return Err(TypeError::Misfit(operator.sign(), right)),
                     (Type::Any, _) | (_, Type::Any) => true,
                     (left, right) => (left == Type::Text) == (right == Type::Text),
                 };
-                if !goes_together {
+                if !can_be_compared {
                     return Err(TypeError::Mixed(operator.sign(), left, right));
                 }
                 left = right;
@@ -49,7 +51,7 @@ pub(crate) fn type_of(expr: &Expr, key_type: &dyn Fn(u32) -> Type) -> Result<Typ
             Ok(Type::Bool)
         }
         Expr::If(asked, then, otherwise) => {
-            condition("?", type_of(asked)?)?;
+            condition(type_of(asked)?)?;
             let (then, otherwise) = (type_of(then)?, type_of(otherwise)?);
             join(then, otherwise).ok_or(TypeError::Mixed("?:", then, otherwise))
         }
@@ -63,15 +65,15 @@ pub(crate) fn type_of(expr: &Expr, key_type: &dyn Fn(u32) -> Type) -> Result<Typ
     }
 }
 
-/// Refuses what can be neither true nor false.
-pub(crate) fn condition(operator: &'static str, ty: Type) -> Result<(), TypeError> {
+/// Refuses types whose values are neither true nor false.
+pub(crate) fn condition(ty: Type) -> Result<(), TypeError> {
     match ty {
         Type::Any | Type::Bool | Type::Int | Type::Float => Ok(()),
-        Type::Text | Type::Object(_) => Err(TypeError::Misfit(operator, ty)),
+        Type::Text | Type::Object(_) => Err(TypeError::NoCondition(ty)),
     }
 }
 
-/// The narrowest type that keeps values of both.
+/// The narrowest type that holds values of both.
 pub(crate) fn join(this: Type, that: Type) -> Option<Type> {
     match (this, that) {
         (Type::Any, _) | (_, Type::Any) => Some(Type::Any),
@@ -97,8 +99,8 @@ fn binary(operator: Binary, left: Type, right: Type) -> Result<Type, TypeError> 
     let is_unknown = left == Type::Any || right == Type::Any;
     match operator {
         Binary::And | Binary::Or => {
-            condition(sign, left)?;
-            condition(sign, right)?;
+            condition(left)?;
+            condition(right)?;
             Ok(Type::Bool)
         }
         Binary::Concat if is_text || is_unknown => Ok(Type::Text),
@@ -122,15 +124,16 @@ fn binary(operator: Binary, left: Type, right: Type) -> Result<Type, TypeError> 
 }
 
 impl TypeError {
-    /// With the names of the keys.
+    /// The error in words. `name` has the names of the keys.
     pub(crate) fn describe(&self, name: &dyn Fn(u32) -> String) -> String {
         match self {
             TypeError::Misfit(operator, ty) => format!("`{operator}` cannot be applied to {}", ty.name()),
+            TypeError::NoCondition(ty) => format!("{} is neither true nor false", ty.name()),
             TypeError::Mixed(operator, left, right) => {
-                format!("`{operator}` cannot take {} and {} together", left.name(), right.name())
+                format!("`{operator}` cannot combine {} and {}", left.name(), right.name())
             }
             TypeError::Assigned(key, assigned, declared) => {
-                format!("{} is assigned to `{}`, which is {}", assigned.name(), name(*key), declared.name())
+                format!("{} cannot be assigned to key `{}` of type {}", assigned.name(), name(*key), declared.name())
             }
         }
     }

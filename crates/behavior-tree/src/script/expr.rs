@@ -1,15 +1,17 @@
 //! A parsed expression.
 
-use crate::value::Value;
+use crate::values::value::Value;
 
+/// An expression. Keys are slots of the blackboard.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Expr {
     Literal(Value),
     Key(u32),
     Unary(Unary, Box<Expr>),
     Binary(Binary, Box<Expr>, Box<Expr>),
-    /// `a < b <= c` holds if `a < b` and `b <= c`.
+    /// `a < b <= c` is true if `a < b` and `b <= c`.
     Compare(Box<Expr>, Vec<(Comparison, Expr)>),
+    /// `a ? b : c`
     If(Box<Expr>, Box<Expr>, Box<Expr>),
     Assign(u32, Assignment, Box<Expr>),
 }
@@ -47,11 +49,11 @@ pub(crate) enum Comparison {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Assignment {
-    /// `:=`, makes the key if it does not exist.
+    /// `:=` makes the key if it does not exist.
     Create,
-    /// `=`, the key must exist.
+    /// `=` needs a key that exists.
     Set,
-    /// `+=` and its like.
+    /// `+=`, `-=`, `*=` or `/=`.
     With(Binary),
 }
 
@@ -62,7 +64,7 @@ pub(crate) enum Use<'e> {
 }
 
 impl Expr {
-    /// Everything this expression does with keys.
+    /// Calls `each` for everything that this expression does with keys.
     pub(crate) fn uses<'e>(&'e self, each: &mut dyn FnMut(Use<'e>)) {
         match self {
             Expr::Literal(_) => {}
@@ -85,6 +87,36 @@ impl Expr {
                 value.uses(each);
                 each(Use::Assign(*key, *how, value));
             }
+        }
+    }
+}
+
+impl Binary {
+    pub(crate) const fn sign(self) -> &'static str {
+        match self {
+            Binary::Plus => "+",
+            Binary::Minus => "-",
+            Binary::Times => "*",
+            Binary::Divide => "/",
+            Binary::Concat => "..",
+            Binary::BitAnd => "&",
+            Binary::BitOr => "|",
+            Binary::BitXor => "^",
+            Binary::And => "&&",
+            Binary::Or => "||",
+        }
+    }
+}
+
+impl Comparison {
+    pub(crate) const fn sign(self) -> &'static str {
+        match self {
+            Comparison::Equal => "==",
+            Comparison::NotEqual => "!=",
+            Comparison::Less => "<",
+            Comparison::Greater => ">",
+            Comparison::LessEqual => "<=",
+            Comparison::GreaterEqual => ">=",
         }
     }
 }

@@ -1,25 +1,13 @@
 //! From tokens to expressions.
 
 use super::expr::{Assignment, Binary, Comparison, Expr, Unary};
-use super::token::{Token, next_token};
-use crate::value::Value;
+use super::token::{SyntaxError, Token, next_token};
+use crate::values::value::Value;
 
-/// An expression cannot be read.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct SyntaxError {
-    pub(crate) reason: String,
-}
-
-impl SyntaxError {
-    pub(crate) fn new(reason: String) -> Self {
-        SyntaxError { reason }
-    }
-}
-
-/// Expressions nested deeper are refused: checking and computing them recurses.
+/// Expressions nested deeper are refused, because checking and computing them recurses.
 const MAX_DEPTH: u32 = 100;
 
-/// Reads a script. `name` says what a name stands for: a key, or a number with a name.
+/// Reads a script. `name` says what a name means: a key, or a number that has a name.
 pub(crate) fn parse(text: &str, name: &mut dyn FnMut(&str) -> Expr) -> Result<Vec<Expr>, SyntaxError> {
     let mut parser = Parser { rest: text, peeked: None, name };
     parser.advance()?;
@@ -27,15 +15,17 @@ pub(crate) fn parse(text: &str, name: &mut dyn FnMut(&str) -> Expr) -> Result<Ve
     while parser.peeked.is_some() {
         statements.push(parser.expression(0, 0)?.0);
         if !parser.take(";")? && parser.peeked.is_some() {
-            return Err(SyntaxError::new(format!("{} where an operator or `;` was expected", parser.found())));
+            return Err(parser.expected("an operator or `;`"));
         }
         while parser.take(";")? {}
     }
-    if statements.is_empty() { Err(SyntaxError::new("nothing to compute".to_owned())) } else { Ok(statements) }
+    if statements.is_empty() { Err(SyntaxError::new("the expression is empty")) } else { Ok(statements) }
 }
 
 struct Parser<'a, 'n> {
+    /// What follows the next token.
     rest: &'a str,
+    /// The next token. `None` at the end.
     peeked: Option<Token<'a>>,
     name: &'n mut dyn FnMut(&str) -> Expr,
 }
@@ -43,7 +33,7 @@ struct Parser<'a, 'n> {
 /// An expression and how deeply it is nested.
 type Parsed = Result<(Expr, u32), SyntaxError>;
 
-// What binds tighter has the higher number.
+// How tightly operators bind: the higher, the tighter.
 const TERNARY: u8 = 2;
 const COMPARISON: u8 = 5;
 
@@ -76,13 +66,12 @@ impl<'a> Parser<'a, '_> {
 
     fn operand(&mut self, depth: u32) -> Parsed {
         nested(depth)?;
-        let token = self.peeked.ok_or_else(|| SyntaxError::new("an operand is missing at the end".to_owned()))?;
-        let expr = match token {
-            Token::Int(it) => Expr::Literal(Value::Int(it)),
-            Token::Float(it) => Expr::Literal(Value::Float(it)),
-            Token::Bool(it) => Expr::Literal(Value::Bool(it)),
-            Token::Text(it) => Expr::Literal(Value::Text(it.into())),
-            Token::Name(it) => (self.name)(it),
+        let expr = match self.peeked.ok_or_else(|| self.expected("an operand"))? {
+            Token::Int(number) => Expr::Literal(Value::Int(number)),
+            Token::Float(number) => Expr::Literal(Value::Float(number)),
+            Token::Bool(flag) => Expr::Literal(Value::Bool(flag)),
+            Token::Text(text) => Expr::Literal(Value::Text(text.into())),
+            Token::Name(name) => (self.name)(name),
             Token::Sign("(") => {
                 self.advance()?;
                 let inside = self.expression(0, depth + 1)?;
@@ -127,7 +116,7 @@ impl<'a> Parser<'a, '_> {
         let (first, mut deepest) = first;
         let mut rest = Vec::new();
         while let Some(operator) =
-            self.peeked.and_then(|token| if let Token::Sign(it) = token { comparison(it) } else { None })
+            self.peeked.and_then(|token| if let Token::Sign(sign) = token { comparison(sign) } else { None })
         {
             self.advance()?;
             let (operand, operand_depth) = self.expression(COMPARISON + 1, depth + 1)?;
@@ -148,28 +137,25 @@ impl<'a> Parser<'a, '_> {
         Ok(())
     }
 
-    fn take(&mut self, sign: &str) -> Result<bool, SyntaxError> {
-        let is_there = matches!(self.peeked, Some(Token::Sign(it)) if it == sign);
-        if is_there {
+    /// Reads `sign`, if it is next.
+    fn take(&mut self, sign: &'static str) -> Result<bool, SyntaxError> {
+        let is_next = self.peeked == Some(Token::Sign(sign));
+        if is_next {
             self.advance()?;
         }
-        Ok(is_there)
+        Ok(is_next)
     }
 
     fn expected(&self, what: &str) -> SyntaxError {
-        SyntaxError::new(format!("{} where {what} was expected", self.found()))
-    }
-
-    fn found(&self) -> String {
-        match self.peeked {
+        let found = match self.peeked {
             None => "the end".to_owned(),
-            Some(Token::Sign(it)) => format!("`{it}`"),
-            Some(Token::Name(it)) => format!("`{it}`"),
-            Some(Token::Text(it)) => format!("'{it}'"),
-            Some(Token::Int(it)) => format!("`{it}`"),
-            Some(Token::Float(it)) => format!("`{it}`"),
-            Some(Token::Bool(it)) => format!("`{it}`"),
-        }
+            Some(Token::Sign(text) | Token::Name(text)) => format!("`{text}`"),
+            Some(Token::Text(text)) => format!("'{text}'"),
+            Some(Token::Int(number)) => format!("`{number}`"),
+            Some(Token::Float(number)) => format!("`{number}`"),
+            Some(Token::Bool(flag)) => format!("`{flag}`"),
+        };
+        SyntaxError::new(format!("expected {what}, found {found}"))
     }
 }
 
@@ -177,12 +163,12 @@ fn nested(depth: u32) -> Result<u32, SyntaxError> {
     if depth < MAX_DEPTH {
         Ok(depth + 1)
     } else {
-        Err(SyntaxError::new("too many operators in one another".to_owned()))
+        Err(SyntaxError::new(format!("nested deeper than {MAX_DEPTH} levels")))
     }
 }
 
 fn not_assignable() -> SyntaxError {
-    SyntaxError::new("only a key can be assigned to".to_owned())
+    SyntaxError::new("only a key can be assigned to")
 }
 
 fn assignment(sign: &str) -> Option<Assignment> {

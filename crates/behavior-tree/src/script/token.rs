@@ -1,9 +1,19 @@
 //! From text to tokens.
 
-use super::parse::SyntaxError;
+/// An expression cannot be read.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct SyntaxError {
+    pub(crate) reason: String,
+}
+
+impl SyntaxError {
+    pub(super) fn new(reason: impl Into<String>) -> Self {
+        SyntaxError { reason: reason.into() }
+    }
+}
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Token<'a> {
+pub(super) enum Token<'a> {
     Name(&'a str),
     Text(&'a str),
     Int(i64),
@@ -13,16 +23,14 @@ pub(crate) enum Token<'a> {
     Sign(&'static str),
 }
 
-/// Longer ones first, so that `<=` is not read as `<`.
-const SIGNS: [&str; 27] = [
+/// The longer ones come first, so that `<=` is not read as `<`.
+const SIGNS: [&str; 29] = [
     "..", "&&", "||", "==", "!=", "<=", ">=", ":=", "+=", "-=", "*=", "/=", "+", "-", "*", "/", "&", "|", "^", "~",
-    "!", "<", ">", "=", "?", ":", ";",
+    "!", "<", ">", "=", "?", ":", ";", "(", ")",
 ];
 
-const BRACKETS: [&str; 2] = ["(", ")"];
-
-/// The next token and what follows it; `None` at the end.
-pub(crate) fn next_token(text: &str) -> Result<Option<(Token<'_>, &str)>, SyntaxError> {
+/// The next token and what follows it. `None` at the end.
+pub(super) fn next_token(text: &str) -> Result<Option<(Token<'_>, &str)>, SyntaxError> {
     let text = text.trim_start_matches([' ', '\t', '\n', '\r']);
     let Some(first) = text.chars().next() else {
         return Ok(None);
@@ -34,8 +42,8 @@ pub(crate) fn next_token(text: &str) -> Result<Option<(Token<'_>, &str)>, Syntax
     } else if first.is_ascii_alphabetic() || first == '_' || first == '@' {
         name(text)
     } else {
-        let sign = SIGNS.iter().chain(&BRACKETS).find(|sign| text.starts_with(**sign));
-        let sign = sign.ok_or_else(|| SyntaxError::new(format!("unexpected `{first}`")))?;
+        let sign = SIGNS.iter().find(|sign| text.starts_with(**sign));
+        let sign = sign.ok_or_else(|| SyntaxError::new(format!("unexpected character `{first}`")))?;
         (Token::Sign(sign), &text[sign.len()..])
     };
     Ok(Some(found))
@@ -44,13 +52,12 @@ pub(crate) fn next_token(text: &str) -> Result<Option<(Token<'_>, &str)>, Syntax
 fn quoted(text: &str) -> Result<(Token<'_>, &str), SyntaxError> {
     match text[1..].split_once('\'') {
         Some((inside, rest)) => Ok((Token::Text(inside), rest)),
-        None => Err(SyntaxError::new("a text in quotes does not end".to_owned())),
+        None => Err(SyntaxError::new("a text has no closing quote")),
     }
 }
 
 fn name(text: &str) -> (Token<'_>, &str) {
-    let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    let end = text[1..].find(|c| !is_part(c)).map_or(text.len(), |end| end + 1);
+    let end = text[1..].find(|c| !is_part_of_name(c)).map_or(text.len(), |end| end + 1);
     let (name, rest) = text.split_at(end);
     match name {
         "true" => (Token::Bool(true), rest),
@@ -59,30 +66,30 @@ fn name(text: &str) -> (Token<'_>, &str) {
     }
 }
 
-fn number(text: &str) -> Result<(Token<'_>, &str), SyntaxError> {
-    let hexadecimal = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X"));
-    if let Some(digits) = hexadecimal {
-        let end = digits.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(digits.len());
-        let (digits, rest) = digits.split_at(end);
-        let number = i64::from_str_radix(digits, 16);
-        let number = number.map_err(|_| SyntaxError::new(format!("0x{digits} is not a whole number")))?;
-        return Ok((Token::Int(number), rest));
-    }
-    let (literal, rest) = text.split_at(decimal_end(text));
-    let is_glued = rest.starts_with(|c: char| c.is_ascii_alphanumeric() || c == '_');
-    let lacks_fraction = literal.split_once('.').is_some_and(|(_, it)| !it.starts_with(|c: char| c.is_ascii_digit()));
-    let is_whole = literal.bytes().all(|digit| digit.is_ascii_digit());
-    let token = match is_whole {
-        true => literal.parse().ok().map(Token::Int),
-        false => literal.parse().ok().filter(|it: &f64| it.is_finite()).map(Token::Float),
-    };
-    match token {
-        Some(token) if !is_glued && !lacks_fraction => Ok((token, rest)),
-        _ => Err(SyntaxError::new(format!("`{literal}` is not a number"))),
-    }
+fn is_part_of_name(c: char) -> bool {
+    c.is_ascii_alphanumeric() || c == '_'
 }
 
-/// The length of the number at the start. `65..` is the number 65 before the operator `..`.
+fn number(text: &str) -> Result<(Token<'_>, &str), SyntaxError> {
+    let is_hexadecimal = text.starts_with("0x") || text.starts_with("0X");
+    let end = if is_hexadecimal { 2 } else { decimal_end(text) };
+    // Letters that follow belong to the number, or make it none.
+    let end = text[end..].find(|c| !is_part_of_name(c)).map_or(text.len(), |letters| end + letters);
+    let (literal, rest) = text.split_at(end);
+    let lacks_fraction = literal.split_once('.').is_some_and(|(_, it)| !it.starts_with(|c: char| c.is_ascii_digit()));
+    let is_integer = literal.bytes().all(|digit| digit.is_ascii_digit());
+    let token = if is_hexadecimal {
+        i64::from_str_radix(&literal[2..], 16).ok().map(Token::Int)
+    } else if is_integer {
+        literal.parse().ok().map(Token::Int)
+    } else {
+        literal.parse().ok().filter(|it: &f64| it.is_finite() && !lacks_fraction).map(Token::Float)
+    };
+    let token = token.ok_or_else(|| SyntaxError::new(format!("`{literal}` is not a number")))?;
+    Ok((token, rest))
+}
+
+/// The length of the decimal number at the start. `65..` is the number 65 before the operator `..`.
 fn decimal_end(text: &str) -> usize {
     let bytes = text.as_bytes();
     let digits = |from: usize| bytes[from..].iter().take_while(|byte| byte.is_ascii_digit()).count();

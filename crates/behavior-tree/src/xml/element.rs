@@ -1,4 +1,4 @@
-//! A tree file as data: read from text, or built by a program.
+//! A tree file as data, read from text or built by a program.
 
 /// An XML element of a tree file: a node, a tree, a model.
 ///
@@ -27,7 +27,7 @@ pub(crate) struct Attribute {
     pub(crate) at: Place,
 }
 
-/// A place in one of the files being loaded.
+/// A place in one of the loaded files, in bytes from the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct Place {
     pub(crate) file: u32,
@@ -66,7 +66,7 @@ impl Element {
 
     /// Names and values of the attributes, in order.
     pub fn attributes(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.attributes.iter().map(|it| (it.name.as_str(), it.value.as_str()))
+        self.attributes.iter().map(|attribute| (attribute.name.as_str(), attribute.value.as_str()))
     }
 
     /// The children, in order.
@@ -76,11 +76,11 @@ impl Element {
 
     /// The value of an attribute.
     pub fn get(&self, name: &str) -> Option<&str> {
-        self.find(name).map(|it| it.value.as_str())
+        self.find(name).map(|attribute| attribute.value.as_str())
     }
 
     pub(crate) fn find(&self, name: &str) -> Option<&Attribute> {
-        self.attributes.iter().find(|it| it.name == name)
+        self.attributes.iter().find(|attribute| attribute.name == name)
     }
 }
 
@@ -101,7 +101,7 @@ impl Document {
         Self::default()
     }
 
-    /// Names the tree to run first.
+    /// Sets the tree to run first.
     pub fn main_tree(mut self, id: &str) -> Self {
         let name = "main_tree_to_execute".to_owned();
         self.main_tree = Some(Attribute { name, value: id.to_owned(), at: Place::default() });
@@ -114,10 +114,10 @@ impl Document {
         self
     }
 
-    /// Adds a model to `TreeNodesModel`: what a tree or a kind of node wants in its ports. It takes the place of one that
-    /// is there for the same `ID`.
+    /// Adds a model to `TreeNodesModel`: the declared ports of a tree or a kind of node. Replaces a model of the same
+    /// `ID`.
     pub fn model(mut self, model: Element) -> Self {
-        self.models.retain(|it| it.get("ID") != model.get("ID"));
+        self.models.retain(|other| other.get("ID") != model.get("ID"));
         self.models.push(model);
         self
     }

@@ -1,5 +1,4 @@
 //! Tree files: BehaviorTree.CPP's XML, format 4.
 
 pub(crate) mod element;
-pub(crate) mod parse;
-pub(crate) mod write;
+mod write;

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::element::{Document, Element};
 
 impl Document {
-    /// The file's text, in the form Groot2 saves.
+    /// The text of the file, in the form that Groot2 saves.
     pub fn to_xml(&self) -> String {
         let mut root = Element::new("root").attribute("BTCPP_format", "4");
         if let Some(main) = &self.main_tree {
@@ -20,7 +20,7 @@ impl Document {
 }
 
 impl Element {
-    /// The element's text, indented.
+    /// The text of the element, indented.
     pub fn to_xml(&self) -> String {
         let mut text = String::new();
         self.write(&mut text, 0);
@@ -48,8 +48,8 @@ impl Element {
     }
 }
 
-/// Text as it may stand in an attribute or between tags.
-pub(crate) fn escaped(text: &str) -> String {
+/// Text as it may be written in an attribute or between tags.
+fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

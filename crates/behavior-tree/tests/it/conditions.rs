@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use behavior_tree::{FaultKind, Status, Value};
+use behavior_tree::{Cause, NodeErrorKind, Status, Value};
 
 use crate::support::{check, file, registry, tree_of};
 
@@ -16,13 +16,13 @@ fn preconditions_decide_before_an_idle_node_is_ticked() {
 }
 
 #[test]
-fn the_first_precondition_that_decides_ends_it() {
+fn the_first_precondition_that_decides_wins() {
     check(r#"<L id="1" s="R" _skipIf="true" _successIf="true" _failureIf="true"/>"#, "t", "F[I]");
     check(r#"<L id="1" s="R" _while="false" _skipIf="true" _successIf="true"/>"#, "t", "S[I]");
 }
 
 #[test]
-fn only_while_is_asked_of_a_running_node() {
+fn only_while_is_computed_for_a_running_node() {
     let root = |attribute: &str| {
         format!(
             r#"<Sequence><Script code="n := 0"/><Parallel success_count="2">
@@ -52,14 +52,13 @@ fn postconditions_run_when_a_node_has_finished_or_is_halted() {
 }
 
 #[test]
-fn a_condition_that_fails_a_node_is_kept_with_what_it_compared() {
+fn a_condition_that_fails_a_node_is_recorded_with_what_it_compared() {
     let root = r#"<Sequence><Script code="battery := 17.5"/><ScriptCondition name="reserve" code="20 &lt;= battery"/></Sequence>"#;
     let mut tree = tree_of(&registry(), &file(root, ""));
     assert_eq!(tree.tick_once(Duration::ZERO, &mut String::new()), Status::Failure);
     let record = tree.find("reserve").and_then(|node| tree.why(node)).expect("a cause");
-    assert_eq!(&*record.cause.condition, "20 <= battery");
-    assert_eq!(record.cause.value, Some(Value::Int(20)));
-    assert_eq!(record.cause.threshold, Some(Value::Float(17.5)));
+    let compared = Some((Value::Int(20), Value::Float(17.5)));
+    assert_eq!(record.cause, Cause::Expression { text: "20 <= battery".into(), holds: false, compared });
 }
 
 #[test]
@@ -78,15 +77,16 @@ fn a_precondition_node_asks_once_before_its_child_starts() {
 }
 
 #[test]
-fn an_expression_that_cannot_be_computed_fails_its_node_and_is_reported() {
+fn an_expression_that_cannot_be_computed_is_an_error() {
     let root = r#"<Sequence><L id="1" s="S" _skipIf="late == 1"/><Script code="late := 1"/></Sequence>"#;
     let mut tree = tree_of(&registry(), &file(root, ""));
     assert_eq!(tree.tick_once(Duration::ZERO, &mut String::new()), Status::Failure);
-    let (faults, _) = tree.take_faults();
-    let text = "nothing has been written to `late` yet in the expression \"late == 1\"";
-    assert_eq!(faults[0].kind, FaultKind::Expression(text.into()));
-    let reason = tree.last_failure().map(|(node, record)| (tree.name(node), record.cause.to_string()));
-    assert_eq!(reason, Some(("L", text.to_owned())));
+    let (errors, _) = tree.take_errors();
+    let text = "expression `late == 1`: key `late` has no value yet";
+    assert_eq!(errors[0].kind, NodeErrorKind::Expression(text.into()));
+    let failure = tree.last_failure().expect("it failed");
+    assert_eq!(failure.name, "L");
+    assert_eq!(failure.why.map(|record| record.cause.to_string()).as_deref(), Some(text));
 }
 
 #[test]

@@ -1,6 +1,6 @@
-//! BehaviorTree.CPP 4.10.0 and this engine do the same with thousands of random trees.
+//! BehaviorTree.CPP 4.10.0 and this engine behave in the same way on thousands of random trees.
 //!
-//! `BT_TRACES=<file>` runs another corpus of the same format, plain or gzipped.
+//! `BT_TRACES=<file>` runs another corpus of the same format, plain or compressed with gzip.
 
 use std::fmt::Write;
 use std::io::Read;
@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use behavior_tree::{Leaf, LeafResult, Library, NodeStatus, Port, Ports, Registry, Status, Tree};
 
-/// Answers the letters of its script in turn and notes what is done to it.
+/// Returns the statuses of its script in turn, and writes down how it is called.
 struct Scripted {
     id: i64,
     script: Vec<u8>,
@@ -17,7 +17,7 @@ struct Scripted {
 }
 
 impl Scripted {
-    fn answer(&mut self, events: &mut String, event: char) -> Status {
+    fn next(&mut self, events: &mut String, event: char) -> Status {
         let _ = write!(events, "{event}{}", self.id);
         let letter = self.script[self.position % self.script.len()];
         self.position += 1;
@@ -31,11 +31,11 @@ impl Scripted {
 
 impl Leaf<String> for Scripted {
     fn start(&mut self, events: &mut String, _: &mut Ports<'_>) -> LeafResult {
-        Ok(self.answer(events, 's'))
+        Ok(self.next(events, 's'))
     }
 
     fn tick(&mut self, events: &mut String, _: &mut Ports<'_>) -> LeafResult {
-        Ok(self.answer(events, 'r'))
+        Ok(self.next(events, 'r'))
     }
 
     fn halt(&mut self, events: &mut String, _: &mut Ports<'_>) {
@@ -58,8 +58,7 @@ fn trace(tree: &mut Tree<String>, operations: &str) -> String {
     for operation in operations.chars() {
         let mut events = String::new();
         if operation == 't' {
-            let answer = tree.tick_exactly_once(Duration::ZERO, &mut events);
-            let letter = match answer {
+            let letter = match tree.tick_exactly_once(Duration::ZERO, &mut events) {
                 Status::Running => 'R',
                 Status::Success => 'S',
                 Status::Failure => 'F',
@@ -84,7 +83,7 @@ fn trace(tree: &mut Tree<String>, operations: &str) -> String {
 
 fn corpus() -> String {
     let here = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
-    // Cargo runs tests in the crate's folder, but whoever sets the variable may be at the workspace's root.
+    // Cargo runs tests in the crate's folder, but the path may be relative to the root of the workspace.
     let given = std::env::var_os("BT_TRACES").map(|path| [path.clone().into(), here.join("../..").join(path)]);
     let given = given.map(|[as_is, from_root]| if as_is.exists() { as_is } else { from_root });
     let path: PathBuf = given.unwrap_or_else(|| here.join("tests/data/behavior_tree_traces.tsv.gz"));
@@ -100,7 +99,7 @@ fn corpus() -> String {
 }
 
 #[test]
-fn conformance_every_trace_matches_to_the_letter() {
+fn conformance_every_trace_matches() {
     let registry = registry();
     let corpus = corpus();
     let mut cases = 0;

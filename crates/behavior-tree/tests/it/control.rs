@@ -1,4 +1,4 @@
-//! The control nodes, where the conformance traces do not reach: skipping, the asynchronous ones, `Switch`.
+//! What the conformance traces do not cover in control nodes: skipping, the asynchronous nodes, `Switch`.
 
 use crate::support::check;
 
@@ -17,14 +17,14 @@ fn a_fallback_passes_over_skipped_children_and_is_skipped_if_all_are() {
 }
 
 #[test]
-fn a_sequence_with_memory_goes_on_after_failure_and_halt() {
+fn a_sequence_with_memory_continues_after_failure_and_halt() {
     let root = r#"<SequenceWithMemory><L id="1" s="S"/><L id="2" s="FRS"/></SequenceWithMemory>"#;
     check(root, "ttthttt", "s1 R[RSI], s2 F[ISI], s2 R[RSR], h2 H[III], s2 S[III], s1 R[RSI], s2 F[ISI]");
     check(r#"<SequenceWithMemory><L id="1" s="K"/><L id="2" s="K"/></SequenceWithMemory>"#, "t", "s1s2 K[RII]");
 }
 
 #[test]
-fn asynchronous_nodes_let_the_tree_look_between_children() {
+fn asynchronous_nodes_pause_between_children() {
     let sequence = r#"<AsyncSequence><L id="1" s="S"/><L id="2" s="S"/></AsyncSequence>"#;
     check(sequence, "tt", "s1 R[RSI], s2 S[III]");
     check(sequence, "o", "s1s2 S[III]");
@@ -34,7 +34,7 @@ fn asynchronous_nodes_let_the_tree_look_between_children() {
 }
 
 #[test]
-fn reactive_nodes_ask_all_children_anew_and_reset_skipped_ones() {
+fn reactive_nodes_tick_all_children_again_and_reset_skipped_ones() {
     let sequence = r#"<ReactiveSequence><C id="1" s="SKF"/><L id="2" s="R"/></ReactiveSequence>"#;
     check(sequence, "ttt", "s1s2 R[RIR], s1r2 R[RIR], s1h2 F[III]");
     let fallback = r#"<ReactiveFallback><C id="1" s="FKS"/><L id="2" s="R"/></ReactiveFallback>"#;

@@ -1,4 +1,4 @@
-//! The decorators, where the conformance traces do not reach.
+//! What the conformance traces do not cover in decorators.
 
 use crate::support::check;
 
@@ -29,13 +29,13 @@ fn success_is_running_lets_the_work_beside_it_finish() {
 }
 
 #[test]
-fn run_once_skips_or_repeats_the_answer_afterwards() {
+fn run_once_skips_or_repeats_the_status_afterwards() {
     check(r#"<RunOnce><L id="1" s="RS"/></RunOnce>"#, "ttht", "s1 R[RR], r1 S[II], H[II], K[II]");
     check(r#"<RunOnce then_skip="false"><L id="1" s="F"/></RunOnce>"#, "tt", "s1 F[II], F[II]");
 }
 
 #[test]
-fn loops_let_the_tree_look_between_two_rounds() {
+fn loops_pause_between_two_rounds() {
     check(r#"<Repeat num_cycles="3"><L id="1" s="S"/></Repeat>"#, "ttt", "s1 R[RI], s1 R[RI], s1 S[II]");
     check(r#"<Repeat num_cycles="3"><L id="1" s="S"/></Repeat>"#, "o", "s1s1s1 S[II]");
     check(r#"<Repeat num_cycles="0"><L id="1" s="S"/></Repeat>"#, "t", "S[II]");

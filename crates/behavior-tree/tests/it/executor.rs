@@ -16,7 +16,7 @@ impl Object for Goal {
     const NAME: &'static str = "Goal";
 }
 
-/// The world: inputs, and what is to be sent after the tick.
+/// The inputs of the leaves, and what is sent after the tick.
 #[derive(Default)]
 struct World {
     next_goal: Option<Goal>,
@@ -51,7 +51,7 @@ impl Leaf<World> for Fly {
     }
 }
 
-/// Builds the step's tree on its first tick and is that tree from then on.
+/// Builds the step's tree when it is started, and passes its ticks on to the tree.
 #[derive(Default)]
 struct Executor {
     step: Option<Tree<World>>,
@@ -81,10 +81,10 @@ impl Leaf<World> for Executor {
     }
 }
 
-/// Answers what it is told to.
-struct Told(&'static str);
+/// Returns an error for `err`, and failure otherwise.
+struct Obedient(&'static str);
 
-impl Leaf<World> for Told {
+impl Leaf<World> for Obedient {
     fn tick(&mut self, _: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         match self.0 {
             "err" => Err("out of luck".into()),
@@ -122,10 +122,10 @@ fn an_executor_passes_ticks_and_halts_to_its_step() {
     assert_eq!(world.sent, ["fly to 500", "stop"]);
     assert!(tree.statuses().iter().all(|status| *status == NodeStatus::Idle));
 
-    // Without a next step the executor errs: its node fails, and the fault is on record.
+    // Without a next step the executor returns an error: its node fails, and the error is recorded.
     assert_eq!(tree.tick_once(Duration::from_secs(2), &mut world), Status::Failure);
-    let (faults, _) = tree.take_faults();
-    assert_eq!(faults[0].kind.to_string(), "there is no next step");
+    let (errors, _) = tree.take_errors();
+    assert_eq!(errors[0].kind.to_string(), "there is no next step");
 
     world.next_goal = Some(Goal { north: 0.0 });
     world.arrived = true;
@@ -134,27 +134,28 @@ fn an_executor_passes_ticks_and_halts_to_its_step() {
 }
 
 #[test]
-fn what_goes_wrong_in_a_step_is_known_outside() {
-    for (told, why, faults) in [
-        ("fail", "luck enough (is 0.5, limit 0.7)", [].as_slice()),
-        ("err", "out of luck", ["Executor > again/Told: out of luck"].as_slice()),
+fn failures_and_errors_of_a_step_are_passed_on() {
+    for (result, why, errors) in [
+        ("fail", "not met: luck enough (found 0.5, limit 0.7)", [].as_slice()),
+        ("err", "out of luck", ["Executor > again/Obedient: out of luck"].as_slice()),
     ] {
         let mut registry = Registry::new();
         registry.action("Executor", [], |_| Ok(Executor::default()));
-        registry.action("Told", [Port::inout::<Goal>("goal")], move |_| Ok(Told(told)));
+        registry.action("Obedient", [Port::inout::<Goal>("goal")], move |_| Ok(Obedient(result)));
         let trees = r#"<root BTCPP_format="4" main_tree_to_execute="Main">
           <BehaviorTree ID="Main"><Executor/></BehaviorTree>
           <BehaviorTree ID="Step"><SubTree ID="Inner" name="again" goal="{goal}"/></BehaviorTree>
-          <BehaviorTree ID="Inner"><Told goal="{goal}"/></BehaviorTree>
+          <BehaviorTree ID="Inner"><Obedient goal="{goal}"/></BehaviorTree>
           <TreeNodesModel><SubTree ID="Step"><input_port name="goal" type="Goal"/></SubTree></TreeNodesModel></root>"#;
         let library = Library::load(&registry, [("trees.xml", trees)]).unwrap_or_else(|errors| panic!("{errors}"));
         let mut world = World { next_goal: Some(Goal { north: 0.0 }), ..World::default() };
         world.steps = library.template("Step");
         let mut tree = library.instantiate("Main", &[]).expect("no parameters");
         assert_eq!(tree.tick_once(Duration::ZERO, &mut world), Status::Failure);
-        let (node, record) = tree.last_failure().expect("a reason");
-        assert_eq!((tree.name(node), record.cause.to_string().as_str()), ("Executor", why));
-        let found: Vec<_> = tree.faults().iter().map(|fault| format!("{}: {}", fault.path, fault.kind)).collect();
-        assert_eq!(found, faults);
+        let failure = tree.last_failure().expect("it failed");
+        let reason = failure.why.map(|record| record.cause.to_string());
+        assert_eq!((failure.name, reason.as_deref()), ("Executor", Some(why)));
+        let found: Vec<_> = tree.errors().iter().map(|error| format!("{}: {}", error.path, error.kind)).collect();
+        assert_eq!(found, errors);
     }
 }

@@ -1,7 +1,6 @@
-//! Whatever is in a file, loading it ends soon, without a panic and without filling the memory.
+//! Loading any file ends soon, without a panic and without filling the memory.
 //!
-//! `BOLERO_RANDOM_ITERATIONS=1000000` tries more files. The expressions have a target of their own in
-//! `src/script/tests.rs`.
+//! `BOLERO_RANDOM_ITERATIONS=1000000` tries more files. Expressions have their own target in `src/script/tests.rs`.
 
 use std::time::Duration;
 
@@ -10,7 +9,7 @@ use behavior_tree::Library;
 use crate::support::registry;
 use counting_allocator::peak;
 
-/// What tree files are made of, and a few things they are not.
+/// Parts of tree files, and a few that belong in none.
 const PARTS: &[&str] = &[
     "<root BTCPP_format=\"4\">",
     "</root>",
@@ -111,7 +110,7 @@ const BRANCHES: &[&str] = &[
     "Switch2 variable=\"{n}\" case_1=\"1\" case_2=\"2\"",
 ];
 
-/// A well-formed node; every byte makes a choice.
+/// A well-formed node. Every byte makes a choice.
 fn node(bytes: &mut impl Iterator<Item = u8>, depth: usize) -> String {
     let chosen = usize::from(bytes.next().unwrap_or(0));
     if depth == 0 || chosen % 3 == 0 {
@@ -125,13 +124,13 @@ fn node(bytes: &mut impl Iterator<Item = u8>, depth: usize) -> String {
     format!("<{branch}>{inside}</{tag}>")
 }
 
-/// A third of the files is well formed, a third has only its outer parts in order.
+/// A third of the files is well-formed, and a third only in its outer parts.
 fn text_of(bytes: &[u8]) -> String {
-    let soup = || -> String { bytes.iter().map(|byte| PARTS[usize::from(*byte) % PARTS.len()]).collect() };
+    let random = || -> String { bytes.iter().map(|byte| PARTS[usize::from(*byte) % PARTS.len()]).collect() };
     let inside = match bytes.first().map(|first| first % 3) {
         Some(0) => node(&mut bytes.iter().copied().skip(1), 4),
-        Some(1) => format!("<Sequence>{}</Sequence>", soup()),
-        _ => return soup(),
+        Some(1) => format!("<Sequence>{}</Sequence>", random()),
+        _ => return random(),
     };
     format!(
         r#"<root BTCPP_format="4"><BehaviorTree ID="a"><Sequence><Script code="x := 'a'; y := 'b'; n := 1"/>{inside}</Sequence>
@@ -163,7 +162,7 @@ fn loading_any_file_ends_without_panic_and_in_bounded_memory() {
 }
 
 #[test]
-fn bytes_that_are_no_text_of_a_tree_are_refused() {
+fn bytes_that_are_not_a_tree_file_are_refused() {
     bolero::check!().with_iterations(100_000).with_max_len(256).with_type::<Vec<u8>>().for_each(|bytes| {
         let text = String::from_utf8_lossy(bytes);
         assert!(peak(|| load_and_tick(&text)) < 1 << 20);

@@ -1,18 +1,19 @@
-//! What the engine does, seen from outside.
+//! The behavior of the engine, seen from outside.
 
 mod allocations;
 mod conditions;
 mod conformance;
 mod control;
 mod decorators;
+mod errors;
 mod executor;
-mod faults;
+mod failures;
 mod fuzz;
 mod inspect;
 mod load_errors;
 mod ports;
 mod properties;
-#[allow(clippy::disallowed_methods, dead_code)] // The benches use all of it, and a clock.
+#[allow(clippy::disallowed_methods, dead_code, reason = "written for the benches, which read a clock")]
 #[path = "../../benches/reference/mod.rs"]
 mod reference;
 mod subtrees;
@@ -24,7 +25,7 @@ mod write_back;
 #[global_allocator]
 static ALLOCATOR: counting_allocator::Counting = counting_allocator::Counting;
 
-/// A tree may be made on one thread and ticked on another.
+/// A tree can be made on one thread and ticked on another.
 const _: fn() = || {
     fn is_send<T: Send>() {}
     is_send::<behavior_tree::Tree<()>>();

@@ -73,8 +73,8 @@ fn a_key_that_is_read_too_early_fails_the_node() {
     let root = r#"<Sequence><Shift from="{later}"/><Shift from="0;0" to="{later}"/></Sequence>"#;
     let mut tree = load(root).unwrap_or_else(|errors| panic!("{errors}")).instantiate("m", &[]).expect("no parameters");
     assert_eq!(tree.tick_once(Duration::ZERO, &mut ()), Status::Failure);
-    let message = "port `from`: nothing has been written to `later` yet";
-    assert_eq!(tree.faults()[0].kind.to_string(), message);
+    let message = "port `from`: key `later` has no value yet";
+    assert_eq!(tree.errors()[0].kind.to_string(), message);
 }
 
 #[test]
@@ -106,7 +106,7 @@ fn a_constant_that_is_too_large_for_its_port_is_found_when_loading() {
     let load = |text: &str| Library::load(&registry, [("test.xml", file(&format!("<Small n=\"{text}\"/>"), ""))]);
     assert!(load("255").is_ok());
     let errors = load("256").err().expect("a mistake").to_string();
-    assert!(errors.contains("port `n`: \"256\" is no int of the size this port takes"), "{errors}");
+    assert!(errors.contains("port `n`: expected int in the port's range, found \"256\""), "{errors}");
 }
 
 #[test]

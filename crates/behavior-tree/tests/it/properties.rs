@@ -1,4 +1,4 @@
-//! What holds for every tree, tried on random ones.
+//! Properties of every tree, tried on random ones.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -6,10 +6,13 @@ use std::time::Duration;
 use behavior_tree::{Element, Leaf, LeafResult, Library, NodeId, NodeStatus, Port, Ports, Registry, Status, Tree};
 use proptest::prelude::*;
 
-/// What is known of each leaf: is it running?
+/// What is known about the leaves.
 #[derive(Default)]
 struct World {
+    /// Whether each leaf runs.
     running: BTreeMap<i64, bool>,
+    /// The latest status that each leaf returned.
+    returned: BTreeMap<i64, Status>,
     violations: Vec<String>,
     trace: String,
 }
@@ -31,30 +34,32 @@ struct Watched {
 }
 
 impl Watched {
-    fn answer(&mut self) -> Status {
+    fn next(&mut self, world: &mut World) -> Status {
         let letter = self.script[self.position % self.script.len()];
         self.position += 1;
-        match letter {
+        let status = match letter {
             b'S' => Status::Success,
             b'F' => Status::Failure,
             b'K' => Status::Skipped,
             _ => Status::Running,
-        }
+        };
+        world.returned.insert(self.id, status);
+        status
     }
 }
 
 impl Leaf<World> for Watched {
     fn start(&mut self, world: &mut World, _: &mut Ports<'_>) -> LeafResult {
-        let answer = self.answer();
-        world.note('s', self.id, false, answer == Status::Running);
-        Ok(answer)
+        let status = self.next(world);
+        world.note('s', self.id, false, status == Status::Running);
+        Ok(status)
     }
 
     fn tick(&mut self, world: &mut World, _: &mut Ports<'_>) -> LeafResult {
-        let answer = self.answer();
-        // A leaf that skips while it runs goes on running.
-        world.note('r', self.id, true, matches!(answer, Status::Running | Status::Skipped));
-        Ok(answer)
+        let status = self.next(world);
+        // A leaf that skips while it runs is still running.
+        world.note('r', self.id, true, matches!(status, Status::Running | Status::Skipped));
+        Ok(status)
     }
 
     fn halt(&mut self, world: &mut World, _: &mut Ports<'_>) {
@@ -71,7 +76,7 @@ fn registry() -> Registry<World> {
     registry
 }
 
-/// A random tree whose leaves answer the given letters.
+/// A random tree whose leaves return the given statuses.
 fn any_tree(letters: &'static str) -> impl Strategy<Value = Element> {
     let leaf = proptest::string::string_regex(&format!("[{letters}]{{1,5}}")).expect("a regex");
     let leaf = leaf.prop_map(|script| Element::new("L").attribute("s", &script));
@@ -103,7 +108,7 @@ fn any_tree(letters: &'static str) -> impl Strategy<Value = Element> {
 fn numbered(element: &Element, next: &mut i64) -> Element {
     let mut copy = Element::new(element.tag());
     if element.tag() == "L" {
-        copy = copy.attribute("id", &next.to_string());
+        copy = copy.attribute("id", &next.to_string()).attribute("name", &format!("leaf {next}"));
         *next += 1;
     }
     copy = element.attributes().fold(copy, |copy, (name, value)| copy.attribute(name, value));
@@ -117,31 +122,31 @@ fn tree_of(root: &Element) -> Tree<World> {
     library.instantiate("m", &[]).expect("no parameters")
 }
 
-/// Ticks and halts a tree and looks at it after every step; `look` may complain.
+/// Ticks and halts a tree, and calls `look` after every step.
 fn run(
     root: &Element,
     operations: &[bool],
-    look: impl Fn(&Tree<World>, Option<Status>) -> Result<(), TestCaseError>,
+    look: impl Fn(&Tree<World>, &World, Option<Status>) -> Result<(), TestCaseError>,
 ) -> Result<String, TestCaseError> {
     let (mut tree, mut world) = (tree_of(root), World::default());
     for is_tick in operations {
         if *is_tick {
-            let answer = tree.tick_exactly_once(Duration::ZERO, &mut world);
-            world.trace += &format!("T{answer}");
-            look(&tree, Some(answer))?;
+            let status = tree.tick_exactly_once(Duration::ZERO, &mut world);
+            world.trace += &format!("T{status}");
+            look(&tree, &world, Some(status))?;
         } else {
             tree.halt(Duration::ZERO, &mut world);
             world.trace += "H";
-            look(&tree, None)?;
+            look(&tree, &world, None)?;
         }
         prop_assert!(world.violations.is_empty(), "{:?}\n{}", world.violations, world.trace);
     }
-    prop_assert!(tree.faults().is_empty());
+    prop_assert!(tree.errors().is_empty());
     Ok(world.trace)
 }
 
-fn nothing_runs_after_a_halt(tree: &Tree<World>, answer: Option<Status>) -> Result<(), TestCaseError> {
-    if answer.is_none() {
+fn nothing_runs_after_a_halt(tree: &Tree<World>, _: &World, status: Option<Status>) -> Result<(), TestCaseError> {
+    if status.is_none() {
         let idle = tree.statuses().iter().all(|status| *status == NodeStatus::Idle);
         prop_assert!(idle, "after a halt:\n{}", tree.to_text());
     }
@@ -152,8 +157,8 @@ fn statuses_of(tree: &Tree<World>, children: &[NodeId]) -> Vec<NodeStatus> {
     children.iter().map(|child| tree.statuses()[child.index()]).collect()
 }
 
-/// Where nobody skips, a running parent has the children its rule allows, and any other has no running one.
-fn parents_follow_from_children(tree: &Tree<World>, _: Option<Status>) -> Result<(), TestCaseError> {
+/// If no leaf skips, a running parent has the running children that its rule allows, and any other has none.
+fn parents_follow_from_children(tree: &Tree<World>, _: &World, _: Option<Status>) -> Result<(), TestCaseError> {
     use NodeStatus::{Failure, Idle, Running, Success};
     for node in tree.nodes() {
         let children: Vec<NodeId> = tree.children(node.id).collect();
@@ -173,7 +178,7 @@ fn parents_follow_from_children(tree: &Tree<World>, _: Option<Status>) -> Result
             "L" => true,
             "Sequence" => running == 1 && all(before, Success) && all(after, Idle),
             "Fallback" => running == 1 && all(before, Failure) && all(after, Idle),
-            // May stand between two children. After a halt those before its place are idle too.
+            // It may be between two children. After a halt, those before its place are idle too.
             "AsyncSequence" | "SequenceWithMemory" | "AsyncFallback" => running <= 1 && all(after, Idle),
             "ReactiveSequence" | "ReactiveFallback" => running == 1 && all(before, Idle) && all(after, Idle),
             "Parallel" | "ParallelAll" => 1 <= running && !children.contains(&Idle),
@@ -191,6 +196,27 @@ fn parents_follow_from_children(tree: &Tree<World>, _: Option<Status>) -> Result
     Ok(())
 }
 
+/// A failed tick was decided by a leaf that failed, or by a node that fails although its child succeeded.
+fn a_failure_has_a_decider(tree: &Tree<World>, world: &World, status: Option<Status>) -> Result<(), TestCaseError> {
+    if status.is_none() {
+        return Ok(());
+    }
+    let decider = tree.last_failure();
+    prop_assert_eq!(decider.is_some(), status == Some(Status::Failure));
+    match decider.map(|node| (node.tag, node.name)) {
+        Some(("L", name)) => {
+            let id = name.strip_prefix("leaf ").and_then(|id| id.parse().ok()).expect("a numbered leaf");
+            prop_assert_eq!(world.returned.get(&id), Some(&Status::Failure), "{} decided", name);
+        }
+        Some((tag, _)) => {
+            let may_decide = ["Inverter", "ForceFailure", "RetryUntilSuccessful"].contains(&tag);
+            prop_assert!(may_decide, "{} decided", tag);
+        }
+        None => {}
+    }
+    Ok(())
+}
+
 fn operations() -> impl Strategy<Value = Vec<bool>> {
     prop::collection::vec(prop::bool::weighted(0.85), 1..16)
 }
@@ -199,7 +225,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn a_parents_status_follows_from_its_childrens(root in any_tree("SFR"), operations in operations()) {
+    fn the_status_of_a_parent_follows_from_its_children(root in any_tree("SFR"), operations in operations()) {
         run(&root, &operations, parents_follow_from_children)?;
     }
 
@@ -209,17 +235,22 @@ proptest! {
     }
 
     #[test]
+    fn a_failed_tick_has_a_decider(root in any_tree("SFRK"), operations in operations()) {
+        run(&root, &operations, a_failure_has_a_decider)?;
+    }
+
+    #[test]
     fn the_same_inputs_give_the_same_trace(root in any_tree("SFRK"), operations in operations()) {
-        let first = run(&root, &operations, |_, _| Ok(()))?;
-        let second = run(&root, &operations, |_, _| Ok(()))?;
+        let first = run(&root, &operations, |_, _, _| Ok(()))?;
+        let second = run(&root, &operations, |_, _, _| Ok(()))?;
         prop_assert_eq!(first, second);
     }
 
     #[test]
-    fn a_running_root_has_answered_running(root in any_tree("SFR"), operations in operations()) {
-        run(&root, &operations, |tree, answer| {
+    fn a_running_root_has_returned_running(root in any_tree("SFR"), operations in operations()) {
+        run(&root, &operations, |tree, _, status| {
             let runs = tree.status() == NodeStatus::Running;
-            prop_assert_eq!(runs, answer == Some(Status::Running));
+            prop_assert_eq!(runs, status == Some(Status::Running));
             Ok(())
         })?;
     }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use behavior_tree::{InstantiateError, Library, Port, Registry, Status, Tree, Value};
 
-/// `Put value key` writes, `Say text` notes what it reads.
+/// `Put` writes `value` to `key`; `Say` notes the number it reads.
 fn registry() -> Registry<Vec<String>> {
     let mut registry = Registry::new();
     registry.sync_action("Put", [Port::input::<i64>("value"), Port::output::<i64>("key")], |_, ports| {
@@ -29,7 +29,7 @@ fn check(main: &str, others: &str, expected: &[&str]) -> Tree<Vec<String>> {
     let library = load(main, others).unwrap_or_else(|errors| panic!("{errors}"));
     let mut tree = library.instantiate("m", &[]).expect("no parameters");
     let mut said = Vec::new();
-    assert_eq!(tree.tick_once(Duration::ZERO, &mut said), Status::Success, "{:?}", tree.faults());
+    assert_eq!(tree.tick_once(Duration::ZERO, &mut said), Status::Success, "{:?}", tree.errors());
     assert_eq!(said, expected);
     tree
 }
@@ -85,14 +85,14 @@ fn private_keys_are_not_remapped_automatically() {
 }
 
 #[test]
-fn every_use_of_a_subtree_has_keys_of_its_own() {
+fn every_included_tree_has_its_own_keys() {
     let main = r#"<Sequence><SubTree ID="Inner" name="a" x="1"/><SubTree ID="Inner" name="b" x="2"/></Sequence>"#;
     let tree = check(main, SAY_X, &["1", "2"]);
     assert_eq!((tree.get::<i64>("a/x"), tree.get::<i64>("b/x")), (Some(1), Some(2)));
 }
 
 #[test]
-fn a_model_gives_defaults_and_demands_the_rest() {
+fn a_model_gives_defaults_and_requires_the_rest() {
     let model = |port: &str| {
         format!(
             r#"{SAY_X}<TreeNodesModel><SubTree ID="Inner"><input_port name="x" {port}/></SubTree></TreeNodesModel>"#
@@ -100,7 +100,7 @@ fn a_model_gives_defaults_and_demands_the_rest() {
     };
     check(r#"<SubTree ID="Inner"/>"#, &model(r#"default="8""#), &["8"]);
     let errors = load(r#"<SubTree ID="Inner"/>"#, &model("")).err().expect("a mistake");
-    assert_eq!(errors, "test.xml:1:70: `Inner` needs its port `x`, a port of the subtree of type any");
+    assert_eq!(errors, "test.xml:1:70: `Inner` needs a value for its input port `x` of type any");
 }
 
 #[test]
@@ -121,10 +121,10 @@ fn an_instance_is_given_its_parameters() {
         format!("{error}{source}")
     };
     assert_eq!(refusal(&[]), "tree `Step` needs a value for its parameter `n`");
-    let wrong_type = "a parameter does not fit: key `n` is of type int, and `one` is not";
+    let wrong_type = "a parameter cannot be set: key `n`: expected int, found `one`";
     assert_eq!(refusal(&[("n", "one".into())]), wrong_type);
-    let unknown = "a parameter does not fit: tree `Step` has no parameter or global `m`";
+    let unknown = "a parameter cannot be set: tree `Step` has no parameter or global `m`";
     assert_eq!(refusal(&[("m", 1.into())]), unknown);
     let error = library.instantiate("Stop", &[]).err().expect("a refusal");
-    assert_eq!(error.to_string(), "there is no tree `Stop`, did you mean `Step`?");
+    assert_eq!(error.to_string(), "there is no tree `Stop`; did you mean `Step`?");
 }

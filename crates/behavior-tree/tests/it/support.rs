@@ -1,4 +1,4 @@
-//! Leaves that follow a script, and trees told as one line of text.
+//! Leaves that follow a script, and the story of a tree as one line of text.
 
 use std::fmt::Write;
 use std::time::Duration;
@@ -7,11 +7,11 @@ use behavior_tree::{
     BuildError, Leaf, LeafClass, LeafResult, Library, NodeSpec, NodeStatus, Port, Ports, Registry, Status, Tree,
 };
 
-/// What leaves did, in order: `s1` leaf 1 is started, `r1` it is ticked again, `h1` it is halted.
+/// How leaves were called, in order: `s1` leaf 1 was started, `r1` ticked again, `h1` halted.
 pub type Events = String;
 
-/// Answers the letters of its script in turn: Success, Failure, Running, sKipped, Error, Panic, Again (running, and asks
-/// to be ticked again at once).
+/// Returns the statuses of its script in turn: Success, Failure, Running, sKipped, Error, Panic, Again (running, and asks
+/// for another tick at once).
 pub struct Scripted {
     id: String,
     script: Vec<u8>,
@@ -28,7 +28,7 @@ impl Scripted {
         Ok(Scripted { id, script, position: 0 })
     }
 
-    fn answer(&mut self, events: &mut Events, event: char, ports: &mut Ports<'_>) -> LeafResult {
+    fn next(&mut self, events: &mut Events, event: char, ports: &mut Ports<'_>) -> LeafResult {
         let _ = write!(events, "{event}{}", self.id);
         let letter = self.script[self.position % self.script.len()];
         self.position += 1;
@@ -43,18 +43,18 @@ impl Scripted {
                 ports.tick_again();
                 Ok(Status::Running)
             }
-            other => Err(format!("no such letter: {}", char::from(other)).into()),
+            other => Err(format!("unknown letter `{}`", char::from(other)).into()),
         }
     }
 }
 
 impl Leaf<Events> for Scripted {
     fn start(&mut self, events: &mut Events, ports: &mut Ports<'_>) -> LeafResult {
-        self.answer(events, 's', ports)
+        self.next(events, 's', ports)
     }
 
     fn tick(&mut self, events: &mut Events, ports: &mut Ports<'_>) -> LeafResult {
-        self.answer(events, 'r', ports)
+        self.next(events, 'r', ports)
     }
 
     fn halt(&mut self, events: &mut Events, _: &mut Ports<'_>) {
@@ -71,7 +71,7 @@ pub fn registry() -> Registry<Events> {
     registry
 }
 
-/// A file with one tree `m` of this root, and whatever else is given after it.
+/// A file with one tree `m` with this root, and `more` after it.
 pub fn file(root: &str, more: &str) -> String {
     format!(
         r#"<root BTCPP_format="4" main_tree_to_execute="m"><BehaviorTree ID="m">{root}</BehaviorTree>{more}</root>"#
@@ -86,17 +86,17 @@ pub fn tree_of(registry: &Registry<Events>, xml: &str) -> Tree<Events> {
 
 /// Every node's status as a letter.
 pub fn letters<Ctx>(tree: &Tree<Ctx>) -> String {
-    let letter = |status: &NodeStatus| match status {
+    let of_status = |status: &NodeStatus| match status {
         NodeStatus::Idle => 'I',
         NodeStatus::Running => 'R',
         NodeStatus::Success => 'S',
         NodeStatus::Failure => 'F',
     };
-    tree.statuses().iter().map(letter).collect()
+    tree.statuses().iter().map(of_status).collect()
 }
 
-pub fn answer_letter(answer: Status) -> char {
-    match answer {
+fn letter(status: Status) -> char {
+    match status {
         Status::Running => 'R',
         Status::Success => 'S',
         Status::Failure => 'F',
@@ -104,16 +104,16 @@ pub fn answer_letter(answer: Status) -> char {
     }
 }
 
-/// Performs operations and tells what happened. `t` ticks exactly once, `o` ticks once with re-ticks, `h` halts, a digit
-/// lets that many milliseconds pass (0 is ten).
+/// Performs operations. Returns the calls of leaves, the tree's status and all statuses after each of them. `t` ticks
+/// exactly once, `o` ticks once with further ticks, `h` halts, a digit lets as many milliseconds pass (0 is ten).
 pub fn story(tree: &mut Tree<Events>, operations: &str) -> String {
     let mut story = Vec::new();
     let mut now = Duration::ZERO;
     for operation in operations.chars() {
         let mut events = String::new();
-        let answer = match operation {
-            't' => answer_letter(tree.tick_exactly_once(now, &mut events)).to_string(),
-            'o' => answer_letter(tree.tick_once(now, &mut events)).to_string(),
+        let result = match operation {
+            't' => letter(tree.tick_exactly_once(now, &mut events)).to_string(),
+            'o' => letter(tree.tick_once(now, &mut events)).to_string(),
             'h' => {
                 tree.halt(now, &mut events);
                 "H".to_owned()
@@ -124,12 +124,12 @@ pub fn story(tree: &mut Tree<Events>, operations: &str) -> String {
                 continue;
             }
         };
-        story.push(format!("{events} {answer}[{}]", letters(tree)).trim_start().to_owned());
+        story.push(format!("{events} {result}[{}]", letters(tree)).trim_start().to_owned());
     }
     story.join(", ")
 }
 
-/// The tree with this root does this.
+/// The tree with this root has this story.
 #[track_caller]
 pub fn check(root: &str, operations: &str, expected: &str) {
     let mut tree = tree_of(&registry(), &file(root, ""));

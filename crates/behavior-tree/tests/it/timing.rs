@@ -15,7 +15,7 @@ fn a_timeout_halts_its_child_without_ticking_it() {
 }
 
 #[test]
-fn a_timeout_that_was_halted_starts_anew() {
+fn a_halted_timeout_starts_from_zero() {
     check(r#"<Timeout msec="5"><L id="1" s="R"/></Timeout>"#, "t4ht4t", "s1 R[RR], h1 H[II], s1 R[RR], r1 R[RR]");
 }
 
@@ -35,7 +35,7 @@ fn a_sleep_succeeds_when_its_time_is_up() {
 }
 
 #[test]
-fn a_tree_says_when_it_wants_to_be_ticked() {
+fn a_tree_knows_when_to_be_ticked_next() {
     let root = r#"<Parallel><Sleep msec="30"/><Timeout msec="20"><L id="1" s="R"/></Timeout></Parallel>"#;
     let mut tree = tree_of(&registry(), &file(root, ""));
     let mut events = String::new();
@@ -56,6 +56,6 @@ fn a_timeout_says_why_it_failed() {
     tree.tick_once(Duration::from_millis(5), &mut events);
     let node = tree.find("limit").expect("the node");
     let record = tree.why(node).expect("a cause");
-    assert_eq!(record.cause.to_string(), "time limit in milliseconds (limit 5)");
+    assert_eq!(record.cause.to_string(), "not finished within 5 ms");
     assert_eq!(record.at, Duration::from_millis(5));
 }

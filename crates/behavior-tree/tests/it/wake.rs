@@ -1,4 +1,4 @@
-//! Waking: an event ticks the tree at once, and an idle tree costs nothing.
+//! Wake-ups: an event ticks the tree at once, and a waiting tree costs nothing.
 
 use std::sync::mpsc;
 use std::task::Waker;
@@ -13,7 +13,7 @@ struct FromThread {
     receiver: Option<mpsc::Receiver<i32>>,
 }
 
-/// Hands the leaf's channel and waker to the thread that answers it.
+/// Hands the leaf's channel and waker to the thread that replies.
 type Requests = mpsc::Sender<(mpsc::Sender<i32>, Waker)>;
 
 impl Leaf<Requests> for FromThread {
@@ -31,7 +31,7 @@ impl Leaf<Requests> for FromThread {
 }
 
 #[test]
-fn a_leaf_wakes_whoever_ticks_its_tree() {
+fn a_leaf_wakes_the_caller_that_ticks_its_tree() {
     let mut registry = Registry::new();
     registry.action("Ask", [], |_| Ok(FromThread { receiver: None }));
     let xml = crate::support::file("<Ask/>", "");
@@ -42,8 +42,8 @@ fn a_leaf_wakes_whoever_ticks_its_tree() {
 
     let (mut requests, served) = mpsc::channel::<(mpsc::Sender<i32>, Waker)>();
     let server = std::thread::spawn(move || {
-        for (answer, waker) in served {
-            answer.send(42).expect("the leaf waits");
+        for (reply, waker) in served {
+            reply.send(42).expect("the leaf waits");
             waker.wake();
         }
     });
@@ -55,7 +55,7 @@ fn a_leaf_wakes_whoever_ticks_its_tree() {
 }
 
 #[test]
-fn wake_ups_before_a_look_count_as_one() {
+fn wake_ups_count_as_one_until_the_signal_is_taken() {
     let signal = WakeSignal::new();
     assert!(!signal.take());
     signal.waker().wake();
@@ -78,7 +78,7 @@ fn a_wake_up_completes_a_future() {
 }
 
 #[test]
-fn one_tick_goes_on_until_no_node_asks_for_more() {
+fn tick_once_ticks_until_no_node_asks_for_more() {
     check(r#"<L id="1" s="AAR"/>"#, "oo", "s1r1r1 R[R], r1r1r1 R[R]");
     check(r#"<L id="1" s="AAR"/>"#, "t", "s1 R[R]");
 }

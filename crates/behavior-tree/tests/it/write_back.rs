@@ -1,4 +1,4 @@
-//! Tree files written back, and what an editor needs to open them.
+//! Writing tree files back, and what an editor needs to open them.
 
 use behavior_tree::{Document, Element, Library, Port, Registry};
 
@@ -55,10 +55,10 @@ fn the_models_of_registered_kinds_are_exported() {
 }
 
 #[test]
-fn a_tree_spelt_out_can_be_loaded_again() {
+fn a_tree_written_out_can_be_loaded_again() {
     let (tree, _) = reference::flying(true);
     let xml = tree.to_document().to_xml();
-    let library = Library::load(&reference::registry(), [("spelt_out.xml", xml.as_str())]);
+    let library = Library::load(&reference::registry(), [("written_out.xml", xml.as_str())]);
     let again = library.unwrap_or_else(|errors| panic!("{errors}")).instantiate("Mission", &[]).expect("no parameters");
     assert_eq!(again.len(), tree.len());
 }
@@ -74,7 +74,7 @@ fn a_tree_can_be_built_in_code() {
 }
 
 #[test]
-fn a_file_with_the_models_an_editor_wants_loads_again() {
+fn a_file_with_models_for_an_editor_loads_again() {
     let registry = reference::registry();
     let files = [("step.xml", reference::step_xml(true))];
     let library = Library::load(&registry, files).unwrap_or_else(|errors| panic!("{errors}"));

@@ -1,13 +1,19 @@
 //! The contingency table: which facts raise which flag, and what is done about it.
 //!
 //! The table is a file, `config/contingencies.toml`, reviewed like code. The monitor evaluates each
-//! row's [`Rule`]; the mission manager generates its contingency subtree from the rest.
+//! row's [`Rule`]; the mission manager generates its contingency subtree from the rest, and asks [`responder`] which row
+//! responds.
+
+use std::collections::BTreeSet;
+use std::time::Duration;
 
 use serde::Deserialize;
 
+mod arbitration;
 pub mod rule;
 mod table;
 
+pub use arbitration::{Raised, responder};
 pub use rule::Rule;
 
 /// A checked table: rows with distinct flags and priorities, most urgent first.
@@ -33,23 +39,109 @@ impl Contingencies {
 pub struct Row {
     /// The flag's name.
     pub flag: String,
-    /// Lower is more urgent; a more urgent flag preempts the response to a less urgent one.
+    /// Lower is more urgent; decides between rows whose responses are equally severe.
     pub priority: u32,
     /// Rows of one group nest under one check, so that a quiet group costs one look.
     pub group: Option<String>,
     /// When the monitor raises it; `None`: only by hand, or by the mission manager itself.
     pub raise: Option<Rule>,
-    /// Tried in order until one succeeds; names of trees.
-    pub actions: Vec<String>,
-    /// Tried when all of them failed. If it fails too, the mission is over.
-    pub emergency: String,
-    /// When the flag goes down again.
+    /// The phases in which it counts; what rises in another phase waits for one of these.
+    pub phases: BTreeSet<Phase>,
+    /// Tried in order until one succeeds, and from the first one again when all have failed. The last one is the
+    /// emergency action.
+    pub actions: Vec<Action>,
+    /// When the flag is cleared.
     pub clears: Clears,
     /// What follows once the response has ended and the flag is down.
     pub then: Then,
+    /// Whether a pilot in command may order something else over it.
+    pub may_be_overridden: bool,
 }
 
-/// When a flag goes down again. It never does while its response is under way.
+impl Row {
+    /// How severe its response is to begin with.
+    pub fn severity(&self) -> Severity {
+        self.actions.first().map_or(Severity::Hold, |action| action.severity)
+    }
+
+    /// What it does, in a few words: `return_home, else land`.
+    pub fn response(&self) -> String {
+        self.actions.iter().map(|action| action.tree.as_str()).collect::<Vec<_>>().join(", else ")
+    }
+}
+
+/// One thing that can be done about a flag.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Action {
+    /// The name of its tree.
+    pub tree: String,
+    /// How much it does.
+    pub severity: Severity,
+    /// How often it is tried before the next one.
+    pub tries: u32,
+    /// How long one try may take, in mission time.
+    pub limit: Duration,
+}
+
+/// How much a response does. Later variants are more severe; the most severe one that is asked for is flown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Severity {
+    /// Stays where it is.
+    Hold,
+    /// Leaves the area that it may not be in.
+    Leave,
+    /// Goes on slower.
+    Slow,
+    /// Flies to a place to land at, and lands there.
+    Return,
+    /// Lands where it is.
+    Land,
+    /// Comes down where no landing is possible.
+    Ditch,
+    /// Stops the motors.
+    Terminate,
+}
+
+/// Where the flight is, as far as it matters which rows count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Phase {
+    /// On the ground.
+    OnGround,
+    /// Climbing from the ground.
+    Takeoff,
+    /// In the air, on the way.
+    Cruise,
+    /// In the air, waiting for a permission, a plan or an operator.
+    Waiting,
+    /// In the air, inside an area.
+    InsideArea,
+    /// Coming down to land.
+    Landing,
+}
+
+impl Phase {
+    /// Every phase.
+    pub const ALL: [Phase; 6] =
+        [Phase::OnGround, Phase::Takeoff, Phase::Cruise, Phase::Waiting, Phase::InsideArea, Phase::Landing];
+}
+
+/// As users read it.
+impl std::fmt::Display for Phase {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Phase::OnGround => "on the ground",
+            Phase::Takeoff => "during the takeoff",
+            Phase::Cruise => "on the way",
+            Phase::Waiting => "while waiting",
+            Phase::InsideArea => "inside an area",
+            Phase::Landing => "while landing",
+        })
+    }
+}
+
+/// When a flag is cleared. It never is while its response is under way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Clears {
@@ -69,7 +161,38 @@ pub enum Then {
     Resume,
     /// The mission is over.
     EndMission,
+    /// The mission is over by a crash.
+    Crashed,
 }
 
-/// Raised by the mission manager when a transition action fails; its row must exist.
+/// Raised by the mission manager when a transition action fails.
 pub const TRANSITION_FAILED: &str = "transition_failed";
+/// Raised by the mission manager when the monitor has gone quiet.
+pub const INTROSPECTION_LOST: &str = "introspection_lost";
+/// Raised by the mission manager when the vehicle is in an area that it may not be in, or must leave now to be out in time.
+pub const AREA_BREACHED: &str = "area_breached";
+/// Raised by the mission manager when the mission is over and the vehicle is in the air.
+pub const ENDED_IN_AIR: &str = "ended_in_air";
+/// An operator's order to land here.
+pub const OPERATOR_ABORT: &str = "operator_abort";
+/// An operator's order to fly home.
+pub const OPERATOR_RETURN: &str = "operator_return";
+/// An operator's order to land at a place.
+pub const OPERATOR_LAND: &str = "operator_land";
+/// An operator's order to hold.
+pub const OPERATOR_PAUSE: &str = "operator_pause";
+
+/// Flags whose rows bring the vehicle down, wherever it flies.
+pub const BRING_DOWN: [&str; 4] = [ENDED_IN_AIR, OPERATOR_ABORT, OPERATOR_RETURN, OPERATOR_LAND];
+
+/// Flags that the mission manager raises itself, so that each must have a row.
+pub const REQUIRED: [&str; 8] = [
+    TRANSITION_FAILED,
+    INTROSPECTION_LOST,
+    AREA_BREACHED,
+    ENDED_IN_AIR,
+    OPERATOR_ABORT,
+    OPERATOR_RETURN,
+    OPERATOR_LAND,
+    OPERATOR_PAUSE,
+];

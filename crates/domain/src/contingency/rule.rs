@@ -47,7 +47,7 @@ pub enum Rule {
     Stale {
         /// Which source.
         source: DataSource,
-        /// For how long, in seconds; never less than 250 ms of wall time.
+        /// For how long, in seconds; never less than one second of wall time.
         after_s: Positive,
         /// In which situation it counts.
         during: During,
@@ -86,8 +86,28 @@ pub enum Quantity {
     DistanceHome,
     /// Speed over ground, metres per second.
     GroundSpeed,
+    /// The fastest descent in the last seconds before the vehicle was on the ground, metres per second; 0 in the air.
+    TouchdownSpeed,
     /// Angle between the thrust axis and the vertical, radians.
     Tilt,
+}
+
+impl Quantity {
+    /// As the table has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Quantity::BatteryRemaining => "battery-remaining",
+            Quantity::BatteryVoltage => "battery-voltage",
+            Quantity::BatteryTemperature => "battery-temperature",
+            Quantity::HorizontalAccuracy => "horizontal-accuracy",
+            Quantity::VerticalAccuracy => "vertical-accuracy",
+            Quantity::Height => "height",
+            Quantity::DistanceHome => "distance-home",
+            Quantity::GroundSpeed => "ground-speed",
+            Quantity::TouchdownSpeed => "touchdown-speed",
+            Quantity::Tilt => "tilt",
+        }
+    }
 }
 
 /// A condition the vehicle itself reports.

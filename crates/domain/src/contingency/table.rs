@@ -1,30 +1,41 @@
 //! Reads and checks the contingency file.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::{Clears, Contingencies, Row, Rule, TRANSITION_FAILED, Then};
+use super::{Action, BRING_DOWN, Clears, Contingencies, Phase, REQUIRED, Row, Rule, Severity, Then};
 use crate::file::{Mistake, Mistakes, Source, did_you_mean};
+use crate::quantity::Positive;
 
 impl Contingencies {
-    /// Parses and checks a contingency file; `actions` are the names of the trees that exist.
-    /// Every mistake that can be found is told at once.
-    pub fn read(source: &Source, actions: &[&str]) -> Result<Contingencies, Mistakes> {
-        let file: File = source.parse()?;
+    /// Parses and checks a contingency file; `trees` are the names of the action trees that exist.
+    /// Every mistake that can be found is reported at once.
+    pub fn read(source: &Source, trees: &[&str]) -> Result<Contingencies, Mistakes> {
+        let File { action: actions, contingency: mut entries } = source.parse()?;
         let mut mistakes = Vec::new();
-        for (index, entry) in file.contingency.iter().enumerate() {
-            check_twins(source, entry, &file.contingency[..index], &mut mistakes);
-            check_actions(source, entry, actions, &mut mistakes);
+        for name in actions.keys() {
+            check_tree(source, name, trees, &mut mistakes);
+        }
+        for (index, entry) in entries.iter().enumerate() {
+            check_twins(source, entry, &entries[..index], &mut mistakes);
+            check_actions(source, entry, &actions, &mut mistakes);
             check_rule(source, entry, &mut mistakes);
         }
-        let mut entries = file.contingency;
         entries.sort_by_key(|it| *it.priority.as_ref());
         check_groups(source, &entries, &mut mistakes);
-        if !entries.iter().any(|it| it.flag.as_ref() == TRANSITION_FAILED) {
-            let message = format!("no row for the flag `{TRANSITION_FAILED}`, which the mission manager raises itself");
-            mistakes.push(source.mistake(None, message, "add a [[contingency]] with this flag"));
+        for required in REQUIRED {
+            if !entries.iter().any(|it| it.flag.as_ref() == required) {
+                let message = format!("no row for the flag `{required}`, which the mission manager raises itself");
+                mistakes.push(source.mistake(None, message, "add a [[contingency]] with this flag"));
+            }
         }
-        Mistakes(mistakes).or(Contingencies { rows: entries.into_iter().map(Row::from).collect() })
+        for entry in entries.iter().filter(|it| BRING_DOWN.contains(&it.flag.as_ref().as_str())) {
+            check_brings_down(source, entry, &actions, &mut mistakes);
+        }
+        let rows = entries.into_iter().map(|entry| entry.into_row(&actions)).collect();
+        Mistakes(mistakes).or(Contingencies { rows })
     }
 }
 
@@ -32,8 +43,22 @@ impl Contingencies {
 #[serde(deny_unknown_fields)]
 struct File {
     #[serde(default)]
+    action: BTreeMap<Spanned<String>, ActionEntry>,
+    #[serde(default)]
     contingency: Vec<Entry>,
 }
+
+/// What is common to all uses of an action.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ActionEntry {
+    severity: Severity,
+    tries: std::num::NonZeroU32,
+    /// Of one try, in mission seconds.
+    limit_s: Positive,
+}
+
+type Actions = BTreeMap<Spanned<String>, ActionEntry>;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -42,24 +67,60 @@ struct Entry {
     priority: Spanned<u32>,
     group: Option<Spanned<String>>,
     raise: Option<Spanned<Rule>>,
+    phases: Option<Spanned<BTreeSet<Phase>>>,
     actions: Spanned<Vec<Spanned<String>>>,
     emergency: Spanned<String>,
     clears: Clears,
     then: Then,
+    #[serde(default = "yes")]
+    may_be_overridden: bool,
 }
 
-impl From<Entry> for Row {
-    fn from(it: Entry) -> Row {
+fn yes() -> bool {
+    true
+}
+
+impl Entry {
+    fn chain(&self) -> impl Iterator<Item = &Spanned<String>> {
+        self.actions.as_ref().iter().chain([&self.emergency])
+    }
+
+    /// Actions that do not exist are left out: they are mistakes, which have been reported.
+    fn into_row(self, actions: &Actions) -> Row {
+        let action = |name: &Spanned<String>| {
+            let entry = find(actions, name.as_ref())?;
+            Some(Action {
+                tree: name.as_ref().clone(),
+                severity: entry.severity,
+                tries: entry.tries.get(),
+                limit: entry.limit_s.seconds(),
+            })
+        };
+        let mut actions: Vec<Action> = self.chain().filter_map(action).collect();
+        // After the last one it begins again with the first: to name one twice in a row would only double its tries.
+        actions.dedup_by(|a, b| a.tree == b.tree);
         Row {
-            flag: it.flag.into_inner(),
-            priority: it.priority.into_inner(),
-            group: it.group.map(Spanned::into_inner),
-            raise: it.raise.map(Spanned::into_inner),
-            actions: it.actions.into_inner().into_iter().map(Spanned::into_inner).collect(),
-            emergency: it.emergency.into_inner(),
-            clears: it.clears,
-            then: it.then,
+            actions,
+            flag: self.flag.into_inner(),
+            priority: self.priority.into_inner(),
+            group: self.group.map(Spanned::into_inner),
+            raise: self.raise.map(Spanned::into_inner),
+            phases: self.phases.map_or_else(|| Phase::ALL.into_iter().collect(), Spanned::into_inner),
+            clears: self.clears,
+            then: self.then,
+            may_be_overridden: self.may_be_overridden,
         }
+    }
+}
+
+fn find<'a>(actions: &'a Actions, name: &str) -> Option<&'a ActionEntry> {
+    actions.iter().find(|(key, _)| key.as_ref() == name).map(|(_, entry)| entry)
+}
+
+fn check_tree(source: &Source, name: &Spanned<String>, trees: &[&str], mistakes: &mut Vec<Mistake>) {
+    if !trees.contains(&name.as_ref().as_str()) {
+        let message = format!("there is no action tree `{}`", name.as_ref());
+        mistakes.push(source.mistake(Some(name.span()), message, did_you_mean(name.as_ref(), trees)));
     }
 }
 
@@ -85,12 +146,51 @@ fn check_twins(source: &Source, entry: &Entry, earlier: &[Entry], mistakes: &mut
     }
 }
 
-fn check_actions(source: &Source, entry: &Entry, known: &[&str], mistakes: &mut Vec<Mistake>) {
-    for action in entry.actions.as_ref().iter().chain([&entry.emergency]) {
-        if !known.contains(&action.as_ref().as_str()) {
-            let message = format!("there is no action tree `{}`", action.as_ref());
-            mistakes.push(source.mistake(Some(action.span()), message, did_you_mean(action.as_ref(), known)));
+fn check_actions(source: &Source, entry: &Entry, actions: &Actions, mistakes: &mut Vec<Mistake>) {
+    let known: Vec<&str> = actions.keys().map(|it| it.as_ref().as_str()).collect();
+    for name in entry.chain() {
+        if find(actions, name.as_ref()).is_none() {
+            let message = format!("there is no action `{}`", name.as_ref());
+            let help = did_you_mean(name.as_ref(), &known);
+            mistakes.push(source.mistake(Some(name.span()), message, help));
         }
+    }
+    if let Some(phases) = entry.phases.as_ref().filter(|it| it.as_ref().is_empty()) {
+        let help = "name at least one phase, or leave the key out for all of them";
+        mistakes.push(source.mistake(Some(phases.span()), "this row never counts", help));
+    }
+    let severity = |name: &Spanned<String>| find(actions, name.as_ref()).map(|it| it.severity);
+    let holds = entry.actions.as_ref().first().and_then(severity) == Some(Severity::Hold);
+    let Some(more) = entry.chain().find(|it| severity(it).is_some_and(|it| Severity::Hold < it)).filter(|_| holds)
+    else {
+        return;
+    };
+    let message = format!("`{}` holds, and its action `{}` does more than that", entry.flag.as_ref(), more.as_ref());
+    let help = "a row that holds ends in holding; give what calls for more a row of its own";
+    mistakes.push(source.mistake(Some(more.span()), message, help));
+}
+
+/// Without such a row a vehicle in the air would have nobody to bring it down.
+fn check_brings_down(source: &Source, entry: &Entry, actions: &Actions, mistakes: &mut Vec<Mistake>) {
+    let flag = entry.flag.as_ref();
+    let ends = |name: &Spanned<String>| find(actions, name.as_ref()).is_some_and(|it| Severity::Return <= it.severity);
+    if !ends(&entry.emergency) {
+        let message = format!("`{flag}` brings the vehicle down, and its emergency action does not");
+        let help = "name an action of severity return, land or ditch";
+        mistakes.push(source.mistake(Some(entry.emergency.span()), message, help));
+    }
+    if entry.then == Then::Resume {
+        let help = "set `then = \"end-mission\"`";
+        let message = format!("`{flag}` brings the vehicle down, and the mission would go on");
+        mistakes.push(source.mistake(Some(entry.flag.span()), message, help));
+    }
+    let missing = |it: &Phase| {
+        *it != Phase::OnGround && entry.phases.as_ref().is_some_and(|phases| !phases.as_ref().contains(it))
+    };
+    if let Some(phase) = Phase::ALL.iter().find(|it| missing(it)) {
+        let message = format!("`{flag}` must count everywhere in the air, and does not {phase}");
+        let place = entry.phases.as_ref().map(Spanned::span);
+        mistakes.push(source.mistake(place, message, "add the phase, or leave the key out"));
     }
 }
 
@@ -129,59 +229,82 @@ fn check_groups(source: &Source, by_priority: &[Entry], mistakes: &mut Vec<Mista
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::{ACTIONS, check_mistake, table};
 
-    const GOOD: &str = r#"
+    /// Two rows, and those that every table needs.
+    fn good() -> String {
+        table(
+            r#"
 [[contingency]]
 flag = "battery_low"
 priority = 40
 group = "energy"
 raise = { fact = "below", value = "battery-remaining", threshold = 0.2, clear = 0.25, for_s = 1.0, during = "flying" }
+phases = ["takeoff", "cruise"]
 actions = ["return_home"]
 emergency = "land"
 clears = "never"
 then = "end-mission"
 
 [[contingency]]
-flag = "transition_failed"
+flag = "obstacle"
 priority = 90
 actions = ["stop"]
-emergency = "land"
+emergency = "stop"
 clears = "after-action"
 then = "resume"
-"#;
+"#,
+        )
+    }
 
     fn read(text: &str) -> Result<Contingencies, Mistakes> {
-        let source = Source { path: "c.toml".into(), text: text.into() };
-        Contingencies::read(&source, &["stop", "land", "return_home"])
+        Contingencies::read(&Source { path: "c.toml".into(), text: text.into() }, &ACTIONS)
     }
 
     #[test]
-    fn rows_come_most_urgent_first() {
-        let table = read(GOOD).unwrap();
+    fn rows_come_most_urgent_first_with_their_whole_chain() {
+        let table = read(&good()).unwrap();
         assert_eq!(
-            table.rows().iter().map(|it| it.flag.as_str()).collect::<Vec<_>>(),
-            ["battery_low", "transition_failed"]
+            table.rows().iter().take(2).map(|it| it.flag.as_str()).collect::<Vec<_>>(),
+            ["battery_low", "obstacle"]
         );
-        assert!(table.row("battery_low").unwrap().raise.is_some());
+        let row = table.row("battery_low").unwrap();
+        assert_eq!((row.response().as_str(), row.severity()), ("return_home, else land", Severity::Return));
+        assert_eq!(row.phases, BTreeSet::from([Phase::Takeoff, Phase::Cruise]));
+        assert_eq!(table.row("obstacle").unwrap().phases.len(), Phase::ALL.len());
     }
 
     #[test]
-    fn every_mistake_is_told_with_its_place() {
+    fn every_mistake_is_reported_with_its_place() {
         #[track_caller]
         fn check(find: &str, replace: &str, expected: &str) {
-            assert!(GOOD.contains(find), "the test's own text lacks `{find}`");
-            let error = read(&GOOD.replacen(find, replace, 1)).unwrap_err().to_string();
-            assert!(error.starts_with(expected), "expected `{expected}`, got `{error}`");
+            check_mistake(&good(), find, replace, read, expected);
         }
-        check("priority = 40\n", "", "c.toml:2:1: missing field `priority`");
-        check("priority = 40", "priority = 90", "c.toml:14:12: priority 90 is already that of `battery_low`");
-        check("[\"return_home\"]", "[\"return_hom\"]", "c.toml:7:12: there is no action tree `return_hom`");
-        check("clear = 0.25", "clear = 0.1", "c.toml:6:9: this rule would clear while it still holds");
-        check("for_s = 1.0", "for_s = -1.0", "c.toml:6:9: a number of this rule is out of range");
-        check("battery-remaining", "battery-left", "c.toml:6:9: unknown variant `battery-left`, expected one of");
-        check("\"never\"", "\"sometimes\"", "c.toml:9:10: unknown variant `sometimes`");
-        check("\"transition_failed\"", "\"battery_low\"", "c.toml:13:8: two rows for the flag `battery_low`");
+        check("priority = 40\n", "", "c.toml:15:1: missing field `priority`");
+        check("priority = 40", "priority = 90", "c.toml:28:12: priority 90 is already that of `battery_low`");
+        check("[\"return_home\"]", "[\"return_hom\"]", "c.toml:21:12: there is no action `return_hom`");
+        check("[action.land]", "[action.lan]", "c.toml:10:9: there is no action tree `lan`");
+        check("tries = 3", "tries = 0", "c.toml:4:9: invalid value: integer `0`, expected a nonzero u32");
+        check("[\"takeoff\", \"cruise\"]", "[]", "c.toml:20:10: this row never counts");
+        check("\"cruise\"]", "\"cruising\"]", "c.toml:20:22: unknown variant `cruising`");
+        check(
+            "emergency = \"stop\"",
+            "emergency = \"land\"",
+            "c.toml:30:13: `obstacle` holds, and its action `land` does more than that",
+        );
+        check("clear = 0.25", "clear = 0.1", "c.toml:19:9: this rule would clear while it still holds");
+        check("for_s = 1.0", "for_s = -1.0", "c.toml:19:9: a number of this rule is out of range");
+        check("battery-remaining", "battery-left", "c.toml:19:9: unknown variant `battery-left`, expected one of");
+        check("\"never\"", "\"sometimes\"", "c.toml:23:10: unknown variant `sometimes`");
+        check("\"obstacle\"", "\"battery_low\"", "c.toml:27:8: two rows for the flag `battery_low`");
         check("\"transition_failed\"", "\"trans\"", "c.toml: no row for the flag `transition_failed`");
-        check("\"battery_low\"", "\"Battery Low\"", "c.toml:3:8: `Battery Low` is no flag name");
+        check("\"ended_in_air\"", "\"ended\"", "c.toml: no row for the flag `ended_in_air`");
+        let ended = |change: &str| format!("flag = \"ended_in_air\"\n{change}");
+        check(
+            &ended(""),
+            &ended("phases = [\"cruise\"]\n"),
+            "c.toml:56:10: `ended_in_air` must count everywhere in the air",
+        );
+        check("\"battery_low\"", "\"Battery Low\"", "c.toml:16:8: `Battery Low` is no flag name");
     }
 }

@@ -1,11 +1,11 @@
-//! How fast the machine is on which the nodes are taken to run.
+//! How busy the machine is on which the nodes run.
 
 use std::time::Duration;
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
-/// What messages and processes wait for besides each other.
+/// How long events and nodes wait besides for each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Machine {
     /// Nothing: a message is there when it is sent, and a process has its turn when it wants it.

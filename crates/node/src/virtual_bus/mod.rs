@@ -1,82 +1,90 @@
-//! All services in one thread on a virtual bus and a virtual clock: the same nodes, no transport.
+//! Services in one thread on a virtual bus and a virtual clock: the same nodes, no transport.
 //!
-//! Time jumps from one event or deadline to the next. On an ideal [`Machine`] delivery is immediate and in order of
-//! publication; on a busy one messages and processes are late, and what is not promised to be in order is not.
-//! With the same nodes, the same script and the same machine a run is the same to the bit.
+//! Time jumps from one event or deadline to the next. On an ideal [`Machine`] an event arrives when it is sent, and in
+//! that order; on a busy one events and nodes are late, and only what is promised to be in order is. The same nodes,
+//! the same script and the same machine give the same run, to the bit.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use domain::time::{Now, Time};
-use kittiwake_proto::topics::{Message, Request, Response};
+use kittiwake_proto::topics::{Message, Request, Service};
 
-use crate::{CallError, CallId, Effect, Event, Node, Token, VehicleId};
+use crate::{Effect, Event, MessageKind, Node, Scope, Token, commands_first};
 
+mod calls;
+mod delivery;
 mod machine;
-mod post;
+mod queue;
 
+use calls::Calls;
 use machine::Delays;
 pub use machine::Machine;
-use post::Post;
+use queue::{Index, Queue};
 
 /// UTC at virtual time zero: 2026-01-01T00:00:00Z. A fixed date keeps runs identical.
 pub const UTC_START_MS: i64 = 1_767_225_600_000;
 
-/// So much at one moment of virtual time is nodes that keep each other, or themselves, busy for ever.
+/// After this many turns at one moment of virtual time, nodes keep each other, or themselves, busy for ever.
 const LIVELOCK: u32 = 10_000;
 
-/// Nodes, their shared clock and the messages between them.
+/// Nodes, their shared clock and the events between them.
 pub struct VirtualBus<'a> {
-    vehicle: VehicleId,
-    nodes: Vec<Box<dyn Node + 'a>>,
+    nodes: Vec<Member<'a>>,
     now: Time,
-    /// When each node has its next turn at the earliest.
-    free_from: Vec<Time>,
     delays: Delays,
-    post: Post,
-    calls: Vec<OpenCall>,
+    queue: Queue,
+    calls: Calls,
     next_token: u64,
+    refusals: BTreeMap<(&'static str, MessageKind), u64>,
+    unanswered: BTreeMap<(&'static str, Service), u64>,
     tap: Tap<'a>,
 }
 
-/// Is shown every published message, with the time.
+/// Gets every published message, with the time.
 type Tap<'a> = Box<dyn FnMut(Time, &Message) + 'a>;
 
-struct OpenCall {
-    token: Token,
-    caller: usize,
-    id: CallId,
-    until: Time,
+/// A node on the bus.
+struct Member<'a> {
+    node: Box<dyn Node + 'a>,
+    scope: Scope,
+    /// When its next turn is at the earliest.
+    free_from: Time,
+    has_ended: bool,
+    /// Requests that it has taken in and not answered.
+    open: Vec<(Token, Service)>,
 }
 
 impl<'a> VirtualBus<'a> {
-    /// A bus without nodes, for one vehicle.
-    pub fn new(vehicle: &str, machine: Machine) -> VirtualBus<'a> {
+    /// A bus without nodes.
+    pub fn new(machine: Machine) -> VirtualBus<'a> {
         VirtualBus {
-            vehicle: vehicle.into(),
             nodes: Vec::new(),
             now: Time::ZERO,
-            free_from: Vec::new(),
             delays: Delays::of(machine),
-            post: Post::default(),
-            calls: Vec::new(),
+            queue: Queue::default(),
+            calls: Calls::default(),
             next_token: 1,
+            refusals: BTreeMap::new(),
+            unanswered: BTreeMap::new(),
             tap: Box::new(|_, _| {}),
         }
     }
 
-    /// Adds a node; every node learns that the other is there.
-    pub fn add(&mut self, node: impl Node + 'a) {
-        let index = self.nodes.len();
-        let names: Vec<_> = self.nodes.iter().map(|it| it.name()).collect();
-        for (other, name) in names.into_iter().enumerate() {
-            self.send(None, index, self.peer(name));
-            self.send(None, other, self.peer(node.name()));
+    /// Adds a node; it sees the nodes in its scope, and they see it.
+    pub fn add(&mut self, scope: Scope, node: impl Node + 'a) {
+        let added = self.nodes.len();
+        let member = Member { node: Box::new(node), scope, free_from: self.now, has_ended: false, open: Vec::new() };
+        self.nodes.push(member);
+        for other in (0..added).filter(|it| !self.nodes[*it].has_ended).collect::<Vec<_>>() {
+            self.announce(other, added, true);
+            self.announce(added, other, true);
         }
-        self.nodes.push(Box::new(node));
-        self.free_from.push(Time::ZERO);
+        self.announce(added, added, true);
+        self.ask_again();
     }
 
-    /// Shows every published message to `tap`, with the time.
+    /// Gives every published message to `tap`, with the time.
     pub fn tap(&mut self, tap: impl FnMut(Time, &Message) + 'a) {
         self.tap = Box::new(tap);
     }
@@ -86,16 +94,24 @@ impl<'a> VirtualBus<'a> {
         self.now
     }
 
-    /// Publishes `message` from outside.
-    pub fn publish(&mut self, message: impl Into<Message>) {
-        let message = message.into();
-        self.deliver(None, self.vehicle.clone(), message);
+    /// How many messages each node has refused because of their content, by kind.
+    pub fn refusals(&self) -> &BTreeMap<(&'static str, MessageKind), u64> {
+        &self.refusals
     }
 
-    /// Sends `request` from outside; its answer is not waited for.
-    pub fn request(&mut self, request: Request) {
-        let token = self.token();
-        self.ask(None, token, request);
+    /// How many requests each node has left without a reply, which is a mistake in the node, by service.
+    pub fn unanswered(&self) -> &BTreeMap<(&'static str, Service), u64> {
+        &self.unanswered
+    }
+
+    /// Publishes `message` of `vehicle` from outside.
+    pub fn publish(&mut self, vehicle: &str, message: impl Into<Message>) {
+        self.deliver(None, vehicle.into(), message.into());
+    }
+
+    /// Sends `request` to `vehicle` from outside; its reply is ignored.
+    pub fn request(&mut self, vehicle: &str, request: Request) {
+        self.ask(None, &vehicle.into(), &request);
     }
 
     /// Runs until `done` says so or `limit` of virtual time has passed; whether `done` said so.
@@ -118,109 +134,83 @@ impl<'a> VirtualBus<'a> {
             self.now = self.now.max(at);
             match turn {
                 Some(node) => {
-                    assert!(turns < LIVELOCK, "time stands still: {} acts again and again", self.nodes[node].name());
+                    let name = self.nodes[node].node.name();
+                    assert!(turns < LIVELOCK, "time stands still: {name} acts again and again");
                     self.take_turn(node);
                 }
-                None => self.give_up_on_late_replies(),
+                None => self.expire_calls(),
             }
         }
     }
 
-    /// What comes next: when, and whose turn; nobody's when a call is to be given up.
-    fn next(&self) -> Option<(Time, Option<usize>)> {
-        let mail = self.post.next(&self.free_from);
+    /// What comes next: when, and which node's turn; `None` when a call expires.
+    fn next(&self) -> Option<(Time, Option<Index>)> {
+        let arrival = self.queue.next(|node| self.nodes[node].free_from);
         // What has arrived comes first.
-        if let Some((at, node)) = mail.filter(|(at, _)| *at <= self.now) {
+        if let Some((at, node)) = arrival.filter(|(at, _)| *at <= self.now) {
             return Some((at, Some(node)));
         }
-        let calls = self.calls.iter().map(|it| (it.until, None));
-        let mail = mail.map(|(at, node)| (at, Some(node)));
-        let deadlines = self.nodes.iter().zip(&self.free_from).enumerate();
-        let deadlines = deadlines.filter_map(|(node, (it, free))| Some((it.deadline()?.max(*free), Some(node))));
-        calls.chain(mail).chain(deadlines).min_by_key(|(at, _)| *at)
+        let expiry = self.calls.deadline().map(|at| (at, None));
+        let arrival = arrival.map(|(at, node)| (at, Some(node)));
+        let present = self.nodes.iter().enumerate().filter(|(_, it)| !it.has_ended);
+        let deadlines = present.filter_map(|(index, it)| Some((it.node.deadline()?.max(it.free_from), Some(index))));
+        expiry.into_iter().chain(arrival).chain(deadlines).min_by_key(|(at, _)| *at)
     }
 
     /// A node takes in what has arrived, and acts.
-    fn take_turn(&mut self, node: usize) {
+    fn take_turn(&mut self, index: Index) {
         let now = self.moment();
-        for event in self.post.collect(node, self.now) {
+        for event in self.queue.take(index, self.now) {
+            let member = &mut self.nodes[index];
+            if let Event::Request { token, request, .. } = &event {
+                member.open.push((*token, request.service()));
+            }
             let mut effects = Vec::new();
-            self.nodes[node].on(now, event, &mut effects);
-            self.perform(node, effects);
+            member.node.on(now, event, &mut effects);
+            self.perform(index, effects);
         }
         let mut effects = Vec::new();
-        self.nodes[node].act(now, &mut effects);
-        self.perform(node, effects);
-        self.free_from[node] = self.now + self.delays.draw();
+        self.nodes[index].node.act(now, &mut effects);
+        self.perform(index, effects);
+        self.fail_unanswered(index);
+        self.nodes[index].free_from = self.now + self.delays.draw();
+        if self.nodes[index].node.is_over() {
+            self.end(index);
+        }
     }
 
-    fn perform(&mut self, index: usize, effects: Vec<Effect>) {
+    /// A node that is over leaves the bus.
+    fn end(&mut self, index: Index) {
+        self.nodes[index].has_ended = true;
+        self.queue.drop_all(index);
+        self.calls.drop_node(index);
+        for other in (0..self.nodes.len()).filter(|it| !self.nodes[*it].has_ended).collect::<Vec<_>>() {
+            self.announce(index, other, false);
+        }
+        self.ask_again();
+    }
+
+    fn perform(&mut self, index: Index, mut effects: Vec<Effect>) {
+        commands_first(&mut effects);
         for effect in effects {
             match effect {
                 Effect::Publish { vehicle, message } => {
-                    self.deliver(Some(index), vehicle.unwrap_or_else(|| self.vehicle.clone()), message);
+                    let vehicle = self.nodes[index].scope.address(vehicle);
+                    self.deliver(Some(index), vehicle, message);
                 }
-                Effect::Call { call, request, timeout, .. } => {
-                    let token = self.token();
-                    self.calls.push(OpenCall { token, caller: index, id: call, until: self.now + timeout });
-                    if !self.ask(Some(index), token, request) {
-                        self.answer(None, token, Err(CallError::Unavailable));
-                    }
+                Effect::Call { call, vehicle, request, timeout, .. } => {
+                    let vehicle = self.nodes[index].scope.address(vehicle);
+                    self.call(index, call, vehicle, request, timeout);
                 }
-                Effect::Reply { token, response } => self.answer(Some(index), token, Ok(response)),
+                Effect::Reply { token, response } => {
+                    self.nodes[index].open.retain(|(open, _)| *open != token);
+                    self.answer(index, token, Ok(response));
+                }
+                Effect::Refused { what, .. } => {
+                    *self.refusals.entry((self.nodes[index].node.name(), what)).or_default() += 1;
+                }
             }
         }
-    }
-
-    /// To everybody but the sender, as on the real bus.
-    fn deliver(&mut self, from: Option<usize>, vehicle: VehicleId, message: Message) {
-        (self.tap)(self.now, &message);
-        let topic = message.topic();
-        for to in 0..self.nodes.len() {
-            if from != Some(to) && self.nodes[to].subscriptions().contains(&topic) {
-                self.send(from, to, Event::Message { vehicle: vehicle.clone(), message: message.clone() });
-            }
-        }
-    }
-
-    /// Whether somebody serves the request.
-    fn ask(&mut self, from: Option<usize>, token: Token, request: Request) -> bool {
-        let service = request.service();
-        let Some(server) = self.nodes.iter().position(|it| it.serves().contains(&service)) else { return false };
-        self.send(from, server, Event::Request { vehicle: self.vehicle.clone(), token, request });
-        true
-    }
-
-    /// Answers a call; one that would get its answer too late is given up when its time is over.
-    fn answer(&mut self, from: Option<usize>, token: Token, result: Result<Response, CallError>) {
-        let Some(position) = self.calls.iter().position(|it| it.token == token) else { return };
-        let delay = self.delays.draw();
-        if self.now + delay <= self.calls[position].until {
-            let OpenCall { caller, id, .. } = self.calls.remove(position);
-            self.post.send(from, caller, Event::Reply { call: id, result }, self.now, delay);
-        }
-    }
-
-    fn send(&mut self, from: Option<usize>, to: usize, event: Event) {
-        let delay = self.delays.draw();
-        self.post.send(from, to, event, self.now, delay);
-    }
-
-    fn give_up_on_late_replies(&mut self) {
-        let now = self.now;
-        for OpenCall { caller, id, .. } in self.calls.extract_if(.., |it| it.until <= now) {
-            let event = Event::Reply { call: id, result: Err(CallError::Unanswered) };
-            self.post.send(None, caller, event, now, Duration::ZERO);
-        }
-    }
-
-    fn token(&mut self) -> Token {
-        self.next_token += 1;
-        Token(self.next_token)
-    }
-
-    fn peer(&self, service: &str) -> Event {
-        Event::Peer { vehicle: self.vehicle.clone(), service: service.into(), instance: "virtual".into(), alive: true }
     }
 
     fn moment(&self) -> Now {

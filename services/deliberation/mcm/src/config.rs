@@ -5,6 +5,7 @@ use std::time::Duration;
 use domain::quantity::Positive;
 use domain::route::TransitionLimits;
 use domain::time::Pace;
+use domain::way::FlightLimits;
 use serde::Deserialize;
 
 /// `[mcm]` in the configuration file.
@@ -15,13 +16,13 @@ pub struct Config {
     /// tick it at once whatever the period is. (The reference measured 10, 5 and 1 ms.)
     pub tick_period_ms: Positive,
     /// How long a request to the planner or the skill manager may take, in seconds, never less
-    /// than 250 ms of wall time. (ENG: a hundred round trips.)
+    /// than one second of wall time. (ENG: a hundred round trips.)
     pub request_timeout_s: Positive,
-    /// A monitor silent for so long is lost, in seconds, never less than 250 ms of wall time.
+    /// A monitor silent for so long is lost, in seconds, never less than one second of wall time.
     /// (ENG: 50 samples of its 100 Hz.)
     pub introspection_limit_s: Positive,
     /// A skill that has not been heard of for so long is asked about, in seconds, never less than
-    /// 250 ms of wall time. (ENG: twenty feedbacks.)
+    /// one second of wall time. (ENG: twenty feedbacks.)
     pub skill_silence_s: Positive,
     /// How long an answer of the control tower is awaited, in mission seconds. (SPEC: 10 s.)
     pub permission_answer_s: Positive,
@@ -43,8 +44,31 @@ pub struct Config {
     /// Height at which the vehicle returns home in a contingency, in metres above the origin,
     /// unless it is already higher.
     pub return_height_m: Positive,
-    /// Speed of a return, in metres per second.
+    /// Speed of a return, and of leaving an area, in metres per second.
     pub return_speed_m_s: Positive,
+    /// How fast the vehicle climbs and descends, in metres per second: by this ways over and under areas are compared with
+    /// those round them. (PX4: MPC_Z_VEL_MAX_UP, MPC_Z_VEL_MAX_DN.)
+    pub climb_m_s: Positive,
+    /// See `climb_m_s`.
+    pub descent_m_s: Positive,
+    /// Lower than this above what it stands on the vehicle climbs before it flies anywhere without a plan, and higher than
+    /// this no way without a plan leads, in metres. (ENG: clear of people; EASA's open category ends at 120 m.)
+    pub least_height_m: Positive,
+    /// See `least_height_m`.
+    pub highest_m: Positive,
+    /// Distance beyond a border at which an area has been left, and distance kept to what is flown round, in metres. (ENG)
+    pub clearance_m: Positive,
+    /// See `clearance_m`.
+    pub margin_m: Positive,
+    /// Heights this close to the floor or the ceiling of an area count as inside, in metres. (ENG: a barometer's drift.)
+    pub vertical_margin_m: Positive,
+    /// The vehicle is out of an area so many mission seconds before its permission ends, or it begins to be barred. (ENG)
+    pub leave_lead_s: Positive,
+    /// How often the airspace round the vehicle and ahead of it is looked at, in mission seconds, never less than 20 ms of
+    /// wall time. (ENG: two metres of flight.)
+    pub airspace_period_s: Positive,
+    /// How long, after a landing that no plan asked for, an operator's word to go on is awaited, in mission seconds. (ENG)
+    pub go_ahead_limit_s: Positive,
     /// When the mission begins.
     pub start: Start,
     /// Which plans wait for the operator's approval before they are flown.
@@ -101,20 +125,21 @@ pub(crate) struct Limits {
     pub(crate) arrival_radius_m: f64,
     pub(crate) transition: TransitionLimits,
     pub(crate) return_height_m: f64,
-    pub(crate) return_speed_m_s: f64,
+    pub(crate) flight: FlightLimits,
+    pub(crate) vertical_margin_m: f64,
+    pub(crate) leave_lead: Duration,
+    pub(crate) airspace_period: Duration,
+    pub(crate) go_ahead_limit: Duration,
+    /// A vehicle on the ground with its motors off has come to stay after this time: what the monitor makes of its landing
+    /// has been heard by then.
+    pub(crate) settle: Duration,
+    pub(crate) pace: Pace,
     pub(crate) start: Start,
     pub(crate) plan_approval: PlanApproval,
     pub(crate) plan_approval_limit: Duration,
     pub(crate) plan_approval_default: Verdict,
     /// Status and tree go out this often even if nothing changes.
     pub(crate) report_period: Duration,
-}
-
-impl Limits {
-    /// Which plans wait for approval, and for how long.
-    pub(crate) fn approval(&self) -> (PlanApproval, Duration) {
-        (self.plan_approval, self.plan_approval_limit)
-    }
 }
 
 impl Config {
@@ -134,7 +159,21 @@ impl Config {
                 stand_off_m: self.transition_stand_off_m.get(),
             },
             return_height_m: self.return_height_m.get(),
-            return_speed_m_s: self.return_speed_m_s.get(),
+            flight: FlightLimits {
+                speed_m_s: self.return_speed_m_s.get(),
+                climb_m_s: self.climb_m_s.get(),
+                descent_m_s: self.descent_m_s.get(),
+                least_height_m: self.least_height_m.get(),
+                highest_m: self.highest_m.get(),
+                clearance_m: self.clearance_m.get(),
+                margin_m: self.margin_m.get(),
+            },
+            vertical_margin_m: self.vertical_margin_m.get(),
+            leave_lead: self.leave_lead_s.seconds(),
+            airspace_period: self.airspace_period_s.seconds().max(pace.wall(Duration::from_millis(20))),
+            go_ahead_limit: self.go_ahead_limit_s.seconds(),
+            settle: Duration::from_secs(1).max(pace.wall(Duration::from_millis(100))),
+            pace,
             start: self.start,
             plan_approval: self.plan_approval,
             plan_approval_limit: self.plan_approval_limit_s.seconds(),

@@ -9,7 +9,6 @@ use std::time::Duration;
 
 use domain::contingency::Contingencies;
 use domain::time::Time;
-use kittiwake_proto::v1;
 
 /// The flags of the table's rows, most urgent first.
 #[derive(Debug, Default)]
@@ -23,15 +22,24 @@ pub(crate) struct Flags {
 /// A flag that is up.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Flag {
-    pub(crate) since: Time,
-    pub(crate) reason: String,
+    since: Time,
+    reason: String,
     /// Who says that it still holds, each once.
     sources: Vec<String>,
-    /// Who has seen it.
-    pub(crate) acknowledged_by: Option<String>,
+    acknowledged_by: Option<String>,
 }
 
 impl Flag {
+    /// Why it was raised.
+    pub(crate) fn reason(&self) -> &str {
+        &self.reason
+    }
+
+    /// The operator who has seen it.
+    pub(crate) fn acknowledged_by(&self) -> Option<&str> {
+        self.acknowledged_by.as_deref()
+    }
+
     /// Whether anybody who raised it says that it still holds.
     pub(crate) fn holds(&self) -> bool {
         !self.sources.is_empty()
@@ -73,10 +81,16 @@ impl Flags {
     }
 
     /// Raises a row's flag again as it was when another manager's process ended.
-    pub(crate) fn restore(&mut self, now: Time, row: usize, it: v1::RememberedFlag) {
+    pub(crate) fn restore(
+        &mut self,
+        now: Time,
+        row: usize,
+        reason: String,
+        sources: Vec<String>,
+        acknowledged_by: Option<String>,
+    ) {
         self.up[row] = true;
-        let acknowledged_by = Some(it.acknowledged_by).filter(|it| !it.is_empty());
-        self.rows[row].1 = Some(Flag { since: now, reason: it.reason, sources: it.sources, acknowledged_by });
+        self.rows[row].1 = Some(Flag { since: now, reason, sources, acknowledged_by });
     }
 
     /// What raised the flag is gone, says `source`; the flag itself stays up until its row says otherwise.
@@ -114,10 +128,14 @@ impl Flags {
         self.up[row]
     }
 
-    /// The name of the most urgent flag that is up.
-    pub(crate) fn first(&self) -> Option<&Arc<str>> {
-        let row = self.up.iter().position(|it| *it)?;
-        Some(self.name(row))
+    /// Whether any flag is up.
+    pub(crate) fn any_is_up(&self) -> bool {
+        self.up.contains(&true)
+    }
+
+    /// The rows whose flags are up, most urgent first.
+    pub(crate) fn rows_up(&self) -> impl Iterator<Item = usize> {
+        self.up.iter().enumerate().filter(|(_, up)| **up).map(|(row, _)| row)
     }
 
     /// The flags that are up with their names, most urgent first.

@@ -9,25 +9,19 @@
 //! manager does), and it never waits for either.
 
 mod clients;
-mod conditions;
 pub mod config;
 mod flags;
+mod journal;
 mod leaves;
 mod manager;
-mod memory;
-mod operator;
 mod outbox;
-mod report;
 mod snapshot;
-mod status;
 mod tick_time;
 mod timing;
 mod trees;
 mod vehicle;
-mod words;
 mod world;
 
 pub use manager::Mcm;
-pub use memory::Useless;
-pub use timing::Meters;
 pub use trees::{LoadedTrees, Trees, contingency_xml};
+pub use world::persisted::UnusableState;

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use domain::plan::StepId;
 use kittiwake_proto::topics::{Message, Request, Response};
-use node::{CallId, Effect, Token};
+use node::{CallId, Effect, MessageKind, Token};
 
 /// Why a call was made, so that its reply finds its way.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -18,9 +19,9 @@ pub(crate) enum Purpose {
     /// A new plan, by its request id.
     Replan(String),
     /// The step after this one.
-    NextStep(u64),
-    /// Telling that this step was flown.
-    StepDone(u64),
+    NextStep(StepId),
+    /// The report that this step was flown.
+    StepDone(StepId),
     /// Permission to enter this area.
     Permission(String),
 }
@@ -47,6 +48,11 @@ impl Outbox {
 
     pub(crate) fn reply(&mut self, token: Token, response: Response) {
         self.effects.push(Effect::Reply { token, response });
+    }
+
+    /// The content of a message makes no sense.
+    pub(crate) fn refuse(&mut self, what: impl Into<MessageKind>, why: impl std::fmt::Display) {
+        self.effects.push(Effect::refused(what, why));
     }
 
     /// Why `call` was made; each call ends once.

@@ -94,7 +94,7 @@ mod tests {
         ];
         assert_eq!(lines, expected);
         let never = &snapshot(&tree, begun + Duration::from_secs(2)).nodes[3];
-        assert_eq!((never.reason.as_str(), never.failed_ago_s), ("1 > 2 (is 1, limit 2)", Some(2.0)));
+        assert_eq!((never.reason.as_str(), never.failed_ago_s), ("`1 > 2` is false (compared 1 with 2)", Some(2.0)));
         let xml = tree.to_document().to_xml();
         assert!(xml.contains(r#"name="last" _uid="7""#), "{xml}");
     }

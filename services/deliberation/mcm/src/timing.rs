@@ -1,134 +1,113 @@
-//! When what happened within a wake, for measurements. Nothing is decided by it.
+//! When the leaves of the tree changed their status, for measurements. Nothing is decided by it.
 //!
-//! The meters are handed in; without them every stamp is zero, so that a flight on a virtual clock
-//! stays the same to the bit.
+//! The engine stamps each change as it happens, so that no leaf knows about measurements. What the changes mean is for
+//! the reader to say, from the names of the nodes. Control nodes are left out, since their statuses follow from those of
+//! the leaves, and so are the trees that leaves hold, since no figure needs them.
 
-use std::sync::Arc;
+use behavior_tree::{NodeStatus, NodeView, StatusChange, Tree};
+use kittiwake_proto::v1;
 
-use kittiwake_proto::v1::{McmTiming, SkillKind, TimingMark, TimingPoint};
-
-use crate::tick_time::TickTimes;
-
-/// What is beyond 2^31 is counted as of that.
+/// Durations of 2^31 ns, two seconds, and more share the last element of the histogram.
 const BUCKETS: usize = 32;
+/// Status changes kept during a wake. The answer to a flag takes about a hundred.
+const CAPACITY: usize = 512;
 
-/// What the measurements read, handed in. Nothing is decided by it.
-#[derive(Debug, Clone, Copy)]
-pub struct Meters {
-    /// Nanoseconds of any one clock.
-    pub now_ns: fn() -> u64,
-    /// How often the present thread has allocated memory.
-    pub allocations: fn() -> u64,
-}
-
-/// Without meters all takes no time and no memory.
-const NONE: Meters = Meters { now_ns: || 0, allocations: || 0 };
-
-/// Put into a record once everything is decided.
-#[derive(Debug)]
-struct Mark {
-    point: TimingPoint,
-    at_ns: u64,
-    skill: SkillKind,
-    flag: Option<Arc<str>>,
-}
-
-/// What the meters showed as a tick began.
-pub(crate) struct Begun {
-    ns: u64,
-    allocations: u64,
-}
-
-/// Collects the marks of a wake.
-#[derive(Debug)]
+/// Watches one tree.
 pub(crate) struct Timing {
-    meters: Meters,
+    now_ns: fn() -> u64,
+    /// By place in preorder; `None` for nodes that are no leaves.
+    leaves: Vec<Option<Leaf>>,
     woken_ns: Option<u64>,
-    marks: Vec<Mark>,
+    ticked_ns: u64,
     ticks: [u64; BUCKETS],
-    allocations: [u64; BUCKETS],
-    pub(crate) recent: TickTimes,
+    /// The changes of one wake, kept for its memory: most wakes are not worth a record.
+    changes: Vec<StatusChange>,
 }
 
-impl Default for Timing {
-    fn default() -> Timing {
-        Timing::new(NONE)
-    }
+/// A leaf as the record names it.
+struct Leaf {
+    kind: String,
+    path: String,
 }
 
 impl Timing {
-    pub(crate) fn new(meters: Meters) -> Timing {
-        Timing {
-            meters,
-            woken_ns: None,
-            marks: Vec::new(),
-            ticks: [0; BUCKETS],
-            allocations: [0; BUCKETS],
-            recent: TickTimes::default(),
-        }
+    /// Watches `tree` from now on. `now_ns` reads nanoseconds of any one clock.
+    pub(crate) fn of<World>(tree: &mut Tree<World>, now_ns: fn() -> u64) -> Timing {
+        tree.record_changes(CAPACITY, now_ns);
+        let is_leaf = |node: &NodeView<'_>| tree.children(node.id).next().is_none();
+        let leaf = |node: NodeView<'_>| Leaf { kind: node.tag.to_owned(), path: path(tree, node) };
+        let leaves = tree.nodes().map(|node| is_leaf(&node).then(|| leaf(node))).collect();
+        let changes = Vec::with_capacity(CAPACITY);
+        Timing { now_ns, leaves, woken_ns: None, ticked_ns: 0, ticks: [0; BUCKETS], changes }
     }
 
-    fn now_ns(&self) -> u64 {
-        (self.meters.now_ns)()
-    }
-
-    /// Something is taken in; the first since the last wake begins one.
+    /// Something is taken in, or due. The first call since the last record begins a wake.
     pub(crate) fn wake(&mut self) {
-        if self.woken_ns.is_none() {
-            self.woken_ns = Some(self.now_ns());
-        }
+        self.woken_ns.get_or_insert_with(self.now_ns);
     }
 
-    pub(crate) fn mark(&mut self, point: TimingPoint) {
-        self.mark_flag(point, SkillKind::Unspecified, None);
+    /// The tree begins to be ticked.
+    pub(crate) fn tick_begins(&mut self) {
+        self.ticked_ns = (self.now_ns)();
     }
 
-    pub(crate) fn mark_skill(&mut self, point: TimingPoint, skill: SkillKind) {
-        self.mark_flag(point, skill, None);
+    /// The tree has been ticked. Returns how long that took, in nanoseconds.
+    pub(crate) fn tick_ended(&mut self) -> u64 {
+        let took_ns = (self.now_ns)().saturating_sub(self.ticked_ns);
+        let bucket = took_ns.checked_ilog2().unwrap_or(0) as usize;
+        self.ticks[bucket.min(BUCKETS - 1)] += 1;
+        took_ns
     }
 
-    pub(crate) fn mark_flag(&mut self, point: TimingPoint, skill: SkillKind, flag: Option<Arc<str>>) {
-        let at_ns = self.now_ns();
-        self.marks.push(Mark { point, at_ns, skill, flag });
-    }
-
-    /// A tick begins.
-    pub(crate) fn tick(&self) -> Begun {
-        Begun { allocations: (self.meters.allocations)(), ns: self.now_ns() }
-    }
-
-    /// Counts a tick that began then.
-    pub(crate) fn ticked(&mut self, begun: Begun) {
-        let took = self.now_ns().saturating_sub(begun.ns);
-        let allocated = (self.meters.allocations)().saturating_sub(begun.allocations);
-        self.ticks[took.checked_ilog2().map_or(0, bucket)] += 1;
-        self.allocations[allocated.checked_ilog2().map_or(0, |it| bucket(it + 1))] += 1;
-        self.recent.add(took);
-    }
-
-    /// Ends the wake; its record, if anything was marked.
-    pub(crate) fn end_wake(&mut self) -> Option<McmTiming> {
-        let woken_ns = self.woken_ns.take().unwrap_or_default();
-        if self.marks.is_empty() {
+    /// Ends the wake. Returns its record if a leaf of `tree` began or ceased to run: conditions are asked at every tick, and
+    /// their answers alone are not worth one.
+    pub(crate) fn end_wake<World>(&mut self, tree: &mut Tree<World>) -> Option<v1::McmTiming> {
+        let decided_ns = (self.now_ns)();
+        let woken_ns = self.woken_ns.take().unwrap_or(decided_ns);
+        self.changes.clear();
+        let lost_changes = tree.take_changes(|change| {
+            if matches!(self.leaves.get(change.node.index()), Some(Some(_))) {
+                self.changes.push(change);
+            }
+        });
+        if !self.changes.iter().any(|change| [change.from, change.to].contains(&NodeStatus::Running)) {
             return None;
         }
-        Some(McmTiming {
+        Some(v1::McmTiming {
             woken_ns,
-            decided_ns: self.now_ns(),
-            marks: self.marks.drain(..).map(TimingMark::from).collect(),
+            ticked_ns: self.ticked_ns,
+            decided_ns,
+            changes: self.changes.iter().filter_map(|change| self.to_wire(change)).collect(),
+            lost_changes,
             tick_histogram: self.ticks.to_vec(),
-            allocation_histogram: self.allocations.to_vec(),
+        })
+    }
+
+    fn to_wire(&self, change: &StatusChange) -> Option<v1::LeafChange> {
+        let leaf = self.leaves.get(change.node.index())?.as_ref()?;
+        Some(v1::LeafChange {
+            kind: leaf.kind.clone(),
+            path: leaf.path.clone(),
+            before: status(change.from) as i32,
+            after: status(change.to) as i32,
+            at_ns: change.stamp,
         })
     }
 }
 
-impl From<Mark> for TimingMark {
-    fn from(Mark { point, at_ns, skill, flag }: Mark) -> TimingMark {
-        let flag = flag.map(|it| it.to_string()).unwrap_or_default();
-        TimingMark { point: point as i32, at_ns, skill: skill as i32, flag }
+/// The names from the root to `node`.
+fn path<World>(tree: &Tree<World>, node: NodeView<'_>) -> String {
+    match node.parent.and_then(|parent| tree.node(parent)) {
+        Some(parent) => path(tree, parent) + "/" + node.name,
+        None => node.name.to_owned(),
     }
 }
 
-fn bucket(exponent: u32) -> usize {
-    (exponent as usize).min(BUCKETS - 1)
+fn status(status: NodeStatus) -> v1::NodeStatus {
+    match status {
+        NodeStatus::Idle => v1::NodeStatus::Idle,
+        NodeStatus::Running => v1::NodeStatus::Running,
+        NodeStatus::Success => v1::NodeStatus::Success,
+        NodeStatus::Failure => v1::NodeStatus::Failure,
+    }
 }

@@ -4,16 +4,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use behavior_tree::{Document, Element, Library, LoadError};
-use domain::contingency::{Contingencies, Row};
+use domain::contingency::{Action, Contingencies, Row};
 use domain::file::{Mistake, Mistakes, Place, Source};
 
 use crate::leaves::registry;
 use crate::world::World;
 
-/// A step may ask for up to so many permissions at once; the planner never groups more borders.
-const MOST_PERMISSIONS: usize = 16;
-
-const FILES: [&str; 4] = ["mission.xml", "step.xml", "step_asking.xml", "actions.xml"];
+const FILES: [&str; 3] = ["mission.xml", "step.xml", "actions.xml"];
 
 /// The tree files of a folder, before the contingency table is known.
 pub struct Trees {
@@ -33,7 +30,7 @@ impl Trees {
             }
         }
         Mistakes(mistakes).or(())?;
-        let actions = load(&sources[3..], None)?.ids().map(str::to_owned).collect();
+        let actions = load(&sources[2..], None)?.ids().map(str::to_owned).collect();
         Ok(Trees { sources, actions })
     }
 
@@ -44,14 +41,7 @@ impl Trees {
 
     /// Everything together, checked: the files and the subtree that `table` becomes.
     pub fn load(&self, table: &Contingencies) -> Result<LoadedTrees, Mistakes> {
-        let mut sources = Vec::new();
-        for source in &self.sources {
-            if source.path.ends_with("step_asking.xml") {
-                sources.extend((1..=MOST_PERMISSIONS).map(|count| for_count(source, count)));
-            } else {
-                sources.push(source.clone());
-            }
-        }
+        let mut sources = self.sources.clone();
         sources.push(Source { path: "contingencies (generated)".into(), text: contingency_xml(table) });
         Ok(LoadedTrees(Arc::new(load(&sources, Some(table))?)))
     }
@@ -77,10 +67,10 @@ pub fn contingency_xml(table: &Contingencies) -> String {
         branches.push(
             Element::new("ReactiveSequence")
                 .attribute("name", &format!("group {group}"))
-                .child(Element::new("GroupRaised").attribute("group", group))
+                .child(Element::new("GroupResponds").attribute("group", group))
                 .child(
                     Element::new("ReactiveFallback")
-                        .attribute("name", &format!("{group}, most urgent first"))
+                        .attribute("name", &format!("{group}: the row that responds"))
                         .children(members),
                 ),
         );
@@ -89,33 +79,40 @@ pub fn contingency_xml(table: &Contingencies) -> String {
     Document::new().tree("contingencies", root).to_xml()
 }
 
-/// A row: a sequence with memory, so that a response under way is not asked again whether its value is still bad.
+/// A row: as long as it is the one that responds, its actions are tried in order, from the first one again when all have
+/// failed. A sequence with memory: a response under way is not asked again whether its value is still bad.
 fn branch(row: &Row) -> Element {
     let leaf = |tag: &str| Element::new(tag).attribute("flag", &row.flag);
-    let action = |id: &String| Element::new("SubTree").attribute("ID", id);
-    Element::new("Sequence")
-        .attribute("name", &row.flag)
-        .child(leaf("FlagRaised"))
+    let actions = row.actions.iter().enumerate().map(|(index, action)| tries(&row.flag, index, action));
+    let chain =
+        Element::new("Fallback").attribute("name", &format!("{}: {}", row.flag, row.response())).children(actions);
+    let response = Element::new("Sequence")
+        .attribute("name", &format!("respond to {}", row.flag))
         .child(leaf("BeginResponse"))
         .child(
-            Element::new("Fallback")
-                .attribute("name", &format!("respond to {}", row.flag))
-                .children(row.actions.iter().map(action))
-                .child(action(&row.emergency))
-                .child(leaf("MissionOver")),
-        )
-        .child(leaf("ResetFlag"))
+            retry(-1, Element::new("Sequence").child(chain).child(leaf("ResetFlag"))).attribute("name", &until(row)),
+        );
+    Element::new("ReactiveSequence").attribute("name", &row.flag).child(leaf("Responds")).child(response)
 }
 
-/// The template of a step that asks for `count` permissions; lines keep their numbers.
-fn for_count(source: &Source, count: usize) -> Source {
-    let line = |line: &str| match line.trim_start().starts_with('<') && line.contains("INDEX") {
-        true => (1..=count).map(|index| line.trim().replace("INDEX", &index.to_string())).collect(),
-        false => line.to_owned(),
-    };
-    let text: Vec<String> = source.text.lines().map(line).collect();
-    let path = if count == 1 { source.path.clone() } else { format!("{} ({count})", source.path.display()).into() };
-    Source { path, text: text.join("\n").replace("COUNT", &count.to_string()) }
+fn until(row: &Row) -> String {
+    format!("until {} is over", row.flag)
+}
+
+/// So many tries of an action, each within its limit.
+fn tries(flag: &str, index: usize, action: &Action) -> Element {
+    let limit = Element::new("Timeout")
+        .attribute("msec", &action.limit.as_millis().to_string())
+        .child(Element::new("SubTree").attribute("ID", &action.tree));
+    let attempt = Element::new("Sequence")
+        .child(Element::new("AwaitTry").attribute("action", &index.to_string()))
+        .child(Element::new("Fallback").child(limit).child(Element::new("TryFailed")));
+    let name = format!("{flag} {}: {}, {} tries", index + 1, action.tree, action.tries);
+    retry(i64::from(action.tries), attempt).attribute("name", &name)
+}
+
+fn retry(attempts: i64, child: Element) -> Element {
+    Element::new("RetryUntilSuccessful").attribute("num_attempts", &attempts.to_string()).child(child)
 }
 
 fn load(sources: &[Source], table: Option<&Contingencies>) -> Result<Library<World>, Mistakes> {

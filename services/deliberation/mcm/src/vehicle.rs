@@ -1,9 +1,13 @@
 //! What the monitor says about the vehicle, as far as missions depend on it.
 
-use domain::geometry::{Ned, NedVelocity};
-use domain::time::Time;
-use kittiwake_proto::v1;
 use std::time::Duration;
+
+use domain::fmu::FlightMode;
+use domain::geometry::{Ned, NedVelocity};
+use domain::skill::{SkillEvent, SkillKind, SkillOutcome, SkillPhase};
+use domain::time::Time;
+use domain::wire::{InvalidMessage, duration, flight_mode};
+use kittiwake_proto::v1;
 
 /// The newest introspection, reduced to what decisions here look at.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,9 +16,9 @@ pub(crate) struct Vehicle {
     pub(crate) velocity: NedVelocity,
     pub(crate) flying: bool,
     pub(crate) armed: bool,
-    /// The mode that is flown, not the one that was asked for.
-    pub(crate) mode: v1::FlightMode,
-    /// When the status that told the mode was sent, as well as its age tells.
+    /// The actual mode; `None`: one that has no name here.
+    pub(crate) mode: Option<FlightMode>,
+    /// When the status with that mode was sent, as its age says.
     pub(crate) status_at: Time,
     /// When this introspection arrived.
     pub(crate) seen_at: Time,
@@ -24,33 +28,33 @@ pub(crate) struct Vehicle {
     landed_us: u64,
 }
 
-/// What the last skill that succeeded has shown of the vehicle. The skill manager hears the vehicle directly; an
+/// What the last skill that succeeded has confirmed of the vehicle. The skill manager hears the vehicle directly; an
 /// introspection from before that may come later, and must not take it back.
 #[derive(Debug, Default)]
-pub(crate) struct Shown {
+pub(crate) struct ConfirmedState {
     at: Time,
     position: Option<(u64, Ned)>,
     flying: Option<(u64, bool)>,
 }
 
-impl Shown {
+impl ConfirmedState {
     /// Learns from news of a skill.
-    pub(crate) fn learn_from(&mut self, now: Time, event: &v1::SkillEvent) {
-        if event.outcome() != v1::SkillOutcome::Succeeded {
+    pub(crate) fn learn_from(&mut self, now: Time, event: &SkillEvent) {
+        if event.phase != SkillPhase::Ended(SkillOutcome::Succeeded) {
             return;
         }
         self.at = now;
-        self.flying = match event.kind() {
-            v1::SkillKind::Land => Some((event.landed_timestamp_us, false)),
-            v1::SkillKind::Takeoff => Some((event.landed_timestamp_us, true)),
+        self.flying = match event.kind {
+            SkillKind::Land => Some((event.landed_timestamp_us, false)),
+            SkillKind::Takeoff => Some((event.landed_timestamp_us, true)),
             _ => self.flying,
         };
-        if let Some(Ok(position)) = event.position.map(Ned::try_from) {
+        if let Some(position) = event.position {
             self.position = Some((event.position_timestamp_us, position));
         }
     }
 
-    /// `vehicle` with what has been shown, where that is no older. It counts for as long as `limit`: the clock of a
+    /// `vehicle` with what has been confirmed, where that is no older. It counts for as long as `limit`: the clock of a
     /// vehicle that was started again begins anew.
     pub(crate) fn correct(&self, mut vehicle: Vehicle, now: Time, limit: Duration) -> Vehicle {
         if self.at + limit < now {
@@ -67,23 +71,30 @@ impl Shown {
 }
 
 impl Vehicle {
-    /// `None` while a source that decisions need has not spoken, or says what makes no sense.
-    pub(crate) fn from_wire(now: Time, it: &v1::Introspection) -> Option<Vehicle> {
-        let status = it.status.as_ref()?;
-        let place = it.local_position.as_ref()?;
-        let land_detected = it.land_detected.as_ref()?;
-        let age = it.ages.as_ref()?.status_s?;
-        let age = Duration::try_from_secs_f64(age).ok()?;
-        Some(Vehicle {
-            position: place.position?.try_into().ok()?,
-            velocity: place.velocity?.try_into().ok()?,
+    /// `None` while a source that decisions need has not been heard.
+    ///
+    /// # Errors
+    /// If one of them says what makes no sense.
+    pub(crate) fn from_wire(now: Time, introspection: &v1::Introspection) -> Result<Option<Vehicle>, InvalidMessage> {
+        let v1::Introspection { status: Some(status), local_position: Some(place), land_detected, ages, .. } =
+            introspection
+        else {
+            return Ok(None);
+        };
+        let (Some(land_detected), Some(age)) = (land_detected, ages.as_ref().and_then(|it| it.status_s)) else {
+            return Ok(None);
+        };
+        let age = duration("ages.status_s", age)?;
+        Ok(Some(Vehicle {
+            position: place.position.ok_or(InvalidMessage::Missing("local_position.position"))?.try_into()?,
+            velocity: place.velocity.ok_or(InvalidMessage::Missing("local_position.velocity"))?.try_into()?,
             flying: !land_detected.landed,
             armed: status.armed,
-            mode: status.actual_mode(),
+            mode: flight_mode(status.actual_mode()),
             status_at: Time::after(now.since_start().saturating_sub(age)),
             seen_at: now,
             position_us: place.timestamp_us,
             landed_us: land_detected.timestamp_us,
-        })
+        }))
     }
 }

@@ -2,16 +2,18 @@
 
 use domain::geometry::Ned;
 use domain::skill::Goal;
-use kittiwake_proto::topics::{Request, Response};
+use kittiwake_proto::topics::{Message, Request, Response};
 use kittiwake_proto::v1;
 use kittiwake_proto::v1::FlightMode::{Land, Loiter, Offboard};
-use kittiwake_proto::v1::SkillOutcome::{Failed, Rejected, Succeeded};
+use kittiwake_proto::v1::SkillOutcome::{Failed, Rejected, Succeeded, TimedOut};
+use kittiwake_proto::v1::operator_command::Verb;
 use node::CallError;
 
 mod interruptions;
 mod orders;
 mod restarts;
 mod rig;
+mod timing;
 use rig::{Rig, plan, step};
 
 fn fly(east_m: f64) -> Goal {
@@ -157,18 +159,24 @@ fn a_more_urgent_flag_preempts_a_less_urgent_one_does_not() {
     assert_eq!(rig.story(), "start stop, giving up 1");
     rig.execute();
     rig.flag("battery_low", true);
-    assert_eq!(rig.story(), "start fly 0 0 15, giving up 2");
-    let home = rig.execute();
+    assert_eq!(rig.story(), "start fly 0 50 15, giving up 2");
+    let climb = rig.execute();
     rig.flag("obstacle", true);
     assert_eq!(rig.story(), "");
+    rig.vehicle(true, Offboard, (0.0, 50.0, 15.0));
+    rig.end(&climb, Succeeded, "");
+    assert_eq!(rig.story(), "start fly 0 0 15");
+    let home = rig.execute();
     rig.end(&home, Succeeded, "");
     assert_eq!(rig.story(), "start land");
     let land = rig.execute();
     rig.vehicle(false, Land, (0.0, 0.0, 0.0));
     rig.end(&land, Succeeded, "");
-    // Down and over; the flags below are still answered, on the ground by nothing that flies.
-    let story = rig.story();
-    assert!(story.starts_with("start stop"), "{story}");
+    assert_eq!(rig.story(), "");
+    rig.wait(1.0);
+    // Down and over: nothing is left to answer.
+    assert_eq!(rig.story(), "report Emergency: `battery_low`: by hand");
+    assert!(rig.status().contingencies.is_empty());
 }
 
 #[test]
@@ -183,21 +191,156 @@ fn a_response_is_not_interrupted_because_its_value_is_good_again() {
 }
 
 #[test]
-fn an_emergency_action_that_fails_ends_the_mission_for_good() {
+fn a_response_goes_down_its_chain_and_up_again_for_as_long_as_it_flies() {
     let (mut rig, _) = under_way();
     rig.flag("battery_critical", true);
     assert_eq!(rig.story(), "start land, giving up 1");
-    let land = rig.execute();
-    rig.end(&land, Rejected, "no");
-    assert_eq!(rig.story(), "start land");
-    let land = rig.execute();
-    rig.end(&land, Rejected, "no again");
-    assert_eq!(rig.story(), "start stop");
-    let hold = rig.execute();
-    rig.end(&hold, Succeeded, "");
-    assert_eq!(rig.story(), "report Emergency: `battery_critical`: the emergency action failed: rejected: no again");
+    // Two tries of each of its actions, with ever longer pauses, and all of them again.
+    let (land, home) = ("start land", "start fly 0 0 10");
+    let expected =
+        [(0.0, land), (0.6, home), (1.1, home), (2.1, land), (4.1, land), (8.1, land), (8.1, land), (8.1, home)];
+    for (pause_s, next) in expected {
+        let flown = rig.execute();
+        rig.end(&flown, Rejected, "no");
+        if 0.2 < pause_s {
+            rig.wait(pause_s - 0.2);
+            assert_eq!(rig.story(), "", "it is too early for the next try");
+        }
+        rig.wait(0.2_f64.min(pause_s));
+        assert_eq!(rig.story(), next);
+    }
+    let flown = rig.execute();
+    rig.end(&flown, Succeeded, "");
+    assert_eq!(rig.story(), land);
+    let flown = rig.execute();
+    rig.vehicle(false, Land, (0.0, 0.0, 0.0));
+    rig.end(&flown, Succeeded, "");
+    rig.wait(1.0);
+    assert_eq!(rig.story(), "report Emergency: `battery_critical`: by hand");
+}
+
+#[test]
+fn a_landing_that_did_not_come_down_goes_elsewhere() {
+    let (mut rig, _) = under_way();
+    rig.say(v1::PlannerStatus {
+        objectives: vec![v1::Objective {
+            name: "deck".into(),
+            position: Some(v1::Ned { north_m: 0.0, east_m: 90.0, down_m: -30.0 }),
+            state: v1::ObjectiveState::Waiting as i32,
+            ..Default::default()
+        }],
+        ..Default::default()
+    });
+    rig.flag("operator_abort", true);
+    for _ in 0..2 {
+        let land = rig.execute();
+        rig.vehicle(true, Land, (0.0, 50.0, 2.0));
+        rig.end(&land, TimedOut, "still 2.0 m");
+        rig.wait(0.6);
+    }
+    // The deck is nearer than home; it is approached from above.
+    let story = rig.story();
+    assert!(story.ends_with("start fly 0 50 35"), "{story}");
+}
+
+#[test]
+fn a_row_that_holds_never_lands_and_yields_to_what_demands_more() {
+    let (mut rig, _) = under_way();
+    rig.flag("obstacle", true);
+    let mut expected = vec!["start stop, giving up 1"];
+    for _ in 0..3 {
+        let stop = rig.execute();
+        rig.end(&stop, Rejected, "no");
+        rig.wait(4.1);
+        expected.push("start stop");
+    }
+    expected[3] = "start fly 0 50 10";
+    assert_eq!(rig.story(), expected.join("\n"), "three tries, then another way to hold");
+    rig.execute();
+    rig.flag("operator_abort", true);
+    assert_eq!(rig.story(), "start land, giving up 5");
+}
+
+#[test]
+fn a_flag_that_waits_or_does_not_count_is_recorded_as_such() {
+    let (mut rig, _) = under_way();
+    rig.flag("battery_critical", true);
+    rig.execute();
+    rig.flag("operator_return", true);
+    rig.vehicle(true, Land, (0.0, 50.0, 5.0));
+    rig.flag("link_lost", true);
+    let told: Vec<&str> = rig.decisions.iter().map(String::as_str).filter(|it| !it.contains("raised")).collect();
+    assert_eq!(
+        told[told.len() - 3..],
+        [
+            "`battery_critical`: land",
+            "`operator_return` waits behind `battery_critical`",
+            "`link_lost` waits behind `battery_critical`",
+        ]
+    );
+    let mut rig = Rig::new();
+    rig.vehicle(true, Loiter, (0.0, 0.0, 10.0));
+    rig.plan(plan(&[step(1, Goal::Land, &[])]));
+    rig.execute();
+    rig.flag("link_lost", true);
+    assert_eq!(rig.decisions.last().map(String::as_str), Some("`link_lost` does not count while landing"));
+}
+
+#[test]
+fn after_a_landing_that_nobody_planned_the_mission_waits_for_an_operator() {
+    let landed = || {
+        let (mut rig, _) = under_way();
+        rig.vehicle(false, Land, (0.0, 50.0, 0.0));
+        assert_eq!(rig.story(), "cancel skill 1");
+        rig.wait(60.0);
+        assert_eq!(rig.story(), "", "it asks for no plan");
+        assert!(rig.status().start_awaited);
+        rig
+    };
+    let mut rig = landed();
+    assert_eq!(rig.command(Verb::Resume(v1::ResumeMission {})).text, "the mission starts");
+    assert_eq!(rig.story(), "replan after 0 () []");
+    let mut rig = landed().started_again();
     rig.wait(60.0);
-    assert!(!rig.story().contains("start"), "nothing starts again");
+    assert_eq!(rig.story(), "", "another process waits too");
+    let mut rig = landed();
+    rig.wait(600.0);
+    assert_eq!(
+        rig.story(),
+        "report Failure: landed without having been told to, and no operator said within 600 s to go on"
+    );
+}
+
+#[test]
+fn a_mission_that_is_over_in_the_air_brings_the_vehicle_down() {
+    let mut rig = Rig::new();
+    rig.vehicle(true, Loiter, (0.0, 50.0, 20.0));
+    rig.say(v1::PlannerStatus::default());
+    rig.plan(v1::replan_reply::Reply::Finished(v1::Finished {}));
+    assert_eq!(rig.story(), "replan after 0 () []\nstart fly 0 0 20");
+    rig.execute();
+    assert!(
+        rig.command(Verb::Abort(v1::AbortMission { overrides: false })).done,
+        "orders that bring it down are obeyed"
+    );
+    assert_eq!(rig.story(), "start land, giving up 1");
+    let land = rig.execute();
+    rig.vehicle(false, Land, (0.0, 50.0, 0.0));
+    rig.end(&land, Succeeded, "");
+    rig.wait(1.0);
+    assert_eq!(rig.story(), "report Success: every objective was achieved");
+}
+
+#[test]
+fn a_crash_is_a_crash_whatever_was_answered_before() {
+    let (mut rig, _) = under_way();
+    rig.flag("battery_critical", true);
+    let land = rig.execute();
+    rig.vehicle(false, Land, (0.0, 50.0, 0.0));
+    rig.end(&land, Succeeded, "");
+    rig.flag("crashed", true);
+    rig.wait(1.0);
+    assert_eq!(rig.story().lines().last(), Some("report Crash: `crashed`: by hand"));
 }
 
 #[test]
@@ -247,6 +390,85 @@ fn a_planner_that_is_gone_is_asked_again_while_the_vehicle_holds() {
     assert_eq!(rig.story(), "replan after 1 (failed: x) []");
 }
 
+/// The vehicle holds meanwhile, and the planner is asked ever more slowly: the same question gets the same answer.
+#[test]
+fn a_plan_that_makes_no_sense_is_refused_before_it_is_flown() {
+    #[track_caller]
+    fn check(break_it: impl Fn(&mut v1::PlanStep), expected: &str) {
+        let (mut rig, skill) = under_way();
+        rig.end(&skill, Failed, "x");
+        rig.execute();
+        rig.story();
+        for pause in [1.1, 2.1, 4.1] {
+            let mut broken = step(7, fly(80.0), &[]);
+            break_it(&mut broken);
+            rig.plan(plan(&[broken]));
+            assert_eq!(rig.story(), format!("planner/replan refused: {expected}"));
+            rig.wait(pause - 0.2);
+            assert_eq!(rig.story(), "", "it is too early to ask again");
+            rig.wait(0.2);
+            assert_eq!(rig.story(), "replan after 1 (failed: x) []");
+        }
+        rig.plan(plan(&[step(8, fly(80.0), &[])]));
+        assert_eq!(rig.story(), "start fly 0 80 10, giving up 2", "a plan that makes sense is flown");
+    }
+    check(|it| it.nominal = None, "`nominal` is missing");
+    check(|it| it.id = 0, "`id` is missing");
+    check(
+        |it| it.nominal.as_mut().unwrap().goal = Some(Goal::Takeoff { climb_m: f64::NAN }.into()),
+        "`climb_m` is NaN, expected more than zero",
+    );
+    check(
+        |it| it.nominal.as_mut().unwrap().invariant = Some(v1::Condition { mode: Some(77), ..Default::default() }),
+        "`mode` is missing",
+    );
+}
+
+#[test]
+fn a_planner_that_refuses_the_request_is_asked_again() {
+    let (mut rig, skill) = under_way();
+    rig.end(&skill, Failed, "x");
+    rig.execute();
+    rig.story();
+    rig.plan(v1::replan_reply::Reply::Refused(v1::PlanRefusal { reason: "`state` is missing".into() }));
+    rig.wait(1.1);
+    assert_eq!(rig.story(), "replan after 1 (failed: x) []");
+}
+
+#[test]
+fn without_a_step_that_failed_the_transition_is_a_stop() {
+    let (mut rig, skill) = under_way();
+    rig.end(&skill, Failed, "x");
+    rig.execute();
+    rig.plan(plan(&[step(7, fly(80.0), &[])]));
+    let flown = rig.execute();
+    rig.next(None);
+    rig.story();
+    rig.end(&flown, Succeeded, "");
+    assert!(rig.story().contains("start stop"), "not on towards the goal of the step before");
+}
+
+#[test]
+fn a_message_that_makes_no_sense_is_refused_and_changes_nothing() {
+    #[track_caller]
+    fn check(message: impl Into<Message>, expected: &str) {
+        let (mut rig, _) = under_way();
+        rig.story();
+        rig.say(message);
+        assert_eq!(rig.story(), expected);
+        rig.wait(0.2);
+        assert_eq!(rig.story(), "", "it flies on");
+    }
+    let granted = v1::Permission { area: "A".into(), state: 2, valid_for_s: f64::NAN, ..Default::default() };
+    check(
+        v1::PermissionLedger { permissions: vec![granted] },
+        "permission/ledger refused: `valid_for_s` is NaN, expected seconds, zero or more",
+    );
+    check(v1::SkillEvent { skill_id: 1, ..Default::default() }, "skill/event refused: `state` is missing");
+    let area = v1::Area { name: "K".into(), ..Default::default() };
+    check(v1::PlannerStatus { areas: vec![area], ..Default::default() }, "planner/status refused: `kind` is missing");
+}
+
 #[test]
 fn a_transition_that_fails_raises_its_flag() {
     let (mut rig, skill) = under_way();
@@ -263,6 +485,7 @@ fn a_mission_without_anything_left_to_do_ends_with_a_report() {
     rig.say(v1::PlannerStatus {
         objectives: vec![v1::Objective {
             name: "home".into(),
+            position: Some(v1::Ned::default()),
             state: v1::ObjectiveState::Success as i32,
             ..Default::default()
         }],
@@ -270,7 +493,9 @@ fn a_mission_without_anything_left_to_do_ends_with_a_report() {
         ..Default::default()
     });
     rig.plan(v1::replan_reply::Reply::Finished(v1::Finished {}));
-    assert_eq!(rig.story(), "replan after 0 () []\nreport Success: every objective was achieved");
+    assert_eq!(rig.story(), "replan after 0 () []");
+    rig.wait(1.0);
+    assert_eq!(rig.story(), "report Success: every objective was achieved");
 }
 
 #[test]

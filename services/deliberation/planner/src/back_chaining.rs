@@ -1,8 +1,10 @@
 //! From the objective back to the start: which actions, in which order. Knows no areas.
 
+use domain::state::State;
+
 use crate::actions::{ACTIONS, Action};
 use crate::config::Config;
-use crate::state::State;
+use crate::score::score;
 
 /// An action between the state it starts from and the one it reaches.
 #[derive(Debug, Clone)]
@@ -30,7 +32,7 @@ pub enum NoChain {
 pub fn chain(start: &State, goal: &State, config: &Config) -> Result<Vec<Link>, NoChain> {
     let mut links: Vec<Link> = Vec::new();
     let mut current_goal = goal.clone();
-    while !start.matches(&current_goal, config) {
+    while !start.matches(&current_goal, config.tolerance()) {
         if links.len() as u32 == config.depth_limit.get() {
             return Err(NoChain::TooDeep(config.depth_limit.get()));
         }
@@ -39,7 +41,7 @@ pub fn chain(start: &State, goal: &State, config: &Config) -> Result<Vec<Link>, 
             .into_iter()
             .filter(|it| it.test(&current_goal, start, config))
             .map(|it| (it, it.propagate_backwards(&current_goal, start, config)))
-            .min_by_key(|(_, from)| from.score(start, config));
+            .min_by_key(|(_, from)| score(from, start, config.tolerance()));
         let (action, from) = best.ok_or(NoChain::NoAction)?;
         links.push(Link { action, from: from.clone(), to: current_goal });
         current_goal = from;
@@ -54,8 +56,8 @@ pub fn chain(start: &State, goal: &State, config: &Config) -> Result<Vec<Link>, 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use domain::fmu::FlightMode;
     use domain::geometry::Ned;
-    use kittiwake_proto::v1::FlightMode;
 
     /// `(east, height, flying)`.
     type At = (f64, f64, bool);

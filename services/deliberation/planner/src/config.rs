@@ -3,6 +3,7 @@
 use std::num::NonZeroU32;
 
 use domain::quantity::{Fraction, Positive};
+use domain::state::Tolerance;
 use serde::Deserialize;
 
 /// Section `[planner]` of the configuration. Durations are mission time.
@@ -56,6 +57,11 @@ impl Config {
     /// Distance kept to an area that is flown round, in metres.
     pub(crate) fn margin_m(&self) -> f64 {
         self.stand_off_m.get() * self.margin.get()
+    }
+
+    /// How far apart two states may be and still count as one.
+    pub(crate) fn tolerance(&self) -> Tolerance {
+        Tolerance { horizontal_m: self.horizontal_tolerance_m.get(), vertical_m: self.vertical_tolerance_m.get() }
     }
 
     /// Flight time over a distance, in seconds.

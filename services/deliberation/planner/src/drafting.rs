@@ -1,18 +1,19 @@
 //! The steps from a start to a goal: a chain of actions, a way for each that flies somewhere, and
 //! before each border a wait for its permission.
 
+use domain::fmu::FlightMode;
 use domain::geometry::Ned;
+use domain::plan::Parameters;
 use domain::skill::Goal;
-use kittiwake_proto::v1::FlightMode;
+use domain::state::State;
 
-use crate::actions::{Action, Parameters, Waits, position::Position, stop::Stop};
+use crate::actions::{Action, Waits, position::Position, stop::Stop};
 use crate::airspace::{Access, Airspace, Asked};
 use crate::back_chaining::{self, Link, NoChain};
 use crate::communication::{Section, sections};
 use crate::config::Config;
 use crate::plan::{ActionStep, CommunicationStep, Step};
 use crate::routing::{self, NoWay};
-use crate::state::State;
 
 /// Why a goal cannot be reached, for the mission report.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -25,7 +26,7 @@ pub enum Unreachable {
     NoWay(#[from] NoWay),
 }
 
-/// Steps from `start` to `goal`, first to fly first. They have no ids yet: they are all 0.
+/// Steps from `start` to `goal`, first to fly first. They have no ids yet.
 pub fn draft(start: &State, goal: &State, airspace: &Airspace, config: &Config) -> Result<Vec<Step>, Unreachable> {
     let mut draft = Draft { airspace, config, asked: Asked::new(), steps: Vec::new() };
     let links = back_chaining::chain(start, goal, config)?;
@@ -92,7 +93,7 @@ impl Draft<'_> {
         to.permissions = self.airspace.needed(to.position, to.position, &self.asked).into_iter().collect();
         let ask = ask.into_iter().map(|zone| self.airspace.zones[zone].area.name.clone()).collect();
         self.steps.push(Step {
-            id: 0,
+            id: None,
             action: ActionStep { name: action.name(), from: from.position, to, nominal },
             communication: CommunicationStep { ask, auxiliary },
         });

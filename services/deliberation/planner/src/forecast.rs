@@ -1,15 +1,15 @@
 //! What a mission takes, as far as can be known beforehand: every objective planned from where the
 //! one before leaves the vehicle, as if each permission that has to be asked for were granted.
 
+use domain::airspace::Grants;
+use domain::mission::Progress;
+use domain::plan::{Plan, PlanRequest};
+use domain::state::State;
 use domain::time::Now;
-use kittiwake_proto::v1;
 
-use crate::answer;
 use crate::config::Config;
-use crate::mission_planner::{Answer, MissionPlanner, Replan};
-use crate::objectives::Progress;
+use crate::mission_planner::{Answer, MissionPlanner};
 use crate::plan::Step;
-use crate::state::State;
 
 /// What one objective takes.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,8 +20,8 @@ pub struct Forecast {
     pub unreachable: Option<String>,
     /// What has to be waited for before.
     pub wait: String,
-    /// What would be flown; empty if it is reached already, or never.
-    pub plan: v1::Plan,
+    /// What would be flown; `None` if it is reached already, or never.
+    pub plan: Option<Plan>,
     /// Areas to get permission for.
     pub permissions: Vec<String>,
     /// At cruise speed, in seconds, waits not counted.
@@ -38,18 +38,24 @@ pub fn fly_through(mut planner: MissionPlanner, mut state: State, mut now: Now, 
     let mut forecasts: Vec<Forecast> = planner.objectives().all().iter().map(|it| blank(&it.name)).collect();
     let (mut waits, mut planned) = (0, 0);
     while planned < forecasts.len() && waits < MOST_WAITS {
-        let request = Replan { state: state.clone(), failed_step: None, failure: String::new(), denials: Vec::new() };
+        let request = PlanRequest {
+            request_id: String::new(),
+            state: state.clone(),
+            grants: Grants::new(),
+            failed: None,
+            denials: Vec::new(),
+        };
         match planner.replan(request, now) {
             Answer::Plan(steps) => {
                 planned += 1;
                 let Some(last) = steps.last() else { break };
                 if let Some(forecast) = forecasts.get_mut(planner.objectives().current_index()) {
-                    forecast.plan = answer::plan(&planner);
+                    forecast.plan = Some(planner.plan());
                     describe(forecast, &steps, config);
                 }
                 state.permissions.extend(steps.iter().flat_map(|it| it.communication.ask.iter().cloned()));
                 state = State { permissions: state.permissions, ..last.action.to.clone() };
-                if planner.step_done(last.id, &state).is_err() {
+                if last.id.is_none_or(|id| planner.step_done(id, &state).is_err()) {
                     break;
                 }
             }
@@ -79,7 +85,7 @@ fn blank(name: &str) -> Forecast {
         objective: name.to_owned(),
         unreachable: None,
         wait: String::new(),
-        plan: v1::Plan::default(),
+        plan: None,
         permissions: Vec::new(),
         flight_time_s: 0.0,
         length_m: 0.0,
@@ -90,18 +96,4 @@ fn describe(forecast: &mut Forecast, steps: &[Step], config: &Config) {
     forecast.permissions = steps.iter().flat_map(|it| it.communication.ask.iter().cloned()).collect();
     forecast.flight_time_s = steps.iter().map(|it| it.flight_time_s(config)).sum();
     forecast.length_m = steps.iter().map(|it| it.action.from.distance_m(it.action.to.position)).sum();
-}
-
-impl From<Forecast> for v1::ObjectiveForecast {
-    fn from(it: Forecast) -> v1::ObjectiveForecast {
-        v1::ObjectiveForecast {
-            objective: it.objective,
-            reachable: it.unreachable.is_none(),
-            reason: it.unreachable.unwrap_or(it.wait),
-            plan: Some(it.plan),
-            permissions: it.permissions,
-            flight_time_s: it.flight_time_s,
-            length_m: it.length_m,
-        }
-    }
 }

@@ -3,52 +3,57 @@
 //! The planner answers requests that carry the vehicle's state; it receives no telemetry, and it
 //! never waits: where there is nothing to fly it says how long to hold. It does not fly, and it does
 //! not ask the control tower: the mission manager does both, step by step.
+//!
+//! Messages become domain types here and in [`wire`]; nothing below knows of them.
 
 use domain::geometry::Ned;
 use domain::mission::Mission;
+use domain::plan::{PlanReply, PlanRequest, StepDone, StepId};
+use domain::state::State;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Request, Response, Service, Topic};
 use kittiwake_proto::v1;
 use node::{Effect, Event, Node};
 
-pub mod actions;
-pub mod airspace;
-pub mod answer;
-pub mod back_chaining;
-pub mod communication;
+mod actions;
+mod airspace;
+mod back_chaining;
+mod communication;
 pub mod config;
-pub mod drafting;
-pub mod forecast;
-pub mod hold;
-pub mod memory;
-pub mod mission_planner;
-pub mod objectives;
-pub mod operator;
-pub mod permissions;
-pub mod plan;
-pub mod repair;
-pub mod routing;
-pub mod state;
-pub mod stuck;
-pub mod way_out;
+mod drafting;
+mod first_answers;
+mod forecast;
+mod hold;
+mod mission_planner;
+mod mission_request;
+mod objectives;
+mod permissions;
+mod persisted;
+mod plan;
+mod repair;
+mod routing;
+mod score;
+mod stuck;
+mod way_out;
+mod wire;
 
 #[cfg(test)]
 mod tests;
 
-use answer::Answers;
 use config::Config;
-use mission_planner::{MissionPlanner, Replan};
-use state::State;
+use first_answers::FirstAnswers;
+use mission_planner::{Answer, MissionPlanner};
+pub use persisted::UnusableState;
 
-/// The planner as a process: its memory, its answers so far, and when to tell of itself.
+/// The planner as a process: what it has planned, what it has answered, and when its status is due.
 #[derive(Debug)]
 pub struct Planner {
     core: MissionPlanner,
-    /// The mission it was started with, in words.
+    /// The identity of the mission it was started with.
     configured: String,
-    answers: Answers<v1::ReplanReply>,
-    changes: Answers<v1::MissionReply>,
-    /// The vehicle's state as it was told last.
+    plans: FirstAnswers<v1::ReplanReply>,
+    changes: FirstAnswers<v1::MissionReply>,
+    /// The vehicle's state as it was heard last.
     state: State,
     status_period: std::time::Duration,
     /// When the status is due; at once after a change.
@@ -59,10 +64,10 @@ impl Planner {
     /// A planner for `mission`, nothing of which has been attempted.
     pub fn new(config: &Config, mission: Mission, pace: Pace) -> Planner {
         Planner {
-            configured: mission.in_words(),
+            configured: mission.identity(),
             core: MissionPlanner::new(config, mission, pace),
-            answers: Answers::default(),
-            changes: Answers::default(),
+            plans: FirstAnswers::default(),
+            changes: FirstAnswers::default(),
             state: State::new(Ned::default(), false),
             status_period: pace.wall(config.status_rate_hz.period()),
             status_at: Time::ZERO,
@@ -71,63 +76,73 @@ impl Planner {
 
     /// What another planner needs to go on from here, should this process end.
     pub fn memory(&self) -> v1::PlannerMemory {
-        memory::memory(&self.core, &self.configured)
+        persisted::persist(&self.core, &self.configured).into()
     }
 
     /// Goes on where the planner of `memory` was; to be called before anything else.
     ///
     /// # Errors
-    /// Why the memory is of no use; the planner then begins with the mission it was made for.
-    pub fn resume(&mut self, memory: v1::PlannerMemory) -> Result<(), memory::Useless> {
-        memory::resume(&mut self.core, &self.configured, memory)
+    /// Why the state cannot be used; the planner then begins with the mission it was made for.
+    pub fn resume(&mut self, memory: v1::PlannerMemory) -> Result<(), UnusableState> {
+        if memory.configured != self.configured {
+            return Err(UnusableState::OfAnotherMission);
+        }
+        persisted::resume(&mut self.core, memory.try_into()?)
     }
 
-    /// `None` for a request that makes no sense.
-    fn replan(&mut self, now: Now, request: v1::ReplanRequest) -> Option<v1::ReplanReply> {
+    fn replan(&mut self, now: Now, request: v1::ReplanRequest, effects: &mut Vec<Effect>) -> v1::ReplanReply {
         let request_id = request.request_id.clone();
-        if let Some(reply) = self.answers.get(&request_id) {
-            return Some(reply.clone());
+        if let Some(reply) = self.plans.get(&request_id) {
+            return reply.clone();
         }
-        let request = Replan::try_from(request).ok()?;
-        self.state = request.state.clone();
-        let answer = self.core.replan(request, now);
-        let reply = answer::reply(&answer, &self.core);
-        self.answers.remember(request_id, reply.clone());
-        self.status_at = now.time;
-        Some(reply)
+        let reply: v1::ReplanReply = match PlanRequest::try_from(request) {
+            Err(invalid) => {
+                effects.push(Effect::refused(Service::Replan, &invalid));
+                PlanReply::Refused(invalid.to_string())
+            }
+            Ok(request) => {
+                self.state = request.state.clone();
+                self.status_at = now.time;
+                match self.core.replan(request, now) {
+                    Answer::Plan(_) => PlanReply::Plan(self.core.plan()),
+                    Answer::Hold { wait, reason } => PlanReply::Hold { wait, reason },
+                    Answer::Finished => PlanReply::Finished,
+                }
+            }
+        }
+        .into();
+        self.plans.remember(request_id, reply.clone());
+        reply
     }
 
     fn next_step(&self, request: v1::NextStepRequest) -> v1::NextStepReply {
-        let step = self.core.next_after(request.after_step_id);
-        v1::NextStepReply { step: step.map(|it| answer::plan_step(&it, &self.core)) }
+        let after = Some(request.after_step_id).filter(|id| *id != 0).map(StepId);
+        let step = self.core.next_after(after).and_then(|step| self.core.flyable(&step));
+        v1::NextStepReply { step: step.map(Into::into) }
     }
 
-    fn step_done(&mut self, now: Now, request: v1::StepDone) -> v1::StepDoneReply {
-        let refused = |refusal: String| v1::StepDoneReply { accepted: false, refusal };
-        let Some(state) = request.state else { return refused("`state` is missing".into()) };
-        let state = match State::try_from(state) {
-            Ok(state) => state,
-            Err(senseless) => return refused(senseless.to_string()),
-        };
-        match self.core.step_done(request.step_id, &state) {
-            Ok(()) => {
-                self.state = state;
-                self.status_at = now.time;
-                v1::StepDoneReply { accepted: true, refusal: String::new() }
-            }
-            Err(unknown) => refused(unknown.to_string()),
-        }
+    fn step_done(&mut self, now: Now, request: v1::StepDone, effects: &mut Vec<Effect>) -> v1::StepDoneReply {
+        let result = StepDone::try_from(request).map_err(|invalid| {
+            effects.push(Effect::refused(Service::StepDone, &invalid));
+            invalid.to_string()
+        });
+        let result = result.and_then(|StepDone { id, state }| {
+            self.core.step_done(id, &state).map_err(|unknown| unknown.to_string())?;
+            (self.state, self.status_at) = (state, now.time);
+            Ok(())
+        });
+        v1::StepDoneReply { accepted: result.is_ok(), refusal: result.err().unwrap_or_default() }
     }
-}
 
-impl Planner {
     fn mission(&mut self, now: Now, request: v1::MissionRequest) -> v1::MissionReply {
         if let Some(reply) = self.changes.get(&request.request_id) {
             return reply.clone();
         }
         let request_id = request.request_id.clone();
-        let mut reply = operator::answer(&mut self.core, &self.state, request, now);
-        reply.status = Some(answer::status(&self.core));
+        let result = wire::mission_request(request).and_then(|(state, request)| {
+            mission_request::answer(&mut self.core, request, state.as_ref().unwrap_or(&self.state), now)
+        });
+        let reply = wire::mission_reply(result, self.core.status());
         self.status_at = now.time;
         self.changes.remember(request_id, reply.clone());
         reply
@@ -150,18 +165,18 @@ impl Node for Planner {
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
         let Event::Request { token, request, .. } = event else { return };
         let response = match request {
-            Request::Replan(it) => self.replan(now, it).map(Response::Replan),
-            Request::NextStep(it) => Some(Response::NextStep(self.next_step(it))),
-            Request::StepDone(it) => Some(Response::StepDone(self.step_done(now, it))),
-            Request::Mission(it) => Some(Response::Mission(self.mission(now, it))),
-            _ => None,
+            Request::Replan(request) => Response::Replan(self.replan(now, request, effects)),
+            Request::NextStep(request) => Response::NextStep(self.next_step(request)),
+            Request::StepDone(request) => Response::StepDone(self.step_done(now, request, effects)),
+            Request::Mission(request) => Response::Mission(self.mission(now, request)),
+            _ => return,
         };
-        effects.extend(response.map(|response| Effect::Reply { token, response }));
+        effects.push(Effect::Reply { token, response });
     }
 
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
         if self.status_at <= now.time {
-            effects.push(Effect::publish(answer::status(&self.core)));
+            effects.push(Effect::publish(v1::PlannerStatus::from(self.core.status())));
             self.status_at = now.time + self.status_period;
         }
     }

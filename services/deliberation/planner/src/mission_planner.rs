@@ -6,7 +6,9 @@
 use std::time::Duration;
 
 use domain::area::Area;
-use domain::mission::Mission;
+use domain::mission::{Mission, Progress};
+use domain::plan::{self, FailedStep, PlanRequest, PlannerStatus, StepId};
+use domain::state::State;
 use domain::time::{Now, Pace, Time};
 
 use crate::airspace::{Airspace, Asked};
@@ -14,11 +16,10 @@ use crate::config::Config;
 use crate::drafting::{Unreachable, draft};
 use crate::forecast::{self, Forecast};
 use crate::hold::{Hold, TooEarly, too_early, without_asking_at};
-use crate::objectives::{Objectives, Progress};
-use crate::permissions::{Denial, Permissions, colon};
+use crate::objectives::Objectives;
+use crate::permissions::{Permissions, colon};
 use crate::plan::{Plan, Step};
 use crate::repair::repair;
-use crate::state::State;
 use crate::stuck::Stuck;
 
 /// The planner's whole memory.
@@ -33,23 +34,10 @@ pub struct MissionPlanner {
     revision: u64,
     epoch: u64,
     last_step_id: u64,
-    /// The step flown last of the present plan; 0 for none.
-    last_done: u64,
+    /// The step flown last of the present plan.
+    last_done: Option<StepId>,
     stuck: Stuck,
     hold: Option<Hold>,
-}
-
-/// A request for a plan.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Replan {
-    /// Where the vehicle is and what it may enter.
-    pub state: State,
-    /// The step that failed, if one did.
-    pub failed_step: Option<u64>,
-    /// Why it failed.
-    pub failure: String,
-    /// Areas that were refused, or not answered for, during it.
-    pub denials: Vec<Denial>,
 }
 
 /// What there is to fly.
@@ -71,7 +59,7 @@ pub enum Answer {
 /// A step id that was never given out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("step {0} is not of any plan made here")]
-pub struct UnknownStep(pub u64);
+pub struct UnknownStep(pub StepId);
 
 /// A step that failed, and the steps that were to follow it.
 struct Failed {
@@ -92,7 +80,7 @@ impl MissionPlanner {
             revision: 0,
             epoch: 0,
             last_step_id: 0,
-            last_done: 0,
+            last_done: None,
             stuck: Stuck::default(),
             hold: None,
         }
@@ -100,15 +88,16 @@ impl MissionPlanner {
 
     /// Plans anew: from the failed step's goal as long as what comes after it is still valid, else
     /// from the objective; objectives without a plan fail, and the next one is planned.
-    pub fn replan(&mut self, request: Replan, now: Now) -> Answer {
-        let Replan { state, failed_step, failure, denials } = request;
+    pub fn replan(&mut self, request: PlanRequest, now: Now) -> Answer {
+        let PlanRequest { state, failed: failed_step, denials, .. } = request;
         self.end_hold(now.time);
         self.note_granted(&state);
         for denial in denials.iter().filter(|it| self.mission.areas.iter().any(|area| area.name == it.area)) {
             self.permissions.denied(denial, now.time, &self.config);
         }
-        let mut failed = self.take_failed(failed_step);
-        if let Some(Failed { step, .. }) = failed.as_ref().filter(|_| denials.is_empty())
+        let mut failed = self.take_failed(failed_step.as_ref().map(|step| step.id));
+        if let Some((Failed { step, .. }, FailedStep { reason: failure, .. })) = failed.as_ref().zip(failed_step)
+            && denials.is_empty()
             && !self.stuck.failed(step, &state, &self.config)
         {
             let times = self.config.failures_at_most;
@@ -119,7 +108,7 @@ impl MissionPlanner {
         loop {
             let Some(objective) = self.objectives.current() else { return Answer::Finished };
             let goal = objective.goal.clone();
-            if state.matches(&goal, &self.config) {
+            if state.matches(&goal, self.config.tolerance()) {
                 self.conclude(Progress::Success);
                 continue;
             }
@@ -146,23 +135,26 @@ impl MissionPlanner {
         }
     }
 
-    /// The step to fly after step `id`, be that one flown already or not; the first for 0.
-    pub fn next_after(&self, id: u64) -> Option<Step> {
-        if id == 0 || id == self.last_done { self.plan.steps().into_iter().next() } else { self.plan.after(id) }
+    /// The step to fly after step `id`, whether that one was flown already or not; the first one for `None`.
+    pub fn next_after(&self, id: Option<StepId>) -> Option<Step> {
+        match id {
+            Some(id) if self.last_done != Some(id) => self.plan.after(id),
+            _ => self.plan.steps().into_iter().next(),
+        }
     }
 
     /// Step `id` was flown and left the vehicle in `state`. Said again, it changes nothing.
-    pub fn step_done(&mut self, id: u64, state: &State) -> Result<(), UnknownStep> {
-        if id == 0 || self.last_step_id < id {
+    pub fn step_done(&mut self, id: StepId, state: &State) -> Result<(), UnknownStep> {
+        if self.last_step_id < id.0 {
             return Err(UnknownStep(id));
         }
         self.note_granted(state);
         if self.plan.drop_through(id).is_none() {
             return Ok(());
         }
-        self.last_done = id;
+        self.last_done = Some(id);
         self.stuck.got_on();
-        let is_there = self.objectives.current().is_some_and(|it| state.matches(&it.goal, &self.config));
+        let is_there = self.objectives.current().is_some_and(|it| state.matches(&it.goal, self.config.tolerance()));
         if self.plan.is_empty() && is_there {
             self.conclude(Progress::Success);
         }
@@ -179,24 +171,50 @@ impl MissionPlanner {
         &self.mission
     }
 
-    /// The steps that are still to be flown, first to fly first.
-    pub fn steps(&self) -> Vec<Step> {
-        self.plan.steps()
-    }
-
-    /// Counts up with each plan.
-    pub fn revision(&self) -> u64 {
-        self.revision
-    }
-
-    /// Counts up when the plans made before no longer hold.
-    pub fn epoch(&self) -> u64 {
-        self.epoch
-    }
-
     /// Of the steps given out so far.
     pub fn last_step_id(&self) -> u64 {
         self.last_step_id
+    }
+
+    /// What is left of the present plan.
+    pub fn plan(&self) -> plan::Plan {
+        plan::Plan {
+            objective: self.objectives.current_index() as u32,
+            steps: self.flyable_steps(),
+            revision: self.revision,
+            epoch: self.epoch,
+        }
+    }
+
+    /// What everybody may know of the planner.
+    pub fn status(&self) -> PlannerStatus {
+        PlannerStatus {
+            mission: self.mission.name.clone(),
+            objectives: self.objectives.all().iter().map(|objective| objective.status()).collect(),
+            areas: self.mission.areas.clone(),
+            steps: self.flyable_steps(),
+            revision: self.revision,
+            current_objective: self.objectives.current_index() as u32,
+            hold: self.hold.as_ref().map(|hold| hold.reason.clone()).unwrap_or_default(),
+            epoch: self.epoch,
+        }
+    }
+
+    /// `step` of the current objective's plan, as it is flown; `None` if it has no id yet.
+    pub fn flyable(&self, step: &Step) -> Option<plan::Step> {
+        Some(plan::Step {
+            id: step.id?,
+            objective: self.objectives.current_index() as u32,
+            reaches: step.action.to.clone(),
+            nominal: step.action.nominal.clone(),
+            ask: step.communication.ask.iter().map(|area| need(area)).collect(),
+            auxiliary: step.communication.auxiliary,
+            text: step.to_string(),
+        })
+    }
+
+    fn flyable_steps(&self) -> Vec<plan::Step> {
+        self.plan.steps().iter().filter_map(|step| self.flyable(step)).collect()
     }
 
     /// Another planner has flown `mission` so far; no plan of its own is left.
@@ -250,26 +268,16 @@ impl MissionPlanner {
     /// The mission as it would be put into a file now, with only what is still to be attempted.
     pub fn rest_of_mission(&self) -> Mission {
         let waiting = self.objectives.all().iter().filter(|it| it.progress == Progress::Waiting);
-        let objective = |it: &crate::objectives::Objective| domain::mission::Objective {
-            name: it.name.clone(),
-            position: it.goal.position,
-            flying: it.goal.flying,
-        };
-        Mission { objectives: waiting.map(objective).collect(), ..self.mission.clone() }
+        Mission { objectives: waiting.map(|it| it.objective()).collect(), ..self.mission.clone() }
     }
 
     /// The plan no longer holds: whoever flies it learns so by the epoch.
     fn withdraw_plan(&mut self) {
         self.plan = Plan::default();
-        self.last_done = 0;
+        self.last_done = None;
         self.stuck = Stuck::default();
         self.hold = None;
         self.epoch += 1;
-    }
-
-    /// Why the planner waits, if it does.
-    pub fn hold_reason(&self) -> Option<&str> {
-        self.hold.as_ref().map(|it| it.reason.as_str())
     }
 
     fn airspace(&self, state: &State, now: Now) -> Airspace<'_> {
@@ -290,9 +298,9 @@ impl MissionPlanner {
     }
 
     /// The old plan ends here, whatever comes instead.
-    fn take_failed(&mut self, id: Option<u64>) -> Option<Failed> {
+    fn take_failed(&mut self, id: Option<StepId>) -> Option<Failed> {
         let mut plan = std::mem::take(&mut self.plan);
-        self.last_done = 0;
+        self.last_done = None;
         let step = plan.drop_through(id?)?;
         Some(Failed { step, rest: plan.steps() })
     }
@@ -306,10 +314,10 @@ impl MissionPlanner {
 
     /// Makes `steps` the plan. Those without an id are new.
     fn adopt(&mut self, mut steps: Vec<Step>) -> Answer {
-        let new = steps.iter().take_while(|it| it.id == 0).count();
+        let new = steps.iter().take_while(|step| step.id.is_none()).count();
         for step in &mut steps[..new] {
             self.last_step_id += 1;
-            step.id = self.last_step_id;
+            step.id = Some(StepId(self.last_step_id));
         }
         if let Some(objective) = self.objectives.current() {
             objective.planned(&steps[..new]);
@@ -333,4 +341,8 @@ fn steps_to(
         Some(steps) if !steps.is_empty() => Ok(steps),
         _ => draft(state, goal, airspace, config),
     }
+}
+
+fn need(area: &str) -> plan::PermissionNeed {
+    plan::PermissionNeed { area: area.to_owned(), lasts: Duration::ZERO }
 }

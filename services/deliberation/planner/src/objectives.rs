@@ -2,11 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use domain::mission;
-use kittiwake_proto::v1;
+use domain::mission::{self, ObjectiveStatus, Progress};
+use domain::state::State;
 
 use crate::plan::Step;
-use crate::state::State;
 
 /// The objectives of the mission; the first that is not terminal is the current one.
 #[derive(Debug)]
@@ -29,17 +28,6 @@ pub struct Objective {
     pub plans: u32,
     /// Areas asked about for it, each once, in the order of the plan.
     pub permissions: Vec<String>,
-}
-
-/// What became of an objective. Success and failure are final.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Progress {
-    /// Not attempted yet, or being attempted.
-    Waiting,
-    /// Reached, as seen in the vehicle's data.
-    Success,
-    /// Given up, with the reason.
-    Failure(String),
 }
 
 impl Objectives {
@@ -107,24 +95,20 @@ impl Objective {
         let asked = new_steps.iter().flat_map(|it| &it.communication.ask);
         self.permissions.extend(asked.filter(|it| known.insert((*it).clone())).cloned());
     }
-}
 
-impl From<&Objective> for v1::Objective {
-    fn from(it: &Objective) -> v1::Objective {
-        let (state, reason) = match &it.progress {
-            Progress::Waiting => (v1::ObjectiveState::Waiting, String::new()),
-            Progress::Success => (v1::ObjectiveState::Success, String::new()),
-            Progress::Failure(reason) => (v1::ObjectiveState::Failure, reason.clone()),
-        };
-        v1::Objective {
-            name: it.name.clone(),
-            position: Some(it.goal.position.into()),
-            flying: it.goal.flying,
-            state: state as i32,
-            reason,
-            plan_steps: it.plan_steps,
-            replans: it.plans.saturating_sub(1),
-            permissions: it.permissions.clone(),
+    /// As everybody may know it.
+    pub fn status(&self) -> ObjectiveStatus {
+        ObjectiveStatus {
+            objective: self.objective(),
+            progress: self.progress.clone(),
+            plan_steps: self.plan_steps,
+            replans: self.plans.saturating_sub(1),
+            permissions: self.permissions.clone(),
         }
+    }
+
+    /// As a mission file has it.
+    pub fn objective(&self) -> mission::Objective {
+        mission::Objective { name: self.name.clone(), position: self.goal.position, flying: self.goal.flying }
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use domain::plan::{Denial, DenialKind};
 use domain::time::Time;
 
 use crate::config::Config;
@@ -40,17 +41,6 @@ pub enum Standing {
     },
 }
 
-/// A permission that was refused, or not answered.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Denial {
-    /// Which area.
-    pub area: String,
-    /// The tower never answered.
-    pub silent: bool,
-    /// The tower's.
-    pub reason: String,
-}
-
 impl Permissions {
     /// Where the asking for `area` stands.
     pub fn standing(&self, area: &str) -> Standing {
@@ -67,7 +57,7 @@ impl Permissions {
     /// It was refused, or not answered.
     pub fn denied(&mut self, denial: &Denial, now: Time, config: &Config) {
         let record = self.records.entry(denial.area.clone()).or_default();
-        record.standing = match (std::mem::take(&mut record.standing), denial.silent) {
+        record.standing = match (std::mem::take(&mut record.standing), denial.kind == DenialKind::Silent) {
             (standing @ Standing::DeniedForGood { .. }, _) => standing,
             (_, true) => Standing::DeniedForGood { reason: "no answer from the control tower".into() },
             (Standing::Open, false) => Standing::DeniedOnce {
@@ -141,11 +131,11 @@ mod tests {
     fn after(course: &[Course]) -> Standing {
         let config = Config::for_tests();
         let mut permissions = Permissions::default();
-        let denial = |silent| Denial { area: "A".into(), silent, reason: "busy".into() };
+        let denial = |kind| Denial { area: "A".into(), kind, reason: "busy".into() };
         for it in course {
             match it {
-                Denied(at) => permissions.denied(&denial(false), second(*at), &config),
-                Silent(at) => permissions.denied(&denial(true), second(*at), &config),
+                Denied(at) => permissions.denied(&denial(DenialKind::Refused), second(*at), &config),
+                Silent(at) => permissions.denied(&denial(DenialKind::Silent), second(*at), &config),
                 Granted => permissions.granted("A"),
             }
         }

@@ -4,19 +4,29 @@
 //! and its part in [`Step`].
 
 use domain::geometry::Ned;
-
-use crate::actions::Parameters;
-use crate::state::State;
+use domain::plan::{Parameters, StepId};
+use domain::state::State;
 
 /// What one step has in each track, with the id that names it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
-    /// Unique among the steps of all plans.
-    pub id: u64,
+    /// Unique among the steps of all plans; `None`: it is new, and has not been given one yet.
+    pub id: Option<StepId>,
     /// Its part of the action track.
     pub action: ActionStep,
     /// Its part of the communication track.
     pub communication: CommunicationStep,
+}
+
+/// In a few words: `fly to (0, 90, 10), asking A and B`.
+impl std::fmt::Display for Step {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", self.action.nominal.goal)?;
+        match self.communication.ask.as_slice() {
+            [] => Ok(()),
+            areas => write!(f, ", asking {}", areas.join(" and ")),
+        }
+    }
 }
 
 /// Something to fly.
@@ -45,7 +55,7 @@ pub struct CommunicationStep {
 /// The steps that are still to be flown for the current objective.
 #[derive(Debug, Clone, Default)]
 pub struct Plan {
-    ids: Track<u64>,
+    ids: Track<Option<StepId>>,
     actions: Track<ActionStep>,
     communications: Track<CommunicationStep>,
 }
@@ -93,8 +103,8 @@ impl Plan {
     }
 
     /// Whether step `id` is still to be flown.
-    fn contains(&self, id: u64) -> bool {
-        self.ids.stack.contains(&id)
+    fn contains(&self, id: StepId) -> bool {
+        self.ids.stack.contains(&Some(id))
     }
 
     /// All steps, first to fly first.
@@ -104,17 +114,17 @@ impl Plan {
     }
 
     /// The step to fly after step `id`, if both are still to be flown.
-    pub fn after(&self, id: u64) -> Option<Step> {
+    pub fn after(&self, id: StepId) -> Option<Step> {
         let mut rest = self.clone();
         rest.drop_through(id)?;
         rest.pop()
     }
 
     /// Step `id` has been flown, and so has what came before it. Returns it if it was still there.
-    pub fn drop_through(&mut self, id: u64) -> Option<Step> {
+    pub fn drop_through(&mut self, id: StepId) -> Option<Step> {
         if !self.contains(id) {
             return None;
         }
-        std::iter::from_fn(|| self.pop()).find(|it| it.id == id)
+        std::iter::from_fn(|| self.pop()).find(|step| step.id == Some(id))
     }
 }

@@ -2,12 +2,12 @@
 //! rest of the plan as it was.
 
 use domain::geometry::Ned;
+use domain::state::State;
 
 use crate::airspace::{Airspace, Asked};
 use crate::config::Config;
 use crate::drafting::draft;
 use crate::plan::Step;
-use crate::state::State;
 
 /// Steps from `state` to the goal of `failed`, then `rest`; `None` if that is not valid any more,
 /// so that the objective itself has to be planned for.
@@ -35,7 +35,7 @@ pub fn repair(state: &State, failed: Step, rest: Vec<Step>, airspace: &Airspace,
 
 /// `failed` flown again by a vehicle that has reached its goal.
 fn here(failed: &Step, position: Ned) -> Step {
-    let mut step = Step { id: 0, ..failed.clone() };
+    let mut step = Step { id: None, ..failed.clone() };
     step.action.from = position;
     step
 }

@@ -2,9 +2,10 @@
 //!
 //! A failure that a permission explains does not count: the record of permissions ends those.
 
+use domain::state::State;
+
 use crate::config::Config;
 use crate::plan::Step;
-use crate::state::State;
 
 /// The last failure, and how often it came in a row.
 #[derive(Debug, Default)]
@@ -25,8 +26,8 @@ impl Stuck {
     pub fn failed(&mut self, step: &Step, vehicle: &State, config: &Config) -> bool {
         let before = self.last.take().filter(|it| {
             it.action == step.action.name
-                && it.goal.matches(&step.action.to, config)
-                && vehicle.matches(&State { mode: None, ..it.vehicle.clone() }, config)
+                && it.goal.matches(&step.action.to, config.tolerance())
+                && vehicle.matches(&State { mode: None, ..it.vehicle.clone() }, config.tolerance())
         });
         let count = before.map_or(0, |it| it.count) + 1;
         let vehicle = vehicle.clone();

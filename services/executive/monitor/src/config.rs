@@ -9,15 +9,13 @@ use serde::Deserialize;
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
-    /// Introspections a second of wall time. From the reference design: 100.
+    /// Introspections per second of wall time. From the reference design: 100.
     pub introspection_rate_hz: Positive,
-    /// Seconds, never less than 250 ms of wall time: a source that has never been heard counts as
-    /// stale so long after the first of the others has been heard. Ours: longer than any process
-    /// takes to start.
+    /// Seconds from the first sample of any source until a source that was never heard counts as
+    /// stale; never less than one second of wall time. Ours: longer than any process takes to start.
     pub absent_after_s: Positive,
-    /// Repetitions in a row of the very same attitude, while armed, after which it counts as
-    /// frozen. Ours: half a second at 240 Hz; none repeats in the
-    /// recorded flight of a real PX4.
+    /// An attitude that was repeated this often in a row, while armed, counts as frozen. Ours: half
+    /// a second at 240 Hz; none repeats in the recorded flight of a real PX4.
     pub attitude_frozen_samples: NonZeroU32,
     /// The same for the local and for the global position. Ours: half a second at 123 Hz; none
     /// repeats there either.

@@ -1,7 +1,7 @@
-//! Whether the fact that a rule is about holds.
+//! Whether the fact of a rule holds.
 //!
-//! A sample holds until another contradicts it: a value that was bad before its source went quiet
-//! stays bad, and that the source is quiet is a fact of its own.
+//! A sample counts until the next one arrives: a value that was bad before its source became silent
+//! stays bad, and the silence is a fact of its own.
 
 use std::time::Duration;
 
@@ -11,62 +11,63 @@ use domain::time::{Pace, Time};
 
 use crate::config::Config;
 use crate::derived::{reported, value};
-use crate::patience::patience;
 use crate::sources::Sources;
+use crate::staleness::staleness_limit;
 
-/// What a look at a fact finds.
+/// How a fact stands at one moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Finding {
+pub(crate) enum Finding {
     /// It holds.
     Holds,
-    /// It does not hold, but is not gone either: between threshold and `clear`, or nothing is known.
+    /// Neither: between the threshold and `clear`, or nothing is known.
     Unsettled,
     /// It does not hold.
     Gone,
 }
 
-/// A rule, with its limits as they are at this pace.
+/// A rule, with its limits in mission time at this pace.
 #[derive(Debug, Clone)]
-pub struct Fact {
+pub(crate) struct Fact {
     /// The rule.
-    pub rule: Rule,
-    /// How long it must hold before it counts.
-    pub hold: Duration,
-    /// A source is stale so long after it was last heard.
-    pub stale_after: Duration,
-    /// A source that was never heard is stale so long after the first of the others was heard.
-    pub absent_after: Duration,
+    pub(crate) rule: Rule,
+    /// How long the fact must hold before its flag is raised.
+    pub(crate) hold: Duration,
+    /// From the last sample of the source until it is stale.
+    pub(crate) stale_after: Duration,
+    /// From the first sample of any source until this one, never heard, is stale.
+    pub(crate) absent_after: Duration,
 }
 
 impl Fact {
     /// The fact of `rule`.
-    pub fn new(rule: Rule, config: &Config, pace: Pace) -> Fact {
+    pub(crate) fn new(rule: Rule, config: &Config, pace: Pace) -> Fact {
         let (hold, stale_after, absent_after) = match rule {
             Rule::Below { for_s, .. } | Rule::Above { for_s, .. } | Rule::Reported { for_s, .. } => {
                 (Duration::from_secs_f64(for_s), Duration::ZERO, Duration::ZERO)
             }
             Rule::Stale { source, after_s, .. } => {
-                let stale_after = patience(pace, source, after_s);
-                (Duration::ZERO, stale_after, patience(pace, source, config.absent_after_s).max(stale_after))
+                let stale_after = staleness_limit(pace, source, after_s);
+                let absent_after = staleness_limit(pace, source, config.absent_after_s);
+                (Duration::ZERO, stale_after, absent_after.max(stale_after))
             }
         };
         Fact { rule, hold, stale_after, absent_after }
     }
 
-    /// Whether it holds now.
-    pub fn look(&self, sources: &Sources, now: Time) -> Finding {
-        if !self.counts(sources) {
+    /// How it stands now.
+    pub(crate) fn finding(&self, sources: &Sources, now: Time) -> Finding {
+        if !self.applies(sources) {
             return Finding::Gone;
         }
         match self.rule {
             Rule::Below { value: quantity, threshold, clear, .. } => match value(quantity, sources) {
-                Some(it) if it < threshold => Finding::Holds,
-                Some(it) if clear <= it => Finding::Gone,
+                Some(value) if value < threshold => Finding::Holds,
+                Some(value) if clear <= value => Finding::Gone,
                 _ => Finding::Unsettled,
             },
             Rule::Above { value: quantity, threshold, clear, .. } => match value(quantity, sources) {
-                Some(it) if threshold < it => Finding::Holds,
-                Some(it) if it <= clear => Finding::Gone,
+                Some(value) if threshold < value => Finding::Holds,
+                Some(value) if value <= clear => Finding::Gone,
                 _ => Finding::Unsettled,
             },
             Rule::Reported { condition, .. } => match reported(condition, sources) {
@@ -82,7 +83,7 @@ impl Fact {
     }
 
     /// Whether the vehicle is in the situation that the rule is about.
-    pub fn counts(&self, sources: &Sources) -> bool {
+    pub(crate) fn applies(&self, sources: &Sources) -> bool {
         match self.during() {
             During::Always => true,
             During::Armed => sources.armed(),
@@ -91,7 +92,7 @@ impl Fact {
     }
 
     /// The situation that the rule is about.
-    pub fn during(&self) -> During {
+    pub(crate) fn during(&self) -> During {
         match self.rule {
             Rule::Below { during, .. }
             | Rule::Above { during, .. }
@@ -101,14 +102,14 @@ impl Fact {
     }
 
     /// When the rule's source becomes stale if nothing new arrives; `None` if the rule has no
-    /// source, or no source at all has been heard.
-    pub fn stale_at(&self, sources: &Sources) -> Option<Time> {
+    /// source, or no source at all was heard.
+    pub(crate) fn stale_at(&self, sources: &Sources) -> Option<Time> {
         let Rule::Stale { source, .. } = self.rule else { return None };
-        match sources.heard(source) {
-            Some(heard) => Some(heard.at + self.stale_after),
-            // One that was never there cannot be lost.
+        match sources.last_update(source) {
+            Some(update) => Some(update.at + self.stale_after),
+            // A link that never existed cannot be lost.
             None if source == DataSource::GroundLink => None,
-            None => sources.first_heard.map(|it| it + self.absent_after),
+            None => sources.first_heard().map(|at| at + self.absent_after),
         }
     }
 }

@@ -1,45 +1,49 @@
-//! Watches the vehicle: publishes all that is known about it, and raises flags.
+//! Watches the vehicle: publishes everything that is known about it, and raises flags.
 //!
 //! The introspection, 100 times a second of wall time, holds the newest sample of each source with
-//! its age, what follows from them, and the flags that are up. Which fact raises which flag is the
-//! contingency table's business; a flag that rises or falls goes out as an event of its own while
-//! the sample that did it is handled, so that it does not vanish between two introspections.
+//! its age, the values derived from the samples, and the flags that are up. Which fact raises which
+//! flag is the contingency table's business. A flag that is raised or cleared goes out as an event
+//! of its own while the sample that caused it is handled, so that it does not vanish between two
+//! introspections.
 //!
-//! Three ways of being quiet are told apart:
-//! - *silent*: nothing arrives, or nothing that makes sense. The source ages, its last value stays.
-//! - *frozen*: the very same arrives again and again while the vehicle is armed. It ages as if silent.
-//! - *absent*: never heard, so it has no value and no age. Nobody is late before anybody has spoken:
-//!   it counts as stale only once others have been heard for a while.
+//! A source that brings nothing new is one of three:
+//! - *silent*: nothing arrives, or nothing valid. The source ages, its last value stays. What is
+//!   invalid is refused.
+//! - *frozen*: the same value arrives again and again while the vehicle is armed. It ages as if silent.
+//! - *absent*: never heard, so it has no value and no age. It counts as stale once others have been
+//!   heard for a while, and not before any was heard.
 //!
 //! An event speaks for its own source: `monitor` for the rules, `injector` for flags raised by hand.
-//! A flag is up while the last event of either says so, and in the introspection just as long. Only
-//! flags that have a row in the table are listed; there is no response to any other.
+//! A flag is up, in the introspection too, while the last event of either says so. Only flags that
+//! have a row in the table are listed; there is no response to any other.
 //!
 //! The monitor does not respond to anything and does not know who does: that is the mission manager.
 
 use domain::contingency::Contingencies;
 use domain::time::{Now, Pace, Time};
+use domain::wire::InvalidMessage;
 use kittiwake_proto::topics::{Message, Topic};
+use kittiwake_proto::v1;
 use node::{Effect, Event, Node};
 
-use crate::aggregate::introspection;
-use crate::config::Config;
-use crate::flag::Flag;
-use crate::schedule::Schedule;
-use crate::sources::Sources;
-use crate::watch::Occasion;
-
-mod aggregate;
 pub mod config;
+
 mod derived;
+mod evidence;
 mod fact;
 mod flag;
-mod patience;
+mod rule_watch;
 mod schedule;
 mod sources;
-mod telemetry;
-mod watch;
-mod words;
+mod staleness;
+mod touchdown;
+mod wire;
+
+use config::Config;
+use flag::Flag;
+use rule_watch::Occasion;
+use schedule::Schedule;
+use sources::Sources;
 
 /// The monitor of one vehicle.
 pub struct Monitor {
@@ -59,9 +63,24 @@ impl Monitor {
         }
     }
 
-    fn look(&mut self, now: Time, occasion: Occasion, effects: &mut Vec<Effect>) {
-        let events = self.flags.iter_mut().filter_map(|it| it.look(now, occasion, &self.sources));
-        effects.extend(events.map(Effect::publish));
+    fn take(&mut self, now: Time, message: Message, effects: &mut Vec<Effect>) -> Result<(), InvalidMessage> {
+        if let Some(sample) = wire::sample(message)? {
+            self.sources.take(now, sample);
+            self.evaluate(now, Occasion::Sample, effects);
+        }
+        Ok(())
+    }
+
+    fn inject(&mut self, now: Time, event: v1::FlagEvent) -> Result<(), InvalidMessage> {
+        let Some(injection) = wire::injection(event) else { return Ok(()) };
+        let flag = self.flags.iter_mut().find(|it| it.name() == injection.flag);
+        flag.ok_or_else(|| wire::unknown_flag(&injection.flag))?.inject(now, injection);
+        Ok(())
+    }
+
+    fn evaluate(&mut self, now: Time, occasion: Occasion, effects: &mut Vec<Effect>) {
+        let changes = self.flags.iter_mut().filter_map(|it| it.evaluate(now, occasion, &self.sources));
+        effects.extend(changes.map(wire::flag_event).map(Effect::publish));
     }
 }
 
@@ -85,19 +104,20 @@ impl Node for Monitor {
 
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
         let Event::Message { message, .. } = event else { return };
-        match message {
-            Message::FlagEvent(it) => self.flags.iter_mut().for_each(|flag| flag.inject(now.time, &it)),
-            sample => {
-                self.sources.take(now.time, sample);
-                self.look(now.time, Occasion::Sample, effects);
-            }
+        let topic = message.topic();
+        let result = match message {
+            Message::FlagEvent(event) => self.inject(now.time, event),
+            sample => self.take(now.time, sample, effects),
+        };
+        if let Err(invalid) = result {
+            effects.push(Effect::refused(topic, invalid));
         }
     }
 
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
-        self.look(now.time, Occasion::Clock, effects);
+        self.evaluate(now.time, Occasion::Clock, effects);
         if self.schedule.is_due(now.time) {
-            effects.push(Effect::publish(introspection(now.time, &self.sources, &self.flags)));
+            effects.push(Effect::publish(wire::introspection(now.time, &self.sources, &self.flags)));
         }
     }
 

@@ -1,4 +1,4 @@
-//! A rate that does not drift.
+//! A fixed rate that does not drift.
 
 use std::time::Duration;
 
@@ -6,25 +6,25 @@ use domain::time::Time;
 
 /// Moments one period apart.
 #[derive(Debug, Clone, Copy)]
-pub struct Schedule {
+pub(crate) struct Schedule {
     period: Duration,
     next: Time,
 }
 
 impl Schedule {
-    /// From time zero on.
-    pub fn every(period: Duration) -> Schedule {
+    /// The first moment is time zero.
+    pub(crate) fn every(period: Duration) -> Schedule {
         Schedule { period, next: Time::ZERO }
     }
 
     /// The next moment.
-    pub fn next(&self) -> Time {
+    pub(crate) fn next(&self) -> Time {
         self.next
     }
 
-    /// Whether the next moment has come; if so, the one after it is next. Moments that were missed
-    /// are skipped, since nobody wants the same state twice.
-    pub fn is_due(&mut self, now: Time) -> bool {
+    /// Whether the next moment has come; if so, advances to the one after it. Moments that were
+    /// missed are skipped, since nobody needs the same state twice.
+    pub(crate) fn is_due(&mut self, now: Time) -> bool {
         if now < self.next {
             return false;
         }
@@ -40,7 +40,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_keeps_its_beat_and_never_bursts() {
+    fn it_keeps_its_rate_and_never_bursts() {
         let mut schedule = Schedule::every(Duration::from_millis(10));
         #[track_caller]
         fn check(schedule: &mut Schedule, at_ms: u64, expected: bool, next_ms: u64) {

@@ -1,187 +1,215 @@
-//! The newest sample of each source, and since when it has brought nothing new.
+//! The newest sample of each source, and when the source last brought something new.
 //!
-//! A source is silent when nothing arrives, and frozen when what arrives while the vehicle is armed
-//! is the very same again and again. Either way its age counts from the last sample that was new.
-//! On the ground, disarmed, standing still is no fault.
+//! A source is silent when nothing arrives, and frozen when the same value arrives again and again
+//! while the vehicle is armed. In both cases its age counts from the last sample that was new. A
+//! disarmed vehicle on the ground may stand still.
 
 use std::num::NonZeroU32;
 use std::time::Duration;
 
 use domain::contingency::rule::DataSource;
+use domain::fmu::{Attitude, Battery, GlobalPosition, LandDetected, LocalPosition, Status};
 use domain::time::{Pace, Time};
-use kittiwake_proto::topics::Message;
-use kittiwake_proto::v1;
 
 use crate::config::Config;
-use crate::telemetry::Telemetry;
+use crate::touchdown::Touchdown;
+
+/// What arrives from a source, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Sample {
+    Status(Status),
+    Attitude(Attitude),
+    LocalPosition(LocalPosition),
+    GlobalPosition(GlobalPosition),
+    LandDetected(LandDetected),
+    Battery(Battery),
+    /// The ground is heard, and heard the vehicle this much wall time ago.
+    GroundContact(Duration),
+}
 
 /// One source.
 #[derive(Debug, Clone)]
-pub struct Source<T> {
-    /// Repetitions after which it counts as frozen; `None` where a value may stay as it is.
-    frozen_after: Option<NonZeroU32>,
-    latest: Option<Sample<T>>,
+pub(crate) struct Source<T> {
+    /// `None` where a value may stay as it is.
+    freezing: Option<Freezing<T>>,
+    latest: Option<Latest<T>>,
+}
+
+/// When a source counts as frozen.
+#[derive(Debug, Clone)]
+struct Freezing<T> {
+    /// After this many repetitions in a row.
+    after: NonZeroU32,
+    /// Whether the second value measures the same as the first. A real sensor is never without
+    /// noise, and does not do that for long.
+    repeats: fn(&T, &T) -> bool,
 }
 
 #[derive(Debug, Clone)]
-struct Sample<T> {
+struct Latest<T> {
     value: T,
     arrived: Time,
-    /// When the value was first seen, and how often in a row since then.
+    /// When the value was first seen, and how often it was repeated since then.
     new_since: Time,
     repetitions: u32,
 }
 
-/// When a source last brought something new.
+/// The last time that a source brought something new.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Heard {
+pub(crate) struct Update {
     /// Its age counts from here.
-    pub at: Time,
-    /// Whether it still sends, but the same again and again.
-    pub frozen: bool,
+    pub(crate) at: Time,
+    /// Whether it still sends, but always the same.
+    pub(crate) frozen: bool,
 }
 
-impl<T: Telemetry> Source<T> {
-    fn new(frozen_after: Option<NonZeroU32>) -> Source<T> {
-        Source { frozen_after, latest: None }
+impl<T> Source<T> {
+    /// A source whose value may stay as it is: a state that lasts is no sign of a fault.
+    fn of_states() -> Source<T> {
+        Source { freezing: None, latest: None }
     }
 
-    /// Takes in a sample that arrived while the vehicle was, or was not, `armed`.
+    /// A source that measures, and is frozen after `after` repetitions.
+    fn of_measurements(after: NonZeroU32, repeats: fn(&T, &T) -> bool) -> Source<T> {
+        Source { freezing: Some(Freezing { after, repeats }), latest: None }
+    }
+
+    /// Takes in a value that arrived while the vehicle was, or was not, `armed`.
     fn take(&mut self, now: Time, value: T, armed: bool) {
-        if !value.is_sound() {
-            return;
-        }
+        let repeats = |earlier: &T| self.freezing.as_ref().is_some_and(|it| (it.repeats)(earlier, &value));
         let (new_since, repetitions) = match &self.latest {
-            Some(it) if armed && value.repeats(&it.value) => (it.new_since, it.repetitions.saturating_add(1)),
+            Some(latest) if armed && repeats(&latest.value) => (latest.new_since, latest.repetitions.saturating_add(1)),
             _ => (now, 0),
         };
-        self.latest = Some(Sample { value, arrived: now, new_since, repetitions });
+        self.latest = Some(Latest { value, arrived: now, new_since, repetitions });
     }
 
     /// The newest value, however old.
-    pub fn latest(&self) -> Option<&T> {
+    pub(crate) fn latest(&self) -> Option<&T> {
         self.latest.as_ref().map(|it| &it.value)
     }
 
-    /// When it last brought something new; `None`: it has never been heard.
-    pub fn heard(&self) -> Option<Heard> {
-        let it = self.latest.as_ref()?;
-        let frozen = self.frozen_after.is_some_and(|limit| limit.get() <= it.repetitions);
-        Some(Heard { at: if frozen { it.new_since } else { it.arrived }, frozen })
+    /// When it last brought something new; `None`: it was never heard.
+    fn last_update(&self) -> Option<Update> {
+        let latest = self.latest.as_ref()?;
+        let frozen = self.freezing.as_ref().is_some_and(|it| it.after.get() <= latest.repetitions);
+        Some(Update { at: if frozen { latest.new_since } else { latest.arrived }, frozen })
     }
 }
 
-/// All that the vehicle says.
+/// Everything that the vehicle says, and its contact with the ground.
 #[derive(Debug, Clone)]
-pub struct Sources {
-    /// `vehicle_status`.
-    pub status: Source<v1::VehicleStatus>,
-    /// `vehicle_attitude`.
-    pub attitude: Source<v1::VehicleAttitude>,
-    /// `vehicle_local_position`.
-    pub local_position: Source<v1::VehicleLocalPosition>,
-    /// `vehicle_global_position`.
-    pub global_position: Source<v1::VehicleGlobalPosition>,
-    /// `vehicle_land_detected`.
-    pub land_detected: Source<v1::VehicleLandDetected>,
-    /// `battery_status`.
-    pub battery: Source<v1::BatteryStatus>,
+pub(crate) struct Sources {
+    pub(crate) status: Source<Status>,
+    pub(crate) attitude: Source<Attitude>,
+    pub(crate) local_position: Source<LocalPosition>,
+    pub(crate) global_position: Source<GlobalPosition>,
+    pub(crate) land_detected: Source<LandDetected>,
+    pub(crate) battery: Source<Battery>,
+    touchdown: Touchdown,
     /// When the ground and the vehicle last heard each other.
     contact: Option<Time>,
-    /// When the first of the vehicle's sources was first heard.
-    pub first_heard: Option<Time>,
+    first_heard: Option<Time>,
     pace: Pace,
 }
 
 impl Sources {
-    /// Nothing heard yet.
-    pub fn new(config: &Config, pace: Pace) -> Sources {
+    /// Nothing was heard yet.
+    pub(crate) fn new(config: &Config, pace: Pace) -> Sources {
         Sources {
-            status: Source::new(None),
-            attitude: Source::new(Some(config.attitude_frozen_samples)),
-            local_position: Source::new(Some(config.position_frozen_samples)),
-            global_position: Source::new(Some(config.position_frozen_samples)),
-            land_detected: Source::new(None),
-            battery: Source::new(Some(config.battery_frozen_samples)),
+            status: Source::of_states(),
+            attitude: Source::of_measurements(config.attitude_frozen_samples, |a, b| a == b),
+            // The estimator's trust in itself may change while its input stands still.
+            local_position: Source::of_measurements(config.position_frozen_samples, |a, b| {
+                a.position == b.position && a.velocity == b.velocity
+            }),
+            global_position: Source::of_measurements(config.position_frozen_samples, |a, b| place(a) == place(b)),
+            land_detected: Source::of_states(),
+            battery: Source::of_measurements(config.battery_frozen_samples, |a, b| a == b),
+            touchdown: Touchdown::default(),
             contact: None,
             first_heard: None,
             pace,
         }
     }
 
-    /// Takes in a sample; what is none of ours, or makes no sense, changes nothing.
-    pub fn take(&mut self, now: Time, message: Message) {
+    /// Takes in a sample.
+    pub(crate) fn take(&mut self, now: Time, sample: Sample) {
         let armed = self.armed();
-        match message {
-            Message::VehicleStatus(it) => self.status.take(now, it, armed),
-            Message::VehicleAttitude(it) => self.attitude.take(now, it, armed),
-            Message::VehicleLocalPosition(it) => self.local_position.take(now, it, armed),
-            Message::VehicleGlobalPosition(it) => self.global_position.take(now, it, armed),
-            Message::VehicleLandDetected(it) => self.land_detected.take(now, it, armed),
-            Message::BatteryStatus(it) => self.battery.take(now, it, armed),
-            Message::GroundContact(it) => self.contact(now, it.heard_age_wall_s),
-            _ => return,
+        match sample {
+            Sample::Status(it) => self.status.take(now, it, armed),
+            Sample::Attitude(it) => self.attitude.take(now, it, armed),
+            Sample::LocalPosition(it) => {
+                if it.vertical_valid {
+                    self.touchdown.descends(now, -it.velocity.climb_rate_m_s());
+                }
+                self.local_position.take(now, it, armed);
+            }
+            Sample::GlobalPosition(it) => self.global_position.take(now, it, armed),
+            Sample::LandDetected(it) => {
+                self.touchdown.land_detected(it.landed);
+                self.land_detected.take(now, it, armed);
+            }
+            Sample::Battery(it) => self.battery.take(now, it, armed),
+            // The newest contact counts: had the ground heard the vehicle later, it would say so.
+            Sample::GroundContact(ago) => {
+                self.contact = Some(Time::after(now.since_start().saturating_sub(self.pace.wall(ago))));
+                return;
+            }
         }
-        if self.first_heard.is_none() {
-            self.first_heard = ALL.iter().find_map(|&it| self.heard(it)).map(|it| it.at);
-        }
+        self.first_heard.get_or_insert(now);
     }
 
-    /// The ground is heard, and last heard the vehicle so many wall seconds ago. Its last word counts:
-    /// what it heard later than that it would have said.
-    fn contact(&mut self, now: Time, heard_age_wall_s: f64) {
-        if (0.0..=1e9).contains(&heard_age_wall_s) {
-            let age = Duration::from_secs_f64(heard_age_wall_s);
-            self.contact = Some(Time::after(now.since_start().saturating_sub(self.pace.wall(age))));
-        }
+    /// When the first of the vehicle's sources was first heard.
+    pub(crate) fn first_heard(&self) -> Option<Time> {
+        self.first_heard
     }
 
-    /// When `source` last brought something new; `None`: it has never been heard.
-    pub fn heard(&self, source: DataSource) -> Option<Heard> {
+    /// When `source` last brought something new; `None`: it was never heard.
+    pub(crate) fn last_update(&self, source: DataSource) -> Option<Update> {
         match source {
-            DataSource::Status => self.status.heard(),
-            DataSource::Attitude => self.attitude.heard(),
-            DataSource::LocalPosition => self.local_position.heard(),
-            DataSource::GlobalPosition => self.global_position.heard(),
-            DataSource::LandDetected => self.land_detected.heard(),
-            DataSource::Battery => self.battery.heard(),
-            DataSource::GroundLink => self.contact.map(|at| Heard { at, frozen: false }),
+            DataSource::Status => self.status.last_update(),
+            DataSource::Attitude => self.attitude.last_update(),
+            DataSource::LocalPosition => self.local_position.last_update(),
+            DataSource::GlobalPosition => self.global_position.last_update(),
+            DataSource::LandDetected => self.land_detected.last_update(),
+            DataSource::Battery => self.battery.last_update(),
+            DataSource::GroundLink => self.contact.map(|at| Update { at, frozen: false }),
         }
     }
 
-    /// Armed, by the last that its status said.
-    pub fn armed(&self) -> bool {
+    /// How fast the vehicle came down last, in metres per second; 0 in the air, `None` where it was not seen to come down.
+    pub(crate) fn touchdown_m_s(&self) -> Option<f64> {
+        self.touchdown.speed_m_s()
+    }
+
+    /// Armed, by the newest status.
+    pub(crate) fn armed(&self) -> bool {
         self.status.latest().is_some_and(|it| it.armed)
     }
 
-    /// In the air, by the last that the land detector said.
-    pub fn flying(&self) -> bool {
+    /// In the air, by the newest statement of the land detector.
+    pub(crate) fn flying(&self) -> bool {
         self.land_detected.latest().is_some_and(|it| !it.landed)
     }
 }
 
-const ALL: [DataSource; 6] = [
-    DataSource::Status,
-    DataSource::Attitude,
-    DataSource::LocalPosition,
-    DataSource::GlobalPosition,
-    DataSource::LandDetected,
-    DataSource::Battery,
-];
+fn place(global: &GlobalPosition) -> (f64, f64, f64) {
+    (global.latitude_deg, global.longitude_deg, global.altitude_amsl_m)
+}
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Plays battery samples 0.1 s apart, frozen after three repetitions, and compares what is left 1 s after the first.
+    /// Plays samples 0.1 s apart to a source that is frozen after three repetitions, and compares its last update.
     #[track_caller]
-    fn check(armed: bool, remaining: &[f64], expected: Option<(u64, bool)>) {
-        let mut source = Source::new(NonZeroU32::new(3));
-        for (n, &remaining) in remaining.iter().enumerate() {
-            let value = v1::BatteryStatus { remaining, ..Default::default() };
-            source.take(at_ms(n as u64 * 100), value, armed);
+    fn check(armed: bool, samples: &[f64], expected: Option<(u64, bool)>) {
+        let mut source = Source::of_measurements(NonZeroU32::new(3).unwrap(), |a, b| a == b);
+        for (n, &sample) in samples.iter().enumerate() {
+            source.take(at_ms(n as u64 * 100), sample, armed);
         }
-        assert_eq!(source.heard(), expected.map(|(ms, frozen)| Heard { at: at_ms(ms), frozen }), "{remaining:?}");
+        assert_eq!(source.last_update(), expected.map(|(ms, frozen)| Update { at: at_ms(ms), frozen }), "{samples:?}");
     }
 
     fn at_ms(ms: u64) -> Time {
@@ -193,12 +221,10 @@ mod tests {
         check(true, &[], None);
         check(true, &[0.5], Some((0, false)));
         check(true, &[0.5, 0.4, 0.3], Some((200, false)));
-        check(true, &[0.5, f64::NAN, f64::NAN], Some((0, false)));
-        check(true, &[f64::NAN], None);
     }
 
     #[test]
-    fn the_very_same_again_and_again_is_frozen_but_only_when_armed() {
+    fn a_value_that_is_repeated_is_frozen_but_only_when_armed() {
         check(true, &[0.5, 0.4, 0.4, 0.4], Some((300, false)));
         check(true, &[0.5, 0.4, 0.4, 0.4, 0.4], Some((100, true)));
         check(true, &[0.4, 0.4, 0.4, 0.4, 0.3], Some((400, false)));

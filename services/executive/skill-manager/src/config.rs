@@ -2,8 +2,8 @@
 
 use domain::quantity::{Fraction, Positive};
 
-/// Every parameter of the skill manager. Times are in mission seconds where they belong to the
-/// flight, and keep a wall-clock floor where they guard the machine; each says which.
+/// The section `[skill_manager]`. Times are mission seconds where they belong to the flight, and keep
+/// a wall-clock floor where they guard the machine; each says which.
 #[derive(Debug, Clone, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
@@ -12,13 +12,13 @@ pub struct Config {
     pub setpoint_rate_hz: Positive,
     /// Feedback messages per wall-clock second while a skill executes.
     pub feedback_rate_hz: Positive,
-    /// A command that is not acknowledged within this time counts as refused. Guards the machine.
+    /// A command that is not acknowledged within this time counts as rejected. Guards the machine.
     /// Measured acknowledgements of a real autopilot take 1 to 20 ms, 390 ms at worst.
     pub ack_timeout_s: Positive,
     /// A skill that ended in the air waits this long to be replaced before loiter is commanded.
     /// Guards the machine.
     pub loiter_after_s: Positive,
-    /// How often that loiter is tried when it is refused.
+    /// How often that loiter is tried if it is not accepted.
     pub loiter_tries: u32,
 
     /// Position and velocity older than this decide nothing. Guards the machine; 123 Hz nominal.
@@ -29,11 +29,11 @@ pub struct Config {
     /// A land detection older than this decides nothing; three periods of 1 Hz, which keeps to the
     /// wall clock, and so does this.
     pub landed_age_limit_s: Positive,
-    /// How long a request waits for the data it must be judged by, in wall time. After that
-    /// takeoff fails, and every other skill is left to the autopilot to judge.
+    /// How long a request waits for the data that it depends on, in wall time. After that a takeoff
+    /// fails, and every other skill is commanded: the autopilot may judge it.
     pub data_wait_s: Positive,
-    /// After an acknowledgement the vehicle's status must show the commanded mode within this
-    /// wall time, else the skill failed: an autopilot may accept first and refuse later.
+    /// After an acknowledgement the vehicle's status must show the commanded mode within this wall
+    /// time, or the skill fails: an autopilot may accept first and reject later.
     pub mode_timeout_s: Positive,
 
     /// Closer than this is "at the target". A position step of a real quadrotor overshoots 1.7 m,
@@ -41,11 +41,11 @@ pub struct Config {
     pub position_tolerance_m: Positive,
     /// Slower than this is "speed near zero".
     pub speed_tolerance_m_s: Positive,
-    /// Closer than this to the takeoff's height is "target height".
+    /// Closer than this to its target height a takeoff is "at the target height".
     pub takeoff_tolerance_m: Positive,
     /// Slower than this up or down is "vertical speed near zero".
     pub climb_rate_tolerance_m_s: Positive,
-    /// A takeoff that the autopilot ended by itself must be at its height after this mission time.
+    /// A takeoff that the autopilot ended by itself must be at its target height after this mission time.
     pub takeoff_settle_s: Positive,
 
     /// The vehicle's own speed limit over ground; a deadline never assumes more.
@@ -56,7 +56,7 @@ pub struct Config {
     pub vehicle_descent_m_s: Positive,
     /// A position skill may take this share longer than distance over speed: 1 is twice as long.
     pub deadline_slack: Fraction,
-    /// And this much on top, in mission seconds: for speeding up, slowing down and settling.
+    /// Added to that, in mission seconds: for speeding up, slowing down and settling.
     pub deadline_margin_s: Positive,
 
     /// Answers to requests and outcomes of skills are remembered for this long (mission or wall

@@ -1,4 +1,4 @@
-//! Every state times every event, written out: nothing is refused, or taken, by accident.
+//! Every state times every event, written out: nothing is refused or taken by accident.
 
 use super::*;
 
@@ -23,16 +23,16 @@ fn failed() -> Ending {
     Ending::because(SkillOutcome::Failed, "motor failure")
 }
 
-fn states() -> [State; 8] {
+fn states() -> [SkillState; 8] {
     [
-        State::ProcessRequest(Processing::Waiting),
-        State::ProcessRequest(Processing::Commanding),
-        State::ProcessRequest(Processing::CancelRequested),
-        State::Execute { trouble: None },
-        State::Report(failed()),
-        State::Cancel,
-        State::Abort { by: SkillId(2) },
-        State::Ended(failed()),
+        SkillState::ProcessRequest(Processing::Waiting),
+        SkillState::ProcessRequest(Processing::Commanding),
+        SkillState::ProcessRequest(Processing::CancelRequested),
+        SkillState::Execute { trouble: None },
+        SkillState::Report(failed()),
+        SkillState::Cancel,
+        SkillState::Abort { by: SkillId(2) },
+        SkillState::Ended(failed()),
     ]
 }
 
@@ -51,20 +51,20 @@ fn events() -> [Event; 10] {
     ]
 }
 
-fn name(state: &State) -> &'static str {
+fn name(state: &SkillState) -> &'static str {
     match state {
-        State::ProcessRequest(Processing::Waiting) => "PR waiting",
-        State::ProcessRequest(Processing::Commanding) => "PR commanding",
-        State::ProcessRequest(Processing::CancelRequested) => "PR cancelled",
-        State::Execute { .. } => "E",
-        State::Report(_) => "R",
-        State::Cancel => "C",
-        State::Abort { .. } => "A",
-        State::Ended(_) => "end",
+        SkillState::ProcessRequest(Processing::Waiting) => "PR waiting",
+        SkillState::ProcessRequest(Processing::Commanding) => "PR commanding",
+        SkillState::ProcessRequest(Processing::CancelRequested) => "PR cancelled",
+        SkillState::Execute { .. } => "E",
+        SkillState::Report(_) => "R",
+        SkillState::Cancel => "C",
+        SkillState::Abort { .. } => "A",
+        SkillState::Ended(_) => "end",
     }
 }
 
-fn cell(result: &Result<(State, &'static [Action]), InvalidTransition>) -> String {
+fn cell(result: &Result<(SkillState, &'static [Action]), InvalidTransition>) -> String {
     let Ok((state, actions)) = result else { return "-".into() };
     let marks: String = actions
         .iter()
@@ -102,14 +102,14 @@ fn a_refused_event_leaves_the_state_as_it_was() {
 #[test]
 fn the_ending_says_what_happened() {
     #[track_caller]
-    fn check(state: State, event: Event, outcome: SkillOutcome, reason: &str) {
+    fn check(state: SkillState, event: Event, outcome: SkillOutcome, reason: &str) {
         let (state, _) = state.on(event).unwrap();
-        assert_eq!(state, State::Ended(Ending::because(outcome, reason)));
+        assert_eq!(state, SkillState::Ended(Ending::because(outcome, reason)));
     }
-    let waiting = || State::ProcessRequest(Processing::Waiting);
+    let waiting = || SkillState::ProcessRequest(Processing::Waiting);
     check(waiting(), Event::Refused(failed()), SkillOutcome::Failed, "motor failure");
     check(waiting(), Event::Cancel, SkillOutcome::Cancelled, "cancelled before anything was commanded");
-    check(State::Cancel, Event::Neutral, SkillOutcome::Cancelled, "cancelled by the caller");
-    check(State::Abort { by: SkillId(7) }, Event::Sent, SkillOutcome::Aborted, "overwritten by skill 7");
-    check(State::Report(Ending::success()), Event::Sent, SkillOutcome::Succeeded, "");
+    check(SkillState::Cancel, Event::Neutral, SkillOutcome::Cancelled, "cancelled by the caller");
+    check(SkillState::Abort { by: SkillId(7) }, Event::Sent, SkillOutcome::Aborted, "overwritten by skill 7");
+    check(SkillState::Report(Ending::success()), Event::Sent, SkillOutcome::Succeeded, "");
 }

@@ -1,95 +1,105 @@
-//! The vehicle in the air that no skill flies: held, after a moment for the next skill to come.
+//! The care for a vehicle in the air that no skill flies: loiter is commanded, after a moment in
+//! which the next skill may come.
 
-use domain::time::{Now, Time};
-use kittiwake_proto::v1::FlightMode;
+use std::time::Duration;
 
-use crate::commands::{Answer, Command, Purpose};
-use crate::executor::Executor;
+use domain::fmu::FlightMode;
+use domain::time::Time;
+
 use crate::vehicle::View;
 
-/// Nothing flies the vehicle; its last setpoint is kept alive until loiter is taken.
+/// Whether a skill has left the vehicle, and how often loiter was tried since then.
+#[derive(Debug)]
+pub(crate) struct IdleCare {
+    wait: Duration,
+    tries: u32,
+    idle: Option<Idle>,
+}
+
 #[derive(Debug, Clone, Copy)]
-pub struct Idle {
+struct Idle {
     since: Time,
     tries: u32,
 }
 
-/// What to do with a vehicle that no skill flies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Care {
-    /// It is on the ground, loiters, or is flown by the autopilot's own failsafe: leave it.
-    None,
-    Loiter,
-}
+impl IdleCare {
+    /// Commands loiter `wait` after a skill has left the vehicle, and at most `tries` times.
+    pub(crate) fn new(wait: Duration, tries: u32) -> IdleCare {
+        IdleCare { wait, tries, idle: None }
+    }
 
-impl Executor {
     /// A skill has ended and its successor is not there yet.
-    pub(crate) fn begin_idle(&mut self, now: Time) {
+    pub(crate) fn begin(&mut self, now: Time) {
         self.idle.get_or_insert(Idle { since: now, tries: 0 });
     }
 
-    /// The vehicle is looked after, by a skill or by the autopilot.
-    pub(crate) fn end_idle(&mut self) {
+    /// A skill or the autopilot flies the vehicle.
+    pub(crate) fn end(&mut self) {
         self.idle = None;
-        self.stream.stop();
     }
 
-    /// When loiter is to be commanded; `None` while something else comes first.
+    /// Whether it waits for the next skill, or for loiter.
+    pub(crate) fn is_idle(&self) -> bool {
+        self.idle.is_some()
+    }
+
+    /// When loiter is to be commanded.
     pub(crate) fn loiter_due(&self) -> Option<Time> {
-        let is_free = self.registered.is_none() && self.candidate.is_none() && !self.commands.is_busy();
-        let wait = self.pace.limit(self.config.loiter_after_s.seconds());
-        self.idle.filter(|_| is_free).map(|it| it.since + wait)
+        self.idle.map(|it| it.since + self.wait)
     }
 
-    /// Commands loiter if that is due.
-    pub(crate) fn look_after_idle(&mut self, now: Now) {
-        if self.loiter_due().is_none_or(|due| now.time < due) {
-            return;
-        }
-        match care(&self.vehicle.view(now.time)) {
-            Care::None => self.end_idle(),
-            Care::Loiter => self.send(Command::Loiter, Purpose::Idle, now),
-        }
-    }
-
-    /// The autopilot has answered, or not answered, that loiter.
-    pub(crate) fn idle_answered(&mut self, answer: &Answer, now: Time) {
-        let Some(idle) = self.idle else { return };
-        // Also when it was refused: without setpoints the autopilot's own failsafe holds the vehicle.
-        self.end_idle();
-        let tries = idle.tries + 1;
-        if *answer != Answer::Accepted && tries < self.config.loiter_tries {
-            self.idle = Some(Idle { since: now, tries });
-        }
+    /// Loiter was accepted or not; if not, it is tried again a few times.
+    pub(crate) fn loiter_answered(&mut self, accepted: bool, now: Time) {
+        let tried = self.idle.take().map(|it| it.tries + 1);
+        self.idle = tried.filter(|it| !accepted && *it < self.tries).map(|tries| Idle { since: now, tries });
     }
 }
 
-/// Where the data do not tell, loiter: it is refused at worst.
-fn care(view: &View) -> Care {
+/// Whether a vehicle that no skill flies needs a loiter command: not if it is on the ground, loiters,
+/// or is flown by a failsafe of the autopilot. Where the data do not show it, it does: the command is
+/// rejected at worst.
+pub(crate) fn needs_loiter(view: &View) -> bool {
     let loiters = view.status.is_some_and(|it| it.actual == FlightMode::Loiter && it.intended == FlightMode::Loiter);
     let autopilot_flies = view.status.is_some_and(|it| it.failsafe || it.actual != it.intended);
-    if view.at_rest_on_ground() == Some(true) || loiters || autopilot_flies { Care::None } else { Care::Loiter }
+    !(view.at_rest_on_ground() == Some(true) || loiters || autopilot_flies)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::vehicle::Status;
+    use crate::vehicle::FlightStatus;
 
     #[test]
-    fn loiter_is_commanded_unless_somebody_looks_after_the_vehicle() {
+    fn loiter_is_commanded_unless_the_vehicle_is_safe_without() {
         #[track_caller]
-        fn check(landed: Option<bool>, status: Option<Status>, expected: Care) {
-            assert_eq!(care(&View { landed, status, ..View::default() }), expected);
+        fn check(landed: Option<bool>, status: Option<FlightStatus>, expected: bool) {
+            assert_eq!(needs_loiter(&View { landed, status, ..View::default() }), expected);
         }
-        let flies = |intended, actual| Some(Status { armed: true, intended, actual, failsafe: intended != actual });
+        let flies =
+            |intended, actual| Some(FlightStatus { armed: true, intended, actual, failsafe: intended != actual });
         use FlightMode::{Loiter, Offboard, Return, Takeoff};
-        check(Some(false), flies(Offboard, Offboard), Care::Loiter);
-        check(Some(false), flies(Takeoff, Takeoff), Care::Loiter);
-        check(Some(false), flies(Loiter, Loiter), Care::None);
-        check(Some(false), flies(Offboard, Return), Care::None);
-        check(Some(true), flies(Loiter, Loiter), Care::None);
-        check(Some(true), flies(Takeoff, Takeoff), Care::Loiter);
-        check(None, None, Care::Loiter);
+        check(Some(false), flies(Offboard, Offboard), true);
+        check(Some(false), flies(Takeoff, Takeoff), true);
+        check(Some(false), flies(Loiter, Loiter), false);
+        check(Some(false), flies(Offboard, Return), false);
+        check(Some(true), flies(Loiter, Loiter), false);
+        check(Some(true), flies(Takeoff, Takeoff), true);
+        check(None, None, true);
+    }
+
+    #[test]
+    fn loiter_is_tried_a_few_times_and_not_after_it_was_accepted() {
+        let (wait, second) = (Duration::from_millis(200), Duration::from_secs(1));
+        let mut care = IdleCare::new(wait, 2);
+        care.begin(Time::ZERO);
+        care.begin(Time::ZERO + second);
+        assert_eq!(care.loiter_due(), Some(Time::ZERO + wait), "from the end of the first skill on");
+        care.loiter_answered(false, Time::ZERO + second);
+        assert_eq!(care.loiter_due(), Some(Time::ZERO + second + wait));
+        care.loiter_answered(false, Time::ZERO + second);
+        assert_eq!(care.loiter_due(), None);
+        care.begin(Time::ZERO);
+        care.loiter_answered(true, Time::ZERO + second);
+        assert_eq!(care.loiter_due(), None);
     }
 }

@@ -1,16 +1,17 @@
-//! Turns goals into autopilot commands, one finite state machine per skill, and owns the resource
-//! they share: the vehicle's motion.
+//! Turns goals into autopilot commands, with one finite state machine per skill, and owns the
+//! resource that all skills share: the vehicle's motion.
 //!
-//! Above it nobody knows how an autopilot is spoken to; below it nobody knows what a skill is. It
+//! Nothing above it knows how an autopilot is commanded; nothing below it knows what a skill is. It
 //! does not plan, does not choose between skills, and knows nothing of areas or contingencies.
 //!
 //! A skill ends when its own postcondition is seen in the vehicle's data. An acknowledgement means
 //! that a command was received, nothing more.
 
 use domain::time::{Now, Pace, Time};
-use kittiwake_proto::topics::{self, Message, Response, Service, Topic};
+use domain::wire::InvalidMessage;
+use kittiwake_proto::topics::{Message, Request, Response, Service, Topic};
 use kittiwake_proto::v1;
-use node::{Effect, Event, Node, Token};
+use node::{Effect, Event, Node};
 
 pub mod config;
 
@@ -18,12 +19,14 @@ mod catalog;
 mod commands;
 mod executor;
 mod fsm;
+mod history;
 mod idle;
-mod instance;
-mod ledger;
+mod ids;
+mod messages;
 mod mode_watch;
-mod next_command;
 mod resource;
+mod skill_run;
+mod slots;
 mod stream;
 mod vehicle;
 mod wire;
@@ -43,49 +46,38 @@ impl SkillManager {
         SkillManager { executor: Executor::new(config, pace) }
     }
 
-    /// A message that makes no sense is as good as none: the data it should have brought grow old.
-    fn receive(&mut self, message: Message, now: Now) {
-        match message {
-            Message::VehicleLocalPosition(it) => {
-                if let Ok(motion) = wire::motion(it) {
-                    self.executor.moved(motion, now);
-                }
-            }
-            Message::VehicleStatus(it) => {
-                if let Ok(status) = wire::status(&it) {
-                    self.executor.reported(status, now);
-                }
-            }
-            Message::VehicleLandDetected(it) => self.executor.land_detected(wire::landed(&it), now),
-            Message::VehicleCommandAck(it) => {
-                let id = it.id;
-                if let Ok(answer) = wire::answer(it) {
-                    self.executor.acknowledged(id, answer, now);
-                }
-            }
-            _ => {}
+    /// An invalid message changes nothing: the data that it should have brought grow old.
+    fn receive(&mut self, message: Message, now: Now) -> Result<(), InvalidMessage> {
+        if let Some(input) = wire::input(message)? {
+            self.executor.receive(input, now);
         }
+        Ok(())
     }
 
-    fn serve(&mut self, request: topics::Request, now: Now) -> Option<Response> {
-        match request {
-            topics::Request::Skill(it) => Some(Response::Skill(self.executor.request(wire::request(it), now))),
-            topics::Request::SkillCancel(it) => {
-                let result = self.executor.cancel(SkillId(it.skill_id), now);
-                let accepted = result.is_ok();
-                let refusal = result.err().unwrap_or_default();
-                Some(Response::SkillCancel(v1::SkillCancelReply { accepted, refusal }))
+    /// The response to a request; `None` for a service that is not served here.
+    fn respond(&mut self, request: Request, now: Now, effects: &mut Vec<Effect>) -> Option<Response> {
+        Some(match request {
+            Request::Skill(message) => {
+                let request = wire::request(message);
+                if let Err(invalid) = &request.goal {
+                    effects.push(Effect::refused(Service::Skill, invalid));
+                }
+                Response::Skill(wire::skill_reply(self.executor.request(request, now)))
             }
-            topics::Request::SkillTable(_) => {
-                Some(Response::SkillTable(v1::SkillTable { skills: self.executor.table(now) }))
+            Request::SkillCancel(message) => {
+                Response::SkillCancel(wire::cancel_reply(self.executor.cancel(SkillId(message.skill_id), now)))
             }
-            _ => None,
-        }
+            Request::SkillTable(_) => {
+                let skills = self.executor.table(now).map(wire::skill_event).collect();
+                Response::SkillTable(v1::SkillTable { skills })
+            }
+            _ => return None,
+        })
     }
 
-    fn reply(&mut self, token: Token, request: topics::Request, now: Now, effects: &mut Vec<Effect>) {
-        // Before anything that follows from it: the caller knows the skill's id when its first event comes.
-        effects.extend(self.serve(request, now).map(|response| Effect::Reply { token, response }));
+    fn publish(&mut self, now: Now, effects: &mut Vec<Effect>) {
+        let outputs = self.executor.take_outputs(now);
+        effects.extend(outputs.into_iter().flat_map(wire::messages).map(Effect::publish));
     }
 }
 
@@ -104,16 +96,25 @@ impl Node for SkillManager {
 
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
         match event {
-            Event::Message { message, .. } => self.receive(message, now),
-            Event::Request { token, request, .. } => self.reply(token, request, now, effects),
+            Event::Message { message, .. } => {
+                let topic = message.topic();
+                if let Err(invalid) = self.receive(message, now) {
+                    effects.push(Effect::refused(topic, invalid));
+                }
+            }
+            Event::Request { token, request, .. } => {
+                // Before anything that follows from it: the caller knows the skill's id when its first event comes.
+                let response = self.respond(request, now, effects);
+                effects.extend(response.map(|response| Effect::Reply { token, response }));
+            }
             Event::Reply { .. } | Event::Peer { .. } => {}
         }
-        effects.extend(self.executor.take_messages().map(Effect::publish));
+        self.publish(now, effects);
     }
 
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
         self.executor.time_passed(now);
-        effects.extend(self.executor.take_messages().map(Effect::publish));
+        self.publish(now, effects);
     }
 
     fn deadline(&self) -> Option<Time> {

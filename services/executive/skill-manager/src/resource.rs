@@ -1,212 +1,318 @@
-//! What happens to skills: taken, registered, overwritten, cancelled, judged, ended.
+//! The resource that all skills share, the vehicle's motion: which skill has it, which one is being
+//! started, and what is commanded next.
+//!
+//! Everything is decided while the event that causes it is handled; the passing of time brings about
+//! only what is due.
 
-use domain::skill::{Goal, kind_name, outcome_name};
-use domain::time::Now;
-use kittiwake_proto::v1::{FlightMode, SkillOutcome, SkillReply};
+use std::time::Duration;
 
-use crate::catalog::skill_for;
-use crate::commands::next_id;
-use crate::executor::Executor;
-use crate::fsm::{Action, Ending, Event, Processing, SkillId, State};
-use crate::instance::Instance;
-use crate::mode_watch::ModeWatch;
-use crate::vehicle::at_wall_rate;
+use domain::fmu::Command;
+use domain::time::{Now, Pace, Time};
+use kittiwake_proto::v1::SkillOutcome;
 
-/// A request for a skill.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Request {
-    /// The caller's name for it.
-    pub id: String,
-    /// What is to be flown, or what is wrong with the request.
-    pub goal: Result<Goal, String>,
-    /// Whether it takes the place of a skill that runs; otherwise it is refused then.
-    pub replaces: bool,
-    /// The running skill that the caller has given up in any case.
-    pub gave_up: Option<SkillId>,
+use crate::commands::{Acknowledgement, CommandLine, InFlight, Purpose};
+use crate::config::Config;
+use crate::fsm::{Action, Ending, Event, SkillId, SkillState};
+use crate::idle::{IdleCare, needs_loiter};
+use crate::messages::{Input, Output};
+use crate::skill_run::{Aftermath, SkillRun, Start};
+use crate::slots::Slots;
+use crate::stream::SetpointStream;
+use crate::vehicle::{Vehicle, View, at_wall_rate};
+
+/// The skills that run or wait, and the autopilot that they command.
+#[derive(Debug)]
+pub(crate) struct Resource {
+    slots: Slots,
+    vehicle: Vehicle,
+    commands: CommandLine,
+    stream: SetpointStream,
+    idle: IdleCare,
+    /// A takeoff armed the vehicle and then did not take off.
+    disarm_due: bool,
+    /// How long a request waits for vehicle data.
+    data_wait: Duration,
+    /// From an acknowledgement until the status must show the mode.
+    mode_limit: Duration,
+    feedback_period: Duration,
+    /// What is to be published, in order.
+    outbox: Vec<Output>,
 }
 
-impl Executor {
-    /// Answers a request: with the skill's id, or why there is none.
-    pub fn request(&mut self, request: Request, now: Now) -> SkillReply {
-        if let Some(first) = self.ledger.answer(&request.id) {
-            return first;
+impl Resource {
+    /// No skill runs, and the vehicle was never heard.
+    pub(crate) fn new(config: &Config, pace: Pace) -> Resource {
+        Resource {
+            slots: Slots::default(),
+            vehicle: Vehicle::new(config, pace),
+            commands: CommandLine::new(pace.limit(config.ack_timeout_s.seconds())),
+            stream: SetpointStream::new(pace.wall(config.setpoint_rate_hz.period())),
+            idle: IdleCare::new(pace.limit(config.loiter_after_s.seconds()), config.loiter_tries),
+            disarm_due: false,
+            data_wait: at_wall_rate(pace, config.data_wait_s.seconds()),
+            mode_limit: at_wall_rate(pace, config.mode_timeout_s.seconds()),
+            feedback_period: pace.wall(config.feedback_rate_hz.period()),
+            outbox: Vec::new(),
         }
-        let reply = match self.accept(&request, now) {
-            Ok(id) => SkillReply { skill_id: id.0, refusal: String::new() },
-            Err(refusal) => {
-                self.cancel_given_up(request.gave_up.as_slice(), now);
-                SkillReply { skill_id: 0, refusal }
+    }
+
+    /// The autopilot has said something.
+    pub(crate) fn receive(&mut self, input: Input, now: Now) {
+        match input {
+            Input::Position(position) => self.vehicle.moved(position, now.time),
+            Input::Status(status) => {
+                self.vehicle.reported(status, self.commands.is_busy(), now.time);
+                self.judge_mode(now);
             }
-        };
-        if !request.id.is_empty() {
-            self.ledger.answered(&request.id, &reply, now.time);
-        }
-        self.proceed(now);
-        reply
-    }
-
-    /// Cancels a skill that has not ended; otherwise says why not.
-    pub fn cancel(&mut self, id: SkillId, now: Now) -> Result<(), String> {
-        let slots = [&mut self.registered, &mut self.candidate, &mut self.next];
-        let Some(it) = slots.into_iter().find_map(|slot| slot.take_if(|it| it.id == id)) else {
-            return Err(match self.ledger.skill(id.0) {
-                Some(it) => format!("skill {id} has ended: {}", outcome_name(it.outcome())),
-                None => format!("there is no skill {id}"),
-            });
-        };
-        // A request that waits behind another is put back nowhere: it ends here.
-        self.drive(it, Event::Cancel, now);
-        self.proceed(now);
-        Ok(())
-    }
-
-    fn accept(&mut self, request: &Request, now: Now) -> Result<SkillId, String> {
-        let goal = request.goal.clone()?;
-        if request.id.is_empty() {
-            return Err("`request_id` is missing".into());
-        }
-        let running = [&self.candidate, &self.registered].into_iter().flatten().next();
-        if let Some(running) = running.filter(|_| !request.replaces) {
-            return Err(format!("busy with {} (skill {})", kind_name(running.skill.kind()), running.id));
-        }
-        let id = SkillId(next_id(&mut self.last_skill, now));
-        let mut it = Instance {
-            id,
-            request_id: request.id.clone(),
-            gave_up: request.gave_up.into_iter().collect(),
-            skill: skill_for(goal, &self.config, self.pace),
-            state: State::ProcessRequest(Processing::Waiting),
-            accepted: 0,
-            unanswered: false,
-            flown: false,
-            wants_neutral: false,
-            waits_since: None,
-            watch: ModeWatch::new(now.time),
-        };
-        // What a goal is relative to is where the vehicle is now, however long the request waits.
-        it.skill.ready(&self.vehicle.view(now.time));
-        self.announce(&it, now);
-        // What has commanded nothing yet need not be started when something newer is wanted.
-        let waiting = State::ProcessRequest(Processing::Waiting);
-        let displaced = [self.candidate.take_if(|it| it.state == waiting), self.next.take()];
-        for displaced in displaced.into_iter().flatten() {
-            it.gave_up.extend(&displaced.gave_up);
-            self.drive(displaced, Event::Overwritten { by: id }, now);
-        }
-        self.next = Some(it);
-        Ok(id)
-    }
-
-    /// Brings an event about, does what it demands, and puts the skill where it belongs then.
-    pub(crate) fn drive(&mut self, mut it: Instance, event: Event, now: Now) {
-        for action in it.take(event) {
-            match action {
-                Action::Register => self.register(&mut it, now),
-                Action::RequestNeutral => it.wants_neutral = true,
-                Action::Announce => self.announce(&it, now),
+            Input::Landed(landed) => self.vehicle.land_detected(landed, now.time),
+            Input::Acknowledged(ack) => {
+                if let Some(command) = self.commands.acknowledged(ack.id) {
+                    self.settled(command, &Acknowledgement::Answered(ack.result), now);
+                }
             }
         }
-        match it.state.clone() {
-            State::ProcessRequest(_) => self.candidate = Some(it),
-            State::Execute { .. } | State::Cancel => self.registered = Some(it),
-            State::Report(_) | State::Abort { .. } => self.drive(it, Event::Sent, now),
-            State::Ended(ending) => self.ended(it, &ending, now),
+        self.proceed(now);
+    }
+
+    /// Does what is due.
+    pub(crate) fn time_passed(&mut self, now: Now) {
+        if let Some(command) = self.commands.give_up(now.time) {
+            self.settled(command, &Acknowledgement::Missing, now);
+        }
+        self.proceed(now);
+        self.refresh_setpoint(now.time);
+        let view = self.view(now);
+        let feedback = self.slots.registered_mut().and_then(|it| it.feedback(&view, now.time, self.feedback_period));
+        self.outbox.extend(feedback.map(Output::Feedback));
+    }
+
+    /// When [`Resource::time_passed`] has something to do.
+    pub(crate) fn deadline(&self) -> Option<Time> {
+        let registered = self.slots.registered();
+        let progress = registered.and_then(SkillRun::deadline);
+        let feedback = registered.and_then(SkillRun::feedback_deadline);
+        let is_free = !self.commands.is_busy();
+        let waiting = self.slots.candidate().filter(|_| is_free).and_then(|it| it.wait_deadline(self.data_wait));
+        let loiter = self.idle.loiter_due().filter(|_| is_free && self.slots.are_idle());
+        [progress, feedback, waiting, loiter, self.commands.deadline(), self.stream.deadline()]
+            .into_iter()
+            .flatten()
+            .min()
+    }
+
+    /// The vehicle data that are recent enough at this moment.
+    pub(crate) fn view(&self, now: Now) -> View {
+        self.vehicle.view(now.time)
+    }
+
+    /// The skill that a request which does not replace is refused for.
+    pub(crate) fn running(&self) -> Option<&SkillRun> {
+        self.slots.running()
+    }
+
+    /// What is to be published since the last call, in order.
+    pub(crate) fn take_outputs(&mut self) -> Vec<Output> {
+        std::mem::take(&mut self.outbox)
+    }
+
+    /// Takes a new request. It displaces those that have commanded nothing yet.
+    pub(crate) fn enqueue(&mut self, mut run: SkillRun, now: Now) {
+        self.announce(&run, now);
+        for displaced in self.slots.take_waiting() {
+            run.inherit(&displaced);
+            self.drive(displaced, Event::Overwritten { by: run.id() }, now);
+        }
+        self.slots.enqueue(run);
+    }
+
+    /// Cancels a skill; false if it neither runs nor waits.
+    pub(crate) fn cancel(&mut self, id: SkillId, now: Now) -> bool {
+        let Some(run) = self.slots.take(id) else { return false };
+        self.drive(run, Event::Cancel, now);
+        self.proceed(now);
+        true
+    }
+
+    /// Looks at what runs, then at what is to be commanded.
+    pub(crate) fn proceed(&mut self, now: Now) {
+        let view = self.view(now);
+        let ending = self.slots.registered_mut().and_then(|it| it.progress(&view, now.time));
+        self.end_registered(ending, now);
+        self.command_next(now);
+    }
+
+    /// Ends the registered skill if a status shows that the vehicle flies something else.
+    fn judge_mode(&mut self, now: Now) {
+        let Some(status) = self.view(now).status else { return };
+        let limit = self.mode_limit;
+        let ending = self.slots.registered_mut().and_then(|it| it.judge_mode(status, now.time, limit));
+        self.end_registered(ending, now);
+    }
+
+    fn end_registered(&mut self, ending: Option<Ending>, now: Now) {
+        let Some(ending) = ending else { return };
+        if let Some(run) = self.slots.take_registered() {
+            self.drive(run, Event::Done(ending), now);
         }
     }
 
-    /// Ends the registered skill if its postcondition is seen, or cannot be reached any more.
-    pub(crate) fn look_at_progress(&mut self, now: Now) {
-        let Some(it) = &mut self.registered else { return };
-        let ending = if !it.has_only_armed() {
-            it.skill.progress(&self.vehicle.view(now.time), now.time)
-        } else if it.state != State::Cancel {
-            Some(Ending::because(SkillOutcome::Failed, "armed, and neither took off nor disarmed"))
+    /// Sends what comes first, if anything can be sent. Nothing queues commands: each is chosen when it
+    /// can be sent, from the data of that moment.
+    fn command_next(&mut self, now: Now) {
+        while !self.commands.is_busy() {
+            if std::mem::take(&mut self.disarm_due) {
+                self.command(Command::Disarm, Purpose::UndoArming, now);
+            } else if let Some((id, neutral)) = self.slots.take_neutral() {
+                self.command(neutral, Purpose::Cancel(id), now);
+            } else if let Some(candidate) = self.slots.take_candidate() {
+                if !self.start(candidate, now) {
+                    return;
+                }
+            } else if !self.slots.promote() {
+                return self.care_for_idle(now);
+            }
+        }
+    }
+
+    fn command(&mut self, command: Command, purpose: Purpose, now: Now) {
+        self.vehicle.commanded();
+        self.outbox.push(Output::Command(self.commands.send(command, purpose, now)));
+    }
+
+    /// Commands loiter if no skill flies the vehicle, and that is due and needed.
+    fn care_for_idle(&mut self, now: Now) {
+        let is_due = self.idle.loiter_due().is_some_and(|due| due <= now.time);
+        if !is_due || !self.slots.are_idle() {
+            return;
+        }
+        if needs_loiter(&self.view(now)) {
+            self.command(Command::Loiter, Purpose::Idle, now);
         } else {
-            None
-        };
-        if let Some((it, ending)) = self.registered.take_if(|_| ending.is_some()).zip(ending) {
-            self.drive(it, Event::Done(ending), now);
+            self.release();
         }
     }
 
-    /// The registered skill's postcondition held before anything was commanded.
-    pub(crate) fn complete_registered(&mut self, now: Now) {
-        if let Some(it) = self.registered.take() {
-            self.drive(it, Event::Done(Ending::success()), now);
-        }
-    }
-
-    /// Ends the registered skill if a status says that the vehicle flies something else.
-    pub(crate) fn judge_mode(&mut self, now: Now) {
-        let limit = at_wall_rate(self.pace, self.config.mode_timeout_s.seconds());
-        let Some(status) = self.vehicle.view(now.time).status else { return };
-        // In C the mode is expected to change.
-        let executes = |it: &&mut Instance| matches!(it.state, State::Execute { .. });
-        let Some(it) = self.registered.as_mut().filter(executes) else { return };
-        let ending = it.watch.judge(it.skill.as_ref(), status, now.time, limit);
-        if let Some((it, ending)) = self.registered.take_if(|_| ending.is_some()).zip(ending) {
-            self.drive(it, Event::Done(ending), now);
-        }
-    }
-
-    fn register(&mut self, it: &mut Instance, now: Now) {
-        if let Some(old) = self.registered.take() {
-            self.drive(old, Event::Overwritten { by: it.id }, now);
-        }
-        it.flown = true;
-        it.watch = ModeWatch::new(now.time);
-        it.skill.execute(now.time);
-        self.idle = None;
-        match it.skill.setpoint() {
-            // One that commanded nothing only takes over what flows already.
-            Some(setpoint) if 0 < it.accepted || self.stream.owner().is_some() => {
-                self.stream.switch(it.id, setpoint, now.time);
-                self.refresh_setpoint(now.time);
+    /// Takes the candidate one command further; false if it waits for data.
+    fn start(&mut self, mut candidate: SkillRun, now: Now) -> bool {
+        match candidate.start(&self.view(now), now.time, self.data_wait) {
+            Start::Wait => {
+                self.slots.put(candidate);
+                return false;
             }
-            _ => self.stream.stop(),
+            Start::Without(event) => {
+                let holds = event == Event::AlreadyTrue;
+                self.drive(candidate, event, now);
+                self.end_registered(holds.then(Ending::success), now);
+            }
+            Start::Command(command) => {
+                if self.stream.prepare(candidate.id(), candidate.setpoint(), now.time) {
+                    self.refresh_setpoint(now.time);
+                }
+                self.command(command, Purpose::Start(candidate.id()), now);
+                self.slots.put(candidate);
+            }
         }
-        self.restart_feedback(now.time);
+        true
     }
 
-    fn ended(&mut self, it: Instance, ending: &Ending, now: Now) {
-        match ending.outcome {
-            SkillOutcome::Aborted => {}
-            // Setpoints would give it back silently what it has taken over.
-            SkillOutcome::Preempted => self.end_idle(),
-            SkillOutcome::Cancelled if it.flown => self.end_idle(),
-            // It has left the vehicle in loiter.
-            SkillOutcome::Succeeded if it.skill.mode() == FlightMode::Loiter => self.end_idle(),
-            _ if it.flown => self.begin_idle(now.time),
-            _ => self.never_flew(it, ending, now),
+    /// A command was acknowledged or given up.
+    fn settled(&mut self, InFlight { command, purpose, .. }: InFlight, ack: &Acknowledgement, now: Now) {
+        match purpose {
+            Purpose::Start(id) => {
+                if let Some(mut candidate) = self.slots.take_candidate_if(id) {
+                    match candidate.start_acknowledged(command, ack) {
+                        Some(event) => self.drive(candidate, event, now),
+                        None => self.slots.put(candidate),
+                    }
+                }
+            }
+            Purpose::Cancel(id) => match self.slots.take_cancelling(id) {
+                Some(run) if ack.is_accepted() => self.drive(run, Event::Neutral, now),
+                Some(run) => {
+                    let reason = format!("cancel: {}", ack.describe(command));
+                    self.drive(run, Event::NeutralRefused(reason), now);
+                }
+                // The skill has ended meanwhile; but the vehicle loiters now.
+                None if ack.is_accepted() && self.slots.registered().is_none() => self.release(),
+                None => {}
+            },
+            Purpose::UndoArming => {}
+            // Without setpoints the autopilot's own failsafe holds the vehicle, if it does not loiter.
+            Purpose::Idle if self.idle.is_idle() => {
+                self.stream.stop();
+                self.idle.loiter_answered(ack.is_accepted(), now.time);
+            }
+            Purpose::Idle => {}
         }
     }
 
-    fn never_flew(&mut self, it: Instance, ending: &Ending, now: Now) {
-        self.disarm_due |= it.has_only_armed();
-        if it.unanswered && self.registered.is_none() {
+    /// Takes an event to a skill, does what it demands, and puts the skill where it belongs then.
+    fn drive(&mut self, mut run: SkillRun, event: Event, now: Now) {
+        for action in run.take(event) {
+            match action {
+                Action::Register => self.register(&mut run, now),
+                Action::RequestNeutral => run.request_neutral(),
+                Action::Announce => self.announce(&run, now),
+            }
+        }
+        match run.state() {
+            SkillState::ProcessRequest(_) | SkillState::Execute { .. } | SkillState::Cancel => self.slots.put(run),
+            SkillState::Report(_) | SkillState::Abort { .. } => self.drive(run, Event::Sent, now),
+            SkillState::Ended(ending) => self.ended(&run, ending.outcome, now),
+        }
+    }
+
+    fn register(&mut self, run: &mut SkillRun, now: Now) {
+        if let Some(old) = self.slots.take_registered() {
+            self.drive(old, Event::Overwritten { by: run.id() }, now);
+        }
+        run.register(now.time);
+        self.idle.end();
+        self.stream.switch(run.id(), run.setpoint(), run.has_commanded(), now.time);
+        self.refresh_setpoint(now.time);
+    }
+
+    fn ended(&mut self, run: &SkillRun, outcome: SkillOutcome, now: Now) {
+        match run.aftermath(outcome) {
+            Aftermath::Replaced => {}
+            Aftermath::Released => self.release(),
+            Aftermath::Idle => self.idle.begin(now.time),
+            Aftermath::NeverFlew => self.never_flew(run, outcome, now),
+        }
+    }
+
+    fn never_flew(&mut self, run: &SkillRun, outcome: SkillOutcome, now: Now) {
+        self.disarm_due |= run.has_only_armed();
+        if run.is_unacknowledged() && self.slots.registered().is_none() {
             // The vehicle may fly it all the same.
-            self.begin_idle(now.time);
-        } else if self.stream.owner() == Some(it.id) {
-            self.stream.stop();
+            self.idle.begin(now.time);
+        } else {
+            self.stream.stop_if_of(run.id());
         }
-        match &mut self.next {
-            _ if ending.outcome == SkillOutcome::Cancelled => {}
-            // What comes next may replace it, without a loiter in between.
-            Some(next) => next.gave_up.extend(&it.gave_up),
-            None => self.cancel_given_up(&it.gave_up, now),
-        }
-    }
-
-    fn cancel_given_up(&mut self, ids: &[SkillId], now: Now) {
-        for &id in ids {
-            // That it has ended already is all the better.
-            let _ = self.cancel(id, now);
+        match self.slots.next_mut() {
+            _ if outcome == SkillOutcome::Cancelled => {}
+            // The request that waits may replace it, without a loiter in between.
+            Some(next) => next.inherit(run),
+            None => {
+                for &id in run.gave_up() {
+                    self.cancel(id, now);
+                }
+            }
         }
     }
 
-    fn announce(&mut self, it: &Instance, now: Now) {
-        let event = it.event(&self.vehicle.view(now.time));
-        self.ledger.happened(&event, now.time);
-        self.outbox.push(event.into());
+    /// The autopilot flies the vehicle, or it is on the ground: nothing is streamed any longer.
+    fn release(&mut self) {
+        self.idle.end();
+        self.stream.stop();
+    }
+
+    fn refresh_setpoint(&mut self, now: Time) {
+        self.outbox.extend(self.stream.due(now).map(Output::Setpoint));
+    }
+
+    fn announce(&mut self, run: &SkillRun, now: Now) {
+        let report = run.report(&self.view(now));
+        self.outbox.push(Output::Report(report));
     }
 }

@@ -1,78 +1,69 @@
-//! The stream of setpoints, with the proof of life that goes with each.
+//! The stream of setpoints.
 
 use std::time::Duration;
 
-use domain::geometry::{Ned, NedVelocity};
+use domain::fmu::Setpoint;
 use domain::time::Time;
 
 use crate::fsm::SkillId;
 
-/// Where, or how, to fly offboard. Made of checked goals only: every number is one.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Setpoint {
-    /// Position control.
-    Position {
-        /// Where to.
-        target: Ned,
-        /// No faster than this.
-        speed_limit_m_s: f64,
-        /// Heading; `None`: as it is.
-        yaw_rad: Option<f64>,
-    },
-    /// Velocity control.
-    Velocity {
-        /// How.
-        velocity: NedVelocity,
-        /// Turn rate; `None`: heading as it is.
-        yaw_rate_rad_s: Option<f64>,
-    },
-}
-
-/// At most one setpoint is streamed; it belongs to a skill that runs, that wants to, or that has
-/// just ended.
+/// Streams at most one setpoint. It belongs to a skill that runs, that is about to start, or that
+/// has just ended.
 #[derive(Debug)]
-pub struct Stream {
+pub(crate) struct SetpointStream {
     period: Duration,
-    flowing: Option<Flow>,
+    active: Option<Active>,
 }
 
 #[derive(Debug)]
-struct Flow {
+struct Active {
     owner: SkillId,
     setpoint: Setpoint,
     due: Time,
 }
 
-impl Stream {
-    /// A stream that does not flow; `period` in mission time.
-    pub fn new(period: Duration) -> Stream {
-        Stream { period, flowing: None }
+impl SetpointStream {
+    /// A stream that sends nothing yet; `period` in mission time.
+    pub(crate) fn new(period: Duration) -> SetpointStream {
+        SetpointStream { period, active: None }
     }
 
-    /// From now on, this setpoint; the first one is due at once.
-    pub fn switch(&mut self, owner: SkillId, setpoint: Setpoint, now: Time) {
-        self.flowing = Some(Flow { owner, setpoint, due: now });
+    /// Streams the setpoint of a skill that is about to start, since the mode offboard needs one.
+    /// A stream that flies the vehicle is left alone. Returns whether a setpoint is due now.
+    pub(crate) fn prepare(&mut self, owner: SkillId, setpoint: Option<Setpoint>, now: Time) -> bool {
+        let begins = self.active.is_none() && setpoint.is_some();
+        if begins {
+            self.active = setpoint.map(|setpoint| Active { owner, setpoint, due: now });
+        }
+        begins
     }
 
-    /// Lets it run dry.
-    pub fn stop(&mut self) {
-        self.flowing = None;
+    /// Streams the setpoint of the skill that flies from now on; the first one is due at once. A skill
+    /// that `commanded` nothing takes over a stream but begins none.
+    pub(crate) fn switch(&mut self, owner: SkillId, setpoint: Option<Setpoint>, commanded: bool, now: Time) {
+        let setpoint = setpoint.filter(|_| commanded || self.active.is_some());
+        self.active = setpoint.map(|setpoint| Active { owner, setpoint, due: now });
     }
 
-    /// Whose setpoint flows.
-    pub fn owner(&self) -> Option<SkillId> {
-        self.flowing.as_ref().map(|it| it.owner)
+    /// Ends the stream.
+    pub(crate) fn stop(&mut self) {
+        self.active = None;
     }
 
-    /// The setpoint to be sent at this moment. One that was late is not made up for.
-    pub fn due(&mut self, now: Time) -> Option<Setpoint> {
-        let flow = self.flowing.as_mut().filter(|it| it.due <= now)?;
-        flow.due = now + self.period;
-        Some(flow.setpoint)
+    /// Ends the stream if it belongs to this skill.
+    pub(crate) fn stop_if_of(&mut self, owner: SkillId) {
+        self.active.take_if(|it| it.owner == owner);
+    }
+
+    /// The setpoint to be sent at this moment. One that was missed is not sent later.
+    pub(crate) fn due(&mut self, now: Time) -> Option<Setpoint> {
+        let active = self.active.as_mut().filter(|it| it.due <= now)?;
+        active.due = now + self.period;
+        Some(active.setpoint)
     }
 
     /// When the next one is due.
-    pub fn deadline(&self) -> Option<Time> {
-        self.flowing.as_ref().map(|it| it.due)
+    pub(crate) fn deadline(&self) -> Option<Time> {
+        self.active.as_ref().map(|it| it.due)
     }
 }

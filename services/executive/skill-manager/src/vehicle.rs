@@ -1,62 +1,51 @@
-//! The newest vehicle data with their ages; what is too old is not there.
+//! The newest data of the vehicle with their ages. Data that are too old are left out.
 
-use domain::geometry::{Ned, NedVelocity};
-use domain::time::{Pace, Time};
-use kittiwake_proto::v1::FlightMode;
 use std::time::Duration;
+
+use domain::fmu::{FlightMode, LandDetected, LocalPosition, Status};
+use domain::time::{Pace, Time};
+use domain::wire::InvalidMessage;
 
 use crate::config::Config;
 
-/// Where the vehicle is and how it moves.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion {
-    /// Where.
-    pub position: Ned,
-    /// How fast, and which way.
-    pub velocity: NedVelocity,
-    /// The estimator vouches for the horizontal part.
-    pub horizontal_valid: bool,
-    /// The estimator vouches for the vertical part.
-    pub vertical_valid: bool,
-    /// When it was measured, by the vehicle's clock.
-    pub timestamp_us: u64,
-}
-
-/// What the autopilot does.
+/// What the autopilot does, in modes that are known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Status {
+pub(crate) struct FlightStatus {
     /// Whether the motors may turn.
-    pub armed: bool,
-    /// What was asked for.
-    pub intended: FlightMode,
-    /// What is flown.
-    pub actual: FlightMode,
-    /// One of the autopilot's own failsafes flies.
-    pub failsafe: bool,
+    pub(crate) armed: bool,
+    /// The mode that was asked for.
+    pub(crate) intended: FlightMode,
+    /// The mode that is flown.
+    pub(crate) actual: FlightMode,
+    /// Whether one of the autopilot's own failsafes flies.
+    pub(crate) failsafe: bool,
 }
 
-/// What the land detector says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Landed {
-    /// On the ground.
-    pub landed: bool,
-    /// When it was found so, by the vehicle's clock.
-    pub timestamp_us: u64,
+impl TryFrom<Status> for FlightStatus {
+    type Error = InvalidMessage;
+    fn try_from(status: Status) -> Result<FlightStatus, InvalidMessage> {
+        Ok(FlightStatus {
+            armed: status.armed,
+            intended: status.intended.ok_or(InvalidMessage::Missing("intended_mode"))?,
+            actual: status.actual.ok_or(InvalidMessage::Missing("actual_mode"))?,
+            failsafe: status.failsafe,
+        })
+    }
 }
 
-/// Everything the autopilot has said, with the time.
+/// The newest of each topic, with the time at which it arrived.
 #[derive(Debug)]
-pub struct Vehicle {
-    limits: Limits,
-    motion: Option<(Time, Motion)>,
-    status: Option<(Time, Status)>,
-    landed: Option<(Time, Landed)>,
+pub(crate) struct Vehicle {
+    limits: AgeLimits,
+    position: Option<(Time, LocalPosition)>,
+    status: Option<(Time, FlightStatus)>,
+    landed: Option<(Time, LandDetected)>,
     /// The status came after the newest command was settled.
     status_is_settled: bool,
 }
 
 #[derive(Debug)]
-struct Limits {
+struct AgeLimits {
     position: Duration,
     status: Duration,
     landed: Duration,
@@ -64,59 +53,59 @@ struct Limits {
 
 /// The vehicle at one moment: only what is recent enough to decide by.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct View {
-    /// Position and velocity, if the estimator vouches for all of it.
-    pub motion: Option<Motion>,
-    /// The same, if it vouches at least for the vertical part.
-    pub vertical: Option<Motion>,
+pub(crate) struct View {
+    /// Position and velocity, if the estimator vouches for both parts.
+    pub(crate) motion: Option<LocalPosition>,
+    /// The same, if the estimator vouches at least for the vertical part.
+    pub(crate) vertical: Option<LocalPosition>,
     /// The status, if it is newer than the answer to the newest command.
-    pub status: Option<Status>,
-    /// What the land detector says.
-    pub landed: Option<bool>,
-    /// When it said so, by the vehicle's clock; 0 for never.
-    pub landed_timestamp_us: u64,
+    pub(crate) status: Option<FlightStatus>,
+    /// Whether the land detector reports the ground.
+    pub(crate) landed: Option<bool>,
+    /// When it did so, by the vehicle's clock; 0 for never.
+    pub(crate) landed_timestamp_us: u64,
 }
 
 impl Vehicle {
-    /// A vehicle that has said nothing yet.
-    pub fn new(config: &Config, pace: Pace) -> Vehicle {
-        let limits = Limits {
+    /// A vehicle that was never heard.
+    pub(crate) fn new(config: &Config, pace: Pace) -> Vehicle {
+        let limits = AgeLimits {
             position: pace.limit(config.position_age_limit_s.seconds()),
             status: at_wall_rate(pace, config.status_age_limit_s.seconds()),
             landed: at_wall_rate(pace, config.landed_age_limit_s.seconds()),
         };
-        Vehicle { limits, motion: None, status: None, landed: None, status_is_settled: false }
+        Vehicle { limits, position: None, status: None, landed: None, status_is_settled: false }
     }
 
-    /// A position has come.
-    pub fn moved(&mut self, motion: Motion, now: Time) {
-        self.motion = Some((now, motion));
+    /// A position has arrived.
+    pub(crate) fn moved(&mut self, position: LocalPosition, now: Time) {
+        self.position = Some((now, position));
     }
 
-    /// A status has come, while a command was in flight or not.
-    pub fn reported(&mut self, status: Status, command_in_flight: bool, now: Time) {
+    /// A status has arrived, while a command was in flight or not.
+    pub(crate) fn reported(&mut self, status: FlightStatus, command_in_flight: bool, now: Time) {
         self.status = Some((now, status));
         self.status_is_settled = !command_in_flight;
     }
 
-    /// The land detector has spoken.
-    pub fn land_detected(&mut self, landed: Landed, now: Time) {
+    /// A statement of the land detector has arrived.
+    pub(crate) fn land_detected(&mut self, landed: LandDetected, now: Time) {
         self.landed = Some((now, landed));
     }
 
-    /// A command goes out: whatever the status says about the mode will soon be history.
-    pub fn commanded(&mut self) {
+    /// A command is sent: the mode in the newest status will soon be out of date.
+    pub(crate) fn commanded(&mut self) {
         self.status_is_settled = false;
     }
 
-    /// What may be decided by at this moment.
-    pub fn view(&self, now: Time) -> View {
-        let motion = newer_than(self.limits.position, self.motion, now);
+    /// The data that are recent enough at this moment.
+    pub(crate) fn view(&self, now: Time) -> View {
+        let position = newer_than(self.limits.position, self.position, now);
         let status = newer_than(self.limits.status, self.status, now);
         let landed = newer_than(self.limits.landed, self.landed, now);
         View {
-            motion: motion.filter(|it| it.horizontal_valid && it.vertical_valid),
-            vertical: motion.filter(|it| it.vertical_valid),
+            motion: position.filter(|it| it.horizontal_valid && it.vertical_valid),
+            vertical: position.filter(|it| it.vertical_valid),
             status: status.filter(|_| self.status_is_settled),
             landed: landed.map(|it| it.landed),
             landed_timestamp_us: landed.map_or(0, |it| it.timestamp_us),
@@ -125,10 +114,11 @@ impl Vehicle {
 }
 
 impl View {
-    /// Whether it is on the ground and nothing is about to lift it; `None` when that cannot be told.
+    /// Whether the vehicle is on the ground and nothing is about to lift it; `None` when that is not
+    /// known.
     ///
-    /// The land detector alone does not tell: it still says "landed" while a takeoff spools up.
-    pub fn at_rest_on_ground(&self) -> Option<bool> {
+    /// The land detector alone does not show it: it still reports the ground while a takeoff spools up.
+    pub(crate) fn at_rest_on_ground(&self) -> Option<bool> {
         if !self.landed? {
             return Some(false);
         }
@@ -137,12 +127,12 @@ impl View {
     }
 }
 
-/// A limit on something whose rate keeps to the wall clock at any speed factor: never less than so
-/// much wall time.
-pub fn at_wall_rate(pace: Pace, limit: Duration) -> Duration {
+/// A limit for something whose rate keeps to the wall clock at any speed factor: never less than
+/// this much wall time.
+pub(crate) fn at_wall_rate(pace: Pace, limit: Duration) -> Duration {
     limit.max(pace.wall(limit))
 }
 
 fn newer_than<T>(limit: Duration, sample: Option<(Time, T)>, now: Time) -> Option<T> {
-    sample.filter(|(at, _)| now - *at <= limit).map(|(_, it)| it)
+    sample.filter(|(at, _)| now - *at <= limit).map(|(_, value)| value)
 }

@@ -1,89 +1,112 @@
-//! The messages of this service, from and to what it thinks in.
+//! The messages of this service, from and to its own types.
 
-use domain::wire::Senseless;
+use domain::fmu::Status;
+use domain::wire::InvalidMessage;
 use kittiwake_proto::topics::Message;
-use kittiwake_proto::v1::{self, CommandResult, FlightMode, OffboardControl, WhenBusy};
+use kittiwake_proto::v1;
 
-use crate::commands::Answer;
-use crate::fsm::SkillId;
-use crate::resource::Request;
-use crate::stream::Setpoint;
-use crate::vehicle::{Landed, Motion, Status};
+use crate::executor::Request;
+use crate::fsm::{SkillId, SkillState};
+use crate::history::Answer;
+use crate::messages::{Feedback, Input, Output, SkillReport};
 
-/// Position and velocity.
-pub fn motion(it: v1::VehicleLocalPosition) -> Result<Motion, Senseless> {
-    Ok(Motion {
-        position: it.position.ok_or(Senseless::Missing("position"))?.try_into()?,
-        velocity: it.velocity.ok_or(Senseless::Missing("velocity"))?.try_into()?,
-        horizontal_valid: it.horizontal_valid,
-        vertical_valid: it.vertical_valid,
-        timestamp_us: it.timestamp_us,
-    })
+/// The input in a message; `None` where the message is of no interest.
+pub(crate) fn input(message: Message) -> Result<Option<Input>, InvalidMessage> {
+    Ok(Some(match message {
+        Message::VehicleLocalPosition(it) => Input::Position(it.try_into()?),
+        Message::VehicleStatus(it) => Input::Status(Status::from(it).try_into()?),
+        Message::VehicleLandDetected(it) => Input::Landed(it.into()),
+        Message::VehicleCommandAck(it) => Input::Acknowledged(it.try_into()?),
+        _ => return Ok(None),
+    }))
 }
 
-/// What the land detector says.
-pub fn landed(it: &v1::VehicleLandDetected) -> Landed {
-    Landed { landed: it.landed, timestamp_us: it.timestamp_us }
-}
-
-/// What the autopilot does.
-pub fn status(it: &v1::VehicleStatus) -> Result<Status, Senseless> {
-    let (intended, actual) = (it.intended_mode(), it.actual_mode());
-    if intended == FlightMode::Unspecified {
-        return Err(Senseless::Missing("intended_mode"));
-    }
-    if actual == FlightMode::Unspecified {
-        return Err(Senseless::Missing("actual_mode"));
-    }
-    Ok(Status { armed: it.armed, intended, actual, failsafe: it.failsafe })
-}
-
-/// The answer to a command.
-pub fn answer(it: v1::VehicleCommandAck) -> Result<Answer, Senseless> {
-    match it.result() {
-        CommandResult::Accepted => Ok(Answer::Accepted),
-        CommandResult::Rejected => Ok(Answer::Rejected(it.reason)),
-        CommandResult::Unspecified => Err(Senseless::Missing("result")),
-    }
-}
-
-/// A request, with what is wrong with it instead of a goal that cannot be flown.
-pub fn request(it: v1::SkillRequest) -> Request {
-    let when_busy = it.when_busy();
+/// A request for a skill, with what is wrong with it in place of a goal that cannot be flown.
+pub(crate) fn request(message: v1::SkillRequest) -> Request {
+    let when_busy = message.when_busy();
     let goal = match when_busy {
-        WhenBusy::Unspecified => Err(Senseless::Missing("when_busy")),
-        WhenBusy::Replace | WhenBusy::Refuse => {
-            it.goal.ok_or(Senseless::Missing("goal")).and_then(|goal| goal.try_into())
+        v1::WhenBusy::Unspecified => Err(InvalidMessage::Missing("when_busy")),
+        v1::WhenBusy::Replace | v1::WhenBusy::Refuse => {
+            message.goal.ok_or(InvalidMessage::Missing("goal")).and_then(|it| it.try_into())
         }
     };
+    let has_id = !message.request_id.is_empty();
     Request {
-        id: it.request_id,
-        goal: goal.map_err(|it| it.to_string()),
-        replaces: when_busy == WhenBusy::Replace,
-        gave_up: (it.gave_up_skill_id != 0).then_some(SkillId(it.gave_up_skill_id)),
+        id: message.request_id,
+        goal: goal.and_then(|it| has_id.then_some(it).ok_or(InvalidMessage::Missing("request_id"))),
+        replaces: when_busy == v1::WhenBusy::Replace,
+        gave_up: (message.gave_up_skill_id != 0).then_some(SkillId(message.gave_up_skill_id)),
     }
 }
 
-/// A setpoint, behind the proof of life that says which kind it is.
-pub fn setpoint(it: Setpoint) -> [Message; 2] {
-    let (control, setpoint) = match it {
-        Setpoint::Position { target, speed_limit_m_s, yaw_rad } => (
-            OffboardControl::Position,
-            v1::TrajectorySetpoint {
-                position: Some(target.into()),
-                speed_limit_m_s: Some(speed_limit_m_s),
-                yaw_rad,
-                ..v1::TrajectorySetpoint::default()
-            },
-        ),
-        Setpoint::Velocity { velocity, yaw_rate_rad_s } => (
-            OffboardControl::Velocity,
-            v1::TrajectorySetpoint {
-                velocity: Some(velocity.into()),
-                yaw_rate_rad_s,
-                ..v1::TrajectorySetpoint::default()
-            },
-        ),
+/// The answer to a request.
+pub(crate) fn skill_reply(answer: Answer) -> v1::SkillReply {
+    match answer {
+        Ok(id) => v1::SkillReply { skill_id: id.0, refusal: String::new() },
+        Err(refusal) => v1::SkillReply { skill_id: 0, refusal },
+    }
+}
+
+/// The answer to a cancellation.
+pub(crate) fn cancel_reply(result: Result<(), String>) -> v1::SkillCancelReply {
+    v1::SkillCancelReply { accepted: result.is_ok(), refusal: result.err().unwrap_or_default() }
+}
+
+/// The messages of an output. A setpoint comes after the proof of life that says which kind it is.
+pub(crate) fn messages(output: Output) -> Vec<Message> {
+    match output {
+        Output::Command(command) => vec![v1::VehicleCommand::from(command).into()],
+        Output::Setpoint(setpoint) => {
+            let control = v1::OffboardControlMode::from(setpoint.control());
+            vec![control.into(), v1::TrajectorySetpoint::from(setpoint).into()]
+        }
+        Output::Report(report) => vec![skill_event(&report).into()],
+        Output::Feedback(feedback) => vec![skill_feedback(feedback).into()],
+    }
+}
+
+/// The event of a skill that changed its state; its outcome with where and how the vehicle is.
+pub(crate) fn skill_event(report: &SkillReport) -> v1::SkillEvent {
+    let mut event = v1::SkillEvent {
+        skill_id: report.id.0,
+        request_id: report.request_id.clone(),
+        kind: report.kind as i32,
+        state: skill_state(&report.state) as i32,
+        ..v1::SkillEvent::default()
     };
-    [v1::OffboardControlMode { control: control as i32 }.into(), setpoint.into()]
+    match &report.state {
+        SkillState::Execute { trouble: Some(trouble) } => event.reason = trouble.clone(),
+        SkillState::Abort { by } => event.reason = format!("overwritten by skill {by}"),
+        SkillState::Ended(ending) => {
+            event.outcome = ending.outcome as i32;
+            event.reason = ending.reason.clone();
+            event.position = report.motion.map(|it| it.position.into());
+            event.velocity = report.motion.map(|it| it.velocity.into());
+            event.position_timestamp_us = report.motion.map_or(0, |it| it.timestamp_us);
+            event.landed_timestamp_us = report.landed_timestamp_us;
+        }
+        _ => {}
+    }
+    event
+}
+
+fn skill_feedback(feedback: Feedback) -> v1::SkillFeedback {
+    v1::SkillFeedback {
+        skill_id: feedback.id.0,
+        kind: feedback.kind as i32,
+        position: Some(feedback.motion.position.into()),
+        velocity: Some(feedback.motion.velocity.into()),
+        distance_left_m: feedback.distance_left_m,
+    }
+}
+
+fn skill_state(state: &SkillState) -> v1::SkillState {
+    match state {
+        SkillState::ProcessRequest(_) => v1::SkillState::ProcessRequest,
+        SkillState::Execute { .. } => v1::SkillState::Execute,
+        SkillState::Report(_) => v1::SkillState::Report,
+        SkillState::Cancel => v1::SkillState::Cancel,
+        SkillState::Abort { .. } => v1::SkillState::Abort,
+        SkillState::Ended(_) => v1::SkillState::Ended,
+    }
 }

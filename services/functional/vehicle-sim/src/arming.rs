@@ -1,13 +1,13 @@
-//! Whether the motors may turn, and when the autopilot stops them by itself: on the ground and
-//! going nowhere.
+//! Whether the motors may turn, and when the autopilot disarms by itself: when it waits on the ground
+//! for too long.
 
 use std::time::Duration;
 
 use domain::time::Time;
 
-/// Where an armed vehicle is on its way.
+/// How far the vehicle is between arming and disarming.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum State {
+enum ArmingState {
     Disarmed,
     /// Armed, has not flown yet.
     Preflight {
@@ -20,41 +20,41 @@ enum State {
     },
 }
 
-/// The state of the motors with the limits of waiting on the ground.
+/// The arming state, with the limits for waiting on the ground.
 #[derive(Debug, Clone)]
-pub struct Arming {
-    state: State,
+pub(crate) struct Arming {
+    state: ArmingState,
     preflight_limit: Duration,
     landed_limit: Duration,
 }
 
 impl Arming {
-    /// Disarmed. Waits so long before a flight, and so long after it.
-    pub fn new(preflight_limit: Duration, landed_limit: Duration) -> Arming {
-        Arming { state: State::Disarmed, preflight_limit, landed_limit }
+    /// Disarmed. The limits say how long an armed vehicle waits on the ground before a flight, and after it.
+    pub(crate) fn new(preflight_limit: Duration, landed_limit: Duration) -> Arming {
+        Arming { state: ArmingState::Disarmed, preflight_limit, landed_limit }
     }
 
     /// Whether the motors may turn.
-    pub fn is_armed(&self) -> bool {
-        self.state != State::Disarmed
+    pub(crate) fn is_armed(&self) -> bool {
+        self.state != ArmingState::Disarmed
     }
 
     /// Lets the motors turn.
-    pub fn arm(&mut self, now: Time) {
-        if self.state == State::Disarmed {
-            self.state = State::Preflight { since: now };
+    pub(crate) fn arm(&mut self, now: Time) {
+        if self.state == ArmingState::Disarmed {
+            self.state = ArmingState::Preflight { since: now };
         }
     }
 
     /// Stops the motors.
-    pub fn disarm(&mut self) {
-        self.state = State::Disarmed;
+    pub(crate) fn disarm(&mut self) {
+        self.state = ArmingState::Disarmed;
     }
 
-    /// Takes in whether the vehicle has landed, and whether it is about to lift off; whether it is
-    /// time to disarm.
-    pub fn on(&mut self, landed: bool, lifting_off: bool, now: Time) -> bool {
-        use State as S;
+    /// Takes in whether the vehicle has landed, and whether it is about to lift off. Returns whether
+    /// it is time to disarm.
+    pub(crate) fn on(&mut self, landed: bool, lifting_off: bool, now: Time) -> bool {
+        use ArmingState as S;
         self.state = match (self.state, landed) {
             (S::Preflight { .. } | S::Landed { .. }, false) => S::Flying,
             (S::Flying, true) => S::Landed { since: now },
@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn it_does_not_wait_on_the_ground_for_ever() {
+    fn an_armed_vehicle_does_not_wait_on_the_ground_forever() {
         let mut arming = Arming::new(Duration::from_secs(10), Duration::from_secs(2));
         assert!(!arming.on(true, false, at(100)), "disarmed anyway");
         arming.arm(at(100));

@@ -1,4 +1,4 @@
-//! What the vehicle flies on: drained by power, sagging under current, warmed by its own losses.
+//! The battery: drained by power, its voltage sags under current, its own losses warm it.
 
 use domain::quantity::Positive;
 
@@ -6,7 +6,7 @@ use crate::config;
 
 /// The state of the pack.
 #[derive(Debug, Clone)]
-pub struct Battery {
+pub(crate) struct Battery {
     config: config::Battery,
     remaining: f64,
     current_a: f64,
@@ -15,64 +15,64 @@ pub struct Battery {
 
 impl Battery {
     /// Full, at the temperature of the air.
-    pub fn new(config: config::Battery) -> Battery {
+    pub(crate) fn new(config: config::Battery) -> Battery {
         let current_a = config.idle_w.get() / (f64::from(config.cells.get()) * config.cell_full_v.get());
         Battery { remaining: 1.0, current_a, temperature_c: config.ambient_c.get(), config }
     }
 
     /// Charge left, 0 to 1.
-    pub fn remaining(&self) -> f64 {
+    pub(crate) fn remaining(&self) -> f64 {
         self.remaining
     }
 
     /// At the terminals, under the present current.
-    pub fn voltage_v(&self) -> f64 {
+    pub(crate) fn voltage_v(&self) -> f64 {
         self.open_circuit_v() - self.current_a * self.config.resistance_ohm.get()
     }
 
     /// Drawn at present.
-    pub fn current_a(&self) -> f64 {
+    pub(crate) fn current_a(&self) -> f64 {
         self.current_a
     }
 
     /// Of the cells.
-    pub fn temperature_c(&self) -> f64 {
+    pub(crate) fn temperature_c(&self) -> f64 {
         self.temperature_c
     }
 
-    /// Sets the charge left, 0 to 1: a cell that has given up, or a reading that was wrong.
-    pub fn set_remaining(&mut self, remaining: f64) {
+    /// Sets the charge left, 0 to 1: a cell has failed, or the reading was wrong.
+    pub(crate) fn set_remaining(&mut self, remaining: f64) {
         self.remaining = remaining.clamp(0.0, 1.0);
     }
 
-    /// Whether the failure flag is up.
-    pub fn is_critical(&self) -> bool {
+    /// Whether the autopilot reports a failure.
+    pub(crate) fn is_critical(&self) -> bool {
         self.remaining <= self.config.critical.get()
     }
 
     /// Whether the autopilot lands.
-    pub fn is_emergency(&self) -> bool {
+    pub(crate) fn is_emergency(&self) -> bool {
         self.remaining <= self.config.emergency.get()
     }
 
-    /// Whether it gives no power any more.
-    pub fn is_empty(&self) -> bool {
+    /// Whether it no longer gives power.
+    pub(crate) fn is_empty(&self) -> bool {
         self.remaining <= 0.0
     }
 
     /// Power in flight: the induced power grows with the load to the power 3/2 (momentum theory),
     /// pushing through the air comes on top.
-    pub fn flight_power_w(&self, load: f64, drag_w: f64) -> f64 {
+    pub(crate) fn flight_power_w(&self, load: f64, drag_w: f64) -> f64 {
         self.config.idle_w.get() + self.config.hover_w.get() * load * load.sqrt() + drag_w
     }
 
     /// Power with the motors still.
-    pub fn idle_power_w(&self) -> f64 {
+    pub(crate) fn idle_power_w(&self) -> f64 {
         self.config.idle_w.get()
     }
 
     /// Gives `power_w` for `dt_s`.
-    pub fn step(&mut self, power_w: f64, dt_s: f64) {
+    pub(crate) fn step(&mut self, power_w: f64, dt_s: f64) {
         if self.is_empty() {
             self.current_a = 0.0;
         } else {
@@ -107,7 +107,7 @@ mod tests {
     use crate::config::shipped;
 
     #[test]
-    fn it_hovers_for_25_minutes() {
+    fn a_full_battery_lasts_for_25_minutes_of_hovering() {
         let mut battery = Battery::new(shipped::config().battery);
         let (mut time_s, mut last_v) = (0.0, battery.voltage_v());
         while !battery.is_empty() {

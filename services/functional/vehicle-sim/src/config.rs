@@ -1,5 +1,5 @@
-//! What the simulator can be told about its vehicle. The shipped values are in the configuration
-//! file; there are no others.
+//! The simulator's parameters. The shipped values are in the configuration file; there are no
+//! defaults in the code.
 
 use std::num::NonZeroU8;
 
@@ -12,24 +12,24 @@ use serde::Deserialize;
 pub struct Config {
     /// Offboard setpoints older than this count as lost (PX4: `COM_OF_LOSS_T`). A machine limit.
     pub offboard_loss_s: Positive,
-    /// Armed on the ground for so long without taking off, the vehicle disarms itself (PX4:
-    /// `COM_DISARM_PRFLT`). A machine limit, since the takeoff command comes over the wire.
+    /// A vehicle that is armed on the ground and does not take off disarms itself after this time
+    /// (PX4: `COM_DISARM_PRFLT`). A machine limit, since the takeoff command comes over the wire.
     pub preflight_disarm_s: Positive,
-    /// So long after landing it disarms itself (PX4: `COM_DISARM_LAND`).
+    /// From the landing until the vehicle disarms itself (PX4: `COM_DISARM_LAND`).
     pub landed_disarm_s: Positive,
     /// With the landing site blocked, a landing stops at this height above the ground.
     pub blocked_site_height_m: Positive,
     /// Where the local frame has its origin.
     pub origin: Origin,
-    /// What the autopilot keeps to.
+    /// The autopilot's limits.
     pub limits: Limits,
     /// The vehicle's body.
     pub airframe: Airframe,
-    /// What it flies on.
+    /// The battery.
     pub battery: Battery,
-    /// How well it knows where it is.
+    /// Errors of the position estimate.
     pub estimator: Estimator,
-    /// How often it says so.
+    /// Rates of the telemetry.
     pub rates: Rates,
 }
 
@@ -41,11 +41,11 @@ pub struct Origin {
     pub latitude_deg: Within<-89, 89>,
     /// Longitude.
     pub longitude_deg: Within<-180, 180>,
-    /// Height above mean sea level, which is taken for the ellipsoid.
+    /// Above mean sea level, which is taken for the ellipsoid.
     pub altitude_amsl_m: Within<-500, 9000>,
 }
 
-/// Speeds, accelerations and angles the autopilot keeps to; PX4's parameter in brackets.
+/// Speeds, accelerations and angles that the autopilot does not exceed; PX4's parameter in brackets.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
@@ -63,9 +63,9 @@ pub struct Limits {
     pub spool_up_s: Positive,
     /// Downwards in the last part of a landing (`MPC_LAND_SPEED`).
     pub land_m_s: Positive,
-    /// A landing slows down from this height on (`MPC_LAND_ALT1`).
+    /// A landing slows down below this height (`MPC_LAND_ALT1`).
     pub land_slow_from_m: Positive,
-    /// Below this height it is down to its last speed (`MPC_LAND_ALT2`).
+    /// Below this height a landing has its final speed (`MPC_LAND_ALT2`).
     pub land_slow_below_m: Positive,
     /// Over ground (`MPC_ACC_HOR_MAX`).
     pub acceleration_m_s2: Positive,
@@ -79,13 +79,13 @@ pub struct Limits {
     pub turn_deg_s: Positive,
 }
 
-/// The body that flies.
+/// The body of the vehicle.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Airframe {
     /// Take-off mass.
     pub mass_kg: Positive,
-    /// Full thrust over weight; at most 1 never flies.
+    /// Full thrust over weight; a vehicle with 1 or less never flies.
     pub thrust_to_weight: Positive,
     /// Deceleration by air resistance per m/s of airspeed.
     pub linear_drag_1_s: Positive,
@@ -99,7 +99,7 @@ pub struct Airframe {
     pub attitude_gain_1_s: Positive,
 }
 
-/// The battery and what draws on it.
+/// The battery and its consumers.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Battery {
@@ -111,13 +111,13 @@ pub struct Battery {
     pub cell_full_v: Positive,
     /// Open-circuit voltage of an empty cell (`BAT1_V_EMPTY`).
     pub cell_empty_v: Positive,
-    /// Internal resistance of the pack; what makes the voltage sag.
+    /// Internal resistance of the pack, which makes the voltage sag.
     pub resistance_ohm: Positive,
     /// Power to hover in still air.
     pub hover_w: Positive,
-    /// Power with the motors still.
+    /// Power while the motors stand still.
     pub idle_w: Positive,
-    /// Below this the failure flag goes up (`BAT_CRIT_THR`).
+    /// Below this the autopilot reports a failure (`BAT_CRIT_THR`).
     pub critical: Fraction,
     /// Below this the autopilot lands (`BAT_EMERGEN_THR`).
     pub emergency: Fraction,
@@ -129,7 +129,7 @@ pub struct Battery {
     pub heat_capacity_j_k: Positive,
 }
 
-/// How well the vehicle knows where it is.
+/// Errors of the position estimate.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Estimator {
@@ -143,36 +143,36 @@ pub struct Estimator {
     pub eph_m: Positive,
     /// Vertical standard deviation reported while all is well.
     pub epv_m: Positive,
-    /// Above this a horizontal position is not vouched for (`COM_POS_FS_EPH`).
+    /// Above this the estimator does not vouch for the horizontal position (`COM_POS_FS_EPH`).
     pub eph_limit_m: Positive,
     /// Growth of the horizontal deviation without satellites.
     pub dead_reckoning_m_s: Positive,
 }
 
-/// How often each topic is sent, in Hz of wall time: the reference's table 4.1, and 1 Hz for
-/// traffic. All go out on the beat of the fastest, the attitude.
+/// Rate of each topic, in Hz of wall time: the reference's table 4.1, and 1 Hz for traffic. All are
+/// sent in step with the fastest, the attitude.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rates {
-    /// Besides on every change.
+    /// The status, which is also sent on every change.
     pub vehicle_status: Positive,
-    /// The beat; no other rate is higher.
+    /// The attitude; no other rate is higher.
     pub vehicle_attitude: Positive,
     /// Position in the local frame.
     pub vehicle_local_position: Positive,
     /// Position on the globe.
     pub vehicle_global_position: Positive,
-    /// Besides on every change.
+    /// The land detector, which also reports every change.
     pub vehicle_land_detected: Positive,
     /// Voltage, current, charge, temperature.
     pub battery_status: Positive,
-    /// Each other aircraft.
+    /// Other aircraft, one report each.
     pub transponder_report: Positive,
     /// The wind as the estimator has it.
     pub wind: Positive,
 }
 
-/// A number from `LO` to `HI`, both allowed.
+/// A number from `LO` to `HI`, both included.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(try_from = "f64")]
 pub struct Within<const LO: i32, const HI: i32>(f64);
@@ -186,11 +186,11 @@ impl<const LO: i32, const HI: i32> Within<LO, HI> {
 
 impl<const LO: i32, const HI: i32> TryFrom<f64> for Within<LO, HI> {
     type Error = String;
-    fn try_from(it: f64) -> Result<Self, String> {
-        if (f64::from(LO)..=f64::from(HI)).contains(&it) {
-            Ok(Within(it))
+    fn try_from(value: f64) -> Result<Self, String> {
+        if (f64::from(LO)..=f64::from(HI)).contains(&value) {
+            Ok(Within(value))
         } else {
-            Err(format!("found {it}, expected a number from {LO} to {HI}"))
+            Err(format!("found {value}, expected a number from {LO} to {HI}"))
         }
     }
 }

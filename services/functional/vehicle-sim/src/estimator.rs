@@ -1,63 +1,63 @@
-//! What the autopilot believes: the truth and an error that wanders, grows without satellites, and
-//! goes wrong on request.
+//! The autopilot's estimate: the true state plus an error that wanders, grows without satellites, and
+//! follows injected faults.
 
 use nalgebra::Vector3;
 
 use crate::config;
 use crate::multirotor::Multirotor;
-use crate::noise::{Noise, Use, Wander};
+use crate::noise::{GaussMarkov, Noise, NoiseStream};
 
-/// How long the slow wander remembers, and how often it moves.
+/// Correlation time of the slow wander, and how often it moves.
 const WANDER_TAU_S: f64 = 60.0;
 const WANDER_PERIOD_S: f64 = 0.1;
 /// The estimate follows the wander with this time constant, so that it never jumps.
 const WANDER_LAG_S: f64 = 8.0;
-/// A wrong estimate comes back to the truth so fast once its cause is gone.
+/// Time constant of the return to the true state once the cause of an error is gone.
 const RECOVERY_TAU_S: f64 = 1.0;
-/// The true error without satellites, as a share of the reported deviation.
+/// The true error without satellites, as a share of the reported standard deviation.
 const DRIFT_SHARE: f64 = 1.0 / 3.0;
 
-/// What is wrong with it on request.
+/// Injected faults of the estimator.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Trouble {
-    /// No satellites.
-    pub gnss_lost: bool,
-    /// It says of itself that it is not to be believed.
-    pub invalid: bool,
-    /// The estimate runs away so fast, m/s.
-    pub drift_m_s: f64,
+pub(crate) struct EstimatorFaults {
+    /// No satellites are received.
+    pub(crate) gnss_lost: bool,
+    /// It reports itself as invalid.
+    pub(crate) invalid: bool,
+    /// The estimate drifts at this speed, m/s.
+    pub(crate) drift_m_s: f64,
 }
 
 /// The estimate at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimate {
+pub(crate) struct Estimate {
     /// NED.
-    pub position: Vector3<f64>,
+    pub(crate) position: Vector3<f64>,
     /// NED.
-    pub velocity: Vector3<f64>,
+    pub(crate) velocity: Vector3<f64>,
     /// Whether the horizontal part is vouched for.
-    pub horizontal_valid: bool,
+    pub(crate) horizontal_valid: bool,
     /// Whether the vertical part is.
-    pub vertical_valid: bool,
-    /// Standard deviation over ground.
-    pub eph_m: f64,
+    pub(crate) vertical_valid: bool,
+    /// Standard deviation of the horizontal position.
+    pub(crate) eph_m: f64,
     /// Standard deviation of the height.
-    pub epv_m: f64,
+    pub(crate) epv_m: f64,
 }
 
 /// The estimator with its errors.
 #[derive(Debug, Clone)]
-pub struct Estimator {
+pub(crate) struct Estimator {
     config: config::Estimator,
-    /// What is wrong with it at present.
-    pub trouble: Trouble,
+    /// The injected faults.
+    pub(crate) faults: EstimatorFaults,
     noise: Noise,
-    wander: Wander,
+    wander: GaussMarkov,
     until_next_s: f64,
     /// The part of the error that follows the wander.
     wander_error: Vector3<f64>,
     wander_velocity: Vector3<f64>,
-    /// What trouble has added, and which way it adds.
+    /// The error that faults have added, and its direction.
     error: Vector3<f64>,
     error_velocity: Vector3<f64>,
     direction: Vector3<f64>,
@@ -65,15 +65,15 @@ pub struct Estimator {
 }
 
 impl Estimator {
-    /// Without trouble.
-    pub fn new(config: config::Estimator, seed: u64) -> Estimator {
-        let mut noise = Noise::new(seed, Use::Estimator);
+    /// Without faults.
+    pub(crate) fn new(config: config::Estimator, seed: u64) -> Estimator {
+        let mut noise = Noise::new(seed, NoiseStream::Estimator);
         let direction = noise.direction();
         Estimator {
             config,
-            trouble: Trouble::default(),
+            faults: EstimatorFaults::default(),
             noise,
-            wander: Wander::default(),
+            wander: GaussMarkov::default(),
             until_next_s: 0.0,
             wander_error: Vector3::zeros(),
             wander_velocity: Vector3::zeros(),
@@ -84,10 +84,10 @@ impl Estimator {
         }
     }
 
-    /// Goes on by `dt_s`.
-    pub fn step(&mut self, dt_s: f64) {
-        self.wander_on(dt_s);
-        let Trouble { gnss_lost, drift_m_s, .. } = self.trouble;
+    /// Advances by `dt_s`.
+    pub(crate) fn step(&mut self, dt_s: f64) {
+        self.step_wander(dt_s);
+        let EstimatorFaults { gnss_lost, drift_m_s, .. } = self.faults;
         let growth = drift_m_s + if gnss_lost { self.config.dead_reckoning_m_s.get() } else { 0.0 };
         if growth > 0.0 {
             let speed = drift_m_s + (growth - drift_m_s) * DRIFT_SHARE;
@@ -100,13 +100,13 @@ impl Estimator {
         self.error += self.error_velocity * dt_s;
     }
 
-    /// What it makes of the true state.
-    pub fn estimate(&self, truth: &Multirotor) -> Estimate {
+    /// The estimate of the true state.
+    pub(crate) fn estimate(&self, truth: &Multirotor) -> Estimate {
         let eph_m = self.config.eph_m.get() + self.deviation_m;
-        let valid = !self.trouble.invalid;
+        let valid = !self.faults.invalid;
         Estimate {
             position: truth.position + self.wander_error + self.error,
-            // The drift shows in the velocity too: a filter that follows a wrong source believes it whole.
+            // The velocity drifts too: a filter that follows a wrong source takes both from it.
             velocity: truth.velocity + self.wander_velocity + self.error_velocity,
             horizontal_valid: valid && eph_m <= self.config.eph_limit_m.get(),
             vertical_valid: valid,
@@ -115,7 +115,7 @@ impl Estimator {
         }
     }
 
-    fn wander_on(&mut self, dt_s: f64) {
+    fn step_wander(&mut self, dt_s: f64) {
         self.until_next_s -= dt_s;
         if self.until_next_s <= 0.0 {
             self.until_next_s += WANDER_PERIOD_S;
@@ -133,7 +133,7 @@ mod tests {
     use crate::config::shipped;
 
     #[test]
-    fn it_wanders_goes_astray_and_comes_back_without_a_jump() {
+    fn it_wanders_drifts_and_returns_without_a_jump() {
         let truth = Multirotor::new(shipped::config().airframe);
         let mut estimator = Estimator::new(shipped::config().estimator, 1);
         let mut last = Vector3::zeros();
@@ -150,10 +150,10 @@ mod tests {
         };
         let wander_m = furthest(&mut estimator, 600);
         assert!((0.05..0.8).contains(&wander_m), "{wander_m}");
-        estimator.trouble.gnss_lost = true;
+        estimator.faults.gnss_lost = true;
         assert!(furthest(&mut estimator, 10) > 2.0);
         assert!(!estimator.estimate(&truth).horizontal_valid);
-        estimator.trouble.gnss_lost = false;
+        estimator.faults.gnss_lost = false;
         furthest(&mut estimator, 10);
         assert!(estimator.estimate(&truth).horizontal_valid);
         assert!(furthest(&mut estimator, 10) < 0.8);

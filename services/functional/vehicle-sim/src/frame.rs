@@ -1,36 +1,36 @@
-//! Between the domain's named coordinates and the vectors the physics computes with: x north,
-//! y east, z down.
+//! Conversions between the domain's named coordinates and the vectors of the physics: x north, y
+//! east, z down.
 
 use domain::geometry::{Ned, NedVelocity};
 use nalgebra::Vector3;
 
 /// The position as a vector.
-pub fn vector(it: Ned) -> Vector3<f64> {
-    Vector3::new(it.north_m, it.east_m, it.down_m)
+pub(crate) fn vector(position: Ned) -> Vector3<f64> {
+    Vector3::new(position.north_m, position.east_m, position.down_m)
 }
 
 /// The velocity as a vector.
-pub fn velocity_vector(it: NedVelocity) -> Vector3<f64> {
-    Vector3::new(it.north_m_s, it.east_m_s, it.down_m_s)
+pub(crate) fn velocity_vector(velocity: NedVelocity) -> Vector3<f64> {
+    Vector3::new(velocity.north_m_s, velocity.east_m_s, velocity.down_m_s)
 }
 
 /// The vector as a position.
-pub fn ned(it: Vector3<f64>) -> Ned {
-    Ned::new(it.x, it.y, it.z)
+pub(crate) fn ned(vector: Vector3<f64>) -> Ned {
+    Ned::new(vector.x, vector.y, vector.z)
 }
 
 /// The vector as a velocity.
-pub fn ned_velocity(it: Vector3<f64>) -> NedVelocity {
-    NedVelocity::new(it.x, it.y, it.z)
+pub(crate) fn ned_velocity(vector: Vector3<f64>) -> NedVelocity {
+    NedVelocity::new(vector.x, vector.y, vector.z)
 }
 
 /// The vector without its vertical part.
-pub fn horizontal(it: Vector3<f64>) -> Vector3<f64> {
-    Vector3::new(it.x, it.y, 0.0)
+pub(crate) fn horizontal(vector: Vector3<f64>) -> Vector3<f64> {
+    Vector3::new(vector.x, vector.y, 0.0)
 }
 
-/// The angle, brought between -pi and pi.
-pub fn wrapped(angle_rad: f64) -> f64 {
+/// The same angle between -pi and pi.
+pub(crate) fn wrapped(angle_rad: f64) -> f64 {
     use std::f64::consts::{PI, TAU};
     (angle_rad + PI).rem_euclid(TAU) - PI
 }

@@ -9,17 +9,21 @@ use crate::frame::horizontal;
 const POSITION_GAIN: f64 = 0.95;
 
 /// The velocity that leads from `position` straight to `target`, no faster than `speed_limit_m_s`
-/// and than the vehicle may in any direction.
-pub fn towards(position: Vector3<f64>, target: Vector3<f64>, speed_limit_m_s: f64, limits: &Limits) -> Vector3<f64> {
-    let way = target - position;
-    let Some(direction) = way.try_normalize(1e-9) else { return Vector3::zeros() };
-    let speed = (POSITION_GAIN * way.norm()).min(braking_speed(way.norm(), direction, limits)).min(speed_limit_m_s);
+/// and than the vehicle may fly in any direction.
+pub(crate) fn towards(
+    position: Vector3<f64>,
+    target: Vector3<f64>,
+    speed_limit_m_s: f64,
+    limits: &Limits,
+) -> Vector3<f64> {
+    let path = target - position;
+    let Some(direction) = path.try_normalize(1e-9) else { return Vector3::zeros() };
+    let speed = (POSITION_GAIN * path.norm()).min(braking_speed(path.norm(), direction, limits)).min(speed_limit_m_s);
     within_limits(direction * speed, limits)
 }
 
-/// The velocity, shortened as a whole until each part is one the vehicle may fly, so that its
-/// direction stays.
-pub fn within_limits(velocity: Vector3<f64>, limits: &Limits) -> Vector3<f64> {
+/// The velocity, scaled down until each part is within its limit; its direction stays.
+pub(crate) fn within_limits(velocity: Vector3<f64>, limits: &Limits) -> Vector3<f64> {
     let vertical = if velocity.z < 0.0 { limits.climb_m_s } else { limits.descend_m_s };
     let excess = (horizontal(velocity).norm() / limits.cruise_m_s.get()).max(velocity.z.abs() / vertical.get());
     if excess <= 1.0 { velocity } else { velocity / excess }
@@ -33,7 +37,7 @@ fn braking_speed(distance_m: f64, direction: Vector3<f64>, limits: &Limits) -> f
     0.5 * ((b * b + 8.0 * deceleration * distance_m).sqrt() - b)
 }
 
-/// What is left along `direction` of limits that hold over ground and vertically.
+/// The limit along `direction` that follows from one over ground and one vertically.
 fn along(direction: Vector3<f64>, over_ground: f64, vertical: f64) -> f64 {
     let share = (horizontal(direction).norm() / over_ground).max(direction.z.abs() / vertical);
     1.0 / share.max(1e-9)
@@ -43,12 +47,12 @@ fn along(direction: Vector3<f64>, over_ground: f64, vertical: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::config::shipped;
-    use crate::noise::{Noise, Use};
+    use crate::noise::{Noise, NoiseStream};
 
     #[test]
-    fn it_always_leads_straight_to_the_target_within_the_limits() {
+    fn the_velocity_leads_straight_to_the_target_within_the_limits() {
         let limits = shipped::config().limits;
-        let mut noise = Noise::new(1, Use::Sensors);
+        let mut noise = Noise::new(1, NoiseStream::Sensors);
         for _ in 0..1000 {
             let way = noise.vector() * 100.0;
             let speed_limit = 20.0 * noise.unit().abs() + 0.1;

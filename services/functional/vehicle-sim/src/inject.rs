@@ -1,16 +1,18 @@
-//! What each fault does: one match.
+//! What each fault does.
+
+use std::time::Duration;
 
 use domain::geometry::{Ned, NedVelocity};
 use domain::time::Time;
 
 use crate::VehicleSim;
-use crate::estimator::Trouble;
+use crate::estimator::EstimatorFaults;
 use crate::faults::Fault;
 
-/// Carries out `fault` and says what was done, for a human.
-pub fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
+/// Carries out `fault`. Returns what was done, for a human.
+pub(crate) fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
     let VehicleSim { vehicle, publisher, telemetry, traffic, commands_to_reject } = sim;
-    let trouble = &mut vehicle.estimator.trouble;
+    let estimator = &mut vehicle.estimator.faults;
     match fault {
         Fault::RejectAcks(count) => {
             *commands_to_reject = count;
@@ -37,15 +39,15 @@ pub fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
             format!("the battery is at {:.1} %", fraction * 100.0)
         }
         Fault::GnssLoss(on) => {
-            trouble.gnss_lost = on;
+            estimator.gnss_lost = on;
             format!("satellites are {}", if on { "lost" } else { "back" })
         }
         Fault::EstimatorDrift(drift_m_s) => {
-            trouble.drift_m_s = drift_m_s;
+            estimator.drift_m_s = drift_m_s;
             format!("the estimate drifts at {drift_m_s} m/s")
         }
         Fault::EstimatorInvalid(on) => {
-            trouble.invalid = on;
+            estimator.invalid = on;
             format!("the estimate is {}", if on { "invalid" } else { "valid" })
         }
         Fault::MotorFailure(count) => {
@@ -57,7 +59,7 @@ pub fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
             format!("the wind blows towards north {north_m_s}, east {east_m_s} m/s, gusts {gust_m_s} m/s")
         }
         Fault::LinkLoss(seconds) => {
-            vehicle.link_lost_until = now + std::time::Duration::from_secs_f64(seconds);
+            vehicle.link_lost_until = now + Duration::from_secs_f64(seconds);
             format!("the ground link is lost for {seconds} s")
         }
         Fault::BlockedLanding(on) => {
@@ -70,7 +72,7 @@ pub fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
             format!("`{id}` appears")
         }
         Fault::Clear => {
-            *trouble = Trouble::default();
+            *estimator = EstimatorFaults::default();
             *commands_to_reject = 0;
             publisher.clear();
             traffic.clear();

@@ -1,6 +1,5 @@
-//! Whether the vehicle stands on the ground, found out in stages as PX4 does: contact, maybe
-//! landed, landed. Each stage has to last before the next one counts, so that a bounce is no
-//! landing.
+//! Whether the vehicle stands on the ground, detected in stages as PX4 does: contact, maybe landed,
+//! landed. Each stage must last before the next one begins, so that a bounce is no landing.
 
 use std::time::Duration;
 
@@ -8,31 +7,31 @@ use domain::time::Time;
 
 use crate::multirotor::GRAVITY_M_S2;
 
-/// How long the signs of each stage have to last; the sum is what was measured on PX4.
+/// How long each stage must last; the sum is what was measured on PX4.
 const UNTIL_CONTACT: Duration = Duration::from_millis(350);
 const UNTIL_MAYBE_LANDED: Duration = Duration::from_millis(350);
 const UNTIL_LANDED: Duration = Duration::from_millis(340);
-/// A thrust below this share of the weight shows that something else carries the vehicle.
+/// A thrust below this share of the weight means that something else carries the vehicle.
 const LOW_THRUST: f64 = 0.9;
 
-/// How sure the detector is.
+/// The stage of the detection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum LandDetector {
+pub(crate) enum LandDetector {
     /// In the air.
     Airborne,
     /// Something carries the vehicle.
     Touching {
-        /// For how long.
+        /// Since when.
         since: Time,
     },
     /// It is the ground.
     GroundContact {
-        /// For how long.
+        /// Since when.
         since: Time,
     },
     /// It stays there.
     MaybeLanded {
-        /// For how long.
+        /// Since when.
         since: Time,
     },
     /// Landed.
@@ -40,8 +39,9 @@ pub enum LandDetector {
 }
 
 impl LandDetector {
-    /// Takes in whether the vehicle rests on something and the force of its motors per mass.
-    pub fn on(self, resting: bool, thrust_m_s2: f64, now: Time) -> LandDetector {
+    /// The stage after `now`, from whether the vehicle rests on something and the force of its motors
+    /// per mass.
+    pub(crate) fn on(self, resting: bool, thrust_m_s2: f64, now: Time) -> LandDetector {
         use LandDetector as L;
         if !resting {
             return L::Airborne;
@@ -54,18 +54,18 @@ impl LandDetector {
             L::Touching { since } if now - since >= UNTIL_CONTACT => L::GroundContact { since: now },
             L::GroundContact { since } if now - since >= UNTIL_MAYBE_LANDED => L::MaybeLanded { since: now },
             L::MaybeLanded { since } if now - since >= UNTIL_LANDED => L::Landed,
-            // Once landed it takes a real lift-off to be in the air again, not more thrust alone.
+            // More thrust alone does not end a landing: that takes a lift-off.
             state => state,
         }
     }
 
     /// Whether the vehicle has landed.
-    pub fn landed(self) -> bool {
+    pub(crate) fn landed(self) -> bool {
         self == LandDetector::Landed
     }
 
-    /// Whether it touches the ground for sure.
-    pub fn ground_contact(self) -> bool {
+    /// Whether the vehicle certainly touches the ground.
+    pub(crate) fn ground_contact(self) -> bool {
         use LandDetector as L;
         matches!(self, L::GroundContact { .. } | L::MaybeLanded { .. } | L::Landed)
     }
@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_landing_takes_its_stages_and_a_bounce_none() {
+    fn a_landing_passes_all_stages_and_a_bounce_none() {
         let mut state = LandDetector::Airborne;
         let mut seen = Vec::new();
         for ms in 0..3000 {

@@ -1,21 +1,15 @@
-//! The stand-in for an autopilot and its vehicle: takes commands and setpoints, flies, and says
-//! how it is, with the behaviour measured on PX4 and with faults on request.
+//! The simulated autopilot with its vehicle: takes commands and setpoints, flies, and sends
+//! telemetry, with the behaviour that was measured on PX4 and with faults on request.
 //!
 //! Nothing above the executive layer can tell it from a bridge to a real autopilot. It knows no
 //! skills, missions or permissions.
 
+use domain::fmu::{CommandAck, CommandId, CommandResult, VehicleCommand};
 use domain::time::{Now, Pace, Time};
+use domain::wire::InvalidMessage;
 use kittiwake_proto::topics::{Message, Request, Response, Service, Topic};
 use kittiwake_proto::v1;
 use node::{Effect, Event, Node};
-
-use crate::commander::{Command, Refusal};
-use crate::config::Config;
-use crate::faults::Fault;
-use crate::publisher::Publisher;
-use crate::telemetry::Telemetry;
-use crate::traffic::Traffic;
-use crate::vehicle::Vehicle;
 
 mod arming;
 mod battery;
@@ -42,6 +36,15 @@ mod traffic;
 mod vehicle;
 mod wind;
 
+use commander::Refusal;
+use config::Config;
+use faults::Fault;
+use faults::catalogue::{CatalogueEntry, catalogue};
+use publisher::Publisher;
+use telemetry::Telemetry;
+use traffic::Traffic;
+use vehicle::Vehicle;
+
 /// The simulated vehicle as a service.
 #[derive(Debug)]
 pub struct VehicleSim {
@@ -49,7 +52,7 @@ pub struct VehicleSim {
     traffic: Traffic,
     telemetry: Telemetry,
     publisher: Publisher,
-    /// So many of the next commands are rejected without being looked at: a fault.
+    /// How many of the next commands are rejected without being looked at: a fault.
     commands_to_reject: u32,
 }
 
@@ -66,28 +69,63 @@ impl VehicleSim {
         }
     }
 
-    fn command(&mut self, it: v1::VehicleCommand, now: Time, effects: &mut Vec<Effect>) {
-        let id = it.id;
-        let answer = if self.commands_to_reject > 0 {
-            self.commands_to_reject -= 1;
-            Err(Refusal::Injected)
-        } else {
-            Command::try_from(it).and_then(|command| self.vehicle.command(command, now))
-        };
-        let (result, reason) = match answer {
-            Ok(()) => (v1::CommandResult::Accepted, String::new()),
-            Err(refusal) => (v1::CommandResult::Rejected, refusal.to_string()),
-        };
-        self.publisher.acknowledge(v1::VehicleCommandAck { id, result: result as i32, reason }, effects);
+    /// An invalid message changes nothing, except that an invalid command is acknowledged.
+    fn receive(&mut self, message: Message, now: Time, effects: &mut Vec<Effect>) -> Result<(), InvalidMessage> {
+        match message {
+            Message::VehicleCommand(it) => return self.receive_command(it, now, effects),
+            Message::OffboardControlMode(it) => self.vehicle.offboard.proof_of_life(it.try_into()?, now),
+            Message::TrajectorySetpoint(it) => self.vehicle.offboard.setpoint(it.try_into()?, now),
+            _ => {}
+        }
+        Ok(())
     }
 
-    fn fault(&mut self, it: v1::FaultRequest, now: Time) -> v1::FaultReply {
-        let known = if it.name.is_empty() { faults::catalogue::to_wire() } else { Vec::new() };
-        match Fault::parse(&it.name, &it.args) {
-            Ok(fault) => v1::FaultReply { accepted: true, detail: inject::inject(self, fault, now), known },
-            Err(bad) => v1::FaultReply { accepted: false, detail: bad.to_string(), known },
+    fn receive_command(
+        &mut self,
+        message: v1::VehicleCommand,
+        now: Time,
+        effects: &mut Vec<Effect>,
+    ) -> Result<(), InvalidMessage> {
+        let id = CommandId(message.id);
+        let command = VehicleCommand::try_from(message);
+        let answer = match &command {
+            _ if self.commands_to_reject > 0 => {
+                self.commands_to_reject -= 1;
+                Err(Refusal::Injected)
+            }
+            Ok(it) => self.vehicle.command(it.command, now),
+            Err(invalid) => Err(Refusal::Invalid(invalid.clone())),
+        };
+        let result = match answer {
+            Ok(()) => CommandResult::Accepted,
+            Err(refusal) => CommandResult::Rejected { reason: refusal.to_string() },
+        };
+        self.publisher.acknowledge(CommandAck { id, result }, effects);
+        command.map(|_| ())
+    }
+
+    /// Injects a fault. A request without a name asks for the catalogue.
+    fn receive_fault(&mut self, request: &v1::FaultRequest, now: Time, effects: &mut Vec<Effect>) -> v1::FaultReply {
+        match Fault::parse(&request.name, &request.args) {
+            Ok(fault) => v1::FaultReply { accepted: true, detail: inject::inject(self, fault, now), known: Vec::new() },
+            Err(invalid) if request.name.is_empty() => {
+                v1::FaultReply { accepted: false, detail: invalid.to_string(), known: known_faults() }
+            }
+            Err(invalid) => {
+                effects.push(Effect::refused(Service::Fault, &invalid));
+                v1::FaultReply { accepted: false, detail: invalid.to_string(), known: Vec::new() }
+            }
         }
     }
+}
+
+fn known_faults() -> Vec<v1::FaultKind> {
+    let kind = |it: &CatalogueEntry| v1::FaultKind {
+        name: it.name.to_owned(),
+        arguments: it.arguments.to_owned(),
+        effect: it.effect.to_owned(),
+    };
+    catalogue().iter().map(kind).collect()
 }
 
 impl Node for VehicleSim {
@@ -106,18 +144,17 @@ impl Node for VehicleSim {
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
         self.vehicle.advance(now.time);
         match event {
-            Event::Message { message: Message::VehicleCommand(it), .. } => self.command(it, now.time, effects),
-            Event::Message { message: Message::OffboardControlMode(it), .. } => {
-                self.vehicle.offboard.proof_of_life(it, now.time);
+            Event::Message { message, .. } => {
+                let topic = message.topic();
+                if let Err(invalid) = self.receive(message, now.time, effects) {
+                    effects.push(Effect::refused(topic, invalid));
+                }
             }
-            Event::Message { message: Message::TrajectorySetpoint(it), .. } => {
-                self.vehicle.offboard.setpoint(it, now.time);
-            }
-            Event::Request { token, request: Request::Fault(it), .. } => {
-                let response = Response::Fault(self.fault(it, now.time));
+            Event::Request { token, request: Request::Fault(request), .. } => {
+                let response = Response::Fault(self.receive_fault(&request, now.time, effects));
                 effects.push(Effect::Reply { token, response });
             }
-            Event::Message { .. } | Event::Request { .. } | Event::Reply { .. } | Event::Peer { .. } => {}
+            Event::Request { .. } | Event::Reply { .. } | Event::Peer { .. } => {}
         }
     }
 

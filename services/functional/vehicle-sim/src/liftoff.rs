@@ -1,14 +1,14 @@
-//! The way from still motors to flight: spool-up, then a ramp of the upward speed (PX4's takeoff
-//! state machine). While it has not come to the ramp, no demand reaches the motors.
+//! From still motors to flight: spool-up, then a ramp of the upward speed (PX4's takeoff state
+//! machine). No demand reaches the motors before the ramp.
 
 use domain::time::Time;
 
 use crate::config::Limits;
 use crate::controller::least_thrust_m_s;
 
-/// How far the motors are.
+/// The stage of the lift-off.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Liftoff {
+pub(crate) enum Liftoff {
     /// Disarmed.
     Off,
     /// Armed a moment ago.
@@ -16,41 +16,41 @@ pub enum Liftoff {
         /// When they were armed.
         since: Time,
     },
-    /// On the ground, could lift.
+    /// On the ground, able to lift off.
     Ready,
-    /// Thrust comes up.
+    /// The thrust rises.
     Ramp {
-        /// When it began to.
+        /// Since when.
         since: Time,
     },
-    /// The ramp is over: the controller has the motors to itself.
+    /// The ramp is over: only the controller limits the thrust.
     Flight,
 }
 
-/// What the next state depends on.
+/// What the next stage depends on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Signals {
+pub(crate) struct Signals {
     /// Whether the motors may turn.
-    pub armed: bool,
-    /// Whether the pilot wants to go up.
-    pub upwards: bool,
-    /// What the land detector says.
-    pub landed: bool,
+    pub(crate) armed: bool,
+    /// Whether the mode demands a climb.
+    pub(crate) climb: bool,
+    /// Whether the land detector reports the ground.
+    pub(crate) landed: bool,
 }
 
 impl Liftoff {
-    /// The state after `signals` at `now`.
-    pub fn on(self, signals: Signals, now: Time, limits: &Limits) -> Liftoff {
+    /// The stage after `signals` at `now`.
+    pub(crate) fn on(self, signals: Signals, now: Time, limits: &Limits) -> Liftoff {
         use Liftoff as L;
         match (self, signals) {
             (_, Signals { armed: false, .. }) => L::Off,
             (L::Off, _) => L::SpoolUp { since: now },
             (L::SpoolUp { since }, _) if now - since >= limits.spool_up_s.seconds() => L::Ready,
             (L::Ready, Signals { landed: false, .. }) => L::Flight,
-            (L::Ready, Signals { upwards: true, .. }) => L::Ramp { since: now },
-            (L::Ramp { .. }, Signals { upwards: false, landed: true, .. }) => L::Ready,
-            // Off the ground and no longer wanted upwards: the motors stay on.
-            (L::Ramp { .. }, Signals { upwards: false, landed: false, .. }) => L::Flight,
+            (L::Ready, Signals { climb: true, .. }) => L::Ramp { since: now },
+            (L::Ramp { .. }, Signals { climb: false, landed: true, .. }) => L::Ready,
+            // Off the ground, and a climb is no longer demanded: the motors stay on.
+            (L::Ramp { .. }, Signals { climb: false, landed: false, .. }) => L::Flight,
             (L::Ramp { since }, _) if now - since >= limits.takeoff_ramp_s.seconds() => L::Flight,
             (L::Flight, Signals { landed: true, .. }) => L::Ready,
             (state, _) => state,
@@ -58,12 +58,12 @@ impl Liftoff {
     }
 
     /// Whether demands reach the motors.
-    pub fn lifts(self) -> bool {
+    pub(crate) fn lifts(self) -> bool {
         matches!(self, Liftoff::Ramp { .. } | Liftoff::Flight)
     }
 
-    /// The highest upward speed allowed at `now`; below zero it asks for less thrust than hovering.
-    pub fn climb_limit_m_s(self, now: Time, limits: &Limits) -> f64 {
+    /// The highest upward speed allowed at `now`; below zero it means less thrust than hovering.
+    pub(crate) fn climb_limit_m_s(self, now: Time, limits: &Limits) -> f64 {
         match self {
             Liftoff::Off | Liftoff::SpoolUp { .. } | Liftoff::Ready | Liftoff::Flight => f64::INFINITY,
             Liftoff::Ramp { since } => {
@@ -87,13 +87,13 @@ mod tests {
         let start = Time::ZERO;
         let (early, late) = (start + Duration::from_millis(500), start + Duration::from_secs(5));
         #[track_caller]
-        fn check(state: Liftoff, armed: bool, upwards: bool, landed: bool, now: Time, expected: Liftoff) {
-            assert_eq!(state.on(Signals { armed, upwards, landed }, now, &shipped::config().limits), expected);
+        fn check(state: Liftoff, armed: bool, climb: bool, landed: bool, now: Time, expected: Liftoff) {
+            assert_eq!(state.on(Signals { armed, climb, landed }, now, &shipped::config().limits), expected);
         }
         for state in [L::Off, L::SpoolUp { since: start }, L::Ready, L::Ramp { since: start }, L::Flight] {
-            for (upwards, landed) in [(false, false), (false, true), (true, false), (true, true)] {
-                check(state, false, upwards, landed, late, L::Off);
-                let expected = match (state, upwards, landed) {
+            for (climb, landed) in [(false, false), (false, true), (true, false), (true, true)] {
+                check(state, false, climb, landed, late, L::Off);
+                let expected = match (state, climb, landed) {
                     (L::Off, ..) => L::SpoolUp { since: late },
                     (L::SpoolUp { .. }, ..) => L::Ready,
                     (L::Ready, _, false) => L::Flight,
@@ -104,7 +104,7 @@ mod tests {
                     (L::Flight, _, true) => L::Ready,
                     (L::Flight, _, false) => L::Flight,
                 };
-                check(state, true, upwards, landed, late, expected);
+                check(state, true, climb, landed, late, expected);
             }
         }
         check(L::SpoolUp { since: start }, true, true, true, early, L::SpoolUp { since: start });

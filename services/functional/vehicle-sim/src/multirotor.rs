@@ -1,9 +1,9 @@
-//! The body in the air: a quadrotor as a point with a thrust that it has to tilt to go anywhere.
+//! The body in the air: a quadrotor as a point mass that tilts its thrust to move sideways.
 //!
-//! The true state, of which the autopilot only has an estimate. Ground is the plane through the
-//! origin; whatever stands on it neither slides nor tips. Rotor flow, ground effect and the
-//! body's inertia are not modelled: tilt and thrust follow what is asked for with first-order
-//! lags, which is what makes a real one overshoot.
+//! This is the true state, of which the autopilot has only an estimate. The ground is the plane
+//! through the origin; a body that stands on it neither slides nor tips. Rotor flow, ground effect
+//! and the body's inertia are not modelled: tilt and thrust follow the controls with first-order
+//! lags, which are why a real one overshoots.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -11,69 +11,69 @@ use crate::config::Airframe;
 use crate::frame::horizontal;
 
 /// Standard gravity (ISO 80000-3).
-pub const GRAVITY_M_S2: f64 = 9.80665;
+pub(crate) const GRAVITY_M_S2: f64 = 9.80665;
 
-/// Turn rate of a quadrotor that has given up its heading to stay up on two motors.
+/// Turn rate of a quadrotor that flies on two motors and cannot hold its heading.
 const SPIN_RAD_S: f64 = 6.0;
 
-/// What the autopilot asks of the body.
+/// What the autopilot makes the body do.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Controls {
+pub(crate) struct Controls {
     /// The force of the motors per mass, NED; a body at rest in the air needs gravity's opposite.
-    pub thrust_m_s2: Vector3<f64>,
+    pub(crate) thrust_m_s2: Vector3<f64>,
     /// About the body's vertical axis.
-    pub yaw_rate_rad_s: f64,
+    pub(crate) yaw_rate_rad_s: f64,
 }
 
 impl Controls {
-    /// Motors still, or turning without lift.
-    pub const IDLE: Controls = Controls { thrust_m_s2: Vector3::new(0.0, 0.0, 0.0), yaw_rate_rad_s: 0.0 };
+    /// The motors stand still, or turn without lift.
+    pub(crate) const IDLE: Controls = Controls { thrust_m_s2: Vector3::new(0.0, 0.0, 0.0), yaw_rate_rad_s: 0.0 };
 }
 
-/// What the motors can give.
+/// What thrust the motors can give.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Motors {
-    /// Everything.
-    Sound,
-    /// One of four is gone; its opposite must rest as well or the body would tip over.
+pub(crate) enum Motors {
+    /// Full thrust.
+    Working,
+    /// One of four has failed; the opposite one must stand still as well, or the body would tip over.
     OneLost,
-    /// Nothing: two gone, or no power.
-    Dead,
+    /// No thrust: two have failed, or there is no power.
+    NoThrust,
 }
 
 impl Motors {
     fn share(self) -> f64 {
         match self {
-            Motors::Sound => 1.0,
+            Motors::Working => 1.0,
             Motors::OneLost => 0.5,
-            Motors::Dead => 0.0,
+            Motors::NoThrust => 0.0,
         }
     }
 }
 
 /// The true state of the body.
 #[derive(Debug, Clone)]
-pub struct Multirotor {
+pub(crate) struct Multirotor {
     /// NED, metres.
-    pub position: Vector3<f64>,
+    pub(crate) position: Vector3<f64>,
     /// NED, metres per second.
-    pub velocity: Vector3<f64>,
+    pub(crate) velocity: Vector3<f64>,
     /// From the body frame (forward, right, down) to NED.
-    pub attitude: UnitQuaternion<f64>,
+    pub(crate) attitude: UnitQuaternion<f64>,
     /// About the body's axes, radians per second.
-    pub rates: Vector3<f64>,
+    pub(crate) rates: Vector3<f64>,
     /// Force of the motors per mass, along the body's upward axis.
-    pub thrust_m_s2: f64,
+    pub(crate) thrust_m_s2: f64,
     /// The force of the air per mass, NED.
-    pub drag_m_s2: Vector3<f64>,
+    pub(crate) drag_m_s2: Vector3<f64>,
     /// Whether it stands on the ground.
-    pub standing: bool,
+    pub(crate) standing: bool,
     airframe: Airframe,
 }
 
 impl Multirotor {
     /// Standing at the origin, nose to the north.
-    pub fn new(airframe: Airframe) -> Multirotor {
+    pub(crate) fn new(airframe: Airframe) -> Multirotor {
         Multirotor {
             position: Vector3::zeros(),
             velocity: Vector3::zeros(),
@@ -87,13 +87,13 @@ impl Multirotor {
     }
 
     /// Where the nose points, from north over east.
-    pub fn heading_rad(&self) -> f64 {
+    pub(crate) fn heading_rad(&self) -> f64 {
         let nose = self.attitude * Vector3::x();
         nose.y.atan2(nose.x)
     }
 
-    /// Goes on by `dt_s`. Returns the sinking speed if it met the ground.
-    pub fn step(&mut self, controls: &Controls, motors: Motors, wind: Vector3<f64>, dt_s: f64) -> Option<f64> {
+    /// Advances by `dt_s`. Returns the sinking speed if the body met the ground.
+    pub(crate) fn step(&mut self, controls: &Controls, motors: Motors, wind: Vector3<f64>, dt_s: f64) -> Option<f64> {
         self.turn(controls, motors, dt_s);
         let upwards = self.attitude * -Vector3::z();
         let limit = self.airframe.thrust_to_weight.get() * GRAVITY_M_S2 * motors.share();
@@ -109,13 +109,13 @@ impl Multirotor {
             return None;
         }
         self.standing = false;
-        // Semi-implicit Euler: the new velocity moves the position, so that no energy comes from nowhere.
+        // Semi-implicit Euler: the new velocity moves the position, so that no energy is created.
         self.velocity += acceleration * dt_s;
         self.position += self.velocity * dt_s;
         (self.position.z >= 0.0 && self.velocity.z >= 0.0).then(|| self.meet_the_ground())
     }
 
-    /// Turns the thrust towards where it is wanted, and the nose at the rate that is wanted.
+    /// Turns the thrust towards its demanded direction, and the nose at its demanded rate.
     fn turn(&mut self, controls: &Controls, motors: Motors, dt_s: f64) {
         if self.standing {
             self.rates = Vector3::zeros();
@@ -128,7 +128,7 @@ impl Multirotor {
             }
             None => Vector3::zeros(),
         };
-        let yaw_rate = if motors == Motors::Sound { controls.yaw_rate_rad_s } else { SPIN_RAD_S };
+        let yaw_rate = if motors == Motors::Working { controls.yaw_rate_rad_s } else { SPIN_RAD_S };
         let wanted = horizontal(tilt_error) * self.airframe.attitude_gain_1_s.get() + Vector3::z() * yaw_rate;
         self.rates += (wanted - self.rates) * share_of(dt_s, self.airframe.rate_lag_s.get());
         let turn = Quaternion::from_imag(self.rates * (0.5 * dt_s));
@@ -147,7 +147,7 @@ impl Multirotor {
     }
 }
 
-/// The share of the way that a first-order lag goes in one step; stable for any step.
+/// The share of the difference by which a first-order lag follows in one step; stable for any step.
 fn share_of(dt_s: f64, lag_s: f64) -> f64 {
     dt_s / (lag_s + dt_s)
 }
@@ -156,15 +156,15 @@ fn share_of(dt_s: f64, lag_s: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::config::shipped;
-    use crate::noise::{Noise, Use};
+    use crate::noise::{Noise, NoiseStream};
 
     const DT: f64 = 0.004;
 
     fn airborne() -> Multirotor {
-        let mut it = Multirotor::new(shipped::config().airframe);
-        it.position.z = -100.0;
-        it.standing = false;
-        it
+        let mut body = Multirotor::new(shipped::config().airframe);
+        body.position.z = -100.0;
+        body.standing = false;
+        body
     }
 
     fn hover() -> Controls {
@@ -172,19 +172,19 @@ mod tests {
     }
 
     /// Kinetic and potential, per mass.
-    fn energy(it: &Multirotor) -> f64 {
-        0.5 * it.velocity.norm_squared() - it.position.z * GRAVITY_M_S2
+    fn energy(body: &Multirotor) -> f64 {
+        0.5 * body.velocity.norm_squared() - body.position.z * GRAVITY_M_S2
     }
 
     #[test]
-    fn without_thrust_the_air_only_takes_energy() {
-        let mut noise = Noise::new(3, Use::Wind);
+    fn without_thrust_the_body_only_loses_energy() {
+        let mut noise = Noise::new(3, NoiseStream::Wind);
         for _ in 0..50 {
             let mut body = airborne();
             body.velocity = noise.vector() * 5.0;
             while !body.standing {
                 let before = energy(&body);
-                body.step(&Controls::IDLE, Motors::Dead, Vector3::zeros(), DT);
+                body.step(&Controls::IDLE, Motors::NoThrust, Vector3::zeros(), DT);
                 // One step of the integrator is off by at most half a step of free fall.
                 assert!(energy(&body) <= before + 0.5 * (GRAVITY_M_S2 * DT).powi(2), "{body:?}");
             }
@@ -195,19 +195,24 @@ mod tests {
     fn the_wind_carries_a_level_body_along() {
         let mut body = airborne();
         for _ in 0..15_000 {
-            body.step(&hover(), Motors::Sound, Vector3::new(0.0, 5.0, 0.0), DT);
+            body.step(&hover(), Motors::Working, Vector3::new(0.0, 5.0, 0.0), DT);
         }
         assert!((body.velocity.y - 5.0).abs() < 0.1 && body.velocity.x.abs() < 1e-9, "{body:?}");
     }
 
     #[test]
-    fn any_thrust_that_is_asked_for_is_reached_and_the_attitude_stays_a_rotation() {
-        let mut noise = Noise::new(4, Use::Wind);
+    fn every_demanded_thrust_is_reached_and_the_attitude_stays_a_rotation() {
+        let mut noise = Noise::new(4, NoiseStream::Wind);
         for _ in 0..100 {
             let mut body = airborne();
             let wanted = Vector3::new(0.0, 0.0, -GRAVITY_M_S2) + noise.vector() * 2.0;
             for _ in 0..500 {
-                body.step(&Controls { thrust_m_s2: wanted, yaw_rate_rad_s: 0.5 }, Motors::Sound, Vector3::zeros(), DT);
+                body.step(
+                    &Controls { thrust_m_s2: wanted, yaw_rate_rad_s: 0.5 },
+                    Motors::Working,
+                    Vector3::zeros(),
+                    DT,
+                );
             }
             let thrust = body.attitude * Vector3::new(0.0, 0.0, -body.thrust_m_s2);
             assert!((thrust - wanted).norm() < 0.2, "{thrust} instead of {wanted}");
@@ -217,16 +222,16 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_stays_until_the_thrust_exceeds_the_weight() {
+    fn a_standing_body_stays_until_the_thrust_exceeds_the_weight() {
         let mut body = Multirotor::new(shipped::config().airframe);
         let almost = Controls { thrust_m_s2: hover().thrust_m_s2 * 0.99, ..hover() };
         for _ in 0..500 {
-            body.step(&almost, Motors::Sound, Vector3::new(15.0, 0.0, 0.0), DT);
+            body.step(&almost, Motors::Working, Vector3::new(15.0, 0.0, 0.0), DT);
         }
         assert!(body.standing && body.position == Vector3::zeros());
         let more = Controls { thrust_m_s2: hover().thrust_m_s2 * 1.1, ..hover() };
         for _ in 0..250 {
-            body.step(&more, Motors::Sound, Vector3::zeros(), DT);
+            body.step(&more, Motors::Working, Vector3::zeros(), DT);
         }
         assert!(!body.standing && body.position.z < -0.1);
     }

@@ -1,71 +1,69 @@
-//! What each flight mode wants of the vehicle at any moment: a velocity and a heading.
+//! What each flight mode demands of the vehicle at any moment: a velocity and a heading.
 
+use domain::fmu::Setpoint;
 use nalgebra::Vector3;
 
 use crate::config::Limits;
-use crate::controller::Wanted;
+use crate::controller::VelocityDemand;
 use crate::estimator::Estimate;
 use crate::frame::{horizontal, ned, vector, velocity_vector, wrapped};
 use crate::guidance::{towards, within_limits};
-use crate::offboard::Demand;
 
-/// Slower than this the vehicle has come to rest, and the place is held from then on.
+/// Slower than this the vehicle has come to rest, and the mode holds that position.
 const AT_REST_M_S: f64 = 0.5;
-/// A takeoff is over this close to its height, slower than that.
+/// A takeoff is over when it is this close to its height, and slower than that.
 const REACHED_M: f64 = 0.3;
 const REACHED_M_S: f64 = 0.5;
 
-/// A flight mode, intended or flown.
+/// A flight mode, intended or actual.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Mode {
+pub(crate) enum Mode {
     /// Come to rest and stay.
     Loiter,
     /// Climb straight up, then loiter there.
     Takeoff {
-        /// To this height above the origin.
-        altitude_m: f64,
+        /// Height above the origin at which the climb ends.
+        height_m: f64,
     },
-    /// Come to rest over ground, and down.
+    /// Come to rest over ground, and descend.
     Land,
     /// Follow the setpoints.
     Offboard,
-    /// Level and down, without any idea of the position: only as a failsafe.
+    /// Stay level and descend without a position: only as a failsafe.
     Descend,
 }
 
-/// Where to stay: known once the vehicle has come to rest.
-type Hold = Option<Vector3<f64>>;
-
-/// The flown mode with what it remembers.
+/// The actual mode with its memory.
 #[derive(Debug, Clone)]
-pub struct Pilot {
+pub(crate) struct Pilot {
     mode: Mode,
-    hold: Hold,
+    /// The position to hold: known once the vehicle has come to rest.
+    hold: Option<Vector3<f64>>,
     heading_rad: f64,
 }
 
-/// What a mode sees besides the estimate.
+/// What a mode depends on besides the estimate.
 #[derive(Debug, Clone, Copy)]
-pub struct Surroundings {
-    /// The last demand that came in.
-    pub demand: Option<Demand>,
-    /// Nothing can land below this height, if it is blocked.
-    pub blocked_below_m: Option<f64>,
+pub(crate) struct PilotInput {
+    /// The offboard setpoint to follow.
+    pub(crate) setpoint: Option<Setpoint>,
+    /// A landing cannot get below this height while the site is blocked.
+    pub(crate) blocked_below_m: Option<f64>,
 }
 
 impl Pilot {
     /// On the ground, in loiter.
-    pub fn new() -> Pilot {
+    pub(crate) fn new() -> Pilot {
         Pilot { mode: Mode::Loiter, hold: None, heading_rad: 0.0 }
     }
 
-    /// The mode that is flown.
-    pub fn mode(&self) -> Mode {
+    /// The actual mode.
+    pub(crate) fn mode(&self) -> Mode {
         self.mode
     }
 
-    /// Flies `mode` from `estimate` on. Setting the mode that is flown changes nothing.
-    pub fn set_mode(&mut self, mode: Mode, estimate: &Estimate) {
+    /// Flies `mode` from `estimate` on. Setting the actual mode again changes nothing.
+    pub(crate) fn set_mode(&mut self, mode: Mode, estimate: &Estimate) {
         if mode != self.mode {
             self.hold = match mode {
                 Mode::Takeoff { .. } => Some(estimate.position),
@@ -75,81 +73,92 @@ impl Pilot {
         }
     }
 
-    /// Goes over into loiter at the height of a takeoff once it is reached; whether it did.
-    pub fn finish_takeoff(&mut self, estimate: &Estimate) -> bool {
-        let Mode::Takeoff { altitude_m } = self.mode else { return false };
-        let reached = (altitude_m + estimate.position.z).abs() < REACHED_M && estimate.velocity.z.abs() < REACHED_M_S;
+    /// Changes from takeoff to loiter once the height is reached; returns whether it did.
+    pub(crate) fn finish_takeoff(&mut self, estimate: &Estimate) -> bool {
+        let Mode::Takeoff { height_m } = self.mode else { return false };
+        let reached = (height_m + estimate.position.z).abs() < REACHED_M && estimate.velocity.z.abs() < REACHED_M_S;
         if reached {
             self.mode = Mode::Loiter;
-            self.hold = self.hold.map(|it| Vector3::new(it.x, it.y, -altitude_m));
+            self.hold = self.hold.map(|it| Vector3::new(it.x, it.y, -height_m));
         }
         reached
     }
 
-    /// Whether it wants to go up: what makes a vehicle on the ground lift off.
-    pub fn wants_upwards(&self, estimate: &Estimate, demand: Option<Demand>) -> bool {
-        match (self.mode, demand) {
+    /// Whether the mode demands a climb, which makes a vehicle on the ground lift off.
+    pub(crate) fn demands_climb(&self, estimate: &Estimate, setpoint: Option<Setpoint>) -> bool {
+        match (self.mode, setpoint) {
             (Mode::Takeoff { .. }, _) => true,
-            (Mode::Offboard, Some(Demand::Position { target, .. })) => target.down_m < estimate.position.z - REACHED_M,
-            (Mode::Offboard, Some(Demand::Velocity { velocity, .. })) => velocity.climb_rate_m_s() > 0.0,
+            (Mode::Offboard, Some(Setpoint::Position { target, .. })) => {
+                target.down_m < estimate.position.z - REACHED_M
+            }
+            (Mode::Offboard, Some(Setpoint::Velocity { velocity, .. })) => velocity.climb_rate_m_s() > 0.0,
             (Mode::Offboard, None) | (Mode::Loiter | Mode::Land | Mode::Descend, _) => false,
         }
     }
 
-    /// What the mode wants now; `dt_s` since it was asked last.
-    pub fn wanted(&mut self, estimate: &Estimate, around: &Surroundings, limits: &Limits, dt_s: f64) -> Wanted {
-        let velocity = match (self.mode, around.demand) {
+    /// What the mode demands now, `dt_s` after the last call.
+    pub(crate) fn demand(
+        &mut self,
+        estimate: &Estimate,
+        input: &PilotInput,
+        limits: &Limits,
+        dt_s: f64,
+    ) -> VelocityDemand {
+        let velocity = match (self.mode, input.setpoint) {
             (Mode::Loiter | Mode::Offboard, None) | (Mode::Loiter, Some(_)) => self.stay(estimate, limits),
-            (Mode::Takeoff { altitude_m }, _) => {
+            (Mode::Takeoff { height_m }, _) => {
                 let over = self.hold.unwrap_or(estimate.position);
-                let target = Vector3::new(over.x, over.y, -altitude_m);
-                let wanted = towards(estimate.position, target, limits.cruise_m_s.get(), limits);
-                Vector3::new(wanted.x, wanted.y, wanted.z.max(-limits.takeoff_m_s.get()))
+                let target = Vector3::new(over.x, over.y, -height_m);
+                let velocity = towards(estimate.position, target, limits.cruise_m_s.get(), limits);
+                Vector3::new(velocity.x, velocity.y, velocity.z.max(-limits.takeoff_m_s.get()))
             }
             (Mode::Land, _) => {
-                horizontal(self.stay(estimate, limits)) + Vector3::z() * sink_m_s(estimate, around, limits)
+                horizontal(self.stay(estimate, limits)) + Vector3::z() * sink_m_s(estimate, input, limits)
             }
             (Mode::Descend, _) => Vector3::z() * clear_sink_m_s(estimate, limits),
-            (Mode::Offboard, Some(demand)) => self.follow(demand, estimate, limits, dt_s),
+            (Mode::Offboard, Some(setpoint)) => self.follow(setpoint, estimate, limits, dt_s),
         };
-        Wanted { velocity, heading_rad: self.heading_rad, level: self.mode == Mode::Descend }
+        VelocityDemand { velocity, heading_rad: self.heading_rad, level: self.mode == Mode::Descend }
     }
 
-    /// Brakes first and holds the place where it came to rest: holding at once would fly back.
+    /// Brakes first, then holds the position where the vehicle came to rest: holding at once would
+    /// fly back.
     fn stay(&mut self, estimate: &Estimate, limits: &Limits) -> Vector3<f64> {
         if self.hold.is_none() && estimate.velocity.norm() < AT_REST_M_S {
             self.hold = Some(estimate.position);
         }
         match self.hold {
-            Some(place) => towards(estimate.position, place, limits.cruise_m_s.get(), limits),
+            Some(position) => towards(estimate.position, position, limits.cruise_m_s.get(), limits),
             None => Vector3::zeros(),
         }
     }
 
-    fn follow(&mut self, demand: Demand, estimate: &Estimate, limits: &Limits, dt_s: f64) -> Vector3<f64> {
-        match demand {
-            Demand::Position { target, speed_limit_m_s, yaw_rad } => {
+    fn follow(&mut self, setpoint: Setpoint, estimate: &Estimate, limits: &Limits, dt_s: f64) -> Vector3<f64> {
+        match setpoint {
+            Setpoint::Position { target, speed_limit_m_s, yaw_rad } => {
                 self.heading_rad = yaw_rad.unwrap_or(self.heading_rad);
+                let speed_limit_m_s = speed_limit_m_s.unwrap_or(f64::INFINITY);
                 towards(estimate.position, vector(target), speed_limit_m_s, limits)
             }
-            Demand::Velocity { velocity, yaw_rate_rad_s } => {
+            Setpoint::Velocity { velocity, yaw_rate_rad_s } => {
                 let turn_limit = limits.turn_deg_s.get().to_radians();
-                self.heading_rad = wrapped(self.heading_rad + yaw_rate_rad_s.clamp(-turn_limit, turn_limit) * dt_s);
+                let turn_rate = yaw_rate_rad_s.unwrap_or(0.0).clamp(-turn_limit, turn_limit);
+                self.heading_rad = wrapped(self.heading_rad + turn_rate * dt_s);
                 within_limits(velocity_vector(velocity), limits)
             }
         }
     }
 }
 
-/// How fast a landing goes down: slower and slower, and not at all above a blocked site.
-fn sink_m_s(estimate: &Estimate, around: &Surroundings, limits: &Limits) -> f64 {
+/// How fast a landing descends: slower and slower, and not at all above a blocked site.
+fn sink_m_s(estimate: &Estimate, input: &PilotInput, limits: &Limits) -> f64 {
     let clear = clear_sink_m_s(estimate, limits);
-    let Some(height_m) = around.blocked_below_m else { return clear };
+    let Some(height_m) = input.blocked_below_m else { return clear };
     let above = Vector3::new(estimate.position.x, estimate.position.y, -height_m);
     towards(estimate.position, above, clear, limits).z
 }
 
-/// How fast to go down at this height when nothing is in the way.
+/// How fast to descend at this height when nothing is in the way.
 fn clear_sink_m_s(estimate: &Estimate, limits: &Limits) -> f64 {
     let (slow, fast) = (limits.land_m_s.get(), limits.descend_m_s.get());
     let (low, high) = (limits.land_slow_below_m.get(), limits.land_slow_from_m.get());

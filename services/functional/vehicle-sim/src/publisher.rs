@@ -1,11 +1,12 @@
-//! What leaves the vehicle and when: telemetry at its rates and on changes, acknowledgements, and
-//! the faults that keep them from leaving.
+//! What the vehicle sends and when: telemetry at its rates and on changes, acknowledgements, and the
+//! faults that freeze or drop them.
 //!
-//! Knows no values: they are asked for when they are due.
+//! It knows no values: it asks for them when they are due.
 
 use std::collections::BTreeMap;
 
-use domain::time::{Now, Pace};
+use domain::fmu::CommandAck;
+use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Message, Topic};
 use kittiwake_proto::v1;
 use node::Effect;
@@ -13,8 +14,8 @@ use node::Effect;
 use crate::config::Rates;
 use crate::schedule::Schedule;
 
-/// Every topic the vehicle sends.
-pub const OUT_TOPICS: [Topic; 9] = [
+/// Every topic that the vehicle sends.
+pub(crate) const OUT_TOPICS: [Topic; 9] = [
     Topic::VehicleCommandAck,
     Topic::VehicleStatus,
     Topic::VehicleAttitude,
@@ -26,32 +27,32 @@ pub const OUT_TOPICS: [Topic; 9] = [
     Topic::WindEstimate,
 ];
 
-/// Sent on every change besides their rates.
+/// Sent on every change, too.
 const ON_CHANGE: [Topic; 2] = [Topic::VehicleStatus, Topic::VehicleLandDetected];
 
-/// What is wrong with a topic.
+/// An injected fault of a topic.
 #[derive(Debug)]
 enum TopicFault {
-    /// This goes out in place of anything new.
+    /// These messages are sent in place of new ones.
     Frozen(Vec<Message>),
-    /// Nothing goes out.
+    /// Nothing is sent.
     Dropped,
 }
 
 /// Sends what is due.
 #[derive(Debug)]
-pub struct Publisher {
+pub(crate) struct Publisher {
     schedule: Schedule,
     faults: BTreeMap<Topic, TopicFault>,
-    /// So many of the next acknowledgements are not sent.
-    pub acks_to_swallow: u32,
-    /// What went out last on the topics where a change or a repetition matters.
+    /// How many of the next acknowledgements are not sent: a fault.
+    pub(crate) acks_to_swallow: u32,
+    /// What was sent last on the topics where a change or a repetition matters.
     last: BTreeMap<Topic, Vec<Message>>,
 }
 
 impl Publisher {
-    /// Sends everything at once first, then at its rate.
-    pub fn new(rates: &Rates, pace: Pace) -> Publisher {
+    /// Sends everything at the start, then at its rate.
+    pub(crate) fn new(rates: &Rates, pace: Pace) -> Publisher {
         Publisher {
             schedule: Schedule::new(rates, pace),
             faults: BTreeMap::new(),
@@ -60,13 +61,18 @@ impl Publisher {
         }
     }
 
-    /// When something is due next.
-    pub fn deadline(&self) -> domain::time::Time {
+    /// When the next message is due.
+    pub(crate) fn deadline(&self) -> Time {
         self.schedule.deadline()
     }
 
     /// Sends what is due at `now` or has changed; `current` gives the values.
-    pub fn publish(&mut self, now: Now, mut current: impl FnMut(Topic) -> Vec<Message>, effects: &mut Vec<Effect>) {
+    pub(crate) fn publish(
+        &mut self,
+        now: Now,
+        mut current: impl FnMut(Topic) -> Vec<Message>,
+        effects: &mut Vec<Effect>,
+    ) {
         for topic in self.schedule.due(now.time) {
             if self.faults.contains_key(&topic) {
                 self.send(topic, Vec::new(), effects);
@@ -85,16 +91,16 @@ impl Publisher {
     }
 
     /// Answers a command, unless a fault swallows the answer.
-    pub fn acknowledge(&mut self, ack: v1::VehicleCommandAck, effects: &mut Vec<Effect>) {
+    pub(crate) fn acknowledge(&mut self, ack: CommandAck, effects: &mut Vec<Effect>) {
         if self.acks_to_swallow > 0 {
             self.acks_to_swallow -= 1;
         } else {
-            self.send(Topic::VehicleCommandAck, vec![ack.into()], effects);
+            self.send(Topic::VehicleCommandAck, vec![v1::VehicleCommandAck::from(ack).into()], effects);
         }
     }
 
-    /// From now on `topic` says what it says at present.
-    pub fn freeze(&mut self, topic: Topic, mut current: impl FnMut(Topic) -> Vec<Message>) {
+    /// From now on `topic` repeats its present message.
+    pub(crate) fn freeze(&mut self, topic: Topic, mut current: impl FnMut(Topic) -> Vec<Message>) {
         let held = match topic {
             Topic::VehicleCommandAck => self.last.get(&topic).cloned().unwrap_or_default(),
             _ => current(topic),
@@ -102,18 +108,18 @@ impl Publisher {
         self.faults.insert(topic, TopicFault::Frozen(held));
     }
 
-    /// From now on `topic` says nothing.
-    pub fn drop(&mut self, topic: Topic) {
+    /// From now on nothing is sent on `topic`.
+    pub(crate) fn drop(&mut self, topic: Topic) {
         self.faults.insert(topic, TopicFault::Dropped);
     }
 
-    /// From now on `topic` says the truth.
-    pub fn thaw(&mut self, topic: Topic) {
+    /// Ends the fault of `topic`.
+    pub(crate) fn thaw(&mut self, topic: Topic) {
         self.faults.remove(&topic);
     }
 
-    /// Nothing is wrong with any topic or acknowledgement any more.
-    pub fn clear(&mut self) {
+    /// Ends the faults of all topics and acknowledgements.
+    pub(crate) fn clear(&mut self) {
         self.faults.clear();
         self.acks_to_swallow = 0;
     }
@@ -132,13 +138,13 @@ impl Publisher {
     }
 }
 
-/// What is said, whenever it was measured: that alone is no change.
+/// The messages without their time, since a newer time alone is no change.
 fn timeless(messages: &[Message]) -> Vec<Message> {
-    let mut said = messages.to_vec();
-    for message in &mut said {
+    let mut messages = messages.to_vec();
+    for message in &mut messages {
         if let Message::VehicleLandDetected(it) = message {
             it.timestamp_us = 0;
         }
     }
-    said
+    messages
 }

@@ -1,16 +1,17 @@
-//! The vehicle's state as it says it on the wire, with the noise of its sensors.
+//! The vehicle's state as the autopilot reports it, with the noise of its sensors.
 //!
 //! No reading repeats to the last digit, not even at rest: a real sensor's does not, and that is
-//! how one that is stuck gives itself away.
+//! how one that is stuck is detected.
 
+use domain::fmu::{Attitude, Battery, FlightMode, GlobalPosition, LandDetected, LocalPosition, Status, Wind};
 use domain::time::Time;
 use kittiwake_proto::topics::{Message, Topic};
 use kittiwake_proto::v1;
 
 use crate::config::{self, Config};
 use crate::frame::{ned, ned_velocity};
-use crate::globe::Tangent;
-use crate::noise::{Noise, Use};
+use crate::globe::TangentPlane;
+use crate::noise::{Noise, NoiseStream};
 use crate::pilot::Mode;
 use crate::traffic::Traffic;
 use crate::vehicle::Vehicle;
@@ -21,43 +22,47 @@ const RATE_NOISE_RAD_S: f64 = 0.002;
 const VOLTAGE_NOISE_V: f64 = 0.005;
 const CURRENT_NOISE_A: f64 = 0.03;
 
-/// Makes messages of the vehicle's state.
+/// Turns the vehicle's state into messages.
 #[derive(Debug)]
-pub struct Telemetry {
+pub(crate) struct Telemetry {
     noise: Noise,
     config: config::Estimator,
-    tangent: Tangent,
+    plane: TangentPlane,
 }
 
 impl Telemetry {
-    /// With noise of its own.
-    pub fn new(config: &Config, seed: u64) -> Telemetry {
+    /// Its noise has its own random numbers.
+    pub(crate) fn new(config: &Config, seed: u64) -> Telemetry {
         Telemetry {
-            noise: Noise::new(seed, Use::Sensors),
+            noise: Noise::new(seed, NoiseStream::Sensors),
             config: config.estimator.clone(),
-            tangent: Tangent::new(config.origin.clone()),
+            plane: TangentPlane::new(config.origin.clone()),
         }
     }
 
-    /// What there is to say on `topic` at `now`; nothing on one that is not telemetry.
-    pub fn messages(&mut self, topic: Topic, vehicle: &Vehicle, traffic: &Traffic, now: Time) -> Vec<Message> {
+    /// The messages of `topic` at `now`; none for a topic that is not telemetry.
+    pub(crate) fn messages(&mut self, topic: Topic, vehicle: &Vehicle, traffic: &Traffic, now: Time) -> Vec<Message> {
         match topic {
-            Topic::VehicleStatus => vec![status(vehicle, now).into()],
-            Topic::VehicleAttitude => vec![self.attitude(vehicle).into()],
-            Topic::VehicleLocalPosition => vec![self.local_position(vehicle, now).into()],
-            Topic::VehicleGlobalPosition => vec![self.global_position(vehicle).into()],
-            Topic::VehicleLandDetected => vec![land_detected(vehicle, now).into()],
-            Topic::BatteryStatus => vec![self.battery(vehicle).into()],
-            Topic::WindEstimate => vec![wind(vehicle).into()],
-            Topic::TransponderReport => traffic.reports(now).map(Message::from).collect(),
+            Topic::VehicleStatus => vec![v1::VehicleStatus::from(status(vehicle, now)).into()],
+            Topic::VehicleAttitude => vec![v1::VehicleAttitude::from(self.attitude(vehicle)).into()],
+            Topic::VehicleLocalPosition => {
+                vec![v1::VehicleLocalPosition::from(self.local_position(vehicle, now)).into()]
+            }
+            Topic::VehicleGlobalPosition => vec![v1::VehicleGlobalPosition::from(self.global_position(vehicle)).into()],
+            Topic::VehicleLandDetected => vec![v1::VehicleLandDetected::from(land_detected(vehicle, now)).into()],
+            Topic::BatteryStatus => vec![v1::BatteryStatus::from(self.battery(vehicle)).into()],
+            Topic::WindEstimate => vec![v1::WindEstimate::from(wind(vehicle)).into()],
+            Topic::TransponderReport => {
+                traffic.reports(now).map(v1::TransponderReport::from).map(Message::from).collect()
+            }
             _ => Vec::new(),
         }
     }
 
-    fn attitude(&mut self, vehicle: &Vehicle) -> v1::VehicleAttitude {
+    fn attitude(&mut self, vehicle: &Vehicle) -> Attitude {
         let attitude = vehicle.body.attitude;
         let rates = vehicle.body.rates + self.noise.vector() * RATE_NOISE_RAD_S;
-        v1::VehicleAttitude {
+        Attitude {
             q_w: attitude.w,
             q_x: attitude.i,
             q_y: attitude.j,
@@ -68,13 +73,13 @@ impl Telemetry {
         }
     }
 
-    fn local_position(&mut self, vehicle: &Vehicle, now: Time) -> v1::VehicleLocalPosition {
+    fn local_position(&mut self, vehicle: &Vehicle, now: Time) -> LocalPosition {
         let estimate = vehicle.estimate();
         let position = estimate.position + self.noise.vector() * self.config.position_noise_m.get();
         let velocity = estimate.velocity + self.noise.vector() * self.config.velocity_noise_m_s.get();
-        v1::VehicleLocalPosition {
-            position: Some(ned(position).into()),
-            velocity: Some(ned_velocity(velocity).into()),
+        LocalPosition {
+            position: ned(position),
+            velocity: ned_velocity(velocity),
             heading_rad: vehicle.body.heading_rad(),
             horizontal_valid: estimate.horizontal_valid,
             vertical_valid: estimate.vertical_valid,
@@ -84,21 +89,16 @@ impl Telemetry {
         }
     }
 
-    fn global_position(&mut self, vehicle: &Vehicle) -> v1::VehicleGlobalPosition {
+    fn global_position(&mut self, vehicle: &Vehicle) -> GlobalPosition {
         let estimate = vehicle.estimate();
         let position = estimate.position + self.noise.vector() * self.config.position_noise_m.get();
-        let (latitude_deg, longitude_deg, altitude_amsl_m) = self.tangent.global(ned(position));
-        v1::VehicleGlobalPosition {
-            latitude_deg,
-            longitude_deg,
-            altitude_amsl_m,
-            eph_m: estimate.eph_m,
-            epv_m: estimate.epv_m,
-        }
+        let (latitude_deg, longitude_deg, altitude_amsl_m) = self.plane.global(ned(position));
+        let (eph_m, epv_m) = (estimate.eph_m, estimate.epv_m);
+        GlobalPosition { latitude_deg, longitude_deg, altitude_amsl_m, eph_m, epv_m }
     }
 
-    fn battery(&mut self, vehicle: &Vehicle) -> v1::BatteryStatus {
-        v1::BatteryStatus {
+    fn battery(&mut self, vehicle: &Vehicle) -> Battery {
+        Battery {
             voltage_v: vehicle.battery.voltage_v() + self.noise.unit() * VOLTAGE_NOISE_V,
             current_a: vehicle.battery.current_a() + self.noise.unit() * CURRENT_NOISE_A,
             remaining: vehicle.battery.remaining(),
@@ -107,38 +107,38 @@ impl Telemetry {
     }
 }
 
-fn status(vehicle: &Vehicle, now: Time) -> v1::VehicleStatus {
-    v1::VehicleStatus {
+fn status(vehicle: &Vehicle, now: Time) -> Status {
+    Status {
         armed: vehicle.is_armed(),
-        intended_mode: flight_mode(vehicle.intended()) as i32,
-        actual_mode: flight_mode(vehicle.actual()) as i32,
+        intended: Some(flight_mode(vehicle.intended())),
+        actual: Some(flight_mode(vehicle.actual())),
         failsafe: vehicle.failsafe(),
-        failures: vehicle.failures(now).into_iter().map(|it| it as i32).collect(),
+        failures: vehicle.failures(now),
     }
 }
 
-fn wind(vehicle: &Vehicle) -> v1::WindEstimate {
+fn wind(vehicle: &Vehicle) -> Wind {
     let wind = vehicle.wind.estimate();
-    v1::WindEstimate { north_m_s: wind.x, east_m_s: wind.y }
+    Wind { north_m_s: wind.x, east_m_s: wind.y }
 }
 
-fn land_detected(vehicle: &Vehicle, now: Time) -> v1::VehicleLandDetected {
+fn land_detected(vehicle: &Vehicle, now: Time) -> LandDetected {
     let detector = vehicle.land_detector();
     let (landed, ground_contact) = (detector.landed(), detector.ground_contact());
-    v1::VehicleLandDetected { landed, ground_contact, timestamp_us: microseconds(now) }
+    LandDetected { landed, ground_contact, timestamp_us: microseconds(now) }
 }
 
-/// On the vehicle's clock, which starts with it.
+/// By the vehicle's clock, which starts with it.
 fn microseconds(now: Time) -> u64 {
     now.since_start().as_micros() as u64
 }
 
-/// A blind descent shows as a landing, as it does with PX4.
-fn flight_mode(mode: Mode) -> v1::FlightMode {
+/// A blind descent is reported as a landing, as PX4 does.
+fn flight_mode(mode: Mode) -> FlightMode {
     match mode {
-        Mode::Loiter => v1::FlightMode::Loiter,
-        Mode::Takeoff { .. } => v1::FlightMode::Takeoff,
-        Mode::Land | Mode::Descend => v1::FlightMode::Land,
-        Mode::Offboard => v1::FlightMode::Offboard,
+        Mode::Loiter => FlightMode::Loiter,
+        Mode::Takeoff { .. } => FlightMode::Takeoff,
+        Mode::Land | Mode::Descend => FlightMode::Land,
+        Mode::Offboard => FlightMode::Offboard,
     }
 }

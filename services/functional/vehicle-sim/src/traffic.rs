@@ -1,51 +1,48 @@
-//! Other aircraft, straight and level.
+//! Other aircraft, which fly straight and level.
 
+use domain::fmu::TransponderReport;
 use domain::geometry::{Ned, NedVelocity};
 use domain::time::Time;
-use kittiwake_proto::v1;
 
 #[derive(Debug)]
 struct Intruder {
     id: String,
-    seen: Time,
+    appeared: Time,
     from: Ned,
     velocity: NedVelocity,
 }
 
-/// Every other aircraft there is.
+/// All other aircraft.
 #[derive(Debug, Default)]
-pub struct Traffic {
+pub(crate) struct Traffic {
     intruders: Vec<Intruder>,
-    appeared: u32,
+    count: u32,
 }
 
 impl Traffic {
-    /// One more appears and is given an id that none had before it.
-    pub fn appear(&mut self, from: Ned, velocity: NedVelocity, now: Time) -> &str {
-        self.appeared += 1;
-        self.intruders.push(Intruder { id: format!("intruder-{}", self.appeared), seen: now, from, velocity });
+    /// Another aircraft appears; returns its id, which no other had before.
+    pub(crate) fn appear(&mut self, from: Ned, velocity: NedVelocity, now: Time) -> &str {
+        self.count += 1;
+        self.intruders.push(Intruder { id: format!("intruder-{}", self.count), appeared: now, from, velocity });
         self.intruders.last().map_or("", |it| &it.id)
     }
 
-    /// All are gone.
-    pub fn clear(&mut self) {
+    /// All of them disappear.
+    pub(crate) fn clear(&mut self) {
         self.intruders.clear();
     }
 
-    /// What a transponder receiver hears of each.
-    pub fn reports(&self, now: Time) -> impl Iterator<Item = v1::TransponderReport> {
-        self.intruders.iter().map(move |it| {
-            let flown_s = (now - it.seen).as_secs_f64();
+    /// What a transponder receiver reports about each.
+    pub(crate) fn reports(&self, now: Time) -> impl Iterator<Item = TransponderReport> {
+        self.intruders.iter().map(move |intruder| {
+            let Intruder { id, appeared, from, velocity } = intruder;
+            let flown_s = (now - *appeared).as_secs_f64();
             let position = Ned {
-                north_m: it.from.north_m + it.velocity.north_m_s * flown_s,
-                east_m: it.from.east_m + it.velocity.east_m_s * flown_s,
-                ..it.from
+                north_m: from.north_m + velocity.north_m_s * flown_s,
+                east_m: from.east_m + velocity.east_m_s * flown_s,
+                ..*from
             };
-            v1::TransponderReport {
-                id: it.id.clone(),
-                position: Some(position.into()),
-                velocity: Some(it.velocity.into()),
-            }
+            TransponderReport { id: id.clone(), position, velocity: *velocity }
         })
     }
 }

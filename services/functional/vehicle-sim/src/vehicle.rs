@@ -1,56 +1,56 @@
 //! The vehicle as a whole: body, autopilot and battery, stepped together through mission time.
 //!
-//! It is told commands, setpoints and troubles, and can be looked at. It sends nothing: see
-//! [`crate::telemetry`] and [`crate::publisher`].
+//! It takes commands, setpoints and faults. It sends nothing: see [`crate::telemetry`] and
+//! [`crate::publisher`].
 
 use std::time::Duration;
 
+use domain::fmu::{Command, Failure};
 use domain::time::{Pace, Time};
-use kittiwake_proto::v1;
 
 use crate::arming::Arming;
 use crate::battery::Battery;
-use crate::commander::{Command, Phase, Refusal, Situation, judge};
+use crate::commander::{Phase, Refusal, Situation, judge};
 use crate::config::Config;
 use crate::controller::Controller;
 use crate::estimator::{Estimate, Estimator};
-use crate::failsafe::{Condition, pre_empt};
+use crate::failsafe::{FailsafeCause, pre_empt};
 use crate::land_detector::LandDetector;
 use crate::liftoff::{Liftoff, Signals};
 use crate::multirotor::{Controls, GRAVITY_M_S2, Motors, Multirotor};
-use crate::noise::{Noise, Use};
+use crate::noise::{Noise, NoiseStream};
 use crate::offboard::Offboard;
-use crate::pilot::{Mode, Pilot, Surroundings};
+use crate::pilot::{Mode, Pilot, PilotInput};
 use crate::wind::Wind;
 
 /// The step of the physics: PX4's position controller runs at the same 250 Hz.
 const STEP: Duration = Duration::from_millis(4);
-/// At rest on the ground, with nothing to fly, longer steps do.
+/// At rest on the ground, with nothing to fly, longer steps are enough.
 const REST_STEP: Duration = Duration::from_millis(100);
 /// Meeting the ground faster than this breaks the vehicle.
 const CRASH_M_S: f64 = 4.0;
 
 /// Body, autopilot and battery.
 #[derive(Debug)]
-pub struct Vehicle {
+pub(crate) struct Vehicle {
     config: Config,
     clock: Time,
     /// The true state.
-    pub body: Multirotor,
-    /// What it flies on.
-    pub battery: Battery,
-    /// Where it believes to be.
-    pub estimator: Estimator,
-    /// The air about it.
-    pub wind: Wind,
-    /// What comes from whoever flies it.
-    pub offboard: Offboard,
-    /// Motors that have failed.
-    pub motors_lost: u8,
-    /// Whether the ground below is blocked.
-    pub site_blocked: bool,
+    pub(crate) body: Multirotor,
+    /// Drives the motors and the avionics.
+    pub(crate) battery: Battery,
+    /// The autopilot's estimate of the state.
+    pub(crate) estimator: Estimator,
+    /// The air around it.
+    pub(crate) wind: Wind,
+    /// The setpoint streams.
+    pub(crate) offboard: Offboard,
+    /// How many motors have failed.
+    pub(crate) motors_lost: u8,
+    /// Whether a landing is blocked above the ground.
+    pub(crate) site_blocked: bool,
     /// Until when the ground station is not heard.
-    pub link_lost_until: Time,
+    pub(crate) link_lost_until: Time,
     gusts: Noise,
     crashed: bool,
     arming: Arming,
@@ -64,7 +64,7 @@ pub struct Vehicle {
 
 impl Vehicle {
     /// Disarmed at the origin, with a full battery.
-    pub fn new(config: Config, pace: Pace, seed: u64) -> Vehicle {
+    pub(crate) fn new(config: Config, pace: Pace, seed: u64) -> Vehicle {
         Vehicle {
             clock: Time::ZERO,
             body: Multirotor::new(config.airframe.clone()),
@@ -75,7 +75,7 @@ impl Vehicle {
             motors_lost: 0,
             site_blocked: false,
             link_lost_until: Time::ZERO,
-            gusts: Noise::new(seed, Use::Wind),
+            gusts: Noise::new(seed, NoiseStream::Wind),
             crashed: false,
             arming: Arming::new(pace.limit(config.preflight_disarm_s.seconds()), config.landed_disarm_s.seconds()),
             intended: Mode::Loiter,
@@ -88,8 +88,8 @@ impl Vehicle {
         }
     }
 
-    /// Brings the physics up to `now`.
-    pub fn advance(&mut self, now: Time) {
+    /// Advances the physics to `now`.
+    pub(crate) fn advance(&mut self, now: Time) {
         while self.clock < now {
             if self.is_parked() {
                 self.rest((now - self.clock).min(REST_STEP));
@@ -101,13 +101,13 @@ impl Vehicle {
         }
     }
 
-    /// Takes a command, or says why not.
-    pub fn command(&mut self, command: Command, now: Time) -> Result<(), Refusal> {
+    /// Accepts a command, or returns why not.
+    pub(crate) fn command(&mut self, command: Command, now: Time) -> Result<(), Refusal> {
         judge(command, &self.situation(now))?;
         match command {
             Command::Arm => self.arming.arm(now),
             Command::Disarm => self.disarm(),
-            Command::Takeoff { altitude_m } => self.intended = Mode::Takeoff { altitude_m },
+            Command::Takeoff { height_m } => self.intended = Mode::Takeoff { height_m },
             Command::Land => self.intended = Mode::Land,
             Command::Loiter => self.intended = Mode::Loiter,
             Command::Offboard => self.intended = Mode::Offboard,
@@ -118,64 +118,63 @@ impl Vehicle {
 
     /// Decides which mode flies: the intended one, unless a failsafe demands another.
     ///
-    /// Called once all that arrived together has been taken in, so that setpoints that waited in
+    /// Called once everything that arrived together was taken in, so that setpoints that waited in
     /// a queue count before they are missed.
-    pub fn review(&mut self, now: Time) {
-        let condition = self.worst_failure().max(self.offboard_lost(now));
-        let other = if self.arming.is_armed() { pre_empt(self.intended, condition) } else { None };
+    pub(crate) fn review(&mut self, now: Time) {
+        let cause = self.worst_cause().max(self.offboard_lost(now));
+        let other = if self.arming.is_armed() { pre_empt(self.intended, cause) } else { None };
         self.failsafe = other.is_some();
         self.pilot.set_mode(other.unwrap_or(self.intended), &self.estimate());
     }
 
-    /// Makes the body whole again.
-    pub fn repair(&mut self) {
+    /// Repairs motors and body.
+    pub(crate) fn repair(&mut self) {
         self.motors_lost = 0;
         self.crashed = false;
     }
 
-    /// What the autopilot believes.
-    pub fn estimate(&self) -> Estimate {
+    /// The autopilot's estimate of the state.
+    pub(crate) fn estimate(&self) -> Estimate {
         self.estimator.estimate(&self.body)
     }
 
-    /// What the land detector says.
-    pub fn land_detector(&self) -> LandDetector {
+    /// The state of the land detector.
+    pub(crate) fn land_detector(&self) -> LandDetector {
         self.land_detector
     }
 
     /// Whether the motors may turn.
-    pub fn is_armed(&self) -> bool {
+    pub(crate) fn is_armed(&self) -> bool {
         self.arming.is_armed()
     }
 
-    /// The mode that was asked for.
-    pub fn intended(&self) -> Mode {
+    /// The intended mode.
+    pub(crate) fn intended(&self) -> Mode {
         self.intended
     }
 
-    /// The mode that is flown.
-    pub fn actual(&self) -> Mode {
+    /// The actual mode.
+    pub(crate) fn actual(&self) -> Mode {
         self.pilot.mode()
     }
 
     /// Whether a failsafe flies in place of the intended mode.
-    pub fn failsafe(&self) -> bool {
+    pub(crate) fn failsafe(&self) -> bool {
         self.failsafe
     }
 
-    /// The failure flags that are up.
-    pub fn failures(&self, now: Time) -> Vec<v1::FailureFlag> {
-        use v1::FailureFlag as F;
+    /// The failures that it reports.
+    pub(crate) fn failures(&self, now: Time) -> Vec<Failure> {
         let estimate = self.estimate();
-        let flags = [
-            (self.arming.is_armed() && self.offboard_lost(now).is_some(), F::OffboardSignalLost),
-            (self.estimator.trouble.gnss_lost, F::GnssLost),
-            (!estimate.horizontal_valid || !estimate.vertical_valid, F::Estimator),
-            (self.motors_lost > 0 || self.crashed, F::Motor),
-            (self.battery.is_critical(), F::Battery),
-            (now < self.link_lost_until, F::GroundLinkLost),
+        let failures = [
+            (self.arming.is_armed() && self.offboard_lost(now).is_some(), Failure::OffboardSignalLost),
+            (self.estimator.faults.gnss_lost, Failure::GnssLost),
+            (!estimate.horizontal_valid || !estimate.vertical_valid, Failure::Estimator),
+            (self.motors_lost > 0 || self.crashed, Failure::Motor),
+            (self.battery.is_critical(), Failure::Battery),
+            (now < self.link_lost_until, Failure::GroundLinkLost),
         ];
-        flags.into_iter().filter_map(|(up, flag)| up.then_some(flag)).collect()
+        failures.into_iter().filter_map(|(holds, failure)| holds.then_some(failure)).collect()
     }
 
     fn situation(&self, now: Time) -> Situation {
@@ -184,31 +183,31 @@ impl Vehicle {
             (true, true) => Phase::OnGround,
             (true, false) => Phase::InAir,
         };
-        // Dead reckoning may finish a flight for a few seconds, but it is nothing to start one with.
-        let blind = phase != Phase::InAir && self.estimator.trouble.gnss_lost;
+        // Dead reckoning may end a flight for a few seconds, but no flight starts on it.
+        let blind = phase != Phase::InAir && self.estimator.faults.gnss_lost;
         Situation {
             phase,
             height_m: -self.estimate().position.z,
             setpoints: self.offboard.is_alive(now),
-            unfit: self.worst_failure().max(blind.then_some(Condition::PositionLost)),
+            unfit: self.worst_cause().max(blind.then_some(FailsafeCause::PositionLost)),
         }
     }
 
-    fn worst_failure(&self) -> Option<Condition> {
-        let conditions = [
-            (self.battery.is_emergency(), Condition::BatteryEmergency),
-            (self.motors_lost > 0, Condition::MotorFailed),
-            (!self.estimate().horizontal_valid, Condition::PositionLost),
-            (self.crashed, Condition::Crashed),
+    fn worst_cause(&self) -> Option<FailsafeCause> {
+        let causes = [
+            (self.battery.is_emergency(), FailsafeCause::BatteryEmergency),
+            (self.motors_lost > 0, FailsafeCause::MotorFailed),
+            (!self.estimate().horizontal_valid, FailsafeCause::PositionLost),
+            (self.crashed, FailsafeCause::Crashed),
         ];
-        conditions.into_iter().filter_map(|(holds, condition)| holds.then_some(condition)).max()
+        causes.into_iter().filter_map(|(holds, cause)| holds.then_some(cause)).max()
     }
 
-    fn offboard_lost(&self, now: Time) -> Option<Condition> {
-        (self.intended == Mode::Offboard && !self.offboard.is_alive(now)).then_some(Condition::OffboardLost)
+    fn offboard_lost(&self, now: Time) -> Option<FailsafeCause> {
+        (self.intended == Mode::Offboard && !self.offboard.is_alive(now)).then_some(FailsafeCause::OffboardLost)
     }
 
-    /// Nothing about it moves.
+    /// Whether nothing on it moves.
     fn is_parked(&self) -> bool {
         !self.arming.is_armed() && self.body.standing && self.land_detector.landed()
     }
@@ -245,10 +244,10 @@ impl Vehicle {
         if self.pilot.finish_takeoff(&estimate) {
             self.intended = Mode::Loiter;
         }
-        let demand = self.offboard.demand();
+        let setpoint = self.offboard.followed();
         let signals = Signals {
             armed: self.arming.is_armed(),
-            upwards: self.pilot.wants_upwards(&estimate, demand),
+            climb: self.pilot.demands_climb(&estimate, setpoint),
             landed: self.land_detector.landed(),
         };
         self.liftoff = self.liftoff.on(signals, self.clock, limits);
@@ -257,9 +256,9 @@ impl Vehicle {
             return Controls::IDLE;
         }
         let blocked_below_m = self.site_blocked.then(|| self.config.blocked_site_height_m.get());
-        let mut wanted = self.pilot.wanted(&estimate, &Surroundings { demand, blocked_below_m }, limits, dt_s);
-        wanted.velocity.z = wanted.velocity.z.max(-self.liftoff.climb_limit_m_s(self.clock, limits));
-        self.controller.controls(&wanted, estimate.velocity, self.body.heading_rad(), limits, dt_s)
+        let mut demand = self.pilot.demand(&estimate, &PilotInput { setpoint, blocked_below_m }, limits, dt_s);
+        demand.velocity.z = demand.velocity.z.max(-self.liftoff.climb_limit_m_s(self.clock, limits));
+        self.controller.controls(&demand, estimate.velocity, self.body.heading_rad(), limits, dt_s)
     }
 
     fn drain(&mut self, dt_s: f64, airspeed_m_s: f64) {
@@ -270,15 +269,15 @@ impl Vehicle {
 
     fn motors(&self) -> Motors {
         match self.motors_lost {
-            _ if self.battery.is_empty() || self.crashed => Motors::Dead,
-            0 => Motors::Sound,
+            _ if self.battery.is_empty() || self.crashed => Motors::NoThrust,
+            0 => Motors::Working,
             1 => Motors::OneLost,
-            2.. => Motors::Dead,
+            2.. => Motors::NoThrust,
         }
     }
 
-    /// PX4 goes back to the mode before the landing, which after an offboard flight is OFFBOARD,
-    /// and then refuses to arm until another mode is set. Here it is always LOITER.
+    /// PX4 returns to the mode before the landing, which after an offboard flight is offboard, and
+    /// then refuses to arm until another mode is set. Here it is always loiter.
     fn disarm(&mut self) {
         self.arming.disarm();
         self.intended = Mode::Loiter;

@@ -1,36 +1,36 @@
-//! The air the vehicle flies in: a mean wind and gusts about it.
+//! The air in which the vehicle flies: a mean wind with gusts.
 
 use nalgebra::Vector3;
 
-use crate::noise::{Noise, Wander};
+use crate::noise::{GaussMarkov, Noise};
 
-/// How long a gust lasts, and how often it is drawn anew.
+/// Correlation time of the gusts, and how often a new one is drawn.
 const GUST_TAU_S: f64 = 3.0;
 const GUST_PERIOD_S: f64 = 0.1;
-/// How long the estimator averages: gusts are not what a route is planned by.
+/// How long the estimator averages: routes are planned without gusts.
 const ESTIMATE_TAU_S: f64 = 5.0;
 
 /// Wind, horizontal.
 #[derive(Debug, Clone, Default)]
-pub struct Wind {
-    /// NED, towards where it blows, metres per second.
+pub(crate) struct Wind {
+    /// NED, where it blows to, metres per second.
     mean: Vector3<f64>,
     /// Standard deviation of each horizontal component, metres per second.
     gust: f64,
-    gusts: Wander,
+    gusts: GaussMarkov,
     until_next_s: f64,
     estimate: Vector3<f64>,
 }
 
 impl Wind {
     /// Sets the mean wind towards north and east, and the standard deviation of its gusts.
-    pub fn set(&mut self, north_m_s: f64, east_m_s: f64, gust_m_s: f64) {
+    pub(crate) fn set(&mut self, north_m_s: f64, east_m_s: f64, gust_m_s: f64) {
         let (mean, estimate) = (Vector3::new(north_m_s, east_m_s, 0.0), self.estimate);
         *self = Wind { mean, gust: gust_m_s, estimate, ..Wind::default() };
     }
 
-    /// Goes on by `dt_s` and returns the wind there is, NED.
-    pub fn step(&mut self, noise: &mut Noise, dt_s: f64) -> Vector3<f64> {
+    /// Advances by `dt_s` and returns the wind, NED.
+    pub(crate) fn step(&mut self, noise: &mut Noise, dt_s: f64) -> Vector3<f64> {
         if self.gust > 0.0 {
             self.until_next_s -= dt_s;
             if self.until_next_s <= 0.0 {
@@ -43,8 +43,8 @@ impl Wind {
         wind
     }
 
-    /// The wind as the vehicle has learnt it in flight.
-    pub fn estimate(&self) -> Vector3<f64> {
+    /// The wind as the vehicle has estimated it in flight.
+    pub(crate) fn estimate(&self) -> Vector3<f64> {
         self.estimate
     }
 }
@@ -52,11 +52,11 @@ impl Wind {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::Use;
+    use crate::noise::NoiseStream;
 
     #[test]
-    fn gusts_stay_about_the_mean() {
-        let (mut noise, mut wind) = (Noise::new(1, Use::Wind), Wind::default());
+    fn gusts_stay_around_the_mean() {
+        let (mut noise, mut wind) = (Noise::new(1, NoiseStream::Wind), Wind::default());
         assert_eq!(wind.step(&mut noise, 0.004), Vector3::zeros());
         wind.set(3.0, -4.0, 1.0);
         let (mut sum, mut furthest) = (Vector3::zeros(), 0.0_f64);
@@ -70,8 +70,8 @@ mod tests {
     }
 
     #[test]
-    fn a_new_wind_is_learnt_within_some_seconds() {
-        let (mut noise, mut wind) = (Noise::new(1, Use::Wind), Wind::default());
+    fn a_new_wind_is_estimated_within_some_seconds() {
+        let (mut noise, mut wind) = (Noise::new(1, NoiseStream::Wind), Wind::default());
         let mut fly = |wind: &mut Wind, seconds: f64| {
             for _ in 0..(seconds / 0.004) as u32 {
                 wind.step(&mut noise, 0.004);
@@ -79,7 +79,7 @@ mod tests {
             wind.estimate().x
         };
         wind.set(6.0, 0.0, 0.0);
-        assert_eq!(wind.estimate().x, 0.0, "not known before it was felt");
+        assert_eq!(wind.estimate().x, 0.0, "not known before the vehicle has met it");
         let after = [fly(&mut wind, 1.0), fly(&mut wind, 29.0)];
         assert!((0.5..2.0).contains(&after[0]) && (5.9..6.0).contains(&after[1]), "{after:?}");
     }

@@ -8,16 +8,16 @@ use serde::Deserialize;
 #[serde(deny_unknown_fields)]
 pub struct Config {
     /// Mission seconds between a request and its grant under [`Policy::Delay`](crate::policy::Policy::Delay).
-    /// Ours: half of the 10 s for which the planner awaits an answer.
+    /// Ours: half of the 10 s for which the planner waits for an answer.
     pub delay_s: Positive,
     /// Probability that a request is denied under [`Policy::Random`](crate::policy::Policy::Random).
-    /// Ours: one half exercises both ways equally.
+    /// Ours: one half exercises both equally.
     pub random_denial: Fraction,
     /// The reason given when a policy denies.
     pub denial_reason: String,
-    /// Mission seconds for which a grant holds. Ours: several times the reference mission's legs.
+    /// Mission seconds for which a grant is valid. Ours: several times the reference mission's legs.
     pub grant_valid_s: Positive,
-    /// Publications of each ledger a second of wall time, besides one on every change. From the
+    /// Publications of each ledger per second of wall time, besides one on every change. From the
     /// contract (`permission.proto`): 1.
     pub ledger_rate_hz: Positive,
 }

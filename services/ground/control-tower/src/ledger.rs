@@ -1,7 +1,7 @@
-//! Every permission of one vehicle, and which requests have been heard.
+//! Every permission of one vehicle, and the requests that were received.
 //!
-//! The ledger knows when a decision or an expiry is due; what the decision is comes from the
-//! policy or from a hand. It never forgets an area: a vehicle that asks again is the same vehicle.
+//! The ledger knows when a decision or an expiry is due; the decision itself comes from the policy or from
+//! an operator. It never forgets an area: a vehicle that asks again is the same vehicle.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -12,58 +12,51 @@ use kittiwake_proto::v1;
 use crate::permission::{self, Expiry, Next, NotGranted, Ruling, Standing};
 use crate::policy::Answer;
 
-/// More areas than any mission has; a vehicle that asks for more is refused, not served until memory ends.
-const MOST_AREAS: usize = 256;
-/// Requests remembered, so that a repeated one is recognised: far more than can be repeated still.
+/// More areas than any mission has; requests for more are refused, so that they do not fill the memory.
+const MAX_AREAS: usize = 256;
+/// Requests remembered, so that a repeated one is recognised: far more than can still be repeated.
 const REMEMBERED_REQUESTS: usize = 1024;
 
 /// The permissions of one vehicle.
 #[derive(Debug, Default)]
-pub struct Ledger {
-    entries: BTreeMap<String, Entry>,
-    /// The requests heard, oldest first: request id and area.
-    heard: VecDeque<(String, String)>,
+pub(crate) struct Ledger {
+    /// By area.
+    permissions: BTreeMap<String, Permission>,
+    /// Oldest first: request id and area.
+    requests: VecDeque<(String, String)>,
     changed: bool,
 }
 
 #[derive(Debug)]
-struct Entry {
+struct Permission {
     standing: Standing,
     request_id: String,
     decisions: u64,
 }
 
-/// Why a request or a ruling was not taken.
+/// Why a request or a ruling was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum Refusal {
+pub(crate) enum Refusal {
     /// It names no area.
     #[error("`area` is missing")]
     NoArea,
-    /// Without an id a repetition could not be told from a new request.
+    /// Without an id a repetition would look like a new request.
     #[error("`request_id` is missing")]
     NoRequestId,
-    /// The id came before, for something else.
-    #[error("request `{id}` asked for area `{first}` before, and now for `{now}`")]
-    OtherArea {
-        /// The id.
-        id: String,
-        /// What it asked for first.
-        first: String,
-        /// What it asks for now.
-        now: String,
-    },
+    /// The id was used before, for another area.
+    #[error("request `{id}` asked for area `{first}` before, and asks for `{now}` now")]
+    OtherArea { id: String, first: String, now: String },
     /// The vehicle has asked for too many areas.
-    #[error("the vehicle has asked for {MOST_AREAS} areas already")]
+    #[error("the vehicle has asked for {MAX_AREAS} areas already, the most that are served")]
     TooManyAreas,
-    /// There is nothing to take back.
     #[error(transparent)]
     NotGranted(#[from] NotGranted),
 }
 
 impl Ledger {
-    /// Takes a request; one whose id was heard before changes nothing. `answer` asks the policy,
+    /// Takes a request; one whose id is known changes nothing. `answer` asks the policy,
     /// `fresh` is the expiry of a grant given now.
-    pub fn request(
+    pub(crate) fn request(
         &mut self,
         now: Now,
         request: &v1::PermissionRequest,
@@ -75,85 +68,85 @@ impl Ledger {
             return Err(Refusal::NoRequestId);
         }
         self.accept_area(area)?;
-        if let Some((_, first)) = self.heard.iter().find(|(id, _)| id == request_id) {
+        if let Some((_, first)) = self.requests.iter().find(|(id, _)| id == request_id) {
             return if first == area {
                 Ok(())
             } else {
                 Err(Refusal::OtherArea { id: request_id.clone(), first: first.clone(), now: area.clone() })
             };
         }
-        if self.heard.len() == REMEMBERED_REQUESTS {
-            self.heard.pop_front();
+        if self.requests.len() == REMEMBERED_REQUESTS {
+            self.requests.pop_front();
         }
-        self.heard.push_back((request_id.clone(), area.clone()));
-        let before = self.entries.get(area).map(|it| it.standing.clone());
+        self.requests.push_back((request_id.clone(), area.clone()));
+        let before = self.permissions.get(area).map(|it| it.standing.clone());
         self.enter(area, permission::on_request(before, now.time, fresh, answer), Some(request_id));
         Ok(())
     }
 
-    /// Takes a decision by hand.
-    pub fn rule(&mut self, area: &str, ruling: Ruling) -> Result<(), Refusal> {
+    /// Takes a decision by an operator.
+    pub(crate) fn rule(&mut self, area: &str, ruling: Ruling) -> Result<(), Refusal> {
         self.accept_area(area)?;
-        let next = permission::on_ruling(self.entries.get(area).map(|it| &it.standing), ruling)?;
+        let next = permission::on_ruling(self.permissions.get(area).map(|it| &it.standing), ruling)?;
         self.enter(area, next, None);
         Ok(())
     }
 
-    /// Gives the decisions that are due and ends the grants whose time is up.
-    pub fn advance(&mut self, now: Now, fresh: Expiry) {
-        for entry in self.entries.values_mut() {
-            if let Some(next) = permission::on_time(&entry.standing, now.time, fresh) {
-                entry.take(next);
+    /// Makes the decisions that are due, and ends the grants that expire.
+    pub(crate) fn advance(&mut self, now: Now, fresh: Expiry) {
+        for known in self.permissions.values_mut() {
+            if let Some(next) = permission::on_time(&known.standing, now.time, fresh) {
+                known.take(next);
                 self.changed = true;
             }
         }
     }
 
     /// When [`Ledger::advance`] will next change something.
-    pub fn deadline(&self) -> Option<Time> {
-        self.entries.values().filter_map(|it| permission::deadline(&it.standing)).min()
+    pub(crate) fn deadline(&self) -> Option<Time> {
+        self.permissions.values().filter_map(|it| permission::deadline(&it.standing)).min()
     }
 
-    /// Whether no area was ever asked for or decided about.
-    pub fn is_empty(&self) -> bool {
-        self.entries.is_empty()
+    /// Whether no area was ever requested or decided about.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.permissions.is_empty()
     }
 
-    /// Whether something has changed since this was last asked.
-    pub fn take_changed(&mut self) -> bool {
+    /// Whether something has changed since the last call.
+    pub(crate) fn take_changed(&mut self) -> bool {
         std::mem::take(&mut self.changed)
     }
 
     /// The ledger as it is sent at `now`.
-    pub fn to_wire(&self, now: Time) -> v1::PermissionLedger {
-        v1::PermissionLedger { permissions: self.entries.iter().map(|(area, it)| it.to_wire(area, now)).collect() }
+    pub(crate) fn to_wire(&self, now: Time) -> v1::PermissionLedger {
+        v1::PermissionLedger { permissions: self.permissions.iter().map(|(area, it)| it.to_wire(area, now)).collect() }
     }
 
     fn accept_area(&self, area: &str) -> Result<(), Refusal> {
         if area.is_empty() {
             return Err(Refusal::NoArea);
         }
-        if self.entries.len() == MOST_AREAS && !self.entries.contains_key(area) {
+        if self.permissions.len() == MAX_AREAS && !self.permissions.contains_key(area) {
             return Err(Refusal::TooManyAreas);
         }
         Ok(())
     }
 
     fn enter(&mut self, area: &str, next: Next, request_id: Option<&str>) {
-        let entry = self.entries.entry(area.to_owned()).or_insert_with(|| Entry {
+        let known = self.permissions.entry(area.to_owned()).or_insert_with(|| Permission {
             standing: Standing::Requested { due: None },
             request_id: String::new(),
             decisions: 0,
         });
-        entry.take(next);
+        known.take(next);
         if let Some(id) = request_id {
-            entry.request_id = id.to_owned();
+            known.request_id = id.to_owned();
         }
         self.changed = true;
     }
 }
 
-impl Entry {
+impl Permission {
     fn take(&mut self, next: Next) {
         self.standing = next.standing;
         self.decisions += u64::from(next.decided);
@@ -180,8 +173,8 @@ impl Entry {
     }
 }
 
-/// The end of a grant given now that holds for `valid` mission time.
-pub fn expiry(now: Now, valid: Duration, pace: Pace) -> Expiry {
+/// The expiry of a grant given now that is valid for `valid` of mission time.
+pub(crate) fn expiry(now: Now, valid: Duration, pace: Pace) -> Expiry {
     let wall_ms = i64::try_from(pace.to_wall(valid).as_millis()).unwrap_or(i64::MAX);
     Expiry { at: now.time + valid, utc_ms: now.utc_ms.saturating_add(wall_ms) }
 }
@@ -208,28 +201,28 @@ mod tests {
     }
 
     #[test]
-    fn requests_that_make_no_sense_are_refused() {
+    fn invalid_requests_are_refused_with_the_reason() {
         let mut ledger = Ledger::default();
         assert_eq!(ask(&mut ledger, "", "a"), Err(Refusal::NoRequestId));
         assert_eq!(ask(&mut ledger, "1", ""), Err(Refusal::NoArea));
         ask(&mut ledger, "1", "a").unwrap();
         let refusal = ask(&mut ledger, "1", "b").unwrap_err();
-        assert_eq!(refusal.to_string(), "request `1` asked for area `a` before, and now for `b`");
+        assert_eq!(refusal.to_string(), "request `1` asked for area `a` before, and asks for `b` now");
     }
 
     #[test]
     fn the_ledger_does_not_grow_without_end() {
         let mut ledger = Ledger::default();
         for n in 0..2 * REMEMBERED_REQUESTS {
-            let expected = if n < MOST_AREAS { Ok(()) } else { Err(Refusal::TooManyAreas) };
+            let expected = if n < MAX_AREAS { Ok(()) } else { Err(Refusal::TooManyAreas) };
             assert_eq!(ask(&mut ledger, &format!("new {n}"), &format!("area {n}")), expected);
             assert_eq!(ask(&mut ledger, &format!("again {n}"), "area 0"), Ok(()));
         }
-        assert_eq!(ledger.heard.len(), REMEMBERED_REQUESTS);
+        assert_eq!(ledger.requests.len(), REMEMBERED_REQUESTS);
     }
 
     #[test]
-    fn expiry_is_told_in_utc_of_the_wall_clock() {
+    fn expiry_is_published_in_utc_of_the_wall_clock() {
         let now = Now { time: Time::after(Duration::from_secs(100)), utc_ms: 1_000_000 };
         let expiry = expiry(now, Duration::from_secs(900), Pace::new(20.0).unwrap());
         assert_eq!(expiry.at, Time::after(Duration::from_secs(1000)));

@@ -1,141 +1,117 @@
-//! Where one vehicle stands with one area: the state, and every event in every state.
+//! A vehicle's permission for one area: its states, and what every event does in every state.
 
 use domain::time::Time;
 
 use crate::policy::{Answer, Verdict};
 
-/// A grant's end.
+/// The end of a grant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Expiry {
+pub(crate) struct Expiry {
     /// In mission time.
-    pub at: Time,
+    pub(crate) at: Time,
     /// The same moment, milliseconds since the Unix epoch, UTC.
-    pub utc_ms: i64,
+    pub(crate) utc_ms: i64,
 }
 
-/// Who decided. What a hand has decided no policy changes.
+/// Who decided. No policy changes the decision of an operator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum By {
-    /// The tower's policy.
+pub(crate) enum By {
     Policy,
-    /// An operator.
-    Hand,
+    Operator,
 }
 
-/// Where a vehicle stands with an area it has asked for, or that was decided about.
+/// The state of a permission that was requested or decided about.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Standing {
-    /// Asked for, not decided.
-    Requested {
-        /// The policy's decision and when it is due; `None`: never.
-        due: Option<(Time, Verdict)>,
-    },
-    /// May be entered until the expiry.
-    Granted {
-        /// When it ends.
-        expiry: Expiry,
-        /// Who granted.
-        by: By,
-    },
-    /// May not be entered.
-    Denied {
-        /// Why.
-        reason: String,
-        /// Who denied.
-        by: By,
-    },
-    /// Was granted, then taken back by hand.
-    Revoked {
-        /// Why.
-        reason: String,
-    },
-    /// Was granted, and the time is up.
+pub(crate) enum Standing {
+    /// Requested, not decided. `due` is the policy's decision and its time; `None`: never.
+    Requested { due: Option<(Time, Verdict)> },
+    /// The area may be entered until the expiry.
+    Granted { expiry: Expiry, by: By },
+    /// The area may not be entered.
+    Denied { reason: String, by: By },
+    /// Was granted, and an operator took the grant back.
+    Revoked { reason: String },
+    /// Was granted, and the grant has expired.
     Expired,
 }
 
-/// A decision by hand.
+/// A decision by an operator.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Ruling {
-    /// The vehicle may enter.
-    Grant {
-        /// Until then.
-        expiry: Expiry,
-    },
-    /// The vehicle may not enter.
-    Deny {
-        /// Why.
-        reason: String,
-    },
-    /// The vehicle may not enter any more.
-    Revoke {
-        /// Why.
-        reason: String,
-    },
+pub(crate) enum Ruling {
+    Grant { expiry: Expiry },
+    Deny { reason: String },
+    Revoke { reason: String },
 }
 
-/// A ruling that changes nothing, because there is nothing to take back.
+/// A revocation without a grant to revoke.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("nothing to revoke, the area is not granted")]
-pub struct NotGranted;
+#[error("nothing to revoke: the area is not granted")]
+pub(crate) struct NotGranted;
 
-/// What an event made of a standing.
+/// The outcome of an event.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Next {
-    /// The new standing.
-    pub standing: Standing,
-    /// Whether it is a decision, that is, an answer to a request or an operator's ruling.
-    pub decided: bool,
+pub(crate) struct Next {
+    pub(crate) standing: Standing,
+    /// Whether it is a decision: an answer to a request, or an operator's ruling.
+    pub(crate) decided: bool,
 }
 
 /// A new request arrives; `answer` asks the policy, `fresh` is the expiry of a grant given now.
-pub fn on_request(before: Option<Standing>, now: Time, fresh: Expiry, answer: impl FnOnce() -> Option<Answer>) -> Next {
+pub(crate) fn on_request(
+    before: Option<Standing>,
+    now: Time,
+    fresh: Expiry,
+    answer: impl FnOnce() -> Option<Answer>,
+) -> Next {
     use Standing as S;
     match before {
         None | Some(S::Expired | S::Denied { by: By::Policy, .. }) => {
             let due = answer().map(|it| (now + it.after, it.verdict));
             undecided(S::Requested { due })
         }
-        // The vehicle asks again before the answer: the first answer serves both.
+        // Requested again before the answer: the first answer serves both requests.
         Some(S::Requested { due }) => undecided(S::Requested { due }),
-        // Who may be in an area may stay in it: an extension is not left to chance or delay.
+        // The vehicle may be in the area: an extension is left neither to chance nor to a delay.
         Some(S::Granted { by: By::Policy, .. }) => decided(S::Granted { expiry: fresh, by: By::Policy }),
-        // The operator has set the end; asking does not move it.
-        Some(S::Granted { expiry, by: By::Hand }) => decided(S::Granted { expiry, by: By::Hand }),
-        Some(S::Denied { reason, by: By::Hand } | S::Revoked { reason }) => decided(S::Denied { reason, by: By::Hand }),
+        // The operator has set the expiry; another request does not move it.
+        Some(S::Granted { expiry, by: By::Operator }) => decided(S::Granted { expiry, by: By::Operator }),
+        Some(S::Denied { reason, by: By::Operator } | S::Revoked { reason }) => {
+            decided(S::Denied { reason, by: By::Operator })
+        }
     }
 }
 
 /// Time passes; `None`: it changes nothing yet. `fresh` is the expiry of a grant given now.
-pub fn on_time(before: &Standing, now: Time, fresh: Expiry) -> Option<Next> {
+pub(crate) fn on_time(before: &Standing, now: Time, fresh: Expiry) -> Option<Next> {
     use Standing as S;
     match before {
         S::Requested { due: Some((at, verdict)) } if *at <= now => Some(decided(match verdict {
             Verdict::Grant => S::Granted { expiry: fresh, by: By::Policy },
             Verdict::Deny { reason } => S::Denied { reason: reason.clone(), by: By::Policy },
         })),
-        // Running out is no decision: nobody has answered anything.
+        // Expiry is no decision: it answers no request.
         S::Granted { expiry, .. } if expiry.at <= now => Some(undecided(S::Expired)),
         S::Requested { .. } | S::Granted { .. } | S::Denied { .. } | S::Revoked { .. } | S::Expired => None,
     }
 }
 
 /// An operator decides.
-pub fn on_ruling(before: Option<&Standing>, ruling: Ruling) -> Result<Next, NotGranted> {
+pub(crate) fn on_ruling(before: Option<&Standing>, ruling: Ruling) -> Result<Next, NotGranted> {
     use Standing as S;
     let granted = matches!(before, Some(S::Granted { .. }));
     Ok(decided(match ruling {
-        Ruling::Grant { expiry } => S::Granted { expiry, by: By::Hand },
-        // A vehicle always hears the loss of a grant as a revocation, whatever the operator called it:
-        // it may be inside and must leave.
+        Ruling::Grant { expiry } => S::Granted { expiry, by: By::Operator },
+        // The loss of a grant is always a revocation, whatever the operator called it: the vehicle may be
+        // inside and must leave.
         Ruling::Deny { reason } if granted => S::Revoked { reason },
-        Ruling::Deny { reason } => S::Denied { reason, by: By::Hand },
+        Ruling::Deny { reason } => S::Denied { reason, by: By::Operator },
         Ruling::Revoke { reason } if granted => S::Revoked { reason },
         Ruling::Revoke { .. } => return Err(NotGranted),
     }))
 }
 
 /// When [`on_time`] will next change this standing.
-pub fn deadline(standing: &Standing) -> Option<Time> {
+pub(crate) fn deadline(standing: &Standing) -> Option<Time> {
     match standing {
         Standing::Requested { due } => due.as_ref().map(|(at, _)| *at),
         Standing::Granted { expiry, .. } => Some(expiry.at),
@@ -180,10 +156,10 @@ mod tests {
             "granted" => granted(20, By::Policy),
             "granted afresh" => granted(FRESH_S, By::Policy),
             "granted, out" => granted(NOW_S, By::Policy),
-            "hand-granted" => granted(20, By::Hand),
-            "hand-granted afresh" => granted(FRESH_S, By::Hand),
+            "hand-granted" => granted(20, By::Operator),
+            "hand-granted afresh" => granted(FRESH_S, By::Operator),
             "denied" => denied(By::Policy),
-            "hand-denied" => denied(By::Hand),
+            "hand-denied" => denied(By::Operator),
             "revoked" => Standing::Revoked { reason: "closed".into() },
             "expired" => Standing::Expired,
             _ => panic!("no standing is called {name}"),

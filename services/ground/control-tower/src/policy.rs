@@ -1,6 +1,6 @@
-//! How requests are answered when nobody decides by hand.
+//! How requests are answered when no operator decides.
 //!
-//! A policy answers one request at a time; it knows neither what has been granted nor to whom
+//! A policy answers one request at a time. It does not know what was granted, nor to which vehicle
 //! (see [`ledger`](crate::ledger)).
 
 use std::fmt;
@@ -11,7 +11,7 @@ use rand::Rng;
 
 use crate::config::Config;
 
-/// What the tower does with a request.
+/// How the tower answers a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Policy {
     /// Grants at once.
@@ -20,7 +20,7 @@ pub enum Policy {
     Delay,
     /// Denies at once, with a reason.
     Deny,
-    /// Denies some requests, drawn at random from the seed, and grants the others, at once.
+    /// Denies some requests, drawn from the seed, and grants the others, at once.
     Random,
     /// Confirms that a request has arrived and never decides.
     Silent,
@@ -30,7 +30,7 @@ impl Policy {
     /// Every policy there is.
     pub const ALL: [Policy; 5] = [Policy::Grant, Policy::Delay, Policy::Deny, Policy::Random, Policy::Silent];
 
-    /// Its name, as text that parses back.
+    /// Its name, which parses back.
     pub fn name(self) -> &'static str {
         match self {
             Policy::Grant => "grant",
@@ -42,7 +42,7 @@ impl Policy {
     }
 
     /// The answer to one request; `None`: there will never be one.
-    pub fn answer(self, config: &Config, chance: &mut impl Rng) -> Option<Answer> {
+    pub(crate) fn answer(self, config: &Config, chance: &mut impl Rng) -> Option<Answer> {
         let at_once = |verdict| Some(Answer { after: Duration::ZERO, verdict });
         let denial = || Verdict::Deny { reason: config.denial_reason.clone() };
         match self {
@@ -65,7 +65,7 @@ impl fmt::Display for Policy {
 impl FromStr for Policy {
     type Err = UnknownPolicy;
     fn from_str(text: &str) -> Result<Policy, UnknownPolicy> {
-        Policy::ALL.into_iter().find(|it| it.name() == text).ok_or_else(|| UnknownPolicy(text.to_owned()))
+        Policy::ALL.into_iter().find(|policy| policy.name() == text).ok_or_else(|| UnknownPolicy(text.to_owned()))
     }
 }
 
@@ -76,23 +76,17 @@ pub struct UnknownPolicy(String);
 
 /// A verdict and when it is given.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Answer {
+pub(crate) struct Answer {
     /// Mission time from the request.
-    pub after: Duration,
-    /// The verdict.
-    pub verdict: Verdict,
+    pub(crate) after: Duration,
+    pub(crate) verdict: Verdict,
 }
 
 /// Yes, or no with a reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Verdict {
-    /// The vehicle may enter.
+pub(crate) enum Verdict {
     Grant,
-    /// It may not.
-    Deny {
-        /// Why.
-        reason: String,
-    },
+    Deny { reason: String },
 }
 
 #[cfg(test)]
@@ -128,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn chance_is_repeatable_and_keeps_its_odds() {
+    fn random_denials_repeat_with_the_seed_and_have_the_configured_frequency() {
         let draw = |seed| {
             let mut chance = ChaCha8Rng::seed_from_u64(seed);
             (0..1000).map(|_| Policy::Random.answer(&config(0.3), &mut chance)).collect::<Vec<_>>()
@@ -140,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_policy_is_told_with_those_that_exist() {
+    fn an_unknown_policy_is_reported_with_those_that_exist() {
         let error = "maybe".parse::<Policy>().unwrap_err();
         assert_eq!(
             error.to_string(),

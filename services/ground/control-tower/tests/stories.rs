@@ -1,4 +1,4 @@
-//! What the tower says and when, told as a log of its ledgers and replies.
+//! What the tower publishes and when, as a log of its ledgers and replies.
 
 use std::time::Duration;
 
@@ -18,7 +18,7 @@ const CONFIG: &str = "
     ledger_rate_hz = 1.0
 ";
 
-/// A tower, its clock, and what it has said that was new.
+/// A tower, its clock, and a log of its refusals and of ledgers that changed.
 struct Story {
     tower: ControlTower,
     now: Now,
@@ -90,21 +90,21 @@ impl Story {
                 Effect::Reply { response: Response::Decide(it), .. } => format!("refused: {}", it.refusal),
                 Effect::Publish { vehicle, message: Message::PermissionLedger(it) } => {
                     self.published += 1;
-                    let ledger = format!("{}: {}", vehicle.expect("the tower is no vehicle's"), text(&it));
+                    let ledger = format!("{}: {}", vehicle.expect("the tower belongs to no vehicle"), text(&it));
                     if ledger == self.last_ledger {
                         continue;
                     }
                     self.last_ledger = ledger.clone();
                     ledger
                 }
-                other => panic!("the tower did {other:?}"),
+                other => panic!("unexpected {other:?}"),
             };
             self.log.push(format!("{:.0} {line}", self.now.time.as_secs_f64()));
         }
     }
 
     #[track_caller]
-    fn tells(self, expected: &[&str]) {
+    fn expect_log(self, expected: &[&str]) {
         assert_eq!(self.log, expected);
     }
 }
@@ -124,7 +124,7 @@ fn a_grant_comes_at_once_and_expires() {
     Story::of(Policy::Grant)
         .ask("1", "a")
         .wait(1000.0)
-        .tells(&["0 uav1: a granted until 900 [1, decision 1]", "900 uav1: a expired [1, decision 1]"]);
+        .expect_log(&["0 uav1: a granted until 900 [1, decision 1]", "900 uav1: a expired [1, decision 1]"]);
 }
 
 #[test]
@@ -133,12 +133,12 @@ fn a_delayed_grant_is_first_seen_as_requested() {
         .wait(10.0)
         .ask("1", "a")
         .wait(60.0)
-        .tells(&["10 uav1: a requested [1, decision 0]", "15 uav1: a granted until 915 [1, decision 1]"]);
+        .expect_log(&["10 uav1: a requested [1, decision 0]", "15 uav1: a granted until 915 [1, decision 1]"]);
 }
 
 #[test]
-fn asking_again_while_it_is_delayed_does_not_start_the_delay_anew() {
-    Story::of(Policy::Delay).ask("1", "a").wait(4.0).ask("2", "a").wait(60.0).tells(&[
+fn asking_again_during_a_delay_does_not_restart_the_delay() {
+    Story::of(Policy::Delay).ask("1", "a").wait(4.0).ask("2", "a").wait(60.0).expect_log(&[
         "0 uav1: a requested [1, decision 0]",
         "4 uav1: a requested [2, decision 0]",
         "5 uav1: a granted until 905 [2, decision 1]",
@@ -152,14 +152,14 @@ fn a_denial_has_a_reason_and_counts_up_when_asked_again() {
         .wait(30.0)
         .ask("1", "a")
         .ask("2", "a")
-        .tells(&["0 uav1: a denied (closed) [1, decision 1]", "30 uav1: a denied (closed) [2, decision 2]"]);
+        .expect_log(&["0 uav1: a denied (closed) [1, decision 1]", "30 uav1: a denied (closed) [2, decision 2]"]);
 }
 
 #[test]
-fn a_silent_tower_never_decides_but_repeats_what_it_has_heard() {
+fn a_silent_tower_never_decides_but_repeats_its_ledger() {
     let story = Story::of(Policy::Silent).ask("1", "a").wait(100.0);
     assert_eq!(story.published, 101);
-    story.tells(&["0 uav1: a requested [1, decision 0]"]);
+    story.expect_log(&["0 uav1: a requested [1, decision 0]"]);
 }
 
 #[test]
@@ -181,8 +181,8 @@ fn random_denials_follow_the_seed() {
 }
 
 #[test]
-fn asking_for_what_is_granted_extends_it() {
-    Story::of(Policy::Delay).ask("1", "a").wait(100.0).ask("2", "a").wait(800.0).tells(&[
+fn asking_again_extends_a_grant() {
+    Story::of(Policy::Delay).ask("1", "a").wait(100.0).ask("2", "a").wait(800.0).expect_log(&[
         "0 uav1: a requested [1, decision 0]",
         "5 uav1: a granted until 905 [1, decision 1]",
         "100 uav1: a granted until 1000 [2, decision 2]",
@@ -190,28 +190,34 @@ fn asking_for_what_is_granted_extends_it() {
 }
 
 #[test]
-fn a_hand_answers_for_a_silent_tower() {
+fn an_operator_decides_for_a_silent_tower() {
     Story::of(Policy::Silent)
         .ask("1", "a")
         .wait(3.0)
         .decide(v1::Decision::Grant, "a")
         .wait(10.0)
-        .tells(&["0 uav1: a requested [1, decision 0]", "3 uav1: a granted until 903 [1, decision 1]"]);
+        .expect_log(&["0 uav1: a requested [1, decision 0]", "3 uav1: a granted until 903 [1, decision 1]"]);
 }
 
 #[test]
-fn a_hand_that_denies_is_faster_than_the_policy_and_lasts() {
-    Story::of(Policy::Delay).ask("1", "a").wait(3.0).decide(v1::Decision::Deny, "a").wait(30.0).ask("2", "a").tells(&[
-        "0 uav1: a requested [1, decision 0]",
-        "3 uav1: a denied (by hand) [1, decision 1]",
-        "33 uav1: a denied (by hand) [2, decision 2]",
-    ]);
+fn an_operators_denial_comes_before_the_policy_and_lasts() {
+    Story::of(Policy::Delay)
+        .ask("1", "a")
+        .wait(3.0)
+        .decide(v1::Decision::Deny, "a")
+        .wait(30.0)
+        .ask("2", "a")
+        .expect_log(&[
+            "0 uav1: a requested [1, decision 0]",
+            "3 uav1: a denied (by hand) [1, decision 1]",
+            "33 uav1: a denied (by hand) [2, decision 2]",
+        ]);
 }
 
 #[test]
-fn what_was_revoked_stays_denied_until_a_hand_grants_it() {
+fn a_revoked_permission_stays_denied_until_an_operator_grants_it() {
     let story = Story::of(Policy::Grant).ask("1", "a").wait(3.0).decide(v1::Decision::Revoke, "a");
-    story.wait(30.0).ask("2", "a").decide(v1::Decision::Grant, "a").tells(&[
+    story.wait(30.0).ask("2", "a").decide(v1::Decision::Grant, "a").expect_log(&[
         "0 uav1: a granted until 900 [1, decision 1]",
         "3 uav1: a revoked (by hand) [1, decision 2]",
         "33 uav1: a denied (by hand) [2, decision 3]",
@@ -220,9 +226,9 @@ fn what_was_revoked_stays_denied_until_a_hand_grants_it() {
 }
 
 #[test]
-fn the_end_of_a_grant_by_hand_is_not_moved_by_asking() {
+fn asking_again_does_not_move_the_expiry_that_an_operator_has_set() {
     let story = Story::of(Policy::Grant).decide_for(v1::Decision::Grant, "a", Some(60.0));
-    story.wait(30.0).ask("1", "a").wait(40.0).ask("2", "a").tells(&[
+    story.wait(30.0).ask("1", "a").wait(40.0).ask("2", "a").expect_log(&[
         "0 uav1: a granted until 60 [, decision 1]",
         "30 uav1: a granted until 60 [1, decision 2]",
         "60 uav1: a expired [1, decision 2]",
@@ -231,18 +237,45 @@ fn the_end_of_a_grant_by_hand_is_not_moved_by_asking() {
 }
 
 #[test]
-fn a_decision_that_makes_no_sense_is_refused() {
-    let story = Story::of(Policy::Grant)
+fn an_invalid_decision_is_refused_with_the_reason() {
+    let mut story = Story::of(Policy::Grant)
         .decide(v1::Decision::Revoke, "a")
         .decide(v1::Decision::Grant, "")
         .decide(v1::Decision::Unspecified, "a")
         .decide_for(v1::Decision::Grant, "a", Some(f64::NAN));
-    story.tells(&[
-        "0 refused: nothing to revoke, the area is not granted",
+    let unknown = v1::DecideRequest { area: "a".into(), decision: 7, ..Default::default() };
+    story.send("uav1", Request::Decide(unknown));
+    story.expect_log(&[
+        "0 refused: nothing to revoke: the area is not granted",
         "0 refused: `area` is missing",
         "0 refused: `decision` is missing",
         "0 refused: `valid_for_s`: found NaN, expected a number between 0.000001 and 1000000",
+        "0 refused: found `decision` 7, expected grant, deny or revoke",
     ]);
+}
+
+#[test]
+fn an_invalid_request_is_refused_with_the_reason() {
+    Story::of(Policy::Grant).ask("", "a").ask("1", "").ask("1", "a").ask("1", "b").expect_log(&[
+        "0 refused: `request_id` is missing",
+        "0 refused: `area` is missing",
+        "0 uav1: a granted until 900 [1, decision 1]",
+        "0 refused: request `1` asked for area `a` before, and asks for `b` now",
+    ]);
+}
+
+#[test]
+fn vehicles_beyond_the_limit_are_refused_with_the_reason() {
+    let mut story = Story::of(Policy::Grant);
+    let request = || v1::PermissionRequest { request_id: "1".into(), area: "a".into(), step_id: 1 };
+    for n in 0..65 {
+        story.send(&format!("uav{n}"), Request::Permission(request()));
+    }
+    // A vehicle that is known is still served.
+    story.send("uav0", Request::Permission(v1::PermissionRequest { request_id: "2".into(), ..request() }));
+    let last = story.log.split_off(64);
+    let refused = "0 refused: 64 vehicles have asked already, the most that are served";
+    assert_eq!(last, [refused, "0 uav0: a granted until 900 [2, decision 2]"]);
 }
 
 #[test]
@@ -252,7 +285,7 @@ fn each_vehicle_has_its_own_ledger() {
     story.send("uav2", Request::Permission(request));
     let request = v1::DecideRequest { vehicle: "uav1".into(), area: "b".into(), decision: 2, ..Default::default() };
     story.send("uav2", Request::Decide(request));
-    story.tells(&[
+    story.expect_log(&[
         "0 uav1: a granted until 900 [1, decision 1]",
         "0 uav2: b granted until 900 [1, decision 1]",
         "0 refused: sent to vehicle `uav2`, but names `uav1`",

@@ -1,8 +1,8 @@
-// Requests to the gateway: the token, the idempotency key, and refusals as errors with a reason.
+// Requests to the gateway: the token, the idempotency key, and refusals as errors with their reason.
 
 const TOKEN = "kittiwake.token";
 
-/** Takes the token out of the address, where the printed link has it, so that it is not left in view. */
+/** Moves the token out of the address, where the printed link has it, so that it does not stay in view. */
 export function adoptToken() {
   const given = new URLSearchParams(location.hash.slice(1)).get("token");
   if (!given) return;
@@ -10,12 +10,12 @@ export function adoptToken() {
   history.replaceState(null, "", location.pathname + location.search);
 }
 
-/** Keeps a token for as long as this tab is open. */
+/** Keeps a token while this tab is open. */
 export function keepToken(token) {
   sessionStorage.setItem(TOKEN, token.trim());
 }
 
-/** A request that was not granted: status 0 when there was no answer. */
+/** A request that was refused; status 0 when there was no answer. */
 export class Refusal extends Error {
   constructor(status, detail, document = {}) {
     super(detail);
@@ -29,7 +29,7 @@ function headers(more) {
   return token ? { ...more, Authorization: `Bearer ${token}` } : more;
 }
 
-/** A key that no other command has; the same command repeated keeps its key. */
+/** A key that no other order has; an order that is repeated keeps its key. */
 export function newKey() {
   const bytes = crypto.getRandomValues(new Uint8Array(12));
   return [...bytes].map((it) => it.toString(16).padStart(2, "0")).join("");
@@ -49,14 +49,14 @@ async function send(path, options) {
   }
 }
 
-/** GET, as JSON. */
+/** Reads a document. */
 export async function get(path) {
   const response = await send(path, { headers: headers({ Accept: "application/json" }) });
   if (!response.ok) throw await refusal(response);
   return response.json();
 }
 
-/** GET, as a file that the browser keeps; a link could not carry the token. */
+/** Downloads a file; a link could not carry the token. */
 export async function save(path, name) {
   const response = await send(path, { headers: headers({}), signal: new AbortController().signal });
   if (!response.ok) throw await refusal(response);
@@ -64,11 +64,11 @@ export async function save(path, name) {
   link.href = URL.createObjectURL(await response.blob());
   link.download = name;
   link.click();
-  // The browser has taken hold of it by then.
+  // The browser has the file by then.
   setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
 }
 
-/** Any other method with an optional JSON body, under a key. */
+/** Gives an order with an optional JSON body, under a key. */
 export async function command(method, path, body, key = newKey()) {
   const more = { Accept: "application/json", "Idempotency-Key": key };
   if (body !== undefined) more["Content-Type"] = "application/json";

@@ -1,8 +1,8 @@
-// A plan that waits for approval: what it would fly, how long it waits, and what happens then.
+// A plan that waits for approval: what it would fly, how long it waits, and what happens after that.
 
 import { attribute, disabledFor, h, list, text } from "./dom.js";
 import { has, inCommand, isStale, store } from "./store.js";
-import { number, step } from "./words.js";
+import { capital, number } from "./words.js";
 import { order } from "./orders.js";
 
 export function approval() {
@@ -14,7 +14,7 @@ export function approval() {
   const reject = h("button", { id: "reject", click: decide(false) }, "Reject plan");
   const approve = h("button", { id: "approve", class: "primary", click: decide(true) }, "Approve plan");
   const element = h("div", { class: "confirm", id: "approval", hidden: true }, words, reject, approve, left, steps);
-  /** The revision at hand and the longest time it was seen to have left. */
+  /** The revision shown, and the most seconds it was seen to have left. */
   let longest = { revision: null, seconds: 0 };
   const fill = () => {
     const asked = store.doc?.operator?.planApproval;
@@ -23,16 +23,11 @@ export function approval() {
     if (longest.revision !== asked.revision) longest = { revision: asked.revision, seconds: 0 };
     longest.seconds = Math.max(longest.seconds, asked.untilS);
     left.value = longest.seconds > 0 ? asked.untilS / longest.seconds : 0;
-    text(words, `Plan ${asked.revision} waits for approval. In ${number(asked.untilS)} s it is ${asked.approveByDefault ? "approved" : "rejected"} by default.`);
-    list(steps, (asked.plan?.steps ?? []).map((it, index) => ({ ...it, index })), (it) => it.id, () => h("li", {}), (row, it) => text(row, line(it)));
+    text(words, `Plan ${asked.revision} waits for approval. It is ${asked.approveByDefault ? "approved" : "rejected"} by default in ${number(asked.untilS)} s.`);
+    list(steps, (asked.plan?.steps ?? []).map((it, index) => ({ ...it, index })), (it) => it.id, () => h("li", {}), (row, it) => text(row, `${it.index + 1}. ${capital(it.text)}`));
     const reason = isStale() ? "not connected" : !has("operator") ? "needs the role operator" : inCommand() ? "" : "take command first";
     disabledFor(reject, reason);
     disabledFor(approve, reason);
   };
   return { element, fill };
-}
-
-function line(it) {
-  const asks = it.askPermissions?.length ? `; asks for ${it.askPermissions.join(", ")}` : "";
-  return `${it.index + 1}. ${step(it)}${asks}`;
 }

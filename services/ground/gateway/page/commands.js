@@ -1,4 +1,4 @@
-// The verbs. Hazardous ones take two steps, and the second button is not where the first one was.
+// The orders. A hazardous one takes two steps, and the second button is in another place than the first.
 
 import { disabledFor, h, part } from "./dom.js";
 import { has, inCommand, isStale, store } from "./store.js";
@@ -7,13 +7,13 @@ import { markPlace, pickPlace, stopPicking } from "./map-input.js";
 import { announce, ask, onWithdraw, order, orderElements, withdraw } from "./orders.js";
 import { approval } from "./approval.js";
 
-/** `safety`: also without command. `question`: what the second step says. */
+/** `safety`: the role safety gives it without command. `question`: the second step. */
 const VERBS = [
-  { verb: "start", label: "Start", help: "Start the mission", when: (o) => (o && !o.startAwaited ? "no start is awaited" : "") },
-  { verb: "pause", label: "Hold", help: "Hold here until resumed", safety: true, when: (o) => (o?.paused ? "holds already" : "") },
-  { verb: "resume", label: "Resume", help: "Go on with the mission", when: (o) => (o && !o.paused ? "not held" : "") },
-  { verb: "replan", label: "Replan", help: "Make a new plan from here" },
-  { verb: "return", label: "Return", help: "Fly home and land", safety: true, question: "Give up the mission, fly home and land there?" },
+  { verb: "start", label: "Start", help: "Start the mission", when: (o) => (o && !o.startAwaited ? "the mission does not wait for a start" : "") },
+  { verb: "pause", label: "Hold", help: "Hold here until resumed", safety: true, when: (o) => (o?.paused ? "already holding" : "") },
+  { verb: "resume", label: "Resume", help: "Go on with the mission", when: (o) => (o && !o.paused ? "not holding for an operator" : "") },
+  { verb: "replan", label: "Replan", help: "Give up the present step and plan from here" },
+  { verb: "return", label: "Return", help: "Fly home and land", safety: true, question: "End the mission, fly home and land there?" },
   { verb: "land-at", label: "Land at…", help: "Land at a place chosen on the map", safety: true, place: true },
   { verb: "abort", label: "Abort", help: "End the mission now", safety: true, question: "End the mission now and land?" },
 ];
@@ -25,7 +25,7 @@ export function mountCommands() {
   );
   const { confirm, answer } = orderElements();
   const plan = approval();
-  panel.append(h("div", { class: "verbs", role: "group", "aria-label": "Verbs" }, ...buttons), confirm, plan.element, answer);
+  panel.append(h("div", { class: "verbs", role: "group", "aria-label": "Orders" }, ...buttons), confirm, plan.element, answer);
   onWithdraw(stopPicking);
   return () => {
     for (const [index, it] of VERBS.entries()) disabledFor(buttons[index], why(it));
@@ -34,10 +34,9 @@ export function mountCommands() {
   };
 }
 
-/** Why a verb cannot be given now; empty when it can. The gateway has the last word. */
+/** Why an order cannot be given now; empty when it can. The gateway decides. */
 function why(it) {
   if (isStale()) return "not connected";
-  if (!store.session) return "this gateway is one to watch only";
   if (!(it.safety && has("safety"))) {
     if (!has("operator")) return `needs the role operator${it.safety ? " or safety" : ""}`;
     if (!inCommand()) return "take command first";
@@ -54,7 +53,7 @@ async function begin(it) {
     announce("", "");
     if (!place) return;
     const body = { position: { northM: place.north, eastM: place.east } };
-    ask(`Give up the mission and land at N ${number(place.north)}, E ${number(place.east)}?`, it.label, () => order(it.verb, it.verb, body));
+    ask(`End the mission and land at N ${number(place.north)}, E ${number(place.east)}?`, it.label, () => order(it.verb, it.verb, body));
     return markPlace(place);
   }
   if (it.question) return ask(it.question, it.label, () => order(it.verb, it.verb));

@@ -1,4 +1,4 @@
-// What is wrong and what is done about it, the most urgent first; flags that no row has taken up yet.
+// Active contingencies and their responses, the most urgent first; then flags that no row has taken up yet.
 
 import { attribute, disabledFor, h, list, part, text } from "./dom.js";
 import { has, inCommand, isStale, store } from "./store.js";

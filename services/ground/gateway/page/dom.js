@@ -1,6 +1,6 @@
-// Elements, and lists of them that keep their elements (and so the focus) while they are renewed.
+// Elements, and lists that keep their elements, and so the focus, while they are updated.
 
-/** An element with attributes and children; a property that is a function listens to that event. */
+/** An element with attributes and children; an attribute that is a function listens to the event of that name. */
 export function h(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
@@ -12,7 +12,7 @@ export function h(tag, attributes = {}, ...children) {
   return element;
 }
 
-/** Writes only what differs, so that nothing flickers and selections stay. */
+/** Sets the text only when it differs, so that nothing flickers and selections stay. */
 export function text(element, value) {
   if (element.textContent !== value) element.textContent = value;
 }
@@ -33,7 +33,7 @@ export function disabledFor(button, reason) {
 
 /**
  * Makes the children of `parent` those of `items`, in order: an item with a known key keeps its
- * element. `make` builds one, `fill` renews it.
+ * element. `make` builds an element, `fill` updates it.
  */
 export function list(parent, items, key, make, fill) {
   const known = new Map([...parent.children].map((it) => [it.dataset.key, it]));
@@ -58,13 +58,13 @@ export function part(parent, name) {
   return parent.querySelector(`[data-part="${name}"]`);
 }
 
-/** The colours and fonts of the theme in force, for what is drawn on a canvas. */
+/** The colours of the present theme, for canvases. */
 export function theme() {
   const style = getComputedStyle(document.documentElement);
   return (name) => style.getPropertyValue(`--${name}`).trim();
 }
 
-/** A canvas of its parent's size, sharp on any screen, cleared; its context counts in CSS pixels. */
+/** Clears a canvas and fits it to its parent, sharp on any screen; its context counts in CSS pixels. */
 export function fit(canvas) {
   const { clientWidth: width, clientHeight: height } = canvas;
   const scale = window.devicePixelRatio || 1;

@@ -1,4 +1,4 @@
-// Another mission: its text, what it would take ("what if"), and putting it in the place of the present one.
+// Another mission: its text, what it would need ("what if"), and its upload in place of the present one.
 
 import * as api from "./api.js";
 import { attribute, disabledFor, h, text } from "./dom.js";
@@ -12,17 +12,17 @@ export function mountEditor() {
   const panel = document.getElementById("editor");
   const area = h("textarea", { id: "mission-text", spellcheck: "false", autocomplete: "off", wrap: "off", "aria-label": "Text of the mission file", input: () => tried(null) });
   const outcome = h("div", { class: "outcome", id: "what-if-outcome", role: "status" });
-  const whatIf = h("button", { id: "what-if", "data-help": "What it would take from here; nothing is changed", click: tryOut }, "What if");
-  const upload = h("button", { id: "upload", class: "hazard", "data-help": "Put it in the place of the present mission", click: put }, "Upload…");
-  const again = h("button", { id: "mission-reload", "data-help": "The text of the mission as it stands", click: load }, "As it stands");
+  const whatIf = h("button", { id: "what-if", "data-help": "What this mission would need from here; changes nothing", click: tryOut }, "What if");
+  const upload = h("button", { id: "upload", class: "hazard", "data-help": "Replace the present mission with this one", click: put }, "Upload…");
+  const again = h("button", { id: "mission-reload", "data-help": "Load the text of the present mission", click: load }, "Reload");
   const close = h("button", { id: "editor-close", click: () => edit(false) }, "Close");
   panel.querySelector(".body").append(
     h("div", { class: "buttons" }, whatIf, upload, again, close),
     area,
     outcome,
   );
-  /** Whose text it is, and the text that was found good. */
-  let [of, good] = [null, null];
+  /** The vehicle whose mission this is, and the text that was found good. */
+  let [vehicle, good] = [null, null];
 
   function tried(items, text = null) {
     store.whatIf = items;
@@ -59,8 +59,8 @@ export function mountEditor() {
 
   function put() {
     const words = area.value;
-    const flying = store.doc?.aircraft?.derived?.flying ? ` ${store.selected} is in the air and flies it at once.` : "";
-    ask(`Put this mission in the place of ${store.doc?.mission?.name ?? "the present one"}?${flying}`, "Upload", async () => {
+    const flying = store.doc?.aircraft?.derived?.flying ? ` ${store.selected} is in the air and starts it at once.` : "";
+    ask(`Replace ${store.doc?.mission?.name ?? "the present mission"} with this mission?${flying}`, "Upload", async () => {
       if (await order("upload", "mission", { text: words }, "PUT")) edit(false);
     });
   }
@@ -68,19 +68,19 @@ export function mountEditor() {
   return () => {
     attribute(panel, "hidden", !store.editing);
     document.body.classList.toggle("editing", store.editing);
-    if (store.editing && of !== store.selected) {
-      of = store.selected;
+    if (store.editing && vehicle !== store.selected) {
+      vehicle = store.selected;
       load();
     }
-    if (!store.editing) of = null;
+    if (!store.editing) vehicle = null;
     disabledFor(whatIf, isStale() ? "not connected" : has("operator") ? "" : "needs the role operator");
-    disabledFor(upload, isStale() ? "not connected" : !has("operator") ? "needs the role operator" : !inCommand() ? "take command first" : good !== area.value ? "try it out first: What if" : "");
+    disabledFor(upload, isStale() ? "not connected" : !has("operator") ? "needs the role operator" : !inCommand() ? "take command first" : good !== area.value ? "try out the mission first with What if" : "");
     disabledFor(again, isStale() ? "not connected" : "");
-    text(panel.querySelector("h2"), `Mission of ${store.selected ?? ""}: another one`);
+    text(panel.querySelector("h2"), `Another mission for ${store.selected ?? ""}`);
   };
 }
 
-/** Opens or closes the editing of the mission. */
+/** Opens or closes the editor. */
 export function edit(on) {
   Object.assign(store, { editing: on, whatIf: null });
   changed();

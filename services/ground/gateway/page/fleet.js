@@ -1,4 +1,4 @@
-// The vehicles, the one in the worst state first.
+// The vehicles, those in trouble first.
 
 import { attribute, h, list, part, text } from "./dom.js";
 import { isStale, select, store } from "./store.js";
@@ -21,8 +21,8 @@ export function mountFleet() {
 
 function severity(it) {
   if (it.worst) return 10;
-  const of = it.outcome && it.outcome !== "MISSION_OUTCOME_SUCCESS" ? 6 : 0;
-  return Math.max(of, SEVERITY.indexOf(it.phase?.replace("MISSION_PHASE_", "")));
+  const ended = it.outcome && it.outcome !== "MISSION_OUTCOME_SUCCESS" ? 6 : 0;
+  return Math.max(ended, SEVERITY.indexOf(it.phase?.replace("MISSION_PHASE_", "")));
 }
 
 function make(it) {
@@ -43,7 +43,7 @@ function fill(row, it, stale) {
   const lost = stale || (it.vehicle === store.selected && isStale());
   const state = it.worst ? flag(it.worst) : it.outcome ? `over: ${outcome(it.outcome)}` : phase(it.phase);
   const progress = it.objectives ? ` · ${Math.min((it.currentObjective ?? 0) + 1, it.objectives)}/${it.objectives}` : "";
-  text(part(row, "state"), lost ? "no connection" : `${state}${it.outcome ? "" : progress}${it.flying ? " · in the air" : ""}`);
+  text(part(row, "state"), lost ? "not connected" : `${state}${it.outcome ? "" : progress}${it.flying ? " · in the air" : ""}`);
   const level = severity(it);
   attribute(part(row, "lamp"), "data-tone", lost ? "none" : level >= 5 ? "bad" : level >= 3 ? "warn" : level >= 0 ? "good" : "none");
   attribute(row.firstElementChild, "aria-current", it.vehicle === store.selected ? "true" : null);

@@ -1,12 +1,12 @@
-// What a mission would take, as the planner has answered: a table, or the mistakes in its text.
+// What a mission would need, as the planner answered: a table, or the mistakes in its text.
 
 import { h } from "./dom.js";
-import { clock, number, sentence, step } from "./words.js";
+import { capital, clock, number, sentence } from "./words.js";
 
-/** The planner's words, and a row for each objective with its plan to unfold. */
+/** The planner's answer, and a row for each objective with its plan to unfold. */
 export function forecast(words, tone, items) {
   const rows = items.flatMap((it) => [row(it), plan(it)]).filter(Boolean);
-  const heads = ["", "Objective", "Way", "Time", "Permissions"].map((it) => h("th", { scope: "col" }, it));
+  const heads = ["", "Objective", "Distance", "Time", "Permissions"].map((it) => h("th", { scope: "col" }, it));
   return h("div", {},
     h("p", { class: "said", "data-tone": tone }, sentence(words)),
     items.length ? h("table", { class: "forecast" }, h("thead", {}, h("tr", {}, ...heads)), h("tbody", {}, ...rows, total(items))) : null,
@@ -26,7 +26,7 @@ function row(it) {
 function plan(it) {
   const steps = it.plan?.steps ?? [];
   if (!steps.length) return null;
-  const line = (at) => h("li", {}, `${step(at)}${at.askPermissions?.length ? `; asks for ${at.askPermissions.join(", ")}` : ""}`);
+  const line = (step) => h("li", {}, capital(step.text));
   const folded = h("details", {}, h("summary", {}, steps.length === 1 ? "1 step" : `${steps.length} steps`), h("ol", { class: "proposed" }, ...steps.map(line)));
   return h("tr", { class: "unfolds" }, h("td", {}), h("td", { colspan: 4 }, folded));
 }
@@ -35,14 +35,14 @@ function total(items) {
   const sum = (key) => items.reduce((all, it) => all + (it[key] ?? 0), 0);
   return h("tr", { class: "total" },
     h("td", {}),
-    h("td", {}, "In all, waits not counted"),
+    h("td", {}, "Total, without waits"),
     h("td", { class: "figure" }, `${number(sum("lengthM"))} m`),
     h("td", { class: "figure" }, clock(sum("flightTimeS"))),
     h("td", {}),
   );
 }
 
-/** Each mistake as the reader told it, with a button that leads to its line. */
+/** Each mistake, with a button that leads to its line. */
 export function mistakes(lines, area) {
   return h("ul", { class: "mistakes" }, ...lines.map((it) => {
     const [first, ...rest] = it.split("\n");

@@ -1,4 +1,4 @@
-// Flags and faults by hand: only where the vehicle is simulated, and for those who may.
+// Flags and faults by hand: only where the vehicle is simulated, and for roles that may inject.
 
 import * as api from "./api.js";
 import { attribute, disabledFor, h, text } from "./dom.js";
@@ -11,7 +11,7 @@ export function mountInjection() {
   const flags = h("select", { id: "inject-flag", "aria-label": "Flag" });
   const inject = (raised) => () => order("flag", "simulation/flags", { name: flags.value, raised, reason: `by hand, ${store.session?.name}` });
   const raise = h("button", { id: "inject-raise", click: inject(true) }, "Raise");
-  const lower = h("button", { id: "inject-lower", click: inject(false) }, "Lower");
+  const clear = h("button", { id: "inject-clear", click: inject(false) }, "Clear");
   const faults = h("select", { id: "inject-fault", "aria-label": "Fault", change: describe });
   const words = h("input", { id: "inject-args", "aria-label": "Arguments of the fault", autocomplete: "off" });
   const effect = h("p", { class: "muted", id: "inject-effect" });
@@ -20,9 +20,9 @@ export function mountInjection() {
     event.preventDefault();
     order("fault", "simulation/faults", { name: faults.value, args: words.value.split(/\s+/).filter(Boolean) });
   } }, h("div", { class: "fields" }, faults, words, go), effect);
-  panel.querySelector(".body").append(h("div", { class: "fields" }, flags, raise, lower), form);
-  /** The catalogue of the vehicle it was asked of. */
-  let [of, known] = [null, []];
+  panel.querySelector(".body").append(h("div", { class: "fields" }, flags, raise, clear), form);
+  /** The faults of a vehicle's simulator. */
+  let [vehicle, known] = [null, []];
 
   function describe() {
     const it = known.find((it) => it.name === faults.value);
@@ -33,31 +33,31 @@ export function mountInjection() {
   }
 
   async function ask() {
-    const vehicle = store.selected;
-    of = vehicle;
+    const asked = store.selected;
+    vehicle = asked;
     try {
-      const list = (await api.get(`/api/v1/vehicles/${encodeURIComponent(vehicle)}/simulation/faults`)).faults;
-      if (of === vehicle) known = list;
+      const { faults } = await api.get(`/api/v1/vehicles/${encodeURIComponent(asked)}/simulation/faults`);
+      if (vehicle === asked) known = faults;
     } catch (refusal) {
       if (!(refusal instanceof api.Refusal)) throw refusal;
-      // The simulator is away: asked again when the panel is opened anew.
-      if (of === vehicle) [of, known] = [null, []];
+      // The simulator does not answer: asked again when the panel is opened again.
+      if (vehicle === asked) [vehicle, known] = [null, []];
     }
     fillOptions(faults, known.map((it) => it.name), (it) => it);
     describe();
   }
 
-  panel.addEventListener("toggle", () => panel.open && of !== store.selected && ask());
+  panel.addEventListener("toggle", () => panel.open && vehicle !== store.selected && ask());
   return () => {
     attribute(panel, "hidden", !store.session?.simulation || !(has("operator") || has("safety")));
-    if (panel.open && of && of !== store.selected) ask();
+    if (panel.open && vehicle && vehicle !== store.selected) ask();
     fillOptions(flags, flagsOf(store.doc?.tree?.nodes ?? []), flag);
-    for (const it of [raise, lower]) disabledFor(it, isStale() ? "not connected" : flags.value ? "" : "no flag is known");
+    for (const it of [raise, clear]) disabledFor(it, isStale() ? "not connected" : flags.value ? "" : "no flag is known");
     disabledFor(go, isStale() ? "not connected" : faults.value ? "" : "no fault is known");
   };
 }
 
-/** The rows of the contingency table, as the running tree has them: each is a sequence that begins with its flag. */
+/** The rows of the contingency table as they stand in the tree: each is a sequence that begins with its flag. */
 function flagsOf(nodes) {
   return nodes.filter((_, index) => nodes[index + 1]?.kind === "FlagRaised").map((it) => it.name);
 }

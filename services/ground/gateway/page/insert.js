@@ -1,4 +1,4 @@
-// An objective to be put into the mission: its name, its place by hand or on the map, and before which other one.
+// A new objective: its name, its place by hand or on the map, and before which other objective.
 
 import { attribute, disabledFor, h } from "./dom.js";
 import { inCommand, isStale, store } from "./store.js";
@@ -45,7 +45,7 @@ export function insertForm() {
   return { element, fill };
 }
 
-/** Nothing is inserted before what is settled. */
+/** An objective is not inserted before a settled one. */
 function places(select) {
   const objectives = store.doc?.mission?.objectives ?? [];
   const first = store.doc?.mission?.currentObjective ?? 0;

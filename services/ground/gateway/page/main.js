@@ -1,9 +1,9 @@
-// Puts the parts of the page together.
+// Mounts the parts of the page.
 
 import { adoptToken } from "./api.js";
 import { onChange, start } from "./store.js";
 import { mountTop } from "./top.js";
-import { mountHelm } from "./helm.js";
+import { mountCommandAuthority } from "./command-authority.js";
 import { mountStaleness } from "./staleness.js";
 import { mountStrip } from "./strip.js";
 import { mountFleet } from "./fleet.js";
@@ -22,7 +22,7 @@ import { mountInjection } from "./injection.js";
 
 const parts = [
   mountTop,
-  mountHelm,
+  mountCommandAuthority,
   mountStaleness,
   mountStrip,
   mountFleet,

@@ -1,16 +1,16 @@
-// What is in the air: the vehicle, and other traffic.
+// Aircraft: the vehicle, and other traffic.
 
 import { isSourceStale, store } from "./store.js";
 import { place } from "./map-view.js";
 import { heading, label, line } from "./map-pen.js";
 import { number } from "./words.js";
 
-/** An arrow head that points where the nose does; hollow when its data are old. */
+/** An arrow head that points where the nose points; hollow when its data are stale. */
 export function aircraft(pen, { position, headingRad = 0, velocity = {} }) {
   const { context, colour } = pen;
   const [x, y] = place(position);
-  const old = isSourceStale("introspection");
-  if (!old && Math.hypot(velocity.northMS ?? 0, velocity.eastMS ?? 0) > 0.5) {
+  const stale = isSourceStale("introspection");
+  if (!stale && Math.hypot(velocity.northMS ?? 0, velocity.eastMS ?? 0) > 0.5) {
     context.strokeStyle = colour("ink");
     context.lineWidth = 1.5;
     heading(context, [x, y], velocity);
@@ -20,18 +20,18 @@ export function aircraft(pen, { position, headingRad = 0, velocity = {} }) {
   context.rotate(headingRad);
   line(context, [[0, -13], [9, 10], [0, 5], [-9, 10]]);
   context.closePath();
-  context.fillStyle = old ? colour("map") : colour("vehicle");
-  context.strokeStyle = old ? colour("bad") : colour("map");
+  context.fillStyle = stale ? colour("map") : colour("vehicle");
+  context.strokeStyle = stale ? colour("bad") : colour("map");
   context.lineWidth = 2;
-  if (old) context.setLineDash([3, 2]);
+  if (stale) context.setLineDash([3, 2]);
   context.fill();
   context.stroke();
   context.restore();
   const height = store.doc.aircraft?.derived?.heightM;
-  label(pen, `${store.selected}  ${number(height)} m${old ? "  old" : ""}`, x + 14, y - 10, old ? "bad" : "ink");
+  label(pen, `${store.selected}  ${number(height)} m${stale ? "  old" : ""}`, x + 14, y - 10, stale ? "bad" : "ink");
 }
 
-/** A diamond with its height, and where it flies to. */
+/** A diamond with the aircraft's height and velocity. */
 export function traffic(pen, it) {
   if (!it.position) return;
   const { context, colour } = pen;

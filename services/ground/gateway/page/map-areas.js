@@ -1,4 +1,4 @@
-// The areas, coloured by the state of their permission.
+// The areas, coloured by the state of their permissions.
 
 import { store } from "./store.js";
 import { place } from "./map-view.js";
@@ -6,7 +6,7 @@ import { hatch, label, line } from "./map-pen.js";
 import { TONES, short } from "./permissions.js";
 import { number } from "./words.js";
 
-const WORDS = { REQUESTED: "asked, undecided", "": "not asked", UNSPECIFIED: "not asked" };
+const WORDS = { REQUESTED: "requested", "": "not requested", UNSPECIFIED: "not requested" };
 
 export function area(pen, it) {
   const { context, colour } = pen;

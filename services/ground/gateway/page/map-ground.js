@@ -1,4 +1,4 @@
-// The ground: a grid in metres, a scale, the wind, and the mark of a place that is being chosen.
+// The ground: a grid in metres, a scale, the wind, and the mark of a place that the operator chooses.
 
 import { nice, pixels, toGround, toScreen } from "./map-view.js";
 import { label, line } from "./map-pen.js";
@@ -31,7 +31,7 @@ export function scaleBar(pen) {
   label(pen, metres >= 1000 ? `${metres / 1000} km` : `${metres} m`, x + 6, y - 7, "ink", 500);
 }
 
-/** Points where the wind blows to. */
+/** An arrow that points where the wind blows to. */
 export function wind(pen, it) {
   if (!it) return;
   const { context, colour, width } = pen;

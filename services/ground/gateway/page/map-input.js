@@ -1,19 +1,19 @@
-// Pointers, wheel and keys on the map; and a place chosen on it, for whoever asks for one.
+// Pointers, wheel and keys on the map; and choosing a place on it.
 
 import { changed } from "./store.js";
 import { STEP, follow, metres, pan, showAll, toGround, vehicle, zoom } from "./map-view.js";
 
 let canvas = null;
-/** The place that is being chosen, and who waits for it. */
+/** The place that the operator is choosing, and what resolves it. */
 let picking = null;
-/** The place that was chosen, while it is asked whether it is the right one. */
+/** The place that was chosen, while the second step asks for confirmation. */
 let chosen = null;
 let hover = null;
 
-/** The mark of a choice under way, and what lies under the pointer. */
+/** The mark of the chosen place, and the place under the pointer. */
 export const pointed = { mark: () => picking ?? chosen, hover: () => hover };
 
-/** Lets the operator choose a place; `null` when that is cancelled. */
+/** Lets the operator choose a place; `null` when the operator cancels. */
 export function pickPlace() {
   finish(null);
   return new Promise((resolve) => {
@@ -31,7 +31,7 @@ export function markPlace(place) {
   changed();
 }
 
-/** Ends choosing a place, with none, and takes its mark away. */
+/** Cancels choosing a place, and removes its mark. */
 export function stopPicking() {
   chosen = null;
   finish(null);
@@ -46,7 +46,7 @@ function finish(place) {
   changed();
 }
 
-/** Listens to what is done on the map. */
+/** Listens to input on the map. */
 export function listen(element) {
   canvas = element;
   const fingers = new Map();
@@ -82,7 +82,7 @@ export function listen(element) {
   canvas.addEventListener("keydown", onKey);
 }
 
-/** Two fingers: the one that rests is what the ground is stretched about. */
+/** Two fingers: the map is scaled about the one that rests. */
 function pinch(before, now, rests) {
   const distance = (it) => Math.hypot(it[0] - rests[0], it[1] - rests[1]);
   zoom(distance(now) / Math.max(1, distance(before)), ...rests);

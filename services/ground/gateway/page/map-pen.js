@@ -1,4 +1,4 @@
-// What all drawings on the map have in common: lines, labels, stripes.
+// What all drawings on the map share: lines, labels, stripes.
 
 /** A path through points, in pixels. */
 export function line(context, points) {
@@ -6,7 +6,7 @@ export function line(context, points) {
   points.forEach(([x, y], index) => (index ? context.lineTo(x, y) : context.moveTo(x, y)));
 }
 
-/** Words with a rim of the ground's colour, legible on whatever is below. */
+/** Text with an outline in the colour of the ground, legible on every background. */
 export function label({ context, colour, font }, words, x, y, tone = "ink", weight = 600) {
   context.font = `${weight} 12px ${font}`;
   context.lineJoin = "round";
@@ -17,7 +17,7 @@ export function label({ context, colour, font }, words, x, y, tone = "ink", weig
   context.fillText(words, x, y);
 }
 
-/** Stripes, since colour alone is not for everybody, nor for bright sun. */
+/** Stripes, since colour alone fails the colour-blind, and everybody in bright sun. */
 export function hatch({ context, colour }, corners, tone, crossed) {
   context.save();
   line(context, corners);
@@ -39,7 +39,7 @@ export function hatch({ context, colour }, corners, tone, crossed) {
   context.restore();
 }
 
-/** Where something flies to in the next seconds, as a line from `[x, y]`. */
+/** A velocity as a line from `[x, y]`, four pixels for each metre per second. */
 export function heading(context, [x, y], { northMS = 0, eastMS = 0 } = {}) {
   line(context, [[x, y], [x + eastMS * 4, y - northMS * 4]]);
   context.stroke();

@@ -1,4 +1,4 @@
-// Where it has flown, where it flies, where it would fly, and the sites of its objectives.
+// Where the vehicle has flown, will fly and would fly, and the sites of its objectives.
 
 import { store } from "./store.js";
 import { place, toScreen, vehicle } from "./map-view.js";
@@ -28,7 +28,7 @@ export function route(pen) {
   if (tried.length) sketch(pen, [here, ...tried.map((it) => it.goalState?.position)], "what if", "old");
 }
 
-/** The steps of the plan that are still to fly, the present one full. */
+/** The steps of the plan still to fly; the present one as a full line. */
 function ahead({ context, colour }, start) {
   const current = store.doc.plan?.current;
   let from = start;
@@ -51,7 +51,7 @@ function ahead({ context, colour }, start) {
   }
 }
 
-/** A route that nobody flies yet: a broad dotted band beside no other line's style. */
+/** A route that is not flown yet: a broad dotted band, unlike any other line. */
 function sketch(pen, positions, words, tone) {
   const { context, colour } = pen;
   const points = positions.map(place);
@@ -68,7 +68,7 @@ function sketch(pen, positions, words, tone) {
   label(pen, words, (points[0][0] + farthest[0]) / 2 + 8, (points[0][1] + farthest[1]) / 2 - 10, tone);
 }
 
-/** Home, and the objectives in their order. */
+/** Home, and the objectives in order. */
 export function sites(pen) {
   const { context, colour } = pen;
   const [homeX, homeY] = toScreen(0, 0);
@@ -81,7 +81,7 @@ export function sites(pen) {
   store.doc.mission?.objectives?.forEach((it, index) => {
     const [x, y] = place(it.position);
     const tone = { OBJECTIVE_STATE_SUCCESS: "good", OBJECTIVE_STATE_FAILURE: "bad" }[it.state] ?? (index === store.doc.mission.currentObjective ? "accent" : "muted");
-    // Names of one site stand one below the other.
+    // The names of objectives at one site stand one below the other.
     const site = `${Math.round(x)},${Math.round(y)}`;
     const row = under.get(site) ?? 0;
     under.set(site, row + 1);

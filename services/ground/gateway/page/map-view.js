@@ -1,4 +1,4 @@
-// What of the ground the map shows: its middle and its scale, and the way between metres and pixels.
+// The view of the map: its centre and scale, and conversion between metres and pixels.
 
 import { changed, store } from "./store.js";
 
@@ -7,23 +7,23 @@ const ZOOM = { least: 0.02, most: 40 };
 export const STEP = 1.3;
 const NICE = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000];
 
-/** What is in the middle, and pixels a metre. */
+/** The centre in metres, and pixels per metre. */
 const view = { north: 0, east: 0, scale: 1, follow: false, fitted: null };
 let canvas = null;
-let toldFollow = () => {};
+let followChanged = () => {};
 
-/** The canvas that is looked through; `onFollow` hears whether the vehicle is followed. */
+/** Shows the view on a canvas; `onFollow` is called when following the vehicle starts or stops. */
 export function openView(element, onFollow) {
   canvas = element;
-  toldFollow = onFollow;
+  followChanged = onFollow;
 }
 
-/** Where the vehicle is, if that is known. */
+/** The vehicle's position, if it is known. */
 export function vehicle() {
   return store.doc?.aircraft?.localPosition;
 }
 
-/** A position of the contract, whose zeros may be left out, in pixels. */
+/** A position in pixels. */
 export function place(position) {
   return toScreen(position?.northM ?? 0, position?.eastM ?? 0);
 }
@@ -47,7 +47,7 @@ export function pixels(metres) {
   return metres * view.scale;
 }
 
-/** The nicest distance that is at least this many pixels long. */
+/** The smallest round distance that is at least this many pixels long. */
 export function nice(atLeast) {
   return NICE.find((it) => it * view.scale >= atLeast) ?? NICE.at(-1);
 }
@@ -68,14 +68,14 @@ export function pan(x, y) {
   changed();
 }
 
-/** Keeps the vehicle in the middle, or lets it go. */
+/** Keeps the vehicle in the centre, or stops doing so. */
 export function follow(on = !view.follow) {
   view.follow = on;
-  toldFollow(on);
+  followChanged(on);
   changed();
 }
 
-/** Areas, sites, what is tried out and the vehicle, with a border. */
+/** Fits areas, sites, the mission that is tried out and the vehicle into the view. */
 export function showAll() {
   follow(false);
   const doc = store.doc;
@@ -89,7 +89,7 @@ export function showAll() {
   changed();
 }
 
-/** Before each drawing: a mission seen for the first time is shown whole, a vehicle that is followed in the middle. */
+/** Before each drawing: fits a mission seen for the first time, and centres a vehicle that is followed. */
 export function settleView() {
   const mission = store.doc?.mission;
   const seen = mission?.objectives?.length ? `${store.selected}/${mission.name}` : null;

@@ -1,4 +1,4 @@
-// The map, in metres, north up: puts together what the drawings draw, once for every change.
+// The map, in metres, north up: calls each drawing once for every change.
 
 import { attribute, fit, h, text, theme } from "./dom.js";
 import { renew, store } from "./store.js";
@@ -24,7 +24,7 @@ export function mountMap() {
   panel.append(canvas, tools, readout, legend());
   openView(canvas, (on) => attribute(following, "aria-pressed", String(on)));
   listen(canvas);
-  // What is stretched to another size is drawn anew before it is looked at.
+  // A canvas of a new size is drawn again before it is shown.
   new ResizeObserver(renew).observe(canvas);
   return () => {
     draw(canvas);
@@ -36,7 +36,7 @@ export function mountMap() {
 function legend() {
   const item = (kind, words) => h("span", { class: `key ${kind}` }, words);
   return h("div", { class: "map-legend", "aria-hidden": "true" },
-    item("none", "not asked"), item("warn", "asked"), item("good", "granted"), item("bad", "denied, revoked"), item("keep", "keep out"));
+    item("none", "not requested"), item("warn", "requested"), item("good", "granted"), item("bad", "denied, revoked"), item("keep", "keep out"));
 }
 
 function draw(canvas) {

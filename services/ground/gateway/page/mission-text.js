@@ -1,13 +1,13 @@
-// The mission as the text of a mission file, made of what the planner says of it.
+// The mission as the text of a mission file, made of the planner's status.
 //
-// What is settled is left out: an upload begins where the vehicle is.
+// Settled objectives are left out: an upload starts where the vehicle is.
 
 const KINDS = { AREA_KIND_PERMISSION: "permission", AREA_KIND_KEEP_OUT: "keep-out" };
 
-/** A text as a basic string of TOML, of which a string of JSON is one. */
+/** A text as a basic string of TOML: every string of JSON is one. */
 const quoted = (it) => JSON.stringify(it);
 
-/** A number that TOML takes for a float, with no more digits than a centimetre needs. */
+/** A number that TOML reads as a float, to a centimetre. */
 function float(value = 0) {
   const shown = String(Math.round(value * 100) / 100);
   return /[.e]/.test(shown) ? shown : `${shown}.0`;

@@ -1,8 +1,8 @@
-// The mission: its objectives, and the plan of the present one, action and communication side by side.
+// The mission: its objectives, and the plan of the current one with action and communication side by side.
 
 import { attribute, disabledFor, h, list, part, text } from "./dom.js";
 import { has, store } from "./store.js";
-import { number, permission, sentence, step } from "./words.js";
+import { capital, number, permission, sentence } from "./words.js";
 import { objectives } from "./objectives.js";
 import { insertForm } from "./insert.js";
 import { edit } from "./editor.js";
@@ -11,7 +11,7 @@ export function mountMission() {
   const body = document.querySelector("#mission .body");
   const all = objectives();
   const insert = insertForm();
-  const editing = h("button", { id: "mission-edit", "aria-pressed": "false", "data-help": "Change the objectives, or try another mission out", click: () => edit(!store.editing) }, "Edit mission");
+  const editing = h("button", { id: "mission-edit", "aria-pressed": "false", "data-help": "Change the objectives, or try out another mission", click: () => edit(!store.editing) }, "Edit mission");
   const hold = h("p", { class: "note-line", "data-tone": "warn", hidden: true });
   const heading = h("h3", {});
   const steps = h("tbody", {});
@@ -31,7 +31,7 @@ export function mountMission() {
     attribute(editing, "aria-pressed", String(store.editing));
     disabledFor(editing, doc?.report && !store.editing ? "the mission is over" : "");
     attribute(hold, "hidden", !doc?.mission?.hold);
-    text(hold, doc?.mission?.hold ? `Holds: ${sentence(doc.mission.hold)}` : "");
+    text(hold, doc?.mission?.hold ? `Holding: ${sentence(doc.mission.hold)}` : "");
     attribute(report, "hidden", !doc?.report);
     text(report, doc?.report ? summary(doc.report) : "");
     const planned = store.plan.steps.length > 0 && !doc?.report;
@@ -63,12 +63,12 @@ function fillStep(row, it) {
   const present = it.step.id === current?.stepId;
   const done = store.plan.done.has(it.step.id);
   text(part(row, "number"), done ? "✓" : String(it.index + 1));
-  text(part(row, "action"), step(it.step) + (it.step.auxiliary ? " (on the way)" : ""));
+  text(part(row, "action"), capital(it.step.text));
   const bar = part(row, "bar");
   attribute(bar, "hidden", !present);
   const left = current?.distanceLeftM ?? 0;
   if (present) bar.value = store.plan.longest > 0 ? 1 - left / store.plan.longest : 0;
-  text(part(row, "left"), present ? (current.inTransition ? "transition flies meanwhile" : `${number(left)} m left`) : "");
+  text(part(row, "left"), present ? (current.inTransition ? "transition action flies" : `${number(left)} m left`) : "");
   const states = new Map((store.doc?.permissions ?? []).map((p) => [p.area, p.state]));
   text(part(row, "ask"), it.ask.map((ask) => `${ask.area}: ${permission(states.get(ask.area))}`).join(", ") || "–");
   attribute(row, "data-state", present ? "present" : done ? "done" : "ahead");

@@ -1,4 +1,4 @@
-// The objectives in their order; while the mission is edited, with what can be done to each.
+// The objectives in order; while the mission is edited, with buttons for each.
 
 import { attribute, disabledFor, h, list, part, text } from "./dom.js";
 import { inCommand, isStale, store } from "./store.js";
@@ -20,8 +20,8 @@ export function objectives() {
 
 function make({ name }) {
   const path = `mission/objectives/${encodeURIComponent(name)}`;
-  const skip = () => ask(`Give objective ${name} up? It counts as failed.`, "Skip", () => order("skip", `${path}/skip`));
-  const remove = () => ask(`Take objective ${name} out of the mission?`, "Remove", () => order("remove", path, undefined, "DELETE"));
+  const skip = () => ask(`Skip objective ${name}? It counts as failed.`, "Skip", () => order("skip", `${path}/skip`));
+  const remove = () => ask(`Remove objective ${name} from the mission?`, "Remove", () => order("remove", path, undefined, "DELETE"));
   return h(
     "li",
     { "data-objective": name },
@@ -29,8 +29,8 @@ function make({ name }) {
     h("div", {}, h("strong", { "data-part": "name" }), h("span", { class: "muted", "data-part": "place" }), h("span", { class: "reason", "data-part": "reason" })),
     h("span", { class: "muted", "data-part": "state" }),
     h("div", { class: "buttons", "data-part": "edit", hidden: true },
-      h("button", { "data-part": "skip", "data-help": "Give it up: it counts as failed", "aria-label": `Skip ${name}`, click: skip }, "Skip"),
-      h("button", { "data-part": "remove", "data-help": "Take it out of the mission", "aria-label": `Remove ${name}`, click: remove }, "Remove"),
+      h("button", { "data-part": "skip", "data-help": "Skip it: it counts as failed", "aria-label": `Skip ${name}`, click: skip }, "Skip"),
+      h("button", { "data-part": "remove", "data-help": "Remove it from the mission", "aria-label": `Remove ${name}`, click: remove }, "Remove"),
     ),
   );
 }
@@ -42,8 +42,8 @@ function renew(row, it) {
   text(part(row, "name"), it.name);
   const height = it.flying ? `, ${number(-downM)} m high` : ", on the ground";
   text(part(row, "place"), `N ${number(northM)}, E ${number(eastM)}${height}`);
-  text(part(row, "state"), it.present && key === "WAITING" ? "present" : objective(it.state));
-  text(part(row, "reason"), it.reason ? sentence(it.reason) : it.replans ? `Planned anew ${it.replans === 1 ? "once" : `${it.replans} times`}.` : "");
+  text(part(row, "state"), it.present && key === "WAITING" ? "current" : objective(it.state));
+  text(part(row, "reason"), it.reason ? sentence(it.reason) : it.replans ? `Replanned ${it.replans === 1 ? "once" : `${it.replans} times`}.` : "");
   attribute(row, "data-tone", TONES[key] ?? (it.present ? "accent" : null));
   attribute(part(row, "edit"), "hidden", !store.editing || key !== "WAITING");
   const reason = isStale() ? "not connected" : inCommand() ? "" : "take command first";

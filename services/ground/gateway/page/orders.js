@@ -1,12 +1,12 @@
-// Giving an order: the second step of a hazardous one, its way to the gateway, and what came of it.
+// Giving an order: the second step of a hazardous one, the request, and its outcome.
 //
-// Everything that orders something passes here, so that all of it is answered in one place.
+// Every order passes here, so that all outcomes appear in one place.
 
 import * as api from "./api.js";
 import { attribute, h, part, text } from "./dom.js";
 import { store } from "./store.js";
 
-/** A question nobody answers is withdrawn. */
+/** A question without an answer is withdrawn after this. */
 const QUESTION_MS = 10_000;
 
 let confirm = null;
@@ -14,7 +14,7 @@ let timer = null;
 let last = null;
 const withdrawn = new Set();
 
-/** The elements beneath the verbs: the question of a second step, and the answer. */
+/** The elements below the orders: the question of a second step, and the outcome. */
 export function orderElements() {
   confirm = h("div", { class: "confirm", role: "alertdialog", "aria-labelledby": "question", hidden: true },
     h("span", { id: "question", "data-part": "question" }),
@@ -27,7 +27,7 @@ export function orderElements() {
   return { confirm, answer: h("div", { class: "answer" }, said, again) };
 }
 
-/** Asks before `go`: the button is not where the first one was, and the focus is on the way out. */
+/** Asks before `go`: the button is in another place than the first one, and the focus is on Cancel. */
 export function ask(question, label, go) {
   withdraw();
   attribute(confirm, "hidden", false);
@@ -42,12 +42,12 @@ export function ask(question, label, go) {
   timer = setTimeout(withdraw, QUESTION_MS);
 }
 
-/** Calls `listener` whenever the operator turns back. */
+/** Calls `listener` whenever the operator cancels. */
 export function onWithdraw(listener) {
   withdrawn.add(listener);
 }
 
-/** Takes the question back. */
+/** Withdraws the question. */
 export function withdraw() {
   clearTimeout(timer);
   for (const listener of withdrawn) listener();
@@ -55,7 +55,7 @@ export function withdraw() {
   attribute(confirm, "hidden", true);
 }
 
-/** Gives an order under the chosen vehicle and says what came of it; the answer, or `null` when it was not done. */
+/** Gives an order to the selected vehicle and shows the outcome; the answer, or `null` when it was refused. */
 export function order(name, path, body, method = "POST") {
   const url = `/api/v1/vehicles/${encodeURIComponent(store.selected)}/${path}`;
   return run({ name, url, body, method, key: api.newKey() });
@@ -69,18 +69,18 @@ async function run(it) {
     announce("good", `${it.name}: ${answer.text || "done"}`);
     return answer;
   } catch (refusal) {
-    // A page's own fault is none of the gateway's, and belongs on the console.
+    // A fault of the page itself belongs on the console.
     if (!(refusal instanceof api.Refusal)) throw refusal;
     announce("bad", `${it.name}: ${refusal.status ? "refused" : "no answer"}: ${refusal.message}`, [0, 408, 503].includes(refusal.status));
     return null;
   }
 }
 
-/** Writes the outcome of an order beneath the verbs. */
+/** Shows the outcome of an order. */
 export function announce(tone, words, repeatable = false) {
   const said = document.getElementById("said");
   text(said, words);
   attribute(said, "data-tone", tone || null);
-  // The same key: an order that did arrive is not carried out twice.
+  // With the same key: an order that did arrive is not carried out twice.
   attribute(document.getElementById("again"), "hidden", !repeatable);
 }

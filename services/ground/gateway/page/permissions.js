@@ -1,18 +1,18 @@
-// One card for each area that needs a permission, with the tower's buttons for those who may decide.
+// One card for each area that needs a permission, with buttons for those who may decide.
 
 import { attribute, disabledFor, h, list, part, text } from "./dom.js";
-import { has, silence, isStale, store } from "./store.js";
+import { has, isStale, store } from "./store.js";
 import { clock, permission, sentence } from "./words.js";
 import { ask, order } from "./orders.js";
 
-/** The tone of each state; the map uses the same. */
+/** The tone of each state, here and on the map. */
 export const TONES = { REQUESTED: "warn", GRANTED: "good", DENIED: "bad", REVOKED: "bad", EXPIRED: "old" };
 const DECISIONS = [
   ["DECISION_GRANT", "Grant"],
   ["DECISION_DENY", "Deny"],
   ["DECISION_REVOKE", "Revoke"],
 ];
-/** Cards that wait for somebody come first. */
+/** Cards that need a decision come first. */
 const URGENCY = ["REQUESTED", "REVOKED", "DENIED", "EXPIRED", "GRANTED"];
 
 export function mountPermissions() {
@@ -43,13 +43,13 @@ export function short(state) {
 }
 
 function make({ area }) {
-  const why = h("input", { "data-part": "why", placeholder: "Reason, if any", "aria-label": `Reason of the decision about area ${area}`, maxlength: 200, autocomplete: "off" });
+  const why = h("input", { "data-part": "why", placeholder: "Reason (optional)", "aria-label": `Reason for the decision about area ${area}`, maxlength: 200, autocomplete: "off" });
   const decide = async (decision) => {
     const done = await order("permission", `permissions/${encodeURIComponent(area)}/decision`, { decision, reason: why.value.trim() });
     if (done) why.value = "";
   };
   const press = (decision, label) =>
-    decision === "DECISION_REVOKE" ? ask(`Revoke the permission for area ${area}? ${store.selected} has to leave it, or fly round it.`, label, () => decide(decision)) : decide(decision);
+    decision === "DECISION_REVOKE" ? ask(`Revoke the permission for area ${area}? ${store.selected} must leave it or fly round it.`, label, () => decide(decision)) : decide(decision);
   const buttons = DECISIONS.map(([decision, label]) =>
     h("button", { "data-decision": decision, class: decision === "DECISION_REVOKE" ? "hazard" : null, "aria-label": `${label} area ${area}`, click: () => press(decision, label) }, label),
   );
@@ -64,7 +64,7 @@ function make({ area }) {
 
 function fill(card, it) {
   const state = short(it.state);
-  text(part(card, "state"), state === "REQUESTED" ? "asked, undecided" : permission(it.state));
+  text(part(card, "state"), permission(it.state));
   attribute(part(card, "state"), "data-tone", TONES[state] ?? "none");
   attribute(card, "data-state", state.toLowerCase());
   text(part(card, "until"), state === "GRANTED" && it.validForS ? `for ${clock(it.validForS)} more` : "");
@@ -73,6 +73,6 @@ function fill(card, it) {
   for (const button of card.querySelectorAll("[data-decision]")) {
     const wrong = { DECISION_GRANT: state === "GRANTED", DECISION_DENY: state === "DENIED" || state === "GRANTED", DECISION_REVOKE: state !== "GRANTED" };
     attribute(button, "hidden", wrong[button.dataset.decision]);
-    disabledFor(button, isStale() ? `nothing received for ${Math.floor(silence())} s` : "");
+    disabledFor(button, isStale() ? "not connected" : "");
   }
 }

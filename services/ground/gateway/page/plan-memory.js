@@ -1,10 +1,10 @@
-// The steps of the present plan with those already flown, which the gateway no longer tells.
+// The steps of the present plan together with those already flown, which the vehicle's document no longer has.
 
 export function noPlan() {
   return { revision: null, steps: [], done: new Set(), longest: 0, current: null };
 }
 
-/** What is remembered of the plan once `doc` has come. */
+/** The memory of the plan after `doc` has arrived. */
 export function rememberPlan(plan, doc) {
   const steps = doc.plan?.actionTrack ?? [];
   const asks = new Map((doc.plan?.communicationTrack ?? []).map((it) => [it.stepId, it.askPermissions]));

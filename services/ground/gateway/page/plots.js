@@ -1,4 +1,4 @@
-// Height, speed, battery and the tree's pace over the last minutes, on canvases of our own.
+// Height, speed, battery and the tree's tick time over the last minutes.
 
 import { fit, h, text, theme } from "./dom.js";
 import { isSourceStale, store } from "./store.js";
@@ -48,7 +48,7 @@ function range() {
 }
 
 function draw({ plot, label, value, canvas }) {
-  // The time a tick takes is shown by gateways that tell it, the number of ticks by the others.
+  // Without tick times, where nothing is timed, the number of ticks is shown.
   const known = !plot.else || store.samples.some((it) => it[plot.key] != null);
   const shown = known ? plot : plot.else;
   const samples = store.samples.filter((it) => it[shown.key] != null);

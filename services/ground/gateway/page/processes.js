@@ -4,8 +4,10 @@ import { attribute, h, list, part, text } from "./dom.js";
 import { isStale, silence, store } from "./store.js";
 import { age, clock } from "./words.js";
 
+/** Messages that a process did not handle, by the field of its heartbeat. */
+const LOSSES = { dropped: "dropped", malformed: "malformed", late: "too old", refused: "invalid" };
 const TONES = { alive: "good", stale: "warn", dead: "bad" };
-/** Comes for one message and leaves: its absence is no trouble. */
+/** Joins for one message and leaves: its absence is normal. */
 const VISITOR = "injector";
 
 export function mountProcesses() {
@@ -22,14 +24,14 @@ function make({ service }) {
 }
 
 function fill(row, { health, wallAgeS, heartbeat }) {
-  // The gateway cannot hear its own heartbeat: that its status arrives is its sign of life.
+  // The gateway does not receive its own heartbeat: its status is its sign of life.
   const shown = row.dataset.key === "gateway" && !heartbeat ? (isStale() ? "silent" : "alive") : isStale() ? "unknown" : health;
   attribute(part(row, "lamp"), "data-tone", TONES[shown] ?? "none");
   attribute(part(row, "lamp"), "title", shown);
   const seconds = row.dataset.key === "gateway" && !heartbeat ? silence() : wallAgeS == null ? null : wallAgeS + silence();
   text(part(row, "age"), shown === "alive" || shown === "unknown" ? age(seconds) : shown);
   text(part(row, "up"), clock(heartbeat?.uptimeS));
-  const lost = Number(heartbeat?.dropped ?? 0) + Number(heartbeat?.malformed ?? 0);
-  text(part(row, "lost"), heartbeat ? String(lost) : "–");
-  attribute(part(row, "lost"), "title", heartbeat ? `${heartbeat.dropped} dropped, ${heartbeat.malformed} malformed of ${heartbeat.handled}` : null);
+  const losses = Object.entries(LOSSES).map(([field, words]) => [Number(heartbeat?.[field] ?? 0), words]);
+  text(part(row, "lost"), heartbeat ? String(losses.reduce((all, [count]) => all + count, 0)) : "–");
+  attribute(part(row, "lost"), "title", heartbeat ? losses.map(([count, words]) => `${count} ${words}`).join(", ") : null);
 }

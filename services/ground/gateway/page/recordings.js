@@ -1,4 +1,4 @@
-// Recorded missions: how each ended, and its file to take along.
+// Recorded missions: how each ended, and its file to download.
 
 import { get, save } from "./api.js";
 import { announce } from "./orders.js";
@@ -9,7 +9,8 @@ import { clock, outcome } from "./words.js";
 const PERIOD_MS = 5000;
 const TONES = { MISSION_OUTCOME_SUCCESS: "good", MISSION_OUTCOME_FAILURE: "bad", MISSION_OUTCOME_EMERGENCY: "bad" };
 
-let shelf = null;
+/** The newest answer of the gateway. */
+let answer = null;
 
 export function mountRecordings() {
   const body = document.querySelector("#recordings .body");
@@ -17,8 +18,8 @@ export function mountRecordings() {
   const note = h("p", { class: "muted" });
   body.append(note, rows);
   const poll = async () => {
-    // A gateway that does not answer is told elsewhere.
-    if (store.session && !document.hidden) shelf = await get("/api/v1/recordings").catch(() => shelf);
+    // That the gateway does not answer is shown elsewhere.
+    if (store.session && !document.hidden) answer = await get("/api/v1/recordings").catch(() => answer);
   };
   setInterval(poll, PERIOD_MS);
   let [asked, failing] = [null, false];
@@ -29,24 +30,24 @@ export function mountRecordings() {
     asked = now;
     text(note, why());
     attribute(note, "hidden", !why());
-    // Trouble is not folded away.
-    if (shelf?.state === "failing" && !failing) document.getElementById("recordings").open = true;
-    failing = shelf?.state === "failing";
-    list(rows, shelf?.recordings ?? [], (it) => it.id, make, fill);
+    // A problem is not folded away.
+    if (answer?.state === "failing" && !failing) document.getElementById("recordings").open = true;
+    failing = answer?.state === "failing";
+    list(rows, answer?.recordings ?? [], (it) => it.id, make, fill);
   };
 }
 
-/** What there is to say besides the list. */
+/** What to say besides the list. */
 function why() {
-  if (!shelf) return "";
-  if (shelf.state === "failing") return `Missions cannot be recorded: ${shelf.problem}.`;
-  if (shelf.state === "off") return "Missions are not recorded.";
-  return shelf.recordings.length ? "" : "Nothing is recorded yet.";
+  if (!answer) return "";
+  if (answer.state === "failing") return `Missions cannot be recorded: ${answer.problem}.`;
+  if (answer.state === "off") return "Missions are not recorded.";
+  return answer.recordings.length ? "" : "No mission is recorded yet.";
 }
 
 function make({ id }) {
-  const download = h("button", { "data-part": "download", click: () => take(id) }, "Download");
-  return h("li", {}, h("span", { class: "badge", "data-part": "outcome" }), h("span", { class: "muted figure", "data-part": "size" }), download, h("span", { "data-part": "what" }));
+  const button = h("button", { "data-part": "download", click: () => download(id) }, "Download");
+  return h("li", {}, h("span", { class: "badge", "data-part": "outcome" }), h("span", { class: "muted figure", "data-part": "size" }), button, h("span", { "data-part": "what" }));
 }
 
 function fill(row, it) {
@@ -61,10 +62,10 @@ function fill(row, it) {
   text(part(row, "size"), it.bytes < 1e6 ? `${Math.ceil(it.bytes / 1e3)} kB` : `${(it.bytes / 1e6).toFixed(1)} MB`);
 }
 
-async function take(id) {
+async function download(id) {
   try {
     await save(`/api/v1/recordings/${encodeURIComponent(id)}/file`, `${id}.mcap`);
   } catch (refusal) {
-    announce("bad", `Not downloaded: ${refusal.message}.`);
+    announce("bad", `Download failed: ${refusal.message}.`);
   }
 }

@@ -1,4 +1,4 @@
-// Says how old what is shown is, and marks every panel whose source is silent.
+// Says how old the shown data are, and marks every panel whose source is silent.
 
 import { attribute, text } from "./dom.js";
 import { age, flag } from "./words.js";
@@ -18,19 +18,19 @@ export function mountStaleness() {
     text(banner, words(stale));
     const urgent = unacknowledged();
     attribute(alarm, "hidden", !urgent.length);
-    text(alarm, urgent.length ? `${urgent.map((it) => flag(it.flag)).join(", ")}: to the contingencies` : "");
+    text(alarm, urgent.length ? `Contingency: ${urgent.map((it) => flag(it.flag)).join(", ")}. Show` : "");
   };
 }
 
-/** What acts or waits and nobody has acknowledged: said on top where the panel is out of sight. */
+/** Active contingencies that nobody has acknowledged: shown on top where their panel is out of sight. */
 function unacknowledged() {
   return (store.doc?.contingencies?.active ?? []).filter((it) => !it.acknowledgedBy).sort((a, b) => a.priority - b.priority);
 }
 
 function words(stale) {
-  if (store.signIn) return "Not signed in: nothing is received.";
-  if (!store.doc) return "Nothing received yet.";
-  if (stale) return `Connection lost. Nothing received for ${Math.floor(silence())} s; everything shown is from then.`;
+  if (store.signIn) return "Not signed in: no data.";
+  if (!store.doc) return "No data yet.";
+  if (stale) return `Connection lost. No data for ${age(silence())}: everything shown is old.`;
   const monitor = sourceAge("introspection");
-  return `The vehicle's monitor is silent (${age(monitor)}): position, speed, battery and flags are from then.`;
+  return `No data from the vehicle's monitor for ${age(monitor)}: position, speed, battery and flags are old.`;
 }

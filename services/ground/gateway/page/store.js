@@ -1,40 +1,43 @@
-// What the page knows: the fleet, the chosen vehicle, its history, and how old all of it is.
+// What the page knows: the fleet, the selected vehicle, its events, and the age of its data.
 //
-// One writer, here. The parts of the page read it when they are told that it changed.
+// Written here and nowhere else. The parts of the page read it on every change.
 
 import * as api from "./api.js";
 import { noPlan, rememberPlan } from "./plan-memory.js";
 
-/** Milliseconds without a status (they come at 2 Hz) after which nothing shown may pass as present. */
-const STALE_AFTER_MS = 850;
-/** Wall seconds after which a source's data are old: the slow ones come at 1 or 2 Hz, the monitor's at 100. */
-const SOURCE_LIMIT_S = { introspection: 0.9, mcmStatus: 2, plannerStatus: 3, permissionLedger: 3 };
-/** The source that begins to speak when it is first asked something: until then its silence is no trouble. */
-const LATE = "permissionLedger";
+/** Periods of the `status` event without one after which everything shown is stale. */
+const STALE_AFTER_PERIODS = 1.7;
+/** Published only after the first request to the control tower: until then its absence is normal. */
+const PUBLISHED_LATE = "permissionLedger";
 const RECONNECT_MS = 500;
 const FLEET_PERIOD_MS = 1000;
-/** Five minutes of plots, and more events than a mission has. */
+/** Of the plots: five minutes at two statuses a second. */
 const SAMPLES = 600;
+/** More than a mission has. */
 const EVENTS = 2000;
+/** Of the trail on the map. */
+const TRAIL = 5000;
 
 export const store = {
+  /** Who is signed in, and what clients need to know of the configuration. */
   session: null,
-  /** Why there is no session, for the sign-in form; null when none is needed. */
+  /** Why a token is needed, for the sign-in form; null when none is. */
   signIn: null,
   vehicles: [],
   fleetAt: -Infinity,
   selected: null,
-  /** The chosen vehicle's document and when it came, by this page's clock. */
+  /** The selected vehicle's document and when it arrived, by this page's clock. */
   doc: null,
   docAt: -Infinity,
   events: [],
   samples: [],
-  /** Where it has flown. */
+  /** Where the vehicle has flown. */
   trail: [],
-  /** The steps of the present plan, with those already done. */
+  /** The steps of the present plan, with those already flown. */
   plan: noPlan(),
-  /** The operator changes the mission; the planner's forecast of what was tried out, or null. */
+  /** Whether the operator edits the mission. */
   editing: false,
+  /** The planner's forecast for the mission that was tried out, or null. */
   whatIf: null,
 };
 
@@ -47,53 +50,53 @@ export function onChange(listener) {
   listeners.add(listener);
 }
 
-/** Tells that something changed; it is shown soon. */
+/** Has the page show what changed, soon. */
 export function changed() {
   if (scheduled) return;
   scheduled = true;
-  // Not requestAnimationFrame: a page in the background must not show the past when it comes to the front.
+  // Not requestAnimationFrame, which pauses in the background: a page that comes to the front must be up to date.
   setTimeout(renew, 16);
 }
 
-/** Shows what has changed at once: before a page of another size or theme is looked at. */
+/** Shows what changed at once: for a new size or theme. */
 export function renew() {
   scheduled = false;
   for (const listener of listeners) listener(store);
 }
 
-/** Seconds since the last status of the chosen vehicle. */
+/** Seconds since the last status of the selected vehicle. */
 export function silence() {
   return (performance.now() - store.docAt) / 1000;
 }
 
-/** Whether nothing shown may pass as present. */
+/** Whether everything shown is stale: no status arrives. */
 export function isStale() {
-  return silence() * 1000 > STALE_AFTER_MS;
+  return !store.session || silence() > STALE_AFTER_PERIODS / store.session.statusRateHz;
 }
 
-/** Wall seconds since a source's data reached the gateway, counted on by this page's clock. */
+/** Wall seconds since the source's last data reached the gateway, counted on by this page's clock. */
 export function sourceAge(source) {
   const age = store.doc?.sources?.[source]?.wallAgeS;
   return age == null ? null : age + silence();
 }
 
-/** Whether what is shown of a source is old, be it that the source or that the gateway is silent. */
+/** Whether what is shown of a source is stale, because the source or the gateway is silent. */
 export function isSourceStale(source) {
   if (isStale()) return true;
   const age = sourceAge(source);
-  return age == null ? source !== LATE : age > SOURCE_LIMIT_S[source];
+  return age == null ? source !== PUBLISHED_LATE : age > store.doc.sources[source].staleAfterWallS;
 }
 
 export function has(role) {
   return Boolean(store.session?.roles?.includes(role));
 }
 
-/** Whether this session holds command of the chosen vehicle. */
+/** Whether this session has command of the selected vehicle. */
 export function inCommand() {
   return Boolean(store.session && store.doc?.command?.holder === store.session.name);
 }
 
-/** Starts: session, fleet, stream; and a clock, since silence is news too. */
+/** Starts the session, the fleet and the stream; and a clock, since ages grow while nothing arrives. */
 export async function start() {
   setInterval(changed, 100);
   await openSession();
@@ -103,7 +106,7 @@ export async function start() {
   }
 }
 
-/** Asks who this is. A gateway without sessions is one to watch only. */
+/** Asks the gateway whose token this is. */
 export async function openSession() {
   try {
     store.session = await api.get("/api/v1/session");
@@ -119,7 +122,7 @@ async function pollFleet() {
   if (store.signIn) return;
   try {
     const { vehicles } = await api.get("/api/v1/vehicles");
-    if (!store.session && !store.signIn && store.fleetAt === -Infinity) await openSession();
+    if (!store.session && !store.signIn) await openSession();
     store.vehicles = vehicles;
     store.fleetAt = performance.now();
     if (!store.selected && vehicles.length) select(vehicles[0].vehicle);
@@ -145,14 +148,14 @@ function forget() {
   Object.assign(store, { events: [], samples: [], trail: [], plan: noPlan() });
 }
 
-/** Reads the vehicle's events, and reads on from the last one after every break. */
+/** Reads the vehicle's events, and resumes after the last one when the stream breaks. */
 async function follow(vehicle, signal) {
   let last = null;
   while (!signal.aborted) {
     try {
       await api.stream(`/api/v1/vehicles/${encodeURIComponent(vehicle)}/events`, last, signal, (id, type, data) => {
         if (id) last = id;
-        take(type, data, id);
+        onEvent(type, data, id);
       });
     } catch (refusal) {
       if (refusal.status === 401) store.signIn = refusal.message;
@@ -161,9 +164,9 @@ async function follow(vehicle, signal) {
   }
 }
 
-function take(type, data, id) {
+function onEvent(type, data, id) {
   if (type === "resync") forget();
-  else if (type === "status") takeStatus(data);
+  else if (type === "status") onStatus(data);
   else {
     if (type === "command" && store.doc) store.doc.command = data;
     if (type === "skill" && data.state === "SKILL_STATE_ENDED" && data.position) extend(data.position);
@@ -173,8 +176,8 @@ function take(type, data, id) {
   changed();
 }
 
-function takeStatus(doc) {
-  // Another start of the system: its mission clock begins anew.
+function onStatus(doc) {
+  // The system was started again: its mission time begins at zero.
   if (store.doc && doc.missionTimeS < store.doc.missionTimeS) forget();
   const before = store.doc;
   Object.assign(store, { doc, docAt: performance.now() });
@@ -202,5 +205,5 @@ function extend({ northM = 0, eastM = 0 }) {
   const last = store.trail.at(-1);
   if (last && Math.hypot(last.north - northM, last.east - eastM) < 0.5) return;
   store.trail.push({ north: northM, east: eastM });
-  if (store.trail.length > 5000) store.trail.shift();
+  if (store.trail.length > TRAIL) store.trail.shift();
 }

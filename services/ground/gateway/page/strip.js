@@ -1,11 +1,8 @@
-// The state strip: one cell a value, in the order an operator scans them.
+// The state strip: one cell for each value, in the order in which an operator scans them.
 
 import { attribute, h, list, part, text } from "./dom.js";
 import { isSourceStale, silence, sourceAge, store } from "./store.js";
 import { age, mode, name, number } from "./words.js";
-
-/** Battery below these is marked: where the shipped contingency table acts. */
-const BATTERY = { low: 0.25, critical: 0.1 };
 
 export function mountStrip() {
   const strip = document.getElementById("strip");
@@ -43,7 +40,7 @@ function cellsOf(doc) {
     {
       label: "Mode",
       value: mode(status?.actualMode),
-      note: status?.failsafe ? "autopilot failsafe" : preempted ? `asked for ${mode(status.intendedMode)}` : skillNote(doc),
+      note: status?.failsafe ? "autopilot failsafe" : preempted ? `intended: ${mode(status.intendedMode)}` : skillNote(doc),
       tone: status?.failsafe ? "bad" : preempted ? "warn" : null,
     },
     {
@@ -56,7 +53,7 @@ function cellsOf(doc) {
       value: number(battery ? battery.remaining * 100 : null),
       unit: "%",
       note: battery ? `${number(battery.voltageV, 1)} V  ${number(battery.currentA, 0)} A` : "",
-      tone: !battery ? null : battery.remaining < BATTERY.critical ? "bad" : battery.remaining < BATTERY.low ? "warn" : null,
+      tone: battery ? beyondThreshold("battery-remaining", battery.remaining) : null,
     },
     { label: "Height", value: number(derived?.heightM, 1), unit: "m", note: `climb ${number(derived?.climbRateMS, 1)} m/s` },
     { label: "Ground speed", value: number(derived?.groundSpeedMS, 1), unit: "m/s", note: `heading ${number(heading)}°` },
@@ -70,7 +67,7 @@ function cellsOf(doc) {
       label: "Position",
       value: localPosition ? `±${number(localPosition.ephM, 1)}` : "–",
       unit: "m",
-      note: !localPosition ? "" : valid ? "vouched for" : "not vouched for",
+      note: !localPosition ? "" : valid ? "estimate valid" : "estimate not valid",
       tone: localPosition && !valid ? "bad" : null,
     },
   ];
@@ -80,7 +77,14 @@ function cellsOf(doc) {
   return cells.filter(Boolean);
 }
 
-/** Other aircraft that are reported, and how far away the nearest one is. */
+/** `bad` beyond the most urgent threshold of the contingency table, `warn` beyond another, else nothing. */
+function beyondThreshold(quantity, value) {
+  const thresholds = (store.session?.thresholds ?? []).filter((it) => it.quantity === quantity);
+  const index = thresholds.findIndex((it) => (it.above ? value > it.value : value < it.value));
+  return index < 0 ? null : index === 0 ? "bad" : "warn";
+}
+
+/** Reported traffic: the distance of the nearest aircraft. */
 function nearby(traffic, position) {
   if (!traffic?.length || !position) return null;
   const away = ({ position: it = {} }) => Math.hypot(...["northM", "eastM", "downM"].map((axis) => (it[axis] ?? 0) - (position[axis] ?? 0)));
@@ -94,7 +98,7 @@ function nearby(traffic, position) {
   };
 }
 
-/** Where it blows to, as a compass has it. */
+/** Where the wind blows to, in degrees from north. */
 function direction({ northMS = 0, eastMS = 0 }) {
   return ((Math.atan2(eastMS, northMS) * 180) / Math.PI + 360) % 360;
 }
@@ -105,12 +109,12 @@ function skillNote(doc) {
 }
 
 function links() {
-  const oldest = sourceAge("introspection");
-  const status = store.doc.aircraft?.ages?.localPositionS;
+  const monitor = sourceAge("introspection");
+  const position = store.doc.aircraft?.ages?.localPositionS;
   return {
     label: "Link",
     value: age(silence()),
-    note: `monitor ${age(oldest)}, position ${age(status)}`,
+    note: `monitor ${age(monitor)}, position ${age(position)}`,
     tone: isSourceStale("introspection") ? "bad" : null,
   };
 }

@@ -1,4 +1,4 @@
-// What was decided and what happened, as sentences, and when, as marks along the mission's time.
+// Decisions and events as sentences, and as marks along the mission time.
 
 import { attribute, h, list, part, text, fit, theme } from "./dom.js";
 import { store } from "./store.js";
@@ -12,7 +12,7 @@ const hidden = new Set();
 export function mountTimeline() {
   const body = document.querySelector("#timeline .body");
   const chips = h("div", { class: "chips", role: "group", "aria-label": "Topics shown" }, ...TOPICS.map(chip));
-  const canvas = h("canvas", { class: "marks", role: "img", "aria-label": "Events along the mission's time" });
+  const canvas = h("canvas", { class: "marks", role: "img", "aria-label": "Events along the mission time" });
   const rows = h("ol", { class: "log", tabindex: "0", "aria-label": "Decisions, newest first" });
   body.append(chips, canvas, rows);
   canvas.addEventListener("click", (event) => jump(canvas, rows, event.offsetX));
@@ -38,7 +38,7 @@ function chip(topic) {
   return button;
 }
 
-/** An event as a line; those that only repeat what a decision says are left out. */
+/** An event as a line; an event that only repeats a decision is left out. */
 function line({ id, type, data, at }, index) {
   const key = id ?? `${type}-${at}-${index}`;
   const as = (topic, words, tone) => ({ key, at, topic, words: sentence(words), tone });
@@ -46,9 +46,9 @@ function line({ id, type, data, at }, index) {
     case "decision":
       return as(data.topic, data.text, /fail|denied|revoked/.test(data.text) ? "bad" : null);
     case "flag":
-      return as("contingency", `${flag(data.name)} ${data.raised ? "rose" : "fell"}${data.reason ? `: ${data.reason}` : ""}`, data.raised ? "bad" : null);
+      return as("contingency", `${flag(data.name)} ${data.raised ? "raised" : "cleared"}${data.reason ? `: ${data.reason}` : ""}`, data.raised ? "bad" : null);
     case "permission": {
-      // The decision of the manager says what was granted; what is lost later nobody else tells.
+      // Decisions of the mission manager say what was granted; only this says what is lost later.
       const lost = ["PERMISSION_STATE_REVOKED", "PERMISSION_STATE_EXPIRED"].includes(data.state);
       return lost ? as("permission", `area ${data.area} is ${permission(data.state)}${data.reason ? `: ${data.reason}` : ""}`, "warn") : null;
     }
@@ -108,7 +108,7 @@ function jump(canvas, rows, x) {
   for (const it of rows.children) it.classList.toggle("found", it === nearest);
 }
 
-/** What was ordered and what came of it. The outcome of an order about a thing, `permissions/A/decision`, names the thing itself. */
+/** An order and its outcome. The outcome of an order about one thing, such as `permissions/A/decision`, names the thing itself. */
 function ordered({ what, outcome, status }) {
   const order = what.replace(/^(command|simulation)\//, "");
   return outcome && order.includes("/") ? outcome : `${order.replaceAll("/", " ")}, ${outcome || name(String(status), "")}`;

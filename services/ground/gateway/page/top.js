@@ -1,4 +1,4 @@
-// The first line: phase and time, who is signed in, light or dark.
+// The top line: phase and mission time, who is signed in, light or dark.
 
 import { keepToken } from "./api.js";
 import { attribute, h, part, text } from "./dom.js";
@@ -18,7 +18,7 @@ export function mountTop() {
     h("span", { class: "muted" }, "Mission time ", h("b", { class: "figure", id: "mission-time" })),
   );
   const session = document.getElementById("session");
-  session.append(h("span", { class: "helm", id: "helm" }), h("span", { "data-part": "who" }), themeSwitch());
+  session.append(h("span", { class: "command-authority", id: "command-authority" }), h("span", { "data-part": "who" }), themeSwitch());
   return () => {
     const doc = store.doc;
     text(part(headline, "vehicle"), store.selected ?? "No vehicle");
@@ -29,8 +29,8 @@ export function mountTop() {
     attribute(badge, "data-tone", tone(doc));
     text(document.getElementById("mission-time"), clock(doc?.missionTimeS));
     const who = part(session, "who");
-    text(who, store.session ? store.session.name : "watching");
-    attribute(who, "title", store.session ? `Roles: ${store.session.roles.join(", ")}` : "Nobody is signed in");
+    text(who, store.session ? store.session.name : "not signed in");
+    attribute(who, "title", store.session ? `Roles: ${store.session.roles.join(", ")}` : null);
   };
 }
 
@@ -65,7 +65,7 @@ function mountSignIn() {
   });
   setInterval(() => {
     if (store.signIn && !dialog.open) {
-      text(document.getElementById("sign-in-why"), sessionStorage.length ? `The token was refused: ${store.signIn}.` : "");
+      text(document.getElementById("sign-in-why"), sessionStorage.length ? `Refused: ${store.signIn}.` : "");
       dialog.showModal();
     }
   }, 250);

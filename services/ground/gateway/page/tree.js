@@ -1,4 +1,4 @@
-// The behavior tree as it runs. What is idle is folded until somebody opens it.
+// The behavior tree as it runs. Idle nodes are folded until the operator opens them.
 
 import { attribute, h, list, part, text } from "./dom.js";
 import { store } from "./store.js";
@@ -6,10 +6,10 @@ import { age } from "./words.js";
 
 const GLYPHS = { RUNNING: "▶", SUCCESS: "✓", FAILURE: "✕", IDLE: "·", SKIPPED: "↷" };
 
-/** Mission seconds for which a failure is shown as one of now. */
+/** Mission seconds for which a failure counts as recent. */
 const RECENT_S = 10;
 
-/** Opened or closed by hand: path -> open. */
+/** Opened or closed by the operator: path -> open. */
 const chosen = new Map();
 let activeOnly = true;
 
@@ -20,7 +20,7 @@ export function mountTree() {
     activeOnly = !activeOnly;
     chosen.clear();
     attribute(toggle, "aria-pressed", String(activeOnly));
-  } }, "fold what is idle");
+  } }, "fold idle nodes");
   const rows = h("div", { class: "tree", role: "tree", "aria-label": "Behavior tree" });
   body.append(h("div", { class: "chips" }, toggle, facts), rows);
   rows.addEventListener("keydown", onKey);
@@ -34,7 +34,7 @@ export function mountTree() {
   };
 }
 
-/** The list in preorder as nodes with paths and with how many children each has. */
+/** The list in preorder as nodes with their paths and numbers of children. */
 function shape(nodes) {
   const counts = [];
   const stack = [];
@@ -43,7 +43,7 @@ function shape(nodes) {
     counts[node.depth] = (counts[node.depth] ?? -1) + 1;
     const shaped = { ...node, path: counts.join("."), children: 0, active: node.status !== "IDLE" || isRecent(node) };
     stack.length = Math.min(stack.length, node.depth);
-    // What has just failed is not folded away with what is idle around it.
+    // A node that failed recently is not folded away with its idle neighbours.
     if (isRecent(node)) for (const above of stack) above.active = true;
     if (node.depth) stack[node.depth - 1].children += 1;
     stack[node.depth] = shaped;
@@ -51,7 +51,7 @@ function shape(nodes) {
   });
 }
 
-/** A composite resets what it has ticked, so a failed node is idle again at once: its reason is what tells. */
+/** A composite resets its children, so that a failed node is idle again at once: only its reason remains. */
 function isRecent(node) {
   return Boolean(node.reason) && node.failedAgoS != null && node.failedAgoS < RECENT_S;
 }

@@ -1,4 +1,4 @@
-// Enumerations, numbers and times in the operator's words.
+// Enumerations, numbers and times as an operator reads them.
 
 /** `FLIGHT_MODE_OFFBOARD` -> `offboard`, given the prefix. */
 export function name(value, prefix) {
@@ -9,11 +9,11 @@ export function name(value, prefix) {
 export const phase = (it) => name(it, "MISSION_PHASE") || "no data";
 export const outcome = (it) => name(it, "MISSION_OUTCOME");
 export const mode = (it) => name(it, "FLIGHT_MODE") || "no data";
-export const permission = (it) => name(it, "PERMISSION_STATE") || "not asked";
+export const permission = (it) => name(it, "PERMISSION_STATE") || "not requested";
 export const objective = (it) => name(it, "OBJECTIVE_STATE") || "unknown";
 export const skill = (it) => name(it, "SKILL_KIND");
 
-/** A number with its decimals, or a dash when there is none. */
+/** A number with its decimals; a dash for what is unknown. */
 export function number(value, decimals = 0) {
   if (value == null || !Number.isFinite(Number(value))) return "–";
   const shown = Number(value).toFixed(decimals);
@@ -39,24 +39,14 @@ export function age(seconds) {
 /** `obstacle_near` -> `obstacle near`. */
 export const flag = (it) => (it || "").replaceAll("_", " ");
 
-/** A line of the log as a sentence. */
+/** With a capital letter. */
+export function capital(it) {
+  return it ? it[0].toUpperCase() + it.slice(1) : "";
+}
+
+/** With a capital letter and a full stop. */
 export function sentence(it) {
   const trimmed = (it || "").trim();
   if (!trimmed) return "";
-  const first = trimmed[0].toUpperCase() + trimmed.slice(1);
-  return /[.!?]$/.test(first) ? first : `${first}.`;
-}
-
-/** What a plan step does. */
-export function step(it) {
-  const goal = it?.nominal?.goal ?? {};
-  if (goal.takeoff) return `Take off by ${number(goal.takeoff.climbM)} m`;
-  if (goal.land) return "Land";
-  if (goal.stop) return "Stop";
-  if (goal.position) {
-    const { northM = 0, eastM = 0, downM = 0 } = goal.position.target ?? {};
-    return `Fly to N ${number(northM)}, E ${number(eastM)}, ${number(-downM)} m high`;
-  }
-  if (goal.velocity) return "Fly at a velocity";
-  return "Step";
+  return /[.!?]$/.test(trimmed) ? capital(trimmed) : `${capital(trimmed)}.`;
 }

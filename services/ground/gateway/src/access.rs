@@ -1,7 +1,7 @@
 //! Who may do what: bearer tokens with roles, from a file that only its owner may read.
 //!
-//! The file holds SHA-256 hashes, so that reading it lets nobody in. A token is random and long, so
-//! a plain hash is enough: there is no dictionary to try. Whoever has none may do nothing.
+//! The file holds SHA-256 hashes, so that a reader of the file learns no token. A token is random and
+//! long, so a plain hash is enough: there is no dictionary to try. Without a token nothing is allowed.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ pub enum Role {
     Operator,
     /// Decides about permissions.
     Tower,
-    /// Pauses, returns, lands and aborts whoever holds command.
+    /// Pauses, returns, lands and aborts without command.
     Safety,
 }
 
@@ -30,7 +30,7 @@ impl Role {
     /// Every role.
     pub const ALL: [Role; 4] = [Role::Observer, Role::Operator, Role::Tower, Role::Safety];
 
-    /// As it is written in files and documents.
+    /// As files and documents have it.
     pub fn name(self) -> &'static str {
         match self {
             Role::Observer => "observer",
@@ -41,10 +41,10 @@ impl Role {
     }
 }
 
-/// Who a token belongs to.
+/// The person or program that a token belongs to.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Identity {
-    /// For the record.
+    /// As it stands in audit records.
     pub name: Arc<str>,
     /// In the order of [`Role::ALL`].
     pub roles: Vec<Role>,
@@ -53,7 +53,12 @@ pub struct Identity {
 impl Identity {
     /// Whether it has one of `roles`.
     pub fn has_one_of(&self, roles: &[Role]) -> bool {
-        roles.iter().any(|it| self.roles.contains(it))
+        roles.iter().any(|role| self.roles.contains(role))
+    }
+
+    /// The names of its roles.
+    pub(crate) fn role_names(&self) -> Vec<String> {
+        self.roles.iter().map(|role| role.name().to_owned()).collect()
     }
 }
 
@@ -69,30 +74,30 @@ struct Token {
     expires_utc_ms: Option<i64>,
 }
 
-/// Why the file is not taken.
+/// Why a file of the access folder is refused.
 #[derive(Debug)]
-pub enum BadTokens {
-    /// It cannot be looked at.
+pub enum InvalidTokens {
+    /// It cannot be read.
     Unreadable(PathBuf, std::io::Error),
-    /// Others than its owner may read or write it.
-    Open(PathBuf, u32),
-    /// It is written wrongly.
+    /// Others than its owner may read or write it; its mode.
+    Exposed(PathBuf, u32),
+    /// Its text has mistakes.
     Mistakes(Mistakes),
 }
 
-impl fmt::Display for BadTokens {
+impl fmt::Display for InvalidTokens {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            BadTokens::Unreadable(path, cause) => write!(f, "{}: {cause}", path.display()),
-            BadTokens::Open(path, mode) => {
+            InvalidTokens::Unreadable(path, cause) => write!(f, "{}: {cause}", path.display()),
+            InvalidTokens::Exposed(path, mode) => {
                 write!(f, "{}: its mode is {mode:04o}; only its owner may have access (chmod 600)", path.display())
             }
-            BadTokens::Mistakes(mistakes) => mistakes.fmt(f),
+            InvalidTokens::Mistakes(mistakes) => mistakes.fmt(f),
         }
     }
 }
 
-impl std::error::Error for BadTokens {}
+impl std::error::Error for InvalidTokens {}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -111,40 +116,45 @@ struct Entry {
 }
 
 impl Tokens {
-    /// Reads a file of `[[token]]` with `name`, `roles`, `sha256` (in hexadecimal) and, if it ends, `expires_utc`.
+    /// Reads a file of `[[token]]` entries with `name`, `roles`, `sha256` (hexadecimal) and, for a token that
+    /// expires, `expires_utc`.
     ///
     /// # Errors
-    /// If it cannot be read, others may read it, or it is written wrongly.
-    pub fn read(path: &Path) -> Result<Tokens, BadTokens> {
+    /// If the file cannot be read, others than its owner may read it, or its text has mistakes.
+    pub fn read(path: &Path) -> Result<Tokens, InvalidTokens> {
         use std::os::unix::fs::PermissionsExt;
-        let unreadable = |cause| BadTokens::Unreadable(path.to_owned(), cause);
+        let unreadable = |cause| InvalidTokens::Unreadable(path.to_owned(), cause);
         let mode = std::fs::metadata(path).map_err(unreadable)?.permissions().mode() & 0o7777;
         if mode & 0o077 != 0 {
-            return Err(BadTokens::Open(path.to_owned(), mode));
+            return Err(InvalidTokens::Exposed(path.to_owned(), mode));
         }
-        Tokens::parse(&Source::read(path).map_err(BadTokens::Mistakes)?).map_err(BadTokens::Mistakes)
+        Tokens::parse(&Source::read(path).map_err(InvalidTokens::Mistakes)?).map_err(InvalidTokens::Mistakes)
     }
 
-    /// The same from its text.
+    /// The same from the file's text.
     ///
     /// # Errors
-    /// Every mistake in it, with its place.
+    /// Every mistake, with its place.
     pub fn parse(source: &Source) -> Result<Tokens, Mistakes> {
         let file: File = source.parse()?;
         let mut mistakes = Vec::new();
         let mut tokens: Vec<Token> = Vec::new();
         for entry in file.token {
             let name = entry.name.as_ref().trim();
-            let is_new = tokens.iter().all(|it| &*it.identity.name != name);
+            let is_new = tokens.iter().all(|known| &*known.identity.name != name);
             if name.is_empty() || !is_new {
-                mistakes.push(source.mistake(Some(entry.name.span()), "each token has a name of its own", ""));
+                mistakes.push(source.mistake(
+                    Some(entry.name.span()),
+                    "each token needs a name that no other token has",
+                    "",
+                ));
             }
             let sha256 = from_hex(entry.sha256.as_ref());
             if sha256.is_none() {
                 let message = "a SHA-256 hash has 64 hexadecimal digits";
                 mistakes.push(source.mistake(Some(entry.sha256.span()), message, ""));
             }
-            let expires_utc_ms = entry.expires_utc.as_ref().map(|it| (it.span(), utc_ms(it.as_ref())));
+            let expires_utc_ms = entry.expires_utc.as_ref().map(|text| (text.span(), utc_ms(text.as_ref())));
             if let Some((span, None)) = &expires_utc_ms {
                 let help = "write it like 2026-05-01T08:00:00Z";
                 mistakes.push(source.mistake(Some(span.clone()), "expected a UTC date and time", help));
@@ -155,32 +165,37 @@ impl Tokens {
             tokens.push(Token {
                 identity: Identity { name: name.into(), roles },
                 sha256: sha256.unwrap_or_default(),
-                expires_utc_ms: expires_utc_ms.and_then(|(_, it)| it),
+                expires_utc_ms: expires_utc_ms.and_then(|(_, utc_ms)| utc_ms),
             });
         }
         Mistakes(mistakes).or(Tokens(tokens))
     }
 
-    /// Whose token it is. Every known hash is compared, each in constant time, so that the time it
-    /// takes tells nothing.
+    /// Whose token it is; `None` for one that is unknown or has expired. Every hash is compared, each in constant
+    /// time, so that the time taken reveals nothing.
     pub fn identify(&self, token: &str, utc_ms: i64) -> Option<&Identity> {
         let hash = Sha256::digest(token.as_bytes());
         let mut found = None;
-        for it in &self.0 {
-            let is_it = bool::from(it.sha256.as_slice().ct_eq(hash.as_slice()));
-            if is_it && it.expires_utc_ms.is_none_or(|expires| utc_ms < expires) {
-                found = Some(&it.identity);
+        for known in &self.0 {
+            let matches = bool::from(known.sha256.as_slice().ct_eq(hash.as_slice()));
+            if matches && known.expires_utc_ms.is_none_or(|expires| utc_ms < expires) {
+                found = Some(&known.identity);
             }
         }
         found
     }
 }
 
-/// The line of a token file that lets `token` in.
+/// The entry of a token file that gives `token` to `name`.
 pub fn entry(name: &str, roles: &[Role], token: &str) -> String {
-    let roles: Vec<String> = roles.iter().map(|it| format!("\"{}\"", it.name())).collect();
-    let hash: String = Sha256::digest(token.as_bytes()).iter().map(|it| format!("{it:02x}")).collect();
+    let roles: Vec<String> = roles.iter().map(|role| format!("\"{}\"", role.name())).collect();
+    let hash = to_hex(&Sha256::digest(token.as_bytes()));
     format!("[[token]]\nname = \"{name}\"\nroles = [{}]\nsha256 = \"{hash}\"\n", roles.join(", "))
+}
+
+/// Bytes in hexadecimal.
+pub(crate) fn to_hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn from_hex(text: &str) -> Option<[u8; 32]> {
@@ -208,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_token_lets_in_whom_it_was_made_for_until_it_expires() {
+    fn a_token_identifies_its_owner_until_it_expires() {
         let text = entry("anna", &[Role::Operator, Role::Observer], "secret");
         let tokens = parse(&format!("{text}expires_utc = \"2026-01-01T00:00:00Z\"\n")).unwrap();
         let end = 1_767_225_600_000;
@@ -221,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn every_mistake_is_told_with_its_place() {
+    fn every_mistake_is_reported_with_its_place() {
         #[track_caller]
         fn check(text: &str, expected: &str) {
             let error = parse(text).unwrap_err().to_string();
@@ -230,18 +245,18 @@ mod tests {
         let good = entry("anna", &[Role::Observer], "secret");
         check(&good.replace("observer", "chief"), "tokens.toml:3:10: unknown variant `chief`");
         check(&good.replace("sha256 = \"", "sha256 = \"x"), "tokens.toml:4:10: a SHA-256 hash has 64");
-        check(&format!("{good}{good}"), "tokens.toml:6:8: each token has a name of its own");
+        check(&format!("{good}{good}"), "tokens.toml:6:8: each token needs a name that no other token has");
         check(&format!("{good}expires_utc = \"soon\""), "tokens.toml:5:15: expected a UTC date");
     }
 
     #[test]
-    fn a_file_that_others_may_read_is_not_taken() {
+    fn a_file_that_others_may_read_is_refused() {
         use std::os::unix::fs::PermissionsExt;
         let path = std::env::temp_dir().join(format!("kittiwake-tokens-{}", std::process::id()));
         std::fs::write(&path, entry("anna", &[Role::Observer], "secret")).unwrap();
         let read_with = |mode| {
             std::fs::set_permissions(&path, std::fs::Permissions::from_mode(mode)).unwrap();
-            Tokens::read(&path).map(|_| ()).map_err(|it| it.to_string())
+            Tokens::read(&path).map(|_| ()).map_err(|error| error.to_string())
         };
         let (closed, open) = (read_with(0o600), read_with(0o640));
         std::fs::remove_file(&path).unwrap();

@@ -1,7 +1,7 @@
-//! Tells each vehicle that the ground is there and hears it.
+//! Publishes to each vehicle that the ground is there, and when it last heard the vehicle.
 //!
-//! The vehicle's monitor takes the link for lost when this stops coming, and also when it comes and says
-//! that nothing of the vehicle has come for long: one way alone is no link.
+//! The vehicle's monitor takes the link for lost when this stops arriving, and also when it arrives but says that
+//! the ground has heard nothing for long: a link that works in one direction only is no link.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -11,32 +11,32 @@ use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::GroundContact;
 use node::{Effect, VehicleId};
 
-/// Of wall time: a link is lost after ten seconds or so, of which this is a twentieth.
+/// Of wall time: a twentieth of the ten seconds after which a link counts as lost.
 const PERIOD: Duration = Duration::from_millis(500);
 
 /// When each vehicle was last heard.
 #[derive(Debug)]
-pub(crate) struct Contacts {
+pub(crate) struct GroundContacts {
     pace: Pace,
     due: Time,
     heard: BTreeMap<VehicleId, Time>,
 }
 
-impl Contacts {
-    pub(crate) fn new(pace: Pace) -> Contacts {
-        Contacts { pace, due: Time::ZERO, heard: BTreeMap::new() }
+impl GroundContacts {
+    pub(crate) fn new(pace: Pace) -> GroundContacts {
+        GroundContacts { pace, due: Time::ZERO, heard: BTreeMap::new() }
     }
 
-    /// Something arrived. Only what nobody but the vehicle says speaks for it.
-    pub(crate) fn hear(&mut self, now: Time, vehicle: &VehicleId, message: &Message) {
+    /// A message arrived. Only messages that no other process publishes show that the vehicle was heard.
+    pub(crate) fn on_message(&mut self, now: Time, vehicle: &VehicleId, message: &Message) {
         use Message as M;
         if let M::Introspection(_) | M::VehicleStatus(_) | M::McmStatus(_) | M::Heartbeat(_) = message {
             self.heard.insert(vehicle.clone(), now);
         }
     }
 
-    /// Says so to all of them, if it is time to; a vehicle that is gone from `known` is forgotten.
-    pub(crate) fn tell<V>(&mut self, now: Time, known: &BTreeMap<VehicleId, V>, effects: &mut Vec<Effect>) {
+    /// Publishes to every vehicle that was heard, if that is due; one that is not in `known` is forgotten.
+    pub(crate) fn publish_due<V>(&mut self, now: Time, known: &BTreeMap<VehicleId, V>, effects: &mut Vec<Effect>) {
         if now < self.due {
             return;
         }
@@ -59,24 +59,27 @@ mod tests {
     use kittiwake_proto::v1::{Introspection, PermissionLedger};
 
     #[test]
-    fn a_vehicle_is_told_when_it_was_last_heard() {
+    fn a_vehicle_learns_when_it_was_last_heard() {
         let at = |s| Time::after(Duration::from_secs_f64(s));
-        let (vehicle, mut contacts): (VehicleId, _) = ("uav1".into(), Contacts::new(Pace::new(2.0).unwrap()));
+        let (vehicle, mut contacts): (VehicleId, _) = ("uav1".into(), GroundContacts::new(Pace::new(2.0).unwrap()));
         let known = BTreeMap::from([(vehicle.clone(), ())]);
-        let told = |contacts: &mut Contacts, now| {
+        let published = |contacts: &mut GroundContacts, now| {
             let mut effects = Vec::new();
-            contacts.tell(at(now), &known, &mut effects);
-            let age = |it| match it {
-                Effect::Publish { message: Message::GroundContact(it), .. } => it.heard_age_wall_s,
+            contacts.publish_due(at(now), &known, &mut effects);
+            let age = |effect| match effect {
+                Effect::Publish { message: Message::GroundContact(contact), .. } => contact.heard_age_wall_s,
                 other => panic!("unexpected {other:?}"),
             };
             effects.into_iter().map(age).collect::<Vec<_>>()
         };
-        assert!(told(&mut contacts, 0.0).is_empty(), "nobody was heard");
-        contacts.hear(at(1.0), &vehicle, &Introspection::default().into());
-        assert_eq!(told(&mut contacts, 1.0), [0.0]);
-        assert!(told(&mut contacts, 1.9).is_empty(), "half a second of wall time is one at this speed");
-        contacts.hear(at(2.0), &vehicle, &PermissionLedger::default().into());
-        assert_eq!(told(&mut contacts, 3.0), [1.0], "the ledger is the ground's own");
+        assert!(published(&mut contacts, 0.0).is_empty(), "no vehicle was heard");
+        contacts.on_message(at(1.0), &vehicle, &Introspection::default().into());
+        assert_eq!(published(&mut contacts, 1.0), [0.0]);
+        assert!(
+            published(&mut contacts, 1.9).is_empty(),
+            "half a second of wall time is a second of mission time at this speed"
+        );
+        contacts.on_message(at(2.0), &vehicle, &PermissionLedger::default().into());
+        assert_eq!(published(&mut contacts, 3.0), [1.0], "the ledger is published on the ground");
     }
 }

@@ -1,24 +1,27 @@
-//! The bounded history of each vehicle, read by any number of clients at their own speed.
+//! The bounded journal of each vehicle's events, read by any number of clients at their own speed.
 //!
-//! A client is nothing but a [`Cursor`]: it costs no memory however slow it is. When it is so slow
-//! that what it has not read is gone, it is told how much it lost. A client that comes back after
-//! a break, and one that comes back to a restarted gateway, is the same case.
+//! A client is only a [`Cursor`]: it costs no memory, however slow it is. When events that it has not
+//! read are gone, the next batch says so. A client that comes back after a break, or after a restart
+//! of the gateway, is the same case.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
 
+use domain::time::Now;
 use node::VehicleId;
 
-/// A history's JSON takes no more memory than this, however long its records are: several times
-/// what thousands of ordinary records take.
-const MOST_BYTES: usize = 8 * 1024 * 1024;
+use crate::fleet::occurrence::Occurrence;
+use crate::view;
 
-/// The histories of all vehicles.
+/// Of a journal's JSON, however long its records are: several times what thousands of ordinary records take.
+const MAX_BYTES: usize = 8 * 1024 * 1024;
+
+/// The journals of all vehicles.
 #[derive(Debug)]
-pub struct Journals {
-    /// Tells this start of the gateway from others: UTC milliseconds of the first record.
+pub(crate) struct Journals {
+    /// Distinguishes this start of the gateway from others: UTC milliseconds of the first record.
     epoch: Option<i64>,
     capacity: usize,
     by_vehicle: BTreeMap<VehicleId, Journal>,
@@ -32,60 +35,65 @@ struct Journal {
     bytes: usize,
 }
 
-/// One line of history.
+/// One event.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Record {
+pub(crate) struct Record {
     /// Its place.
-    pub id: RecordId,
+    pub(crate) id: RecordId,
     /// The type of its server-sent event.
-    pub kind: &'static str,
+    pub(crate) kind: &'static str,
     /// JSON.
-    pub data: String,
+    pub(crate) data: String,
 }
 
-/// A record's place in a vehicle's history, as text `<epoch>-<sequence>`.
+/// A record's place in a vehicle's journal, as text `<epoch>-<sequence>`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct RecordId {
+pub(crate) struct RecordId {
     epoch: i64,
     sequence: u64,
 }
 
 /// How far a client has read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Cursor {
-    /// It has not read yet: it starts with the oldest record there is, whatever went before.
+pub(crate) enum Cursor {
+    /// It has not read yet: it starts with the oldest record that is left.
     Start,
-    /// It has read a history that was still empty.
+    /// It has read a journal that was still empty.
     Empty,
-    /// Everything up to a record.
+    /// It has read everything up to a record.
     After(RecordId),
 }
 
 /// What a client reads next.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Batch {
-    /// True if records between the cursor and the first of these are gone for good, or the cursor
-    /// belongs to another history: what the client has pieced together may be wrong.
-    pub lost: bool,
+pub(crate) struct Batch {
+    /// Whether records between the cursor and the first of these are gone, or the cursor belongs to another
+    /// journal: the state that the client has derived from events may be wrong.
+    pub(crate) lost: bool,
     /// In order.
-    pub records: Vec<Arc<Record>>,
-    /// How far the client has read then.
-    pub cursor: Cursor,
+    pub(crate) records: Vec<Arc<Record>>,
+    /// How far the client has read after these.
+    pub(crate) cursor: Cursor,
 }
 
 impl Journals {
-    /// Empty histories that keep `capacity` records for each vehicle.
-    pub fn new(capacity: usize) -> Journals {
+    /// Empty journals that keep `capacity` records for each vehicle.
+    pub(crate) fn new(capacity: usize) -> Journals {
         Journals { epoch: None, capacity, by_vehicle: BTreeMap::new() }
     }
 
-    /// Adds a record to a vehicle's history; the oldest goes when there are too many.
-    pub fn push(&mut self, utc_ms: i64, vehicle: &VehicleId, kind: &'static str, data: String) {
+    /// Adds what happened to a vehicle's journal; the oldest record goes when there are too many.
+    pub(crate) fn push(&mut self, now: Now, vehicle: &VehicleId, occurrence: &Occurrence) {
+        let data = view::stamped(now, occurrence.to_json()).to_string();
+        self.push_record(now.utc_ms, vehicle, occurrence.kind(), data);
+    }
+
+    fn push_record(&mut self, utc_ms: i64, vehicle: &VehicleId, kind: &'static str, data: String) {
         let epoch = *self.epoch.get_or_insert(utc_ms);
         let journal = self.by_vehicle.entry(vehicle.clone()).or_default();
         journal.newest += 1;
         journal.bytes += data.len();
-        while self.capacity <= journal.records.len() || MOST_BYTES < journal.bytes {
+        while self.capacity <= journal.records.len() || MAX_BYTES < journal.bytes {
             let Some(oldest) = journal.records.pop_front() else { break };
             journal.bytes -= oldest.data.len();
         }
@@ -93,8 +101,8 @@ impl Journals {
         journal.records.push_back(Arc::new(Record { id, kind, data }));
     }
 
-    /// At most `most` records after the cursor.
-    pub fn read(&self, vehicle: &str, cursor: Cursor, most: usize) -> Batch {
+    /// The records after the cursor, at most `count`.
+    pub(crate) fn read(&self, vehicle: &str, cursor: Cursor, count: usize) -> Batch {
         let Some(journal) = self.by_vehicle.get(vehicle) else {
             let cursor = if cursor == Cursor::Start { Cursor::Empty } else { cursor };
             return Batch { lost: false, records: Vec::new(), cursor };
@@ -107,15 +115,15 @@ impl Journals {
             Cursor::After(id) => (id.sequence + 1 < oldest, oldest.max(id.sequence + 1)),
         };
         let skip = usize::try_from(first - oldest).unwrap_or(usize::MAX);
-        let records: Vec<_> = journal.records.iter().skip(skip).take(most).cloned().collect();
-        let cursor = records.last().map_or(cursor, |it| Cursor::After(it.id));
+        let records: Vec<_> = journal.records.iter().skip(skip).take(count).cloned().collect();
+        let cursor = records.last().map_or(cursor, |newest| Cursor::After(newest.id));
         Batch { lost, records, cursor }
     }
 }
 
 impl Cursor {
-    /// After the record with this id, as a client gives it; the start, if it is no id of ours.
-    pub fn after(id: &str) -> Cursor {
+    /// After the record with this id, as a client sends it; the start, if the text is no id.
+    pub(crate) fn after(id: &str) -> Cursor {
         id.parse().map_or(Cursor::Start, Cursor::After)
     }
 }
@@ -139,16 +147,16 @@ impl FromStr for RecordId {
 mod tests {
     use super::*;
 
-    /// A journal that keeps five and was given `count` records.
+    /// A journal with room for five records to which `count` were added.
     fn journal(count: usize) -> Journals {
         let mut journals = Journals::new(5);
-        (1..=count).for_each(|n| journals.push(1000, &"uav1".into(), "flag", n.to_string()));
+        (1..=count).for_each(|n| journals.push_record(1000, &"uav1".into(), "flag", n.to_string()));
         journals
     }
 
     #[track_caller]
-    fn check(count: usize, cursor: Cursor, most: usize, expected: (bool, &[&str])) {
-        let batch = journal(count).read("uav1", cursor, most);
+    fn check(count: usize, cursor: Cursor, at_most: usize, expected: (bool, &[&str])) {
+        let batch = journal(count).read("uav1", cursor, at_most);
         let data: Vec<_> = batch.records.iter().map(|it| it.data.as_str()).collect();
         assert_eq!((batch.lost, data.as_slice()), expected);
     }
@@ -163,12 +171,12 @@ mod tests {
     }
 
     #[test]
-    fn a_new_client_gets_what_is_kept_and_has_lost_nothing() {
+    fn a_new_client_gets_the_records_that_are_left_and_has_lost_nothing() {
         check(7, Cursor::Start, 9, (false, &["3", "4", "5", "6", "7"]));
     }
 
     #[test]
-    fn what_is_gone_is_told() {
+    fn a_batch_says_when_records_are_gone() {
         check(5, Cursor::Empty, 2, (false, &["1", "2"]));
         check(6, Cursor::Empty, 2, (true, &["2", "3"]));
         check(7, Cursor::after("1000-2"), 9, (false, &["3", "4", "5", "6", "7"]));
@@ -181,13 +189,13 @@ mod tests {
     fn long_records_take_the_place_of_several() {
         let mut journals = Journals::new(5);
         for _ in 0..5 {
-            journals.push(1000, &"uav1".into(), "flag", "x".repeat(MOST_BYTES / 3));
+            journals.push_record(1000, &"uav1".into(), "flag", "x".repeat(MAX_BYTES / 3));
         }
         assert_eq!(journals.read("uav1", Cursor::Start, 9).records.len(), 3);
     }
 
     #[test]
-    fn what_is_no_id_starts_anew() {
+    fn a_text_that_is_no_id_starts_from_the_beginning() {
         for id in ["", "7", "-", "1000-", "-x", "1000-18446744073709551616"] {
             assert_eq!(Cursor::after(id), Cursor::Start, "{id}");
         }

@@ -1,125 +1,117 @@
-//! HTTP for the operator: each vehicle's live state as JSON, and what happens as an event stream.
+//! HTTP for operators: each vehicle's live state as JSON, its events as a stream, and orders.
 //!
 //! Two halves that meet in two `watch` channels. [`Gateway`] is a node like any other: it folds
-//! what arrives into the state of each vehicle and is the only writer. The HTTP half, [`http`],
-//! reads: the newest [`state::Snapshot`], and the [`journal`] of what happened. A client, however
-//! slow or many, never holds up the loop.
+//! what arrives into the state of each vehicle, and is the only writer. The HTTP half, [`http`],
+//! reads the newest snapshot and the journal of events. Neither a slow client nor a thousand of
+//! them hold up the node's loop.
 //!
-//! What an operator orders goes the other way through a bounded channel (`orders`): the node makes
-//! a call of it, and the answer goes back to whoever asked. Everybody needs a token ([`access`]), and
-//! every order leaves a record ([`audit`]).
+//! Orders go the other way, through a bounded channel: the node makes a call of each order and
+//! hands the reply back. Every client needs a token ([`access`]), and every order leaves an audit
+//! record ([`audit`]).
 
-use std::io;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
+use domain::contingency::Row;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::Topic;
 use node::{Effect, Event, Node};
-use tokio::net::TcpListener;
 use tokio::sync::watch;
 
 use crate::access::Tokens;
 use crate::audit::Audit;
 use crate::config::Config;
-use crate::contact::Contacts;
-use crate::helm::Helms;
-use crate::http::Api;
+use crate::contact::GroundContacts;
+use crate::fleet::{FleetState, Snapshot};
+use crate::http::command_authority::CommandAuthorities;
+use crate::http::{Api, session};
 use crate::journal::Journals;
-use crate::orders::{Desk, Wish};
+use crate::orders::{Order, OrderReceiver};
 use crate::recording::Recorder;
-use crate::server::Entrance;
-use crate::state::{Fleet, Snapshot};
 use crate::view::Ages;
 
 pub mod access;
 pub mod audit;
-mod commands;
 pub mod config;
 mod contact;
-pub mod events;
-pub mod flags;
-mod guard;
-pub mod helm;
+mod fleet;
 pub mod http;
-pub mod journal;
-pub mod limit;
-mod metrics;
-pub mod occurrence;
+mod journal;
 mod orders;
-pub mod page;
-pub mod problem;
 pub mod process;
-pub mod readiness;
-pub mod recording;
-pub mod routes;
-mod server;
-pub mod skills;
-pub mod state;
-mod status;
+mod recording;
+pub mod server;
+pub mod sockets;
 pub mod tls;
-mod trace;
-pub mod view;
+mod view;
 
 /// The half that listens to the fleet.
 pub struct Gateway {
-    fleet: Fleet,
+    fleet: FleetState,
     snapshot: watch::Sender<Arc<Snapshot>>,
     journals: watch::Sender<Journals>,
-    /// Mission time between two snapshots: while things arrive, and while nothing does.
+    /// Mission time between two snapshots while messages arrive, and while none do.
     busy_period: Duration,
     idle_period: Duration,
     last_snapshot: Option<Time>,
     changed: bool,
-    desk: Desk,
-    contacts: Contacts,
+    orders: OrderReceiver,
+    contacts: GroundContacts,
     recorder: Recorder,
 }
 
-/// What is shared by everybody who comes in.
-pub struct Door {
-    /// Who is let in.
+/// Who may do what, and where orders are recorded.
+pub struct AccessControl {
+    /// The tokens that are let in.
     pub tokens: Tokens,
     /// Where orders are recorded.
     pub audit: Audit,
-    /// Where missions are recorded; nowhere, if `None`.
-    pub recordings: Option<PathBuf>,
 }
 
 impl Gateway {
-    /// A gateway that has seen nothing, and the half to serve with [`serve`]. `wake` has the node act
-    /// soon: HTTP calls it when there is something to do.
-    pub fn new(config: &Config, pace: Pace, door: Door, wake: impl Fn() + Send + Sync + 'static) -> (Gateway, Api) {
-        // Shorter than HTTP's own patience, so that its caller learns what became of the call.
-        let patience = config.request_timeout_s.seconds().mul_f64(0.6);
-        let (orders, desk) = orders::channel(pace.wall(patience), wake);
+    /// A gateway that has seen nothing, and its HTTP half. Clients learn the thresholds of `contingencies`, most
+    /// urgent first. HTTP calls `wake` when there is an order, to have the node act soon.
+    pub fn new(
+        config: &Config,
+        pace: Pace,
+        access: AccessControl,
+        contingencies: &[Row],
+        wake: impl Fn() + Send + Sync + 'static,
+    ) -> (Gateway, Api) {
+        // Shorter than the limit of the request itself, so that the client learns what came of the call.
+        let call_timeout = config.request_timeout_s.seconds().mul_f64(0.6);
+        let (sender, receiver) = orders::channel(pace.wall(call_timeout), wake);
         let (snapshot, snapshots) = watch::channel(Arc::default());
         let (journals, histories) = watch::channel(Journals::new(usize::from(config.history_records.get())));
-        let (recorder, recordings) = Recorder::start(&config.recording, door.recordings, pace);
-        // Heartbeats keep to the wall clock, so the limit on their absence does too.
-        let ages = Ages { pace, stale_after: pace.wall(config.heartbeat_stale_s.seconds()) };
+        let (recorder, recordings) = Recorder::start(&config.recording, pace);
+        let ages = Ages {
+            pace,
+            // Heartbeats keep to the wall clock, so the limit on their absence does too.
+            stale_after: pace.wall(config.heartbeat_stale_s.seconds()),
+            status_period: config.status_rate_hz.period(),
+        };
         let gateway = Gateway {
-            fleet: Fleet::default(),
+            fleet: FleetState::default(),
             snapshot,
             journals,
             busy_period: pace.wall(config.snapshot_rate_hz.period()),
             idle_period: pace.wall(config.status_rate_hz.period()),
             last_snapshot: None,
             changed: false,
-            desk,
-            contacts: Contacts::new(pace),
+            orders: receiver,
+            contacts: GroundContacts::new(pace),
             recorder,
         };
         let api = Api {
             config: config.clone(),
+            thresholds: session::thresholds(contingencies).into(),
             ages,
             snapshot: snapshots,
             journals: histories,
-            tokens: Arc::new(door.tokens),
-            audit: Arc::new(door.audit),
-            helms: Arc::new(Helms::new(config.command_lease_s.seconds())),
-            orders,
+            tokens: Arc::new(access.tokens),
+            audit: Arc::new(access.audit),
+            authorities: Arc::new(CommandAuthorities::new(config.command_lease_s.seconds())),
+            orders: sender,
             recordings,
             statuses: Arc::default(),
         };
@@ -158,40 +150,38 @@ impl Node for Gateway {
 
     fn on(&mut self, now: Now, event: Event, _: &mut Vec<Effect>) {
         let event = match event {
-            Event::Reply { call, result } => return self.desk.answered(call, result),
+            Event::Reply { call, result } => return self.orders.replied(call, result),
             event => event,
         };
         if let Event::Message { vehicle, message } = &event {
-            self.contacts.hear(now.time, vehicle, message);
-            self.recorder.heard(now, vehicle, message);
+            self.contacts.on_message(now.time, vehicle, message);
+            self.recorder.on_message(now, vehicle, message);
         }
-        let mut happened = Vec::new();
-        self.fleet.fold(now, event, &mut happened);
+        let mut occurrences = Vec::new();
+        self.fleet.fold(now, event, &mut occurrences);
         self.changed = true;
-        for (vehicle, occurrence) in happened {
-            let data = view::occurrence(now, &occurrence).to_string();
-            self.journals.send_modify(|it| it.push(now.utc_ms, &vehicle, occurrence.kind(), data));
+        for (vehicle, occurrence) in occurrences {
+            self.journals.send_modify(|journals| journals.push(now, &vehicle, &occurrence));
         }
     }
 
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
-        while let Some(wish) = self.desk.next() {
-            match wish {
-                Wish::Call { vehicle, request, trace, answer } => {
-                    effects.push(self.desk.call(vehicle, request, trace, answer));
+        while let Some(order) = self.orders.next() {
+            match order {
+                Order::Call { vehicle, request, trace, reply_to } => {
+                    effects.push(self.orders.call(vehicle, request, trace, reply_to));
                 }
-                Wish::Publish { vehicle, message } => {
-                    // The bus does not bring back to a node what it said itself.
+                Order::Publish { vehicle, message } => {
+                    // The bus does not bring a node's own messages back to it.
                     self.on(now, Event::Message { vehicle: vehicle.clone(), message: message.clone() }, effects);
                     effects.push(Effect::Publish { vehicle: Some(vehicle), message });
                 }
-                Wish::Tell { vehicle, kind, record } => {
-                    let data = view::stamped(now, record).to_string();
-                    self.journals.send_modify(|it| it.push(now.utc_ms, &vehicle, kind, data));
+                Order::Journal { vehicle, occurrence } => {
+                    self.journals.send_modify(|journals| journals.push(now, &vehicle, &occurrence));
                 }
             }
         }
-        self.contacts.tell(now.time, &self.fleet.vehicles, effects);
+        self.contacts.publish_due(now.time, &self.fleet.vehicles, effects);
         self.recorder.tick(now);
         if self.due() <= now.time {
             self.snapshot.send_replace(Arc::new(Snapshot { fleet: self.fleet.clone(), now }));
@@ -203,31 +193,6 @@ impl Node for Gateway {
     fn deadline(&self) -> Option<Time> {
         Some(self.due().min(self.contacts.due()))
     }
-}
-
-/// Answers on `listener` until `shutdown` completes; open event streams are then ended. Connections are
-/// encrypted with `tls`, if there is any.
-///
-/// # Errors
-/// When the listener fails for good.
-pub async fn serve(
-    listener: TcpListener,
-    tls: Option<Arc<rustls::ServerConfig>>,
-    api: Api,
-    shutdown: impl Future<Output = ()> + Send + 'static,
-) -> io::Result<()> {
-    let (close, closing) = watch::channel(());
-    let entrance = Entrance {
-        tls,
-        head_limit: api.config.head_timeout_s.seconds(),
-        most: usize::from(api.config.max_connections.get()),
-    };
-    let router = http::router(api, closing);
-    let stopping = async move {
-        shutdown.await;
-        drop(close);
-    };
-    server::serve(listener, router, entrance, stopping).await
 }
 
 #[cfg(test)]
@@ -261,8 +226,8 @@ mod tests {
     #[track_caller]
     fn check(speed: f64, messages: bool, expected: usize) {
         let pace = Pace::new(speed).unwrap();
-        let door = Door { tokens: Tokens::default(), audit: Audit::in_memory(), recordings: None };
-        let (mut gateway, api) = Gateway::new(&toml::from_str(CONFIG).unwrap(), pace, door, || {});
+        let access = AccessControl { tokens: Tokens::default(), audit: Audit::in_memory() };
+        let (mut gateway, api) = Gateway::new(&toml::from_str(CONFIG).unwrap(), pace, access, &[], || {});
         let mut snapshots = api.snapshot.clone();
         let mut count = 0;
         for tick in 0..1000 {

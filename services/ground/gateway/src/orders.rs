@@ -1,5 +1,5 @@
-//! The way from HTTP to the bus: wishes go to the gateway's node through a bounded channel, which
-//! makes calls of them and hands each answer back.
+//! The way from HTTP to the bus: orders go to the gateway's node through a bounded channel; the node
+//! makes calls of them and hands each reply back.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,91 +9,92 @@ use kittiwake_proto::topics::{Message, Request, Response};
 use node::{CallError, CallId, Effect, VehicleId};
 use tokio::sync::{mpsc, oneshot};
 
-/// Wishes on their way: far more than operators have at a time. Beyond it they are refused.
+use crate::fleet::occurrence::Occurrence;
+
+/// Orders that may wait for the node: far more than operators give at a time. More are refused.
 const CAPACITY: usize = 256;
 
-/// What HTTP wants of the node.
-// Rare, and passed on one at a time: nothing is gained by boxing the large variant.
-#[allow(clippy::large_enum_variant)]
+/// What HTTP demands of the node.
 #[derive(Debug)]
-pub(crate) enum Wish {
-    /// Ask a vehicle's service.
-    Call { vehicle: VehicleId, request: Request, trace: String, answer: oneshot::Sender<Answer> },
-    /// Publish for a vehicle.
+pub(crate) enum Order {
+    /// Call a vehicle's service.
+    Call { vehicle: VehicleId, request: Request, trace: String, reply_to: oneshot::Sender<CallResult> },
+    /// Publish a message for a vehicle.
     Publish { vehicle: VehicleId, message: Message },
-    /// Add a line to a vehicle's history.
-    Tell { vehicle: VehicleId, kind: &'static str, record: serde_json::Value },
+    /// Add an event to a vehicle's journal.
+    Journal { vehicle: VehicleId, occurrence: Occurrence },
 }
 
-pub(crate) type Answer = Result<Response, CallError>;
+pub(crate) type CallResult = Result<Response, CallError>;
 
 /// The HTTP side's end.
 #[derive(Clone)]
-pub(crate) struct Orders {
-    wishes: mpsc::Sender<Wish>,
+pub(crate) struct OrderSender {
+    orders: mpsc::Sender<Order>,
     wake: Arc<dyn Fn() + Send + Sync>,
 }
 
-impl std::fmt::Debug for Orders {
+impl std::fmt::Debug for OrderSender {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Orders").finish_non_exhaustive()
+        f.debug_struct("OrderSender").finish_non_exhaustive()
     }
 }
 
-/// The node's end.
-pub(crate) struct Desk {
-    wishes: mpsc::Receiver<Wish>,
-    open: BTreeMap<CallId, oneshot::Sender<Answer>>,
+/// The node's end, with the calls that wait for their replies.
+pub(crate) struct OrderReceiver {
+    orders: mpsc::Receiver<Order>,
+    open_calls: BTreeMap<CallId, oneshot::Sender<CallResult>>,
     last_call: u64,
-    patience: Duration,
+    call_timeout: Duration,
 }
 
-/// The two ends. `wake` has the node act; a call is given up after `patience` of mission time.
-pub(crate) fn channel(patience: Duration, wake: impl Fn() + Send + Sync + 'static) -> (Orders, Desk) {
-    let (sender, wishes) = mpsc::channel(CAPACITY);
-    (Orders { wishes: sender, wake: Arc::new(wake) }, Desk { wishes, open: BTreeMap::new(), last_call: 0, patience })
+/// The two ends. `wake` has the node act; a call is given up after `call_timeout` of mission time.
+pub(crate) fn channel(call_timeout: Duration, wake: impl Fn() + Send + Sync + 'static) -> (OrderSender, OrderReceiver) {
+    let (sender, orders) = mpsc::channel(CAPACITY);
+    let receiver = OrderReceiver { orders, open_calls: BTreeMap::new(), last_call: 0, call_timeout };
+    (OrderSender { orders: sender, wake: Arc::new(wake) }, receiver)
 }
 
-impl Orders {
-    /// Asks; `None` when too much is asked at once, or the node is gone.
-    pub(crate) async fn call(&self, vehicle: &VehicleId, request: Request, trace: String) -> Option<Answer> {
-        let (answer, answered) = oneshot::channel();
-        self.send(Wish::Call { vehicle: vehicle.clone(), request, trace, answer }).then_some(())?;
-        answered.await.ok()
+impl OrderSender {
+    /// Calls a service; `None` when too many orders wait, or the node is gone.
+    pub(crate) async fn call(&self, vehicle: &VehicleId, request: Request, trace: String) -> Option<CallResult> {
+        let (reply_to, reply) = oneshot::channel();
+        self.send(Order::Call { vehicle: vehicle.clone(), request, trace, reply_to }).then_some(())?;
+        reply.await.ok()
     }
 
-    /// Passes a wish on; false when too much is asked at once, or the node is gone.
-    pub(crate) fn send(&self, wish: Wish) -> bool {
-        let sent = self.wishes.try_send(wish).is_ok();
+    /// Passes an order on; false when too many orders wait, or the node is gone.
+    pub(crate) fn send(&self, order: Order) -> bool {
+        let sent = self.orders.try_send(order).is_ok();
         (self.wake)();
         sent
     }
 }
 
-impl Desk {
-    /// The wish that came first.
-    pub(crate) fn next(&mut self) -> Option<Wish> {
-        self.wishes.try_recv().ok()
+impl OrderReceiver {
+    /// The oldest order that waits.
+    pub(crate) fn next(&mut self) -> Option<Order> {
+        self.orders.try_recv().ok()
     }
 
-    /// Makes a call.
+    /// The effect that makes the call; its reply goes to `reply_to`.
     pub(crate) fn call(
         &mut self,
         vehicle: VehicleId,
         request: Request,
         trace: String,
-        answer: oneshot::Sender<Answer>,
+        reply_to: oneshot::Sender<CallResult>,
     ) -> Effect {
         self.last_call += 1;
         let call = CallId(self.last_call);
-        self.open.insert(call, answer);
-        Effect::Call { call, vehicle: Some(vehicle), trace: Some(trace), request, timeout: self.patience }
+        self.open_calls.insert(call, reply_to);
+        Effect::Call { call, vehicle: Some(vehicle), trace: Some(trace), request, timeout: self.call_timeout }
     }
 
-    /// Hands an answer to whoever waits for it; one who has left does not mind.
-    pub(crate) fn answered(&mut self, call: CallId, answer: Answer) {
-        if let Some(waiting) = self.open.remove(&call) {
-            let _ = waiting.send(answer);
+    /// Hands a reply to the request that waits for it, if its client has not left.
+    pub(crate) fn replied(&mut self, call: CallId, result: CallResult) {
+        if let Some(reply_to) = self.open_calls.remove(&call) {
+            let _ = reply_to.send(result);
         }
     }
 }

@@ -1,162 +1,86 @@
-//! Which processes are there and which of them make progress.
-//!
-//! A liveliness token says that a process has a link, a heartbeat that its loop turns; a process
-//! with a token and no heartbeat is stale, which is not the same as dead.
+//! The gateway as a process: a listener, room for its clients, and threads that answer while the node runs.
 
-use std::collections::BTreeMap;
-use std::time::Duration;
+use std::io;
+use std::net::{SocketAddr, TcpListener};
+use std::sync::Arc;
 
-use domain::time::Time;
-use kittiwake_proto::v1;
+use rustls::ServerConfig;
+use tokio::runtime::Builder;
+use tokio::sync::oneshot;
 
-/// More processes than a system has; others would be somebody's mistake.
-const MOST_PROCESSES: usize = 64;
+use crate::http::Api;
+use crate::server::serve;
+use crate::{Gateway, sockets};
 
-/// The processes of one vehicle, or those of none, by the name of their service.
-#[derive(Debug, Clone, Default)]
-pub struct Processes(BTreeMap<String, Process>);
+/// Threads that answer requests: one is not held up by a document that the other makes.
+const THREADS: usize = 2;
 
-/// The newest start of a process.
-#[derive(Debug, Clone)]
-pub struct Process {
-    /// Unique to this start.
-    pub instance: String,
-    /// Its last heartbeat and when that came.
-    pub heartbeat: Option<(Time, v1::Heartbeat)>,
-    link: Link,
+/// A gateway that listens and does not answer yet.
+pub struct GatewayProcess {
+    node: Gateway,
+    api: Api,
+    listener: TcpListener,
+    tls: Option<Arc<ServerConfig>>,
 }
 
-#[derive(Debug, Clone)]
-enum Link {
-    Up { since: Time },
-    Gone,
+/// Why a gateway cannot start.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// The address cannot be listened on.
+    #[error("cannot listen on {address}: {cause}")]
+    Listen {
+        /// The address.
+        address: SocketAddr,
+        /// What the operating system said.
+        cause: io::Error,
+    },
+    /// The operating system grants no sockets or threads.
+    #[error("the operating system refuses: {0}")]
+    System(#[from] io::Error),
 }
 
-/// How a process fares.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Health {
-    /// It is there and makes progress.
-    Alive,
-    /// It is there and has not shown progress for too long.
-    Stale,
-    /// It is gone.
-    Dead,
-}
-
-impl Health {
-    /// For people and programs: `alive`, `stale`, `dead`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Health::Alive => "alive",
-            Health::Stale => "stale",
-            Health::Dead => "dead",
-        }
-    }
-}
-
-impl Processes {
-    /// A process appeared or vanished.
-    pub fn on_peer(&mut self, now: Time, service: String, instance: String, alive: bool) {
-        let known = self.0.get_mut(&service).filter(|it| it.instance == instance);
-        match (known, alive) {
-            (Some(process), true) => process.link = Link::Up { since: now },
-            (Some(process), false) => process.link = Link::Gone,
-            (None, true) => self.start(now, service, instance),
-            // The end of an earlier start, told late: the newer one lives on.
-            (None, false) => {}
-        }
+impl GatewayProcess {
+    /// Listens on `address`; connections are encrypted with `tls`, if there is any.
+    ///
+    /// # Errors
+    /// When the operating system refuses the address or the sockets.
+    pub fn bind(
+        (node, api): (Gateway, Api),
+        address: SocketAddr,
+        tls: Option<Arc<ServerConfig>>,
+    ) -> Result<GatewayProcess, StartError> {
+        let listener = TcpListener::bind(address).map_err(|cause| StartError::Listen { address, cause })?;
+        listener.set_nonblocking(true)?;
+        sockets::bound(&listener)?;
+        sockets::make_room(api.config.max_event_streams.get().into())?;
+        Ok(GatewayProcess { node, api, listener, tls })
     }
 
-    /// A process shows progress.
-    pub fn on_heartbeat(&mut self, now: Time, heartbeat: v1::Heartbeat) {
-        let replaceable = self.0.get(&heartbeat.service).is_none_or(|it| matches!(it.link, Link::Gone));
-        let same = self.0.get(&heartbeat.service).is_some_and(|it| it.instance == heartbeat.instance);
-        // The last heartbeat of an earlier start may arrive after the first sign of the newer one.
-        if replaceable && !same {
-            self.start(now, heartbeat.service.clone(), heartbeat.instance.clone());
-        }
-        if let Some(process) = self.0.get_mut(&heartbeat.service)
-            && process.instance == heartbeat.instance
-        {
-            process.heartbeat = Some((now, heartbeat));
-        }
+    /// Where clients find it, such as `http://127.0.0.1:8080`.
+    ///
+    /// # Errors
+    /// When the operating system does not know the socket.
+    pub fn url(&self) -> io::Result<String> {
+        let scheme = if self.tls.is_some() { "https" } else { "http" };
+        Ok(format!("{scheme}://{}", self.listener.local_addr()?))
     }
 
-    /// By name, in alphabetical order.
-    pub fn iter(&self) -> impl Iterator<Item = (&str, &Process)> {
-        self.0.iter().map(|(service, process)| (service.as_str(), process))
-    }
-
-    /// The process of a service, if one was ever seen.
-    pub fn get(&self, service: &str) -> Option<&Process> {
-        self.0.get(service)
-    }
-
-    fn start(&mut self, now: Time, service: String, instance: String) {
-        if self.0.len() < MOST_PROCESSES || self.0.contains_key(&service) {
-            self.0.insert(service, Process { instance, heartbeat: None, link: Link::Up { since: now } });
-        }
-    }
-}
-
-impl Process {
-    /// How it fares, when `stale_after` without a sign of progress is too long.
-    pub fn health(&self, now: Time, stale_after: Duration) -> Health {
-        let Link::Up { since } = self.link else { return Health::Dead };
-        let last_sign = self.heartbeat.as_ref().map_or(since, |(at, _)| since.max(*at));
-        if now - last_sign <= stale_after { Health::Alive } else { Health::Stale }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    enum Sign {
-        Up(&'static str),
-        Gone(&'static str),
-        Beat(&'static str),
-    }
-    use Sign::{Beat, Gone, Up};
-
-    /// Plays the signs of the instances of one service, one a second, and looks `later` seconds after the last.
-    #[track_caller]
-    fn check(signs: &[Sign], later: u64, expected: Option<(&str, Health)>) {
-        let at = |s| Time::after(Duration::from_secs(s));
-        let mut processes = Processes::default();
-        for (s, sign) in signs.iter().enumerate() {
-            let now = at(s as u64);
-            match sign {
-                Up(instance) => processes.on_peer(now, "mcm".into(), instance.to_string(), true),
-                Gone(instance) => processes.on_peer(now, "mcm".into(), instance.to_string(), false),
-                Beat(instance) => {
-                    let (service, instance) = ("mcm".into(), instance.to_string());
-                    processes.on_heartbeat(now, v1::Heartbeat { service, instance, ..Default::default() });
-                }
-            }
-        }
-        let now = at(signs.len() as u64 - 1 + later);
-        let seen = processes.get("mcm").map(|it| (it.instance.as_str(), it.health(now, Duration::from_secs(2))));
-        assert_eq!(seen, expected);
-    }
-
-    #[test]
-    fn a_process_lives_while_it_has_a_link_and_a_heart() {
-        check(&[Up("1")], 2, Some(("1", Health::Alive)));
-        check(&[Up("1")], 3, Some(("1", Health::Stale)));
-        check(&[Beat("1")], 0, Some(("1", Health::Alive)));
-        check(&[Up("1"), Beat("1")], 2, Some(("1", Health::Alive)));
-        check(&[Up("1"), Beat("1")], 3, Some(("1", Health::Stale)));
-        check(&[Up("1"), Beat("1"), Gone("1")], 0, Some(("1", Health::Dead)));
-        check(&[Up("1"), Gone("1"), Up("1")], 0, Some(("1", Health::Alive)));
-        check(&[Gone("1")], 0, None);
-    }
-
-    #[test]
-    fn late_news_of_an_earlier_start_is_no_news() {
-        check(&[Up("1"), Up("2"), Gone("1")], 0, Some(("2", Health::Alive)));
-        check(&[Up("1"), Up("2"), Beat("1")], 0, Some(("2", Health::Alive)));
-        check(&[Up("1"), Gone("1"), Beat("1")], 0, Some(("1", Health::Dead)));
-        check(&[Up("1"), Gone("1"), Beat("2")], 0, Some(("2", Health::Alive)));
+    /// Answers requests while `run_node` runs, and returns what that does.
+    ///
+    /// # Errors
+    /// When there can be no threads.
+    pub fn run<T>(mut self, run_node: impl FnOnce(&mut Gateway) -> T) -> Result<T, StartError> {
+        let runtime = Builder::new_multi_thread().worker_threads(THREADS).enable_all().build()?;
+        let _entered = runtime.enter();
+        let listener = tokio::net::TcpListener::from_std(self.listener)?;
+        let (end, ended) = oneshot::channel::<()>();
+        runtime.spawn(serve(listener, self.tls, self.api, async {
+            let _ = ended.await;
+        }));
+        let result = run_node(&mut self.node);
+        drop(end);
+        // A client that keeps its stream open does not keep the process.
+        runtime.shutdown_background();
+        Ok(result)
     }
 }

@@ -1,7 +1,7 @@
-//! The doorkeeper of the gateway: takes connections, so many at a time, encrypts them where that is
-//! configured, and cuts those that take their time with a handshake or a head.
+//! Serves connections: a limited number at a time, encrypted where that is configured, and closed when the
+//! handshake or the head of a request takes too long.
 //!
-//! What a request may be is the business of [`guard`](crate::guard); here nothing is read yet.
+//! Nothing of a request is read here; what it may do is decided by the guard.
 
 use std::future::Future;
 use std::io;
@@ -18,37 +18,40 @@ use axum_server::{Handle, Server};
 use hyper_util::rt::TokioTimer;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
 use tower_service::Service;
 
-/// How long a client that does not read may hold up the end.
-const LAST_GOODBYE: Duration = Duration::from_secs(1);
+use crate::http::{self, Api};
 
-/// How connections are taken.
-pub(crate) struct Entrance {
-    /// What they are encrypted with; `None`: they are not.
-    pub(crate) tls: Option<Arc<rustls::ServerConfig>>,
-    /// Wall time for a handshake, and for the head of a request, from the end of the one before on.
-    pub(crate) head_limit: Duration,
-    /// Open at a time; more are closed at once.
-    pub(crate) most: usize,
-}
+/// A client that does not read delays the end of the server by no more than this.
+const GRACE_PERIOD: Duration = Duration::from_secs(1);
 
-/// Answers on `listener` until `shutdown` completes and everybody has left, or has had time to.
-pub(crate) async fn serve(
+/// Answers on `listener` until `shutdown` completes; open event streams are then ended. Connections are
+/// encrypted with `tls`, if there is any.
+///
+/// # Errors
+/// When the listener fails for good.
+pub async fn serve(
     listener: TcpListener,
-    router: Router,
-    entrance: Entrance,
+    tls: Option<Arc<rustls::ServerConfig>>,
+    api: Api,
     shutdown: impl Future<Output = ()> + Send + 'static,
 ) -> io::Result<()> {
-    let Entrance { tls, head_limit, most } = entrance;
-    let seats = Arc::new(Semaphore::new(most));
+    // For a handshake, and for the head of a request, counted from the end of the one before.
+    let head_timeout = api.config.head_timeout_s.seconds();
+    let connections = Arc::new(Semaphore::new(usize::from(api.config.max_connections.get())));
+    let (close, closing) = watch::channel(());
+    let router = http::router(api, closing);
+    let shutdown = async move {
+        shutdown.await;
+        drop(close);
+    };
     match tls {
-        None => run(listener, router, Seats { seats, acceptor: NoDelayAcceptor }, head_limit, shutdown).await,
+        None => run(listener, router, Limited { connections, acceptor: NoDelayAcceptor }, head_timeout, shutdown).await,
         Some(config) => {
-            let acceptor = RustlsAcceptor::new(RustlsConfig::from_config(config)).handshake_timeout(head_limit);
+            let acceptor = RustlsAcceptor::new(RustlsConfig::from_config(config)).handshake_timeout(head_timeout);
             let acceptor = acceptor.acceptor(NoDelayAcceptor);
-            run(listener, router, Seats { seats, acceptor }, head_limit, shutdown).await
+            run(listener, router, Limited { connections, acceptor }, head_timeout, shutdown).await
         }
     }
 }
@@ -56,8 +59,8 @@ pub(crate) async fn serve(
 async fn run<A>(
     listener: TcpListener,
     router: Router,
-    acceptor: Seats<A>,
-    head_limit: Duration,
+    acceptor: Limited<A>,
+    head_timeout: Duration,
     shutdown: impl Future<Output = ()> + Send + 'static,
 ) -> io::Result<()>
 where
@@ -69,53 +72,53 @@ where
     let stopping = handle.clone();
     let watch = tokio::spawn(async move {
         shutdown.await;
-        stopping.graceful_shutdown(Some(LAST_GOODBYE));
+        stopping.graceful_shutdown(Some(GRACE_PERIOD));
     });
     let server = Server::<SocketAddr>::from_listener(listener).acceptor(acceptor);
-    // HTTP/1.1 alone: whether a client speaks HTTP/2 would be waited for without a limit.
+    // HTTP/1.1 only: a server that also speaks HTTP/2 waits without a limit for the client's first bytes.
     let mut server = server.handle(handle).http1_only();
-    server.http_builder().http1().timer(TokioTimer::new()).header_read_timeout(head_limit);
+    server.http_builder().http1().timer(TokioTimer::new()).header_read_timeout(head_timeout);
     let served = server.serve(router.into_make_service()).await;
     watch.abort();
     served
 }
 
-/// Gives each connection a seat, for as long as it lasts.
+/// Accepts connections while there are permits; more are closed at once.
 #[derive(Clone)]
-struct Seats<A> {
-    seats: Arc<Semaphore>,
+struct Limited<A> {
+    connections: Arc<Semaphore>,
     acceptor: A,
 }
 
-impl<A> Accept<TcpStream, Router> for Seats<A>
+impl<A> Accept<TcpStream, Router> for Limited<A>
 where
     A: Accept<TcpStream, Router, Service = Router>,
     A::Future: Send + 'static,
 {
     type Stream = A::Stream;
-    type Service = Seated;
-    type Future = Pin<Box<dyn Future<Output = io::Result<(A::Stream, Seated)>> + Send>>;
+    type Service = Connection;
+    type Future = Pin<Box<dyn Future<Output = io::Result<(A::Stream, Connection)>> + Send>>;
 
     fn accept(&self, stream: TcpStream, service: Router) -> Self::Future {
-        let Ok(seat) = self.seats.clone().try_acquire_owned() else {
-            return Box::pin(async { Err(io::Error::other("every seat is taken")) });
+        let Ok(permit) = self.connections.clone().try_acquire_owned() else {
+            return Box::pin(async { Err(io::Error::other("the limit of open connections is reached")) });
         };
         let accepting = self.acceptor.accept(stream, service);
         Box::pin(async {
             let (stream, router) = accepting.await?;
-            Ok((stream, Seated { router, _seat: Arc::new(seat) }))
+            Ok((stream, Connection { router, _permit: Arc::new(permit) }))
         })
     }
 }
 
-/// What answers a connection, which lives as long as that.
+/// Answers the requests of one connection, and holds its permit as long as it is open.
 #[derive(Clone)]
-struct Seated {
+struct Connection {
     router: Router,
-    _seat: Arc<OwnedSemaphorePermit>,
+    _permit: Arc<OwnedSemaphorePermit>,
 }
 
-impl<B> Service<axum::http::Request<B>> for Seated
+impl<B> Service<axum::http::Request<B>> for Connection
 where
     Router: Service<axum::http::Request<B>>,
 {

@@ -1,8 +1,8 @@
-//! TLS of the operator's side: a certificate and its key from files, looked at before anybody is let in.
+//! TLS towards operators: a certificate and its key from files, checked before the gateway listens.
 //!
-//! What a client would refuse later, or what would let others read along, is refused at the start, in
-//! a sentence: a file that is absent or something else, a certificate out of its time, a key that
-//! belongs to another one.
+//! What clients would refuse later, and what would let others read along, is refused at the start with
+//! one sentence: a file that is absent or of another kind, a certificate that is not valid now, a key that
+//! belongs to another certificate.
 
 use std::fmt;
 use std::net::SocketAddr;
@@ -21,9 +21,9 @@ use crate::config::Config;
 /// Why the gateway does not listen.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Refusal {
-    /// The file it is about, if it is about one.
+    /// The file at fault, if a file is.
     pub path: Option<PathBuf>,
-    /// What is wrong, and what there is to do about it.
+    /// What is wrong, and what to do about it.
     pub message: String,
 }
 
@@ -38,22 +38,26 @@ impl fmt::Display for Refusal {
 
 impl std::error::Error for Refusal {}
 
-/// What connections to `address` are encrypted with; `None` where nothing is, which is only done on the
-/// loopback, or where the configuration says so.
+/// What connections to `address` are encrypted with. `None` for plain HTTP, which is allowed on the loopback
+/// only, or where the configuration says so.
 ///
 /// # Errors
 /// What is wrong with the files, or that others could read along.
-pub fn settled(config: &Config, address: SocketAddr, now: SystemTime) -> Result<Option<Arc<ServerConfig>>, Refusal> {
-    let about_none = |message: String| Refusal { path: None, message };
+pub fn server_config(
+    config: &Config,
+    address: SocketAddr,
+    now: SystemTime,
+) -> Result<Option<Arc<ServerConfig>>, Refusal> {
+    let refusal = |message: String| Refusal { path: None, message };
     match (&config.tls_certificate, &config.tls_key) {
-        (Some(certificate), Some(key)) => server(certificate, key, now).map(|it| Some(Arc::new(it))),
+        (Some(certificate), Some(key)) => server(certificate, key, now).map(|config| Some(Arc::new(config))),
         (None, None) if address.ip().is_loopback() || config.plain_http_beyond_loopback => Ok(None),
-        (None, None) => Err(about_none(format!(
-            "the gateway would listen on {address} without TLS, where others can read tokens: give it `tls_certificate` \
-             and `tls_key`, or allow it by `plain_http_beyond_loopback`"
+        (None, None) => Err(refusal(format!(
+            "the gateway would listen on {address} without TLS, where others can read tokens: set `tls_certificate` \
+             and `tls_key`, or allow it with `plain_http_beyond_loopback`"
         ))),
-        (Some(_), None) => Err(about_none("`tls_certificate` is given without `tls_key`".to_owned())),
-        (None, Some(_)) => Err(about_none("`tls_key` is given without `tls_certificate`".to_owned())),
+        (Some(_), None) => Err(refusal("`tls_certificate` is given without `tls_key`".to_owned())),
+        (None, Some(_)) => Err(refusal("`tls_key` is given without `tls_certificate`".to_owned())),
     }
 }
 
@@ -62,7 +66,7 @@ fn server(certificate: &Path, key: &Path, now: SystemTime) -> Result<ServerConfi
     let secret = read_key(key)?;
     let provider = Arc::new(rustls::crypto::ring::default_provider());
     let builder = ServerConfig::builder_with_provider(provider).with_safe_default_protocol_versions();
-    let built = builder.and_then(|it| it.with_no_client_auth().with_single_cert(chain, secret));
+    let built = builder.and_then(|builder| builder.with_no_client_auth().with_single_cert(chain, secret));
     let mut config = built.map_err(|cause| match cause {
         rustls::Error::InconsistentKeys(_) => {
             about(key, format!("is not the key of the certificate in {}", certificate.display()))
@@ -73,22 +77,21 @@ fn server(certificate: &Path, key: &Path, now: SystemTime) -> Result<ServerConfi
     Ok(config)
 }
 
-/// The server's own certificate first, as TLS wants it.
+/// The server's own certificate first, as TLS requires.
 fn read_chain(path: &Path, now: SystemTime) -> Result<Vec<CertificateDer<'static>>, Refusal> {
     let bytes = std::fs::read(path).map_err(|cause| about(path, format!("cannot be read: {cause}")))?;
     let chain: Result<Vec<_>, _> = CertificateDer::pem_slice_iter(&bytes).collect();
     let chain = chain.map_err(|cause| about(path, format!("holds no certificate in PEM: {cause}")))?;
     let first = chain.first().ok_or_else(|| about(path, "holds no certificate in PEM"))?;
-    let (_, parsed) =
-        X509Certificate::from_der(first).map_err(|_| about(path, "holds something that is no X.509 certificate"))?;
+    let (_, parsed) = X509Certificate::from_der(first).map_err(|_| about(path, "holds no valid X.509 certificate"))?;
     let validity = parsed.validity();
-    let now_s = now.duration_since(SystemTime::UNIX_EPOCH).map_or(0, |it| it.as_secs() as i64);
+    let now_s = now.duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_secs() as i64);
     if validity.not_after.timestamp() < now_s {
-        return Err(about(path, format!("the certificate expired at {}; renew it", words(validity.not_after))));
+        return Err(about(path, format!("the certificate expired at {}; renew it", utc(validity.not_after))));
     }
     if now_s < validity.not_before.timestamp() {
-        let from = words(validity.not_before);
-        return Err(about(path, format!("the certificate is valid only from {from} on; is the clock right?")));
+        let from = utc(validity.not_before);
+        return Err(about(path, format!("the certificate is valid only from {from}; check the clock")));
     }
     Ok(chain)
 }
@@ -98,7 +101,7 @@ fn read_key(path: &Path) -> Result<PrivateKeyDer<'static>, Refusal> {
     let unreadable = |cause: std::io::Error| about(path, format!("cannot be read: {cause}"));
     let mode = std::fs::metadata(path).map_err(unreadable)?.permissions().mode() & 0o7777;
     if mode & 0o007 != 0 {
-        return Err(about(path, format!("its mode is {mode:04o}; not everybody may have access (chmod 600)")));
+        return Err(about(path, format!("its mode is {mode:04o}; others may not have access (chmod 600)")));
     }
     let bytes = std::fs::read(path).map_err(unreadable)?;
     PrivateKeyDer::from_pem_slice(&bytes).map_err(|cause| about(path, format!("holds no private key in PEM: {cause}")))
@@ -108,8 +111,7 @@ fn about(path: &Path, message: impl Into<String>) -> Refusal {
     Refusal { path: Some(path.to_owned()), message: message.into() }
 }
 
-/// A moment in UTC.
-fn words(moment: ASN1Time) -> String {
+fn utc(moment: ASN1Time) -> String {
     let seconds = Duration::from_secs(u64::try_from(moment.timestamp()).unwrap_or(0));
     humantime::format_rfc3339_seconds(SystemTime::UNIX_EPOCH + seconds).to_string()
 }

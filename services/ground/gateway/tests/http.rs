@@ -1,4 +1,4 @@
-//! What an operator's program gets over HTTP, from a gateway that is fed by hand.
+//! What a client gets over HTTP, from a gateway that the test feeds by hand.
 
 use std::time::Duration;
 
@@ -11,7 +11,8 @@ use gateway::access::{Role, Tokens, entry};
 use gateway::audit::Audit;
 use gateway::config::Config;
 use gateway::http::{Api, router};
-use gateway::{Door, Gateway, serve};
+use gateway::server::serve;
+use gateway::{AccessControl, Gateway};
 use http_body_util::BodyExt as _;
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
@@ -22,8 +23,8 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
 use tower::ServiceExt as _;
 
-/// Keeps few records and few streams, so that their ends are near; one status and no second, so
-/// that what follows is what the test made happen.
+/// Few records and few streams, so that their limits are reached soon; the second status is far off, so that what
+/// follows the first is what the test made happen.
 const CONFIG: &str = "
     snapshot_rate_hz = 20.0
     status_rate_hz = 0.001
@@ -55,7 +56,7 @@ struct World {
     now: Now,
     api: Api,
     router: Router,
-    /// Kept, since dropping it stops the streams.
+    /// Dropping it ends the streams.
     closing: watch::Sender<()>,
 }
 
@@ -64,21 +65,21 @@ impl World {
         let config: Config = toml::from_str(CONFIG).unwrap();
         let text = entry("eve", &[Role::Observer], "secret");
         let tokens = Tokens::parse(&Source { path: "tokens".into(), text }).unwrap();
-        let door = Door { tokens, audit: Audit::in_memory(), recordings: None };
-        let (gateway, api) = Gateway::new(&config, Pace::REAL_TIME, door, || {});
+        let access = AccessControl { tokens, audit: Audit::in_memory() };
+        let (gateway, api) = Gateway::new(&config, Pace::REAL_TIME, access, &[], || {});
         let (closing, closed) = watch::channel(());
         let router = router(api.clone(), closed);
         World { gateway, now: Now { time: Time::ZERO, utc_ms: 1_767_225_600_000 }, api, router, closing }
     }
 
-    /// With uav1, of which the autopilot's status is known.
+    /// With uav1, whose autopilot has published a status.
     fn with_vehicle() -> World {
         let mut world = World::empty();
         world.say(v1::VehicleStatus { armed: true, ..Default::default() });
         world
     }
 
-    /// uav1 says something; a second passes.
+    /// uav1 publishes a message; a second passes.
     fn say(&mut self, message: impl Into<Message>) {
         self.event(Event::Message { vehicle: "uav1".into(), message: message.into() });
     }
@@ -131,7 +132,7 @@ impl Answer {
     }
 }
 
-/// A client that reads when it is told to.
+/// A client that reads when the test has it read.
 struct Events(Body);
 
 #[derive(Debug)]
@@ -171,7 +172,7 @@ impl Events {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn the_process_lives_as_long_as_its_loop() {
+async fn the_gateway_is_healthy_while_its_loop_runs() {
     let world = World::empty();
     assert_eq!(world.get("/healthz").await.body, json!({ "status": "ok", "recordings": "off" }));
     let World { gateway, router, .. } = world;
@@ -181,7 +182,7 @@ async fn the_process_lives_as_long_as_its_loop() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn it_is_ready_once_everything_is_seen_and_says_what_is_missing_until_then() {
+async fn the_gateway_is_ready_once_everything_was_seen_and_says_what_is_missing_until_then() {
     let mut world = World::empty();
     world.get("/readyz").await.is_problem(503, "no vehicle seen yet");
     let peer = |vehicle: &str, service: &str| Event::Peer {
@@ -224,21 +225,21 @@ async fn a_vehicle_is_listed_and_shown_from_its_first_sign_on() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_there_is_not_is_a_problem() {
+async fn a_request_for_what_is_not_there_is_answered_with_a_problem() {
     let world = World::with_vehicle();
     world.get("/api/v1/vehicles/uav2").await.is_problem(404, "vehicle `uav2` was never seen");
     world.get("/api/v1/vehicles/uav2/events").await.is_problem(404, "vehicle `uav2` was never seen");
-    world.get("/api/v2").await.is_problem(404, "there is no `/api/v2`; `/docs` lists what there is");
+    world.get("/api/v2").await.is_problem(404, "there is no `/api/v2`; `/docs` lists the routes");
     let request = Request::post("/healthz").body(Body::empty()).unwrap();
-    world.send(request).await.is_problem(405, "this is not done to it; `/docs` lists what is");
+    world.send(request).await.is_problem(405, "`/healthz` does not take POST; `/docs` lists the routes");
     let request = Request::get("/healthz").header("content-length", 1001).body(Body::empty()).unwrap();
-    world.send(request).await.is_problem(413, "the body has 1001 bytes, at most 1000 are taken");
+    world.send(request).await.is_problem(413, "the body has 1001 bytes, more than the limit of 1000");
     assert_eq!(world.get("/api/v1/vehicles/%ff").await.status, StatusCode::BAD_REQUEST);
     assert_eq!(world.get("/").await.kind, "text/html; charset=utf-8");
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_stream_replays_what_happened_and_goes_on_live() {
+async fn a_stream_replays_the_journal_and_goes_on_live() {
     let mut world = World::with_vehicle();
     world.decide("one");
     let mut events = world.events(None).await;
@@ -253,7 +254,7 @@ async fn a_stream_replays_what_happened_and_goes_on_live() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_record_is_the_message_with_the_time_it_came() {
+async fn a_record_is_the_message_with_the_time_of_its_arrival() {
     let mut world = World::with_vehicle();
     world.say(v1::SkillEvent { skill_id: 7, state: v1::SkillState::Execute as i32, ..Default::default() });
     let sent = world.events(None).await.next().await.unwrap();
@@ -276,7 +277,7 @@ async fn a_client_that_comes_back_gets_what_it_missed_and_no_more() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_client_that_reads_too_slowly_is_told_to_start_over() {
+async fn a_client_that_reads_too_slowly_gets_a_resync() {
     let mut world = World::with_vehicle();
     let mut events = world.events(None).await;
     events.expect(&["status"]).await;
@@ -312,7 +313,7 @@ async fn a_stream_ends_when_the_server_or_the_loop_does() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn the_server_stops_when_told_though_a_stream_is_open() {
+async fn the_server_stops_while_a_stream_is_open() {
     let world = World::with_vehicle();
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let address = listener.local_addr().unwrap();

@@ -1,4 +1,4 @@
-//! What may be ordered over HTTP by whom, and what comes of it.
+//! Who may order what over HTTP, and what comes of it.
 
 use std::time::{Duration, Instant};
 
@@ -28,11 +28,11 @@ async fn operations(world: &World) -> Vec<(String, String, Vec<String>, String)>
             let roles = roles.map(|it| it.as_str().unwrap().to_owned()).collect();
             let filled =
                 path.replace("{id}", "uav1").replace("{area}", "A").replace("{flag}", "f").replace("{name}", "n");
-            let filled = filled.replace("{recording}", world::RECORDING);
+            let filled = filled.replace("{recording}", world::RECORDING).replace("{file}", "main.js");
             let schema = &operation["requestBody"]["content"]["application/json"]["schema"]["$ref"];
             let body = match schema.as_str().and_then(|it| it.rsplit('/').next()) {
                 None => "",
-                Some("HandOver") => r#"{"to":"ben"}"#,
+                Some("kittiwake.v1.HandOver") => r#"{"to":"ben"}"#,
                 Some("kittiwake.v1.DecideRequest") => r#"{"decision":"DECISION_GRANT"}"#,
                 Some("kittiwake.v1.FlagEvent") => r#"{"name":"obstacle","raised":true}"#,
                 Some(_) => "{}",
@@ -44,7 +44,7 @@ async fn operations(world: &World) -> Vec<(String, String, Vec<String>, String)>
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn every_route_lets_in_whom_its_document_says_and_nobody_else() {
+async fn every_route_lets_in_the_roles_of_its_description_and_no_others() {
     let world = World::new();
     let operations = operations(&world).await;
     assert!(30 <= operations.len(), "{operations:?}");
@@ -74,7 +74,7 @@ async fn every_route_lets_in_whom_its_document_says_and_nobody_else() {
             if status == 401 || status == 403 {
                 assert!(world.heard().is_empty(), "{what} reached the bus");
             }
-            // It leaves after its answer: it must not be taken for the next one's.
+            // The flag leaves after its answer: it must not count as the next order's.
             if path.ends_with("/simulation/flags") && status == 200 {
                 assert_eq!(world.heard_at_last().await, ["monitor/flag"], "{what}");
             }
@@ -91,7 +91,7 @@ async fn every_route_lets_in_whom_its_document_says_and_nobody_else() {
     }
 }
 
-/// Orders each verb; what was heard on the bus.
+/// Gives each order, and compares what reached the bus.
 #[tokio::test(flavor = "multi_thread")]
 async fn each_order_reaches_the_service_it_is_for() {
     #[track_caller]
@@ -151,10 +151,13 @@ async fn an_order_says_who_what_and_under_which_trace() {
     let (call, seen) = calls.try_recv().unwrap();
     let Call::OperatorCommand(command) = call else { panic!("{call:?}") };
     assert_eq!((command.request_id.as_str(), command.operator.as_str()), ("safety:k1", "safety"));
-    assert_eq!((command.verb, seen.as_str()), (Some(v1::operator_command::Verb::Abort(v1::AbortMission {})), trace));
+    assert_eq!(
+        (command.verb, seen.as_str()),
+        (Some(v1::operator_command::Verb::Abort(v1::AbortMission { overrides: false })), trace)
+    );
     let record = &world.get("/api/v1/audit", "observer").await.body["records"][0];
-    let told = ["who", "vehicle", "what", "requestId", "outcome"].map(|it| record[it].as_str().unwrap());
-    assert_eq!(told, ["safety", "uav1", "abort", "k1", "done"]);
+    let facts = ["who", "vehicle", "what", "requestId", "outcome"].map(|it| record[it].as_str().unwrap());
+    assert_eq!(facts, ["safety", "uav1", "abort", "k1", "done"]);
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -180,7 +183,7 @@ async fn a_repeated_key_gets_the_same_answer_and_does_nothing() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_is_refused_and_what_is_not_answered_are_told_apart() {
+async fn a_refusal_differs_from_a_call_without_a_reply() {
     let mut answers = vec![
         Ok(Response::OperatorCommand(v1::OperatorReply { done: false, text: "it holds already".into() })),
         Err(CallError::Unanswered),
@@ -194,7 +197,7 @@ async fn what_is_refused_and_what_is_not_answered_are_told_apart() {
     }
     assert_eq!(details[0], "409 it holds already");
     assert!(
-        details[1].starts_with("503 ") && details[1].contains("whether it was done is not known"),
+        details[1].starts_with("503 ") && details[1].contains("it is not known whether it was done"),
         "{}",
         details[1]
     );
@@ -202,17 +205,17 @@ async fn what_is_refused_and_what_is_not_answered_are_told_apart() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn one_operator_holds_command_at_a_time() {
+async fn one_operator_has_command_at_a_time() {
     let world = World::new();
     let at = |path: &str| format!("{UAV}/{path}");
     let nobody = world.post(&at("pause"), "operator", "1").await;
     assert_eq!(
         (nobody.status.as_u16(), nobody.body["detail"].as_str()),
-        (409, Some("nobody holds command of uav1; take it first"))
+        (409, Some("nobody has command of uav1; take command first"))
     );
     assert_eq!(world.post(&at("command/take"), "operator", "").await.body["holder"], "operator");
     assert_eq!(world.post(&at("pause"), "operator", "1").await.status, 200);
-    assert_eq!(world.post(&at("command/take"), "ben", "").await.body["detail"], "operator holds command of uav1");
+    assert_eq!(world.post(&at("command/take"), "ben", "").await.body["detail"], "operator has command of uav1");
     assert_eq!(world.post(&at("resume"), "ben", "2").await.status, 409);
     assert_eq!(
         world.send("POST", &at("command/hand-over"), "operator", "", r#"{"to":"ben"}"#).await.body["offeredTo"],
@@ -226,7 +229,7 @@ async fn one_operator_holds_command_at_a_time() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn bodies_that_are_no_orders_are_refused() {
+async fn invalid_bodies_are_refused() {
     let world = World::new();
     let land_at = format!("{UAV}/land-at");
     let long = format!(r#"{{"position":"{}"}}"#, "x".repeat(20_000));
@@ -234,7 +237,7 @@ async fn bodies_that_are_no_orders_are_refused() {
         let answer = world.send("POST", &land_at, "safety", "k", body).await;
         assert_eq!(answer.status.as_u16(), status, "{}", answer.text);
     }
-    // Without saying beforehand how long it is.
+    // A body of unknown length.
     let chunks = (0..100).map(|_| Ok::<_, std::io::Error>("x".repeat(1000)));
     let request = Request::post(&land_at).header("authorization", "Bearer safety-token").header("idempotency-key", "k");
     let body = Body::from_stream(futures_util::stream::iter(chunks));
@@ -243,7 +246,7 @@ async fn bodies_that_are_no_orders_are_refused() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_body_that_never_comes_is_not_waited_for() {
+async fn a_body_that_does_not_arrive_is_given_up() {
     let world = World::configured("request_timeout_s = 5.0", "request_timeout_s = 0.2");
     let request = Request::post(format!("{UAV}/land-at"));
     let request = request.header("authorization", "Bearer safety-token").header("idempotency-key", "k");
@@ -252,7 +255,7 @@ async fn a_body_that_never_comes_is_not_waited_for() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn who_asks_too_often_is_told_to_wait_and_nobody_else_is() {
+async fn a_client_that_asks_too_often_has_to_wait_and_others_do_not() {
     let world = World::configured("requests_at_once = 1000.0", "requests_at_once = 5.0");
     let mut statuses = Vec::new();
     for _ in 0..7 {
@@ -263,7 +266,7 @@ async fn who_asks_too_often_is_told_to_wait_and_nobody_else_is() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn the_faults_that_can_be_injected_are_asked_of_the_simulator() {
+async fn the_simulator_lists_the_faults_that_can_be_injected() {
     let wind = v1::FaultKind { name: "wind".into(), arguments: "NORTH EAST [GUST]".into(), effect: "it blows".into() };
     let world = World::with(move |call, _| match call {
         Call::Fault(it) if it.name.is_empty() => {
@@ -276,12 +279,83 @@ async fn the_faults_that_can_be_injected_are_asked_of_the_simulator() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn nothing_is_injected_where_something_real_flies() {
+async fn nothing_is_injected_where_the_vehicle_is_real() {
     let world = World::configured("simulation = true", "simulation = false");
     let flags = format!("{UAV}/simulation/flags");
     assert_eq!(world.send("POST", &flags, "safety", "k", r#"{"name":"x"}"#).await.status, 404);
     assert_eq!(world.get(&format!("{UAV}/simulation/faults"), "safety").await.status, 404);
     assert_eq!(world.get("/api/v1/session", "safety").await.body["simulation"], false);
+}
+
+/// The name `uav1` as a client may also escape it.
+const ESCAPED: &str = "/api/v1/vehicles/uav%31";
+
+#[tokio::test(flavor = "multi_thread")]
+async fn guard_handler_and_record_see_the_same_vehicle_however_its_name_is_escaped() {
+    let world = World::new();
+    let taken = world.post(&format!("{ESCAPED}/command/take"), "operator", "").await;
+    assert_eq!((taken.status.as_u16(), &taken.body["holder"]), (200, &json!("operator")));
+    let paused = world.post(&format!("{ESCAPED}/pause"), "operator", "k1").await;
+    assert_eq!((paused.status.as_u16(), &paused.body["vehicle"]), (200, &json!("uav1")), "{}", paused.text);
+    assert_eq!(world.heard(), ["mcm/command"]);
+    // The same order: it has its answer already.
+    assert_eq!(world.post(&format!("{UAV}/pause"), "operator", "k1").await.text, paused.text);
+    assert!(world.heard().is_empty());
+    // Command of uav1 is what counts, under either spelling.
+    assert_eq!(world.post(&format!("{ESCAPED}/resume"), "ben", "k2").await.body["command"]["holder"], "operator");
+    assert_eq!(world.get(ESCAPED, "observer").await.body["command"]["holder"], "operator");
+    let records = world.get("/api/v1/audit", "observer").await.body["records"].clone();
+    let orders: Vec<_> = records.as_array().unwrap().iter().map(|it| (&it["vehicle"], &it["what"])).collect();
+    let expected = ["command/take", "pause", "resume"].map(|what| (json!("uav1"), json!(what)));
+    assert_eq!(orders, expected.each_ref().map(|(vehicle, what)| (vehicle, what)));
+    // A vehicle that is unknown is unknown to all three.
+    for name in ["uav2", "uav1%2f..", "%2e%2e", "uav1%00"] {
+        let answer = world.post(&format!("/api/v1/vehicles/{name}/pause"), "safety", "k3").await;
+        assert_eq!(answer.status, 404, "{name}: {}", answer.text);
+    }
+    assert!(world.heard().is_empty());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn requests_without_a_valid_token_share_one_limit() {
+    let world = World::configured("requests_at_once = 1000.0", "requests_at_once = 5.0");
+    let mut statuses = Vec::new();
+    for (method, token) in [("GET", ""), ("GET", "wrong"), ("POST", "old"), ("POST", ""), ("GET", "old")].repeat(2) {
+        let path = if method == "GET" { UAV.to_owned() } else { format!("{UAV}/pause") };
+        statuses.push(world.send(method, &path, token, "k", "").await.status.as_u16());
+    }
+    assert_eq!(statuses, [401, 401, 401, 401, 401, 429, 429, 429, 429, 429]);
+    // A client with a token of its own is not limited by them, and a flood is not recorded.
+    let records = world.get("/api/v1/audit", "observer").await.body["records"].clone();
+    assert_eq!(records.as_array().map(Vec::len), Some(2), "{records}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_session_tells_what_a_client_needs_to_know() {
+    let session = World::new().get("/api/v1/session", "operator").await.body;
+    let expected = json!({
+        "name": "operator", "roles": ["operator"], "simulation": true, "statusRateHz": 2.0, "thresholds": [],
+    });
+    assert_eq!(session, expected);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn every_answer_is_described() {
+    let document = World::new().get("/openapi.json", "").await.body;
+    let schemas = document["components"]["schemas"].as_object().unwrap();
+    let text = document.to_string();
+    for name in text.split("#/components/schemas/").skip(1).filter_map(|it| it.split('"').next()) {
+        assert!(schemas.contains_key(name), "{name}");
+    }
+    for described in ["Vehicle", "Fleet", "Recording", "Session", "Problem", "AuditLog", "OrderDone"] {
+        assert!(schemas.contains_key(&format!("kittiwake.v1.{described}")), "{described}");
+    }
+    let flags = &schemas["kittiwake.v1.Vehicle"]["properties"]["flags"];
+    assert_eq!(flags["items"]["$ref"], "#/components/schemas/kittiwake.v1.Vehicle.Flag");
+    // The page and the document itself are routes like any other.
+    for path in ["/", "/page/{file}", "/openapi.json"] {
+        assert!(document["paths"][path].is_object(), "{path}");
+    }
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -293,7 +367,7 @@ async fn metrics_are_open_metrics() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_thousand_clients_that_do_not_read_hold_nobody_up() {
+async fn a_thousand_clients_that_do_not_read_do_not_delay_the_others() {
     use http_body_util::BodyExt as _;
     use tower::ServiceExt as _;
     let world = World::configured("requests_at_once = 1000.0", "requests_at_once = 5000.0");

@@ -1,4 +1,4 @@
-//! The gateway on real sockets, plain and encrypted: who is let in, and who is cut off.
+//! The gateway on real sockets, plain and encrypted: which connections it answers, and which it closes.
 
 use std::net::SocketAddr;
 use std::path::Path;
@@ -6,7 +6,8 @@ use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
 use gateway::config::Config;
-use gateway::tls::settled;
+use gateway::server::serve;
+use gateway::tls::server_config;
 use rustls::pki_types::pem::PemObject;
 use rustls::pki_types::{CertificateDer, ServerName};
 use rustls::{ClientConfig, RootCertStore};
@@ -41,19 +42,19 @@ impl Served {
         let certificates = encrypted.then(Certificates::new);
         let tls = certificates.as_ref().and_then(|it| {
             let (certificate, key) = it.sign("server", 2020, 2120);
-            settled(&config(Some(&certificate), Some(&key), false), address, SystemTime::now()).unwrap()
+            server_config(&config(Some(&certificate), Some(&key), false), address, SystemTime::now()).unwrap()
         });
         assert_eq!(tls.is_some(), encrypted);
         let (stop, stopped) = tokio::sync::oneshot::channel::<()>();
         let api = world.api.clone();
-        tokio::spawn(gateway::serve(listener, tls, api, async {
+        tokio::spawn(serve(listener, tls, api, async {
             let _ = stopped.await;
         }));
         Served { address, certificates, world, _stop: stop }
     }
 
     /// With limits of half a second.
-    async fn hasty(encrypted: bool) -> Served {
+    async fn impatient(encrypted: bool) -> Served {
         Served::start(World::configured("request_timeout_s = 5.0", "request_timeout_s = 0.5"), encrypted).await
     }
 
@@ -61,7 +62,7 @@ impl Served {
         TcpStream::connect(self.address).await.unwrap()
     }
 
-    /// As it is meant to be.
+    /// Encrypted where the gateway is.
     async fn connect(&self) -> Box<dyn Stream> {
         match &self.certificates {
             None => Box::new(self.tcp().await),
@@ -69,16 +70,16 @@ impl Served {
         }
     }
 
-    /// Everything that is answered to `bytes` until the connection is closed.
+    /// Everything that the gateway answers to `bytes` until it closes the connection.
     async fn answer(&self, bytes: &[u8]) -> String {
         let mut stream = self.connect().await;
-        // The server may have heard enough before all of it is sent.
+        // The server may close before everything is sent.
         let _ = stream.write_all(bytes).await;
         read_to_end(&mut stream).await
     }
 }
 
-/// Encrypts as a client that trusts `ca` alone, or nobody.
+/// Encrypts as a client that trusts `ca` and no other, or none at all.
 async fn tls_over(stream: TcpStream, ca: Option<&str>) -> std::io::Result<TlsStream<TcpStream>> {
     let mut roots = RootCertStore::empty();
     if let Some(ca) = ca {
@@ -90,7 +91,7 @@ async fn tls_over(stream: TcpStream, ca: Option<&str>) -> std::io::Result<TlsStr
     TlsConnector::from(Arc::new(config)).connect(ServerName::try_from("127.0.0.1").unwrap(), stream).await
 }
 
-/// What is sent until the other side closes; a reset closes too.
+/// What arrives until the other side closes; a reset closes too.
 async fn read_to_end(stream: &mut (impl AsyncRead + Unpin)) -> String {
     let mut seen = Vec::new();
     let reading = async { while stream.read_buf(&mut seen).await.is_ok_and(|it| 0 < it) {} };
@@ -98,7 +99,7 @@ async fn read_to_end(stream: &mut (impl AsyncRead + Unpin)) -> String {
     String::from_utf8_lossy(&seen).into_owned()
 }
 
-/// A request as operator without a body's head.
+/// A request with the safety pilot's token.
 fn request(line: &str, more: &str) -> String {
     format!(
         "{line} HTTP/1.1\r\nhost: x\r\nauthorization: Bearer safety-token\r\nidempotency-key: k\r\nconnection: close\r\n{more}\r\n"
@@ -116,7 +117,7 @@ fn config(certificate: Option<&Path>, key: Option<&Path>, plain_beyond: bool) ->
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn who_trusts_the_ca_is_answered_and_others_do_not_trust_the_gateway() {
+async fn a_client_that_trusts_the_ca_is_answered_and_others_refuse_the_gateway() {
     let served = Served::start(World::new(), true).await;
     let answer = served.answer(request("GET /healthz", "").as_bytes()).await;
     assert!(answer.starts_with("HTTP/1.1 200 OK") && answer.contains("\"status\":\"ok\""), "{answer}");
@@ -127,19 +128,19 @@ async fn who_trusts_the_ca_is_answered_and_others_do_not_trust_the_gateway() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn plain_http_is_not_spoken_where_tls_is() {
-    let served = Served::hasty(true).await;
+async fn plain_http_gets_no_answer_where_tls_is_configured() {
+    let served = Served::impatient(true).await;
     let mut stream = served.tcp().await;
     stream.write_all(request("GET /healthz", "").as_bytes()).await.unwrap();
     let answer = read_to_end(&mut stream).await;
     assert!(!answer.contains("HTTP"), "{answer}");
 }
 
-/// Each of them stops in the middle, and is cut off; all others go on.
+/// Each client stops in the middle, and its connection is closed; other connections go on.
 #[tokio::test(flavor = "multi_thread")]
-async fn who_takes_too_long_is_cut_off() {
+async fn a_client_that_takes_too_long_is_disconnected() {
     for encrypted in [false, true] {
-        let served = Served::hasty(encrypted).await;
+        let served = Served::impatient(encrypted).await;
         let body = request("POST /api/v1/vehicles/uav1/land-at", "content-length: 100\r\n") + "{";
         for (sent, expected) in
             [("", ""), ("GET /heal", ""), ("GET /healthz HTTP/1.1\r\nhost: x\r\n", ""), (body.as_str(), "HTTP/1.1 408")]
@@ -151,12 +152,12 @@ async fn who_takes_too_long_is_cut_off() {
         assert!(served.answer(request("GET /healthz", "").as_bytes()).await.contains(" 200 OK"));
     }
     // A handshake that never begins.
-    let served = Served::hasty(true).await;
+    let served = Served::impatient(true).await;
     assert_eq!(read_to_end(&mut served.tcp().await).await, "");
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn what_is_too_large_or_no_http_is_refused_and_the_next_one_is_answered() {
+async fn a_request_that_is_too_large_or_not_http_is_refused_and_the_next_one_is_answered() {
     let ten_megabytes = "x".repeat(10_000_000);
     let declared = request(PAUSE, &format!("content-length: {}\r\n", ten_megabytes.len())) + &ten_megabytes;
     let chunked = request(PAUSE, "transfer-encoding: chunked\r\n")
@@ -165,7 +166,7 @@ async fn what_is_too_large_or_no_http_is_refused_and_the_next_one_is_answered() 
     let no_colon = request("GET /healthz", "no colon\r\n");
     let twice = request(PAUSE, "content-length: 1\r\ncontent-length: 2\r\n");
     for encrypted in [false, true] {
-        let served = Served::hasty(encrypted).await;
+        let served = Served::impatient(encrypted).await;
         for (sent, expected) in [
             (declared.as_str(), "413"),
             (chunked.as_str(), "413"),
@@ -187,12 +188,12 @@ async fn what_is_too_large_or_no_http_is_refused_and_the_next_one_is_answered() 
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn so_many_connections_and_no_more() {
+async fn the_number_of_connections_is_limited() {
     let served = Served::start(World::configured("head_timeout_s = 0.5", "head_timeout_s = 60.0"), false).await;
     let mut open = Vec::new();
     for _ in 0..10 {
         let mut stream = served.tcp().await;
-        // Answered, so that it is known to have its seat.
+        // Answered, so that the connection is known to count.
         stream.write_all(b"GET /healthz HTTP/1.1\r\nhost: x\r\n\r\n").await.unwrap();
         stream.readable().await.unwrap();
         open.push(stream);
@@ -201,12 +202,12 @@ async fn so_many_connections_and_no_more() {
     open.pop();
     let start = std::time::Instant::now();
     while !served.answer(request("GET /healthz", "").as_bytes()).await.contains(" 200 OK") {
-        assert!(start.elapsed() < LIMIT, "a seat that was left is not given to the next");
+        assert!(start.elapsed() < LIMIT, "a connection that was closed still counts");
     }
 }
 
 #[test]
-fn what_cannot_be_used_is_refused_in_a_sentence() {
+fn certificates_and_keys_that_cannot_be_used_are_refused_in_a_sentence() {
     let files = Certificates::new();
     let (good, key) = files.sign("good", 2020, 2120);
     let (_, other_key) = files.sign("other", 2020, 2120);
@@ -220,7 +221,7 @@ fn what_cannot_be_used_is_refused_in_a_sentence() {
     #[track_caller]
     fn check(files: (Option<&Path>, Option<&Path>), plain_beyond: bool, address: &str, expected: Result<bool, &str>) {
         let config = config(files.0, files.1, plain_beyond);
-        let found = settled(&config, address.parse().unwrap(), SystemTime::now());
+        let found = server_config(&config, address.parse().unwrap(), SystemTime::now());
         match (found, expected) {
             (Ok(found), Ok(encrypted)) => assert_eq!(found.is_some(), encrypted),
             (Err(refusal), Err(part)) => {
@@ -243,7 +244,7 @@ fn what_cannot_be_used_is_refused_in_a_sentence() {
     check(with(absent, &key), false, loopback, Err("absent.pem: cannot be read"));
     check(with(&good, absent), false, loopback, Err("absent.pem: cannot be read"));
     check(with(&text, &key), false, loopback, Err("text.pem: holds no certificate in PEM"));
-    check(with(&torn, &key), false, loopback, Err("torn.pem: holds something that is no X.509 certificate"));
+    check(with(&torn, &key), false, loopback, Err("torn.pem: holds no valid X.509 certificate"));
     check(with(&good, &text), false, loopback, Err("text.pem: holds no private key in PEM"));
     check(
         with(&expired, &expired_key),

@@ -1,8 +1,11 @@
-//! Permissions as the control tower's ledger tells them, and the asking for them.
+//! Permissions as the control tower's ledger has them, and the requests for them.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use domain::airspace::Grants;
+use domain::permission::{Permission, PermissionState};
+use domain::plan::{Denial, DenialKind, PermissionNeed, StepId};
 use domain::time::Time;
 use kittiwake_proto::topics::Request;
 use kittiwake_proto::v1;
@@ -11,51 +14,46 @@ use node::CallError;
 use crate::config::Limits;
 use crate::outbox::{Outbox, Purpose};
 
-/// How the asking for one area goes.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// What has become of the request for one area.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Asking {
-    /// No answer yet.
-    Awaited,
+    /// No answer yet; it is overdue then.
+    Awaited(Time),
     /// Granted.
     Granted,
-    /// Refused, or never answered.
-    Denied {
-        /// True when the tower never answered.
-        silent: bool,
-        /// Why.
-        reason: String,
-    },
+    /// Refused, or never answered; [`Permissions::take_denials`] says why.
+    Denied,
 }
 
+/// The ledger as it was heard last, and the requests that are under way.
 #[derive(Debug, Default)]
 pub(crate) struct Permissions {
     ledger: BTreeMap<String, Entry>,
-    asks: BTreeMap<String, Ask>,
+    requests: BTreeMap<String, PermissionRequest>,
+    /// Areas that were asked for again in flight, and not to be asked for again before then.
+    renewals: BTreeMap<String, Time>,
     last_request: u64,
     /// Makes request ids unique among starts of this process.
     instance: u64,
-    /// Counts decisions that changed something, so that whoever waits can tell.
-    pub(crate) revision: u64,
+    revision: u64,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 struct Entry {
-    state: v1::PermissionState,
-    reason: String,
-    request_id: String,
-    decision: u64,
+    permission: Permission,
     expires: Time,
 }
 
+/// A grant that has aged by this on its way here still counts as what it was given for.
+const GRANT_AGE: Duration = Duration::from_secs(2);
+
+/// The life of a request for an area.
 #[derive(Debug)]
-struct Ask {
-    request_id: String,
-    tries: u32,
-    answer_by: Time,
-    /// Decisions up to this one were made before we asked.
-    after_decision: u64,
-    step_id: u64,
-    trouble: Option<CallError>,
+enum PermissionRequest {
+    /// Sent so many times, and not answered yet.
+    Sent { tries: u32, answer_by: Time, after_decision: u64, step: StepId, undelivered: Option<CallError> },
+    /// Denied; kept until the failed step has been reported.
+    Denied(Denial),
 }
 
 impl Permissions {
@@ -65,116 +63,153 @@ impl Permissions {
 
     /// Whether `area` may be entered and stayed in now, with a margin before its expiry.
     pub(crate) fn holds(&self, area: &str, now: Time, margin: Duration) -> bool {
-        self.ledger.get(area).is_some_and(|it| it.state == v1::PermissionState::Granted && now + margin < it.expires)
+        self.remaining(area, now).is_some_and(|remaining| margin < remaining)
     }
 
-    /// The areas that may be entered now.
+    /// The areas whose permission is held now, with a margin before its expiry.
     pub(crate) fn held(&self, now: Time, margin: Duration) -> Vec<String> {
         self.ledger.keys().filter(|it| self.holds(it, now, margin)).cloned().collect()
     }
 
-    /// Takes in the tower's ledger; returns what changed, in words.
-    pub(crate) fn on_ledger(&mut self, now: Time, ledger: &v1::PermissionLedger) -> Vec<String> {
-        let mut news = Vec::new();
-        for it in &ledger.permissions {
-            let valid = Duration::try_from_secs_f64(it.valid_for_s).unwrap_or_default();
-            let entry = Entry {
-                state: it.state(),
-                reason: it.reason.clone(),
-                request_id: it.request_id.clone(),
-                decision: it.decision,
-                expires: now + valid,
-            };
-            let before = self.ledger.insert(it.area.clone(), entry);
-            let changed = before.as_ref().is_none_or(|old| old.state != it.state() || old.decision != it.decision);
-            if changed && it.state() != v1::PermissionState::Requested {
+    /// For how long each permission is held from now on.
+    pub(crate) fn grants(&self, now: Time) -> Grants {
+        self.ledger.keys().filter_map(|area| Some((area.clone(), self.remaining(area, now)?))).collect()
+    }
+
+    /// For how long the permission for `area` is held from now on; `None`: it is not.
+    fn remaining(&self, area: &str, now: Time) -> Option<Duration> {
+        let entry = self.ledger.get(area).filter(|it| it.permission.state == PermissionState::Granted)?;
+        Some(entry.expires - now).filter(|it| !it.is_zero())
+    }
+
+    /// Counts decisions that changed something, so that a plan that waits for one can notice.
+    pub(crate) fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// Takes in the tower's ledger; returns what the tower has decided since the last one.
+    pub(crate) fn on_ledger(&mut self, now: Time, ledger: Vec<Permission>) -> Vec<Permission> {
+        let mut decided = Vec::new();
+        for permission in ledger {
+            let entry = Entry { expires: now + permission.valid_for, permission: permission.clone() };
+            let before = self.ledger.insert(permission.area.clone(), entry).map(|entry| entry.permission);
+            let changed = before.is_none_or(|it| (it.state, it.decision) != (permission.state, permission.decision));
+            if changed && permission.state != PermissionState::Requested {
                 self.revision += 1;
-                news.push(in_words(it));
+                decided.push(permission);
             }
         }
-        news
+        decided
     }
 
-    /// Asks for `area`, unless that is under way already.
-    pub(crate) fn ask(&mut self, now: Time, area: &str, step_id: u64, limits: &Limits, outbox: &mut Outbox) {
-        let decided = self.ledger.get(area).map_or(0, |it| it.decision);
-        let ask = Ask {
-            request_id: String::new(),
-            tries: 0,
-            answer_by: now,
-            after_decision: decided,
-            step_id,
-            trouble: None,
-        };
-        self.asks.entry(area.to_owned()).or_insert(ask);
-        self.try_again(now, area, limits, outbox);
+    /// Asks for what is needed during `step`, unless a request is under way already.
+    pub(crate) fn ask(&mut self, now: Time, area: &str, step: StepId, limits: &Limits, outbox: &mut Outbox) {
+        if !matches!(self.requests.get(area), Some(PermissionRequest::Sent { .. })) {
+            let after_decision = self.ledger.get(area).map_or(0, |entry| entry.permission.decision);
+            let request = PermissionRequest::Sent { tries: 0, answer_by: now, after_decision, step, undelivered: None };
+            self.requests.insert(area.to_owned(), request);
+        }
+        self.send_if_overdue(now, area, limits, outbox);
     }
 
-    /// How the asking goes; asks again when the answer is overdue.
-    pub(crate) fn asking(&mut self, now: Time, area: &str, limits: &Limits, outbox: &mut Outbox) -> Asking {
-        if self.holds(area, now, limits.permission_margin) {
+    /// Asks again for `area`, which is held and runs out; whether a request was sent. Answers are overdue as for any other
+    /// request, but silence has no consequence here: the permission runs out, and what follows from that is dealt with.
+    pub(crate) fn renew(&mut self, now: Time, area: &str, step: StepId, limits: &Limits, outbox: &mut Outbox) -> bool {
+        if self.requests.contains_key(area) || self.renewals.get(area).is_some_and(|until| now < *until) {
+            return false;
+        }
+        self.renewals.insert(area.to_owned(), now + limits.permission_answer);
+        self.send(area, step, limits, outbox);
+        true
+    }
+
+    /// What has become of the request for what is needed; sends it again when the answer is overdue.
+    pub(crate) fn asking(&mut self, now: Time, need: &PermissionNeed, limits: &Limits, outbox: &mut Outbox) -> Asking {
+        let PermissionNeed { area, lasts } = need;
+        if self.meets(need, now, limits) {
             return Asking::Granted;
         }
-        let Some(ask) = self.asks.get(area) else { return Asking::Awaited };
-        if let Some(entry) = self.ledger.get(area)
-            && ask.after_decision < entry.decision
-            && matches!(entry.state, v1::PermissionState::Denied | v1::PermissionState::Revoked)
-        {
-            return Asking::Denied { silent: false, reason: entry.reason.clone() };
-        }
-        if now < ask.answer_by {
-            return Asking::Awaited;
-        }
-        if ask.tries < limits.permission_tries {
-            self.try_again(now, area, limits, outbox);
-            return Asking::Awaited;
-        }
-        let reason = match ask.trouble {
-            Some(CallError::Unavailable) => "the control tower is unavailable".to_owned(),
-            _ => format!("no answer from the control tower after {} tries", ask.tries),
+        let Some(request) = self.requests.get(area) else { return Asking::Awaited(now + limits.permission_answer) };
+        let &PermissionRequest::Sent { tries, answer_by, after_decision, undelivered, .. } = request else {
+            return Asking::Denied;
         };
-        Asking::Denied { silent: true, reason }
+        let decided = self.ledger.get(area).map(|entry| &entry.permission);
+        let decided = decided.filter(|permission| after_decision < permission.decision);
+        let (kind, reason) = match decided.map(|permission| (permission.state, permission)) {
+            Some((PermissionState::Denied | PermissionState::Revoked, permission)) => {
+                (DenialKind::Refused, permission.reason.clone())
+            }
+            Some((PermissionState::Granted, permission)) => {
+                let (given_s, needed_s) = (permission.valid_for.as_secs(), lasts.as_secs());
+                (DenialKind::TooShort, format!("granted for {given_s} s, {needed_s} s are needed"))
+            }
+            _ if now < answer_by => return Asking::Awaited(answer_by),
+            _ if tries < limits.permission_tries => {
+                self.send_if_overdue(now, area, limits, outbox);
+                return Asking::Awaited(now + limits.permission_answer);
+            }
+            _ if undelivered == Some(CallError::Unavailable) => {
+                (DenialKind::Silent, "the control tower is unavailable".to_owned())
+            }
+            _ => (DenialKind::Silent, format!("no answer from the control tower after {tries} tries")),
+        };
+        let denial = Denial { area: area.clone(), kind, reason };
+        self.requests.insert(area.clone(), PermissionRequest::Denied(denial));
+        Asking::Denied
     }
 
-    /// When the answer to the asking for `area` is overdue.
-    pub(crate) fn answer_by(&self, area: &str) -> Option<Time> {
-        self.asks.get(area).map(|it| it.answer_by)
+    /// Whether what is needed is held.
+    pub(crate) fn meets(&self, need: &PermissionNeed, now: Time, limits: &Limits) -> bool {
+        let least = need.lasts.max(limits.permission_margin);
+        // A grant is a moment old when it arrives.
+        self.remaining(&need.area, now).is_some_and(|remaining| least < remaining + GRANT_AGE)
     }
 
-    /// The asking for `area` is over, whatever came of it; a late grant counts all the same.
+    /// The request for `area` is given up, or has been answered; a late grant counts all the same.
     pub(crate) fn stop_asking(&mut self, area: &str) {
-        self.asks.remove(area);
+        if matches!(self.requests.get(area), Some(PermissionRequest::Sent { .. })) {
+            self.requests.remove(area);
+        }
+    }
+
+    /// The denials since the last call.
+    pub(crate) fn take_denials(&mut self) -> Vec<Denial> {
+        let denied = self.requests.extract_if(.., |_, request| matches!(request, PermissionRequest::Denied(_)));
+        denied
+            .filter_map(|(_, request)| if let PermissionRequest::Denied(it) = request { Some(it) } else { None })
+            .collect()
+    }
+
+    /// Why `area` was denied, if it was.
+    pub(crate) fn denial(&self, area: &str) -> Option<&Denial> {
+        match self.requests.get(area)? {
+            PermissionRequest::Denied(denial) => Some(denial),
+            PermissionRequest::Sent { .. } => None,
+        }
     }
 
     /// The request could not be delivered.
-    pub(crate) fn on_trouble(&mut self, area: &str, error: CallError) {
-        if let Some(ask) = self.asks.get_mut(area) {
-            ask.trouble = Some(error);
+    pub(crate) fn on_undelivered(&mut self, area: &str, error: CallError) {
+        if let Some(PermissionRequest::Sent { undelivered, .. }) = self.requests.get_mut(area) {
+            *undelivered = Some(error);
         }
     }
 
-    fn try_again(&mut self, now: Time, area: &str, limits: &Limits, outbox: &mut Outbox) {
-        let Some(ask) = self.asks.get_mut(area) else { return };
-        if now < ask.answer_by {
+    fn send_if_overdue(&mut self, now: Time, area: &str, limits: &Limits, outbox: &mut Outbox) {
+        let Some(PermissionRequest::Sent { tries, answer_by, step, .. }) = self.requests.get_mut(area) else { return };
+        if now < *answer_by {
             return;
         }
-        self.last_request += 1;
-        ask.tries += 1;
-        ask.answer_by = now + limits.permission_answer;
-        ask.request_id = format!("mcm-{:x}-p{}", self.instance, self.last_request);
-        let request =
-            v1::PermissionRequest { request_id: ask.request_id.clone(), area: area.to_owned(), step_id: ask.step_id };
-        outbox.call(Purpose::Permission(area.to_owned()), Request::Permission(request), limits.permission_answer);
+        *tries += 1;
+        *answer_by = now + limits.permission_answer;
+        let step = *step;
+        self.send(area, step, limits, outbox);
     }
-}
 
-fn in_words(it: &v1::Permission) -> String {
-    let area = &it.area;
-    match it.state() {
-        v1::PermissionState::Granted => format!("area {area}: granted"),
-        v1::PermissionState::Denied => format!("area {area}: denied ({})", it.reason),
-        v1::PermissionState::Revoked => format!("area {area}: revoked ({})", it.reason),
-        v1::PermissionState::Expired => format!("area {area}: expired"),
-        v1::PermissionState::Requested | v1::PermissionState::Unspecified => format!("area {area}: asked"),
+    fn send(&mut self, area: &str, step: StepId, limits: &Limits, outbox: &mut Outbox) {
+        self.last_request += 1;
+        let request_id = format!("mcm-{:x}-p{}", self.instance, self.last_request);
+        let request = v1::PermissionRequest { request_id, area: area.to_owned(), step_id: step.0 };
+        outbox.call(Purpose::Permission(area.to_owned()), Request::Permission(request), limits.permission_answer);
     }
 }

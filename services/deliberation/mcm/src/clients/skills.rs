@@ -1,13 +1,14 @@
-//! The skill manager's client: leaves start and halt skills by handle; one request leaves per wake.
+//! The skill manager as the manager sees it: leaves start and halt skills by handle; one request leaves per wake.
 //!
 //! A halt and a start of the same wake become one request, "start B, replacing A", so that no
 //! loiter command flashes in between; a halt alone becomes a cancellation.
 
 use std::time::Duration;
 
-use domain::skill::{Goal, outcome_name};
+use domain::fmu::FlightMode;
+use domain::skill::{Goal, SkillEvent, SkillOutcome, SkillPhase};
 use domain::time::Time;
-use kittiwake_proto::topics::{Request, Response};
+use kittiwake_proto::topics::Request;
 use kittiwake_proto::v1;
 use node::CallError;
 
@@ -26,10 +27,26 @@ pub(crate) enum Progress {
     Asked(u32),
     /// Taken; the autopilot has not acknowledged it yet.
     Accepted,
-    /// Executing since then.
-    Executing(Time),
-    /// Over.
-    Ended(v1::SkillOutcome, String),
+    /// It flies.
+    Executing {
+        /// Since then.
+        since: Time,
+        /// The vehicle was seen in its mode.
+        mode_seen: bool,
+    },
+    /// Over, with the reason for every outcome but success.
+    Ended(SkillOutcome, String),
+}
+
+/// Whether a leaf still wants a skill.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Claim {
+    /// It does.
+    Held,
+    /// It has been halted.
+    GivenUp,
+    /// It has been halted, and its cancellation is on its way.
+    Cancelling,
 }
 
 #[derive(Debug)]
@@ -38,19 +55,36 @@ struct Entry {
     goal: Goal,
     /// Empty while it is only wanted.
     request_id: String,
+    /// 0 while the skill manager has not named it.
     skill_id: u64,
     progress: Progress,
-    given_up: bool,
-    /// The vehicle was seen in its mode since it executes.
-    mode_seen: bool,
-    /// Its cancellation is on its way.
-    cancel_sent: bool,
+    claim: Claim,
     heard: Time,
+}
+
+impl Entry {
+    fn is_over(&self) -> bool {
+        matches!(self.progress, Progress::Ended(..))
+    }
+
+    fn is_held(&self) -> bool {
+        self.claim == Claim::Held
+    }
+}
+
+/// What the skill manager answered to a request.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Reply {
+    /// It runs under this id.
+    Taken(u64),
+    /// It was refused, for this reason.
+    Refused(String),
 }
 
 /// A request that got no answer is sent so often; its id makes that harmless.
 const TRIES: u32 = 3;
 
+/// The skills that were asked for lately.
 #[derive(Debug)]
 pub(crate) struct Skills {
     /// Makes request ids unique among starts of this process.
@@ -76,9 +110,7 @@ impl Skills {
             request_id: String::new(),
             skill_id: 0,
             progress: Progress::Wanted,
-            given_up: false,
-            mode_seen: false,
-            cancel_sent: false,
+            claim: Claim::Held,
             heard: now,
         });
         handle
@@ -86,43 +118,41 @@ impl Skills {
 
     /// Gives a skill up.
     pub(crate) fn halt(&mut self, handle: Handle) {
-        if let Some(entry) = self.entries.iter_mut().find(|it| it.handle == handle) {
-            entry.given_up = true;
+        if let Some(entry) = self.entries.iter_mut().find(|it| it.handle == handle && it.is_held()) {
+            entry.claim = Claim::GivenUp;
         }
     }
 
+    /// How far a skill has come; `None` once it is forgotten.
     pub(crate) fn progress(&self, handle: Handle) -> Option<&Progress> {
         self.entries.iter().find(|it| it.handle == handle).map(|it| &it.progress)
     }
 
     /// The skill that flies, or is to fly, for the status.
     pub(crate) fn present(&self) -> Option<(Goal, u64)> {
-        let entry = self.entries.iter().rev().find(|it| !it.given_up && !is_over(it))?;
+        let entry = self.entries.iter().rev().find(|it| it.is_held() && !it.is_over())?;
         Some((entry.goal, entry.skill_id))
     }
 
-    /// A status of `at` shows the mode that the skill that executes is to fly.
-    pub(crate) fn saw_own_mode(&mut self, at: Time) {
-        if let Some((_, entry)) = self.executing().filter(|it| it.0 < at) {
-            entry.mode_seen = true;
+    /// A status of `at` shows that the vehicle flies in `mode`.
+    pub(crate) fn on_mode(&mut self, mode: FlightMode, at: Time) {
+        let newest = self.entries.iter_mut().rev().find(|it| it.is_held());
+        if let Some(Entry { goal, progress: Progress::Executing { since, mode_seen }, .. }) = newest
+            && *since < at
+            && goal.mode() == mode
+        {
+            *mode_seen = true;
         }
     }
 
     /// Whether the vehicle was seen in the mode of the skill that executes. Until then no other is held against
     /// it: an autopilot acknowledges before it changes over, and a status from before may come later.
-    pub(crate) fn has_shown_its_mode(&mut self) -> bool {
-        self.executing().is_some_and(|(_, entry)| entry.mode_seen)
+    pub(crate) fn has_shown_its_mode(&self) -> bool {
+        let newest = self.entries.iter().rev().find(|it| it.is_held());
+        newest.is_some_and(|it| matches!(it.progress, Progress::Executing { mode_seen: true, .. }))
     }
 
-    /// The newest skill that was not given up, if it executes, and since when.
-    fn executing(&mut self) -> Option<(Time, &mut Entry)> {
-        let entry = self.entries.iter_mut().rev().find(|it| !it.given_up)?;
-        match entry.progress {
-            Progress::Executing(since) => Some((since, entry)),
-            _ => None,
-        }
-    }
-
+    /// How far the skill that flies still has to go, in metres.
     pub(crate) fn distance_left_m(&self) -> f64 {
         self.distance_left_m
     }
@@ -130,11 +160,11 @@ impl Skills {
     /// Sends what this wake wants.
     pub(crate) fn flush(&mut self, timeout: Duration, outbox: &mut Outbox) {
         // Started and given up within one wake: it never was.
-        self.entries.retain(|it| !(it.given_up && it.progress == Progress::Wanted));
+        self.entries.retain(|it| it.is_held() || it.progress != Progress::Wanted);
         match self.entries.iter().position(|it| it.progress == Progress::Wanted) {
             Some(wanted) => {
                 // Whatever was given up is replaced by this request; nothing is cancelled besides.
-                let given_up = self.entries.iter().rev().find(|it| it.given_up && !is_over(it) && it.skill_id != 0);
+                let given_up = self.entries.iter().rev().find(|it| !it.is_held() && !it.is_over() && it.skill_id != 0);
                 let gave_up_skill_id = given_up.map_or(0, |it| it.skill_id);
                 let entry = &mut self.entries[wanted];
                 entry.progress = Progress::Asked(1);
@@ -150,7 +180,7 @@ impl Skills {
         &mut self,
         now: Time,
         request_id: &str,
-        result: Result<Response, CallError>,
+        result: Result<Reply, CallError>,
         timeout: Duration,
         outbox: &mut Outbox,
     ) {
@@ -158,79 +188,72 @@ impl Skills {
         let Progress::Asked(tries) = entry.progress else { return };
         entry.heard = now;
         match result {
-            Ok(Response::Skill(reply)) if reply.skill_id != 0 => {
-                entry.skill_id = reply.skill_id;
+            Ok(Reply::Taken(skill_id)) => {
+                entry.skill_id = skill_id;
                 entry.progress = Progress::Accepted;
             }
-            Ok(Response::Skill(reply)) => entry.progress = Progress::Ended(v1::SkillOutcome::Rejected, reply.refusal),
-            Err(CallError::Unanswered) if tries < TRIES && !entry.given_up => {
+            Ok(Reply::Refused(reason)) => entry.progress = Progress::Ended(SkillOutcome::Rejected, reason),
+            Err(CallError::Unanswered) if tries < TRIES && entry.is_held() => {
                 entry.progress = Progress::Asked(tries + 1);
                 send(entry, 0, timeout, outbox);
             }
-            Err(error) => {
-                entry.progress = Progress::Ended(v1::SkillOutcome::Failed, format!("skill manager {error}"));
-            }
-            Ok(_) => {}
+            Err(error) => entry.progress = Progress::Ended(SkillOutcome::Failed, format!("skill manager {error}")),
         }
     }
 
     /// A cancellation got no answer: it is sent again.
     pub(crate) fn on_cancel_lost(&mut self, skill_id: u64) {
-        if let Some(entry) = self.entries.iter_mut().find(|it| it.skill_id == skill_id) {
-            entry.cancel_sent = false;
-        }
+        self.cancel_again(|it| it.skill_id == skill_id);
     }
 
     /// News of a skill.
-    pub(crate) fn on_event(&mut self, now: Time, event: &v1::SkillEvent) {
+    pub(crate) fn on_event(&mut self, now: Time, event: &SkillEvent) {
         let Some(entry) = self.entries.iter_mut().find(|it| it.request_id == event.request_id) else { return };
-        if is_over(entry) {
-            if entry.skill_id != 0 || event.state() == v1::SkillState::Ended {
+        if entry.is_over() {
+            if entry.skill_id != 0 || matches!(event.phase, SkillPhase::Ended(_)) {
                 return;
             }
             // Its answer was given up on, and it flies all the same: nobody waits for it any more.
-            entry.given_up = true;
+            entry.claim = Claim::GivenUp;
         }
         entry.heard = now;
         entry.skill_id = event.skill_id;
-        match event.state() {
-            v1::SkillState::ProcessRequest => entry.progress = Progress::Accepted,
-            v1::SkillState::Execute if matches!(entry.progress, Progress::Executing(_)) => {
-                // It goes on although a cancellation was sent: that was refused, and is sent again.
-                entry.cancel_sent = false;
-            }
-            v1::SkillState::Execute => entry.progress = Progress::Executing(now),
-            v1::SkillState::Ended => entry.progress = Progress::Ended(event.outcome(), event.reason.clone()),
-            _ => {}
+        match (&event.phase, &entry.progress) {
+            (SkillPhase::ProcessRequest, _) => entry.progress = Progress::Accepted,
+            // It goes on although a cancellation was sent: that was refused, and is sent again.
+            (SkillPhase::Execute, Progress::Executing { .. }) => self.cancel_again(|it| it.skill_id == event.skill_id),
+            (SkillPhase::Execute, _) => entry.progress = Progress::Executing { since: now, mode_seen: false },
+            (SkillPhase::Ended(outcome), _) => entry.progress = Progress::Ended(*outcome, event.reason.clone()),
+            (SkillPhase::Cancel | SkillPhase::Closing, _) => {}
         }
     }
 
-    pub(crate) fn on_feedback(&mut self, now: Time, feedback: &v1::SkillFeedback) {
-        if let Some(entry) = self.entries.iter_mut().find(|it| it.skill_id == feedback.skill_id) {
+    /// How far a skill still has to go.
+    pub(crate) fn on_feedback(&mut self, now: Time, skill_id: u64, distance_left_m: f64) {
+        if let Some(entry) = self.entries.iter_mut().find(|it| it.skill_id == skill_id) {
             entry.heard = now;
-            if feedback.distance_left_m.is_finite() {
-                self.distance_left_m = feedback.distance_left_m;
-            }
+            self.distance_left_m = distance_left_m;
         }
     }
 
     /// What the skill manager knows of its skills: news that was missed, and skills it has lost.
-    pub(crate) fn on_table(&mut self, now: Time, table: &v1::SkillTable) {
-        for event in &table.skills {
+    pub(crate) fn on_table(&mut self, now: Time, table: &[SkillEvent]) {
+        for event in table {
             self.on_event(now, event);
         }
         for entry in &mut self.entries {
-            let known = table.skills.iter().any(|it| it.skill_id == entry.skill_id);
-            if matches!(entry.progress, Progress::Accepted | Progress::Executing(_)) && !known {
+            let known = table.iter().any(|it| it.skill_id == entry.skill_id);
+            if matches!(entry.progress, Progress::Accepted | Progress::Executing { .. }) && !known {
                 let reason = "the skill manager no longer knows it".to_owned();
-                entry.progress = Progress::Ended(v1::SkillOutcome::Failed, reason);
+                entry.progress = Progress::Ended(SkillOutcome::Failed, reason);
             }
         }
     }
 
     /// When [`Skills::tend`] wants to look.
     pub(crate) fn deadline(&self, silence: Duration) -> Option<Time> {
-        let live = self.entries.iter().filter(|it| matches!(it.progress, Progress::Accepted | Progress::Executing(_)));
+        let live =
+            self.entries.iter().filter(|it| matches!(it.progress, Progress::Accepted | Progress::Executing { .. }));
         live.map(|it| it.heard.max(self.asked_at) + silence).min()
     }
 
@@ -244,27 +267,29 @@ impl Skills {
         let mut index = 0;
         self.entries.retain(|it| {
             index += 1;
-            index > keep_from || !is_over(it)
+            index > keep_from || !it.is_over()
         });
     }
 
     /// Cancels what was given up and has no successor that replaces it. One whose id is not known
     /// yet is cancelled at the wake that brings it.
     fn cancel_given_up(&mut self, timeout: Duration, outbox: &mut Outbox) {
-        if self.entries.iter().any(|it| !it.given_up && !is_over(it)) {
+        if self.entries.iter().any(|it| it.is_held() && !it.is_over()) {
             return;
         }
-        for entry in self.entries.iter_mut().filter(|it| it.given_up && !is_over(it) && it.skill_id != 0) {
-            if !std::mem::replace(&mut entry.cancel_sent, true) {
-                let request = v1::SkillCancelRequest { skill_id: entry.skill_id };
-                outbox.call(Purpose::CancelSkill(entry.skill_id), Request::SkillCancel(request), timeout);
-            }
+        let given_up = |it: &&mut Entry| it.claim == Claim::GivenUp && !it.is_over() && it.skill_id != 0;
+        for entry in self.entries.iter_mut().filter(given_up) {
+            entry.claim = Claim::Cancelling;
+            let request = v1::SkillCancelRequest { skill_id: entry.skill_id };
+            outbox.call(Purpose::CancelSkill(entry.skill_id), Request::SkillCancel(request), timeout);
         }
     }
-}
 
-fn is_over(entry: &Entry) -> bool {
-    matches!(entry.progress, Progress::Ended(..))
+    fn cancel_again(&mut self, which: impl Fn(&Entry) -> bool) {
+        if let Some(entry) = self.entries.iter_mut().find(|it| it.claim == Claim::Cancelling && which(it)) {
+            entry.claim = Claim::GivenUp;
+        }
+    }
 }
 
 fn send(entry: &Entry, gave_up_skill_id: u64, timeout: Duration, outbox: &mut Outbox) {
@@ -278,9 +303,9 @@ fn send(entry: &Entry, gave_up_skill_id: u64, timeout: Duration, outbox: &mut Ou
 }
 
 /// How a skill ended, in words.
-pub(crate) fn ending(outcome: v1::SkillOutcome, reason: &str) -> String {
+pub(crate) fn ending(outcome: SkillOutcome, reason: &str) -> String {
     match reason {
-        "" => outcome_name(outcome).to_owned(),
-        reason => format!("{}: {reason}", outcome_name(outcome)),
+        "" => outcome.to_string(),
+        reason => format!("{outcome}: {reason}"),
     }
 }

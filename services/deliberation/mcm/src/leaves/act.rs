@@ -1,31 +1,36 @@
 //! Flies a skill: wants it when started, gives it up when halted, answers as it ends.
 
 use behavior_tree::{BuildError, In, Leaf, LeafResult, NodeSpec, Ports, Status};
-use kittiwake_proto::v1::{SkillOutcome, TimingPoint};
 
 use super::ports::Goal;
-use crate::clients::skills::{Handle, Progress, ending};
+use super::skill_run::SkillRun;
 use crate::world::World;
 
 pub(super) struct Act {
     what: What,
-    skill: Option<Handle>,
+    run: Option<SkillRun>,
 }
 
 enum What {
     Port(In<Goal>),
     Fixed(domain::skill::Goal),
+    HoldPosition,
 }
 
 impl Act {
     /// What its port says.
     pub(super) fn with_port(spec: &NodeSpec<'_>) -> Result<Act, BuildError> {
-        Ok(Act { what: What::Port(spec.input("goal")?), skill: None })
+        Ok(Act { what: What::Port(spec.input("goal")?), run: None })
+    }
+
+    /// To stay where the vehicle is, by setpoints.
+    pub(super) fn hold_position() -> Act {
+        Act { what: What::HoldPosition, run: None }
     }
 
     /// Always the same.
     pub(super) fn fixed(goal: domain::skill::Goal) -> Act {
-        Act { what: What::Fixed(goal), skill: None }
+        Act { what: What::Fixed(goal), run: None }
     }
 }
 
@@ -34,32 +39,38 @@ impl Leaf<World> for Act {
         let goal = match &self.what {
             What::Port(port) => ports.read(*port)?.0,
             What::Fixed(goal) => *goal,
+            What::HoldPosition => match world.vehicle() {
+                Some(vehicle) => domain::skill::Goal::Position {
+                    target: vehicle.position,
+                    speed_limit_m_s: world.limits().flight.speed_m_s,
+                    yaw_rad: None,
+                    hold_at_target: false,
+                },
+                None => {
+                    ports.explain("the vehicle's position is not known");
+                    return Ok(Status::Failure);
+                }
+            },
         };
-        self.skill = Some(world.skills.start(world.now.time, goal));
-        if world.acting.is_some() {
-            world.timing.mark_flag(TimingPoint::ActionTriggered, goal.kind(), world.acting.clone());
-        }
+        self.run = Some(SkillRun::start(world, goal));
         Ok(Status::Running)
     }
 
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
-        let progress = self.skill.and_then(|it| world.skills.progress(it));
-        match progress {
-            Some(Progress::Ended(SkillOutcome::Succeeded, _)) => Ok(Status::Success),
-            Some(Progress::Ended(outcome, reason)) => {
-                let words = ending(*outcome, reason);
-                world.failure.reason = words.clone();
-                ports.because("the skill succeeded", words, "succeeded".to_owned());
-                Ok(Status::Failure)
+        match self.run {
+            Some(run) => {
+                if run.did_not_come_down(world) {
+                    world.landing_failed_here();
+                }
+                run.poll(world, ports)
             }
-            Some(_) => Ok(Status::Running),
             None => Err("ticked without having been started".into()),
         }
     }
 
     fn halt(&mut self, world: &mut World, _: &mut Ports<'_>) {
-        if let Some(skill) = self.skill.take() {
-            world.skills.halt(skill);
+        if let Some(run) = self.run.take() {
+            run.halt(world);
         }
     }
 }

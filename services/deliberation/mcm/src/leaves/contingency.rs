@@ -1,45 +1,59 @@
 //! The leaves of the contingency rows.
 
-use behavior_tree::{BuildError, In, Leaf, LeafError, LeafResult, NodeSpec, Ports, Status};
-use domain::contingency::{Clears, Row, Then};
-use kittiwake_proto::v1::MissionOutcome;
+use behavior_tree::{BuildError, Leaf, LeafResult, NodeSpec, Ports, Status};
+use domain::contingency::Row;
 
-use crate::world::{Decision, World};
+use super::why;
+use crate::world::{Reset, World};
 
-/// Whether a row's flag is up.
-pub(super) struct FlagRaised(usize);
+/// Whether its row is the one that responds.
+pub(super) struct Responds {
+    row: usize,
+    has_begun: bool,
+}
 
-impl FlagRaised {
-    pub(super) fn new(spec: &NodeSpec<'_>, table: Option<&[Row]>) -> Result<FlagRaised, BuildError> {
-        Ok(FlagRaised(row(spec, table)?))
+impl Responds {
+    pub(super) fn new(spec: &NodeSpec<'_>, table: Option<&[Row]>) -> Result<Responds, BuildError> {
+        Ok(Responds { row: row(spec, table)?, has_begun: false })
     }
 }
 
-impl Leaf<World> for FlagRaised {
-    fn tick(&mut self, world: &mut World, _: &mut Ports<'_>) -> LeafResult {
-        Ok(if world.flags.row_is_up(self.0) { Status::Success } else { Status::Failure })
+impl Leaf<World> for Responds {
+    fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
+        if world.responder() != Some(self.row) {
+            self.has_begun = false;
+            return Ok(Status::Failure);
+        }
+        if self.has_begun && !world.is_under_way(self.row) {
+            // The flag fell and has risen again since the last tick: its response begins again.
+            self.has_begun = false;
+            ports.tick_again();
+            return Ok(Status::Failure);
+        }
+        self.has_begun = true;
+        Ok(Status::Success)
     }
 }
 
-/// A group is up while one of its flags is, so a quiet group costs one look.
-pub(super) struct GroupRaised(Vec<usize>);
+/// Whether one of a group's rows is the one that responds, so that another group costs one look.
+pub(super) struct GroupResponds(Vec<usize>);
 
-impl GroupRaised {
-    pub(super) fn new(spec: &NodeSpec<'_>, table: Option<&[Row]>) -> Result<GroupRaised, BuildError> {
+impl GroupResponds {
+    pub(super) fn new(spec: &NodeSpec<'_>, table: Option<&[Row]>) -> Result<GroupResponds, BuildError> {
         let group = spec.constant::<String>("group")?;
         let members = table.into_iter().flatten().enumerate().filter(|(_, it)| it.group == group);
-        Ok(GroupRaised(members.map(|(row, _)| row).collect()))
+        Ok(GroupResponds(members.map(|(row, _)| row).collect()))
     }
 }
 
-impl Leaf<World> for GroupRaised {
+impl Leaf<World> for GroupResponds {
     fn tick(&mut self, world: &mut World, _: &mut Ports<'_>) -> LeafResult {
-        let raised = self.0.iter().any(|row| world.flags.row_is_up(*row));
-        Ok(if raised { Status::Success } else { Status::Failure })
+        let responds = world.responder().is_some_and(|row| self.0.contains(&row));
+        Ok(if responds { Status::Success } else { Status::Failure })
     }
 }
 
-/// Says which row responds from here on.
+/// Records that its row responds from here on.
 pub(super) struct BeginResponse(usize);
 
 impl BeginResponse {
@@ -50,9 +64,67 @@ impl BeginResponse {
 
 impl Leaf<World> for BeginResponse {
     fn tick(&mut self, world: &mut World, _: &mut Ports<'_>) -> LeafResult {
-        world.acting = Some(world.flags.name(self.0).clone());
-        world.decided(Decision::Responding(self.0));
+        world.begin_response(self.0);
         Ok(Status::Success)
+    }
+}
+
+/// Waits until the next try of an action may begin: at once at first, ever longer as tries fail.
+pub(super) struct AwaitTry {
+    action: usize,
+}
+
+impl AwaitTry {
+    pub(super) fn new(spec: &NodeSpec<'_>) -> Result<AwaitTry, BuildError> {
+        Ok(AwaitTry { action: spec.constant::<i64>("action")?.unwrap_or_default() as usize })
+    }
+}
+
+impl Leaf<World> for AwaitTry {
+    fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
+        let not_before = world.await_try(self.action);
+        if world.now() < not_before {
+            ports.tick_at(not_before.since_start());
+            return Ok(Status::Running);
+        }
+        Ok(Status::Success)
+    }
+}
+
+/// Records that the try of an action failed, and fails.
+pub(super) struct TryFailed;
+
+impl Leaf<World> for TryFailed {
+    fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
+        world.try_failed(&why(ports));
+        ports.tick_again();
+        Ok(Status::Failure)
+    }
+}
+
+/// Takes the flag down as its row says, holding until then.
+pub(super) struct ResetFlag(usize);
+
+impl ResetFlag {
+    pub(super) fn new(spec: &NodeSpec<'_>, table: Option<&[Row]>) -> Result<ResetFlag, BuildError> {
+        Ok(ResetFlag(row(spec, table)?))
+    }
+}
+
+impl Leaf<World> for ResetFlag {
+    fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
+        match world.reset_flag(self.0) {
+            Reset::Awaited => Ok(Status::Running),
+            Reset::Down => {
+                ports.tick_again();
+                Ok(Status::Success)
+            }
+            Reset::StillInAir => {
+                ports.explain("the vehicle was to come down and is in the air");
+                world.try_failed(&why(ports));
+                Ok(Status::Failure)
+            }
+        }
     }
 }
 
@@ -63,52 +135,4 @@ fn row(spec: &NodeSpec<'_>, table: Option<&[Row]>) -> Result<usize, BuildError> 
     let Some(table) = table else { return Ok(0) };
     let row = table.iter().position(|it| it.flag == flag);
     row.ok_or_else(|| BuildError::new(format!("`{flag}` has no row in the contingency table")))
-}
-
-/// The emergency action failed: nothing starts again after this.
-pub(super) fn mission_over(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
-    let flag: String = ports.get("flag")?;
-    let reason = format!("`{flag}`: the emergency action failed: {}", world.failure.reason);
-    world.say("contingency", reason.clone());
-    world.end_mission(MissionOutcome::Emergency, reason);
-    world.flags.lower(&flag);
-    ports.tick_again();
-    Ok(false)
-}
-
-/// Takes the flag down as its row says, holding until then.
-pub(super) struct ResetFlag {
-    flag: In<String>,
-}
-
-impl ResetFlag {
-    pub(super) fn new(spec: &NodeSpec<'_>) -> Result<ResetFlag, BuildError> {
-        Ok(ResetFlag { flag: spec.input("flag")? })
-    }
-}
-
-impl Leaf<World> for ResetFlag {
-    fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
-        let name = ports.read(self.flag)?;
-        let (Some(row), Some(flag)) = (world.table.row(&name), world.flags.get(&name)) else {
-            return Ok(Status::Success);
-        };
-        let may_fall = match row.clears {
-            Clears::AfterAction => true,
-            Clears::WithCondition => !flag.holds(),
-            Clears::Never => (!flag.holds() && row.raise.is_none()) || world.is_on_ground(),
-        };
-        if !may_fall {
-            return Ok(Status::Running);
-        }
-        let ends = row.then == Then::EndMission;
-        let reason = format!("`{name}`: {}", flag.reason);
-        world.flags.lower(&name);
-        if ends {
-            world.end_mission(MissionOutcome::Emergency, reason);
-        }
-        world.say("contingency", format!("`{name}` is over"));
-        ports.tick_again();
-        Ok(Status::Success)
-    }
 }

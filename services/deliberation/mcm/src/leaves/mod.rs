@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use behavior_tree::{LeafClass, Port, Registry};
+use behavior_tree::{Cause, LeafClass, Port, Ports, Registry};
 use domain::contingency::{Contingencies, Row};
 
 use crate::world::World;
@@ -18,41 +18,53 @@ mod next_step;
 mod permission;
 pub(crate) mod ports;
 mod replan;
+mod skill_run;
 mod transition;
 
 use fly_to::{Destination, FlyTo};
-use ports::{Condition, Goal};
+use ports::{Condition, Goal, Needs};
 
 /// Every kind of leaf that the tree files may use. Without a table the trees can be read, and not flown.
 pub(crate) fn registry(table: Option<&Contingencies>) -> Registry<World> {
-    let mut it = Registry::new();
-    it.action("Monitor", [], |_| Ok(monitor::Monitor));
-    it.condition("MissionNotOver", [], check::mission_not_over);
-    it.condition("NoErrors", [], check::no_errors);
-    it.condition("PrecondCheck", [Port::input::<Condition>("condition")], check::precondition);
-    it.condition("InvCheck", [Port::input::<Condition>("condition")], check::invariant);
-    it.action("NominalExecutor", [], |_| Ok(executor::NominalExecutor::default()));
-    it.action("NextStep", [], |_| Ok(next_step::NextStep::default()));
-    it.action("Replan", [], |_| Ok(replan::Replan));
-    it.action("TransitionExecutor", [], |_| Ok(transition::TransitionExecutor::default()));
-    it.sync_action("RaiseTransitionFailed", [], transition::raise_transition_failed);
-    it.action("EndMission", [], |_| Ok(end_mission::EndMission::default()));
-    it.action("Act", [Port::input::<Goal>("goal").describe("what to fly")], act::Act::with_port);
-    it.action("Land", [], |_| Ok(act::Act::fixed(domain::skill::Goal::Land)));
-    it.action("Stop", [], |_| Ok(act::Act::fixed(domain::skill::Goal::Stop)));
-    it.action("FlyHome", [], |_| Ok(FlyTo::new(Destination::Home)));
-    it.action("FlyToLandingSite", [], |_| Ok(FlyTo::new(Destination::LandingSite)));
-    it.action("RequestPermission", [Port::input::<String>("area")], permission::RequestPermission::new);
-    it.action("WayIsClear", [], |_| Ok(permission::WayIsClear));
+    let mut registry = Registry::new();
+    registry.action("Monitor", [], |_| Ok(monitor::Monitor));
+    registry.condition("MissionNotOver", [], check::mission_not_over);
+    registry.condition("NoErrors", [], check::no_errors);
+    registry.condition("PrecondCheck", [Port::input::<Condition>("condition")], check::precondition);
+    registry.condition("InvCheck", [Port::input::<Condition>("condition")], check::invariant);
+    registry.action("NominalExecutor", [], |_| Ok(executor::NominalExecutor::default()));
+    registry.action("NextStep", [], |_| Ok(next_step::NextStep::default()));
+    registry.action("Replan", [], |_| Ok(replan::Replan));
+    registry.action("TransitionExecutor", [], |_| Ok(transition::TransitionExecutor::default()));
+    registry.sync_action("RaiseTransitionFailed", [], transition::raise_transition_failed);
+    registry.action("EndMission", [], |_| Ok(end_mission::EndMission::default()));
+    registry.action("Act", [Port::input::<Goal>("goal").describe("what to fly")], act::Act::with_port);
+    registry.action("Land", [], |_| Ok(act::Act::fixed(domain::skill::Goal::Land)));
+    registry.action("Stop", [], |_| Ok(act::Act::fixed(domain::skill::Goal::Stop)));
+    registry.action("HoldPosition", [], |_| Ok(act::Act::hold_position()));
+    registry.action("FlyHome", [], |_| Ok(FlyTo::new(Destination::Home)));
+    registry.action("FlyToLandingSite", [], |_| Ok(FlyTo::new(Destination::LandingSite)));
+    registry.action("FlyToAlternateSite", [], |_| Ok(FlyTo::new(Destination::AlternateSite)));
+    registry.action("LeaveArea", [], |_| Ok(FlyTo::new(Destination::OutOfArea)));
+    let needs = Port::input::<Needs>("permissions").describe("what to ask for");
+    registry.action("RequestPermissions", [needs], permission::RequestPermissions::new);
+    registry.action("WayIsClear", [], |_| Ok(permission::WayIsClear));
     let flag = || [Port::input::<String>("flag").describe("the flag of the row")];
     let (rows, condition) = (table.map(|it| Arc::<[Row]>::from(it.rows())), LeafClass::Condition);
     let of = rows.clone();
-    it.leaf(condition, "FlagRaised", flag(), move |spec| contingency::FlagRaised::new(spec, of.as_deref()));
+    registry.leaf(condition, "Responds", flag(), move |spec| contingency::Responds::new(spec, of.as_deref()));
     let (of, group) = (rows.clone(), [Port::input::<String>("group")]);
-    it.leaf(condition, "GroupRaised", group, move |spec| contingency::GroupRaised::new(spec, of.as_deref()));
-    let act = LeafClass::SyncAction;
-    it.leaf(act, "BeginResponse", flag(), move |spec| contingency::BeginResponse::new(spec, rows.as_deref()));
-    it.action("ResetFlag", flag(), contingency::ResetFlag::new);
-    it.sync_action("MissionOver", flag(), contingency::mission_over);
-    it
+    registry.leaf(condition, "GroupResponds", group, move |spec| contingency::GroupResponds::new(spec, of.as_deref()));
+    let (of, act) = (rows.clone(), LeafClass::SyncAction);
+    registry.leaf(act, "BeginResponse", flag(), move |spec| contingency::BeginResponse::new(spec, of.as_deref()));
+    let action = Port::input::<i64>("action").describe("its place in the row, from 0");
+    registry.action("AwaitTry", [action], contingency::AwaitTry::new);
+    registry.leaf(act, "TryFailed", [], |_| Ok(contingency::TryFailed));
+    registry.action("ResetFlag", flag(), move |spec| contingency::ResetFlag::new(spec, rows.as_deref()));
+    registry
+}
+
+/// Why the leaf before this one failed.
+fn why(ports: &Ports<'_>) -> String {
+    ports.last_failure().map_or_else(|| "no leaf said why".to_owned(), Cause::to_string)
 }

@@ -3,36 +3,33 @@
 use behavior_tree::{Leaf, LeafResult, Ports, Status};
 use domain::time::Time;
 
-use crate::clients::planner::Next;
-use crate::world::World;
+use crate::world::{NextStep as Next, World};
 
 #[derive(Default)]
 pub(super) struct NextStep {
-    give_up_at: Time,
+    due: Time,
 }
 
 impl Leaf<World> for NextStep {
     fn start(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
-        self.give_up_at = world.now.time + world.limits.request_timeout;
+        self.due = world.next_step_due();
         self.tick(world, ports)
     }
 
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
-        match &world.planner.next {
-            Next::Fetched(_) => {
-                if world.planner.advance().is_some() {
-                    ports.tick_again();
-                    return Ok(Status::Success);
-                }
-                ports.because_of("the plan has a next step");
+        match world.advance() {
+            Next::Begun => {
+                ports.tick_again();
+                return Ok(Status::Success);
             }
-            Next::Unknown | Next::Asked if world.now.time < self.give_up_at => {
-                ports.tick_at(self.give_up_at.since_start());
+            Next::None => ports.explain("the plan has no further step"),
+            Next::Awaited if world.now() < self.due => {
+                ports.tick_at(self.due.since_start());
                 return Ok(Status::Running);
             }
-            Next::Unknown | Next::Asked => {
-                world.planner.drop_step();
-                ports.because_of("the planner said what comes next in time");
+            Next::Awaited => {
+                world.drop_step();
+                ports.explain("the planner did not say in time what comes next");
             }
         }
         Ok(Status::Failure)
@@ -40,6 +37,6 @@ impl Leaf<World> for NextStep {
 
     fn halt(&mut self, world: &mut World, _: &mut Ports<'_>) {
         // The present step was flown; it must not be flown again after whatever came between.
-        world.planner.drop_step();
+        world.drop_step();
     }
 }

@@ -1,7 +1,7 @@
 //! What travels through the tree's ports.
 
 use behavior_tree::Object;
-use kittiwake_proto::v1;
+use domain::plan::PermissionNeed;
 
 /// What to fly.
 #[derive(Debug, Clone)]
@@ -13,8 +13,16 @@ impl Object for Goal {
 
 /// A precondition or an invariant.
 #[derive(Debug, Clone)]
-pub(crate) struct Condition(pub(crate) v1::Condition);
+pub(crate) struct Condition(pub(crate) domain::plan::Condition);
 
 impl Object for Condition {
     const NAME: &'static str = "Condition";
+}
+
+/// Permissions to get.
+#[derive(Debug, Clone)]
+pub(crate) struct Needs(pub(crate) Vec<PermissionNeed>);
+
+impl Object for Needs {
+    const NAME: &'static str = "Permissions";
 }

@@ -28,8 +28,8 @@ fn ledger(state: v1::PermissionState, valid_for_s: f64, decision: u64) -> v1::Pe
 /// A transition through area A flies, with the permission; the planner has said to hold.
 fn in_transition() -> Rig {
     let (mut rig, skill) = under_way_to(500.0);
-    rig.say(v1::PlannerStatus { areas: vec![area_a()], ..Default::default() });
     rig.say(ledger(v1::PermissionState::Granted, 900.0, 1));
+    rig.say(v1::PlannerStatus { areas: vec![area_a()], ..Default::default() });
     rig.end(&skill, Failed, "x");
     rig.plan(v1::replan_reply::Reply::Hold(v1::HoldUntil { wait_s: 500.0, reason: "later".into() }));
     assert_eq!(rig.story(), "replan after 1 (failed: x) []\nstart fly 0 500 10");
@@ -143,7 +143,11 @@ fn a_grant_that_comes_during_a_hold_ends_it() {
 fn a_plan_without_steps_is_no_plan() {
     let mut rig = Rig::new();
     rig.plan(plan(&[]));
-    assert_eq!(rig.story(), "replan after 0 () []", "not asked again in the same moment");
+    assert_eq!(
+        rig.story(),
+        "replan after 0 () []\nplanner/replan refused: `steps` is missing",
+        "not asked again in the same moment"
+    );
     rig.wait(1.1);
     assert_eq!(rig.story(), "replan after 0 () []");
 }
@@ -180,6 +184,7 @@ fn a_skill_that_flies_although_its_answer_got_lost_is_cancelled() {
     rig.say(v1::SkillEvent {
         skill_id: 5,
         request_id: "mcm-1-1".into(),
+        kind: v1::SkillKind::Offboard as i32,
         state: v1::SkillState::Execute as i32,
         ..Default::default()
     });
@@ -239,9 +244,8 @@ fn the_mission_does_not_end_on_the_ground_as_long_as_nobody_says_that_it_is_ther
         let land = rig.execute();
         rig.end(&land, Rejected, "no");
     }
-    let story = rig.story();
-    assert!(!story.contains("report"), "{story}");
-    rig.vehicle(true, Loiter, (0.0, 0.0, 10.0));
-    let story = rig.story();
-    assert!(story.contains("start stop"), "{story}");
+    assert_eq!(rig.story(), "start land\nstart land");
+    rig.vehicle(true, Loiter, (0.0, 40.0, 10.0));
+    rig.wait(0.6);
+    assert_eq!(rig.story(), "start fly 0 0 10");
 }

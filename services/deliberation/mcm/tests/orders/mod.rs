@@ -9,14 +9,14 @@ use super::{fly, under_way};
 use crate::rig::{Rig, plan, step};
 
 const START: Verb = Verb::Start(v1::StartMission {});
-const PAUSE: Verb = Verb::Pause(v1::PauseMission {});
+const PAUSE: Verb = Verb::Pause(v1::PauseMission { overrides: false });
 const RESUME: Verb = Verb::Resume(v1::ResumeMission {});
-const ABORT: Verb = Verb::Abort(v1::AbortMission {});
-const RETURN: Verb = Verb::Return(v1::ReturnHome {});
+const ABORT: Verb = Verb::Abort(v1::AbortMission { overrides: false });
+const RETURN: Verb = Verb::Return(v1::ReturnHome { overrides: false });
 const REPLAN: Verb = Verb::Replan(v1::ReplanMission {});
 
 fn land_at(north_m: f64, east_m: f64) -> Verb {
-    Verb::LandAt(v1::LandAt { position: Some(v1::Ned { north_m, east_m, down_m: 0.0 }) })
+    Verb::LandAt(v1::LandAt { position: Some(v1::Ned { north_m, east_m, down_m: 0.0 }), overrides: false })
 }
 
 fn acknowledge(flag: &str) -> Verb {
@@ -61,6 +61,7 @@ fn in_state(state: State) -> Rig {
             let mut rig = ordered(ABORT);
             rig.vehicle(false, Land, (0.0, 50.0, 0.0));
             rig.end_present(Succeeded);
+            rig.wait(1.0);
             rig
         }
     }
@@ -107,29 +108,21 @@ fn each_verb_in_each_state() {
     check(State::OnTheGround, [STARTED, HOLDS, NO_HOLD, ANEW, GROUND, GROUND, STAYS, NO_FLAG, NO_PLAN]);
     check(State::Proposed, [STARTED, HOLDS, NO_HOLD, ANEW, GROUND, GROUND, STAYS, NO_FLAG, "plan 3 is flown"]);
     check(State::Flying, [STARTED, HOLDS, NO_HOLD, ANEW, HOME, THERE, DOWN, NO_FLAG, NO_PLAN]);
-    let (twice, on) = ("no: it holds already", "goes on with a new plan");
-    let up = "no: `operator_pause` is up; a new plan is made when that is over";
+    let (twice, on) = ("no: `operator_pause` is under way already", "goes on with a new plan");
+    let up = "no: `operator_pause` is answered; a new plan is made when that is over";
     check(State::Paused, [STARTED, twice, on, up, HOME, THERE, DOWN, NO_FLAG, NO_PLAN]);
-    check(
-        State::Stopping,
-        [
-            STARTED,
-            "holds until resumed, once `obstacle` is over",
-            NO_HOLD,
-            "no: `obstacle` is up; a new plan is made when that is over",
-            "flies home once `obstacle` is over",
-            "flies to (0, 80) once `obstacle` is over",
-            "lands and ends the mission, unless `obstacle` does first",
-            "`obstacle` acknowledged",
-            NO_PLAN,
-        ],
-    );
+    // What demands more than a hold is flown at once; another hold waits.
+    let up = "no: `obstacle` is answered; a new plan is made when that is over";
+    let later = "holds until resumed, but not before `obstacle` (stop, else hold_position, else stop); order it with override to \
+                 have it at once";
+    check(State::Stopping, [STARTED, later, NO_HOLD, up, HOME, THERE, DOWN, "`obstacle` acknowledged", NO_PLAN]);
+    // The newest order counts.
     let home = "no: `operator_return` is under way already";
-    let up = "no: `operator_return` is up; a new plan is made when that is over";
-    check(State::Returning, [STARTED, home, NO_HOLD, up, home, home, DOWN, NO_FLAG, NO_PLAN]);
+    let up = "no: `operator_return` is answered; a new plan is made when that is over";
+    check(State::Returning, [STARTED, HOLDS, NO_HOLD, up, home, THERE, DOWN, NO_FLAG, NO_PLAN]);
     let down = "no: `operator_abort` is under way already";
-    let up = "no: `operator_abort` is up; a new plan is made when that is over";
-    check(State::Aborting, [STARTED, down, NO_HOLD, up, down, down, down, NO_FLAG, NO_PLAN]);
+    let up = "no: `operator_abort` is answered; a new plan is made when that is over";
+    check(State::Aborting, [STARTED, HOLDS, NO_HOLD, up, HOME, THERE, down, NO_FLAG, NO_PLAN]);
     check(State::Over, [OVER, OVER, OVER, OVER, OVER, OVER, OVER, NO_FLAG, NO_PLAN]);
 }
 
@@ -155,8 +148,7 @@ fn a_manager_that_comes_back_in_the_air_does_not_wait_for_a_start() {
 fn an_aborted_mission_that_never_started_is_over() {
     let mut rig = in_state(State::AwaitingStart);
     rig.command(ABORT);
-    rig.execute();
-    rig.end_present(Succeeded);
+    rig.wait(1.0);
     assert_eq!(rig.story(), "start land\nreport Emergency: `operator_abort`: ordered by anna");
 }
 
@@ -201,7 +193,7 @@ fn a_landing_site_that_makes_no_sense_is_refused() {
 }
 
 #[test]
-fn an_order_does_not_lead_through_an_area_that_may_not_be_entered() {
+fn an_order_leads_round_an_area_that_may_not_be_entered_and_never_into_one() {
     let (mut rig, _) = under_way();
     let corner = |north_m, east_m| v1::Ned { north_m, east_m, down_m: 0.0 };
     let area = v1::Area {
@@ -211,8 +203,41 @@ fn an_order_does_not_lead_through_an_area_that_may_not_be_entered() {
         ..Default::default()
     };
     rig.say(v1::PlannerStatus { areas: vec![area], ..Default::default() });
-    let reply = rig.command(land_at(0.0, 80.0));
-    assert_eq!(reply.text, "the straight way there leads through an area that may not be entered");
+    rig.story();
+    let reply = rig.command(land_at(0.0, 65.0));
+    assert_eq!(reply.text, "there is no way to that place that keeps out of areas that may not be entered");
+    assert_eq!(rig.story(), "");
+    assert!(rig.command(land_at(0.0, 80.0)).done);
+    assert_eq!(rig.story(), "start fly 19 50 10, giving up 1");
+}
+
+#[test]
+fn an_order_to_another_place_takes_the_place_of_the_first_even_during_the_landing() {
+    let mut rig = ordered(land_at(0.0, 80.0));
+    rig.vehicle(true, Offboard, (0.0, 80.0, 10.0));
+    rig.end_present(Succeeded);
+    rig.execute();
+    rig.story();
+    assert!(!rig.command(land_at(0.0, 80.0)).done, "that is what it does");
+    assert!(rig.command(land_at(30.0, 80.0)).done);
+    assert_eq!(rig.story(), "start fly 30 80 10, giving up 3");
+}
+
+#[test]
+fn the_pilot_in_command_may_override_what_may_be_overridden() {
+    #[track_caller]
+    fn check(flag: &str, expected: &str, story: &str) {
+        let (mut rig, _) = under_way();
+        rig.flag(flag, true);
+        rig.execute();
+        rig.story();
+        let reply = rig.command(Verb::Pause(v1::PauseMission { overrides: true }));
+        assert_eq!((reply.done, &*reply.text), (true, expected));
+        assert_eq!(rig.story(), story);
+    }
+    check("battery_low", "holds until resumed", "start stop, giving up 2");
+    let refused = "holds until resumed, but not before `estimator_lost` (land): that may not be overridden";
+    check("estimator_lost", refused, "");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use kittiwake_proto::v1;
 use kittiwake_proto::v1::FlightMode::{Land, Loiter, Offboard};
 use kittiwake_proto::v1::SkillOutcome::Succeeded;
-use mcm::Useless;
+use mcm::UnusableState;
 use v1::operator_command::Verb;
 
 use crate::rig::Rig;
@@ -21,17 +21,17 @@ fn what_was_ordered_is_flown_on() {
         rig.wait(1.0);
         assert_eq!(rig.story(), expected[1]);
     }
-    check(Verb::Abort(v1::AbortMission {}), ["start land", ""]);
-    check(Verb::Pause(v1::PauseMission {}), ["start stop", ""]);
-    check(Verb::Return(v1::ReturnHome {}), ["", "start fly 0 0 15"]);
+    check(Verb::Abort(v1::AbortMission { overrides: false }), ["start land", ""]);
+    check(Verb::Pause(v1::PauseMission { overrides: false }), ["start stop", ""]);
+    check(Verb::Return(v1::ReturnHome { overrides: false }), ["", "start fly 0 50 15"]);
     let position = Some(v1::Ned { north_m: 30.0, east_m: 40.0, down_m: 0.0 });
-    check(Verb::LandAt(v1::LandAt { position }), ["", "start fly 30 40 10"]);
+    check(Verb::LandAt(v1::LandAt { position, overrides: false }), ["", "start fly 30 40 10"]);
 }
 
 #[test]
 fn a_mission_that_is_over_stays_over() {
     let (mut rig, _) = under_way();
-    assert!(rig.command(Verb::Abort(v1::AbortMission {})).done);
+    assert!(rig.command(Verb::Abort(v1::AbortMission { overrides: false })).done);
     rig.execute();
     rig.vehicle(false, Land, (0.0, 50.0, 0.0));
     rig.end_present(Succeeded);
@@ -47,7 +47,7 @@ fn a_mission_that_is_over_stays_over() {
 #[test]
 fn a_pause_is_still_resumed() {
     let (mut rig, _) = under_way();
-    assert!(rig.command(Verb::Pause(v1::PauseMission {})).done);
+    assert!(rig.command(Verb::Pause(v1::PauseMission { overrides: false })).done);
     let mut rig = rig.started_again();
     rig.vehicle(true, Loiter, (0.0, 50.0, 10.0));
     rig.execute();
@@ -80,7 +80,7 @@ fn a_flag_that_stays_up_until_the_landing_does_so() {
     rig.flag_of("monitor", "battery_low", false);
     let mut rig = rig.started_again();
     rig.wait(1.0);
-    assert_eq!(rig.story(), "start fly 0 0 15");
+    assert_eq!(rig.story(), "start fly 0 50 15");
 }
 
 #[test]
@@ -89,8 +89,8 @@ fn a_memory_of_no_use_changes_nothing() {
     memory.outcome = v1::MissionOutcome::Success.into();
     memory.landing_site = Some(v1::Ned { north_m: f64::NAN, ..Default::default() });
     let mut rig = Rig::new();
-    assert!(matches!(rig.mcm.resume(memory.clone()), Err(Useless::Senseless(_))));
+    assert!(matches!(rig.mcm.resume(memory.clone()), Err(UnusableState::InvalidMessage(_))));
     memory.configured = "another".into();
-    assert_eq!(rig.mcm.resume(memory), Err(Useless::OfAnotherMission));
+    assert_eq!(rig.mcm.resume(memory), Err(UnusableState::OfAnotherMission));
     assert_eq!(rig.mcm.memory(), Rig::new().mcm.memory());
 }

@@ -10,7 +10,7 @@ use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Message, Request, Response};
 use kittiwake_proto::v1;
 use mcm::config::Config;
-use mcm::{Mcm, Meters, Trees};
+use mcm::{Mcm, Trees};
 use node::{CallError, CallId, Effect, Event, Node, Token};
 
 const CONFIG: &str = r#"
@@ -27,14 +27,21 @@ transition_speed_m_s = 4.0
 transition_stand_off_m = 20.0
 return_height_m = 15.0
 return_speed_m_s = 10.0
+climb_m_s = 3.0
+descent_m_s = 1.5
+least_height_m = 5.0
+highest_m = 120.0
+clearance_m = 20.0
+margin_m = 10.0
+vertical_margin_m = 2.0
+leave_lead_s = 10.0
+airspace_period_s = 0.2
+go_ahead_limit_s = 600.0
 start = "at-once"
 plan_approval = "none"
 plan_approval_limit_s = 60.0
 plan_approval_default = "refuse"
 "#;
-
-/// The bench reads the stamps; what allocates is counted from outside.
-const METERS: Meters = Meters { now_ns, allocations: || 0 };
 
 fn now_ns() -> u64 {
     static START: LazyLock<Instant> = LazyLock::new(Instant::now);
@@ -67,7 +74,9 @@ pub struct Rig {
     answer: Option<v1::OperatorReply>,
     commands: u64,
     reported: bool,
-    /// When what happened in the last wake that was worth a record.
+    /// Everything it has decided, in words.
+    pub decisions: Vec<String>,
+    /// The record of the last wake in which a leaf began or ceased to run.
     pub timing: v1::McmTiming,
 }
 
@@ -105,7 +114,7 @@ impl Rig {
         let config: Config = Source { path: "test".into(), text }.parse().unwrap();
         let loaded = trees.load(&table).unwrap();
         Rig {
-            mcm: Mcm::new(&config, "uav1", 1, &loaded, table, Pace::REAL_TIME).unwrap().with_meters(METERS),
+            mcm: Mcm::new(&config, "uav1", 1, &loaded, table, Pace::REAL_TIME).unwrap().measured_with(now_ns),
             now: Time::ZERO,
             log: Vec::new(),
             open: Vec::new(),
@@ -122,6 +131,7 @@ impl Rig {
             answer: None,
             commands: 0,
             reported: false,
+            decisions: Vec::new(),
             timing: v1::McmTiming::default(),
         }
     }
@@ -258,6 +268,8 @@ impl Rig {
         self.say(v1::SkillEvent {
             skill_id,
             request_id: id.to_owned(),
+            // Of the skill only its end matters here; what it confirms of the vehicle has a story of its own.
+            kind: v1::SkillKind::Offboard as i32,
             state: state as i32,
             outcome: outcome as i32,
             reason: reason.to_owned(),
@@ -332,8 +344,10 @@ impl Rig {
                 self.open.push((call, request));
             }
             Effect::Reply { token: Token(7), response: Response::OperatorCommand(reply) } => self.answer = Some(reply),
+            Effect::Refused { what, why } => self.log.push(format!("{} refused: {why}", what.key())),
             Effect::Publish { message: Message::McmTiming(timing), .. } => self.timing = timing,
             Effect::Publish { message: Message::TreeSnapshot(tree), .. } => self.tree = tree,
+            Effect::Publish { message: Message::DecisionRecord(it), .. } => self.decisions.push(it.text),
             Effect::Publish { message: Message::McmStatus(status), .. } => {
                 self.status = status.clone();
                 if let Some(report) = status.report.filter(|_| !std::mem::replace(&mut self.reported, true)) {
@@ -362,8 +376,11 @@ fn skill(it: &v1::SkillRequest) -> String {
 
 /// A step that flies `goal`.
 pub fn step(id: u64, goal: domain::skill::Goal, ask: &[&str]) -> v1::PlanStep {
+    let asking = if ask.is_empty() { String::new() } else { format!(", asking {}", ask.join(" and ")) };
     v1::PlanStep {
         id,
+        text: format!("{goal}{asking}"),
+        goal_state: Some(v1::PlanningState { position: Some(v1::Ned::default()), ..Default::default() }),
         nominal: Some(v1::ParameterSet { goal: Some(goal.into()), ..Default::default() }),
         ask_permissions: ask.iter().map(|&it| it.to_owned()).collect(),
         ..Default::default()

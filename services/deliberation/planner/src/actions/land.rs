@@ -1,11 +1,12 @@
 //! Straight down to the ground.
 
+use domain::fmu::FlightMode;
+use domain::plan::{Condition, Parameters};
 use domain::skill::Goal;
-use kittiwake_proto::v1::FlightMode;
+use domain::state::State;
 
-use super::{Action, Clauses, Parameters, Waits};
+use super::{Action, Waits};
 use crate::config::Config;
-use crate::state::State;
 
 /// See the module.
 #[derive(Debug)]
@@ -23,7 +24,7 @@ impl Action for Land {
     /// Airborne at the default height over the spot, or at the present height by a vehicle that is
     /// over the spot already: one that sinks need not climb again.
     fn propagate_backwards(&self, goal: &State, start: &State, config: &Config) -> State {
-        if start.flying && start.is_over(goal, config) {
+        if start.flying && start.is_over(goal, config.tolerance()) {
             return State::new(start.position, true);
         }
         State::new(goal.position.at_height(goal.position.height_m() + config.takeoff_height_m.get()), true)
@@ -33,8 +34,8 @@ impl Action for Land {
     fn set_parameters(&self, _from: &State, _goal: &State, _config: &Config) -> Parameters {
         Parameters {
             goal: Goal::Land,
-            precondition: Clauses { flying: Some(true), ..Clauses::default() },
-            invariant: Clauses { mode: Some(FlightMode::Land), ..Clauses::default() },
+            precondition: Condition { flying: Some(true), ..Condition::default() },
+            invariant: Condition { mode: Some(FlightMode::Land), ..Condition::default() },
         }
     }
 

@@ -3,11 +3,10 @@
 
 use std::fmt::Debug;
 
-use domain::skill::Goal;
-use kittiwake_proto::v1::FlightMode;
+use domain::plan::Parameters;
+use domain::state::State;
 
 use crate::config::Config;
-use crate::state::State;
 
 pub mod land;
 pub mod position;
@@ -43,26 +42,4 @@ pub enum Waits {
     BeforeEachBorder,
     /// In a stop before the action begins.
     WhereItStarts,
-}
-
-/// One way to fly a step.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Parameters {
-    /// What the skill manager is asked for.
-    pub goal: Goal,
-    /// What must hold before it starts.
-    pub precondition: Clauses,
-    /// What must hold while it is flown.
-    pub invariant: Clauses,
-}
-
-/// Clauses about a state; `None` is not asked about.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Clauses {
-    /// In the air or on the ground.
-    pub flying: Option<bool>,
-    /// The flight mode.
-    pub mode: Option<FlightMode>,
-    /// Areas whose permission must be held.
-    pub permissions: Vec<String>,
 }

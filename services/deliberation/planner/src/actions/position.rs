@@ -1,11 +1,12 @@
 //! Straight through the air to a position.
 
+use domain::fmu::FlightMode;
+use domain::plan::{Condition, Parameters};
 use domain::skill::Goal;
-use kittiwake_proto::v1::FlightMode;
+use domain::state::State;
 
-use super::{Action, Clauses, Parameters, Waits};
+use super::{Action, Waits};
 use crate::config::Config;
-use crate::state::State;
 
 /// See the module.
 #[derive(Debug)]
@@ -41,8 +42,8 @@ impl Action for Position {
                 yaw_rad: None,
                 hold_at_target: false,
             },
-            precondition: Clauses { flying: Some(true), ..Clauses::default() },
-            invariant: Clauses { flying: Some(true), mode: Some(FlightMode::Offboard), ..Clauses::default() },
+            precondition: Condition { flying: Some(true), ..Condition::default() },
+            invariant: Condition { flying: Some(true), mode: Some(FlightMode::Offboard), ..Condition::default() },
         }
     }
 

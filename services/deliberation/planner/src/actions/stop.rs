@@ -3,12 +3,13 @@
 //! No objective asks for it. The communication plan does, where a permission is needed before a
 //! takeoff or a landing.
 
+use domain::fmu::FlightMode;
+use domain::plan::{Condition, Parameters};
 use domain::skill::Goal;
-use kittiwake_proto::v1::FlightMode;
+use domain::state::State;
 
-use super::{Action, Clauses, Parameters, Waits};
+use super::{Action, Waits};
 use crate::config::Config;
-use crate::state::State;
 
 /// See the module.
 #[derive(Debug)]
@@ -31,11 +32,11 @@ impl Action for Stop {
     fn set_parameters(&self, from: &State, _goal: &State, _config: &Config) -> Parameters {
         Parameters {
             goal: Goal::Stop,
-            precondition: Clauses { flying: Some(from.flying), ..Clauses::default() },
-            invariant: Clauses {
+            precondition: Condition { flying: Some(from.flying), ..Condition::default() },
+            invariant: Condition {
                 flying: Some(from.flying),
                 mode: from.flying.then_some(FlightMode::Loiter),
-                ..Clauses::default()
+                ..Condition::default()
             },
         }
     }

@@ -1,10 +1,11 @@
 //! Straight up from the ground.
 
+use domain::plan::{Condition, Parameters};
 use domain::skill::Goal;
+use domain::state::State;
 
-use super::{Action, Clauses, Parameters, Waits};
+use super::{Action, Waits};
 use crate::config::Config;
-use crate::state::State;
 
 /// See the module.
 #[derive(Debug)]
@@ -30,8 +31,8 @@ impl Action for Takeoff {
     fn set_parameters(&self, from: &State, goal: &State, _config: &Config) -> Parameters {
         Parameters {
             goal: Goal::Takeoff { climb_m: goal.position.height_m() - from.position.height_m() },
-            precondition: Clauses { flying: Some(false), ..Clauses::default() },
-            invariant: Clauses::default(),
+            precondition: Condition { flying: Some(false), ..Condition::default() },
+            invariant: Condition::default(),
         }
     }
 

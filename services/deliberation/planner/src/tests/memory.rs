@@ -1,12 +1,12 @@
 //! A planner that goes on where another one was.
 
 use super::*;
-use crate::memory::Useless;
+use crate::UnusableState;
 use v1::mission_request::Request as Ask;
 
 impl Story {
     /// The planner's process ends, and another one is started with this mission file.
-    fn restart(&mut self, text: &str) -> Result<(), Useless> {
+    fn restart(&mut self, text: &str) -> Result<(), UnusableState> {
         let memory = self.planner.memory();
         self.planner = Planner::new(&Config::for_tests(), mission(text), Pace::REAL_TIME);
         self.planner.resume(memory)
@@ -47,7 +47,7 @@ fn an_uploaded_mission_is_gone_on_with_and_its_flight_is_not_disturbed() {
 fn another_mission_file_begins_anew() {
     let mut story = Story::under_way(REFERENCE);
     story.planner.core.skip(0, "skipped".into());
-    assert_eq!(story.restart(KEEP_OUT), Err(Useless::OfAnotherMission));
+    assert_eq!(story.restart(KEEP_OUT), Err(UnusableState::OfAnotherMission));
     let status = story.status();
     assert_eq!((status.mission.as_str(), status.current_objective), ("keep-out", 0));
 }

@@ -73,6 +73,7 @@ impl Story {
         let mut effects = Vec::new();
         let event = Event::Request { vehicle: "uav1".into(), token: Token(1), request };
         self.planner.on(self.now, event, &mut effects);
+        effects.retain(|it| !matches!(it, Effect::Refused { .. }));
         assert!(effects.len() <= 1, "{effects:?}");
         effects.pop().map(|it| match it {
             Effect::Reply { token: Token(1), response } => response,
@@ -112,6 +113,7 @@ impl Story {
             area: area.into(),
             silent: reason.is_none(),
             reason: reason.unwrap_or_default().into(),
+            too_short: false,
         };
         let request = v1::ReplanRequest {
             request_id: format!("r{}", self.requests),
@@ -119,6 +121,7 @@ impl Story {
             failed_step_id,
             failure: "it failed".into(),
             denials: denials.iter().map(denial).collect(),
+            held: Vec::new(),
         };
         let Some(Response::Replan(reply)) = self.request(Request::Replan(request)) else { panic!("no reply") };
         let text = render(&reply);
@@ -173,6 +176,7 @@ fn render(reply: &v1::ReplanReply) -> String {
         Reply::Plan(plan) => lines(plan.steps.iter().map(render_step)),
         Reply::Hold(hold) => format!("hold {:.0} s: {}\n", hold.wait_s, hold.reason),
         Reply::Finished(_) => "finished\n".into(),
+        Reply::Refused(refusal) => format!("refused: {}\n", refusal.reason),
     }
 }
 

@@ -10,10 +10,11 @@ use geo::ConvexHull;
 use proptest::prelude::*;
 
 use super::*;
-use crate::mission_planner::{Answer, MissionPlanner, Replan};
-use crate::permissions::Denial;
+use crate::mission_planner::{Answer, MissionPlanner};
 use crate::plan::Step;
-use crate::state::State;
+use domain::airspace::Grants;
+use domain::plan::{Denial, DenialKind, FailedStep, PlanRequest};
+use domain::state::State;
 
 fn spot() -> impl Strategy<Value = Ned> {
     (-300.0..300.0, -300.0..300.0).prop_map(|(north, east)| Ned::new(north, east, 0.0))
@@ -53,9 +54,9 @@ fn planner(areas: &[Area], goal: Ned) -> MissionPlanner {
     MissionPlanner::new(&config, mission, Pace::REAL_TIME)
 }
 
-fn from(position: Ned, held: &BTreeSet<String>) -> Replan {
+fn from(position: Ned, held: &BTreeSet<String>) -> PlanRequest {
     let state = State { permissions: held.clone(), ..State::new(position, position.down_m != 0.0) };
-    Replan { state, failed_step: None, failure: String::new(), denials: Vec::new() }
+    PlanRequest { request_id: String::new(), state, grants: Grants::new(), failed: None, denials: Vec::new() }
 }
 
 /// No step enters an area that is neither held nor asked for in an earlier step, or a keep-out
@@ -101,8 +102,8 @@ proptest! {
         let goal = if over_goal { start } else { goal };
         let chosen = |bits: u8| areas.iter().enumerate().filter(move |(it, _)| bits >> it & 1 == 1);
         let held: BTreeSet<String> = chosen(held).map(|(_, it)| it.name.clone()).collect();
-        let denials = chosen(denied).map(|(_, it)| Denial { area: it.name.clone(), silent: true, reason: String::new() });
-        let request = Replan {
+        let denials = chosen(denied).map(|(_, it)| Denial { area: it.name.clone(), kind: DenialKind::Silent, reason: String::new() });
+        let request = PlanRequest {
             denials: denials.filter(|it| !held.contains(&it.area)).collect(),
             ..from(start.at_height(height_m), &held)
         };
@@ -129,7 +130,7 @@ proptest! {
         let failing = failing.index(steps.len());
         for step in &steps[..failing] {
             held.extend(step.communication.ask.iter().cloned());
-            prop_assert!(planner.step_done(step.id, &step.action.to).is_ok());
+            prop_assert!(planner.step_done(step.id.unwrap(), &step.action.to).is_ok());
         }
         let failed = &steps[failing];
         let position = failed.way().0.towards(failed.way().1, progress);
@@ -137,8 +138,9 @@ proptest! {
         let bit = |index: usize| answers >> (index % 8) & 1 == 1;
         held = held.into_iter().enumerate().filter(|(it, _)| bit(*it)).map(|(_, it)| it).collect();
         let denied = failed.communication.ask.iter().enumerate().filter(|(it, _)| bit(it + 4)).map(|(_, it)| it);
-        let denials = denied.map(|it| Denial { area: it.clone(), silent: bit(2), reason: "busy".into() }).collect();
-        let request = Replan { failed_step: Some(failed.id), denials, ..from(position, &held) };
+        let denials = denied.map(|it| Denial { area: it.clone(), kind: if bit(2) { DenialKind::Silent } else { DenialKind::Refused }, reason: "busy".into() }).collect();
+        let step = FailedStep { id: failed.id.unwrap(), reason: String::new() };
+        let request = PlanRequest { failed: Some(step), denials, ..from(position, &held) };
         if let Answer::Plan(steps) = planner.replan(request, Now::default()) {
             assert_allowed(&steps, &areas, &held)?;
         }

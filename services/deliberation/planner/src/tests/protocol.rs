@@ -1,4 +1,4 @@
-//! Requests that are repeated, late, early or senseless.
+//! Requests that are repeated, late, early or invalid.
 
 use super::*;
 
@@ -89,12 +89,13 @@ fn the_same_requests_get_the_same_answers() {
 }
 
 #[test]
-fn a_state_without_sense_is_not_planned_from() {
+fn a_state_that_makes_no_sense_is_refused() {
     let mut story = Story::of(REFERENCE);
     let position = Some(v1::Ned { north_m: f64::NAN, ..Default::default() });
     let state = v1::PlanningState { position, ..Default::default() };
     let request = v1::ReplanRequest { request_id: "x".into(), state: Some(state.clone()), ..Default::default() };
-    assert_eq!(story.request(Request::Replan(request)), None);
+    let Some(Response::Replan(reply)) = story.request(Request::Replan(request)) else { panic!("no reply") };
+    assert!(render(&reply).starts_with("refused: `position` is Ned { north_m: NaN"), "{reply:?}");
     story.plan();
     story.state = state;
     assert!(!done(&mut story, 1).accepted);

@@ -1,4 +1,4 @@
-//! The monitor from outside: what it publishes, told what the vehicle says.
+//! The monitor from outside: what it publishes about what the vehicle says.
 
 mod properties;
 mod rig;

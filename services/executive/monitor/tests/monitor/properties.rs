@@ -1,4 +1,4 @@
-//! What holds whatever the vehicle and the injector say.
+//! What holds for any sequence of samples and injections.
 
 use std::collections::BTreeSet;
 
@@ -52,7 +52,7 @@ fn step() -> impl Strategy<Value = Step> {
     ]
 }
 
-/// Takes the step; what the injector said is put in its place among what the monitor said.
+/// Takes the step. An event of the injector is put in its place among those of the monitor.
 fn take(rig: &mut Rig, step: &Step) {
     let vehicle = &mut rig.vehicle;
     match step {
@@ -94,7 +94,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn the_introspection_lists_what_rose_and_has_not_fallen(
+    fn the_introspection_lists_what_was_raised_and_not_cleared(
         steps in prop::collection::vec(step(), 1..60),
         speed in prop::sample::select(vec![1.0, 20.0]),
     ) {
@@ -103,14 +103,14 @@ proptest! {
             take(&mut rig, step);
         }
         let known = RULES.iter().map(|(flag, _)| *flag).chain(["transition_failed"]).collect::<BTreeSet<_>>();
-        // Who says that which flag is up.
+        // Source and name of every flag that is up.
         let mut up = BTreeSet::<(String, String)>::new();
         for (at, message) in &rig.said {
             match message {
                 Message::FlagEvent(it) => {
                     let key = (it.source.clone(), it.name.clone());
                     let changed = if it.raised { up.insert(key) } else { up.remove(&key) };
-                    prop_assert!(changed || it.source == "injector", "{} told twice at {at:?}", it.name);
+                    prop_assert!(changed || it.source == "injector", "two events for one change of {} at {at:?}", it.name);
                     prop_assert!(!it.reason.is_empty() || it.source == "injector");
                 }
                 Message::Introspection(it) => {

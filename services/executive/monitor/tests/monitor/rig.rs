@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use domain::contingency::Contingencies;
 use domain::file::Source;
+use domain::testing;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Message, Topic};
 use kittiwake_proto::v1;
@@ -19,40 +20,37 @@ const CONFIG: &str = "
     battery_frozen_samples = 100
 ";
 
-/// The row that every table must have.
-const TRANSITION_FAILED: &str = "
-    [[contingency]]
-    flag = 'transition_failed'
-    priority = 4000000000
-    actions = ['stop']
-    emergency = 'land'
-    clears = 'after-action'
-    then = 'resume'
-";
-
-/// From one sample of every source to the next.
+/// Between two samples of every source.
 const STEP: Duration = Duration::from_millis(10);
 
-/// The monitor and all it has said.
-pub struct Rig {
+/// The monitor, and everything that it published.
+pub(crate) struct Rig {
     monitor: Monitor,
     now: Time,
-    pub vehicle: Vehicle,
-    pub said: Vec<(Time, Message)>,
+    pub(crate) vehicle: Vehicle,
+    pub(crate) said: Vec<(Time, Message)>,
+    /// Messages that were refused, and why.
+    pub(crate) refused: Vec<String>,
 }
 
 impl Rig {
-    /// With one flag `it` that rises by `rule`, an inline TOML table.
-    pub fn watching(rule: &str) -> Rig {
-        Rig::with(&table(&[("it", rule)]), Pace::REAL_TIME)
+    /// With one flag `watched` that `rule`, an inline TOML table, raises.
+    pub(crate) fn watching(rule: &str) -> Rig {
+        Rig::with(&table(&[("watched", rule)]), Pace::REAL_TIME)
     }
 
-    pub fn with(table: &Contingencies, pace: Pace) -> Rig {
-        Rig { monitor: monitor(table, pace), now: Time::ZERO, vehicle: Vehicle::default(), said: Vec::new() }
+    pub(crate) fn with(table: &Contingencies, pace: Pace) -> Rig {
+        Rig {
+            monitor: monitor(table, pace),
+            now: Time::ZERO,
+            vehicle: Vehicle::default(),
+            said: Vec::new(),
+            refused: Vec::new(),
+        }
     }
 
     /// Messages arrive together.
-    pub fn hear(&mut self, messages: impl IntoIterator<Item = Message>) {
+    pub(crate) fn hear(&mut self, messages: impl IntoIterator<Item = Message>) {
         let mut effects = Vec::new();
         for message in messages {
             self.monitor.on(self.moment(), Event::Message { vehicle: "uav1".into(), message }, &mut effects);
@@ -61,22 +59,22 @@ impl Rig {
         self.keep(effects);
     }
 
-    /// Every source that is not silenced speaks, each 10 ms.
-    pub fn fly(&mut self, seconds: f64) {
+    /// Every source that is not silent sends a sample every 10 ms.
+    pub(crate) fn fly(&mut self, seconds: f64) {
         for _ in 0..(seconds / STEP.as_secs_f64()).round() as u32 {
             self.hear_every_source();
             self.wait(STEP);
         }
     }
 
-    /// Every source that is not silenced speaks once.
-    pub fn hear_every_source(&mut self) {
+    /// Every source that is not silent sends one sample.
+    pub(crate) fn hear_every_source(&mut self) {
         let samples = self.vehicle.samples();
         self.hear(samples);
     }
 
     /// Nothing arrives for a while.
-    pub fn wait(&mut self, duration: Duration) {
+    pub(crate) fn wait(&mut self, duration: Duration) {
         let end = self.now + duration;
         while let Some(deadline) = self.monitor.deadline().filter(|it| *it <= end) {
             self.now = self.now.max(deadline);
@@ -86,49 +84,52 @@ impl Rig {
         self.now = end;
     }
 
-    /// The process gets no time to run.
-    pub fn stall(&mut self, duration: Duration) {
+    /// The process pauses.
+    pub(crate) fn stall(&mut self, duration: Duration) {
         self.now = self.now + duration;
     }
 
-    pub fn inject(&mut self, name: &str, raised: bool) {
+    pub(crate) fn inject(&mut self, name: &str, raised: bool) {
         let event = v1::FlagEvent { name: name.into(), raised, source: "injector".into(), ..Default::default() };
         self.hear([event.into()]);
     }
 
-    /// What the monitor said of its flags: `3.000 it up: <reason>`.
-    pub fn story(&self) -> Vec<String> {
+    /// What the monitor said about its flags: `3.000 watched up: <reason>`.
+    pub(crate) fn story(&self) -> Vec<String> {
         let line = |(at, it): (Time, &v1::FlagEvent)| {
             format!("{:.3} {} {}: {}", at.as_secs_f64(), it.name, if it.raised { "up" } else { "down" }, it.reason)
         };
         self.events().map(line).collect()
     }
 
-    pub fn events(&self) -> impl Iterator<Item = (Time, &v1::FlagEvent)> {
+    pub(crate) fn events(&self) -> impl Iterator<Item = (Time, &v1::FlagEvent)> {
         self.said.iter().filter_map(|(at, it)| if let Message::FlagEvent(it) = it { Some((*at, it)) } else { None })
     }
 
-    pub fn introspections(&self) -> impl Iterator<Item = (Time, &v1::Introspection)> {
+    pub(crate) fn introspections(&self) -> impl Iterator<Item = (Time, &v1::Introspection)> {
         self.said.iter().filter_map(|(at, it)| if let Message::Introspection(it) = it { Some((*at, it)) } else { None })
     }
 
-    pub fn last(&self) -> &v1::Introspection {
+    pub(crate) fn last(&self) -> &v1::Introspection {
         self.introspections().last().expect("an introspection").1
     }
 
     /// Names of the flags in the last introspection.
-    pub fn up(&self) -> Vec<&str> {
+    pub(crate) fn up(&self) -> Vec<&str> {
         self.last().flags.iter().map(|it| it.name.as_str()).collect()
     }
 
-    pub fn now(&self) -> Time {
+    pub(crate) fn now(&self) -> Time {
         self.now
     }
 
     fn keep(&mut self, effects: Vec<Effect>) {
         for effect in effects {
-            let Effect::Publish { vehicle: None, message } = effect else { panic!("unexpected {effect:?}") };
-            self.said.push((self.now, message));
+            match effect {
+                Effect::Publish { vehicle: None, message } => self.said.push((self.now, message)),
+                Effect::Refused { what, why } => self.refused.push(format!("{}: {why}", what.key())),
+                _ => panic!("unexpected {effect:?}"),
+            }
         }
     }
 
@@ -137,20 +138,20 @@ impl Rig {
     }
 }
 
-/// What the vehicle says next.
-pub struct Vehicle {
-    pub status: v1::VehicleStatus,
-    pub attitude: v1::VehicleAttitude,
-    pub local_position: v1::VehicleLocalPosition,
-    pub global_position: v1::VehicleGlobalPosition,
-    pub land_detected: v1::VehicleLandDetected,
-    pub battery: v1::BatteryStatus,
-    /// Does not arrive.
-    pub silent: Vec<Topic>,
-    /// Arrives without noise.
-    pub frozen: Vec<Topic>,
-    /// For how long the ground has not heard it.
-    pub unheard_s: f64,
+/// The vehicle, with the samples that it sends next.
+pub(crate) struct Vehicle {
+    pub(crate) status: v1::VehicleStatus,
+    pub(crate) attitude: v1::VehicleAttitude,
+    pub(crate) local_position: v1::VehicleLocalPosition,
+    pub(crate) global_position: v1::VehicleGlobalPosition,
+    pub(crate) land_detected: v1::VehicleLandDetected,
+    pub(crate) battery: v1::BatteryStatus,
+    /// These topics do not arrive.
+    pub(crate) silent: Vec<Topic>,
+    /// These topics arrive without noise.
+    pub(crate) frozen: Vec<Topic>,
+    /// How long ago the ground heard it.
+    pub(crate) unheard_s: f64,
     drawn: u32,
 }
 
@@ -192,31 +193,31 @@ impl Vehicle {
         self.drawn += 1;
         let drawn = f64::from(self.drawn);
         let noise = |topic| if self.frozen.contains(&topic) { 0.0 } else { 1e-9 * drawn };
-        let mut it: Vec<Message> = vec![self.status.clone().into(), self.land_detected.into()];
+        let mut samples: Vec<Message> = vec![self.status.clone().into(), self.land_detected.into()];
         let roll_rate_rad_s = self.attitude.roll_rate_rad_s + noise(Topic::VehicleAttitude);
-        it.push(v1::VehicleAttitude { roll_rate_rad_s, ..self.attitude }.into());
+        samples.push(v1::VehicleAttitude { roll_rate_rad_s, ..self.attitude }.into());
         let velocity = self
             .local_position
             .velocity
             .map(|it| v1::NedVelocity { north_m_s: it.north_m_s + noise(Topic::VehicleLocalPosition), ..it });
-        it.push(v1::VehicleLocalPosition { velocity, ..self.local_position }.into());
+        samples.push(v1::VehicleLocalPosition { velocity, ..self.local_position }.into());
         let latitude_deg = self.global_position.latitude_deg + noise(Topic::VehicleGlobalPosition);
-        it.push(v1::VehicleGlobalPosition { latitude_deg, ..self.global_position }.into());
+        samples.push(v1::VehicleGlobalPosition { latitude_deg, ..self.global_position }.into());
         let current_a = self.battery.current_a + noise(Topic::BatteryStatus);
-        it.push(v1::BatteryStatus { current_a, ..self.battery }.into());
-        it.push(v1::GroundContact { heard_age_wall_s: self.unheard_s }.into());
-        it.retain(|it| !self.silent.contains(&it.topic()));
-        it
+        samples.push(v1::BatteryStatus { current_a, ..self.battery }.into());
+        samples.push(v1::GroundContact { heard_age_wall_s: self.unheard_s }.into());
+        samples.retain(|it| !self.silent.contains(&it.topic()));
+        samples
     }
 }
 
-pub fn monitor(table: &Contingencies, pace: Pace) -> Monitor {
+pub(crate) fn monitor(table: &Contingencies, pace: Pace) -> Monitor {
     Monitor::new(&toml::from_str(CONFIG).unwrap(), table, pace)
 }
 
 /// A table of flags, each with its rule as an inline TOML table.
-pub fn table(flags: &[(&str, &str)]) -> Contingencies {
-    let mut text = TRANSITION_FAILED.to_string();
+pub(crate) fn table(flags: &[(&str, &str)]) -> Contingencies {
+    let mut text = String::new();
     for (priority, (flag, rule)) in flags.iter().enumerate() {
         text += &format!(
             "
@@ -225,31 +226,27 @@ pub fn table(flags: &[(&str, &str)]) -> Contingencies {
             priority = {priority}
             raise = {rule}
             actions = ['stop']
-            emergency = 'land'
+            emergency = 'stop'
             clears = 'with-condition'
             then = 'resume'
             "
         );
     }
-    read(Source { path: "table.toml".into(), text })
+    read(Source { path: "table.toml".into(), text: testing::table(&text) })
 }
 
-/// Whatever actions its rows name exist.
-pub fn read(source: Source) -> Contingencies {
+/// A table whose actions all have a tree.
+pub(crate) fn read(source: Source) -> Contingencies {
     let file: toml::Table = toml::from_str(&source.text).unwrap();
-    let mut actions = Vec::new();
-    for row in file["contingency"].as_array().unwrap() {
-        actions.extend(row["actions"].as_array().unwrap().iter().map(|it| it.as_str().unwrap()));
-        actions.push(row["emergency"].as_str().unwrap());
-    }
+    let actions: Vec<&str> = file["action"].as_table().unwrap().keys().map(String::as_str).collect();
     Contingencies::read(&source, &actions).unwrap_or_else(|it| panic!("{it}"))
 }
 
-pub fn shipped() -> Contingencies {
+pub(crate) fn shipped() -> Contingencies {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../config/contingencies.toml");
     read(Source::read(&path).unwrap_or_else(|it| panic!("{it}")))
 }
 
-pub fn s(seconds: f64) -> Duration {
+pub(crate) fn s(seconds: f64) -> Duration {
     Duration::from_secs_f64(seconds)
 }

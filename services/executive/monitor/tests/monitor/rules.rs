@@ -1,4 +1,4 @@
-//! When flags rise and fall.
+//! When flags are raised and cleared.
 
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::{self, FailureFlag};
@@ -10,7 +10,7 @@ const BATTERY_LOW: &str =
 const BATTERY_LOW_AT_ONCE: &str =
     "{ fact = 'below', value = 'battery-remaining', threshold = 0.2, clear = 0.3, for_s = 0.0, during = 'always' }";
 
-/// Two seconds of each state of the vehicle, and what the monitor says of its one flag.
+/// Flies two seconds in each state of the vehicle, and compares what the monitor says about its one flag.
 #[track_caller]
 fn check(rule: &str, states: &[fn(&mut Vehicle)], expected: &[&str]) {
     let mut rig = Rig::watching(rule);
@@ -26,25 +26,25 @@ fn battery(remaining: f64) -> Message {
 }
 
 #[test]
-fn a_value_below_its_threshold_raises_after_its_time_and_clears_further_up() {
+fn a_value_below_its_threshold_raises_after_its_time_and_clears_higher_up() {
     check(
         BATTERY_LOW,
         &[|it| it.battery.remaining = 0.19, |it| it.battery.remaining = 0.25, |it| it.battery.remaining = 0.31],
         &[
-            "1.000 it up: battery remaining 0.19 is below 0.20 for 1.0 s",
-            "4.000 it down: battery remaining 0.31 is no longer below 0.30",
+            "1.000 watched up: battery remaining 0.19, below 0.20 for 1.0 s",
+            "4.000 watched down: battery remaining 0.31, no longer below 0.30",
         ],
     );
     check(BATTERY_LOW, &[|it| it.battery.remaining = 0.2, |it| it.battery.remaining = 0.25], &[]);
     check(
         BATTERY_LOW,
         &[|it| it.battery.remaining = 0.1999],
-        &["1.000 it up: battery remaining 0.1999 is below 0.2000 for 1.0 s"],
+        &["1.000 watched up: battery remaining 0.1999, below 0.2000 for 1.0 s"],
     );
 }
 
 #[test]
-fn a_value_above_its_threshold_raises_and_clears_further_down() {
+fn a_value_above_its_threshold_raises_and_clears_lower_down() {
     check(
         "{ fact = 'above', value = 'height', threshold = 120.0, clear = 110.0, for_s = 0.0, during = 'always' }",
         &[
@@ -53,14 +53,14 @@ fn a_value_above_its_threshold_raises_and_clears_further_down() {
             |it| it.local_position.position = Some(v1::Ned { down_m: -110.0, ..Default::default() }),
         ],
         &[
-            "0.000 it up: height 121.00 m is above 120.00 m",
-            "4.000 it down: height 110.00 m is no longer above 110.00 m",
+            "0.000 watched up: height 121.00 m, above 120.00 m",
+            "4.000 watched down: height 110.00 m, no longer above 110.00 m",
         ],
     );
 }
 
 #[test]
-fn a_height_that_nobody_vouches_for_raises_nothing() {
+fn a_height_that_the_estimator_does_not_vouch_for_raises_nothing() {
     check(
         "{ fact = 'above', value = 'height', threshold = 120.0, clear = 110.0, for_s = 0.0, during = 'always' }",
         &[|it| {
@@ -81,27 +81,27 @@ fn a_condition_that_is_reported_raises_and_clears_with_the_report() {
             |it| it.status.failures.clear(),
         ],
         &[
-            "2.000 it up: the offboard signal is reported lost",
-            "4.000 it down: the offboard signal is no longer reported lost",
+            "2.000 watched up: the offboard signal is reported lost",
+            "4.000 watched down: the offboard signal is no longer reported lost",
         ],
     );
     check(
         "{ fact = 'reported', condition = 'estimator-invalid', for_s = 0.5, during = 'always' }",
         &[|it| it.local_position.horizontal_valid = false, |it| it.local_position.horizontal_valid = true],
         &[
-            "0.500 it up: the estimator is reported invalid for 0.5 s",
-            "2.000 it down: the estimator is no longer reported invalid",
+            "0.500 watched up: the estimator has been reported invalid for 0.5 s",
+            "2.000 watched down: the estimator is no longer reported invalid",
         ],
     );
     check(
         "{ fact = 'reported', condition = 'estimator-invalid', for_s = 0.5, during = 'always' }",
         &[|it| it.status.failures = vec![77, FailureFlag::Estimator as i32]],
-        &["0.500 it up: the estimator is reported invalid for 0.5 s"],
+        &["0.500 watched up: the estimator has been reported invalid for 0.5 s"],
     );
 }
 
 #[test]
-fn a_fact_counts_in_its_situation_only() {
+fn a_rule_applies_in_its_situation_only() {
     let rule = |during| BATTERY_LOW.replace("always", during);
     check(
         &rule("flying"),
@@ -114,8 +114,8 @@ fn a_fact_counts_in_its_situation_only() {
             |it| it.land_detected.landed = true,
         ],
         &[
-            "3.000 it up: battery remaining 0.10 is below 0.20 for 1.0 s",
-            "4.000 it down: the vehicle is not flying any more",
+            "3.000 watched up: battery remaining 0.10, below 0.20 for 1.0 s",
+            "4.000 watched down: the vehicle is no longer flying",
         ],
     );
     check(
@@ -129,8 +129,8 @@ fn a_fact_counts_in_its_situation_only() {
             |it| it.status.armed = false,
         ],
         &[
-            "3.000 it up: battery remaining 0.10 is below 0.20 for 1.0 s",
-            "4.000 it down: the vehicle is not armed any more",
+            "3.000 watched up: battery remaining 0.10, below 0.20 for 1.0 s",
+            "4.000 watched down: the vehicle is no longer armed",
         ],
     );
 }
@@ -152,25 +152,25 @@ fn a_value_that_was_bad_when_its_source_fell_silent_raises_on_time() {
     rig.wait(s(0.0051));
     rig.hear([battery(0.19)]);
     rig.wait(s(2.0));
-    assert_eq!(rig.story(), ["1.005 it up: battery remaining 0.19 is below 0.20 for 1.0 s"]);
+    assert_eq!(rig.story(), ["1.005 watched up: battery remaining 0.19, below 0.20 for 1.0 s"]);
 }
 
 #[test]
-fn a_flag_that_is_up_for_one_sample_of_a_batch_is_told_twice() {
+fn a_flag_that_is_up_for_one_sample_of_a_batch_gives_two_events() {
     let mut rig = Rig::watching(BATTERY_LOW_AT_ONCE);
     rig.wait(s(0.005));
     rig.hear([battery(0.5), battery(0.1), battery(0.5)]);
     assert_eq!(
         rig.story(),
         [
-            "0.005 it up: battery remaining 0.10 is below 0.20",
-            "0.005 it down: battery remaining 0.50 is no longer below 0.30",
+            "0.005 watched up: battery remaining 0.10, below 0.20",
+            "0.005 watched down: battery remaining 0.50, no longer below 0.30",
         ]
     );
 }
 
 #[test]
-fn a_flag_that_stays_up_is_told_once_with_its_numbers() {
+fn a_flag_that_stays_up_gives_one_event_with_its_numbers() {
     let mut rig = Rig::watching(BATTERY_LOW_AT_ONCE);
     rig.vehicle.battery.remaining = 0.1;
     rig.fly(3.0);
@@ -178,20 +178,20 @@ fn a_flag_that_stays_up_is_told_once_with_its_numbers() {
     assert_eq!(
         events,
         [v1::FlagEvent {
-            name: "it".into(),
+            name: "watched".into(),
             raised: true,
             source: "monitor".into(),
-            reason: "battery remaining 0.10 is below 0.20".into(),
+            reason: "battery remaining 0.10, below 0.20".into(),
             value: Some(0.1),
             threshold: Some(0.2),
         }]
     );
     let flag = &rig.last().flags[0];
-    assert_eq!((flag.since_s, flag.reason.as_str()), (3.0, "battery remaining 0.10 is below 0.20"));
+    assert_eq!((flag.since_s, flag.reason.as_str()), (3.0, "battery remaining 0.10, below 0.20"));
 }
 
 #[test]
-fn what_is_raised_by_hand_stays_up_until_lowered_by_hand() {
+fn a_flag_that_is_raised_by_hand_stays_up_until_it_is_cleared_by_hand() {
     let mut rig = Rig::watching(BATTERY_LOW_AT_ONCE);
     rig.inject("transition_failed", true);
     rig.fly(1.0);
@@ -202,7 +202,7 @@ fn what_is_raised_by_hand_stays_up_until_lowered_by_hand() {
     rig.inject("transition_failed", false);
     rig.fly(0.1);
     assert!(rig.up().is_empty());
-    assert_eq!(rig.story(), [""; 0], "the injector has told it already");
+    assert_eq!(rig.story(), [""; 0], "the injector has published it already");
 }
 
 #[test]
@@ -211,7 +211,7 @@ fn a_flag_is_up_while_its_rule_or_the_injector_says_so() {
     #[track_caller]
     fn check(rig: &mut Rig, remaining: f64, by_hand: bool, expected_up: bool, expected_events: usize) {
         rig.vehicle.battery.remaining = remaining;
-        rig.inject("it", by_hand);
+        rig.inject("watched", by_hand);
         rig.fly(0.1);
         assert_eq!(!rig.up().is_empty(), expected_up);
         assert_eq!(rig.events().count(), expected_events);
@@ -227,10 +227,11 @@ fn a_flag_is_up_while_its_rule_or_the_injector_says_so() {
 #[test]
 fn only_the_injector_injects_and_only_flags_that_have_a_row() {
     let mut rig = Rig::watching(BATTERY_LOW_AT_ONCE);
-    for (name, source) in [("it", "monitor"), ("it", ""), ("made_up", "injector")] {
+    for (name, source) in [("watched", "monitor"), ("watched", ""), ("made_up", "injector")] {
         let event = v1::FlagEvent { name: name.into(), raised: true, source: source.into(), ..Default::default() };
         rig.hear([event.into()]);
     }
     rig.fly(0.1);
     assert!(rig.up().is_empty());
+    assert_eq!(rig.refused, ["monitor/flag: `name` is \"made_up\", expected a flag of the contingency table"]);
 }

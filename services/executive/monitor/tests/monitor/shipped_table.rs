@@ -1,4 +1,4 @@
-//! The table that is shipped: every row that has a rule rises on what it is about.
+//! The shipped table: the rule of every row raises its flag.
 
 use domain::contingency::Rule;
 use domain::contingency::rule::{Condition, DataSource, Quantity};
@@ -9,14 +9,14 @@ use kittiwake_proto::v1::{self, FailureFlag};
 use crate::rig::{Rig, Vehicle, s, shipped};
 
 #[test]
-fn nothing_rises_while_all_is_well() {
+fn no_flag_is_raised_while_all_is_well() {
     let mut rig = Rig::with(&shipped(), Pace::REAL_TIME);
     rig.fly(10.0);
     assert_eq!(rig.story(), [""; 0]);
 }
 
 #[test]
-fn every_row_with_a_rule_rises_once_and_falls_again() {
+fn every_row_with_a_rule_is_raised_once_and_cleared_again() {
     let table = shipped();
     let rules = table.rows().iter().filter_map(|row| Some((row.flag.as_str(), row.raise?)));
     for (flag, rule) in rules {
@@ -26,14 +26,14 @@ fn every_row_with_a_rule_rises_once_and_falls_again() {
         rig.fly(lasting_s(rule) + 0.1);
         rig.vehicle = Vehicle::default();
         rig.fly(0.1);
-        let told: Vec<_> = rig.events().filter(|(_, it)| it.name == flag).map(|(_, it)| it.raised).collect();
-        assert_eq!(told, [true, false], "{flag}");
+        let changes: Vec<_> = rig.events().filter(|(_, it)| it.name == flag).map(|(_, it)| it.raised).collect();
+        assert_eq!(changes, [true, false], "{flag}");
         assert!(rig.up().is_empty(), "{flag}");
     }
 }
 
 #[test]
-fn the_battery_on_its_way_down_is_a_story() {
+fn a_battery_that_runs_empty_raises_its_flags_in_order() {
     let mut rig = Rig::with(&shipped(), Pace::REAL_TIME);
     for remaining in [0.3, 0.2, 0.09] {
         rig.vehicle.battery.remaining = remaining;
@@ -47,12 +47,10 @@ fn the_battery_on_its_way_down_is_a_story() {
     assert_eq!(
         rig.story(),
         [
-            "3.000 battery_low up: battery remaining 0.20 is below 0.25 for 1.0 s",
-            "4.500 battery_critical up: battery remaining 0.09 is below 0.10 for 0.5 s",
+            "3.000 battery_low up: battery remaining 0.20, below 0.25 for 1.0 s",
+            "4.500 battery_critical up: battery remaining 0.09, below 0.10 for 0.5 s",
             "7.990 battery_stale up: battery status has been silent for 2.0 s, the limit is 2.0 s",
-            "9.005 battery_critical down: the vehicle is not flying any more",
-            "9.005 battery_low down: the vehicle is not flying any more",
-            "9.005 battery_stale down: the vehicle is not flying any more",
+            "9.005 battery_stale down: the vehicle is no longer flying",
         ]
     );
 }
@@ -84,6 +82,10 @@ fn measure(vehicle: &mut Vehicle, quantity: Quantity, value: f64) {
         Quantity::Height => local.position = Some(v1::Ned { down_m: -value, ..Default::default() }),
         Quantity::DistanceHome => local.position = Some(v1::Ned { north_m: value, ..Default::default() }),
         Quantity::GroundSpeed => local.velocity = Some(v1::NedVelocity { east_m_s: value, ..Default::default() }),
+        Quantity::TouchdownSpeed => {
+            local.velocity = Some(v1::NedVelocity { down_m_s: value, ..Default::default() });
+            vehicle.land_detected.landed = true;
+        }
         Quantity::Tilt => (vehicle.attitude.q_x, vehicle.attitude.q_w) = (value / 2.0).sin_cos(),
     }
 }

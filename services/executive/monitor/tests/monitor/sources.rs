@@ -1,4 +1,4 @@
-//! Sources that are silent, frozen, absent or senseless.
+//! Sources that are silent, frozen or absent, and samples that are invalid.
 
 use domain::time::Pace;
 use kittiwake_proto::topics::Topic;
@@ -27,11 +27,11 @@ fn ages_count_from_the_last_sample_and_are_absent_before_the_first() {
         [ages.status_s, ages.local_position_s, ages.global_position_s, ages.land_detected_s, ages.battery_s];
     assert_eq!(one_by_one, [Some(0.01); 5]);
     assert_eq!(ages.attitude_s, Some(1.01));
-    assert!(rig.last().attitude.is_some(), "a value stays, and its age tells how old it is");
+    assert!(rig.last().attitude.is_some(), "the value stays, with its age");
 }
 
 #[test]
-fn everything_that_follows_from_the_samples_is_there() {
+fn the_introspection_holds_the_derived_values() {
     let mut rig = Rig::watching(POSITION_STALE);
     rig.vehicle.local_position.velocity = Some(v1::NedVelocity { north_m_s: 3.0, east_m_s: 4.0, down_m_s: -2.0 });
     rig.hear_every_source();
@@ -53,34 +53,55 @@ fn a_silent_source_is_stale_at_its_limit_and_fine_with_its_next_sample() {
     assert_eq!(
         rig.story(),
         [
-            "1.490 it up: local position has been silent for 0.5 s, the limit is 0.5 s",
-            "2.000 it down: local position is heard again",
+            "1.490 watched up: local position has been silent for 0.5 s, the limit is 0.5 s",
+            "2.000 watched down: local position is heard again",
         ]
     );
 }
 
 #[test]
-fn silence_is_noticed_when_nothing_at_all_arrives_any_more() {
+fn silence_is_noticed_even_if_nothing_else_arrives() {
     let mut rig = Rig::watching(POSITION_STALE);
     rig.wait(s(0.0031));
     rig.hear_every_source();
     rig.wait(s(3.0));
-    assert_eq!(rig.story(), ["0.503 it up: local position has been silent for 0.5 s, the limit is 0.5 s"]);
+    assert_eq!(rig.story(), ["0.503 watched up: local position has been silent for 0.5 s, the limit is 0.5 s"]);
 }
 
 #[test]
-fn a_sample_that_is_no_number_counts_as_none() {
+fn an_invalid_sample_counts_as_none() {
     let mut rig = Rig::watching(POSITION_STALE);
     rig.fly(1.0);
     rig.vehicle.local_position.position = Some(v1::Ned { north_m: f64::NAN, ..Default::default() });
     rig.fly(1.0);
-    assert_eq!(rig.story(), ["1.490 it up: local position has been silent for 0.5 s, the limit is 0.5 s"]);
+    assert_eq!(rig.story(), ["1.490 watched up: local position has been silent for 0.5 s, the limit is 0.5 s"]);
     assert!(rig.last().local_position.unwrap().position.unwrap().north_m.is_finite());
     assert_eq!(rig.last().ages.unwrap().local_position_s, Some(1.01));
+    assert_eq!(rig.refused.len(), 100, "each is refused");
+    let position = "Ned { north_m: NaN, east_m: 0.0, down_m: 0.0 }";
+    let expected = format!("fmu/out/vehicle_local_position: `position` is {position}, expected metres within 1,000 km");
+    assert_eq!(rig.refused[0], expected);
 }
 
 #[test]
-fn a_source_that_repeats_the_very_same_is_stale_but_only_while_armed() {
+fn a_source_that_sent_only_invalid_samples_is_absent() {
+    let mut rig = Rig::watching(POSITION_STALE);
+    rig.vehicle.battery.remaining = f64::NAN;
+    rig.fly(1.0);
+    assert_eq!((rig.last().battery, rig.last().ages.unwrap().battery_s), (None, None));
+}
+
+#[test]
+fn a_status_with_a_mode_that_has_no_name_here_is_still_a_status() {
+    let mut rig = Rig::watching(POSITION_STALE);
+    (rig.vehicle.status.intended_mode, rig.vehicle.status.actual_mode) = (0, 77);
+    rig.fly(1.0);
+    assert_eq!((rig.last().ages.unwrap().status_s, rig.last().status.as_ref().unwrap().armed), (Some(0.01), true));
+    assert_eq!(rig.refused, [""; 0]);
+}
+
+#[test]
+fn a_source_that_repeats_its_values_is_stale_but_only_while_armed() {
     let mut rig = Rig::watching(POSITION_STALE);
     rig.vehicle.status.armed = false;
     rig.vehicle.frozen = vec![Topic::VehicleLocalPosition];
@@ -92,12 +113,12 @@ fn a_source_that_repeats_the_very_same_is_stale_but_only_while_armed() {
     rig.fly(2.0);
     rig.vehicle.frozen.clear();
     rig.fly(1.0);
-    // 60 repetitions at 100 Hz; by then the last one that was new is 0.6 s old.
+    // 60 repetitions at 100 Hz; by then the last new sample is 0.6 s old.
     assert_eq!(
         rig.story(),
         [
-            "2.590 it up: local position has repeated the very same for 0.6 s, the limit is 0.5 s",
-            "4.000 it down: local position is heard again",
+            "2.590 watched up: local position has repeated the same values for 0.6 s, the limit is 0.5 s",
+            "4.000 watched down: local position is heard again",
         ]
     );
 }
@@ -120,7 +141,7 @@ fn each_source_that_measures_can_be_found_frozen() {
 }
 
 #[test]
-fn nobody_is_late_before_anybody_has_spoken() {
+fn no_source_is_stale_before_any_was_heard() {
     let mut rig = Rig::watching(POSITION_STALE);
     rig.wait(s(60.0));
     assert_eq!(rig.story(), [""; 0]);
@@ -138,14 +159,14 @@ fn a_source_that_was_never_heard_is_stale_once_others_have_been_for_a_while() {
     assert_eq!(
         rig.story(),
         [
-            "15.000 it up: local position was never heard, others have been for 5.0 s, the limit is 5.0 s",
-            "16.000 it down: local position is heard again",
+            "15.000 watched up: local position was not heard in the 5.0 s since the first other source, the limit is 5.0 s",
+            "16.000 watched down: local position is heard again",
         ]
     );
 }
 
 #[test]
-fn staleness_counts_in_its_situation_only() {
+fn staleness_applies_in_its_situation_only() {
     let mut rig = Rig::watching(POSITION_STALE_ARMED);
     rig.vehicle.status.armed = false;
     rig.fly(1.0);
@@ -159,23 +180,23 @@ fn staleness_counts_in_its_situation_only() {
     assert_eq!(
         rig.story(),
         [
-            "2.000 it up: local position has been silent for 1.0 s, the limit is 0.5 s",
-            "3.000 it down: the vehicle is not armed any more",
+            "2.000 watched up: local position has been silent for 1.0 s, the limit is 0.5 s",
+            "3.000 watched down: the vehicle is no longer armed",
         ]
     );
 }
 
 #[test]
 fn a_limit_keeps_its_wall_clock_floor_when_mission_time_runs_fast() {
-    let table = table(&[("it", POSITION_STALE)]);
+    let table = table(&[("watched", POSITION_STALE)]);
     let mut rig = Rig::with(&table, Pace::new(20.0).unwrap());
     rig.fly(1.0);
     rig.wait(s(10.0));
-    assert_eq!(rig.story(), ["5.990 it up: local position has been silent for 5.0 s, the limit is 5.0 s"]);
+    assert_eq!(rig.story(), ["5.990 watched up: local position has been silent for 5.0 s, the limit is 5.0 s"]);
 }
 
 #[test]
-fn mail_that_waited_while_the_process_stood_still_proves_that_nobody_was_silent() {
+fn samples_that_waited_while_the_process_paused_prove_that_no_source_was_silent() {
     let mut rig = Rig::watching(POSITION_STALE);
     rig.fly(1.0);
     rig.stall(s(2.0));
@@ -185,8 +206,8 @@ fn mail_that_waited_while_the_process_stood_still_proves_that_nobody_was_silent(
 }
 
 #[test]
-fn a_link_is_lost_when_either_way_is_and_only_if_it_was_there() {
-    /// Flies with a contact, then with what `change` makes of it, and tells what is said of the link.
+fn a_link_is_lost_when_either_direction_is_lost_and_only_if_it_existed() {
+    /// Flies with a contact to the ground, then with `change`, and compares what is said about the link.
     #[track_caller]
     fn check(before_s: f64, change: impl FnOnce(&mut crate::rig::Vehicle), after_s: f64, expected: &[&str]) {
         let mut rig = Rig::watching("{ fact = 'stale', source = 'ground-link', after_s = 2.0, during = 'always' }");
@@ -202,8 +223,19 @@ fn a_link_is_lost_when_either_way_is_and_only_if_it_was_there() {
     check(0.0, silent, 10.0, &[]);
     check(1.0, |_| (), 10.0, &[]);
     check(1.0, silent, 1.9, &[]);
-    check(1.0, silent, 3.0, &["8.990 it up: the link to the ground has been silent for 2.0 s, the limit is 2.0 s"]);
+    check(
+        1.0,
+        silent,
+        3.0,
+        &["8.990 watched up: the link to the ground has been silent for 2.0 s, the limit is 2.0 s"],
+    );
     let unheard = |vehicle: &mut crate::rig::Vehicle| vehicle.unheard_s = 5.0;
-    check(1.0, unheard, 1.0, &["7.000 it up: the link to the ground has been silent for 5.0 s, the limit is 2.0 s"]);
+    check(
+        1.0,
+        unheard,
+        1.0,
+        &["7.000 watched up: the link to the ground has been silent for 5.0 s, the limit is 2.0 s"],
+    );
     check(1.0, |vehicle| vehicle.unheard_s = f64::NAN, 1.0, &[]);
+    check(1.0, |vehicle| vehicle.unheard_s = -1.0, 1.0, &[]);
 }

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use domain::time::{Pace, Time};
 use kittiwake_proto::topics::Message;
+use node::Scope;
 use node::virtual_bus::{Machine, VirtualBus};
 
 use crate::rig::{Rig, monitor, s, shipped};
@@ -14,13 +15,13 @@ fn a_hundred_a_second_of_wall_time_exactly() {
     #[track_caller]
     fn check(speed: f64, period_ms: u64, expected: usize) {
         let times = RefCell::new(Vec::new());
-        let mut bus = VirtualBus::new("uav1", Machine::Ideal);
+        let mut bus = VirtualBus::new(Machine::Ideal);
         bus.tap(|at, message| {
             if matches!(message, Message::Introspection(_)) {
                 times.borrow_mut().push(at);
             }
         });
-        bus.add(monitor(&shipped(), Pace::new(speed).unwrap()));
+        bus.add(Scope::Vehicle("uav1".into()), monitor(&shipped(), Pace::new(speed).unwrap()));
         bus.run_until(Duration::from_secs(10), || false);
         // One at time zero and one at the very end.
         let expected: Vec<_> =
@@ -32,7 +33,7 @@ fn a_hundred_a_second_of_wall_time_exactly() {
 }
 
 #[test]
-fn samples_do_not_disturb_it() {
+fn samples_do_not_disturb_the_rate() {
     let mut rig = Rig::with(&shipped(), Pace::REAL_TIME);
     rig.wait(s(0.0035));
     rig.fly(10.0);
@@ -41,7 +42,7 @@ fn samples_do_not_disturb_it() {
 }
 
 #[test]
-fn what_was_missed_is_skipped() {
+fn missed_introspections_are_skipped() {
     let mut rig = Rig::with(&shipped(), Pace::REAL_TIME);
     rig.wait(s(1.0));
     let before = rig.introspections().count();

@@ -1,16 +1,16 @@
-//! Land: down where the vehicle is, until the land detector sees the ground.
+//! Land: descend where the vehicle is, until the land detector reports the ground.
 
+use domain::fmu::{Command, FlightMode, LocalPosition};
 use domain::time::Time;
-use kittiwake_proto::v1::{FlightMode, SkillKind};
+use kittiwake_proto::v1::SkillKind;
 
 use super::{Ready, Skill};
-use crate::commands::Command;
 use crate::fsm::Ending;
-use crate::vehicle::{Motion, View};
+use crate::vehicle::View;
 
 /// Has no parameters.
 #[derive(Debug)]
-pub struct Land;
+pub(crate) struct Land;
 
 impl Skill for Land {
     fn kind(&self) -> SkillKind {
@@ -41,7 +41,7 @@ impl Skill for Land {
         (view.landed == Some(true)).then(Ending::success)
     }
 
-    fn distance_left_m(&self, motion: &Motion) -> f64 {
+    fn distance_left_m(&self, motion: &LocalPosition) -> f64 {
         motion.position.height_m().max(0.0)
     }
 }

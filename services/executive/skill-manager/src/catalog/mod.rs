@@ -1,40 +1,40 @@
-//! The skills there are. A new one is a file here, a variant of the goal, and an arm of [`skill_for`].
+//! The skills. A new one is a file here, a variant of the goal, and an arm of [`skill_for`].
 
+use domain::fmu::{Command, FlightMode, LocalPosition, Setpoint};
 use domain::skill::Goal;
 use domain::time::{Pace, Time};
-use kittiwake_proto::v1::{FlightMode, SkillKind};
+use kittiwake_proto::v1::SkillKind;
 
-use crate::commands::Command;
 use crate::config::Config;
 use crate::fsm::Ending;
-use crate::stream::Setpoint;
-use crate::vehicle::{Motion, View};
+use crate::vehicle::View;
 
 mod land;
 mod offboard;
 mod stop;
 mod takeoff;
 
-/// What one kind of skill adds to the life that all of them share.
-pub trait Skill: std::fmt::Debug + Send {
-    /// Its name on the wire.
+/// What distinguishes one kind of skill. The life that all of them share is in [`crate::fsm`].
+pub(crate) trait Skill: std::fmt::Debug + Send {
+    /// Its kind, for messages.
     fn kind(&self) -> SkillKind;
 
-    /// Looks at the vehicle before anything is commanded; called again with newer data while it waits.
+    /// Whether it can start. Called before anything is commanded, and again with newer data while it
+    /// waits.
     fn ready(&mut self, view: &View) -> Ready;
 
-    /// The command to be sent when so many of its commands have been accepted; `None`: that was all.
+    /// The command to send after this many of its commands were accepted; `None`: there is no other.
     fn command(&self, accepted: usize) -> Option<Command>;
 
     /// The mode that the vehicle flies while it executes.
     fn mode(&self) -> FlightMode;
 
-    /// The mode into which the autopilot may change by itself when it is through.
+    /// The mode to which the autopilot may change by itself at the end.
     fn mode_afterwards(&self) -> Option<FlightMode> {
         None
     }
 
-    /// Whether the autopilot may disarm by itself at its end.
+    /// Whether the autopilot may disarm by itself at the end.
     fn ends_disarmed(&self) -> bool {
         false
     }
@@ -44,13 +44,13 @@ pub trait Skill: std::fmt::Debug + Send {
         None
     }
 
-    /// Its commands have been accepted.
+    /// It executes from now on: its commands were accepted.
     fn execute(&mut self, now: Time) {
         let _ = now;
     }
 
-    /// Whether it is over: its postcondition is seen, or it cannot be reached any more. Once its
-    /// deadline has come it is over, or has another deadline.
+    /// How it ends, if its postcondition is seen or can no longer be reached. Once its deadline has
+    /// come it ends, or has another deadline.
     fn progress(&mut self, view: &View, now: Time) -> Option<Ending>;
 
     /// When it ends, or must look again, even if no data come.
@@ -58,8 +58,8 @@ pub trait Skill: std::fmt::Debug + Send {
         None
     }
 
-    /// How far it still has to go, where it has a way to go.
-    fn distance_left_m(&self, motion: &Motion) -> f64 {
+    /// How far it still has to fly; 0 for a skill without a target.
+    fn distance_left_m(&self, motion: &LocalPosition) -> f64 {
         let _ = motion;
         0.0
     }
@@ -67,25 +67,25 @@ pub trait Skill: std::fmt::Debug + Send {
 
 /// Whether a skill can start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ready {
-    /// Command it.
+pub(crate) enum Ready {
+    /// It can be commanded.
     Command,
-    /// Its postcondition holds already; command nothing.
+    /// Its postcondition holds already; nothing is to be commanded.
     AlreadyTrue,
-    /// Data are missing or too old. If they do not come, the autopilot may judge the command.
+    /// These data are missing or too old. If they do not come, the autopilot may judge the command.
     Await(&'static str),
-    /// Data are missing or too old, and it cannot be commanded without.
+    /// These data are missing or too old, and it cannot be commanded without them.
     Require(&'static str),
 }
 
 /// The skill that flies `goal`.
-pub fn skill_for(goal: Goal, config: &Config, pace: Pace) -> Box<dyn Skill> {
+pub(crate) fn skill_for(goal: Goal, config: &Config, pace: Pace) -> Box<dyn Skill> {
     match goal {
         Goal::Land => Box::new(land::Land),
         Goal::Takeoff { climb_m } => Box::new(takeoff::Takeoff::new(climb_m, config)),
         Goal::Stop => Box::new(stop::Stop::new(config)),
         Goal::Position { target, speed_limit_m_s, yaw_rad, hold_at_target } => {
-            let setpoint = Setpoint::Position { target, speed_limit_m_s, yaw_rad };
+            let setpoint = Setpoint::Position { target, speed_limit_m_s: Some(speed_limit_m_s), yaw_rad };
             let limits = offboard::Limits::new(config, pace, speed_limit_m_s);
             Box::new(offboard::Position::new(target, setpoint, hold_at_target, limits))
         }

@@ -2,36 +2,35 @@
 
 use std::time::Duration;
 
+use domain::fmu::{Command, FlightMode, LocalPosition, Setpoint};
 use domain::geometry::Ned;
 use domain::time::{Pace, Time};
-use kittiwake_proto::v1::{FlightMode, SkillKind, SkillOutcome};
+use kittiwake_proto::v1::{SkillKind, SkillOutcome};
 
 use super::{Ready, Skill};
-use crate::commands::Command;
 use crate::config::Config;
 use crate::fsm::Ending;
-use crate::stream::Setpoint;
-use crate::vehicle::{Motion, View, at_wall_rate};
+use crate::vehicle::{View, at_wall_rate};
 
-/// Mode 0: straight to a position; over when it is there and slow.
+/// Mode 0: straight to a position. Ends when the vehicle is there and slow.
 #[derive(Debug)]
-pub struct Position {
+pub(crate) struct Position {
     target: Ned,
     setpoint: Setpoint,
     hold_at_target: bool,
     limits: Limits,
     started: Option<Time>,
-    /// Known from the first position after the start on.
+    /// Known once the first position after the start has arrived.
     deadline: Option<Time>,
-    /// The deadline came while the position was not known, and was put off once for the next one.
-    put_off: bool,
-    /// It was at its target, so that it has no deadline any more.
+    /// The deadline came while the position was not known, and was postponed once for the next one.
+    postponed: bool,
+    /// It was at its target, and has no deadline since then.
     arrived: bool,
 }
 
-/// What "there", "slow" and "in time" mean.
+/// Tolerances and speeds: when the vehicle is at the target, slow, and late.
 #[derive(Debug)]
-pub struct Limits {
+pub(crate) struct Limits {
     distance_m: f64,
     speed_m_s: f64,
     cruise_m_s: f64,
@@ -43,8 +42,8 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// For a flight no faster than `speed_limit_m_s`, nor than the vehicle can.
-    pub fn new(config: &Config, pace: Pace, speed_limit_m_s: f64) -> Limits {
+    /// For a flight no faster than `speed_limit_m_s` and than the vehicle's own limits.
+    pub(crate) fn new(config: &Config, pace: Pace, speed_limit_m_s: f64) -> Limits {
         Limits {
             distance_m: config.position_tolerance_m.get(),
             speed_m_s: config.speed_tolerance_m_s.get(),
@@ -57,7 +56,7 @@ impl Limits {
         }
     }
 
-    /// How long the way may take; `None`: longer than can be told.
+    /// How long the flight may take; `None`: longer than a `Duration` can hold.
     fn time_for(&self, from: Ned, to: Ned) -> Option<Duration> {
         let climb_m = to.height_m() - from.height_m();
         let vertical_s = if 0.0 < climb_m { climb_m / self.climb_m_s } else { -climb_m / self.descent_m_s };
@@ -68,7 +67,7 @@ impl Limits {
 
 impl Position {
     /// A flight to `target` by `setpoint`.
-    pub fn new(target: Ned, setpoint: Setpoint, hold_at_target: bool, limits: Limits) -> Position {
+    pub(crate) fn new(target: Ned, setpoint: Setpoint, hold_at_target: bool, limits: Limits) -> Position {
         Position {
             target,
             setpoint,
@@ -76,12 +75,12 @@ impl Position {
             limits,
             started: None,
             deadline: None,
-            put_off: false,
+            postponed: false,
             arrived: false,
         }
     }
 
-    fn is_there(&self, motion: &Motion) -> bool {
+    fn is_there(&self, motion: &LocalPosition) -> bool {
         motion.position.distance_m(self.target) < self.limits.distance_m
             && motion.velocity.speed_m_s() < self.limits.speed_m_s
     }
@@ -94,7 +93,7 @@ impl Skill for Position {
 
     fn ready(&mut self, view: &View) -> Ready {
         match view.motion {
-            // To be held there it must be flown.
+            // Holding the target takes the skill, even if the vehicle is there.
             _ if self.hold_at_target => Ready::Command,
             Some(motion) if self.is_there(&motion) => Ready::AlreadyTrue,
             Some(_) => Ready::Command,
@@ -132,8 +131,8 @@ impl Skill for Position {
             }
         }
         let deadline = self.deadline().filter(|it| *it <= now)?;
-        if view.motion.is_none() && !self.put_off {
-            self.put_off = true;
+        if view.motion.is_none() && !self.postponed {
+            self.postponed = true;
             self.deadline = Some(deadline.max(now) + self.limits.data_wait);
             return None;
         }
@@ -148,14 +147,14 @@ impl Skill for Position {
         self.deadline.filter(|_| !self.arrived)
     }
 
-    fn distance_left_m(&self, motion: &Motion) -> f64 {
+    fn distance_left_m(&self, motion: &LocalPosition) -> f64 {
         motion.position.distance_m(self.target)
     }
 }
 
-/// Mode 1: at a velocity until the time is up.
+/// Mode 1: at a velocity until the timeout.
 #[derive(Debug)]
-pub struct Velocity {
+pub(crate) struct Velocity {
     setpoint: Setpoint,
     /// `None`: without end.
     timeout: Option<Duration>,
@@ -163,8 +162,8 @@ pub struct Velocity {
 }
 
 impl Velocity {
-    /// A flight by `setpoint` for so many mission seconds.
-    pub fn new(setpoint: Setpoint, timeout_s: Option<f64>) -> Velocity {
+    /// A flight by `setpoint` for `timeout_s` mission seconds.
+    pub(crate) fn new(setpoint: Setpoint, timeout_s: Option<f64>) -> Velocity {
         Velocity { setpoint, timeout: timeout_s.and_then(seconds), deadline: None }
     }
 }
@@ -203,9 +202,9 @@ impl Skill for Velocity {
     }
 }
 
-/// So many seconds; `None` if that is longer than time can be told, and so without end.
-fn seconds(it: f64) -> Option<Duration> {
-    Duration::try_from_secs_f64(it).ok()
+/// The seconds as a duration; `None`, which is without end, if they are more than it can hold.
+fn seconds(seconds: f64) -> Option<Duration> {
+    Duration::try_from_secs_f64(seconds).ok()
 }
 
 #[cfg(test)]

@@ -1,23 +1,23 @@
-//! Stop: come to rest and loiter. On the ground the armed state is left alone.
+//! Stop: come to rest and loiter. On the ground it leaves the armed state alone.
 
+use domain::fmu::{Command, FlightMode};
 use domain::time::Time;
-use kittiwake_proto::v1::{FlightMode, SkillKind};
+use kittiwake_proto::v1::SkillKind;
 
 use super::{Ready, Skill};
-use crate::commands::Command;
 use crate::config::Config;
 use crate::fsm::Ending;
 use crate::vehicle::View;
 
-/// Has no parameters but what "at rest" means.
+/// Its only parameter is the speed that counts as rest.
 #[derive(Debug)]
-pub struct Stop {
+pub(crate) struct Stop {
     speed_tolerance_m_s: f64,
 }
 
 impl Stop {
     /// A stop.
-    pub fn new(config: &Config) -> Stop {
+    pub(crate) fn new(config: &Config) -> Stop {
         Stop { speed_tolerance_m_s: config.speed_tolerance_m_s.get() }
     }
 
@@ -32,7 +32,7 @@ impl Skill for Stop {
     }
 
     fn ready(&mut self, view: &View) -> Ready {
-        // Slow in any other mode is no stop: whatever flies there will go on.
+        // To be slow in another mode is no stop: that mode goes on flying.
         let loiters = view.status.is_some_and(|it| {
             it.intended == FlightMode::Loiter && it.actual == FlightMode::Loiter && self.is_slow(view)
         });

@@ -1,25 +1,26 @@
-//! Takeoff: arm if necessary, then climb straight up by so much from where the vehicle was.
+//! Takeoff: arm if necessary, then climb straight up, relative to the height at the time of the
+//! request.
 
 use std::time::Duration;
 
+use domain::fmu::{Command, FlightMode, LocalPosition};
 use domain::time::Time;
-use kittiwake_proto::v1::{FlightMode, SkillKind, SkillOutcome};
+use kittiwake_proto::v1::{SkillKind, SkillOutcome};
 
 use super::{Ready, Skill};
-use crate::commands::Command;
 use crate::config::Config;
 use crate::fsm::Ending;
-use crate::vehicle::{Motion, View};
+use crate::vehicle::View;
 
-/// A climb, and the height it leads to once that is known.
+/// A climb, with its target height once that is known.
 #[derive(Debug)]
-pub struct Takeoff {
+pub(crate) struct Takeoff {
     climb_m: f64,
     height_tolerance_m: f64,
     climb_rate_tolerance_m_s: f64,
     settle: Duration,
-    /// From the first position after the request: a request that waits does not climb from
-    /// wherever the vehicle has got to meanwhile.
+    /// From the first position after the request: a request that waits must not climb from where the
+    /// vehicle is later.
     target_height_m: Option<f64>,
     arms: bool,
     /// When the autopilot ended the climb by itself.
@@ -28,7 +29,7 @@ pub struct Takeoff {
 
 impl Takeoff {
     /// A takeoff by `climb_m`.
-    pub fn new(climb_m: f64, config: &Config) -> Takeoff {
+    pub(crate) fn new(climb_m: f64, config: &Config) -> Takeoff {
         Takeoff {
             climb_m,
             height_tolerance_m: config.takeoff_tolerance_m.get(),
@@ -40,7 +41,7 @@ impl Takeoff {
         }
     }
 
-    fn height_left_m(&self, motion: &Motion) -> f64 {
+    fn height_left_m(&self, motion: &LocalPosition) -> f64 {
         self.target_height_m.map_or(self.climb_m, |target| (target - motion.position.height_m()).abs())
     }
 }
@@ -65,7 +66,7 @@ impl Skill for Takeoff {
     }
 
     fn command(&self, accepted: usize) -> Option<Command> {
-        let takeoff = self.target_height_m.map(|altitude_m| Command::Takeoff { altitude_m });
+        let takeoff = self.target_height_m.map(|height_m| Command::Takeoff { height_m });
         match (self.arms, accepted) {
             (true, 0) => Some(Command::Arm),
             (true, 1) | (false, 0) => takeoff,
@@ -89,8 +90,8 @@ impl Skill for Takeoff {
         if is_there {
             return Some(Ending::success());
         }
-        // Once the autopilot loiters it climbs no further, and the mode before the climb may have
-        // been loiter too: it counts in the air only.
+        // Once the autopilot loiters it climbs no further. It counts in the air only: the mode before
+        // the climb may have been loiter, too.
         match view.status.map(|it| it.actual) {
             Some(FlightMode::Loiter) if view.landed == Some(false) => {
                 self.levelled_off.get_or_insert(now);
@@ -112,7 +113,7 @@ impl Skill for Takeoff {
         self.levelled_off.map(|it| it + self.settle)
     }
 
-    fn distance_left_m(&self, motion: &Motion) -> f64 {
+    fn distance_left_m(&self, motion: &LocalPosition) -> f64 {
         self.height_left_m(motion)
     }
 }

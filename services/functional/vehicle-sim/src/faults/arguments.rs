@@ -7,18 +7,18 @@ use kittiwake_proto::topics::Topic;
 
 use crate::publisher::OUT_TOPICS;
 
-/// Arguments not read yet.
+/// The arguments that were not read yet.
 #[derive(Debug)]
-pub struct Arguments<'a>(&'a [String]);
+pub(crate) struct Arguments<'a>(&'a [String]);
 
 impl<'a> Arguments<'a> {
     /// All of them.
-    pub fn new(args: &'a [String]) -> Arguments<'a> {
+    pub(crate) fn new(args: &'a [String]) -> Arguments<'a> {
         Arguments(args)
     }
 
-    /// `fault`, if no argument is left over.
-    pub fn finish<T>(self, fault: T) -> Result<T, String> {
+    /// `fault`, if no argument is left.
+    pub(crate) fn finish<T>(self, fault: T) -> Result<T, String> {
         match self.0.first() {
             None => Ok(fault),
             Some(extra) => Err(format!("`{extra}` is one argument too many")),
@@ -26,31 +26,31 @@ impl<'a> Arguments<'a> {
     }
 
     /// A number.
-    pub fn number(&mut self, name: &str, range: RangeInclusive<f64>) -> Result<f64, String> {
+    pub(crate) fn number(&mut self, name: &str, range: RangeInclusive<f64>) -> Result<f64, String> {
         let text = self.next().ok_or_else(|| format!("{name} is missing"))?;
         let number: f64 = text.parse().map_err(|_| format!("{name} is `{text}`, expected a number"))?;
         within(name, number, range)
     }
 
-    /// A number, or `default` if it is left out.
-    pub fn number_or(&mut self, name: &str, range: RangeInclusive<f64>, default: f64) -> Result<f64, String> {
+    /// A number, or `default` if the argument is left out.
+    pub(crate) fn number_or(&mut self, name: &str, range: RangeInclusive<f64>, default: f64) -> Result<f64, String> {
         if self.0.is_empty() { Ok(default) } else { self.number(name, range) }
     }
 
     /// A whole number.
-    pub fn count(&mut self, name: &str, range: RangeInclusive<u32>) -> Result<u32, String> {
+    pub(crate) fn count(&mut self, name: &str, range: RangeInclusive<u32>) -> Result<u32, String> {
         let text = self.next().ok_or_else(|| format!("{name} is missing"))?;
         let count: u32 = text.parse().map_err(|_| format!("{name} is `{text}`, expected a whole number"))?;
         within(name, count, range)
     }
 
-    /// A whole number, or `default` if it is left out.
-    pub fn count_or(&mut self, name: &str, range: RangeInclusive<u32>, default: u32) -> Result<u32, String> {
+    /// A whole number, or `default` if the argument is left out.
+    pub(crate) fn count_or(&mut self, name: &str, range: RangeInclusive<u32>, default: u32) -> Result<u32, String> {
         if self.0.is_empty() { Ok(default) } else { self.count(name, range) }
     }
 
-    /// `on`, `off`, or nothing, which is on.
-    pub fn switch(&mut self) -> Result<bool, String> {
+    /// `on` or `off`; nothing means on.
+    pub(crate) fn switch(&mut self) -> Result<bool, String> {
         match self.next() {
             None | Some("on") => Ok(true),
             Some("off") => Ok(false),
@@ -58,8 +58,8 @@ impl<'a> Arguments<'a> {
         }
     }
 
-    /// One of the topics the vehicle sends, by the last part of its key.
-    pub fn topic(&mut self) -> Result<Topic, String> {
+    /// One of the topics that the vehicle sends, by the last part of its key.
+    pub(crate) fn topic(&mut self) -> Result<Topic, String> {
         let name = self.next().ok_or("TOPIC is missing")?;
         OUT_TOPICS.iter().copied().find(|it| topic_name(*it) == name).ok_or_else(|| {
             let known: Vec<_> = OUT_TOPICS.iter().map(|it| topic_name(*it)).collect();
@@ -74,11 +74,11 @@ impl<'a> Arguments<'a> {
     }
 }
 
-fn within<T: PartialOrd + std::fmt::Display>(name: &str, it: T, range: RangeInclusive<T>) -> Result<T, String> {
-    if range.contains(&it) {
-        Ok(it)
+fn within<T: PartialOrd + std::fmt::Display>(name: &str, value: T, range: RangeInclusive<T>) -> Result<T, String> {
+    if range.contains(&value) {
+        Ok(value)
     } else {
-        Err(format!("{name} is {it}, expected {} to {}", range.start(), range.end()))
+        Err(format!("{name} is {value}, expected {} to {}", range.start(), range.end()))
     }
 }
 

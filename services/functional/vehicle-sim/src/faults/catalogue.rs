@@ -1,99 +1,87 @@
 //! The table of faults: name, arguments, effect.
 
-use kittiwake_proto::v1;
-
 use super::Fault;
 use super::arguments::Arguments;
 
-/// A line of the catalogue.
+/// A fault of the catalogue, as users read it.
 #[derive(Debug)]
-pub struct Entry {
-    /// What one calls it.
+pub struct CatalogueEntry {
+    /// Its name.
     pub name: &'static str,
-    /// What comes after the name; brackets: may be left out.
+    /// The arguments after the name; those in brackets may be left out.
     pub arguments: &'static str,
-    /// What it does, in one line for a human.
+    /// What it does, in one line.
     pub effect: &'static str,
     pub(super) parse: fn(&mut Arguments) -> Result<Fault, String>,
 }
 
-/// Every fault there is.
-pub fn catalogue() -> &'static [Entry] {
+/// Every fault of the simulator.
+pub fn catalogue() -> &'static [CatalogueEntry] {
     CATALOGUE
 }
 
-/// The same, for whoever asks over the bus.
-pub fn to_wire() -> Vec<v1::FaultKind> {
-    let kind = |it: &Entry| v1::FaultKind {
-        name: it.name.to_owned(),
-        arguments: it.arguments.to_owned(),
-        effect: it.effect.to_owned(),
-    };
-    CATALOGUE.iter().map(kind).collect()
-}
-
-const CATALOGUE: &[Entry] = &[
-    Entry {
+const CATALOGUE: &[CatalogueEntry] = &[
+    CatalogueEntry {
         name: "reject_acks",
         arguments: "COUNT",
         effect: "the next COUNT commands are not carried out and are acknowledged as rejected",
         parse: |it| Ok(Fault::RejectAcks(it.count("COUNT", 1..=1_000_000)?)),
     },
-    Entry {
+    CatalogueEntry {
         name: "swallow_acks",
         arguments: "COUNT",
         effect: "the next COUNT commands are carried out but not acknowledged",
         parse: |it| Ok(Fault::SwallowAcks(it.count("COUNT", 1..=1_000_000)?)),
     },
-    Entry {
+    CatalogueEntry {
         name: "freeze",
         arguments: "TOPIC",
-        effect: "the topic goes on at its rate with the value it has now",
+        effect: "the topic repeats its present value at its rate",
         parse: |it| Ok(Fault::Freeze(it.topic()?)),
     },
-    Entry {
+    CatalogueEntry {
         name: "drop",
         arguments: "TOPIC",
         effect: "the topic falls silent",
         parse: |it| Ok(Fault::Drop(it.topic()?)),
     },
-    Entry {
+    CatalogueEntry {
         name: "thaw",
         arguments: "TOPIC",
-        effect: "the topic is neither frozen nor dropped any more",
+        effect: "ends a freeze or a drop of the topic",
         parse: |it| Ok(Fault::Thaw(it.topic()?)),
     },
-    Entry {
+    CatalogueEntry {
         name: "battery",
         arguments: "FRACTION",
-        effect: "the battery's charge is FRACTION (0 to 1) from now on",
+        effect: "sets the battery's charge to FRACTION (0 to 1)",
         parse: |it| Ok(Fault::Battery(it.number("FRACTION", 0.0..=1.0)?)),
     },
-    Entry {
+    CatalogueEntry {
         name: "gnss_loss",
         arguments: "[on|off]",
         effect: "no satellites: dead reckoning for five seconds, then a blind descent",
         parse: |it| Ok(Fault::GnssLoss(it.switch()?)),
     },
-    Entry {
+    CatalogueEntry {
         name: "estimator_drift",
         arguments: "M_PER_S",
-        effect: "the position estimate runs away from the truth at M_PER_S; 0 ends it",
+        effect: "the position estimate drifts away at M_PER_S; 0 ends the drift",
         parse: |it| Ok(Fault::EstimatorDrift(it.number("M_PER_S", 0.0..=100.0)?)),
     },
-    Entry {
+    CatalogueEntry {
         name: "estimator_invalid",
         arguments: "[on|off]",
-        effect: "the estimator does not vouch for the position any more",
+        effect: "the estimator no longer vouches for the position",
         parse: |it| Ok(Fault::EstimatorInvalid(it.switch()?)),
     },
-    Entry {
+    CatalogueEntry {
         name: "motor_failure",
         arguments: "[COUNT]",
-        effect: "COUNT motors fail (1 unless said): 1 is a spinning descent, 2 are a fall, 0 repairs them",
+        effect: "COUNT motors fail (1 if left out): 1 is a spinning descent, 2 are a fall, 0 repairs them",
         parse: |it| Ok(Fault::MotorFailure(it.count_or("COUNT", 0..=4, 1)? as u8)),
     },
-    Entry {
+    CatalogueEntry {
         name: "wind",
         arguments: "NORTH EAST [GUST]",
         effect: "the wind blows towards NORTH EAST (m/s) with gusts of standard deviation GUST",
@@ -105,22 +93,22 @@ const CATALOGUE: &[Entry] = &[
             })
         },
     },
-    Entry {
+    CatalogueEntry {
         name: "link_loss",
         arguments: "SECONDS",
         effect: "the vehicle does not hear its ground station for SECONDS of mission time",
         parse: |it| Ok(Fault::LinkLoss(it.number("SECONDS", 0.0..=1e6)?)),
     },
-    Entry {
+    CatalogueEntry {
         name: "blocked_landing",
         arguments: "[on|off]",
         effect: "a landing stops above the ground and does not end",
         parse: |it| Ok(Fault::BlockedLanding(it.switch()?)),
     },
-    Entry {
+    CatalogueEntry {
         name: "intruder",
         arguments: "NORTH EAST HEIGHT VNORTH VEAST",
-        effect: "another aircraft appears there (m) and flies straight and level (m/s)",
+        effect: "another aircraft appears at NORTH EAST HEIGHT (m) and flies straight and level at VNORTH VEAST (m/s)",
         parse: |it| {
             Ok(Fault::Intruder {
                 north_m: it.number("NORTH", -1e5..=1e5)?,
@@ -131,10 +119,10 @@ const CATALOGUE: &[Entry] = &[
             })
         },
     },
-    Entry {
+    CatalogueEntry {
         name: "clear",
         arguments: "",
-        effect: "ends all faults; a battery stays as empty as it is",
+        effect: "ends all faults; the battery keeps its charge",
         parse: |_| Ok(Fault::Clear),
     },
 ];

@@ -1,7 +1,7 @@
-//! Faults to be injected at run time: what there is, by name, and how each is said.
+//! The faults that can be injected at run time, and how they are written.
 //!
-//! What a fault does is decided in `inject.rs`; a new one is a line in [`mod@catalogue`],
-//! a variant of [`Fault`] and the arm the compiler then asks for.
+//! What a fault does is decided in `inject.rs`. A new one is an entry in [`mod@catalogue`], a variant
+//! of `Fault`, and the match arm that the compiler asks for.
 
 use domain::file::did_you_mean;
 use kittiwake_proto::topics::Topic;
@@ -14,28 +14,28 @@ use catalogue::catalogue;
 
 /// A fault, checked.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Fault {
-    /// The next commands are not carried out, their acks say rejected.
+pub(crate) enum Fault {
+    /// The next commands are not carried out and are rejected.
     RejectAcks(u32),
-    /// The next commands are carried out as ever, but nothing acknowledges them.
+    /// The next commands are carried out but not acknowledged.
     SwallowAcks(u32),
-    /// The topic goes on at its rate with the value it had.
+    /// The topic repeats its present value at its rate.
     Freeze(Topic),
     /// The topic falls silent.
     Drop(Topic),
-    /// The topic is as it was.
+    /// The topic is neither frozen nor dropped.
     Thaw(Topic),
-    /// The charge left is this from now on, 0 to 1.
+    /// Sets the charge left, 0 to 1.
     Battery(f64),
-    /// No satellites.
+    /// No satellites are received.
     GnssLoss(bool),
-    /// The position estimate runs away at so many metres a second; 0: it does not.
+    /// The position estimate drifts at this many metres per second.
     EstimatorDrift(f64),
-    /// The estimator says of itself that it is not to be believed.
+    /// The estimator reports itself as invalid.
     EstimatorInvalid(bool),
-    /// So many motors have failed in all: one is a controlled descent, two are a fall.
+    /// This many motors have failed in total: one is a controlled descent, two are a fall.
     MotorFailure(u8),
-    /// The wind blows towards there, with gusts.
+    /// The wind, where it blows to, with gusts.
     Wind {
         /// Mean, towards north.
         north_m_s: f64,
@@ -44,11 +44,11 @@ pub enum Fault {
         /// Standard deviation of each component.
         gust_m_s: f64,
     },
-    /// The vehicle does not hear its ground station for so many mission seconds.
+    /// The vehicle does not hear its ground station for this many mission seconds.
     LinkLoss(f64),
-    /// A landing goes down as far as it can, and no further.
+    /// A landing stops above the ground.
     BlockedLanding(bool),
-    /// Another aircraft appears, straight and level from then on.
+    /// Another aircraft appears, and flies straight and level.
     Intruder {
         /// Metres north of the origin.
         north_m: f64,
@@ -61,19 +61,19 @@ pub enum Fault {
         /// Towards east.
         east_m_s: f64,
     },
-    /// All of the above are over, except that a battery stays as empty as it is.
+    /// Ends all faults; the battery keeps its charge.
     Clear,
 }
 
-/// Why there is no such fault.
+/// Why a fault cannot be injected.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum BadFault {
+pub(crate) enum InvalidFault {
     /// No fault has this name.
     #[error("there is no fault `{name}`; {help}")]
     Unknown {
-        /// What was asked for.
+        /// The name that was given.
         name: String,
-        /// What it may have meant.
+        /// A similar name, or all names.
         help: String,
     },
     /// The fault takes other arguments.
@@ -83,7 +83,7 @@ pub enum BadFault {
         name: &'static str,
         /// What is wrong.
         problem: String,
-        /// What it takes.
+        /// The arguments it takes.
         arguments: &'static str,
     },
 }
@@ -92,15 +92,15 @@ impl Fault {
     /// The fault called `name` with `args`.
     ///
     /// # Errors
-    /// When no fault has that name, or it takes other arguments; the error says which there are.
-    pub fn parse(name: &str, args: &[String]) -> Result<Fault, BadFault> {
+    /// If no fault has that name, or it takes other arguments; the error says which.
+    pub(crate) fn parse(name: &str, args: &[String]) -> Result<Fault, InvalidFault> {
         let Some(entry) = catalogue().iter().find(|it| it.name == name) else {
             let known: Vec<_> = catalogue().iter().map(|it| it.name).collect();
-            return Err(BadFault::Unknown { name: name.into(), help: did_you_mean(name, &known) });
+            return Err(InvalidFault::Unknown { name: name.into(), help: did_you_mean(name, &known) });
         };
         let mut arguments = Arguments::new(args);
         let fault = (entry.parse)(&mut arguments).and_then(|fault| arguments.finish(fault));
-        fault.map_err(|problem| BadFault::Arguments { name: entry.name, problem, arguments: entry.arguments })
+        fault.map_err(|problem| InvalidFault::Arguments { name: entry.name, problem, arguments: entry.arguments })
     }
 }
 
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_is_said_by_name_and_arguments() {
+    fn a_fault_is_written_as_name_and_arguments() {
         check("reject_acks 2", Ok(Fault::RejectAcks(2)));
         check("swallow_acks 1", Ok(Fault::SwallowAcks(1)));
         check("freeze vehicle_local_position", Ok(Fault::Freeze(Topic::VehicleLocalPosition)));
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mistake_is_told_with_what_would_have_been_right() {
+    fn a_mistake_is_answered_with_what_was_expected() {
         check("batery 0.2", Err("there is no fault `batery`; did you mean `battery`?"));
         check("battery", Err("`battery`: FRACTION is missing; usage: battery FRACTION"));
         check("battery 2", Err("`battery`: FRACTION is 2, expected 0 to 1; usage: battery FRACTION"));

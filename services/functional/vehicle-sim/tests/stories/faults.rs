@@ -106,7 +106,7 @@ fn a_low_battery_is_a_flag_and_a_nearly_empty_one_a_landing() {
 }
 
 #[test]
-fn without_any_charge_it_falls() {
+fn without_charge_it_falls() {
     let mut flight = Flight::airborne();
     flight.fault("battery 0");
     flight.until("the ground", 5.0, |it| it.landed.landed && !it.status.armed);
@@ -132,7 +132,7 @@ fn without_satellites_it_descends_blindly_after_five_seconds() {
 }
 
 #[test]
-fn satellites_that_come_back_give_the_flight_back() {
+fn when_satellites_return_the_intended_mode_flies_again() {
     let mut flight = Flight::offboard();
     flight.fault("gnss_loss on");
     flight.until("the descent", 6.0, |it| it.status.failsafe);
@@ -142,7 +142,7 @@ fn satellites_that_come_back_give_the_flight_back() {
 }
 
 #[test]
-fn a_drifting_estimate_leads_it_away_until_it_notices() {
+fn a_drifting_estimate_leads_it_away_until_the_autopilot_notices() {
     let mut flight = Flight::offboard();
     flight.fault("estimator_drift 0.5");
     flight.pass(5.0);
@@ -154,7 +154,7 @@ fn a_drifting_estimate_leads_it_away_until_it_notices() {
 }
 
 #[test]
-fn an_invalid_estimate_is_not_flown_on() {
+fn an_invalid_estimate_ends_the_flight_in_offboard() {
     let mut flight = Flight::offboard();
     flight.fault("estimator_invalid");
     flight.pass(0.1);
@@ -167,7 +167,7 @@ fn an_invalid_estimate_is_not_flown_on() {
 }
 
 #[test]
-fn one_motor_less_is_a_spinning_landing() {
+fn with_one_motor_lost_it_lands_spinning() {
     let mut flight = Flight::offboard();
     flight.fault("motor_failure");
     flight.pass(2.0);
@@ -178,7 +178,7 @@ fn one_motor_less_is_a_spinning_landing() {
 }
 
 #[test]
-fn two_motors_less_is_a_fall() {
+fn with_two_motors_lost_it_falls() {
     let mut flight = Flight::offboard();
     flight.fault("motor_failure 2");
     let took_s = flight.until("the ground", 5.0, |it| it.landed.landed && !it.status.armed);
@@ -199,7 +199,7 @@ fn a_gale_carries_it_away() {
 }
 
 #[test]
-fn a_lost_link_comes_back_after_its_time() {
+fn a_lost_link_returns_after_its_time() {
     let mut flight = Flight::new();
     flight.fault("link_loss 5");
     flight.pass(0.1);
@@ -239,7 +239,7 @@ fn an_intruder_reports_once_a_second() {
 }
 
 #[test]
-fn clear_ends_them_all() {
+fn clear_ends_all_faults() {
     let mut flight = Flight::offboard();
     for fault in [
         "reject_acks 3",
@@ -270,17 +270,19 @@ fn an_unknown_fault_is_refused_with_help() {
     let reply = flight.request(FaultRequest { name: "wnd".into(), args: vec![] });
     assert!(!reply.accepted);
     assert_eq!(reply.detail, "there is no fault `wnd`; did you mean `wind`?");
+    assert_eq!(flight.refused, ["sim/fault: there is no fault `wnd`; did you mean `wind`?"]);
 }
 
 #[test]
-fn a_request_without_a_name_is_told_which_faults_there_are() {
+fn a_request_without_a_name_is_answered_with_all_faults() {
     let mut flight = Flight::new();
     let reply = flight.request(FaultRequest::default());
     assert!(!reply.accepted);
+    assert_eq!(flight.refused, [""; 0]);
     let names: Vec<&str> = reply.known.iter().map(|it| it.name.as_str()).collect();
     assert_eq!(names, catalogue().iter().map(|it| it.name).collect::<Vec<_>>());
     let wind = reply.known.iter().find(|it| it.name == "wind").unwrap();
     assert_eq!(wind.arguments, "NORTH EAST [GUST]");
     let other = flight.request(FaultRequest { name: "batery".into(), args: Vec::new() });
-    assert!(other.known.is_empty(), "a mistyped name gets a word of help, not the whole list");
+    assert!(other.known.is_empty(), "a mistyped name is answered with a similar one, not with all");
 }

@@ -1,5 +1,5 @@
-//! Whole flights of the simulator, told in what it publishes: commands and setpoints in, telemetry
-//! out, on a clock of the test's own.
+//! Whole flights of the simulator, seen from outside: commands and setpoints in, telemetry out, on the
+//! test's own clock.
 
 mod determinism;
 mod faults;

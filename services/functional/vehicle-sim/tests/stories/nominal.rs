@@ -9,7 +9,7 @@ fn check(flight: &Flight, expected: &str) {
     assert_eq!(lines(&flight.story), lines(expected.trim()), "the flight was\n{}", flight.story);
 }
 
-/// What PX4 took for the same (notes of a flight of March 2026): 2.0 s from arming to leaving the
+/// The times of PX4 for the same flight (measured in March 2026): 2.0 s from arming to leaving the
 /// ground, 11.9 s to loiter at 10 m, 7.2 s for the 50 m, 18.5 s for the landing, 2.0 s to disarm.
 #[test]
 fn a_flight_from_arming_to_disarming() {
@@ -22,7 +22,7 @@ fn a_flight_from_arming_to_disarming() {
     flight.pass(0.1);
     flight.accepted(offboard());
     flight.until("the target", 15.0, |it| it.at().distance_m(Ned::new(0.0, 50.0, -10.0)) < 0.5);
-    flight.tell("at (0, 50, -10)");
+    flight.note("at (0, 50, -10)");
     flight.pass(5.0);
     flight.accepted(land());
     flight.stop_streaming();

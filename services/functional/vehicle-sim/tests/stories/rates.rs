@@ -19,7 +19,7 @@ fn each_topic_keeps_to_its_rate() {
             (Topic::BatteryStatus, 99.0),
         ] {
             let seen = flight.counts[&topic] as f64;
-            // One sample more or less is where the window happens to begin.
+            // One sample more or less depends on where the window begins.
             let tolerance = f64::max(1.0, 0.01 * 10.0 * rate);
             assert!((seen - 10.0 * rate).abs() <= tolerance, "{topic:?}: {seen} in 10 s at {speed}x");
         }

@@ -4,7 +4,7 @@ use kittiwake_proto::v1::{self, FlightMode};
 use crate::support::{Flight, arm, disarm, land, loiter, offboard, set_mode, takeoff};
 
 #[test]
-fn disarmed() {
+fn what_is_rejected_while_disarmed() {
     let mut flight = Flight::new();
     flight.pass(1.0);
     flight.rejected(takeoff(10.0), "the vehicle is disarmed");
@@ -15,7 +15,7 @@ fn disarmed() {
 }
 
 #[test]
-fn armed_on_the_ground() {
+fn what_is_rejected_while_armed_on_the_ground() {
     let mut flight = Flight::new();
     flight.accepted(arm());
     flight.accepted(arm());
@@ -28,7 +28,7 @@ fn armed_on_the_ground() {
 }
 
 #[test]
-fn in_the_air() {
+fn what_is_rejected_in_the_air() {
     let mut flight = Flight::airborne();
     flight.rejected(takeoff(20.0), "the vehicle is in the air");
     flight.rejected(disarm(), "the vehicle is in the air");
@@ -45,29 +45,31 @@ fn in_the_air() {
 }
 
 #[test]
-fn what_is_no_command() {
+fn an_invalid_command_is_rejected_with_what_is_wrong() {
     let mut flight = Flight::new();
     flight.accepted(arm());
     for mode in [FlightMode::Unspecified, FlightMode::Takeoff, FlightMode::Land, FlightMode::Return] {
-        flight.rejected(set_mode(mode), "the mode cannot be set: only LOITER and OFFBOARD can");
+        let reason = format!("the command is invalid: `mode` is {mode:?}, expected Loiter or Offboard");
+        flight.rejected(set_mode(mode), &reason);
     }
-    flight.rejected(takeoff(f64::NAN), "the command makes no sense: `altitude_m` is NaN, expected a finite number");
-    flight
-        .rejected(takeoff(f64::INFINITY), "the command makes no sense: `altitude_m` is inf, expected a finite number");
+    flight.rejected(takeoff(f64::NAN), "the command is invalid: `altitude_m` is NaN, expected a finite number");
+    flight.rejected(takeoff(f64::INFINITY), "the command is invalid: `altitude_m` is inf, expected a finite number");
     flight.pass(3.0);
     assert!(flight.landed.landed);
+    let reason = "fmu/in/vehicle_command: `altitude_m` is NaN, expected a finite number";
+    assert_eq!((flight.refused.len(), flight.refused[4].as_str()), (6, reason), "and each is reported");
 }
 
 #[test]
-fn a_command_without_content_is_answered_too() {
+fn a_command_without_content_is_rejected_by_its_id() {
     let mut flight = Flight::new();
     let ack = flight.send(v1::VehicleCommand { id: 77, command: None }).unwrap();
     assert_eq!((ack.id, ack.result()), (77, v1::CommandResult::Rejected));
-    assert_eq!(ack.reason, "the command makes no sense: `command` is missing");
+    assert_eq!(ack.reason, "the command is invalid: `command` is missing");
 }
 
 #[test]
-fn what_cannot_fly_is_not_armed() {
+fn a_vehicle_that_cannot_fly_is_not_armed() {
     #[track_caller]
     fn check(fault: &str, reason: &str) {
         let mut flight = Flight::new();

@@ -1,5 +1,4 @@
-//! A pilot for the tests: sends commands, keeps a setpoint alive, lets time pass, writes down what
-//! changes.
+//! A pilot for the tests: sends commands, streams a setpoint, lets time pass, and records what changes.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -17,7 +16,7 @@ use vehicle_sim::config::Config;
 const SETPOINT_PERIOD: Duration = Duration::from_millis(50);
 
 /// The shipped configuration.
-pub fn config() -> Config {
+pub(crate) fn config() -> Config {
     #[derive(serde::Deserialize)]
     struct File {
         vehicle_sim: Config,
@@ -25,8 +24,8 @@ pub fn config() -> Config {
     toml::from_str::<File>(include_str!("../vehicle-sim.toml")).unwrap().vehicle_sim
 }
 
-/// A simulator with someone who flies it.
-pub struct Flight {
+/// A simulator and its pilot.
+pub(crate) struct Flight {
     sim: VehicleSim,
     pace: Pace,
     now: Time,
@@ -34,28 +33,30 @@ pub struct Flight {
     next_setpoint: Time,
     last_id: u64,
     /// How many messages have come on each topic.
-    pub counts: BTreeMap<Topic, usize>,
+    pub(crate) counts: BTreeMap<Topic, usize>,
     ack: Option<v1::VehicleCommandAck>,
-    pub status: v1::VehicleStatus,
-    pub landed: v1::VehicleLandDetected,
-    pub position: v1::VehicleLocalPosition,
-    pub global: v1::VehicleGlobalPosition,
-    pub attitude: v1::VehicleAttitude,
-    pub battery: v1::BatteryStatus,
-    pub traffic: Vec<v1::TransponderReport>,
-    pub wind: v1::WindEstimate,
+    pub(crate) status: v1::VehicleStatus,
+    pub(crate) landed: v1::VehicleLandDetected,
+    pub(crate) position: v1::VehicleLocalPosition,
+    pub(crate) global: v1::VehicleGlobalPosition,
+    pub(crate) attitude: v1::VehicleAttitude,
+    pub(crate) battery: v1::BatteryStatus,
+    pub(crate) traffic: Vec<v1::TransponderReport>,
+    pub(crate) wind: v1::WindEstimate,
     /// Changes of status and land detector, with the time.
-    pub story: String,
-    /// Everything that came out, if asked for.
-    pub record: Option<Vec<(Time, Effect)>>,
+    pub(crate) story: String,
+    /// Messages that were refused, and why.
+    pub(crate) refused: Vec<String>,
+    /// Everything that came out, if recorded.
+    pub(crate) record: Option<Vec<(Time, Effect)>>,
 }
 
 impl Flight {
-    pub fn new() -> Flight {
+    pub(crate) fn new() -> Flight {
         Flight::at_speed(1.0, 1)
     }
 
-    pub fn at_speed(speed: f64, seed: u64) -> Flight {
+    pub(crate) fn at_speed(speed: f64, seed: u64) -> Flight {
         let pace = Pace::new(speed).unwrap();
         let mut flight = Flight {
             sim: VehicleSim::new(&config(), pace, seed),
@@ -75,14 +76,15 @@ impl Flight {
             traffic: Vec::new(),
             wind: v1::WindEstimate::default(),
             story: String::new(),
+            refused: Vec::new(),
             record: None,
         };
         flight.act();
         flight
     }
 
-    /// Armed, taken off and loitering at 10 m.
-    pub fn airborne() -> Flight {
+    /// Armed, and loitering at 10 m after a takeoff.
+    pub(crate) fn airborne() -> Flight {
         let mut flight = Flight::new();
         flight.accepted(arm());
         flight.accepted(takeoff(10.0));
@@ -91,8 +93,8 @@ impl Flight {
         flight
     }
 
-    /// In offboard mode, holding the place at 10 m.
-    pub fn offboard() -> Flight {
+    /// In offboard mode, holding the position at 10 m.
+    pub(crate) fn offboard() -> Flight {
         let mut flight = Flight::airborne();
         flight.stream_position(Ned::new(0.0, 0.0, -10.0), None);
         flight.pass(0.1);
@@ -100,28 +102,28 @@ impl Flight {
         flight
     }
 
-    pub fn seconds(&self) -> f64 {
+    pub(crate) fn seconds(&self) -> f64 {
         self.now.as_secs_f64()
     }
 
-    pub fn height_m(&self) -> f64 {
+    pub(crate) fn height_m(&self) -> f64 {
         -self.position.position.unwrap().down_m
     }
 
-    pub fn at(&self) -> Ned {
+    pub(crate) fn at(&self) -> Ned {
         self.position.position.unwrap().try_into().unwrap()
     }
 
-    pub fn speed_m_s(&self) -> f64 {
+    pub(crate) fn speed_m_s(&self) -> f64 {
         NedVelocity::try_from(self.position.velocity.unwrap()).unwrap().speed_m_s()
     }
 
-    pub fn fails(&self, flag: v1::FailureFlag) -> bool {
+    pub(crate) fn fails(&self, flag: v1::FailureFlag) -> bool {
         self.status.failures.contains(&(flag as i32))
     }
 
     /// Sends a command and returns the answer that came at once, if any.
-    pub fn command(&mut self, command: Command) -> Option<v1::VehicleCommandAck> {
+    pub(crate) fn command(&mut self, command: Command) -> Option<v1::VehicleCommandAck> {
         self.last_id += 1;
         let id = self.last_id;
         let ack = self.send(v1::VehicleCommand { id, command: Some(command) });
@@ -130,25 +132,25 @@ impl Flight {
     }
 
     /// Sends a command as it is and returns what answer came at once, if any.
-    pub fn send(&mut self, command: v1::VehicleCommand) -> Option<v1::VehicleCommandAck> {
+    pub(crate) fn send(&mut self, command: v1::VehicleCommand) -> Option<v1::VehicleCommandAck> {
         self.ack = None;
         self.message(command.into());
         self.ack.take()
     }
 
     /// The id of the newest command.
-    pub fn last_id(&self) -> u64 {
+    pub(crate) fn last_id(&self) -> u64 {
         self.last_id
     }
 
     #[track_caller]
-    pub fn accepted(&mut self, command: Command) {
+    pub(crate) fn accepted(&mut self, command: Command) {
         let ack = self.command(command).expect("an acknowledgement");
         assert_eq!((ack.result(), ack.reason.as_str()), (v1::CommandResult::Accepted, ""), "{command:?}");
     }
 
     #[track_caller]
-    pub fn rejected(&mut self, command: Command, reason: &str) {
+    pub(crate) fn rejected(&mut self, command: Command, reason: &str) {
         let before = self.status.clone();
         let ack = self.command(command).expect("an acknowledgement");
         assert_eq!((ack.result(), ack.reason.as_str()), (v1::CommandResult::Rejected, reason), "{command:?}");
@@ -156,14 +158,14 @@ impl Flight {
     }
 
     #[track_caller]
-    pub fn fault(&mut self, line: &str) {
+    pub(crate) fn fault(&mut self, line: &str) {
         let mut words = line.split_whitespace().map(String::from);
         let request = v1::FaultRequest { name: words.next().unwrap(), args: words.collect() };
         let reply = self.request(request);
         assert!(reply.accepted, "{}", reply.detail);
     }
 
-    pub fn request(&mut self, request: v1::FaultRequest) -> v1::FaultReply {
+    pub(crate) fn request(&mut self, request: v1::FaultRequest) -> v1::FaultReply {
         let event = Event::Request { vehicle: "uav1".into(), token: Token(7), request: Request::Fault(request) };
         let replies = self.event(event);
         let [Effect::Reply { token: Token(7), response: Response::Fault(reply) }] = &replies[..] else {
@@ -172,39 +174,39 @@ impl Flight {
         reply.clone()
     }
 
-    /// Keeps a position setpoint alive from now on.
-    pub fn stream_position(&mut self, target: Ned, speed_limit_m_s: Option<f64>) {
+    /// Streams a position setpoint from now on.
+    pub(crate) fn stream_position(&mut self, target: Ned, speed_limit_m_s: Option<f64>) {
         self.stream(
             v1::OffboardControl::Position,
             v1::TrajectorySetpoint { position: Some(target.into()), speed_limit_m_s, ..Default::default() },
         );
     }
 
-    /// Keeps a velocity setpoint alive from now on.
-    pub fn stream_velocity(&mut self, velocity: NedVelocity, yaw_rate_rad_s: Option<f64>) {
+    /// Streams a velocity setpoint from now on.
+    pub(crate) fn stream_velocity(&mut self, velocity: NedVelocity, yaw_rate_rad_s: Option<f64>) {
         self.stream(
             v1::OffboardControl::Velocity,
             v1::TrajectorySetpoint { velocity: Some(velocity.into()), yaw_rate_rad_s, ..Default::default() },
         );
     }
 
-    pub fn stream(&mut self, control: v1::OffboardControl, setpoint: v1::TrajectorySetpoint) {
+    pub(crate) fn stream(&mut self, control: v1::OffboardControl, setpoint: v1::TrajectorySetpoint) {
         self.setpoint = Some((control, setpoint));
         self.next_setpoint = self.now;
     }
 
-    pub fn stop_streaming(&mut self) {
+    pub(crate) fn stop_streaming(&mut self) {
         self.setpoint = None;
     }
 
-    /// Lets so many mission seconds pass.
-    pub fn pass(&mut self, seconds: f64) {
+    /// Lets mission time pass.
+    pub(crate) fn pass(&mut self, seconds: f64) {
         self.run(seconds, |_| false);
     }
 
     /// Lets time pass until `holds`; returns how many mission seconds it took.
     #[track_caller]
-    pub fn until(&mut self, what: &str, limit_s: f64, holds: impl FnMut(&Flight) -> bool) -> f64 {
+    pub(crate) fn until(&mut self, what: &str, limit_s: f64, holds: impl FnMut(&Flight) -> bool) -> f64 {
         let start = self.seconds();
         assert!(self.run(limit_s, holds), "{what} not seen within {limit_s} s\n{}", self.story);
         self.seconds() - start
@@ -216,7 +218,7 @@ impl Flight {
             if holds(self) {
                 return true;
             }
-            let beat = self.sim.deadline().expect("it always has something to publish");
+            let beat = self.sim.deadline().expect("a deadline");
             let next = if self.setpoint.is_some() { beat.min(self.next_setpoint) } else { beat };
             if next > end {
                 self.now = end;
@@ -239,7 +241,7 @@ impl Flight {
         assert_eq!(replies, []);
     }
 
-    /// Returns what is not published.
+    /// Returns the replies.
     fn event(&mut self, event: Event) -> Vec<Effect> {
         let mut effects = Vec::new();
         let now = self.moment();
@@ -260,14 +262,15 @@ impl Flight {
         if let Some(record) = &mut self.record {
             record.extend(effects.iter().map(|it| (self.now, it.clone())));
         }
-        let mut others = Vec::new();
+        let mut replies = Vec::new();
         for effect in effects {
             match effect {
                 Effect::Publish { vehicle: None, message } => self.hear(message),
-                other => others.push(other),
+                Effect::Refused { what, why } => self.refused.push(format!("{}: {why}", what.key())),
+                reply => replies.push(reply),
             }
         }
-        others
+        replies
     }
 
     fn hear(&mut self, message: Message) {
@@ -276,13 +279,13 @@ impl Flight {
             Message::VehicleCommandAck(it) => self.ack = Some(it),
             Message::VehicleStatus(it) => {
                 if it != self.status {
-                    self.tell(&describe(&it));
+                    self.note(&describe(&it));
                 }
                 self.status = it;
             }
             Message::VehicleLandDetected(it) => {
                 if (it.ground_contact, it.landed) != (self.landed.ground_contact, self.landed.landed) {
-                    self.tell(match (it.ground_contact, it.landed) {
+                    self.note(match (it.ground_contact, it.landed) {
                         (false, _) => "in the air",
                         (true, false) => "ground contact",
                         (true, true) => "landed",
@@ -296,12 +299,12 @@ impl Flight {
             Message::BatteryStatus(it) => self.battery = it,
             Message::TransponderReport(it) => self.traffic.push(it),
             Message::WindEstimate(it) => self.wind = it,
-            other => panic!("{other:?} is none of the vehicle's topics"),
+            other => panic!("{other:?} is not one of the vehicle's topics"),
         }
     }
 
     /// Writes a line into the story.
-    pub fn tell(&mut self, line: &str) {
+    pub(crate) fn note(&mut self, line: &str) {
         self.story += &format!("{:6.1}  {line}\n", self.seconds());
     }
 
@@ -310,46 +313,46 @@ impl Flight {
     }
 }
 
-fn describe(it: &v1::VehicleStatus) -> String {
+fn describe(status: &v1::VehicleStatus) -> String {
     let name = |mode: FlightMode| mode.as_str_name().trim_start_matches("FLIGHT_MODE_");
-    let mut line = String::from(if it.armed { "armed " } else { "disarmed " });
-    line += name(it.actual_mode());
-    if it.intended_mode != it.actual_mode {
-        line += &format!(" instead of {}", name(it.intended_mode()));
+    let mut line = String::from(if status.armed { "armed " } else { "disarmed " });
+    line += name(status.actual_mode());
+    if status.intended_mode != status.actual_mode {
+        line += &format!(" instead of {}", name(status.intended_mode()));
     }
-    if it.failsafe {
+    if status.failsafe {
         line += ", failsafe";
     }
-    for failure in it.failures() {
+    for failure in status.failures() {
         line += &format!(", {}", failure.as_str_name().trim_start_matches("FAILURE_FLAG_"));
     }
     line
 }
 
-pub fn arm() -> Command {
+pub(crate) fn arm() -> Command {
     Command::Arm(v1::Arm {})
 }
 
-pub fn disarm() -> Command {
+pub(crate) fn disarm() -> Command {
     Command::Disarm(v1::Disarm {})
 }
 
-pub fn takeoff(altitude_m: f64) -> Command {
+pub(crate) fn takeoff(altitude_m: f64) -> Command {
     Command::Takeoff(v1::TakeoffCommand { altitude_m })
 }
 
-pub fn land() -> Command {
+pub(crate) fn land() -> Command {
     Command::Land(v1::LandCommand {})
 }
 
-pub fn loiter() -> Command {
+pub(crate) fn loiter() -> Command {
     set_mode(FlightMode::Loiter)
 }
 
-pub fn offboard() -> Command {
+pub(crate) fn offboard() -> Command {
     set_mode(FlightMode::Offboard)
 }
 
-pub fn set_mode(mode: FlightMode) -> Command {
+pub(crate) fn set_mode(mode: FlightMode) -> Command {
     Command::SetMode(v1::SetMode { mode: mode as i32 })
 }

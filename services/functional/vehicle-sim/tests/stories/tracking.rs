@@ -3,7 +3,7 @@ use kittiwake_proto::v1;
 
 use crate::support::Flight;
 
-/// Small, and the same sequence everywhere: what the cases below are drawn from.
+/// A small generator of random numbers, with the same sequence everywhere.
 struct Draw(u64);
 
 impl Draw {
@@ -48,7 +48,7 @@ fn it_overshoots_a_little() {
 }
 
 #[test]
-fn it_flies_straight_and_no_faster_than_it_may() {
+fn it_flies_straight_and_within_its_speed_limit() {
     #[track_caller]
     fn check(target: Ned, speed_limit_m_s: Option<f64>, fastest_m_s: f64, beside_m: f64) {
         let mut flight = Flight::offboard();
@@ -62,7 +62,7 @@ fn it_flies_straight_and_no_faster_than_it_may() {
             at.distance_m(target) < 0.5
         });
         assert!(aside_m < beside_m, "{aside_m} m beside the line");
-        // The velocity it is told by carries noise of some centimetres a second.
+        // The published velocity has noise of some centimetres per second.
         assert!((fastest_m_s * 0.85..fastest_m_s * 1.05 + 0.1).contains(&top_m_s), "{top_m_s} m/s");
     }
     check(Ned::new(0.0, 200.0, -10.0), None, 12.0, 0.3);
@@ -70,7 +70,7 @@ fn it_flies_straight_and_no_faster_than_it_may() {
     check(Ned::new(100.0, 100.0, -10.0), Some(5.0), 5.0, 0.3);
     check(Ned::new(20.0, 0.0, -10.0), Some(1.0), 1.0, 0.3);
     check(Ned::new(0.0, 0.0, -60.0), None, 3.0, 0.3);
-    // It gains height sooner than speed, as a real one does, and so starts above the line.
+    // It gains height before speed, as a real one does, and so starts above the line.
     check(Ned::new(0.0, 100.0, -40.0), Some(8.0), 8.0, 1.5);
 }
 
@@ -86,7 +86,7 @@ fn it_flies_at_a_velocity_and_turns() {
 }
 
 #[test]
-fn it_turns_its_nose_where_told_and_leans_into_its_flight() {
+fn it_turns_to_the_demanded_heading_and_leans_into_its_flight() {
     let mut flight = Flight::offboard();
     let target = Some(Ned::new(0.0, 0.0, -10.0).into());
     let setpoint = v1::TrajectorySetpoint { position: target, yaw_rad: Some(-2.0), ..Default::default() };

@@ -1,4 +1,4 @@
-//! What is kept of missions, and how much of it.
+//! How missions are recorded.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroU32;
@@ -12,19 +12,19 @@ use serde::Deserialize;
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
-    /// The folder of the recordings, relative to the configuration file's; absent: the one that the
+    /// The folder of the recordings, relative to the configuration file's. Absent: the folder that the
     /// command line names, or none.
     pub folder: Option<PathBuf>,
-    /// Recordings kept; the oldest goes when there are more. Zero records nothing.
+    /// Recordings kept; the oldest is removed when there are more. Zero records nothing.
     pub most_files: u32,
-    /// Megabytes that all recordings may take together; the oldest goes when they take more.
+    /// Megabytes of all recordings together; the oldest is removed when they take more.
     pub most_total_mb: NonZeroU32,
-    /// Megabytes of one recording, after which it takes no more in.
+    /// Megabytes of one recording; messages beyond that are dropped.
     pub most_each_mb: NonZeroU32,
-    /// Wall seconds for which messages are collected before they are written together. What a killed
-    /// gateway loses.
+    /// Wall seconds for which messages are collected before they are written together; a gateway that is killed
+    /// loses as much.
     pub flush_s: Positive,
-    /// Messages a second of wall time that are kept of a topic, by its key; all of a topic that is not named.
+    /// Messages recorded per second of wall time, by topic key; of a topic that is not named, all.
     pub most_hz: BTreeMap<TopicKey, Positive>,
 }
 
@@ -42,20 +42,20 @@ impl TryFrom<String> for TopicKey {
     }
 }
 
-/// How much may be kept, in bytes.
+/// How much may be recorded, in bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Limits {
-    /// Recordings.
-    pub files: usize,
+pub(crate) struct Limits {
+    /// Number of recordings.
+    pub(crate) files: usize,
     /// All of them together.
-    pub total: u64,
+    pub(crate) total: u64,
     /// One of them.
-    pub each: u64,
+    pub(crate) each: u64,
 }
 
 impl Config {
-    /// The bounds in bytes.
-    pub fn limits(&self) -> Limits {
+    /// The limits in bytes.
+    pub(crate) fn limits(&self) -> Limits {
         let bytes = |mb: NonZeroU32| u64::from(mb.get()) * 1024 * 1024;
         Limits {
             files: usize::try_from(self.most_files).unwrap_or(usize::MAX),

@@ -1,4 +1,4 @@
-//! A recording as a download: the whole file, or the part that a client misses whose download broke off.
+//! A recording as a download: the whole file, or the part that is missing after a download broke off.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -14,9 +14,9 @@ use axum::response::{IntoResponse, Response};
 use futures_util::Stream;
 use http_range_header::parse_range_header;
 
-use crate::problem::Problem;
+use crate::http::problem::Problem;
 
-/// As registered for MCAP.
+/// Registered for MCAP.
 pub(crate) const MEDIA_TYPE: &str = "application/vnd.mcap";
 /// Read at a time.
 const PIECE: usize = 64 * 1024;
@@ -25,17 +25,17 @@ const PIECE: usize = 64 * 1024;
 #[derive(Debug, PartialEq)]
 enum Part {
     Whole,
-    /// From byte to byte.
+    /// From byte to byte, inclusive.
     Only(RangeInclusive<u64>),
-    /// Nothing: it is not so long.
+    /// Nothing: the file is shorter.
     Beyond,
 }
 
 impl Part {
-    /// What `headers` ask for, of a file of so many bytes (RFC 9110, section 14). What is not understood, and several
-    /// ranges at once, may be answered with the whole file, and are. So is a range that is wanted only `If-Range` the file
-    /// is still the same: it has no mark by which to tell.
-    fn wanted(headers: &HeaderMap, bytes: u64) -> Part {
+    /// What `headers` ask for of a file of `bytes` (RFC 9110, section 14). A range that is not understood, and several
+    /// ranges at once, may be answered with the whole file, and are. So is a range under `If-Range`, since the file has
+    /// no tag by which to tell whether it is still the same.
+    fn requested(headers: &HeaderMap, bytes: u64) -> Part {
         let range = headers.get(RANGE).filter(|_| !headers.contains_key(IF_RANGE));
         let Some(Ok(ranges)) = range.and_then(|it| it.to_str().ok()).map(parse_range_header) else {
             return Part::Whole;
@@ -48,14 +48,14 @@ impl Part {
     }
 }
 
-/// The answer to a request for `file`, which has so many bytes by now and may be growing. `permit` is kept as long as the
-/// client takes.
+/// The answer to a request for `file`, which has `bytes` now and may be growing. `permit` is held until the client has
+/// all of the answer.
 pub(crate) fn answer(file: File, bytes: u64, name: &str, headers: &HeaderMap, permit: impl Send + 'static) -> Response {
-    let (status, range, extent) = match Part::wanted(headers, bytes) {
+    let (status, range, content_range) = match Part::requested(headers, bytes) {
         Part::Whole => (StatusCode::OK, 0..bytes, None),
         Part::Only(it) => {
-            let extent = format!("bytes {}-{}/{bytes}", it.start(), it.end());
-            (StatusCode::PARTIAL_CONTENT, *it.start()..it.end() + 1, Some(extent))
+            let content_range = format!("bytes {}-{}/{bytes}", it.start(), it.end());
+            (StatusCode::PARTIAL_CONTENT, *it.start()..it.end() + 1, Some(content_range))
         }
         Part::Beyond => {
             let problem = Problem::new(StatusCode::RANGE_NOT_SATISFIABLE, format!("the recording has {bytes} bytes"));
@@ -70,11 +70,11 @@ pub(crate) fn answer(file: File, bytes: u64, name: &str, headers: &HeaderMap, pe
         (CACHE_CONTROL, "no-store".to_owned()),
         (X_CONTENT_TYPE_OPTIONS, "nosniff".to_owned()),
     ];
-    let extent = extent.map(|it| [(CONTENT_RANGE, it)]);
-    (status, headers, extent, Body::from_stream(pieces(file, range, permit))).into_response()
+    let content_range = content_range.map(|it| [(CONTENT_RANGE, it)]);
+    (status, headers, content_range, Body::from_stream(pieces(file, range, permit))).into_response()
 }
 
-/// These bytes of a file; nothing is read ahead of what the client takes.
+/// A range of a file, piece by piece; nothing is read ahead of what the client takes.
 fn pieces(
     file: File,
     range: std::ops::Range<u64>,
@@ -98,11 +98,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_range_is_answered_and_what_makes_no_sense_ignored() {
+    fn a_range_is_answered_and_an_invalid_one_is_ignored() {
         #[track_caller]
         fn check(range: &str, expected: Part) {
             let headers = HeaderMap::from_iter([(RANGE, range.parse().unwrap())]);
-            assert_eq!(Part::wanted(&headers, 1000), expected, "{range}");
+            assert_eq!(Part::requested(&headers, 1000), expected, "{range}");
         }
         check("bytes=0-99", Part::Only(0..=99));
         check("bytes=990-", Part::Only(990..=999));
@@ -117,8 +117,8 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_taken_for_the_same_file() {
+    fn no_file_counts_as_unchanged() {
         let headers = [(RANGE, "bytes=5-9"), (IF_RANGE, "\"1\"")].map(|(name, it)| (name, it.parse().unwrap()));
-        assert_eq!(Part::wanted(&HeaderMap::from_iter(headers), 1000), Part::Whole);
+        assert_eq!(Part::requested(&HeaderMap::from_iter(headers), 1000), Part::Whole);
     }
 }

@@ -1,8 +1,8 @@
 //! A recording as bytes: messages in, MCAP out.
 //!
 //! One channel for each topic, named by its key, with the file descriptors of its message, so that
-//! any reader of MCAP understands it without our `.proto` files. Whatever [`Encoder::take_bytes`]
-//! gives ends with a whole record: a file that got no further can be read up to there.
+//! any reader of MCAP understands it without our `.proto` files. The bytes that [`Encoder::take_bytes`]
+//! returns end with a whole record: a file that got no further can be read up to there.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -14,19 +14,19 @@ use mcap::records::MessageHeader;
 use mcap::write::{Metadata, NoSeek};
 use mcap::{McapResult, WriteOptions, Writer};
 
-use crate::recording::tracks::Entry;
+use crate::recording::capture::RecordedMessage;
 
-/// The name of the metadata records: what is known at the start, and at the end.
-pub const METADATA: &str = "kittiwake";
-/// What the payloads are, and what describes them.
+/// The name of the metadata records: one at the start, one at the end.
+pub(crate) const METADATA: &str = "kittiwake";
+/// The encoding of the payloads, and of their descriptors.
 const PROTOBUF: &str = "protobuf";
-/// A chunk is written once it has so many bytes, whenever it is asked for otherwise.
+/// Bytes after which a chunk ends; a flush ends it earlier.
 const CHUNK: u64 = 256 * 1024;
 
-/// A recording in the making.
-pub struct Encoder {
-    writer: Writer<NoSeek<Spool>>,
-    spool: Spool,
+/// A recording under way.
+pub(crate) struct Encoder {
+    writer: Writer<NoSeek<Buffer>>,
+    buffer: Buffer,
     channels: BTreeMap<Topic, Channel>,
 }
 
@@ -36,22 +36,22 @@ struct Channel {
     sequence: u32,
 }
 
-/// Where the writer leaves its bytes until they are taken.
+/// Holds what the writer has written until it is taken.
 #[derive(Clone, Default)]
-struct Spool(Arc<Mutex<Vec<u8>>>);
+struct Buffer(Arc<Mutex<Vec<u8>>>);
 
 impl Encoder {
-    /// Begins with what is known of it.
+    /// Begins with a metadata record.
     ///
     /// # Errors
-    /// Never for want of space: what it writes to is memory.
-    pub fn new(known: BTreeMap<String, String>) -> McapResult<Encoder> {
-        let spool = Spool::default();
+    /// Never for lack of space: it writes to memory.
+    pub(crate) fn new(metadata: BTreeMap<String, String>) -> McapResult<Encoder> {
+        let buffer = Buffer::default();
         let options = WriteOptions::new().compression(None).chunk_size(Some(CHUNK)).disable_seeking(true);
         let writer = options.library(concat!("kittiwake ", env!("CARGO_PKG_VERSION")));
         let mut encoder =
-            Encoder { writer: writer.create(NoSeek::new(spool.clone()))?, spool, channels: BTreeMap::new() };
-        encoder.know(known)?;
+            Encoder { writer: writer.create(NoSeek::new(buffer.clone()))?, buffer, channels: BTreeMap::new() };
+        encoder.add_metadata(metadata)?;
         Ok(encoder)
     }
 
@@ -59,60 +59,60 @@ impl Encoder {
     ///
     /// # Errors
     /// As [`Encoder::new`].
-    pub fn add(&mut self, entry: &Entry) -> McapResult<()> {
-        let channel = match self.channels.entry(entry.topic) {
+    pub(crate) fn add(&mut self, message: &RecordedMessage) -> McapResult<()> {
+        let channel = match self.channels.entry(message.topic) {
             std::collections::btree_map::Entry::Occupied(known) => known.into_mut(),
             std::collections::btree_map::Entry::Vacant(new) => {
-                let name = entry.topic.type_name();
+                let name = message.topic.type_name();
                 let descriptors = schema::file_descriptor_set(&name).unwrap_or_default();
                 let schema = self.writer.add_schema(&name, PROTOBUF, &descriptors)?;
-                let id = self.writer.add_channel(schema, entry.topic.key(), PROTOBUF, &BTreeMap::new())?;
+                let id = self.writer.add_channel(schema, message.topic.key(), PROTOBUF, &BTreeMap::new())?;
                 new.insert(Channel { id, sequence: 0 })
             }
         };
-        let time = u64::try_from(entry.utc_ms).unwrap_or(0).saturating_mul(1_000_000);
+        let time = u64::try_from(message.utc_ms).unwrap_or(0).saturating_mul(1_000_000);
         let header = MessageHeader {
             channel_id: channel.id,
             sequence: channel.sequence,
             log_time: time,
-            // A node does not see when its messages were published, only when they came.
+            // A node knows when its messages arrived, not when they were published.
             publish_time: time,
         };
         channel.sequence = channel.sequence.wrapping_add(1);
-        self.writer.write_to_known_channel(&header, &entry.bytes)
+        self.writer.write_to_known_channel(&header, &message.bytes)
     }
 
-    /// What is to be written so far, ending with a whole record.
+    /// The bytes since the last call, ending with a whole record.
     ///
     /// # Errors
     /// As [`Encoder::new`].
-    pub fn take_bytes(&mut self) -> McapResult<Vec<u8>> {
+    pub(crate) fn take_bytes(&mut self) -> McapResult<Vec<u8>> {
         self.writer.flush()?;
-        Ok(self.spool.take())
+        Ok(self.buffer.take())
     }
 
-    /// The last bytes, with what is known at the end, and the index.
+    /// The last bytes, with a second metadata record and the index.
     ///
     /// # Errors
     /// As [`Encoder::new`].
-    pub fn finish(mut self, known: BTreeMap<String, String>) -> McapResult<Vec<u8>> {
-        self.know(known)?;
+    pub(crate) fn finish(mut self, metadata: BTreeMap<String, String>) -> McapResult<Vec<u8>> {
+        self.add_metadata(metadata)?;
         self.writer.finish()?;
-        Ok(self.spool.take())
+        Ok(self.buffer.take())
     }
 
-    fn know(&mut self, metadata: BTreeMap<String, String>) -> McapResult<()> {
+    fn add_metadata(&mut self, metadata: BTreeMap<String, String>) -> McapResult<()> {
         self.writer.write_metadata(&Metadata { name: METADATA.into(), metadata })
     }
 }
 
-impl Spool {
+impl Buffer {
     fn take(&self) -> Vec<u8> {
         std::mem::take(&mut *self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner()))
     }
 }
 
-impl Write for Spool {
+impl Write for Buffer {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).extend_from_slice(bytes);
         Ok(bytes.len())

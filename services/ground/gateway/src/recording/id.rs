@@ -1,33 +1,33 @@
-//! The name of a recording: when it began and whose it is, safe as a file's name and in a path.
+//! The name of a recording: when it began and of which vehicle, safe as a file name and in a URL.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use crate::recording::tracks::Take;
+use crate::recording::capture::RecordingHeader;
 use crate::view;
 
-/// What follows the name.
+/// Of the file.
 const SUFFIX: &str = "mcap";
-/// Characters of a name.
-const LONGEST: usize = 100;
+/// Of a name, in characters.
+const MAX_LENGTH: usize = 100;
 
-/// Letters, digits, `-` and `_`, and nothing that means anything to a file system.
+/// Letters, digits, `-` and `_`: nothing that has a meaning in a file system.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Id(String);
+pub(crate) struct RecordingId(String);
 
-impl Id {
-    /// Of a recording that is begun for the `attempt`th time, counted from 1.
-    pub fn of(take: &Take, attempt: usize) -> Id {
-        let began: String = view::utc(take.began.utc_ms).chars().filter(|it| it.is_ascii_alphanumeric()).collect();
+impl RecordingId {
+    /// Of a recording; `attempt` counts from 1 while the name exists already.
+    pub(crate) fn of(header: &RecordingHeader, attempt: usize) -> RecordingId {
+        let began: String = view::utc(header.began.utc_ms).chars().filter(|it| it.is_ascii_alphanumeric()).collect();
         let safe = |it: char| if is_safe(it) { it } else { '_' };
-        let vehicle: String = take.vehicle.chars().take(LONGEST / 2).map(safe).collect();
+        let vehicle: String = header.vehicle.chars().take(MAX_LENGTH / 2).map(safe).collect();
         let again = if attempt == 1 { String::new() } else { format!("-{attempt}") };
-        Id(format!("{began}-{vehicle}{again}"))
+        RecordingId(format!("{began}-{vehicle}{again}"))
     }
 
-    /// Of a file in the folder; `None` if it is no recording by its name.
-    pub fn of_file(path: &Path) -> Option<Id> {
+    /// Of a file in the folder; `None` if it is not named like a recording.
+    pub(crate) fn of_file(path: &Path) -> Option<RecordingId> {
         if path.extension()? != SUFFIX {
             return None;
         }
@@ -35,35 +35,35 @@ impl Id {
     }
 
     /// The file in `folder`.
-    pub fn path_in(&self, folder: &Path) -> PathBuf {
+    pub(crate) fn path_in(&self, folder: &Path) -> PathBuf {
         folder.join(self.file_name())
     }
 
     /// The file's name.
-    pub fn file_name(&self) -> String {
+    pub(crate) fn file_name(&self) -> String {
         format!("{}.{SUFFIX}", self.0)
     }
 
-    /// Whether the gateway gave it: others' files are shown, and never removed.
-    pub fn is_ours(&self) -> bool {
+    /// Whether a gateway made the name: other files are shown and never removed.
+    pub(crate) fn is_ours(&self) -> bool {
         let shape = "ddddddddTdddddddddZ-";
         let fits = |(it, shape): (char, char)| if shape == 'd' { it.is_ascii_digit() } else { it == shape };
         shape.len() < self.0.len() && self.0.chars().zip(shape.chars()).all(fits)
     }
 }
 
-impl FromStr for Id {
+impl FromStr for RecordingId {
     type Err = String;
-    fn from_str(text: &str) -> Result<Id, String> {
-        if !text.is_empty() && text.len() <= LONGEST && text.chars().all(is_safe) {
-            Ok(Id(text.to_owned()))
+    fn from_str(text: &str) -> Result<RecordingId, String> {
+        if !text.is_empty() && text.len() <= MAX_LENGTH && text.chars().all(is_safe) {
+            Ok(RecordingId(text.to_owned()))
         } else {
-            Err(format!("a recording is named by 1 to {LONGEST} letters, digits, `-` and `_`"))
+            Err(format!("found a name that no recording has, expected 1 to {MAX_LENGTH} letters, digits, `-` and `_`"))
         }
     }
 }
 
-impl fmt::Display for Id {
+impl fmt::Display for RecordingId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
     }
@@ -78,19 +78,19 @@ mod tests {
     use super::*;
     use domain::time::{Now, Time};
 
-    fn take(vehicle: &str) -> Take {
+    fn header(vehicle: &str) -> RecordingHeader {
         let began = Now { time: Time::ZERO, utc_ms: 1_767_225_600_123 };
-        Take { number: 1, vehicle: vehicle.into(), began, speed: 1.0 }
+        RecordingHeader { number: 1, vehicle: vehicle.into(), began, speed: 1.0 }
     }
 
     #[test]
-    fn a_name_tells_when_and_whose_and_is_one_of_ours() {
+    fn a_name_says_when_and_whose_and_is_one_of_ours() {
         #[track_caller]
         fn check(vehicle: &str, attempt: usize, expected: &str) {
-            let id = Id::of(&take(vehicle), attempt);
+            let id = RecordingId::of(&header(vehicle), attempt);
             assert_eq!(id.to_string(), expected);
             assert_eq!(expected.parse(), Ok(id.clone()));
-            assert_eq!(Id::of_file(&id.path_in(Path::new("/x"))), Some(id.clone()));
+            assert_eq!(RecordingId::of_file(&id.path_in(Path::new("/x"))), Some(id.clone()));
             assert!(id.is_ours());
         }
         check("uav1", 1, "20260101T000000123Z-uav1");
@@ -100,15 +100,15 @@ mod tests {
     }
 
     #[test]
-    fn what_could_lead_elsewhere_is_no_name() {
+    fn a_text_that_could_lead_elsewhere_is_no_name() {
         for text in ["", ".", "..", "a/b", "../a", "a.b", "a\\b", "%2e", "a b", "a\0", "ä", &"a".repeat(101)] {
-            assert!(text.parse::<Id>().is_err(), "{text}");
+            assert!(text.parse::<RecordingId>().is_err(), "{text}");
         }
         for file in ["/x/a.txt", "/x/.mcap", "/x/a", "/x/a.b.mcap", "/x/a.mcap.part"] {
-            assert_eq!(Id::of_file(Path::new(file)), None, "{file}");
+            assert_eq!(RecordingId::of_file(Path::new(file)), None, "{file}");
         }
         for others in ["flight", "20260101", "20260101T00000012Z-uav1", "20260101T000000123Z"] {
-            assert!(!others.parse::<Id>().unwrap().is_ours(), "{others}");
+            assert!(!others.parse::<RecordingId>().unwrap().is_ours(), "{others}");
         }
     }
 }

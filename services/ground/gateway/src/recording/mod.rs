@@ -1,9 +1,9 @@
-//! Recorded missions: what the gateway hears of a vehicle from the start of its mission to the report,
-//! in one MCAP file.
+//! Recorded missions: what the gateway hears of a vehicle from the start of its mission to the report, in one MCAP
+//! file.
 //!
-//! [`tracks`] decides what belongs to which recording, [`encoder`] makes bytes of it, [`digest`] tells
-//! it in short; all of them are pure. A thread of its own, [`writer`], has the files. The node's loop
-//! hands it notes through a bounded queue and never waits: what does not fit is dropped and counted.
+//! [`capture`] decides which message belongs to which recording, [`encoder`] makes bytes of it, [`summary`] sums a
+//! mission up; all three are pure. A thread of its own, [`writer`], has the files. The node's loop passes it jobs
+//! through a bounded queue and never waits: what does not fit is dropped and counted.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -14,113 +14,115 @@ use domain::time::{Now, Pace};
 use kittiwake_proto::topics::Message;
 use node::VehicleId;
 
+use crate::recording::capture::{Captures, WriteJob};
 use crate::recording::config::Config;
-use crate::recording::gauges::Gauges;
-use crate::recording::shelf::Shelf;
-use crate::recording::tracks::{Note, Tracks};
-use crate::recording::writer::Desk;
+use crate::recording::index::RecordingIndex;
+use crate::recording::status::WriterStatus;
+use crate::recording::writer::Writer;
 
-pub mod config;
-pub mod digest;
+pub(crate) mod capture;
+pub(crate) mod config;
 mod download;
-pub mod encoder;
-pub mod gauges;
-pub mod id;
-pub mod reading;
+mod encoder;
+mod id;
+mod index;
+mod reading;
 pub(crate) mod routes;
-pub mod shelf;
-pub mod tracks;
-pub mod writer;
+pub(crate) mod status;
+mod summary;
+mod writer;
 
-/// Notes on their way: several seconds' worth.
+/// Jobs that may wait for the writer: several seconds' worth.
 const CAPACITY: usize = 4096;
-/// How long a disk that hangs may hold up the end.
-const LAST_WORDS: Duration = Duration::from_secs(1);
+/// A disk that hangs delays the end of the process by no more than this.
+const GRACE_PERIOD: Duration = Duration::from_secs(1);
 
 /// The node's end.
-pub struct Recorder {
-    tracks: Tracks,
-    notes: Vec<Note>,
+pub(crate) struct Recorder {
+    captures: Captures,
+    jobs: Vec<WriteJob>,
     /// Absent where nothing is recorded.
-    to_writer: Option<ToWriter>,
+    writer: Option<WriterThread>,
 }
 
-struct ToWriter {
-    /// Taken to end the writer.
-    notes: Option<SyncSender<Note>>,
-    gauges: Arc<Gauges>,
+struct WriterThread {
+    /// Taken to end the thread.
+    jobs: Option<SyncSender<WriteJob>>,
+    status: Arc<WriterStatus>,
     /// Closed when everything is written.
     done: Receiver<()>,
 }
 
-/// What HTTP shows of recording.
+/// What HTTP shows of recordings.
 #[derive(Debug, Clone)]
 pub(crate) struct Recordings {
-    /// How it fares; absent where nothing is recorded.
-    pub(crate) gauges: Option<Arc<Gauges>>,
-    /// Where the files are; absent where there is no folder.
-    pub(crate) shelf: Option<Arc<Shelf>>,
+    /// Absent where nothing is recorded.
+    pub(crate) writer: Option<Arc<WriterStatus>>,
+    /// Absent where there is no folder.
+    pub(crate) index: Option<Arc<RecordingIndex>>,
 }
 
 impl Recorder {
-    /// Records into `folder`, if there is one and the configuration wants it.
-    pub(crate) fn start(config: &Config, folder: Option<PathBuf>, pace: Pace) -> (Recorder, Recordings) {
-        let wanted = folder.clone().filter(|_| 0 < config.most_files);
-        let to_writer = wanted.map(|folder| ToWriter::start(config, folder));
-        let gauges = to_writer.as_ref().map(|it| it.gauges.clone());
-        let recordings = Recordings { gauges, shelf: folder.map(|it| Arc::new(Shelf::new(it))) };
-        (Recorder { tracks: Tracks::new(config, pace), notes: Vec::new(), to_writer }, recordings)
+    /// Records into the configured folder, if there is one and recordings are wanted.
+    pub(crate) fn start(config: &Config, pace: Pace) -> (Recorder, Recordings) {
+        let wanted = config.folder.clone().filter(|_| 0 < config.most_files);
+        let writer = wanted.map(|folder| WriterThread::start(config, folder));
+        let recordings = Recordings {
+            writer: writer.as_ref().map(|writer| writer.status.clone()),
+            index: config.folder.clone().map(|folder| Arc::new(RecordingIndex::new(folder))),
+        };
+        (Recorder { captures: Captures::new(config, pace), jobs: Vec::new(), writer }, recordings)
     }
 
-    /// A vehicle said something.
-    pub(crate) fn heard(&mut self, now: Now, vehicle: &VehicleId, message: &Message) {
-        if let Some(writer) = &self.to_writer {
-            self.tracks.heard(now, vehicle, message, &mut self.notes);
-            self.notes.drain(..).for_each(|it| writer.pass(it));
+    /// A message of a vehicle arrived.
+    pub(crate) fn on_message(&mut self, now: Now, vehicle: &VehicleId, message: &Message) {
+        if let Some(writer) = &self.writer {
+            self.captures.on_message(now, vehicle, message, &mut self.jobs);
+            self.jobs.drain(..).for_each(|job| writer.pass(job));
         }
     }
 
     /// Time passes.
     pub(crate) fn tick(&mut self, now: Now) {
-        if let Some(writer) = &self.to_writer {
-            self.tracks.tick(now.time, &mut self.notes);
-            self.notes.drain(..).for_each(|it| writer.pass(it));
+        if let Some(writer) = &self.writer {
+            self.captures.tick(now.time, &mut self.jobs);
+            self.jobs.drain(..).for_each(|job| writer.pass(job));
         }
     }
 }
 
-impl ToWriter {
-    fn start(config: &Config, folder: PathBuf) -> ToWriter {
-        let gauges = Arc::new(Gauges::default());
-        let (notes, to_write) = sync_channel(CAPACITY);
+impl WriterThread {
+    fn start(config: &Config, folder: PathBuf) -> WriterThread {
+        let status = Arc::new(WriterStatus::default());
+        let (sender, jobs) = sync_channel(CAPACITY);
         let (is_done, done) = channel();
-        let desk = Desk::new(folder, config.limits(), config.flush_s.seconds(), gauges.clone());
+        let writer = Writer::new(folder, config.limits(), config.flush_s.seconds(), status.clone());
         let spawned = std::thread::Builder::new().name("recorder".into()).spawn(move || {
-            writer::run(desk, &to_write);
+            writer::run(writer, &jobs);
             drop(is_done);
         });
         if let Err(cause) = spawned {
-            gauges.fails(&cause.to_string());
+            status.failed(&cause.to_string());
         }
-        ToWriter { notes: Some(notes), gauges, done }
+        WriterThread { jobs: Some(sender), status, done }
     }
 
-    fn pass(&self, note: Note) {
-        let bytes = note.bytes();
-        if !self.gauges.admit(bytes) {
-            return self.gauges.dropped();
+    fn pass(&self, job: WriteJob) {
+        let bytes = job.bytes();
+        if !self.status.admit(bytes) {
+            return self.status.count_dropped();
         }
-        if self.notes.as_ref().is_none_or(|it| it.try_send(note).is_err()) {
-            self.gauges.taken(bytes);
-            self.gauges.dropped();
+        if self.jobs.as_ref().is_none_or(|jobs| jobs.try_send(job).is_err()) {
+            self.status.taken(bytes);
+            self.status.count_dropped();
         }
     }
 }
 
-impl Drop for ToWriter {
+impl Drop for WriterThread {
     fn drop(&mut self) {
-        drop(self.notes.take());
-        // Nothing is ever sent: this returns when the writer has ended, or takes too long.
-        let _ = self.done.recv_timeout(LAST_WORDS);
+        drop(self.jobs.take());
+        // Nothing is ever sent: this returns when the thread has ended, or takes too long.
+        let _ = self.done.recv_timeout(GRACE_PERIOD);
     }
 }

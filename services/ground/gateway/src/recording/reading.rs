@@ -1,5 +1,4 @@
-//! Reads a recording from its beginning to wherever it can be read. It never fails: what is wrong is
-//! told beside what was understood.
+//! Reads a recording as far as it can be read. It never fails: a problem is returned beside what was understood.
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -9,37 +8,37 @@ use mcap::McapError;
 use mcap::records::Record;
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-use crate::recording::digest::Digest;
 use crate::recording::encoder::METADATA;
+use crate::recording::summary::Summary;
 
-/// No record of ours is nearly as long; a damaged length must not become an allocation.
-const LONGEST_RECORD: usize = 16 * 1024 * 1024;
+/// In bytes. No record of ours is nearly as long; a damaged length must not become an allocation.
+const MAX_RECORD: usize = 16 * 1024 * 1024;
 
-/// What a file says.
+/// What was read of a file.
 #[derive(Debug, Default, PartialEq)]
-pub struct Reading {
+pub(crate) struct Reading {
     /// What was understood.
-    pub digest: Digest,
+    pub(crate) summary: Summary,
     /// What is wrong with the file; `None` if it was read to its end.
-    pub problem: Option<String>,
+    pub(crate) problem: Option<String>,
 }
 
-/// Reads all of it.
-pub fn read(mut file: impl Read) -> Reading {
+/// Reads the whole file.
+pub(crate) fn read(mut file: impl Read) -> Reading {
     let mut reading = Reading::default();
-    reading.problem = read_into(&mut file, &mut reading.digest).err().map(|it| in_words(&it));
+    reading.problem = read_into(&mut file, &mut reading.summary).err().map(|error| in_words(&error));
     reading
 }
 
-fn read_into(file: &mut impl Read, digest: &mut Digest) -> Result<(), McapError> {
+fn read_into(file: &mut impl Read, summary: &mut Summary) -> Result<(), McapError> {
     let options = LinearReaderOptions::default()
         .with_prevalidate_chunk_crcs(true)
         .with_validate_data_section_crc(true)
         .with_validate_summary_section_crc(true)
         .with_check_finishes_after_end_magic(true)
-        .with_record_length_limit(LONGEST_RECORD);
+        .with_record_length_limit(MAX_RECORD);
     let mut reader = LinearReader::new_with_options(options);
-    // By their numbers in the file; `None`: a topic that is not ours.
+    // By their numbers in the file; `None`: a topic that is unknown.
     let mut channels: BTreeMap<u16, Option<Topic>> = BTreeMap::new();
     while let Some(event) = reader.next_event() {
         match event? {
@@ -48,7 +47,7 @@ fn read_into(file: &mut impl Read, digest: &mut Digest) -> Result<(), McapError>
                 reader.notify_read(read);
             }
             LinearReadEvent::Record { opcode, data } => match mcap::parse_record(opcode, data)? {
-                Record::Metadata(it) if it.name == METADATA => digest.knows(&it.metadata),
+                Record::Metadata(it) if it.name == METADATA => summary.on_metadata(&it.metadata),
                 Record::Channel(it) => {
                     let topic = Topic::ALL.iter().find(|topic| topic.key() == it.topic).copied();
                     channels.insert(it.id, topic);
@@ -58,7 +57,7 @@ fn read_into(file: &mut impl Read, digest: &mut Digest) -> Result<(), McapError>
                     let topic = *topic.ok_or(McapError::UnknownChannel(header.sequence, header.channel_id))?;
                     let utc_ms = i64::try_from(header.log_time / 1_000_000).unwrap_or(i64::MAX);
                     if let Some(topic) = topic {
-                        digest.on(topic, utc_ms, &data);
+                        summary.on_message(topic, utc_ms, &data);
                     }
                 }
                 _ => {}
@@ -70,18 +69,20 @@ fn read_into(file: &mut impl Read, digest: &mut Digest) -> Result<(), McapError>
 
 fn in_words(error: &McapError) -> String {
     match error {
-        McapError::UnexpectedEof => "it ends early: the gateway was ended while it wrote, or the file was cut".into(),
-        McapError::BadMagic => "it is no MCAP file, or does not end like one".into(),
-        McapError::Io(cause) => format!("it cannot be read: {cause}"),
-        other => format!("it is corrupt: {other}"),
+        McapError::UnexpectedEof => {
+            "the file ends early: the gateway was killed while it wrote, or the file was cut".into()
+        }
+        McapError::BadMagic => "the file is not MCAP, or does not end like MCAP".into(),
+        McapError::Io(cause) => format!("the file cannot be read: {cause}"),
+        other => format!("the file is corrupt: {other}"),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::capture::RecordedMessage;
     use crate::recording::encoder::Encoder;
-    use crate::recording::tracks::Entry;
     use kittiwake_proto::topics::Message;
     use kittiwake_proto::v1;
 
@@ -89,17 +90,17 @@ mod tests {
 
     /// A recording of `count` decisions a second apart, flushed after each, and the sizes it had then.
     fn recording(count: i64) -> (Vec<u8>, Vec<usize>) {
-        let known = BTreeMap::from([("vehicle".to_owned(), "uav1".to_owned())]);
-        let mut encoder = Encoder::new(known.clone()).unwrap();
+        let metadata = BTreeMap::from([("vehicle".to_owned(), "uav1".to_owned())]);
+        let mut encoder = Encoder::new(metadata.clone()).unwrap();
         let (mut file, mut sizes) = (Vec::new(), Vec::new());
         for n in 0..count {
             let message: Message = v1::DecisionRecord { text: n.to_string(), ..Default::default() }.into();
-            let entry = Entry { topic: message.topic(), utc_ms: STARTED + 1000 * n, bytes: message.encode() };
-            encoder.add(&entry).unwrap();
+            let (topic, bytes) = (message.topic(), message.encode());
+            encoder.add(&RecordedMessage { topic, utc_ms: STARTED + 1000 * n, bytes }).unwrap();
             file.extend(encoder.take_bytes().unwrap());
             sizes.push(file.len());
         }
-        file.extend(encoder.finish(known).unwrap());
+        file.extend(encoder.finish(metadata).unwrap());
         (file, sizes)
     }
 
@@ -108,12 +109,12 @@ mod tests {
         let (file, _) = recording(3);
         let reading = read(file.as_slice());
         assert_eq!(reading.problem, None);
-        assert_eq!((reading.digest.vehicle.as_str(), reading.digest.messages), ("uav1", 3));
-        assert_eq!((reading.digest.started_ms, reading.digest.ended_ms), (Some(STARTED), Some(STARTED + 2000)));
+        assert_eq!((reading.summary.vehicle.as_str(), reading.summary.messages), ("uav1", 3));
+        assert_eq!((reading.summary.started_ms, reading.summary.ended_ms), (Some(STARTED), Some(STARTED + 2000)));
     }
 
     #[test]
-    fn others_read_it_too_and_find_the_descriptors() {
+    fn other_readers_of_mcap_find_the_messages_and_their_descriptors() {
         let (file, _) = recording(3);
         let messages: Vec<_> = mcap::MessageStream::new(&file).unwrap().map(Result::unwrap).collect();
         assert_eq!(messages.len(), 3);
@@ -129,18 +130,18 @@ mod tests {
     }
 
     #[test]
-    fn wherever_it_is_cut_off_what_was_flushed_is_read() {
+    fn a_file_that_was_cut_is_read_up_to_the_last_flush() {
         let (file, sizes) = recording(4);
         for cut in 0..file.len() {
             let reading = read(&file[..cut]);
             assert!(reading.problem.is_some(), "cut at {cut}");
-            let flushed = sizes.iter().filter(|it| **it <= cut).count() as u64;
-            assert!(flushed <= reading.digest.messages, "cut at {cut}: {} of {flushed}", reading.digest.messages);
+            let flushed = sizes.iter().filter(|size| **size <= cut).count() as u32;
+            assert!(flushed <= reading.summary.messages, "cut at {cut}: {} of {flushed}", reading.summary.messages);
         }
     }
 
     #[test]
-    fn whatever_is_damaged_it_is_told_and_never_a_panic() {
+    fn damage_is_reported_and_never_a_panic() {
         let (file, _) = recording(4);
         let whole = read(file.as_slice());
         for at in 0..file.len() {
@@ -148,8 +149,8 @@ mod tests {
                 let mut damaged = file.clone();
                 damaged[at] ^= bit;
                 let reading = read(damaged.as_slice());
-                // What the checksums do not cover may go unnoticed, but changes no more than itself.
-                assert!(reading.problem.is_some() || reading.digest.messages == whole.digest.messages, "at {at}");
+                // Bytes that no checksum covers may go unnoticed; they change nothing else.
+                assert!(reading.problem.is_some() || reading.summary.messages == whole.summary.messages, "at {at}");
             }
         }
         for garbage in [vec![], vec![0xff; 1000], b"\x89MCAP0\r\n".repeat(9)] {

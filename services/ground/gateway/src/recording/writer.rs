@@ -1,7 +1,7 @@
-//! Writes notes into files. [`Desk`] does what each note says, [`run`] is the loop around it.
+//! Writes recordings into files. [`Writer`] does one job, [`run`] is the loop around it.
 //!
-//! What cannot be written is counted and told, tried again after a while, and stops nothing: a disk
-//! that is full, or hangs, costs recordings only.
+//! What cannot be written is counted, reported and tried again after a while. A disk that is full, or hangs, costs
+//! recordings only.
 
 use std::collections::BTreeMap;
 use std::fs::{DirBuilder, File, OpenOptions};
@@ -14,151 +14,158 @@ use std::time::{Duration, Instant};
 
 use node::VehicleId;
 
+use crate::recording::capture::{RecordedMessage, RecordingHeader, WriteJob};
 use crate::recording::config::Limits;
-use crate::recording::digest::Digest;
 use crate::recording::encoder::Encoder;
-use crate::recording::gauges::Gauges;
-use crate::recording::id::Id;
-use crate::recording::shelf;
-use crate::recording::tracks::{Entry, Note, Take};
+use crate::recording::id::RecordingId;
+use crate::recording::index;
+use crate::recording::status::WriterStatus;
+use crate::recording::summary::Summary;
 
-/// Wall time after a failure before the next try.
-const REST: Duration = Duration::from_secs(5);
-/// What is collected is written before it takes more memory than this, however little time has passed.
-const MOST_COLLECTED: usize = 1024 * 1024;
-/// Whether there is too much in the folder is looked at again after so much was written.
-const LOOK_EVERY: u64 = 8 * 1024 * 1024;
+#[cfg(test)]
+mod tests;
+
+/// Wall time after a failure before the next attempt.
+const BACK_OFF: Duration = Duration::from_secs(5);
+/// Bytes collected in memory after which they are written, however little time has passed.
+const MAX_COLLECTED: usize = 1024 * 1024;
+/// Bytes written after which the folder's limits are checked again.
+const CHECK_EVERY: u64 = 8 * 1024 * 1024;
 
 /// The recordings that are being written.
-pub struct Desk {
+pub(crate) struct Writer {
     folder: PathBuf,
     limits: Limits,
-    flush: Duration,
-    gauges: Arc<Gauges>,
-    open: BTreeMap<u64, Open>,
-    /// Recordings that take nothing in, and until when; `None`: for good.
-    resting: BTreeMap<u64, Option<Instant>>,
-    since_look: u64,
+    flush_period: Duration,
+    status: Arc<WriterStatus>,
+    open: BTreeMap<u64, OpenRecording>,
+    /// Recordings that take no messages, and until when; `None`: for good.
+    suspended: BTreeMap<u64, Option<Instant>>,
+    /// Bytes written since the folder's limits were checked.
+    unchecked: u64,
 }
 
-struct Open {
+struct OpenRecording {
     vehicle: VehicleId,
     encoder: Encoder,
-    digest: Digest,
+    summary: Summary,
     path: PathBuf,
     file: File,
-    /// Of the file, and of it while there is no message in it.
+    /// Of the file.
     bytes: u64,
-    head: u64,
-    /// Not written yet.
+    /// Of the file before its first message.
+    head_bytes: u64,
+    /// In memory, not written yet.
     collected: usize,
-    due: Instant,
+    flush_due: Instant,
 }
 
-/// Does what the notes say until there are no more to come, then ends every recording.
-pub fn run(mut desk: Desk, notes: &Receiver<Note>) {
+/// Does jobs until there are no more to come, then completes every recording.
+pub(crate) fn run(mut writer: Writer, jobs: &Receiver<WriteJob>) {
     loop {
-        let wait = desk.due().map_or(REST, |it| it.saturating_duration_since(Instant::now()));
-        match notes.recv_timeout(wait) {
-            Ok(note) => {
-                desk.gauges.taken(note.bytes());
-                desk.on(note, Instant::now());
+        let wait = writer.due().map_or(BACK_OFF, |due| due.saturating_duration_since(Instant::now()));
+        match jobs.recv_timeout(wait) {
+            Ok(job) => {
+                writer.status.taken(job.bytes());
+                writer.on(job, Instant::now());
             }
             Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => return desk.end_all(),
+            Err(RecvTimeoutError::Disconnected) => return writer.end_all(),
         }
-        desk.flush_due(Instant::now());
+        writer.flush_due(Instant::now());
     }
 }
 
-impl Desk {
-    /// Nothing is open yet, and the folder need not be there.
-    pub fn new(folder: PathBuf, limits: Limits, flush: Duration, gauges: Arc<Gauges>) -> Desk {
-        Desk { folder, limits, flush, gauges, open: BTreeMap::new(), resting: BTreeMap::new(), since_look: 0 }
+impl Writer {
+    /// No recording is open yet, and the folder need not exist.
+    pub(crate) fn new(folder: PathBuf, limits: Limits, flush_period: Duration, status: Arc<WriterStatus>) -> Writer {
+        let (open, suspended) = (BTreeMap::new(), BTreeMap::new());
+        Writer { folder, limits, flush_period, status, open, suspended, unchecked: 0 }
     }
 
-    /// Does what a note says.
-    pub fn on(&mut self, note: Note, now: Instant) {
-        match note {
-            Note::Entry(take, entry) => {
-                if !self.is_resting(take.number, now) && self.is_open(&take, now) {
-                    self.add(take.number, &entry, now);
+    /// Does a job.
+    fn on(&mut self, job: WriteJob, now: Instant) {
+        match job {
+            WriteJob::Message(header, message) => {
+                if !self.is_suspended(header.number, now) && self.is_open(&header, now) {
+                    self.add(header.number, &message, now);
                 } else {
-                    self.gauges.dropped();
+                    self.status.count_dropped();
                 }
             }
-            Note::End(take) => {
-                self.end(take.number, now);
-                self.resting.remove(&take.number);
+            WriteJob::End(header) => {
+                self.end(header.number, now);
+                self.suspended.remove(&header.number);
             }
         }
     }
 
     /// Writes what has been collected for long enough.
-    pub fn flush_due(&mut self, now: Instant) {
-        let due: Vec<u64> = self.open.iter().filter(|(_, it)| it.due <= now).map(|(number, _)| *number).collect();
-        due.into_iter().for_each(|it| self.flush(it, now));
+    fn flush_due(&mut self, now: Instant) {
+        let due = self.open.iter().filter(|(_, recording)| recording.flush_due <= now);
+        let due: Vec<u64> = due.map(|(number, _)| *number).collect();
+        due.into_iter().for_each(|number| self.flush(number, now));
     }
 
-    /// When [`Desk::flush_due`] has something to do.
+    /// When [`Writer::flush_due`] has something to do.
     fn due(&self) -> Option<Instant> {
-        self.open.values().map(|it| it.due).min()
+        self.open.values().map(|recording| recording.flush_due).min()
     }
 
-    fn is_resting(&self, number: u64, now: Instant) -> bool {
-        self.resting.get(&number).is_some_and(|until| until.is_none_or(|it| now < it))
+    fn is_suspended(&self, number: u64, now: Instant) -> bool {
+        self.suspended.get(&number).is_some_and(|until| until.is_none_or(|until| now < until))
     }
 
     /// Opens the recording if it is not open; false if that fails.
-    fn is_open(&mut self, take: &Take, now: Instant) -> bool {
-        if self.open.contains_key(&take.number) {
+    fn is_open(&mut self, header: &RecordingHeader, now: Instant) -> bool {
+        if self.open.contains_key(&header.number) {
             return true;
         }
-        // One whose end was lost on the way.
-        let before = self.open.iter().filter(|(_, it)| it.vehicle == take.vehicle).map(|(number, _)| *number);
-        before.collect::<Vec<_>>().into_iter().for_each(|it| self.end(it, now));
-        match self.begin(take, now) {
+        // Recordings of the vehicle whose end was lost on the way.
+        let earlier = self.open.iter().filter(|(_, recording)| recording.vehicle == header.vehicle);
+        let earlier: Vec<u64> = earlier.map(|(number, _)| *number).collect();
+        earlier.into_iter().for_each(|number| self.end(number, now));
+        match self.begin(header, now) {
             Ok(open) => {
-                self.open.insert(take.number, open);
-                self.look();
+                self.open.insert(header.number, open);
+                self.check_limits();
                 true
             }
             Err(cause) => {
-                self.fail(take.number, &cause, now);
+                self.fail(header.number, &cause, now);
                 false
             }
         }
     }
 
-    fn begin(&self, take: &Take, now: Instant) -> io::Result<Open> {
+    fn begin(&self, header: &RecordingHeader, now: Instant) -> io::Result<OpenRecording> {
         DirBuilder::new().recursive(true).mode(0o700).create(&self.folder)?;
-        let (path, mut file) = self.create(take)?;
-        let digest = Digest::of(&take.vehicle);
-        let mut known = digest.known();
-        // To make mission time of the time at which a message came.
-        known.insert("speed".into(), take.speed.to_string());
-        known.insert("missionTimeS".into(), take.began.time.as_secs_f64().to_string());
-        known.insert("utc".into(), crate::view::utc(take.began.utc_ms));
-        let mut encoder = Encoder::new(known).map_err(io::Error::other)?;
+        let (path, mut file) = self.create(header)?;
+        let summary = Summary::of(&header.vehicle);
+        let mut metadata = summary.metadata();
+        // With these a reader converts the time at which a message arrived into mission time.
+        metadata.insert("speed".into(), header.speed.to_string());
+        metadata.insert("missionTimeS".into(), header.began.time.as_secs_f64().to_string());
+        metadata.insert("utc".into(), crate::view::utc(header.began.utc_ms));
+        let mut encoder = Encoder::new(metadata).map_err(io::Error::other)?;
         let head = encoder.take_bytes().map_err(io::Error::other)?;
-        // Held while the file is open: says that it is being written. On a file system without locks it
-        // is shown as damaged until it is complete.
+        // Held while the file is open: it says that the file is being written. On a file system without locks the
+        // recording is shown as damaged until it is complete.
         let _ = file.lock();
         if let Err(cause) = file.write_all(&head) {
-            // Of no use to anybody; what cannot be removed is shown as damaged.
+            // A file without messages is of no use; one that cannot be removed is shown as damaged.
             let _ = std::fs::remove_file(&path);
             return Err(cause);
         }
-        let (vehicle, head) = (take.vehicle.clone(), head.len() as u64);
-        let due = now + self.flush;
-        Ok(Open { vehicle, encoder, digest, path, file, bytes: head, head, collected: 0, due })
+        let (vehicle, bytes, flush_due) = (header.vehicle.clone(), head.len() as u64, now + self.flush_period);
+        Ok(OpenRecording { vehicle, encoder, summary, path, file, bytes, head_bytes: bytes, collected: 0, flush_due })
     }
 
-    /// A file that was not there before.
-    fn create(&self, take: &Take) -> io::Result<(PathBuf, File)> {
+    /// A file that did not exist before.
+    fn create(&self, header: &RecordingHeader) -> io::Result<(PathBuf, File)> {
         let mut attempt = 1;
         loop {
-            let path = Id::of(take, attempt).path_in(&self.folder);
+            let path = RecordingId::of(header, attempt).path_in(&self.folder);
             match OpenOptions::new().write(true).create_new(true).mode(0o600).open(&path) {
                 Err(cause) if cause.kind() == io::ErrorKind::AlreadyExists && attempt < 100 => attempt += 1,
                 opened => return Ok((path, opened?)),
@@ -166,80 +173,80 @@ impl Desk {
         }
     }
 
-    fn add(&mut self, number: u64, entry: &Entry, now: Instant) {
+    fn add(&mut self, number: u64, message: &RecordedMessage, now: Instant) {
         let Some(open) = self.open.get_mut(&number) else { return };
-        open.digest.on(entry.topic, entry.utc_ms, &entry.bytes);
-        if let Err(cause) = open.encoder.add(entry) {
+        open.summary.on_message(message.topic, message.utc_ms, &message.bytes);
+        if let Err(cause) = open.encoder.add(message) {
             return self.fail(number, &io::Error::other(cause), now);
         }
-        open.collected += entry.bytes.len() + 1;
-        if MOST_COLLECTED <= open.collected {
+        open.collected += message.bytes.len() + 1;
+        if MAX_COLLECTED <= open.collected {
             self.flush(number, now);
         }
     }
 
     fn flush(&mut self, number: u64, now: Instant) {
         let Some(open) = self.open.get_mut(&number) else { return };
-        open.due = now + self.flush;
+        open.flush_due = now + self.flush_period;
         if std::mem::take(&mut open.collected) == 0 {
             return;
         }
         let bytes = open.encoder.take_bytes().map_err(io::Error::other);
         let before = open.bytes;
-        if let Err(cause) = bytes.and_then(|it| write(&mut open.file, &mut open.bytes, &it)) {
+        if let Err(cause) = bytes.and_then(|bytes| write(&mut open.file, &mut open.bytes, &bytes)) {
             return self.fail(number, &cause, now);
         }
-        self.gauges.works();
-        self.since_look += open.bytes - before;
+        self.status.recovered();
+        self.unchecked += open.bytes - before;
         if self.limits.each <= open.bytes {
             self.end(number, now);
-            self.resting.insert(number, None);
+            self.suspended.insert(number, None);
         }
-        if LOOK_EVERY <= self.since_look {
-            self.look();
+        if CHECK_EVERY <= self.unchecked {
+            self.check_limits();
         }
     }
 
     /// Completes a recording.
     fn end(&mut self, number: u64, now: Instant) {
         let Some(mut open) = self.open.remove(&number) else { return };
-        let known = open.digest.known();
-        let last = open.encoder.finish(known).map_err(io::Error::other);
-        if let Err(cause) = last.and_then(|it| write(&mut open.file, &mut open.bytes, &it)) {
+        let metadata = open.summary.metadata();
+        let last = open.encoder.finish(metadata).map_err(io::Error::other);
+        if let Err(cause) = last.and_then(|bytes| write(&mut open.file, &mut open.bytes, &bytes)) {
             self.fail(number, &cause, now);
         }
     }
 
     fn end_all(&mut self) {
         let all: Vec<u64> = self.open.keys().copied().collect();
-        all.into_iter().for_each(|it| self.end(it, Instant::now()));
+        all.into_iter().for_each(|number| self.end(number, Instant::now()));
     }
 
     /// Leaves a recording as it is for now.
     fn fail(&mut self, number: u64, cause: &io::Error, now: Instant) {
         if let Some(open) = self.open.remove(&number)
-            && open.bytes == open.head
+            && open.bytes == open.head_bytes
         {
-            // Without a message: one left by each try would push out the recordings that have some.
+            // Files without messages, one from each attempt, would displace recordings that have some.
             let _ = std::fs::remove_file(open.path);
         }
-        self.resting.insert(number, Some(now + REST));
-        if self.gauges.fails(&cause.to_string()) {
+        self.suspended.insert(number, Some(now + BACK_OFF));
+        if self.status.failed(&cause.to_string()) {
             tracing::error!(folder = %self.folder.display(), %cause, "missions cannot be recorded");
         }
     }
 
-    fn look(&mut self) {
-        self.since_look = 0;
-        if let Err(cause) = shelf::make_room(&self.folder, self.limits)
-            && self.gauges.fails(&cause.to_string())
+    fn check_limits(&mut self) {
+        self.unchecked = 0;
+        if let Err(cause) = index::make_room(&self.folder, self.limits)
+            && self.status.failed(&cause.to_string())
         {
             tracing::error!(folder = %self.folder.display(), %cause, "old recordings cannot be removed");
         }
     }
 }
 
-/// All of it or nothing: what is half written is taken back, so that the file can be read to its end.
+/// All of the bytes or none: a part that was written is taken back, so that the file can be read to its end.
 fn write(file: &mut File, written: &mut u64, bytes: &[u8]) -> io::Result<()> {
     if let Err(cause) = file.write_all(bytes) {
         // Fails only where the file is lost anyway.

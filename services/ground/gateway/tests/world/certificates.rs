@@ -1,4 +1,4 @@
-//! A private CA and what it has signed, in files that are gone with the value.
+//! A private CA and what it has signed, in files that are removed with the value.
 
 use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! A gateway whose loop runs in a thread of its own; the services that it calls are played by the test.
+//! A gateway whose loop runs in a thread of its own; the test plays the services that it calls.
 
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex};
@@ -12,7 +12,7 @@ use gateway::access::{Role, Tokens, entry};
 use gateway::audit::Audit;
 use gateway::config::Config;
 use gateway::http::{Api, router};
-use gateway::{Door, Gateway};
+use gateway::{AccessControl, Gateway};
 use http_body_util::BodyExt as _;
 use kittiwake_proto::topics::{Message, Request as Call, Response};
 use kittiwake_proto::v1;
@@ -46,13 +46,12 @@ pub const CONFIG: &str = "
     most_hz = {}
 ";
 
-/// A file that lies in the folder of the recordings, and is none.
+/// A file in the folder of the recordings that is no recording.
 pub const RECORDING: &str = "not-a-recording";
 
-/// Plays the services: answers what is called, with the trace it came under.
+/// Plays the services: replies to a call, given its trace.
 type Play = Box<dyn FnMut(&Call, &str) -> Result<Response, CallError> + Send>;
 
-#[allow(clippy::large_enum_variant)]
 enum Input {
     Nudge,
     Say(Message),
@@ -60,11 +59,11 @@ enum Input {
 
 pub struct World {
     pub router: Router,
-    /// To be served on a socket.
+    /// To serve on a socket.
     #[allow(dead_code)]
     pub api: Api,
     inputs: Sender<Input>,
-    /// What reached the bus: calls, and messages published.
+    /// The keys of what reached the bus: calls, and messages published.
     pub heard: Arc<Mutex<Vec<String>>>,
     /// The folder of the recordings.
     pub recordings: tempfile::TempDir,
@@ -78,24 +77,24 @@ pub struct Answer {
 }
 
 impl World {
-    /// With uav1 seen, on which everything that is ordered is done.
+    /// With uav1 seen, whose services carry out every order.
     pub fn new() -> World {
         World::playing(CONFIG, Box::new(|call, _| Ok(obedient(call))))
     }
 
-    /// Services that answer as `play` does.
+    /// With services that reply as `play` does.
     pub fn with(play: impl FnMut(&Call, &str) -> Result<Response, CallError> + Send + 'static) -> World {
         World::playing(CONFIG, Box::new(play))
     }
 
-    /// With a change to the configuration.
+    /// With one change to the configuration.
     pub fn configured(from: &str, to: &str) -> World {
         assert!(CONFIG.contains(from), "{from}");
         World::playing(&CONFIG.replace(from, to), Box::new(|call, _| Ok(obedient(call))))
     }
 
     fn playing(config: &str, mut play: Play) -> World {
-        let config: Config = toml::from_str(config).unwrap();
+        let mut config: Config = toml::from_str(config).unwrap();
         let entries = Role::ALL.map(|it| entry(it.name(), &[it], &format!("{}-token", it.name())));
         let text = format!("{}{}", entries.concat(), entry("ben", &[Role::Operator], "ben-token"));
         let expired = entry("old", &Role::ALL, "old-token") + "expires_utc = \"2020-01-01T00:00:00Z\"\n";
@@ -107,8 +106,9 @@ impl World {
         };
         let recordings = tempfile::tempdir().unwrap();
         std::fs::write(recordings.path().join(format!("{RECORDING}.mcap")), "not at all").unwrap();
-        let door = Door { tokens, audit: Audit::in_memory(), recordings: Some(recordings.path().to_owned()) };
-        let (mut gateway, api) = Gateway::new(&config, Pace::REAL_TIME, door, wake);
+        config.recording.folder = Some(recordings.path().to_owned());
+        let access = AccessControl { tokens, audit: Audit::in_memory() };
+        let (mut gateway, api) = Gateway::new(&config, Pace::REAL_TIME, access, &[], wake);
         let (closing, closed) = watch::channel(());
         let router = router(api.clone(), closed);
         let heard = Arc::new(Mutex::new(Vec::new()));
@@ -127,10 +127,11 @@ impl World {
                         let result = play(&request, trace.as_deref().unwrap_or("none"));
                         gateway.on(now, Event::Reply { call, result }, &mut Vec::new());
                     }
-                    // Comes by itself, whatever is ordered.
+                    // Published whether or not something is ordered.
                     Effect::Publish { message: Message::GroundContact(_), .. } => {}
                     Effect::Publish { message, .. } => log.lock().unwrap().push(message.topic().key().to_owned()),
-                    Effect::Reply { .. } => panic!("it serves nothing"),
+                    Effect::Reply { .. } => panic!("the gateway serves nothing"),
+                    Effect::Refused { what, why } => panic!("refused {what:?}: {why}"),
                 }
             }
         };
@@ -145,7 +146,7 @@ impl World {
         World { router, api, inputs, heard, recordings, _closing: closing }
     }
 
-    /// uav1 says something.
+    /// uav1 publishes a message.
     pub fn say(&self, message: impl Into<Message>) {
         self.inputs.send(Input::Say(message.into())).unwrap();
     }
@@ -182,7 +183,7 @@ impl World {
         Answer { status, body: serde_json::from_str(&text).unwrap_or(Value::Null), text }
     }
 
-    /// The same, once there is something: what is only published leaves after its answer.
+    /// The same, once there is something: a published message leaves after its answer.
     pub async fn heard_at_last(&self) -> Vec<String> {
         let limit = std::time::Instant::now() + std::time::Duration::from_secs(20);
         loop {
@@ -199,7 +200,7 @@ impl World {
     }
 }
 
-/// The answer of a service that does what it is told.
+/// The reply of a service that carries out the order.
 pub fn obedient(call: &Call) -> Response {
     match call {
         Call::OperatorCommand(_) => Response::OperatorCommand(v1::OperatorReply { done: true, text: "done".into() }),
@@ -212,6 +213,6 @@ pub fn obedient(call: &Call) -> Response {
         Call::Fault(_) => {
             Response::Fault(v1::FaultReply { accepted: true, detail: "done".into(), ..Default::default() })
         }
-        other => panic!("not called by the gateway: {other:?}"),
+        other => panic!("the gateway does not call {other:?}"),
     }
 }

@@ -1,0 +1,87 @@
+//! All trees of a library while they are expanded.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::mistake::Mistake;
+use super::mistakes::Mistakes;
+use super::model::subtree_ports;
+use crate::leaf::declaration::Port;
+use crate::leaf::registry::Registry;
+use crate::nodes;
+use crate::xml::element::{Document, Element};
+
+/// BehaviorTree.CPP's tools number the nodes of a tree with sixteen bits.
+const MAX_NODES: usize = u16::MAX as usize;
+
+/// The limit for all trees of a library together: a few lines of XML can describe any number of nodes.
+const MAX_NODES_IN_ALL: usize = 4 * MAX_NODES;
+
+/// What the trees of a library are made of.
+pub(crate) struct Forest<'a, Ctx> {
+    registry: &'a Registry<Ctx>,
+    /// Every `BehaviorTree` element by `ID`.
+    trees: BTreeMap<&'a str, &'a Element>,
+    /// The ports that `TreeNodesModel` declares for a tree.
+    models: BTreeMap<&'a str, Vec<Port>>,
+    nodes_left: usize,
+}
+
+impl<'a, Ctx> Forest<'a, Ctx> {
+    pub(crate) fn new(registry: &'a Registry<Ctx>, documents: &'a [Document], mistakes: &mut Mistakes) -> Self {
+        let mut trees: BTreeMap<&str, &Element> = BTreeMap::new();
+        for tree in documents.iter().flat_map(|document| &document.trees) {
+            let Some(attribute) = tree.find("ID") else {
+                mistakes.add(tree.at, Mistake::MissingAttribute { tag: tree.tag.clone(), attribute: "ID" });
+                continue;
+            };
+            let id = attribute.value.as_str();
+            if nodes::is_built_in(id) || registry.kinds.contains_key(id) {
+                mistakes.add(attribute.at, Mistake::TreeNamedLikeNode { id: id.to_owned() });
+            }
+            if trees.insert(id, tree).is_some() {
+                mistakes.add(attribute.at, Mistake::DuplicateTree { id: id.to_owned() });
+            }
+        }
+        let models = subtree_ports(documents, mistakes);
+        Forest { registry, trees, models, nodes_left: MAX_NODES_IN_ALL }
+    }
+
+    pub(super) fn registry(&self) -> &'a Registry<Ctx> {
+        self.registry
+    }
+
+    pub(super) fn tree(&self, id: &str) -> Option<&'a Element> {
+        self.trees.get(id).copied()
+    }
+
+    /// The trees that other trees include.
+    pub(super) fn parts(&self) -> BTreeSet<&'a str> {
+        self.trees.values().flat_map(|tree| parts_of(tree)).collect()
+    }
+
+    pub(super) fn ids(&self) -> impl Iterator<Item = &'a str> {
+        self.trees.keys().copied()
+    }
+
+    /// The declared ports of a tree.
+    pub(super) fn model(&self, id: &str) -> &[Port] {
+        self.models.get(id).map_or(&[], Vec::as_slice)
+    }
+
+    /// Counts one more node, of a tree that has `nodes` already.
+    pub(super) fn take_node(&mut self, nodes: usize) -> Result<(), Mistake> {
+        if nodes == MAX_NODES {
+            return Err(Mistake::TooLarge { limit: MAX_NODES, in_all: false });
+        }
+        let left = self.nodes_left.checked_sub(1);
+        self.nodes_left = left.ok_or(Mistake::TooLarge { limit: MAX_NODES_IN_ALL, in_all: true })?;
+        Ok(())
+    }
+}
+
+/// The trees that a tree includes.
+fn parts_of(element: &Element) -> Vec<&str> {
+    let own = (element.tag == "SubTree").then(|| element.get("ID")).flatten();
+    let below = element.children.iter().flat_map(parts_of);
+    own.into_iter().chain(below).collect()
+}

@@ -1,0 +1,398 @@
+//! Where the vehicle may be, and when: the one rule that plans, invariants, responses, waiting and arming go by.
+//!
+//! A keep-out area is not entered while it applies, a permission area only with a grant that outlasts the stay. Leaving is
+//! not entering: a vehicle in the air inside an area that it may not be in breaks no rule by flying out of it. From the
+//! ground into the air is entering.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use geo::Contains;
+
+use crate::area::{Area, AreaKind};
+use crate::geometry::Ned;
+use crate::time::Pace;
+
+/// The permissions that are held, each with the mission time for which it holds from now on.
+pub type Grants = BTreeMap<String, Duration>;
+
+/// What decides where the vehicle may be.
+#[derive(Debug, Clone, Copy)]
+pub struct Airspace<'a> {
+    /// Every area of the mission.
+    pub areas: &'a [Area],
+    /// What is held.
+    pub grants: &'a Grants,
+    /// The moment that all times here count from.
+    pub clock: Clock,
+    /// A grant must outlast a stay by this, and an area that opens within this time applies already: the time for the way
+    /// out.
+    pub lead: Duration,
+    /// Heights this close to a floor or a ceiling count as inside, in metres.
+    pub vertical_margin_m: f64,
+}
+
+/// A moment, and how fast mission time runs against UTC.
+#[derive(Debug, Clone, Copy)]
+pub struct Clock {
+    /// Milliseconds since the Unix epoch.
+    pub utc_ms: i64,
+    /// Mission time against UTC.
+    pub pace: Pace,
+}
+
+/// How a way is flown.
+#[derive(Debug, Clone, Copy)]
+pub struct Motion {
+    /// When it begins, from now on.
+    pub begins: Duration,
+    /// How fast it is flown; times along the way are taken as 20 % sooner or 25 % and ten seconds later.
+    pub speed_m_s: f64,
+    /// Whether the vehicle is in the air when it begins.
+    pub airborne: bool,
+}
+
+/// A place and time at which the rule is broken.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Breach {
+    /// The area.
+    pub area: String,
+    /// What is wrong.
+    pub why: Why,
+    /// Where on the way it is entered, or where the vehicle is when it begins to apply.
+    pub at: Ned,
+    /// When, from now on.
+    pub after: Duration,
+}
+
+/// What is wrong with being in an area.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Why {
+    /// It is never entered.
+    KeepOut,
+    /// Its permission is not held.
+    NotGranted,
+    /// Its permission is held for this long, which is too short for the stay.
+    TooShort {
+        /// For which it holds from now on.
+        held: Duration,
+        /// For which it would have to.
+        needed: Duration,
+    },
+}
+
+impl std::fmt::Display for Breach {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Breach { area, why, at, after } = self;
+        match why {
+            Why::KeepOut => write!(f, "keep-out area {area} would be entered at {at}")?,
+            Why::NotGranted => write!(f, "area {area} would be entered at {at} without permission")?,
+            Why::TooShort { held, needed } => {
+                let (held_s, needed_s) = (held.as_secs(), needed.as_secs());
+                return write!(f, "the permission for area {area} holds for {held_s} s, {needed_s} s are needed");
+            }
+        }
+        match after.as_secs() {
+            0 => Ok(()),
+            seconds => write!(f, " in {seconds} s"),
+        }
+    }
+}
+
+/// A part of a straight way that lies inside an area, as fractions of the way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stay {
+    /// Where it begins; 0 if the way begins inside.
+    pub enters: f64,
+    /// Where it ends; 1 if the way ends inside.
+    pub leaves: f64,
+}
+
+/// The parts of the straight way from `from` to `to` that lie inside `area`, heights within `vertical_margin_m` of its
+/// floor and ceiling included. Along the border is not inside.
+pub fn stays(area: &Area, from: Ned, to: Ned, vertical_margin_m: f64) -> Vec<Stay> {
+    if passes_beside(area, from, to) {
+        return Vec::new();
+    }
+    let (lowest, highest) = heights_within(area, from.height_m(), to.height_m(), vertical_margin_m);
+    let polygon = area.polygon();
+    let mut found: Vec<Stay> = Vec::new();
+    for stretch in area.crossings(from, to).windows(2) {
+        let middle = from.towards(to, (stretch[0] + stretch[1]) / 2.0);
+        if !polygon.contains(&geo::Point::new(middle.east_m, middle.north_m)) {
+            continue;
+        }
+        let stay = Stay { enters: stretch[0].max(lowest), leaves: stretch[1].min(highest) };
+        match found.last_mut() {
+            _ if stay.leaves < stay.enters => {}
+            Some(last) if last.leaves == stay.enters => last.leaves = stay.leaves,
+            _ => found.push(stay),
+        }
+    }
+    found
+}
+
+/// Whether a way would be over before the bounding boxes even touch: cheap, and true for most pairs.
+fn passes_beside(area: &Area, from: Ned, to: Ned) -> bool {
+    let beside = |of: fn(&Ned) -> f64| {
+        let (low, high) = (of(&from).min(of(&to)), of(&from).max(of(&to)));
+        area.corners.iter().all(|corner| of(corner) < low) || area.corners.iter().all(|corner| of(corner) > high)
+    };
+    beside(|it| it.north_m) || beside(|it| it.east_m)
+}
+
+/// The fractions of a way between which its height lies in the area's band; an empty interval if it never does.
+fn heights_within(area: &Area, from_m: f64, to_m: f64, margin_m: f64) -> (f64, f64) {
+    let floor_m = area.floor_m.map_or(f64::NEG_INFINITY, |it| it - margin_m);
+    let ceiling_m = area.ceiling_m.map_or(f64::INFINITY, |it| it + margin_m);
+    let inside = |height_m: f64| floor_m <= height_m && height_m <= ceiling_m;
+    let climb_m = to_m - from_m;
+    if climb_m == 0.0 {
+        return if inside(from_m) { (0.0, 1.0) } else { (1.0, 0.0) };
+    }
+    let (at_floor, at_ceiling) = ((floor_m - from_m) / climb_m, (ceiling_m - from_m) / climb_m);
+    (at_floor.min(at_ceiling).max(0.0), at_floor.max(at_ceiling).min(1.0))
+}
+
+impl<'a> Airspace<'a> {
+    /// The areas that a vehicle in the air at `position` is in and may not be in now.
+    pub fn trespassed(&self, position: Ned) -> impl Iterator<Item = &'a Area> {
+        let this = *self;
+        this.areas.iter().filter(move |area| {
+            this.bars(area, Duration::ZERO, Duration::ZERO).is_some() && this.is_inside(area, position)
+        })
+    }
+
+    /// The areas that must not be stayed in for this long from now on.
+    pub fn barred(&self, stay: Duration) -> Vec<&'a Area> {
+        self.areas.iter().filter(|area| self.bars(area, Duration::ZERO, stay).is_some()).collect()
+    }
+
+    /// The first breach on the straight way from `from` to `to`; `None`: it may be flown.
+    pub fn first_breach(&self, from: Ned, to: Ned, motion: Motion) -> Option<Breach> {
+        let breaches = self.areas.iter().filter_map(|area| self.breach_of(area, from, to, motion));
+        breaches.min_by_key(|breach| breach.after)
+    }
+
+    /// What is wrong with staying at `position` for this long from now on.
+    pub fn breach_at(&self, position: Ned, stay: Duration) -> Option<Breach> {
+        let inside = self.areas.iter().filter(|area| self.is_inside(area, position));
+        let breach = |area: &Area| {
+            let (why, after) = self.bars(area, Duration::ZERO, stay)?;
+            Some(Breach { area: area.name.clone(), why, at: position, after })
+        };
+        inside.filter_map(breach).min_by_key(|breach| breach.after)
+    }
+
+    fn breach_of(&self, area: &Area, from: Ned, to: Ned, motion: Motion) -> Option<Breach> {
+        let stays = stays(area, from, to, self.vertical_margin_m);
+        let way_s = from.distance_m(to) / motion.speed_m_s;
+        stays.into_iter().find_map(|stay| {
+            let leaving = stay.enters == 0.0
+                && motion.airborne
+                && motion.begins.is_zero()
+                && self.bars(area, Duration::ZERO, Duration::ZERO).is_some();
+            if leaving {
+                return None;
+            }
+            let seconds = |it: f64| Duration::try_from_secs_f64(it).unwrap_or(Duration::MAX);
+            let soonest = seconds(0.8 * way_s * stay.enters);
+            let latest = seconds(1.25 * way_s * stay.leaves + 10.0);
+            let begins = motion.begins;
+            let (why, after) = self.bars(area, begins.saturating_add(soonest), begins.saturating_add(latest))?;
+            Some(Breach { area: area.name.clone(), why, at: from.towards(to, stay.enters), after })
+        })
+    }
+
+    /// Why `area` must not be stayed in between two moments, and from when on; `None`: it may.
+    fn bars(&self, area: &Area, from: Duration, until: Duration) -> Option<(Why, Duration)> {
+        let (opens, closes) = self.applies(area)?;
+        let stay = closes.map_or(until, |closes| until.min(closes));
+        let needed = stay.saturating_add(self.lead);
+        if closes.is_some_and(|closes| closes <= from) || needed < opens {
+            return None;
+        }
+        let begins = from.max(opens);
+        let why = match area.kind {
+            AreaKind::KeepOut => Why::KeepOut,
+            AreaKind::Permission => match self.grants.get(&area.name) {
+                None => Why::NotGranted,
+                Some(&held) if needed <= held => return None,
+                Some(&held) => Why::TooShort { held, needed },
+            },
+        };
+        Some((why, begins))
+    }
+
+    /// From when to when an area applies, in mission time from now on; `None`: no more.
+    fn applies(&self, area: &Area) -> Option<(Duration, Option<Duration>)> {
+        let until = |utc_ms: i64| {
+            let wall = Duration::from_millis(u64::try_from(utc_ms.saturating_sub(self.clock.utc_ms)).unwrap_or(0));
+            self.clock.pace.wall(wall)
+        };
+        let closes = area.until_utc_ms.map(until);
+        if closes == Some(Duration::ZERO) {
+            return None;
+        }
+        Some((area.from_utc_ms.map_or(Duration::ZERO, until), closes))
+    }
+
+    fn is_inside(&self, area: &Area, position: Ned) -> bool {
+        let height_m = position.height_m();
+        let (lowest, highest) = heights_within(area, height_m, height_m, self.vertical_margin_m);
+        lowest < highest && area.polygon().contains(&geo::Point::new(position.east_m, position.north_m))
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    pub(crate) fn area(name: &str, kind: AreaKind, corners: &[(f64, f64)]) -> Area {
+        Area {
+            name: name.into(),
+            kind,
+            corners: corners.iter().map(|&(north, east)| Ned::new(north, east, 0.0)).collect(),
+            floor_m: None,
+            ceiling_m: Some(100.0),
+            from_utc_ms: None,
+            until_utc_ms: None,
+        }
+    }
+
+    /// From 100 m to 300 m east.
+    pub(crate) fn square(kind: AreaKind) -> Area {
+        area("A", kind, &[(-90.0, 100.0), (90.0, 100.0), (90.0, 300.0), (-90.0, 300.0)])
+    }
+
+    pub(crate) fn airspace<'a>(areas: &'a [Area], grants: &'a Grants) -> Airspace<'a> {
+        let clock = Clock { utc_ms: 1_000_000, pace: Pace::REAL_TIME };
+        Airspace { areas, grants, clock, lead: Duration::from_secs(30), vertical_margin_m: 2.0 }
+    }
+
+    fn at(east: f64, height: f64) -> Ned {
+        Ned::new(0.0, east, -height)
+    }
+
+    const AIRBORNE: Motion = Motion { begins: Duration::ZERO, speed_m_s: 10.0, airborne: true };
+
+    #[test]
+    fn a_stay_is_where_the_way_is_inside_in_all_three_dimensions() {
+        #[track_caller]
+        fn check(area: &Area, from: Ned, to: Ned, expected: &[(f64, f64)]) {
+            let found: Vec<_> = stays(area, from, to, 0.0).iter().map(|it| (it.enters, it.leaves)).collect();
+            assert_eq!(found, expected, "{from:?} to {to:?}");
+        }
+        let square = square(AreaKind::Permission);
+        check(&square, at(0.0, 10.0), at(400.0, 10.0), &[(0.25, 0.75)]);
+        check(&square, at(200.0, 10.0), at(400.0, 10.0), &[(0.0, 0.5)]);
+        check(&square, at(0.0, 10.0), at(100.0, 10.0), &[]);
+        check(&square, at(0.0, 110.0), at(400.0, 110.0), &[]);
+        // Down through the ceiling, and over it for the first half of the stay.
+        check(&square, at(200.0, 150.0), at(200.0, 50.0), &[(0.5, 1.0)]);
+        check(&square, at(0.0, 150.0), at(400.0, 50.0), &[(0.5, 0.75)]);
+        // Along the border is not inside.
+        check(&square, Ned::new(90.0, 0.0, -10.0), Ned::new(90.0, 400.0, -10.0), &[]);
+        // A horseshoe is entered twice.
+        let horseshoe = area(
+            "U",
+            AreaKind::Permission,
+            &[
+                (50.0, 0.0),
+                (50.0, 400.0),
+                (-50.0, 400.0),
+                (-50.0, 300.0),
+                (20.0, 300.0),
+                (20.0, 100.0),
+                (-50.0, 100.0),
+                (-50.0, 0.0),
+            ],
+        );
+        check(
+            &horseshoe,
+            at(-100.0, 10.0),
+            at(500.0, 10.0),
+            &[(100.0 / 600.0, 200.0 / 600.0), (400.0 / 600.0, 500.0 / 600.0)],
+        );
+    }
+
+    /// The breach on the way from 0 m to 400 m east, which enters after 10 s and leaves after 30 s.
+    #[track_caller]
+    fn check(area: Area, held_s: Option<u64>, expected: Option<&str>) {
+        let areas = [area];
+        let grants = held_s.map(|it| ("A".to_owned(), Duration::from_secs(it))).into_iter().collect();
+        let breach = airspace(&areas, &grants).first_breach(at(0.0, 10.0), at(400.0, 10.0), AIRBORNE);
+        assert_eq!(breach.map(|it| it.to_string()).as_deref(), expected);
+    }
+
+    #[test]
+    fn a_grant_must_outlast_the_stay_and_the_way_out() {
+        let permission = || square(AreaKind::Permission);
+        check(permission(), None, Some("area A would be entered at (0, 100, 10) without permission in 8 s"));
+        check(permission(), Some(78), None);
+        check(permission(), Some(60), Some("the permission for area A holds for 60 s, 77 s are needed"));
+        check(square(AreaKind::KeepOut), Some(900), Some("keep-out area A would be entered at (0, 100, 10) in 8 s"));
+    }
+
+    #[test]
+    fn only_the_time_of_the_stay_counts() {
+        let window = |from_s: Option<i64>, until_s: Option<i64>| Area {
+            from_utc_ms: from_s.map(|it| 1_000_000 + it * 1000),
+            until_utc_ms: until_s.map(|it| 1_000_000 + it * 1000),
+            ..square(AreaKind::KeepOut)
+        };
+        let entered = Some("keep-out area A would be entered at (0, 100, 10) in 8 s");
+        check(window(None, Some(0)), None, None);
+        check(window(None, Some(5)), None, None);
+        check(window(None, Some(9)), None, entered);
+        check(window(Some(20), None), None, Some("keep-out area A would be entered at (0, 100, 10) in 20 s"));
+        check(window(Some(60), None), None, Some("keep-out area A would be entered at (0, 100, 10) in 60 s"));
+        check(window(Some(80), None), None, None);
+        check(window(Some(-60), Some(60)), None, entered);
+        // A permission need not outlast the window.
+        let closes = Area { kind: AreaKind::Permission, ..window(None, Some(20)) };
+        check(closes, Some(50), None);
+    }
+
+    #[test]
+    fn leaving_is_not_entering_but_lifting_off_is() {
+        #[track_caller]
+        fn check(from: Ned, to: Ned, airborne: bool, is_free: bool) {
+            let (areas, grants) = ([square(AreaKind::Permission)], Grants::new());
+            let breach = airspace(&areas, &grants).first_breach(from, to, Motion { airborne, ..AIRBORNE });
+            assert_eq!(breach.is_none(), is_free, "{from:?} to {to:?}: {breach:?}");
+        }
+        check(at(200.0, 10.0), at(400.0, 10.0), true, true);
+        check(at(200.0, 10.0), at(200.0, 150.0), true, true);
+        check(at(200.0, 0.0), at(200.0, 10.0), false, false);
+        check(at(50.0, 0.0), at(50.0, 10.0), false, true);
+        check(at(400.0, 10.0), at(200.0, 10.0), true, false);
+    }
+
+    #[test]
+    fn an_area_that_begins_to_apply_over_the_vehicle_is_a_breach_then() {
+        let areas = [Area { from_utc_ms: Some(1_020_000), ..square(AreaKind::KeepOut) }];
+        let grants = Grants::new();
+        let airspace = airspace(&areas, &grants);
+        let earlier = Airspace { clock: Clock { utc_ms: 980_000, ..airspace.clock }, ..airspace };
+        assert_eq!(earlier.trespassed(at(200.0, 10.0)).count(), 0);
+        assert_eq!(earlier.breach_at(at(200.0, 10.0), Duration::from_secs(5)), None);
+        let breach = earlier.breach_at(at(200.0, 10.0), Duration::from_secs(60)).unwrap();
+        assert_eq!((breach.why, breach.after), (Why::KeepOut, Duration::from_secs(40)));
+        let later = airspace;
+        assert_eq!(later.trespassed(at(200.0, 10.0)).count(), 1);
+        // The vertical margin counts as inside, a little more does not.
+        assert_eq!(later.trespassed(at(200.0, 101.9)).count(), 1);
+        assert_eq!(later.trespassed(at(200.0, 102.1)).count(), 0);
+    }
+
+    #[test]
+    fn windows_are_wall_time_and_grants_are_mission_time() {
+        let areas = [Area { from_utc_ms: Some(1_010_000), ..square(AreaKind::KeepOut) }];
+        let grants = Grants::new();
+        let clock = Clock { utc_ms: 1_000_000, pace: Pace::new(20.0).unwrap() };
+        let fast = Airspace { clock, ..airspace(&areas, &grants) };
+        // Ten seconds on the wall are 200 s of the mission: the way is flown by then.
+        assert_eq!(fast.first_breach(at(0.0, 10.0), at(400.0, 10.0), AIRBORNE), None);
+    }
+}

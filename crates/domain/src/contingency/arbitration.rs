@@ -1,0 +1,135 @@
+//! Which of the rows whose flags are up responds.
+
+use super::{Phase, Row, Severity};
+
+/// A row whose flag is up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Raised {
+    /// Its place in the table.
+    pub row: usize,
+    /// The pilot in command ordered it over whatever else responds.
+    pub overrides: bool,
+    /// Its response is under way, and has come to an action of this severity.
+    pub under_way: Option<Severity>,
+}
+
+/// The row that responds: of those that count in this phase the one with the most severe response; between equals the one
+/// that is higher in the table. A response that is under way counts in every phase, and is as severe as the action that it
+/// has come to, if that is more than its first one. An order with override comes before all others that may be overridden.
+///
+/// A hold therefore never keeps a landing from being flown, and a landing is not interrupted for a hold.
+pub fn responder(rows: &[Row], raised: impl IntoIterator<Item = Raised>, phase: Phase) -> Option<usize> {
+    let (mut first, mut first_may_be_overridden, mut ordered) = (None, true, None);
+    for it in raised {
+        let Some(row) = rows.get(it.row) else { continue };
+        if it.under_way.is_none() && !it.overrides && !row.phases.contains(&phase) {
+            continue;
+        }
+        let severity = it.under_way.map_or(row.severity(), |reached| reached.max(row.severity()));
+        let rank = Some((severity, std::cmp::Reverse(row.priority), it.row));
+        if first < rank {
+            (first, first_may_be_overridden) = (rank, row.may_be_overridden);
+        }
+        if it.overrides {
+            ordered = ordered.max(rank);
+        }
+    }
+    let chosen = if first_may_be_overridden { ordered.or(first) } else { first };
+    chosen.map(|(.., row)| row)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use proptest::prelude::*;
+
+    use super::super::{Action, Clears, Then};
+    use super::*;
+    use Severity::{Hold, Land, Leave, Return};
+
+    fn row(priority: u32, severity: Severity, phases: &[Phase]) -> Row {
+        let action = Action { tree: "t".into(), severity, tries: 1, limit: Duration::from_secs(1) };
+        Row {
+            flag: format!("flag_{priority}"),
+            priority,
+            group: None,
+            raise: None,
+            phases: phases.iter().copied().collect(),
+            actions: vec![action],
+            clears: Clears::AfterAction,
+            then: Then::Resume,
+            may_be_overridden: true,
+        }
+    }
+
+    fn up(row: usize) -> Raised {
+        Raised { row, overrides: false, under_way: None }
+    }
+
+    #[test]
+    fn the_most_severe_response_is_flown() {
+        let all = Phase::ALL;
+        let rows = [
+            row(10, Land, &all),
+            row(12, Hold, &all),
+            row(22, Return, &all),
+            row(52, Hold, &[Phase::Cruise, Phase::Waiting]),
+            row(55, Leave, &all),
+            row(80, Land, &all),
+        ];
+        #[track_caller]
+        fn check(rows: &[Row], raised: &[Raised], phase: Phase, expected: Option<u32>) {
+            let found = responder(rows, raised.iter().copied(), phase).map(|it| rows[it].priority);
+            assert_eq!(found, expected, "{raised:?} {phase:?}");
+        }
+        let cruise = Phase::Cruise;
+        check(&rows, &[], cruise, None);
+        check(&rows, &[up(1), up(2)], cruise, Some(22));
+        check(&rows, &[up(2), up(5)], cruise, Some(80));
+        check(&rows, &[up(0), up(5)], cruise, Some(10));
+        check(&rows, &[up(1), up(3)], cruise, Some(12));
+        check(&rows, &[up(3), up(4)], cruise, Some(55));
+        // It does not count while landing, unless it responds already.
+        check(&rows, &[up(3)], Phase::Landing, None);
+        check(&rows, &[Raised { under_way: Some(Hold), ..up(3) }], Phase::Landing, Some(52));
+        // A return that has come to its landing is as severe as a landing.
+        check(&rows, &[Raised { under_way: Some(Land), ..up(2) }, up(5)], cruise, Some(22));
+        check(&rows, &[Raised { under_way: Some(Return), ..up(2) }, up(5)], cruise, Some(80));
+        // The pilot in command may decide otherwise.
+        let ordered = Raised { overrides: true, ..up(1) };
+        check(&rows, &[up(0), ordered], cruise, Some(12));
+        let mut rows = rows;
+        rows[0].may_be_overridden = false;
+        check(&rows, &[up(0), ordered], cruise, Some(10));
+        check(&rows, &[up(2), ordered], cruise, Some(12));
+    }
+
+    fn severity() -> impl Strategy<Value = Severity> {
+        use Severity::*;
+        prop::sample::select(vec![Hold, Leave, Slow, Return, Land, Ditch, Terminate])
+    }
+
+    proptest! {
+        /// Whatever is up: whoever responds is up and counts, nothing that counts is more severe, and another flag never
+        /// makes the response less severe.
+        #[test]
+        fn nothing_less_severe_is_flown_than_what_is_asked_for(
+            severities in prop::collection::vec(severity(), 1..8),
+            raised in any::<u8>(),
+            another in 0..8usize,
+        ) {
+            let row = |(index, severity): (usize, &Severity)| row(index as u32, *severity, &Phase::ALL);
+            let rows: Vec<Row> = severities.iter().enumerate().map(row).collect();
+            let of = |bits: u8| (0..rows.len()).filter(move |it| bits >> it & 1 == 1).map(up);
+            let chosen = responder(&rows, of(raised), Phase::Cruise);
+            prop_assert_eq!(chosen.is_some(), of(raised).next().is_some());
+            if let Some(chosen) = chosen {
+                prop_assert!(of(raised).any(|it| it.row == chosen));
+                prop_assert!(of(raised).all(|it| rows[it.row].severity() <= rows[chosen].severity()));
+                let more = responder(&rows, of(raised | 1 << another), Phase::Cruise).unwrap_or(chosen);
+                prop_assert!(rows[chosen].severity() <= rows[more].severity());
+            }
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! The vocabulary of the `fmu/` topics: what an autopilot takes in and gives out, as checked types.
+//!
+//! It is the same for every autopilot. The skill manager commands with it, the monitor judges by it, and a backend (the
+//! simulator, a bridge to a real autopilot) translates between it and the autopilot's own protocol. The conversions
+//! from and to the messages are in [`mod@crate::wire`]; a value that came through them is in its range.
+//!
+//! What an autopilot does not know is left out and never replaced by a number: a mode without a name here is `None` in
+//! [`Status`], a charge that is not measured (-1 in MAVLink) means that no [`Battery`] is sent, and a land detector that
+//! is undecided sends no [`LandDetected`]. The monitor then sees that the source is stale or absent.
+
+mod command;
+mod offboard;
+mod telemetry;
+
+pub use command::{Command, CommandAck, CommandId, CommandResult, VehicleCommand};
+pub use offboard::{OffboardControl, Setpoint};
+pub use telemetry::{
+    Attitude, Battery, Failure, GlobalPosition, LandDetected, LocalPosition, Status, TransponderReport, Wind,
+};
+
+/// A flight mode, intended or actual.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum FlightMode {
+    /// Hold the position.
+    Loiter,
+    /// Climb to a height, then loiter.
+    Takeoff,
+    /// Descend to the ground.
+    Land,
+    /// Follow setpoints.
+    Offboard,
+    /// The autopilot's own return, flown only as one of its failsafes.
+    Return,
+}
+
+/// The name as users read it.
+impl std::fmt::Display for FlightMode {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            FlightMode::Loiter => "loiter",
+            FlightMode::Takeoff => "takeoff",
+            FlightMode::Land => "land",
+            FlightMode::Offboard => "offboard",
+            FlightMode::Return => "return",
+        })
+    }
+}

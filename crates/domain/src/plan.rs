@@ -1,0 +1,178 @@
+//! Plans and what the planner and the mission manager say to each other about them.
+
+use std::fmt;
+use std::time::Duration;
+
+use crate::airspace::Grants;
+use crate::area::Area;
+use crate::fmu::FlightMode;
+use crate::mission::ObjectiveStatus;
+use crate::skill::Goal;
+use crate::state::State;
+
+/// Names a step; unique among the steps of all plans of a mission.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct StepId(pub u64);
+
+impl fmt::Display for StepId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// Clauses about the state, all of which must hold; `None`, or no area, is not asked about.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Condition {
+    /// In the air or on the ground.
+    pub flying: Option<bool>,
+    /// The actual flight mode.
+    pub mode: Option<FlightMode>,
+    /// Areas whose permission must be held.
+    pub permissions: Vec<String>,
+}
+
+/// One way to fly a step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameters {
+    /// What the skill manager is asked for.
+    pub goal: Goal,
+    /// What must hold before it starts.
+    pub precondition: Condition,
+    /// What must hold while it is flown.
+    pub invariant: Condition,
+}
+
+/// A step of a plan as it is flown.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// Its name.
+    pub id: StepId,
+    /// Index of the objective that it serves.
+    pub objective: u32,
+    /// The state that it reaches.
+    pub reaches: State,
+    /// How it is flown.
+    pub nominal: Parameters,
+    /// Permissions to get during it, each area once.
+    pub ask: Vec<PermissionNeed>,
+    /// Added by the communication plan.
+    pub auxiliary: bool,
+    /// What it does, in a few words for a human.
+    pub text: String,
+}
+
+/// A permission to get, and what it must be good for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PermissionNeed {
+    /// Which area.
+    pub area: String,
+    /// For how long it must hold from the grant on, in mission time: the stay and the way out.
+    pub lasts: Duration,
+}
+
+/// A plan for one objective.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// Index of the objective.
+    pub objective: u32,
+    /// What is left to fly, first to fly first.
+    pub steps: Vec<Step>,
+    /// Counts plans.
+    pub revision: u64,
+    /// The epoch it was made in; one of an earlier epoch must not be flown.
+    pub epoch: u64,
+}
+
+/// A permission that was not given as it was needed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Denial {
+    /// Which area.
+    pub area: String,
+    /// In which way.
+    pub kind: DenialKind,
+    /// Why, for the operator.
+    pub reason: String,
+}
+
+/// In which way a permission was not given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DenialKind {
+    /// The tower refused or revoked it.
+    Refused,
+    /// The tower never answered.
+    Silent,
+    /// It was granted for less time than is needed.
+    TooShort,
+}
+
+/// A step that could not be flown to its end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FailedStep {
+    /// Which one.
+    pub id: StepId,
+    /// Why.
+    pub reason: String,
+}
+
+/// The mission manager asks for a plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanRequest {
+    /// A repeated request with the same id gets the first one's answer.
+    pub request_id: String,
+    /// Where the vehicle is and what it may enter.
+    pub state: State,
+    /// For how long each permission holds from now on.
+    pub grants: Grants,
+    /// The step that failed, if one did.
+    pub failed: Option<FailedStep>,
+    /// Areas that were denied during it.
+    pub denials: Vec<Denial>,
+}
+
+/// The planner's answer.
+#[derive(Debug, Clone, PartialEq)]
+pub enum PlanReply {
+    /// Fly this; it has at least one step.
+    Plan(Plan),
+    /// Nothing can be flown now; ask again after the wait.
+    Hold {
+        /// In mission time.
+        wait: Duration,
+        /// For the operator.
+        reason: String,
+    },
+    /// Every objective has reached its final state.
+    Finished,
+    /// The request made no sense.
+    Refused(String),
+}
+
+/// A step was flown to its end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StepDone {
+    /// Which one.
+    pub id: StepId,
+    /// The state it left the vehicle in.
+    pub state: State,
+}
+
+/// The planner's account of the mission.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlannerStatus {
+    /// The mission's name.
+    pub mission: String,
+    /// In the order in which they are attempted.
+    pub objectives: Vec<ObjectiveStatus>,
+    /// Every area of the mission.
+    pub areas: Vec<Area>,
+    /// What is left of the present plan, first to fly first.
+    pub steps: Vec<Step>,
+    /// Counts plans.
+    pub revision: u64,
+    /// Index of the objective worked on; the number of objectives once all have reached their final state.
+    pub current_objective: u32,
+    /// Why the planner waits; empty if it does not.
+    pub hold: String,
+    /// Counts changes that void the plans made before.
+    pub epoch: u64,
+}

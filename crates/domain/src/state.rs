@@ -1,0 +1,72 @@
+//! The state that plans start from and lead to: where the vehicle is, whether it flies, in which mode, and what it
+//! may enter.
+
+use std::collections::BTreeSet;
+
+use crate::fmu::FlightMode;
+use crate::geometry::Ned;
+
+/// A state to start from or to reach.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// Where.
+    pub position: Ned,
+    /// In the air or on the ground.
+    pub flying: bool,
+    /// The flight mode; `None` where a state to reach does not ask for one.
+    pub mode: Option<FlightMode>,
+    /// Areas whose permission is held, or needed, there.
+    pub permissions: BTreeSet<String>,
+}
+
+/// How far apart two states may be and still count as one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerance {
+    /// Over ground, in metres.
+    pub horizontal_m: f64,
+    /// In height while in the air, in metres.
+    pub vertical_m: f64,
+}
+
+impl State {
+    /// A state to reach, whatever the mode.
+    pub fn new(position: Ned, flying: bool) -> State {
+        State { position, flying, mode: None, permissions: BTreeSet::new() }
+    }
+
+    /// Whether this state is `goal` within the tolerance. On the ground the height is what the ground makes it, so it
+    /// is not compared.
+    pub fn matches(&self, goal: &State, tolerance: Tolerance) -> bool {
+        let apart_m = (self.position.height_m() - goal.position.height_m()).abs();
+        self.flying == goal.flying
+            && self.is_over(goal, tolerance)
+            && (!self.flying || apart_m <= tolerance.vertical_m)
+            && goal.mode.is_none_or(|mode| self.mode == Some(mode))
+    }
+
+    /// Whether both are over the same spot within the tolerance.
+    pub fn is_over(&self, other: &State, tolerance: Tolerance) -> bool {
+        self.position.horizontal_distance_m(other.position) <= tolerance.horizontal_m
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn states_match_within_the_tolerance() {
+        #[track_caller]
+        fn check(a: (f64, f64, bool), b: (f64, f64, bool), expected: bool) {
+            let state = |(east, height, flying): (f64, f64, bool)| State::new(Ned::new(0.0, east, -height), flying);
+            let tolerance = Tolerance { horizontal_m: 3.0, vertical_m: 2.0 };
+            assert_eq!(state(a).matches(&state(b), tolerance), expected, "{a:?} {b:?}");
+        }
+        check((0.0, 10.0, true), (2.9, 11.9, true), true);
+        check((0.0, 10.0, true), (3.1, 10.0, true), false);
+        check((0.0, 10.0, true), (0.0, 12.1, true), false);
+        check((0.0, 0.0, false), (0.0, 0.0, true), false);
+        // On the ground the height is the ground's.
+        check((0.0, 7.0, false), (0.0, 0.0, false), true);
+    }
+}

@@ -1,0 +1,46 @@
+//! For tests of this and of other crates: files that are as short as they can be.
+
+use std::fmt::Write;
+
+use crate::contingency::{BRING_DOWN, REQUIRED};
+use crate::file::Mistakes;
+
+/// The actions of [`table`]; each counts as a tree.
+pub const ACTIONS: [&str; 3] = ["stop", "return_home", "land"];
+
+/// A contingency file of `rows`, with actions for them before it, and after them the other rows that every table needs.
+/// Their priorities begin at 1,000.
+pub fn table(rows: &str) -> String {
+    let severities = ["hold", "return", "land"];
+    let mut text = String::new();
+    for (action, severity) in ACTIONS.iter().zip(severities) {
+        let _ = writeln!(text, "[action.{action}]\nseverity = \"{severity}\"\ntries = 2\nlimit_s = 300.0");
+    }
+    text += rows;
+    let missing = REQUIRED.iter().filter(|flag| !rows.contains(&format!("\"{flag}\"")));
+    for (flag, priority) in missing.zip(1000..) {
+        let (action, then) = if BRING_DOWN.contains(flag) { ("land", "end-mission") } else { ("stop", "resume") };
+        let _ = writeln!(
+            text,
+            "[[contingency]]\nflag = \"{flag}\"\npriority = {priority}\nactions = [\"{action}\"]\n\
+             emergency = \"{action}\"\nclears = \"after-action\"\nthen = \"{then}\""
+        );
+    }
+    text
+}
+
+/// Replaces `find` in a good file by `replace`, and checks that what is wrong then is told as `expected`, with its place.
+///
+/// # Panics
+/// If the file has no `find`, is read all the same, or something else is told.
+#[track_caller]
+pub fn check_mistake<T>(good: &str, find: &str, replace: &str, read: fn(&str) -> Result<T, Mistakes>, expected: &str) {
+    assert!(good.contains(find), "the test's own text lacks `{find}`");
+    match read(&good.replacen(find, replace, 1)) {
+        Ok(_) => panic!("read without a mistake; expected `{expected}`"),
+        Err(mistakes) => {
+            let told = mistakes.to_string();
+            assert!(told.starts_with(expected), "expected `{expected}`, got `{told}`");
+        }
+    }
+}

@@ -1,0 +1,405 @@
+//! Ways that may be flown without asking for anything: out of an area, and to a place, round, over or under what is barred.
+//!
+//! For responses, which fly without a plan. The planner, which can ask for permissions and wait for them, has a search of
+//! its own; both keep clear of borders by [`keeps_clear`] and turn at [`corners`].
+
+use std::f64::consts::TAU;
+use std::time::Duration;
+
+use geo::{Closest, ClosestPoint, Distance, Euclidean, Line, Point};
+
+use crate::airspace::{Airspace, Motion, stays};
+use crate::area::Area;
+use crate::corners::corners;
+use crate::geometry::Ned;
+
+/// How the vehicle flies a way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FlightLimits {
+    /// Over ground, in metres per second.
+    pub speed_m_s: f64,
+    /// Upwards, in metres per second.
+    pub climb_m_s: f64,
+    /// Downwards, in metres per second.
+    pub descent_m_s: f64,
+    /// Below this height the vehicle climbs before it flies anywhere, in metres above the origin.
+    pub least_height_m: f64,
+    /// No way leads higher, in metres above the origin.
+    pub highest_m: f64,
+    /// Distance beyond a border at which an area has been left, in metres.
+    pub clearance_m: f64,
+    /// Distance kept to the border of what is flown round, in metres.
+    pub margin_m: f64,
+}
+
+/// Besides the shortest way to each side, this many directions are tried: in a corner between two
+/// areas none of the sides may do.
+const DIRECTIONS: u32 = 32;
+/// Heights this far from a floor or a ceiling, beyond the vertical margin, are flown at, in metres.
+const HEIGHT_STEP_M: f64 = 1.0;
+/// Another height than the preferred one must save this much time.
+const WORTH_ANOTHER_HEIGHT_S: f64 = 20.0;
+
+impl FlightLimits {
+    fn time_s(&self, from: Ned, to: Ned) -> f64 {
+        let climb_m = to.height_m() - from.height_m();
+        let vertical_s = if 0.0 < climb_m { climb_m / self.climb_m_s } else { -climb_m / self.descent_m_s };
+        vertical_s.max(from.horizontal_distance_m(to) / self.speed_m_s)
+    }
+
+    fn time_along_s(&self, from: Ned, way: &[Ned]) -> f64 {
+        let starts = std::iter::once(&from).chain(way);
+        starts.zip(way).map(|(from, to)| self.time_s(*from, *to)).sum()
+    }
+
+    fn permits(&self, height_m: f64) -> bool {
+        self.least_height_m <= height_m && height_m <= self.highest_m
+    }
+}
+
+/// The points to fly to from `from`, in the air, to leave every area that the vehicle may not be in: sideways, over or
+/// under, whichever is quickest. Empty if it is in none; `None` if there is no way out.
+pub fn way_out(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Option<Vec<Ned>> {
+    let trespassed: Vec<&Area> = airspace.trespassed(from).collect();
+    if trespassed.is_empty() {
+        return Some(Vec::new());
+    }
+    let motion = Motion { begins: Duration::ZERO, speed_m_s: limits.speed_m_s, airborne: true };
+    let is_free = |way: &Vec<Ned>| {
+        let starts = std::iter::once(&from).chain(way.iter());
+        let legs_are_free = starts.zip(way).all(|(a, b)| airspace.first_breach(*a, *b, motion).is_none());
+        way.last().is_some_and(|end| airspace.trespassed(*end).next().is_none()) && legs_are_free
+    };
+    let quickest = |ways: Vec<Vec<Ned>>| {
+        let free = ways.into_iter().filter(is_free);
+        free.min_by(|a, b| limits.time_along_s(from, a).total_cmp(&limits.time_along_s(from, b)))
+    };
+    let level =
+        from.at_height(from.height_m().clamp(limits.least_height_m, limits.highest_m.max(limits.least_height_m)));
+    [limits.clearance_m, limits.clearance_m / 2.0].into_iter().find_map(|clearance_m| {
+        let sideways = directions(level, &trespassed).into_iter().filter_map(|direction| {
+            let exit = exit_along(level, direction, clearance_m, airspace)?;
+            Some(if level == from { vec![exit] } else { vec![level, exit] })
+        });
+        quickest(sideways.chain(over_and_under(from, &trespassed, airspace, limits)).collect())
+    })
+}
+
+/// Straight up over all of `areas`, and straight down below them.
+fn over_and_under(from: Ned, areas: &[&Area], airspace: &Airspace, limits: &FlightLimits) -> Vec<Vec<Ned>> {
+    let beyond_m = airspace.vertical_margin_m + HEIGHT_STEP_M;
+    let over = areas.iter().map(|it| it.ceiling_m).collect::<Option<Vec<f64>>>();
+    let over_m = over.map(|it| it.into_iter().fold(f64::NEG_INFINITY, f64::max) + beyond_m);
+    let under = areas.iter().map(|it| it.floor_m).collect::<Option<Vec<f64>>>();
+    let under_m = under.map(|it| it.into_iter().fold(f64::INFINITY, f64::min) - beyond_m);
+    let heights = [over_m, under_m].into_iter().flatten().filter(|it| limits.permits(*it));
+    heights.map(|height_m| vec![from.at_height(height_m)]).collect()
+}
+
+/// Unit vectors `(north, east)`: square to each side, then all round.
+fn directions(from: Ned, areas: &[&Area]) -> Vec<(f64, f64)> {
+    let here = Point::new(from.east_m, from.north_m);
+    let sides = areas.iter().flat_map(|it| it.polygon().exterior().lines().collect::<Vec<_>>());
+    let square = sides.filter_map(|side| match side.closest_point(&here) {
+        Closest::SinglePoint(it) | Closest::Intersection(it) => {
+            let (north_m, east_m) = (it.y() - from.north_m, it.x() - from.east_m);
+            let length_m = north_m.hypot(east_m);
+            (length_m > 0.0).then(|| (north_m / length_m, east_m / length_m))
+        }
+        Closest::Indeterminate => None,
+    });
+    let all_round = (0..DIRECTIONS).map(|it| (TAU * f64::from(it) / f64::from(DIRECTIONS)).sin_cos());
+    square.chain(all_round).collect()
+}
+
+/// `clearance_m` beyond where the ray first leaves all areas that must not be stayed in.
+fn exit_along(from: Ned, direction: (f64, f64), clearance_m: f64, airspace: &Airspace) -> Option<Ned> {
+    /// A point this far beyond a border is told from one on it, in metres.
+    const BEYOND_M: f64 = 1e-3;
+    let along = |distance_m: f64| {
+        Ned::new(from.north_m + direction.0 * distance_m, from.east_m + direction.1 * distance_m, from.down_m)
+    };
+    let barred = airspace.barred(Duration::ZERO);
+    let corners = barred.iter().flat_map(|it| it.corners.iter());
+    let reach_m = corners.map(|it| it.horizontal_distance_m(from)).fold(0.0, f64::max) + clearance_m;
+    let mut borders_m: Vec<f64> =
+        barred.iter().flat_map(|it| it.crossings(from, along(reach_m))).map(|fraction| fraction * reach_m).collect();
+    borders_m.sort_by(f64::total_cmp);
+    let exit_m = borders_m.into_iter().find(|it| airspace.trespassed(along(it + BEYOND_M)).next().is_none())?;
+    Some(along(exit_m + clearance_m))
+}
+
+/// The points to fly to from `from`, in the air, the last one over `to` at the height that is flown; `None` if there is no
+/// way. Out of what the vehicle must not be in first, by the quickest way; then at `preferred_m` above the origin, or over
+/// or under what is in the way where that is much quicker or the only way. Down to the ground at `to` it may be flown too.
+pub fn way_to(from: Ned, to: Ned, preferred_m: f64, airspace: &Airspace, limits: &FlightLimits) -> Option<Vec<Ned>> {
+    let out = way_out(from, airspace, limits)?;
+    let start = out.last().copied().unwrap_or(from);
+    let needed_s = 2.0 * limits.time_s(start, to.at_height(preferred_m)) + 60.0;
+    let horizon = Duration::try_from_secs_f64(needed_s).unwrap_or(Duration::MAX);
+    // What opens, or expires, while the way is flown; if that leaves no way, what is barred at this moment.
+    [horizon, Duration::ZERO].into_iter().find_map(|horizon| {
+        let barred = airspace.barred(horizon);
+        let search = Search { barred: &barred, vertical_margin_m: airspace.vertical_margin_m, limits };
+        let ways = search.heights(start, preferred_m).into_iter().filter_map(|height_m| {
+            let penalty_s = if height_m == preferred_m { 0.0 } else { WORTH_ANOTHER_HEIGHT_S };
+            let way = search.at_height(start, to, height_m)?;
+            Some((limits.time_along_s(start, &way) + penalty_s, way))
+        });
+        let (_, way) = ways.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(out.iter().copied().chain(way).collect())
+    })
+}
+
+/// A search among areas none of which may be entered.
+struct Search<'a> {
+    barred: &'a [&'a Area],
+    vertical_margin_m: f64,
+    limits: &'a FlightLimits,
+}
+
+impl Search<'_> {
+    /// The heights that are worth trying.
+    fn heights(&self, start: Ned, preferred_m: f64) -> Vec<f64> {
+        let beyond_m = self.vertical_margin_m + HEIGHT_STEP_M;
+        let over = self.barred.iter().filter_map(|it| it.ceiling_m).map(|it| it + beyond_m);
+        let under = self.barred.iter().filter_map(|it| it.floor_m).map(|it| it - beyond_m);
+        let mut heights: Vec<f64> =
+            std::iter::once(start.height_m()).chain(over).chain(under).filter(|it| self.limits.permits(*it)).collect();
+        heights.sort_by(f64::total_cmp);
+        heights.dedup();
+        heights.insert(0, preferred_m);
+        heights
+    }
+
+    /// Straight up or down to `height_m`, then level to over `to`.
+    fn at_height(&self, start: Ned, to: Ned, height_m: f64) -> Option<Vec<Ned>> {
+        let level = start.at_height(height_m);
+        let over = to.at_height(height_m);
+        if !self.is_free(start, level) || !self.is_free(over, to) {
+            return None;
+        }
+        let mut way = self.shortest(level, over)?;
+        if (level.height_m() - start.height_m()).abs() > HEIGHT_STEP_M {
+            way.insert(0, level);
+        }
+        Some(way)
+    }
+
+    /// Dijkstra over the corners of what is in the way: few points.
+    fn shortest(&self, from: Ned, to: Ned) -> Option<Vec<Ned>> {
+        let height_m = to.height_m();
+        let (low_m, high_m) = (height_m - self.vertical_margin_m, height_m + self.vertical_margin_m);
+        let in_the_way: Vec<&Area> =
+            self.barred.iter().copied().filter(|it| it.touches_heights(low_m, high_m)).collect();
+        let turns = in_the_way.iter().flat_map(|it| corners(&it.corners, self.limits.margin_m));
+        let mut points: Vec<Ned> = vec![from];
+        points.extend(turns.map(|it| it.at_height(height_m)));
+        points.extend(footholds(from, &in_the_way, self.limits.margin_m));
+        points.extend(footholds(to, &in_the_way, self.limits.margin_m));
+        points.push(to);
+        let goal = points.len() - 1;
+        let is_clear = |a: usize, b: usize| {
+            self.is_free(points[a], points[b])
+                && in_the_way.iter().all(|area| {
+                    let ends = Exempt { start: a == 0, end: b == goal };
+                    keeps_clear(area, points[a], points[b], 0.9 * self.limits.margin_m, ends)
+                })
+        };
+        let mut best: Vec<(f64, usize)> = vec![(f64::INFINITY, 0); points.len()];
+        let mut settled = vec![false; points.len()];
+        best[0].0 = 0.0;
+        loop {
+            let open = (0..points.len()).filter(|&it| !settled[it] && best[it].0.is_finite());
+            let here = open.min_by(|&a, &b| best[a].0.total_cmp(&best[b].0))?;
+            if here == goal {
+                break;
+            }
+            settled[here] = true;
+            for there in 0..points.len() {
+                let length_m = best[here].0 + points[here].distance_m(points[there]);
+                if !settled[there] && length_m < best[there].0 && is_clear(here, there) {
+                    best[there] = (length_m, here);
+                }
+            }
+        }
+        let mut way = vec![to];
+        let mut at = best[goal].1;
+        while at != 0 {
+            way.push(points[at]);
+            at = best[at].1;
+        }
+        way.reverse();
+        Some(way)
+    }
+
+    fn is_free(&self, from: Ned, to: Ned) -> bool {
+        self.barred.iter().all(|area| stays(area, from, to, self.vertical_margin_m).is_empty())
+    }
+}
+
+/// Which ends of a leg may be nearer to a border than the margin: those that are not the way's choice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Exempt {
+    /// The leg begins where the vehicle is.
+    pub start: bool,
+    /// The leg ends where the way is to lead.
+    pub end: bool,
+}
+
+/// Whether the level leg from `from` to `to` keeps `margin_m` from `area`, but for the first and last `margin_m` of it
+/// where those are exempt. Heights are not looked at.
+pub fn keeps_clear(area: &Area, from: Ned, to: Ned, margin_m: f64, exempt: Exempt) -> bool {
+    let length_m = from.horizontal_distance_m(to);
+    let (trim_start_m, trim_end_m) =
+        (if exempt.start { margin_m } else { 0.0 }, if exempt.end { margin_m } else { 0.0 });
+    if length_m <= trim_start_m + trim_end_m {
+        return true;
+    }
+    let point = |at_m: f64| {
+        let here = from.towards(to, at_m / length_m);
+        Point::new(here.east_m, here.north_m)
+    };
+    let kept = Line::new(point(trim_start_m), point(length_m - trim_end_m));
+    margin_m <= Euclidean.distance(&kept, &area.polygon())
+}
+
+/// Points `margin_m` away from the borders that `point` is nearer to than that: from there a way keeps its margin.
+pub fn footholds(point: Ned, areas: &[&Area], margin_m: f64) -> Vec<Ned> {
+    let here = Point::new(point.east_m, point.north_m);
+    let away = |area: &&Area| {
+        let border = match area.polygon().exterior().closest_point(&here) {
+            Closest::SinglePoint(it) | Closest::Intersection(it) => it,
+            Closest::Indeterminate => return None,
+        };
+        let (north_m, east_m) = (point.north_m - border.y(), point.east_m - border.x());
+        let distance_m = north_m.hypot(east_m);
+        if distance_m == 0.0 || margin_m <= distance_m {
+            return None;
+        }
+        let scale = margin_m / distance_m;
+        Some(Ned::new(border.y() + north_m * scale, border.x() + east_m * scale, point.down_m))
+    };
+    areas.iter().filter_map(away).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::airspace::Grants;
+    use crate::airspace::tests::{airspace, area, square};
+    use crate::area::AreaKind;
+
+    const LIMITS: FlightLimits = FlightLimits {
+        speed_m_s: 10.0,
+        climb_m_s: 3.0,
+        descent_m_s: 1.5,
+        least_height_m: 5.0,
+        highest_m: 120.0,
+        clearance_m: 20.0,
+        margin_m: 10.0,
+    };
+
+    fn at(north: f64, east: f64, height: f64) -> Ned {
+        Ned::new(north, east, -height)
+    }
+
+    fn rounded(way: Option<Vec<Ned>>) -> Option<Vec<(f64, f64, f64)>> {
+        let point = |it: &Ned| (it.north_m.round() + 0.0, it.east_m.round() + 0.0, it.height_m().round());
+        way.map(|way| way.iter().map(point).collect())
+    }
+
+    #[test]
+    fn the_way_out_is_the_quickest_of_sideways_over_and_under() {
+        #[track_caller]
+        fn check(area: Area, from: Ned, expected: Option<&[(f64, f64, f64)]>) {
+            let (areas, grants) = ([area], Grants::new());
+            assert_eq!(rounded(way_out(from, &airspace(&areas, &grants), &LIMITS)).as_deref(), expected, "{from:?}");
+        }
+        let endless = || Area { ceiling_m: None, ..square(AreaKind::Permission) };
+        check(endless(), at(0.0, 90.0, 10.0), Some(&[]));
+        check(endless(), at(0.0, 140.0, 10.0), Some(&[(0.0, 80.0, 10.0)]));
+        check(endless(), at(60.0, 200.0, 10.0), Some(&[(110.0, 200.0, 10.0)]));
+        // Too low to fly sideways: up first.
+        check(endless(), at(0.0, 140.0, 2.0), Some(&[(0.0, 140.0, 5.0), (0.0, 80.0, 5.0)]));
+        let low = || Area { ceiling_m: Some(12.0), ..endless() };
+        check(low(), at(0.0, 200.0, 10.0), Some(&[(0.0, 200.0, 15.0)]));
+        let high = || Area { floor_m: Some(12.0), ..endless() };
+        check(high(), at(0.0, 200.0, 13.0), Some(&[(0.0, 200.0, 9.0)]));
+        check(high(), at(0.0, 105.0, 60.0), Some(&[(0.0, 80.0, 60.0)]));
+    }
+
+    #[test]
+    fn there_is_no_way_out_through_another_area() {
+        let wall = area("W", AreaKind::KeepOut, &[(-500.0, 40.0), (500.0, 40.0), (500.0, 100.0), (-500.0, 100.0)]);
+        let areas = [Area { ceiling_m: None, ..square(AreaKind::Permission) }, Area { ceiling_m: None, ..wall }];
+        let grants = Grants::new();
+        let way = rounded(way_out(at(0.0, 120.0, 10.0), &airspace(&areas, &grants), &LIMITS)).unwrap();
+        assert_eq!(way, [(110.0, 120.0, 10.0)], "north, not through the wall in the west");
+    }
+
+    #[track_caller]
+    fn check_way(areas: &[Area], from: Ned, preferred_m: f64, expected: Option<&[(f64, f64, f64)]>) {
+        let grants = Grants::new();
+        let way = way_to(from, Ned::default(), preferred_m, &airspace(areas, &grants), &LIMITS);
+        assert_eq!(rounded(way).as_deref(), expected, "from {from:?}");
+    }
+
+    #[test]
+    fn the_way_leads_round_over_or_under_what_may_not_be_entered() {
+        let endless = || Area { ceiling_m: None, ..square(AreaKind::KeepOut) };
+        check_way(&[], at(0.0, 400.0, 10.0), 15.0, Some(&[(0.0, 400.0, 15.0), (0.0, 0.0, 15.0)]));
+        check_way(
+            &[endless()],
+            at(10.0, 400.0, 15.0),
+            15.0,
+            Some(&[(100.0, 310.0, 15.0), (100.0, 90.0, 15.0), (0.0, 0.0, 15.0)]),
+        );
+        // Over a low one, when round it is far.
+        let low_wall = Area {
+            ceiling_m: Some(20.0),
+            ..area("W", AreaKind::KeepOut, &[(-900.0, 100.0), (900.0, 100.0), (900.0, 300.0), (-900.0, 300.0)])
+        };
+        check_way(&[low_wall], at(0.0, 400.0, 15.0), 15.0, Some(&[(0.0, 400.0, 23.0), (0.0, 0.0, 23.0)]));
+        // Under a ceiling that is lower than the preferred height.
+        let roof = Area {
+            floor_m: Some(12.0),
+            ..area("R", AreaKind::KeepOut, &[(-5e3, -5e3), (5e3, -5e3), (5e3, 5e3), (-5e3, 5e3)])
+        };
+        check_way(&[Area { ceiling_m: None, ..roof }], at(0.0, 400.0, 8.0), 15.0, Some(&[(0.0, 0.0, 8.0)]));
+    }
+
+    #[test]
+    fn out_comes_first_and_then_the_way() {
+        let endless = Area { ceiling_m: None, ..square(AreaKind::Permission) };
+        check_way(
+            &[endless],
+            at(0.0, 270.0, 15.0),
+            15.0,
+            Some(&[(0.0, 320.0, 15.0), (100.0, 310.0, 15.0), (100.0, 90.0, 15.0), (0.0, 0.0, 15.0)]),
+        );
+    }
+
+    #[test]
+    fn there_is_no_way_to_a_place_inside() {
+        let home = area("H", AreaKind::KeepOut, &[(-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)]);
+        check_way(&[Area { ceiling_m: Some(5.0), ..home }], at(0.0, 400.0, 15.0), 15.0, None);
+    }
+
+    #[test]
+    fn only_the_first_and_last_metres_may_be_near_a_border() {
+        let square = square(AreaKind::KeepOut);
+        let clear = |from: Ned, to: Ned| keeps_clear(&square, from, to, 10.0, Exempt { start: true, end: true });
+        // Along the border 4 m from it, the whole side long.
+        assert!(!clear(at(94.0, 100.0, 10.0), at(94.0, 300.0, 10.0)));
+        assert!(clear(at(94.0, 100.0, 10.0), at(104.0, 100.0, 10.0)), "straight away from it");
+        let from = at(94.0, 200.0, 10.0);
+        assert_eq!(rounded(Some(footholds(from, &[&square], 10.0))).unwrap(), [(100.0, 200.0, 10.0)]);
+        check_way(
+            &[Area { ceiling_m: None, ..square }],
+            at(94.0, 290.0, 15.0),
+            15.0,
+            Some(&[(100.0, 290.0, 15.0), (100.0, 90.0, 15.0), (0.0, 0.0, 15.0)]),
+        );
+    }
+}

@@ -1,0 +1,180 @@
+//! Objectives, and how a mission ended.
+
+use kittiwake_proto::v1;
+
+use super::InvalidMessage;
+use crate::geometry::Ned;
+use crate::mission::{MissionOutcome, MissionReport, Objective, ObjectiveReport, ObjectiveStatus, Progress};
+
+fn from_progress(progress: Progress) -> (v1::ObjectiveState, String) {
+    match progress {
+        Progress::Waiting => (v1::ObjectiveState::Waiting, String::new()),
+        Progress::Success => (v1::ObjectiveState::Success, String::new()),
+        Progress::Failure(reason) => (v1::ObjectiveState::Failure, reason),
+    }
+}
+
+fn to_progress(state: v1::ObjectiveState, reason: String) -> Result<Progress, InvalidMessage> {
+    match state {
+        v1::ObjectiveState::Unspecified => Err(InvalidMessage::Missing("state")),
+        v1::ObjectiveState::Waiting => Ok(Progress::Waiting),
+        v1::ObjectiveState::Success => Ok(Progress::Success),
+        v1::ObjectiveState::Failure => Ok(Progress::Failure(reason)),
+    }
+}
+
+impl From<ObjectiveStatus> for v1::Objective {
+    fn from(status: ObjectiveStatus) -> v1::Objective {
+        let (state, reason) = from_progress(status.progress);
+        v1::Objective {
+            name: status.objective.name,
+            position: Some(status.objective.position.into()),
+            flying: status.objective.flying,
+            state: state as i32,
+            reason,
+            plan_steps: status.plan_steps,
+            replans: status.replans,
+            permissions: status.permissions,
+        }
+    }
+}
+
+impl TryFrom<v1::Objective> for ObjectiveStatus {
+    type Error = InvalidMessage;
+    fn try_from(status: v1::Objective) -> Result<ObjectiveStatus, InvalidMessage> {
+        let state = status.state();
+        let position = Ned::try_from(status.position.ok_or(InvalidMessage::Missing("position"))?)?;
+        Ok(ObjectiveStatus {
+            objective: Objective { name: status.name, position, flying: status.flying },
+            progress: to_progress(state, status.reason)?,
+            plan_steps: status.plan_steps,
+            replans: status.replans,
+            permissions: status.permissions,
+        })
+    }
+}
+
+impl From<MissionOutcome> for v1::MissionOutcome {
+    fn from(outcome: MissionOutcome) -> v1::MissionOutcome {
+        match outcome {
+            MissionOutcome::Success => v1::MissionOutcome::Success,
+            MissionOutcome::Failure => v1::MissionOutcome::Failure,
+            MissionOutcome::Emergency => v1::MissionOutcome::Emergency,
+            MissionOutcome::Crash => v1::MissionOutcome::Crash,
+        }
+    }
+}
+
+impl TryFrom<v1::MissionOutcome> for MissionOutcome {
+    type Error = InvalidMessage;
+    fn try_from(outcome: v1::MissionOutcome) -> Result<MissionOutcome, InvalidMessage> {
+        match outcome {
+            v1::MissionOutcome::Unspecified => Err(InvalidMessage::Missing("outcome")),
+            v1::MissionOutcome::Success => Ok(MissionOutcome::Success),
+            v1::MissionOutcome::Failure => Ok(MissionOutcome::Failure),
+            v1::MissionOutcome::Emergency => Ok(MissionOutcome::Emergency),
+            v1::MissionOutcome::Crash => Ok(MissionOutcome::Crash),
+        }
+    }
+}
+
+impl From<MissionReport> for v1::MissionReport {
+    fn from(report: MissionReport) -> v1::MissionReport {
+        let objective = |it: ObjectiveReport| {
+            let (state, reason) = from_progress(it.progress);
+            v1::ObjectiveReport {
+                name: it.name,
+                state: state as i32,
+                reason,
+                plan_steps: it.plan_steps,
+                replans: it.replans,
+                permissions: it.permissions,
+            }
+        };
+        v1::MissionReport {
+            outcome: v1::MissionOutcome::from(report.outcome) as i32,
+            reason: report.reason,
+            vehicle: report.vehicle,
+            duration_s: report.duration_s,
+            objectives: report.objectives.into_iter().map(objective).collect(),
+        }
+    }
+}
+
+impl TryFrom<v1::MissionReport> for MissionReport {
+    type Error = InvalidMessage;
+    fn try_from(report: v1::MissionReport) -> Result<MissionReport, InvalidMessage> {
+        let objective = |it: v1::ObjectiveReport| {
+            Ok(ObjectiveReport {
+                progress: to_progress(it.state(), it.reason)?,
+                name: it.name,
+                plan_steps: it.plan_steps,
+                replans: it.replans,
+                permissions: it.permissions,
+            })
+        };
+        Ok(MissionReport {
+            outcome: report.outcome().try_into()?,
+            reason: report.reason,
+            vehicle: report.vehicle,
+            duration_s: super::finite("duration_s", report.duration_s)?,
+            objectives: report.objectives.into_iter().map(objective).collect::<Result<_, InvalidMessage>>()?,
+        })
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use proptest::prelude::*;
+
+    use super::super::generators::{name, ned};
+    use super::*;
+
+    fn progress() -> impl Strategy<Value = Progress> {
+        prop_oneof![Just(Progress::Waiting), Just(Progress::Success), name().prop_map(Progress::Failure)]
+    }
+
+    pub(crate) fn objective() -> impl Strategy<Value = ObjectiveStatus> {
+        let names = prop::collection::vec(name(), 0..3);
+        (name(), ned(), any::<bool>(), progress(), any::<u32>(), any::<u32>(), names).prop_map(
+            |(name, position, flying, progress, plan_steps, replans, permissions)| ObjectiveStatus {
+                objective: Objective { name, position, flying },
+                progress,
+                plan_steps,
+                replans,
+                permissions,
+            },
+        )
+    }
+
+    fn report() -> impl Strategy<Value = MissionReport> {
+        use MissionOutcome::*;
+        let outcome = prop::sample::select(vec![Success, Failure, Emergency, Crash]);
+        let objective = (name(), progress(), any::<u32>(), any::<u32>(), prop::collection::vec(name(), 0..3)).prop_map(
+            |(name, progress, plan_steps, replans, permissions)| ObjectiveReport {
+                name,
+                progress,
+                plan_steps,
+                replans,
+                permissions,
+            },
+        );
+        (outcome, name(), name(), 0.0..1e6, prop::collection::vec(objective, 0..3)).prop_map(
+            |(outcome, reason, vehicle, duration_s, objectives)| MissionReport {
+                outcome,
+                reason,
+                vehicle,
+                duration_s,
+                objectives,
+            },
+        )
+    }
+
+    proptest! {
+        #[test]
+        fn objectives_and_reports_survive_the_wire(objective in objective(), report in report()) {
+            prop_assert_eq!(ObjectiveStatus::try_from(v1::Objective::from(objective.clone())), Ok(objective));
+            prop_assert_eq!(MissionReport::try_from(v1::MissionReport::from(report.clone())), Ok(report));
+        }
+    }
+}

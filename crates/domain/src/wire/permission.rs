@@ -1,0 +1,119 @@
+//! Permissions.
+
+use kittiwake_proto::v1;
+
+use super::{InvalidMessage, duration, not_empty};
+use crate::permission::{Permission, PermissionState};
+
+impl From<PermissionState> for v1::PermissionState {
+    fn from(state: PermissionState) -> v1::PermissionState {
+        match state {
+            PermissionState::Requested => v1::PermissionState::Requested,
+            PermissionState::Granted => v1::PermissionState::Granted,
+            PermissionState::Denied => v1::PermissionState::Denied,
+            PermissionState::Revoked => v1::PermissionState::Revoked,
+            PermissionState::Expired => v1::PermissionState::Expired,
+        }
+    }
+}
+
+impl TryFrom<v1::PermissionState> for PermissionState {
+    type Error = InvalidMessage;
+    fn try_from(state: v1::PermissionState) -> Result<PermissionState, InvalidMessage> {
+        match state {
+            v1::PermissionState::Unspecified => Err(InvalidMessage::Missing("state")),
+            v1::PermissionState::Requested => Ok(PermissionState::Requested),
+            v1::PermissionState::Granted => Ok(PermissionState::Granted),
+            v1::PermissionState::Denied => Ok(PermissionState::Denied),
+            v1::PermissionState::Revoked => Ok(PermissionState::Revoked),
+            v1::PermissionState::Expired => Ok(PermissionState::Expired),
+        }
+    }
+}
+
+impl From<Permission> for v1::Permission {
+    fn from(permission: Permission) -> v1::Permission {
+        v1::Permission {
+            area: permission.area,
+            state: v1::PermissionState::from(permission.state) as i32,
+            reason: permission.reason,
+            expires_utc_ms: permission.expires_utc_ms,
+            valid_for_s: permission.valid_for.as_secs_f64(),
+            request_id: permission.request_id,
+            decision: permission.decision,
+        }
+    }
+}
+
+impl TryFrom<v1::Permission> for Permission {
+    type Error = InvalidMessage;
+    fn try_from(permission: v1::Permission) -> Result<Permission, InvalidMessage> {
+        Ok(Permission {
+            state: permission.state().try_into()?,
+            area: not_empty("area", permission.area)?,
+            reason: permission.reason,
+            expires_utc_ms: permission.expires_utc_ms,
+            valid_for: duration("valid_for_s", permission.valid_for_s)?,
+            request_id: permission.request_id,
+            decision: permission.decision,
+        })
+    }
+}
+
+/// Every permission of a ledger.
+///
+/// # Errors
+/// If one of them makes no sense; a ledger is believed whole or not at all.
+pub fn ledger(ledger: v1::PermissionLedger) -> Result<Vec<Permission>, InvalidMessage> {
+    ledger.permissions.into_iter().map(Permission::try_from).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use proptest::prelude::*;
+
+    use super::super::generators::name;
+    use super::*;
+
+    fn permission() -> impl Strategy<Value = Permission> {
+        use PermissionState::*;
+        let state = prop::sample::select(vec![Requested, Granted, Denied, Revoked, Expired]);
+        (name(), state, name(), any::<i64>(), 0..1_000_000u32, name(), any::<u64>()).prop_map(
+            |(area, state, reason, expires_utc_ms, valid_ms, request_id, decision)| Permission {
+                area,
+                state,
+                reason,
+                expires_utc_ms,
+                // Whole milliseconds survive the way through a floating-point number of seconds.
+                valid_for: Duration::from_millis(valid_ms.into()),
+                request_id,
+                decision,
+            },
+        )
+    }
+
+    proptest! {
+        #[test]
+        fn permissions_survive_the_wire(permission in permission()) {
+            prop_assert_eq!(Permission::try_from(v1::Permission::from(permission.clone())), Ok(permission));
+        }
+    }
+
+    #[test]
+    fn a_ledger_with_a_line_that_makes_no_sense_is_refused_whole() {
+        #[track_caller]
+        fn check(change: fn(&mut v1::Permission)) {
+            let good = v1::Permission { area: "A".into(), state: 2, valid_for_s: 1.0, ..Default::default() };
+            let mut bad = good.clone();
+            change(&mut bad);
+            assert!(ledger(v1::PermissionLedger { permissions: vec![good.clone()] }).is_ok());
+            assert!(ledger(v1::PermissionLedger { permissions: vec![good, bad] }).is_err());
+        }
+        check(|permission| permission.area.clear());
+        check(|permission| permission.state = 77);
+        check(|permission| permission.valid_for_s = f64::NAN);
+        check(|permission| permission.valid_for_s = -1.0);
+    }
+}

@@ -1,0 +1,439 @@
+//! Plans, their steps, and the requests about them.
+//!
+//! A plan is taken whole or refused whole, before anything of it is flown.
+
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+use kittiwake_proto::v1;
+
+use super::{InvalidMessage, duration, flight_mode};
+use crate::area::Area;
+use crate::plan::{
+    Condition, Denial, DenialKind, FailedStep, Parameters, PermissionNeed, Plan, PlanReply, PlanRequest, PlannerStatus,
+    Step, StepDone, StepId,
+};
+use crate::state::State;
+
+impl From<State> for v1::PlanningState {
+    fn from(state: State) -> v1::PlanningState {
+        v1::PlanningState {
+            position: Some(state.position.into()),
+            flying: state.flying,
+            mode: state.mode.map_or(v1::FlightMode::Unspecified, Into::into) as i32,
+            permissions: state.permissions.into_iter().collect(),
+        }
+    }
+}
+
+impl TryFrom<v1::PlanningState> for State {
+    type Error = InvalidMessage;
+    fn try_from(state: v1::PlanningState) -> Result<State, InvalidMessage> {
+        Ok(State {
+            mode: flight_mode(state.mode()),
+            position: state.position.ok_or(InvalidMessage::Missing("position"))?.try_into()?,
+            flying: state.flying,
+            permissions: state.permissions.into_iter().collect(),
+        })
+    }
+}
+
+impl From<Condition> for v1::Condition {
+    fn from(condition: Condition) -> v1::Condition {
+        v1::Condition {
+            flying: condition.flying,
+            mode: condition.mode.map(|mode| v1::FlightMode::from(mode) as i32),
+            permissions: condition.permissions,
+        }
+    }
+}
+
+impl TryFrom<v1::Condition> for Condition {
+    type Error = InvalidMessage;
+    fn try_from(condition: v1::Condition) -> Result<Condition, InvalidMessage> {
+        // A clause that cannot be read must not pass for one that was not asked.
+        let mode = match condition.mode {
+            None => None,
+            Some(_) => Some(flight_mode(condition.mode()).ok_or(InvalidMessage::Missing("mode"))?),
+        };
+        Ok(Condition { flying: condition.flying, mode, permissions: condition.permissions })
+    }
+}
+
+impl From<Parameters> for v1::ParameterSet {
+    fn from(parameters: Parameters) -> v1::ParameterSet {
+        v1::ParameterSet {
+            goal: Some(parameters.goal.into()),
+            precondition: Some(parameters.precondition.into()),
+            invariant: Some(parameters.invariant.into()),
+        }
+    }
+}
+
+impl TryFrom<v1::ParameterSet> for Parameters {
+    type Error = InvalidMessage;
+    fn try_from(parameters: v1::ParameterSet) -> Result<Parameters, InvalidMessage> {
+        Ok(Parameters {
+            goal: parameters.goal.ok_or(InvalidMessage::Missing("goal"))?.try_into()?,
+            precondition: parameters.precondition.unwrap_or_default().try_into()?,
+            invariant: parameters.invariant.unwrap_or_default().try_into()?,
+        })
+    }
+}
+
+impl From<Step> for v1::PlanStep {
+    fn from(step: Step) -> v1::PlanStep {
+        v1::PlanStep {
+            id: step.id.0,
+            objective: step.objective,
+            goal_state: Some(step.reaches.into()),
+            nominal: Some(step.nominal.into()),
+            ask_for_s: step.ask.iter().map(|need| need.lasts.as_secs_f64()).collect(),
+            ask_permissions: step.ask.into_iter().map(|need| need.area).collect(),
+            auxiliary: step.auxiliary,
+            text: step.text,
+        }
+    }
+}
+
+impl TryFrom<v1::PlanStep> for Step {
+    type Error = InvalidMessage;
+    fn try_from(step: v1::PlanStep) -> Result<Step, InvalidMessage> {
+        let distinct: BTreeSet<&String> = step.ask_permissions.iter().collect();
+        if distinct.len() < step.ask_permissions.len() {
+            return Err(InvalidMessage::Twice("ask_permissions"));
+        }
+        Ok(Step {
+            id: step_id(step.id).ok_or(InvalidMessage::Missing("id"))?,
+            objective: step.objective,
+            reaches: step.goal_state.ok_or(InvalidMessage::Missing("goal_state"))?.try_into()?,
+            nominal: step.nominal.ok_or(InvalidMessage::Missing("nominal"))?.try_into()?,
+            ask: needs(step.ask_permissions, step.ask_for_s)?,
+            auxiliary: step.auxiliary,
+            text: step.text,
+        })
+    }
+}
+
+/// A need without a time is one that any grant meets.
+fn needs(areas: Vec<String>, lasts_s: Vec<f64>) -> Result<Vec<PermissionNeed>, InvalidMessage> {
+    let lasts_s = lasts_s.into_iter().chain(std::iter::repeat(0.0));
+    let need = |(area, lasts_s)| Ok(PermissionNeed { area, lasts: duration("ask_for_s", lasts_s)? });
+    areas.into_iter().zip(lasts_s).map(need).collect()
+}
+
+/// The id of a field in which zero stands for none.
+fn step_id(id: u64) -> Option<StepId> {
+    (id != 0).then_some(StepId(id))
+}
+
+fn steps(steps: Vec<v1::PlanStep>) -> Result<Vec<Step>, InvalidMessage> {
+    let steps: Vec<Step> = steps.into_iter().map(Step::try_from).collect::<Result<_, _>>()?;
+    let distinct: BTreeSet<StepId> = steps.iter().map(|step| step.id).collect();
+    if distinct.len() < steps.len() {
+        return Err(InvalidMessage::Twice("steps.id"));
+    }
+    Ok(steps)
+}
+
+impl From<Plan> for v1::Plan {
+    fn from(plan: Plan) -> v1::Plan {
+        v1::Plan {
+            objective: plan.objective,
+            steps: plan.steps.into_iter().map(Into::into).collect(),
+            revision: plan.revision,
+            epoch: plan.epoch,
+        }
+    }
+}
+
+impl TryFrom<v1::Plan> for Plan {
+    type Error = InvalidMessage;
+    fn try_from(plan: v1::Plan) -> Result<Plan, InvalidMessage> {
+        let steps = steps(plan.steps)?;
+        if steps.is_empty() {
+            return Err(InvalidMessage::Missing("steps"));
+        }
+        Ok(Plan { objective: plan.objective, steps, revision: plan.revision, epoch: plan.epoch })
+    }
+}
+
+impl From<Denial> for v1::Denial {
+    fn from(denial: Denial) -> v1::Denial {
+        let (silent, too_short) = (denial.kind == DenialKind::Silent, denial.kind == DenialKind::TooShort);
+        v1::Denial { area: denial.area, silent, reason: denial.reason, too_short }
+    }
+}
+
+impl From<v1::Denial> for Denial {
+    fn from(denial: v1::Denial) -> Denial {
+        let kind = match (denial.silent, denial.too_short) {
+            (true, _) => DenialKind::Silent,
+            (false, true) => DenialKind::TooShort,
+            (false, false) => DenialKind::Refused,
+        };
+        Denial { area: denial.area, kind, reason: denial.reason }
+    }
+}
+
+impl From<PlanRequest> for v1::ReplanRequest {
+    fn from(request: PlanRequest) -> v1::ReplanRequest {
+        let (failed_step_id, failure) = request.failed.map_or((0, String::new()), |step| (step.id.0, step.reason));
+        v1::ReplanRequest {
+            request_id: request.request_id,
+            state: Some(request.state.into()),
+            failed_step_id,
+            failure,
+            denials: request.denials.into_iter().map(Into::into).collect(),
+            held: request.grants.into_iter().map(held).collect(),
+        }
+    }
+}
+
+fn held((area, valid_for): (String, Duration)) -> v1::HeldPermission {
+    v1::HeldPermission { area, valid_for_s: valid_for.as_secs_f64() }
+}
+
+impl TryFrom<v1::ReplanRequest> for PlanRequest {
+    type Error = InvalidMessage;
+    fn try_from(request: v1::ReplanRequest) -> Result<PlanRequest, InvalidMessage> {
+        Ok(PlanRequest {
+            request_id: request.request_id,
+            state: request.state.ok_or(InvalidMessage::Missing("state"))?.try_into()?,
+            failed: step_id(request.failed_step_id).map(|id| FailedStep { id, reason: request.failure }),
+            denials: request.denials.into_iter().map(Into::into).collect(),
+            grants: request
+                .held
+                .into_iter()
+                .map(|held| Ok((held.area, duration("valid_for_s", held.valid_for_s)?)))
+                .collect::<Result<_, InvalidMessage>>()?,
+        })
+    }
+}
+
+impl From<PlanReply> for v1::ReplanReply {
+    fn from(reply: PlanReply) -> v1::ReplanReply {
+        use v1::replan_reply::Reply;
+        let reply = match reply {
+            PlanReply::Plan(plan) => Reply::Plan(plan.into()),
+            PlanReply::Hold { wait, reason } => Reply::Hold(v1::HoldUntil { wait_s: wait.as_secs_f64(), reason }),
+            PlanReply::Finished => Reply::Finished(v1::Finished {}),
+            PlanReply::Refused(reason) => Reply::Refused(v1::PlanRefusal { reason }),
+        };
+        v1::ReplanReply { reply: Some(reply) }
+    }
+}
+
+impl TryFrom<v1::ReplanReply> for PlanReply {
+    type Error = InvalidMessage;
+    fn try_from(reply: v1::ReplanReply) -> Result<PlanReply, InvalidMessage> {
+        use v1::replan_reply::Reply;
+        Ok(match reply.reply.ok_or(InvalidMessage::Missing("reply"))? {
+            Reply::Plan(plan) => PlanReply::Plan(plan.try_into()?),
+            Reply::Hold(hold) => PlanReply::Hold { wait: duration("wait_s", hold.wait_s)?, reason: hold.reason },
+            Reply::Finished(_) => PlanReply::Finished,
+            Reply::Refused(refusal) => PlanReply::Refused(refusal.reason),
+        })
+    }
+}
+
+impl From<StepDone> for v1::StepDone {
+    fn from(done: StepDone) -> v1::StepDone {
+        v1::StepDone { step_id: done.id.0, state: Some(done.state.into()) }
+    }
+}
+
+impl TryFrom<v1::StepDone> for StepDone {
+    type Error = InvalidMessage;
+    fn try_from(done: v1::StepDone) -> Result<StepDone, InvalidMessage> {
+        Ok(StepDone {
+            id: step_id(done.step_id).ok_or(InvalidMessage::Missing("step_id"))?,
+            state: done.state.ok_or(InvalidMessage::Missing("state"))?.try_into()?,
+        })
+    }
+}
+
+impl From<PlannerStatus> for v1::PlannerStatus {
+    fn from(status: PlannerStatus) -> v1::PlannerStatus {
+        let plan = v1::Plan {
+            objective: status.current_objective,
+            steps: status.steps.into_iter().map(Into::into).collect(),
+            revision: status.revision,
+            epoch: status.epoch,
+        };
+        v1::PlannerStatus {
+            mission: status.mission,
+            objectives: status.objectives.into_iter().map(Into::into).collect(),
+            areas: status.areas.iter().map(Into::into).collect(),
+            plan: Some(plan),
+            current_objective: status.current_objective,
+            hold: status.hold,
+            epoch: status.epoch,
+        }
+    }
+}
+
+impl TryFrom<v1::PlannerStatus> for PlannerStatus {
+    type Error = InvalidMessage;
+    fn try_from(status: v1::PlannerStatus) -> Result<PlannerStatus, InvalidMessage> {
+        let plan = status.plan.unwrap_or_default();
+        Ok(PlannerStatus {
+            mission: status.mission,
+            objectives: status.objectives.into_iter().map(TryInto::try_into).collect::<Result<_, _>>()?,
+            areas: status.areas.into_iter().map(Area::try_from).collect::<Result<_, _>>()?,
+            steps: steps(plan.steps)?,
+            revision: plan.revision,
+            current_objective: status.current_objective,
+            hold: status.hold,
+            epoch: status.epoch,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::generators::{area, mode, name, ned};
+    use super::super::mission::tests::objective;
+    use super::super::skill::tests::goal;
+    use super::*;
+
+    fn state() -> impl Strategy<Value = State> {
+        let permissions = prop::collection::btree_set(name(), 0..3);
+        (ned(), any::<bool>(), prop::option::of(mode()), permissions)
+            .prop_map(|(position, flying, mode, permissions)| State { position, flying, mode, permissions })
+    }
+
+    fn condition() -> impl Strategy<Value = Condition> {
+        let permissions = prop::collection::vec(name(), 0..3);
+        (prop::option::of(any::<bool>()), prop::option::of(mode()), permissions)
+            .prop_map(|(flying, mode, permissions)| Condition { flying, mode, permissions })
+    }
+
+    fn step() -> impl Strategy<Value = Step> {
+        let parameters = (goal(), condition(), condition()).prop_map(|(goal, precondition, invariant)| Parameters {
+            goal,
+            precondition,
+            invariant,
+        });
+        let ask = prop::collection::btree_map(name(), 0..1_000_000u64, 0..3).prop_map(|needs| {
+            let need = |(area, lasts_ms)| PermissionNeed { area, lasts: Duration::from_millis(lasts_ms) };
+            needs.into_iter().map(need).collect()
+        });
+        (1..u64::MAX, any::<u32>(), state(), parameters, ask, any::<bool>(), name()).prop_map(
+            |(id, objective, reaches, nominal, ask, auxiliary, text)| Step {
+                id: StepId(id),
+                objective,
+                reaches,
+                nominal,
+                ask,
+                auxiliary,
+                text,
+            },
+        )
+    }
+
+    fn distinct_steps(at_least: usize) -> impl Strategy<Value = Vec<Step>> {
+        prop::collection::vec(step(), at_least..4).prop_map(|mut steps| {
+            for (index, step) in steps.iter_mut().enumerate() {
+                step.id = StepId(index as u64 + 1);
+            }
+            steps
+        })
+    }
+
+    fn plan() -> impl Strategy<Value = Plan> {
+        (any::<u32>(), distinct_steps(1), any::<u64>(), any::<u64>())
+            .prop_map(|(objective, steps, revision, epoch)| Plan { objective, steps, revision, epoch })
+    }
+
+    fn request() -> impl Strategy<Value = PlanRequest> {
+        let failed = (1..u64::MAX, name()).prop_map(|(id, reason)| FailedStep { id: StepId(id), reason });
+        let kind = prop::sample::select(vec![DenialKind::Refused, DenialKind::Silent, DenialKind::TooShort]);
+        let denial = (name(), kind, name()).prop_map(|(area, kind, reason)| Denial { area, kind, reason });
+        let grants = prop::collection::btree_map(name(), (0..1_000_000u64).prop_map(Duration::from_millis), 0..3);
+        (name(), state(), grants, prop::option::of(failed), prop::collection::vec(denial, 0..3)).prop_map(
+            |(request_id, state, grants, failed, denials)| PlanRequest { request_id, state, grants, failed, denials },
+        )
+    }
+
+    fn reply() -> impl Strategy<Value = PlanReply> {
+        let hold = (0..1_000_000u64, name())
+            .prop_map(|(wait_ms, reason)| PlanReply::Hold { wait: Duration::from_millis(wait_ms), reason });
+        prop_oneof![
+            plan().prop_map(PlanReply::Plan),
+            hold,
+            Just(PlanReply::Finished),
+            name().prop_map(PlanReply::Refused)
+        ]
+    }
+
+    fn status() -> impl Strategy<Value = PlannerStatus> {
+        let mission = (name(), prop::collection::vec(objective(), 0..3), prop::collection::vec(area(), 0..3));
+        (mission, distinct_steps(0), any::<u64>(), any::<u32>(), name(), any::<u64>()).prop_map(
+            |((mission, objectives, areas), steps, revision, current_objective, hold, epoch)| PlannerStatus {
+                mission,
+                objectives,
+                areas,
+                steps,
+                revision,
+                current_objective,
+                hold,
+                epoch,
+            },
+        )
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+
+        #[test]
+        fn what_planner_and_manager_say_survives_the_wire(
+            plan in plan(),
+            request in request(),
+            reply in reply(),
+            status in status(),
+            done in (1..u64::MAX, state()).prop_map(|(id, state)| StepDone { id: StepId(id), state }),
+        ) {
+            prop_assert_eq!(Plan::try_from(v1::Plan::from(plan.clone())), Ok(plan));
+            prop_assert_eq!(PlanRequest::try_from(v1::ReplanRequest::from(request.clone())), Ok(request));
+            prop_assert_eq!(PlanReply::try_from(v1::ReplanReply::from(reply.clone())), Ok(reply));
+            prop_assert_eq!(PlannerStatus::try_from(v1::PlannerStatus::from(status.clone())), Ok(status));
+            prop_assert_eq!(StepDone::try_from(v1::StepDone::from(done.clone())), Ok(done));
+        }
+    }
+
+    #[test]
+    fn a_plan_that_makes_no_sense_is_refused_with_its_reason() {
+        #[track_caller]
+        fn check(change: fn(&mut v1::Plan), expected: &str) {
+            let state = Some(v1::PlanningState { position: Some(v1::Ned::default()), ..Default::default() });
+            let goal = Some(v1::SkillGoal { goal: Some(v1::skill_goal::Goal::Land(v1::LandGoal {})) });
+            let nominal = Some(v1::ParameterSet { goal, ..Default::default() });
+            let step =
+                |id| v1::PlanStep { id, goal_state: state.clone(), nominal: nominal.clone(), ..Default::default() };
+            let mut plan = v1::Plan { steps: vec![step(1), step(2)], ..Default::default() };
+            assert!(Plan::try_from(plan.clone()).is_ok());
+            change(&mut plan);
+            assert_eq!(Plan::try_from(plan).unwrap_err().to_string(), expected);
+        }
+        fn nominal(plan: &mut v1::Plan) -> &mut v1::ParameterSet {
+            plan.steps[1].nominal.as_mut().unwrap()
+        }
+        check(|plan| plan.steps.clear(), "`steps` is missing");
+        check(|plan| plan.steps[1].id = 0, "`id` is missing");
+        check(|plan| plan.steps[1].id = 1, "`steps.id` has the same entry twice");
+        check(|plan| plan.steps[0].nominal = None, "`nominal` is missing");
+        check(|plan| plan.steps[0].goal_state = None, "`goal_state` is missing");
+        check(|plan| nominal(plan).goal = None, "`goal` is missing");
+        check(
+            |plan| nominal(plan).invariant = Some(v1::Condition { mode: Some(99), ..Default::default() }),
+            "`mode` is missing",
+        );
+        check(
+            |plan| plan.steps[0].ask_permissions = vec!["A".into(), "A".into()],
+            "`ask_permissions` has the same entry twice",
+        );
+    }
+}

@@ -1,0 +1,171 @@
+//! The step that is flown, and the one after it.
+
+use std::sync::Arc;
+
+use domain::plan::{Denial, FailedStep, Plan, Step, StepId};
+use domain::skill::Goal;
+use domain::time::Time;
+
+/// Where the flight of the plan stands.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) enum Flight {
+    /// No step: none is planned, or the plan has run out.
+    #[default]
+    Idle,
+    /// A step is flown, or is about to be.
+    Flying {
+        /// That step.
+        step: Arc<Step>,
+        /// Its place in the plan, from 1, and how many steps the plan had.
+        number: u32,
+        /// See `number`.
+        count: u32,
+        /// The one after it.
+        next: Next,
+        /// Why it is to be given up, until its executor has done so.
+        withdrawn: Option<String>,
+    },
+    /// The step was given up. Until there is a plan the transition goes towards its goal.
+    Interrupted {
+        /// What it was to fly.
+        goal: Goal,
+        /// What the planner has to know about it; `None` if the next plan does not depend on it.
+        failed: Option<FailedStep>,
+        /// Areas that were denied during it, until the planner has heard of them.
+        denials: Vec<Denial>,
+    },
+}
+
+/// The step after the present one.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Next {
+    /// Not asked for yet; not to be asked for before then.
+    Unknown(Time),
+    /// Asked for.
+    Asked,
+    /// Known; `None`: the plan has no further step.
+    Known(Option<Arc<Step>>),
+}
+
+/// Something that happens to the flight of the plan.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Event {
+    /// A plan is flown from here on.
+    Adopted(Plan),
+    /// The successor was asked for.
+    NextAsked,
+    /// The planner has said what comes after this step.
+    NextKnown(StepId, Option<Arc<Step>>),
+    /// The planner has not; ask again then.
+    NextLost(StepId, Time),
+    /// The present step was flown, and its successor becomes the present one.
+    Advanced,
+    /// The present step was flown or is void, and nothing is known to follow it.
+    Dropped,
+    /// The present step cannot be flown on, for this reason and because of these denials.
+    Failed(String, Vec<Denial>),
+    /// The present step is to be given up, for this reason.
+    Withdrawn(String),
+    /// It is given up, and the planner need not know why.
+    GivenUp,
+    /// The planner has heard of the denials.
+    DenialsHeard,
+    /// There is nothing left to fly.
+    Finished,
+}
+
+impl Flight {
+    /// Takes in an event. One that is about another step, or comes when there is no step, changes nothing: replies cross
+    /// with failures on their way.
+    pub(crate) fn on(&mut self, event: Event) {
+        use {Event as E, Flight as F};
+        *self = match (std::mem::take(self), event) {
+            (flight, E::Adopted(plan)) => match begin(plan) {
+                Some(begun) => begun,
+                None => flight,
+            },
+            (F::Flying { step, number, count, next: Next::Unknown(_), withdrawn }, E::NextAsked) => {
+                F::Flying { step, number, count, next: Next::Asked, withdrawn }
+            }
+            (F::Flying { step, number, count, next: Next::Asked, withdrawn }, E::NextKnown(after, next))
+                if step.id == after =>
+            {
+                F::Flying { step, number, count, next: Next::Known(next), withdrawn }
+            }
+            (F::Flying { step, number, count, next: Next::Asked, withdrawn }, E::NextLost(after, again))
+                if step.id == after =>
+            {
+                F::Flying { step, number, count, next: Next::Unknown(again), withdrawn }
+            }
+            (F::Flying { number, count, next: Next::Known(Some(step)), .. }, E::Advanced) => {
+                F::Flying { step, number: number + 1, count, next: Next::Unknown(Time::ZERO), withdrawn: None }
+            }
+            (F::Flying { .. }, E::Advanced | E::Dropped) => F::Idle,
+            (F::Flying { step, .. }, E::Failed(reason, denials)) => {
+                let failed = Some(FailedStep { id: step.id, reason });
+                F::Interrupted { goal: step.nominal.goal, failed, denials }
+            }
+            (F::Flying { step, number, count, next, .. }, E::Withdrawn(reason)) => {
+                F::Flying { step, number, count, next, withdrawn: Some(reason) }
+            }
+            (F::Flying { step, .. }, E::GivenUp) => {
+                F::Interrupted { goal: step.nominal.goal, failed: None, denials: Vec::new() }
+            }
+            (F::Interrupted { goal, failed, .. }, E::DenialsHeard) => {
+                F::Interrupted { goal, failed, denials: Vec::new() }
+            }
+            (F::Interrupted { goal, .. }, E::Finished) => F::Interrupted { goal, failed: None, denials: Vec::new() },
+            (flight, _) => flight,
+        };
+    }
+
+    /// The step that is flown, its place in the plan and how many steps the plan had.
+    pub(crate) fn step(&self) -> Option<(&Arc<Step>, u32, u32)> {
+        match self {
+            Flight::Flying { step, number, count, .. } => Some((step, *number, *count)),
+            Flight::Idle | Flight::Interrupted { .. } => None,
+        }
+    }
+
+    /// What is known about the step after the present one; `None` where there is no present one.
+    pub(crate) fn next(&self) -> Option<&Next> {
+        match self {
+            Flight::Flying { next, .. } => Some(next),
+            Flight::Idle | Flight::Interrupted { .. } => None,
+        }
+    }
+
+    /// Why the present step is to be given up, if it is.
+    pub(crate) fn withdrawal(&self) -> Option<&str> {
+        match self {
+            Flight::Flying { withdrawn, .. } => withdrawn.as_deref(),
+            Flight::Idle | Flight::Interrupted { .. } => None,
+        }
+    }
+
+    /// What the step that was given up was to fly.
+    pub(crate) fn interrupted_goal(&self) -> Option<Goal> {
+        match self {
+            Flight::Interrupted { goal, .. } => Some(*goal),
+            Flight::Idle | Flight::Flying { .. } => None,
+        }
+    }
+
+    /// What the planner has to know about the step that was given up: which, why, and what was denied.
+    pub(crate) fn failure(&self) -> (Option<&FailedStep>, &[Denial]) {
+        match self {
+            Flight::Interrupted { failed, denials, .. } => (failed.as_ref(), denials),
+            Flight::Idle | Flight::Flying { .. } => (None, &[]),
+        }
+    }
+}
+
+fn begin(plan: Plan) -> Option<Flight> {
+    let count = plan.steps.len() as u32;
+    let step = Arc::new(plan.steps.into_iter().next()?);
+    Some(Flight::Flying { step, number: 1, count, next: Next::Unknown(Time::ZERO), withdrawn: None })
+}
+
+#[cfg(test)]
+#[path = "flight_table.rs"]
+mod table;

@@ -1,0 +1,353 @@
+//! The planner as the manager sees it: the step that is flown, the plan that is asked for, and what the planner still
+//! has to be told.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use domain::airspace::Grants;
+use domain::area::Area;
+use domain::plan::{Denial, Plan, PlanReply, PlannerStatus, Step, StepDone, StepId};
+use domain::skill::Goal;
+use domain::state::State;
+use domain::time::Time;
+use domain::wire::InvalidMessage;
+use kittiwake_proto::topics::Request;
+use kittiwake_proto::v1;
+use node::CallError;
+
+use crate::config::PlanApproval;
+use crate::outbox::{Outbox, Purpose};
+
+mod flight;
+mod pauses;
+mod plan_request;
+mod step_reports;
+
+pub(crate) use flight::Next;
+use flight::{Event as FlightEvent, Flight};
+use pauses::Pauses;
+use plan_request::Event as RequestEvent;
+pub(crate) use plan_request::{Basis, PlanRequest};
+use step_reports::{Event as ReportEvent, StepReports};
+
+/// Why a request to the planner brought nothing.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub(crate) enum NoAnswer {
+    /// There was no reply.
+    #[error("{0}")]
+    Call(#[from] CallError),
+    /// The reply made no sense.
+    #[error("answered what makes no sense: {0}")]
+    Invalid(#[from] InvalidMessage),
+    /// The planner says that the request made no sense.
+    #[error("refused the request: {0}")]
+    Refused(String),
+}
+
+/// Which plans wait for approval, and for how long.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ApprovalPolicy {
+    pub(crate) plans: PlanApproval,
+    pub(crate) limit: Duration,
+}
+
+/// The planner's client.
+#[derive(Debug)]
+pub(crate) struct Planner {
+    /// Makes request ids unique among starts of this process.
+    instance: u64,
+    last_request: u64,
+    flight: Flight,
+    request: PlanRequest,
+    reports: StepReports,
+    pauses: Pauses,
+    status: Option<PlannerStatus>,
+    areas: Arc<[Area]>,
+    /// Of the plan that was adopted last.
+    epoch: u64,
+    /// The objective that was planned for last.
+    planned_for: Option<u32>,
+}
+
+impl Planner {
+    pub(crate) fn new(instance: u64) -> Planner {
+        Planner {
+            instance,
+            last_request: 0,
+            flight: Flight::default(),
+            request: PlanRequest::default(),
+            reports: StepReports::default(),
+            pauses: Pauses::default(),
+            status: None,
+            areas: Arc::new([]),
+            epoch: 0,
+            planned_for: None,
+        }
+    }
+
+    /// The step that is flown, its place in the plan from 1, and how many steps the plan had.
+    pub(crate) fn step(&self) -> Option<(&Arc<Step>, u32, u32)> {
+        self.flight.step()
+    }
+
+    /// What is known about the step after the present one.
+    pub(crate) fn next(&self) -> Option<&Next> {
+        self.flight.next()
+    }
+
+    /// What the step that was given up was to fly.
+    pub(crate) fn interrupted_goal(&self) -> Option<Goal> {
+        self.flight.interrupted_goal()
+    }
+
+    /// Why the present step is to be given up, if it is.
+    pub(crate) fn withdrawal(&self) -> Option<&str> {
+        self.flight.withdrawal()
+    }
+
+    /// Where the request for a plan stands.
+    pub(crate) fn request(&self) -> &PlanRequest {
+        &self.request
+    }
+
+    /// The planner's newest account of the mission.
+    pub(crate) fn status(&self) -> Option<&PlannerStatus> {
+        self.status.as_ref()
+    }
+
+    /// Every area of the mission.
+    pub(crate) fn areas(&self) -> &Arc<[Area]> {
+        &self.areas
+    }
+
+    /// When a plan may be asked for, after steps that failed.
+    pub(crate) fn ask_from(&self) -> Time {
+        self.pauses.until()
+    }
+
+    /// Asks for a plan, unless a flown step is still to be reported: the planner would plan it again.
+    pub(crate) fn ask_for_plan(
+        &mut self,
+        state: State,
+        grants: Grants,
+        timeout: Duration,
+        outbox: &mut Outbox,
+    ) -> bool {
+        if !self.reports.is_empty() {
+            return false;
+        }
+        self.last_request += 1;
+        let request_id = format!("mcm-{:x}-r{}", self.instance, self.last_request);
+        let (failed, denials) = self.flight.failure();
+        let request = domain::plan::PlanRequest {
+            request_id: request_id.clone(),
+            state,
+            grants,
+            failed: failed.cloned(),
+            denials: denials.to_vec(),
+        };
+        self.request.on(RequestEvent::Sent(request_id.clone()));
+        outbox.call(Purpose::Replan(request_id), Request::Replan(request.into()), timeout);
+        true
+    }
+
+    /// No plan is wanted any more. One that was just adopted was made for a state that no longer is.
+    pub(crate) fn stop_asking_for_plan(&mut self) {
+        if self.request == PlanRequest::Planned {
+            self.flight.on(FlightEvent::Dropped);
+        }
+        self.request.on(RequestEvent::Reset);
+    }
+
+    /// The asking for a plan begins.
+    pub(crate) fn begin_asking_for_plan(&mut self) {
+        self.request.on(RequestEvent::Reset);
+    }
+
+    /// The present step was flown: its successor, if it is known, becomes the present one; whether there is one.
+    pub(crate) fn advance(&mut self) -> bool {
+        self.flight.on(FlightEvent::Advanced);
+        self.flight.step().is_some()
+    }
+
+    /// The present step was flown; the planner hears of it until it has acknowledged it.
+    pub(crate) fn flown(&mut self, id: StepId, state: State) {
+        self.pauses.end();
+        self.reports.on(ReportEvent::Flown(StepDone { id, state }));
+    }
+
+    /// The present step failed by itself.
+    pub(crate) fn fail(&mut self, now: Time, reason: String, denials: Vec<Denial>, first_pause: Duration) {
+        // A denial has pauses of its own, which the planner makes.
+        if denials.is_empty() {
+            self.pauses.begin(now, first_pause);
+        }
+        self.flight.on(FlightEvent::Failed(reason, denials));
+    }
+
+    /// The present step is given up through no fault of its own.
+    pub(crate) fn interrupt(&mut self, reason: String) {
+        self.flight.on(FlightEvent::Failed(reason, Vec::new()));
+    }
+
+    /// The present step is not to be begun, or was flown and nothing is known to follow it.
+    pub(crate) fn drop_step(&mut self) {
+        self.flight.on(FlightEvent::Dropped);
+    }
+
+    /// The present step is given up: the next plan is made for its objective, not for it.
+    pub(crate) fn give_up(&mut self) {
+        self.flight.on(FlightEvent::GivenUp);
+        self.pauses.skip();
+    }
+
+    /// The present step is to be given up, through no fault of its own; its executor does so at its next tick.
+    pub(crate) fn withdraw(&mut self, reason: impl Into<String>) {
+        if self.flight.step().is_some() {
+            self.flight.on(FlightEvent::Withdrawn(reason.into()));
+        } else if self.request.on(RequestEvent::Withdrawn) {
+            // What was waited for belongs to a mission that is no more, so the next plan is a first one.
+            self.planned_for = None;
+        }
+    }
+
+    /// Flies `plan`.
+    pub(crate) fn adopt(&mut self, plan: Plan) {
+        self.epoch = plan.epoch;
+        self.planned_for = Some(plan.objective);
+        self.flight.on(FlightEvent::Adopted(plan));
+        self.request.on(RequestEvent::Adopted);
+    }
+
+    /// The proposed plan is not flown.
+    pub(crate) fn discard_proposal(&mut self) {
+        self.request.on(RequestEvent::Void);
+    }
+
+    /// The answer to a request for a plan; what it means, in words.
+    pub(crate) fn on_plan(
+        &mut self,
+        now: Time,
+        request_id: &str,
+        reply: Result<PlanReply, NoAnswer>,
+        patience: Duration,
+        basis: Basis,
+        approval: ApprovalPolicy,
+    ) -> Option<String> {
+        if !self.request.awaits(request_id) {
+            return None;
+        }
+        match reply {
+            Err(no_answer) => Some(self.no_plan(now, no_answer, patience)),
+            Ok(PlanReply::Refused(reason)) => Some(self.no_plan(now, NoAnswer::Refused(reason), patience)),
+            Ok(PlanReply::Plan(plan)) if plan.epoch < self.newest_epoch() => {
+                self.request.on(RequestEvent::Void);
+                Some(format!("plan {} was made before the mission was changed; asking again", plan.revision))
+            }
+            Ok(PlanReply::Plan(plan)) => {
+                let steps = plan.steps.iter().map(|step| step.text.as_str()).collect::<Vec<_>>().join("; ");
+                let words = format!("plan {}: {steps}", plan.revision);
+                self.pauses.answered();
+                if self.needs_approval(&plan, approval.plans) {
+                    self.request.on(RequestEvent::Proposed(Box::new(plan), now + approval.limit));
+                    return Some(format!("{words}; waits for approval"));
+                }
+                self.adopt(plan);
+                Some(words)
+            }
+            Ok(PlanReply::Hold { wait, reason }) => {
+                self.request.on(RequestEvent::Hold(now + wait, basis));
+                self.flight.on(FlightEvent::DenialsHeard);
+                Some(format!("hold for {:.0} s: {reason}", wait.as_secs_f64()))
+            }
+            Ok(PlanReply::Finished) => {
+                self.request.on(RequestEvent::Finished);
+                self.flight.on(FlightEvent::Finished);
+                Some("every objective is settled".into())
+            }
+        }
+    }
+
+    fn no_plan(&mut self, now: Time, no_answer: NoAnswer, patience: Duration) -> String {
+        let wait = match no_answer {
+            NoAnswer::Call(_) => patience,
+            // The same question gets the same answer: ask ever more slowly.
+            NoAnswer::Invalid(_) | NoAnswer::Refused(_) => self.pauses.unusable_answer(patience),
+        };
+        self.request.on(RequestEvent::Lost(now + wait));
+        format!("planner {no_answer}; asking again")
+    }
+
+    fn needs_approval(&self, plan: &Plan, plans: PlanApproval) -> bool {
+        let is_first = self.planned_for != Some(plan.objective);
+        plans == PlanApproval::EachPlan || (plans == PlanApproval::EachReplanning && !is_first)
+    }
+
+    /// The answer to the question what comes after step `after`.
+    pub(crate) fn on_next(
+        &mut self,
+        now: Time,
+        after: StepId,
+        reply: Result<Option<Step>, NoAnswer>,
+        patience: Duration,
+    ) -> Option<NoAnswer> {
+        match reply {
+            Ok(step) => {
+                self.flight.on(FlightEvent::NextKnown(after, step.map(Arc::new)));
+                None
+            }
+            Err(no_answer) => {
+                self.flight.on(FlightEvent::NextLost(after, now + patience));
+                Some(no_answer)
+            }
+        }
+    }
+
+    /// The planner has answered, or not answered, the report that step `id` was flown.
+    pub(crate) fn on_report(&mut self, now: Time, id: StepId, answered: bool, patience: Duration) {
+        self.reports.on(if answered { ReportEvent::Answered(id) } else { ReportEvent::Lost(now + patience) });
+    }
+
+    /// Takes in the planner's own account.
+    pub(crate) fn on_status(&mut self, status: PlannerStatus) {
+        if *self.areas != *status.areas {
+            self.areas = status.areas.as_slice().into();
+        }
+        if self.newest_epoch() < status.epoch && self.epoch < status.epoch {
+            self.withdraw("the mission was changed");
+        }
+        self.status = Some(status);
+    }
+
+    /// Whether the planner's account says that every objective has reached its final state.
+    pub(crate) fn all_settled(&self) -> bool {
+        self.status.as_ref().is_some_and(|it| it.current_objective as usize == it.objectives.len())
+    }
+
+    /// Reports the first flown step that the planner does not know of, and fetches the step after the present one
+    /// before that one ends.
+    pub(crate) fn tend(&mut self, now: Time, timeout: Duration, outbox: &mut Outbox) {
+        if let Some((done, _)) = self.reports.due().filter(|(_, at)| *at <= now) {
+            outbox.call(Purpose::StepDone(done.id), Request::StepDone(done.clone().into()), timeout);
+            self.reports.on(ReportEvent::Sent);
+        }
+        if let (Some((step, ..)), Some(Next::Unknown(at))) = (self.flight.step(), self.flight.next())
+            && *at <= now
+        {
+            let request = v1::NextStepRequest { after_step_id: step.id.0 };
+            outbox.call(Purpose::NextStep(step.id), Request::NextStep(request), timeout);
+            self.flight.on(FlightEvent::NextAsked);
+        }
+    }
+
+    /// When [`Planner::tend`] has something to do.
+    pub(crate) fn deadline(&self, now: Time) -> Option<Time> {
+        let report = self.reports.due().map(|(_, at)| at);
+        let next = self.flight.next().and_then(|it| if let Next::Unknown(at) = it { Some(*at) } else { None });
+        report.into_iter().chain(next).filter(|at| now < *at).min()
+    }
+
+    fn newest_epoch(&self) -> u64 {
+        self.status.as_ref().map_or(0, |it| it.epoch)
+    }
+}

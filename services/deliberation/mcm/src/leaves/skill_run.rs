@@ -1,0 +1,51 @@
+//! A skill that a leaf flies: started, watched, given up.
+
+use behavior_tree::{LeafResult, Ports, Status};
+use domain::skill::{Goal, SkillOutcome};
+
+use crate::clients::skills::{Handle, Progress, ending};
+use crate::world::World;
+
+/// A skill under way.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SkillRun {
+    handle: Handle,
+    goal: Goal,
+}
+
+impl SkillRun {
+    /// Wants `goal` flown from here on.
+    pub(super) fn start(world: &mut World, goal: Goal) -> SkillRun {
+        SkillRun { handle: world.start_skill(goal), goal }
+    }
+
+    /// How it goes: success once its outcome is success, failure with the reason for any other.
+    pub(super) fn poll(self, world: &World, ports: &mut Ports<'_>) -> LeafResult {
+        match world.skill_progress(self.handle) {
+            Some(Progress::Ended(SkillOutcome::Succeeded, _)) => Ok(Status::Success),
+            Some(Progress::Ended(outcome, reason)) => {
+                ports.explain(ending(*outcome, reason));
+                Ok(Status::Failure)
+            }
+            Some(_) => Ok(Status::Running),
+            None => Err("the skill was forgotten while it was flown".into()),
+        }
+    }
+
+    /// Whether it is over, whatever its outcome.
+    pub(super) fn is_over(self, world: &World) -> bool {
+        matches!(world.skill_progress(self.handle), None | Some(Progress::Ended(..)))
+    }
+
+    /// Whether it was a landing, and took too long.
+    pub(super) fn did_not_come_down(self, world: &World) -> bool {
+        let has_timed_out =
+            matches!(world.skill_progress(self.handle), Some(Progress::Ended(SkillOutcome::TimedOut, _)));
+        self.goal == Goal::Land && has_timed_out
+    }
+
+    /// Gives it up.
+    pub(super) fn halt(self, world: &mut World) {
+        world.halt_skill(self.handle);
+    }
+}

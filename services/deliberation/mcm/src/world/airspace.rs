@@ -1,0 +1,237 @@
+//! Where the vehicle may fly now: the airspace rule, asked for every mode.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::time::Duration;
+
+use domain::airspace::{Airspace, Breach, Clock, Grants, Motion};
+use domain::area::{Area, AreaKind};
+use domain::contingency::AREA_BREACHED;
+use domain::geometry::Ned;
+use domain::plan::{Step, StepId};
+use domain::route::{TransitionLimits, WORTH_FLYING_M};
+use domain::skill::Goal;
+use domain::time::Time;
+use domain::way;
+
+use super::{SELF, World};
+
+/// A permission is asked for again this long before the vehicle would have to leave. (ENG: the tower's answer is awaited
+/// for up to 30 s.)
+const RENEWAL_LEAD: Duration = Duration::from_secs(60);
+/// Time to brake and to turn before the way out is flown.
+const TURN: Duration = Duration::from_secs(5);
+
+/// The areas there are and those that may be entered; a way that was chosen by it is chosen again when it changes.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct WhatMayBeEntered {
+    held: Vec<String>,
+    areas: Arc<[Area]>,
+}
+
+/// What the last look at the airspace has found.
+#[derive(Debug, Default)]
+pub(super) struct AirspaceWatch {
+    next: Time,
+    /// What is wrong with the rest of this step.
+    step: Option<(StepId, Breach)>,
+    /// The vehicle is inside an area.
+    inside: bool,
+}
+
+impl AirspaceWatch {
+    /// Looks again at once.
+    pub(super) fn invalidate(&mut self) {
+        self.next = Time::ZERO;
+    }
+
+    /// Whether the vehicle was inside an area.
+    pub(super) fn is_inside(&self) -> bool {
+        self.inside
+    }
+}
+
+impl World {
+    /// The areas whose permission is held now.
+    pub(super) fn held(&self) -> Vec<String> {
+        self.permissions.held(self.now.time, self.limits.permission_margin)
+    }
+
+    /// The areas there are and those that may be entered now.
+    pub(crate) fn what_may_be_entered(&self) -> WhatMayBeEntered {
+        WhatMayBeEntered { held: self.held(), areas: self.planner.areas().clone() }
+    }
+
+    fn grants(&self) -> Grants {
+        self.permissions.grants(self.now.time)
+    }
+
+    /// The airspace as it is now, by this lead.
+    fn airspace<'a>(&'a self, grants: &'a Grants, lead: Duration) -> Airspace<'a> {
+        Airspace {
+            areas: self.planner.areas(),
+            grants,
+            clock: Clock { utc_ms: self.now.utc_ms, pace: self.limits.pace },
+            lead,
+            vertical_margin_m: self.limits.vertical_margin_m,
+        }
+    }
+
+    /// What is wrong with flying straight from `from`, in the air, to `to` now.
+    pub(super) fn breach_on_way(&self, from: Ned, to: Ned, speed_m_s: f64) -> Option<Breach> {
+        let motion = Motion { begins: Duration::ZERO, speed_m_s, airborne: true };
+        self.airspace(&self.grants(), self.limits.leave_lead).first_breach(from, to, motion)
+    }
+
+    /// What is wrong with flying straight to `to` from where the vehicle is.
+    pub(crate) fn breach_towards(&self, to: Ned, speed_m_s: f64) -> Option<Breach> {
+        self.breach_on_way(self.vehicle?.position, to, speed_m_s)
+    }
+
+    /// What is wrong with beginning `step` where the vehicle is.
+    fn breach_of_step(&self, step: &Step) -> Option<Breach> {
+        let vehicle = self.vehicle?;
+        let here = vehicle.position;
+        let (to, speed_m_s) = match step.nominal.goal {
+            Goal::Takeoff { climb_m } => (here.at_height(here.height_m() + climb_m), self.limits.flight.climb_m_s),
+            Goal::Position { target, speed_limit_m_s, .. } => (target, speed_limit_m_s),
+            Goal::Land => (here.at_height(step.reaches.position.height_m()), self.limits.flight.descent_m_s),
+            Goal::Stop | Goal::Velocity { .. } => return None,
+        };
+        let motion = Motion { begins: Duration::ZERO, speed_m_s, airborne: vehicle.flying };
+        self.airspace(&self.grants(), self.limits.leave_lead).first_breach(here, to, motion)
+    }
+
+    /// What is wrong with beginning the present step where the vehicle is.
+    pub(crate) fn breach_of_present_step(&self) -> Option<Breach> {
+        let (step, ..) = self.planner.step()?;
+        self.breach_of_step(step)
+    }
+
+    /// What the last look has found to be wrong with the rest of the present step.
+    pub(crate) fn breach_ahead(&self) -> Option<&Breach> {
+        let (step, ..) = self.planner.step()?;
+        self.airspace_watch.step.as_ref().filter(|(id, _)| *id == step.id).map(|(_, breach)| breach)
+    }
+
+    /// When the airspace is looked at next, after this moment.
+    pub(crate) fn next_look(&self) -> Time {
+        self.now.time + self.limits.airspace_period
+    }
+
+    /// Looks at the airspace around the vehicle and ahead of it: raises the flag of a breach, asks in time for permissions
+    /// that run out, and finds what is wrong with the rest of the step.
+    pub(super) fn watch_airspace(&mut self) {
+        let Some(vehicle) = self.vehicle.filter(|it| it.flying) else {
+            self.airspace_watch = AirspaceWatch::default();
+            self.flags.condition_gone(AREA_BREACHED, SELF);
+            return;
+        };
+        if self.now.time < self.airspace_watch.next {
+            return;
+        }
+        self.airspace_watch.next = self.next_look();
+        let breach = self.breach_here(vehicle.position);
+        match breach {
+            Some(breach) => self.raise(AREA_BREACHED, SELF, breach.in_words()),
+            None => self.flags.condition_gone(AREA_BREACHED, SELF),
+        }
+        let step = self.planner.step();
+        self.airspace_watch.step = step.and_then(|(step, ..)| Some((step.id, self.breach_of_step(step)?)));
+        self.renew_permissions(vehicle.position);
+    }
+
+    /// What is wrong with being at `here` for as long as it takes to leave.
+    fn breach_here(&mut self, here: Ned) -> Option<BreachHere> {
+        let inside: Vec<&Area> = self.areas_around(here).collect();
+        let is_inside = !inside.is_empty();
+        let leaving = inside.iter().map(|area| self.time_to_leave(area, here)).max().unwrap_or_default();
+        let grants = self.grants();
+        let breach = self.airspace(&grants, self.limits.leave_lead).breach_at(here, leaving);
+        self.airspace_watch.inside = is_inside;
+        breach.map(BreachHere)
+    }
+
+    /// The areas that the vehicle is inside of, whether or not it may be there.
+    fn areas_around(&self, here: Ned) -> impl Iterator<Item = &Area> {
+        self.planner.areas().iter().filter(move |it| it.is_active(self.now.utc_ms) && it.contains(here))
+    }
+
+    fn time_to_leave(&self, area: &Area, here: Ned) -> Duration {
+        let distance_m = area.distance_to_border_m(here);
+        TURN + Duration::try_from_secs_f64(1.25 * distance_m / self.limits.flight.speed_m_s).unwrap_or(Duration::MAX)
+    }
+
+    /// Asks for the permissions of the areas around and ahead that would run out before the vehicle has left them.
+    fn renew_permissions(&mut self, here: Ned) {
+        let inside = self.areas_around(here).filter(|it| it.kind == AreaKind::Permission);
+        let due = |area: &&Area| {
+            let leave_by = self.time_to_leave(area, here) + self.limits.leave_lead + RENEWAL_LEAD;
+            self.permissions.holds(&area.name, self.now.time, Duration::ZERO)
+                && !self.permissions.holds(&area.name, self.now.time, leave_by)
+        };
+        let names: BTreeSet<String> = inside.filter(due).map(|it| it.name.clone()).collect();
+        let step = self.planner.step().map_or(StepId(0), |(step, ..)| step.id);
+        for area in names {
+            if self.permissions.renew(self.now.time, &area, step, &self.limits, &mut self.outbox) {
+                self.say("permission", format!("asking for area {area} again, which runs out"));
+            }
+        }
+    }
+
+    /// The points to fly to, to leave every area that the vehicle must not be in; empty if it is in none, `None` if there is
+    /// no way out.
+    pub(crate) fn way_out(&self) -> Option<Vec<Ned>> {
+        let here = self.vehicle?.position;
+        let leaving = self.areas_around(here).map(|area| self.time_to_leave(area, here)).max().unwrap_or_default();
+        let grants = self.grants();
+        way::way_out(here, &self.airspace(&grants, self.limits.leave_lead + leaving), &self.limits.flight)
+    }
+
+    /// The points to fly to, the last one over `to`, preferably at this height; `None` if there is no way.
+    pub(crate) fn way_to(&self, to: Ned, preferred_height_m: f64) -> Option<Vec<Ned>> {
+        let here = self.vehicle?.position;
+        let grants = self.grants();
+        let airspace = self.airspace(&grants, self.limits.leave_lead);
+        way::way_to(here, to, preferred_height_m, &airspace, &self.limits.flight)
+    }
+
+    /// What to fly while there is no plan: in the direction of the step that failed, slower, and only as far as the next
+    /// border that may not be crossed; else stop. `None` on the ground.
+    ///
+    /// The position goal holds at its target, so that a transition never ends by itself.
+    pub(crate) fn transition_goal(&self) -> Option<Goal> {
+        let here = self.vehicle.filter(|it| it.flying)?.position;
+        let Some(Goal::Position { target, speed_limit_m_s, yaw_rad, .. }) = self.planner.interrupted_goal() else {
+            return Some(Goal::Stop);
+        };
+        let TransitionLimits { speed_m_s, stand_off_m } = self.limits.transition;
+        let speed_m_s = speed_m_s.min(speed_limit_m_s);
+        let way_m = here.distance_m(target);
+        let allowed_m = match self.breach_on_way(here, target, speed_m_s) {
+            Some(breach) => here.distance_m(breach.at) - stand_off_m,
+            None => way_m,
+        };
+        if allowed_m < WORTH_FLYING_M {
+            return Some(Goal::Stop);
+        }
+        let target = here.towards(target, allowed_m / way_m);
+        Some(Goal::Position { target, speed_limit_m_s: speed_m_s, yaw_rad, hold_at_target: true })
+    }
+}
+
+/// A breach where the vehicle is.
+struct BreachHere(Breach);
+
+impl BreachHere {
+    fn in_words(&self) -> String {
+        use domain::airspace::Why;
+        let area = &self.0.area;
+        match self.0.why {
+            Why::KeepOut if self.0.after.is_zero() => format!("inside keep-out area {area}"),
+            Why::KeepOut => format!("keep-out area {area} applies here in {} s", self.0.after.as_secs()),
+            Why::NotGranted => format!("inside area {area} without permission"),
+            Why::TooShort { held, .. } => format!("the permission for area {area} runs out in {} s", held.as_secs()),
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! Whether the state meets a step's precondition or invariant.
+
+use domain::plan::Condition;
+
+use super::World;
+
+/// The first clause that is not met.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Unmet {
+    what: &'static str,
+    found: String,
+    wanted: String,
+}
+
+impl std::fmt::Display for Unmet {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} is {}, wanted {}", self.what, self.found, self.wanted)
+    }
+}
+
+impl World {
+    /// The first clause of a precondition that is not met. Before the start no skill of the step executes, so its mode
+    /// cannot be asked about yet.
+    pub(crate) fn unmet_precondition(&self, condition: &Condition) -> Option<Unmet> {
+        self.first_unmet(condition, false)
+    }
+
+    /// The first clause of an invariant that is not met. The flight mode is only judged once the skill that executes has
+    /// been seen to fly its own.
+    pub(crate) fn unmet_invariant(&self, condition: &Condition) -> Option<Unmet> {
+        self.first_unmet(condition, self.skills.has_shown_its_mode())
+    }
+
+    fn first_unmet(&self, condition: &Condition, judge_mode: bool) -> Option<Unmet> {
+        let unmet = |what, found: String, wanted: String| Some(Unmet { what, found, wanted });
+        let Some(vehicle) = &self.vehicle else {
+            return unmet("the vehicle's state", "unknown".into(), "data from the monitor".into());
+        };
+        if let Some(wanted) = condition.flying.filter(|it| *it != vehicle.flying) {
+            let word = |flying| if flying { "in the air" } else { "on the ground" }.to_owned();
+            return unmet("the vehicle", word(vehicle.flying), word(wanted));
+        }
+        if let Some(wanted) = condition.mode.filter(|it| judge_mode && vehicle.mode != Some(*it)) {
+            let found = vehicle.mode.map_or_else(|| "unspecified".to_owned(), |mode| mode.to_string());
+            return unmet("the flight mode", found, wanted.to_string());
+        }
+        let held = |area: &str| self.permissions.holds(area, self.now.time, self.limits.permission_margin);
+        let missing = condition.permissions.iter().find(|it| !held(it))?;
+        unmet("the permission", "not held".into(), format!("to enter area {missing}"))
+    }
+}

@@ -1,0 +1,73 @@
+//! Flags: what raises them, and what is said about it.
+
+use domain::contingency::INTROSPECTION_LOST;
+use domain::time::Time;
+
+use super::{SELF, World};
+use crate::journal::Decision;
+
+impl World {
+    /// Takes in what the monitor has said since the last tick: the newest introspection, and flags. Returns when the
+    /// monitor counts as lost if it says nothing more.
+    pub(crate) fn take_in_news(&mut self) -> Option<Time> {
+        if let Some(vehicle) = self.news.take_vehicle() {
+            let vehicle = self.confirmed.correct(vehicle, self.now.time, self.limits.introspection);
+            if let Some(mode) = vehicle.mode {
+                self.skills.on_mode(mode, vehicle.status_at);
+            }
+            self.vehicle = Some(vehicle);
+            self.flags.condition_gone(INTROSPECTION_LOST, SELF);
+        }
+        for flag in self.news.take_flags() {
+            if flag.raised {
+                self.raise(&flag.name, flag.source, flag.reason);
+            } else {
+                self.flags.condition_gone(&flag.name, &flag.source);
+            }
+        }
+        self.watch_airspace();
+        self.watch_for_the_ground();
+        let lost_from = self.watch_the_monitor();
+        self.say_what_waits();
+        lost_from
+    }
+
+    fn watch_the_monitor(&mut self) -> Option<Time> {
+        let vehicle = self.vehicle.filter(|it| it.flying)?;
+        let lost_from = vehicle.seen_at + self.limits.introspection;
+        if self.now.time < lost_from {
+            return Some(lost_from);
+        }
+        self.raise(INTROSPECTION_LOST, SELF, "the monitor has gone quiet");
+        None
+    }
+
+    /// Raises a flag that has a row; one without is recorded and not acted on.
+    pub(super) fn raise(&mut self, name: &str, source: impl Into<String>, reason: impl Into<String>) {
+        match self.flags.number(name) {
+            None => self.say("contingency", format!("flag `{name}` has no row in the table: not acted on")),
+            Some(row) => {
+                let reason = reason.into();
+                if self.flags.raise(self.now.time, row, source.into(), reason.clone()) {
+                    self.journal.decided(self.now.time, Decision::Raised(row, reason));
+                }
+            }
+        }
+    }
+
+    /// A transition action flies, or no longer does.
+    pub(crate) fn set_in_transition(&mut self, flies: bool) {
+        self.in_transition = flies;
+    }
+
+    /// The transition action failed: its row takes over.
+    pub(crate) fn raise_transition_failed(&mut self, why: &str) {
+        self.raise(domain::contingency::TRANSITION_FAILED, SELF, why);
+    }
+
+    /// The mission is over and the vehicle flies: its row brings it down.
+    pub(crate) fn raise_ended_in_air(&mut self) {
+        let reason = self.over().unwrap_or_default().to_owned();
+        self.raise(domain::contingency::ENDED_IN_AIR, SELF, format!("over in the air: {reason}"));
+    }
+}

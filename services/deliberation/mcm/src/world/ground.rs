@@ -1,0 +1,124 @@
+//! Coming to the ground: planned, at the end, or by surprise.
+
+use std::time::Duration;
+
+use domain::mission::MissionOutcome;
+use domain::skill::Goal;
+use domain::time::Time;
+
+use domain::geometry::Ned;
+
+use super::World;
+use crate::config::Start;
+
+/// The autopilot disarms by itself after a landing (PX4: 2 s, COM_DISARM_LAND); that is not awaited for ever.
+const DISARM_LIMIT: Duration = Duration::from_secs(10);
+/// Nearer than this to where a landing failed is the same place.
+const SAME_SITE_M: f64 = 20.0;
+/// As far as this from a place to land at its height counts for what must be cleared.
+const NEAR_SITE_M: f64 = 50.0;
+
+/// The vehicle has landed where no plan had it land: the mission goes on only when an operator says so.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct UnplannedLanding {
+    pub(super) since: Time,
+    pub(super) why: String,
+}
+
+impl World {
+    /// Notices that the vehicle has come down, and what follows from that.
+    pub(super) fn watch_for_the_ground(&mut self) {
+        let is_flying = self.is_flying();
+        let was_flying = std::mem::replace(&mut self.was_flying, is_flying);
+        if is_flying {
+            self.unplanned_landing = None;
+        } else if was_flying && self.is_on_ground() {
+            self.touched_down();
+        }
+        let since = |before: Option<Time>, holds: bool| before.or(Some(self.now.time)).filter(|_| holds);
+        self.on_ground_since = since(self.on_ground_since, self.is_on_ground());
+        let is_at_rest = self.vehicle.is_some_and(|it| !it.flying && !it.armed);
+        self.at_rest_since = since(self.at_rest_since, is_at_rest);
+        if self.has_settled() {
+            self.let_flags_fall_on_ground();
+        }
+    }
+
+    /// Whether the vehicle is on the ground to stay: with its motors off for long enough that everybody has noticed, or for
+    /// so long that it will not switch them off by itself.
+    pub(crate) fn has_settled(&self) -> bool {
+        let lasts = |since: Option<Time>, limit| since.is_some_and(|since| limit <= self.now.time - since);
+        lasts(self.at_rest_since, self.limits.settle) || lasts(self.on_ground_since, DISARM_LIMIT)
+    }
+
+    fn touched_down(&mut self) {
+        let is_planned =
+            self.responder().is_none() && self.planner.step().is_some_and(|(step, ..)| step.nominal.goal == Goal::Land);
+        if is_planned || self.mission.over.is_some() {
+            return;
+        }
+        let why = match self.answered_flag() {
+            Some(flag) => format!("landed because of `{flag}`"),
+            None => "landed without having been told to".to_owned(),
+        };
+        self.planner.withdraw(&why);
+        self.unplanned_landing = Some(UnplannedLanding { since: self.now.time, why });
+    }
+
+    /// Whether the mission begins, or goes on, only when the operator says so, and the operator has not. What flies has been
+    /// started, whatever a restarted manager remembers.
+    pub(crate) fn awaits_start(&self) -> bool {
+        let is_not_started =
+            self.limits.start == Start::Operator && !self.operator.has_started() && self.mission.started.is_none();
+        self.mission.over.is_none() && !self.is_flying() && (is_not_started || self.unplanned_landing.is_some())
+    }
+
+    /// When a mission that waits for a go-ahead after an unplanned landing is given up; gives it up if that is now.
+    pub(super) fn await_go_ahead(&mut self) -> Option<Time> {
+        let UnplannedLanding { since, why } = self.unplanned_landing.as_ref()?;
+        let until = *since + self.limits.go_ahead_limit;
+        if until <= self.now.time {
+            let limit_s = self.limits.go_ahead_limit.as_secs();
+            let reason = format!("{why}, and no operator said within {limit_s} s to go on");
+            self.end_mission(MissionOutcome::Failure, reason);
+            return None;
+        }
+        Some(until)
+    }
+
+    /// A landing where the vehicle is did not come down.
+    pub(crate) fn landing_failed_here(&mut self) {
+        if let Some(vehicle) = &self.vehicle {
+            self.blocked_sites.push(vehicle.position);
+        }
+    }
+
+    /// Places to land at, nearest first: home, that which the operator named, and those of the mission, but for those where
+    /// a landing failed.
+    pub(crate) fn alternate_sites(&self) -> Vec<Ned> {
+        let Some(vehicle) = &self.vehicle else { return Vec::new() };
+        let is_blocked = |site: &Ned| self.blocked_sites.iter().any(|it| it.horizontal_distance_m(*site) < SAME_SITE_M);
+        let mut sites: Vec<Ned> = self.sites().filter(|it| !is_blocked(it)).collect();
+        let distance_m = |site: &Ned| site.horizontal_distance_m(vehicle.position);
+        sites.sort_by(|a, b| distance_m(a).total_cmp(&distance_m(b)));
+        sites
+    }
+
+    /// The height to fly at from `here`: as high as now, or higher where that is low over the origin or a place to land at.
+    pub(crate) fn clear_height_m(&self, here: Ned) -> f64 {
+        let near = self.sites().filter(|it| it.horizontal_distance_m(here) < NEAR_SITE_M);
+        let ground_m = near.map(|it| it.height_m()).fold(0.0, f64::max);
+        here.height_m().max(ground_m + self.limits.flight.least_height_m)
+    }
+
+    fn sites(&self) -> impl Iterator<Item = Ned> {
+        let objectives = self.planner.status().into_iter().flat_map(|it| &it.objectives);
+        let of_mission = objectives.filter(|it| !it.objective.flying).map(|it| it.objective.position);
+        [Ned::default()].into_iter().chain(self.operator.landing_site()).chain(of_mission)
+    }
+
+    /// An operator says that the mission goes on after an unplanned landing.
+    pub(super) fn go_ahead(&mut self) {
+        self.unplanned_landing = None;
+    }
+}

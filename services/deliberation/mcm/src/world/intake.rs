@@ -1,0 +1,138 @@
+//! Messages and replies, parsed as they come in. What makes no sense is refused here, with its reason, and changes
+//! nothing.
+
+use domain::permission::Permission;
+use domain::plan::{PlanReply, PlannerStatus, Step};
+use domain::skill::SkillEvent;
+use domain::wire::{InvalidMessage, finite, permission};
+use kittiwake_proto::topics::{Message, Response, Service};
+use kittiwake_proto::v1;
+use node::{CallError, CallId};
+
+use super::World;
+use super::news::FlagNews;
+use crate::clients::planner::{ApprovalPolicy, Basis, NoAnswer};
+use crate::clients::skills::Reply;
+use crate::outbox::Purpose;
+use crate::vehicle::Vehicle;
+
+impl World {
+    /// Takes in a message.
+    pub(crate) fn take_in(&mut self, message: Message) {
+        let topic = message.topic();
+        if let Err(invalid) = self.parse_and_take_in(message) {
+            self.outbox.refuse(topic, invalid);
+        }
+    }
+
+    fn parse_and_take_in(&mut self, message: Message) -> Result<(), InvalidMessage> {
+        let now = self.now.time;
+        match message {
+            Message::Introspection(introspection) => {
+                let vehicle = Vehicle::from_wire(now, &introspection);
+                let flags = introspection.flags.into_iter();
+                self.news.list(flags.map(|flag| (flag.name, flag.reason)).collect());
+                if let Some(vehicle) = vehicle? {
+                    self.news.add_vehicle(vehicle);
+                }
+            }
+            Message::FlagEvent(flag) => {
+                let v1::FlagEvent { name, raised, source, reason, .. } = flag;
+                self.news.add_flag(FlagNews { name, raised, source, reason });
+            }
+            Message::SkillEvent(event) => {
+                let event = SkillEvent::try_from(event)?;
+                self.skills.on_event(now, &event);
+                self.confirmed.learn_from(now, &event);
+                let limit = self.limits.introspection;
+                self.vehicle = self.vehicle.map(|vehicle| self.confirmed.correct(vehicle, now, limit));
+            }
+            Message::SkillFeedback(feedback) => {
+                let distance_left_m = finite("distance_left_m", feedback.distance_left_m)?;
+                self.skills.on_feedback(now, feedback.skill_id, distance_left_m);
+            }
+            Message::PermissionLedger(ledger) => {
+                let ledger: Vec<Permission> = permission::ledger(ledger)?;
+                for decided in self.permissions.on_ledger(now, ledger) {
+                    self.airspace_watch.invalidate();
+                    self.say("permission", decided.to_string());
+                }
+            }
+            Message::PlannerStatus(status) => {
+                let areas = self.planner.areas().clone();
+                self.planner.on_status(PlannerStatus::try_from(status)?);
+                if !std::sync::Arc::ptr_eq(&areas, self.planner.areas()) {
+                    self.airspace_watch.invalidate();
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Takes in the reply to a call, or why there is none.
+    pub(crate) fn take_reply(&mut self, call: CallId, result: Result<Response, CallError>) {
+        let Some(purpose) = self.outbox.purpose(call) else { return };
+        let (now, timeout) = (self.now.time, self.limits.request_timeout);
+        match purpose {
+            Purpose::StartSkill(id) => {
+                let reply = result.map(|response| match response {
+                    Response::Skill(reply) if reply.skill_id != 0 => Reply::Taken(reply.skill_id),
+                    Response::Skill(reply) => Reply::Refused(reply.refusal),
+                    _ => Reply::Refused("the skill manager answered something else".into()),
+                });
+                self.skills.on_reply(now, &id, reply, timeout, &mut self.outbox);
+            }
+            Purpose::SkillTable => {
+                if let Ok(Response::SkillTable(table)) = result {
+                    match table.skills.into_iter().map(SkillEvent::try_from).collect::<Result<Vec<_>, _>>() {
+                        Ok(table) => self.skills.on_table(now, &table),
+                        Err(invalid) => self.outbox.refuse(Service::SkillTable, invalid),
+                    }
+                }
+            }
+            Purpose::Replan(id) => {
+                let basis = Basis { revision: self.permissions.revision(), held: self.held() };
+                let approval =
+                    ApprovalPolicy { plans: self.limits.plan_approval, limit: self.limits.plan_approval_limit };
+                let reply = plan_reply(result);
+                if let Err(NoAnswer::Invalid(invalid)) = &reply {
+                    self.outbox.refuse(Service::Replan, invalid);
+                }
+                let words = self.planner.on_plan(now, &id, reply, timeout, basis, approval);
+                if let Some(words) = words {
+                    self.say("plan", words);
+                }
+            }
+            Purpose::NextStep(after) => {
+                if let Some(NoAnswer::Invalid(invalid)) = self.planner.on_next(now, after, next_step(result), timeout) {
+                    self.say("plan", format!("planner: the step after step {after} makes no sense: {invalid}"));
+                    self.outbox.refuse(Service::NextStep, invalid);
+                }
+            }
+            Purpose::StepDone(id) => self.planner.on_report(now, id, result.is_ok(), timeout),
+            Purpose::Permission(area) => {
+                if let Err(error) = result {
+                    self.permissions.on_undelivered(&area, error);
+                }
+            }
+            // A cancelled skill says so itself.
+            Purpose::CancelSkill(skill_id) if result.is_err() => self.skills.on_cancel_lost(skill_id),
+            Purpose::CancelSkill(_) => {}
+        }
+    }
+}
+
+fn plan_reply(result: Result<Response, CallError>) -> Result<PlanReply, NoAnswer> {
+    match result? {
+        Response::Replan(reply) => Ok(PlanReply::try_from(reply)?),
+        _ => Err(InvalidMessage::Missing("reply").into()),
+    }
+}
+
+fn next_step(result: Result<Response, CallError>) -> Result<Option<Step>, NoAnswer> {
+    match result? {
+        Response::NextStep(reply) => Ok(reply.step.map(Step::try_from).transpose()?),
+        _ => Err(InvalidMessage::Missing("step").into()),
+    }
+}

@@ -1,0 +1,271 @@
+//! What the manager knows and wants. Leaves ask it questions and give it orders by verbs; nothing outside of this folder
+//! sees a field of it.
+//!
+//! Nothing in here waits or reads a clock.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use behavior_tree::{Library, Tree};
+use domain::contingency::Contingencies;
+use domain::geometry::Ned;
+use domain::mission::{MissionOutcome, MissionReport};
+use domain::skill::Goal;
+use domain::state::State;
+use domain::time::{Now, Time};
+use kittiwake_proto::topics::{Message, Response};
+use node::{Effect, Token};
+
+use crate::clients::permissions::Permissions;
+use crate::clients::planner::Planner;
+use crate::clients::skills::{Handle, Progress, Skills};
+use crate::config::Limits;
+use crate::flags::Flags;
+use crate::journal::{Decision, Journal};
+use crate::outbox::Outbox;
+use crate::vehicle::{ConfirmedState, Vehicle};
+
+mod airspace;
+mod conditions;
+mod contingencies;
+mod ground;
+mod intake;
+mod news;
+mod operator;
+pub(crate) mod persisted;
+mod plans;
+mod responses;
+mod status;
+mod steps;
+
+use airspace::AirspaceWatch;
+pub(crate) use airspace::WhatMayBeEntered;
+use ground::UnplannedLanding;
+use news::News;
+use operator::Operator;
+pub(crate) use plans::PlanProgress;
+use responses::ActiveResponse;
+pub(crate) use responses::{Reset, Waits};
+pub(crate) use status::Reporter;
+pub(crate) use steps::NextStep;
+
+/// Who raises the flags that the manager raises itself.
+const SELF: &str = "mcm";
+
+/// Everything a leaf may ask about and order.
+pub(crate) struct World {
+    now: Now,
+    limits: Limits,
+    table: Arc<Contingencies>,
+    library: Arc<Library<World>>,
+    /// What came in since the monitor leaf looked.
+    news: News,
+    vehicle: Option<Vehicle>,
+    confirmed: ConfirmedState,
+    flags: Flags,
+    skills: Skills,
+    planner: Planner,
+    permissions: Permissions,
+    mission: Mission,
+    operator: Operator,
+    airspace_watch: AirspaceWatch,
+    /// The response that is under way.
+    response: Option<ActiveResponse>,
+    /// The rows whose flags are up and not answered.
+    waits: BTreeMap<usize, Waits>,
+    /// In the air when it was looked at last.
+    was_flying: bool,
+    /// Since when it is on the ground, and since when with its motors off.
+    on_ground_since: Option<Time>,
+    at_rest_since: Option<Time>,
+    unplanned_landing: Option<UnplannedLanding>,
+    /// Where a landing did not come down.
+    blocked_sites: Vec<Ned>,
+    /// A transition action flies.
+    in_transition: bool,
+    outbox: Outbox,
+    journal: Journal,
+    /// Subtrees that were given up: taken apart once what matters has been decided.
+    discarded: Vec<Tree<World>>,
+}
+
+/// The mission as a whole.
+#[derive(Debug, Default)]
+struct Mission {
+    /// Latched: nothing starts again after it.
+    over: Option<Over>,
+    started: Option<Time>,
+    report: Option<MissionReport>,
+    vehicle_name: String,
+}
+
+/// How the mission ended.
+#[derive(Debug, Clone, PartialEq)]
+struct Over {
+    outcome: MissionOutcome,
+    reason: String,
+}
+
+impl World {
+    /// A world in which nothing is known yet. `instance` makes request ids unique among restarts.
+    pub(crate) fn new(
+        limits: Limits,
+        vehicle_name: &str,
+        instance: u64,
+        table: Contingencies,
+        library: Arc<Library<World>>,
+    ) -> World {
+        World {
+            now: Now::default(),
+            limits,
+            flags: Flags::of(&table),
+            table: Arc::new(table),
+            library,
+            news: News::default(),
+            vehicle: None,
+            confirmed: ConfirmedState::default(),
+            skills: Skills::new(instance),
+            planner: Planner::new(instance),
+            permissions: Permissions::new(instance),
+            mission: Mission { vehicle_name: vehicle_name.to_owned(), ..Mission::default() },
+            operator: Operator::default(),
+            airspace_watch: AirspaceWatch::default(),
+            response: None,
+            waits: BTreeMap::new(),
+            was_flying: false,
+            on_ground_since: None,
+            at_rest_since: None,
+            unplanned_landing: None,
+            blocked_sites: Vec::new(),
+            in_transition: false,
+            outbox: Outbox::default(),
+            journal: Journal::default(),
+            discarded: Vec::new(),
+        }
+    }
+
+    /// It is now.
+    pub(crate) fn set_now(&mut self, now: Now) {
+        self.now = now;
+    }
+
+    /// Mission time.
+    pub(crate) fn now(&self) -> Time {
+        self.now.time
+    }
+
+    /// The parameters.
+    pub(crate) fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// The trees that steps are made from.
+    pub(crate) fn library(&self) -> &Arc<Library<World>> {
+        &self.library
+    }
+
+    /// Records a decision in words.
+    pub(crate) fn say(&mut self, topic: &'static str, text: impl Into<String>) {
+        self.journal.decided(self.now.time, Decision::Said(topic, text.into()));
+    }
+
+    /// Wants `goal` flown.
+    pub(crate) fn start_skill(&mut self, goal: Goal) -> Handle {
+        self.skills.start(self.now.time, goal)
+    }
+
+    /// How far a skill has come; `None` once it is forgotten.
+    pub(crate) fn skill_progress(&self, skill: Handle) -> Option<&Progress> {
+        self.skills.progress(skill)
+    }
+
+    /// Gives a skill up.
+    pub(crate) fn halt_skill(&mut self, skill: Handle) {
+        self.skills.halt(skill);
+    }
+
+    /// Keeps a tree that was given up until this wake has decided.
+    pub(crate) fn discard(&mut self, tree: Tree<World>) {
+        self.discarded.push(tree);
+    }
+
+    /// The trees that were given up in earlier wakes.
+    pub(crate) fn take_discarded(&mut self) -> Vec<Tree<World>> {
+        std::mem::take(&mut self.discarded)
+    }
+
+    /// The vehicle as it was heard last.
+    pub(crate) fn vehicle(&self) -> Option<&Vehicle> {
+        self.vehicle.as_ref()
+    }
+
+    /// Whether the vehicle is known to fly.
+    pub(crate) fn is_flying(&self) -> bool {
+        self.vehicle.is_some_and(|it| it.flying)
+    }
+
+    /// Whether the vehicle is known to stand on the ground.
+    pub(crate) fn is_on_ground(&self) -> bool {
+        self.vehicle.is_some_and(|it| !it.flying)
+    }
+
+    /// The state that plans are made from; `None` until the vehicle is known.
+    fn planning_state(&self) -> Option<State> {
+        let vehicle = self.vehicle?;
+        Some(State {
+            position: vehicle.position,
+            flying: vehicle.flying,
+            mode: vehicle.mode,
+            permissions: self.held().into_iter().collect(),
+        })
+    }
+
+    /// Why the mission is over, if it is.
+    pub(crate) fn over(&self) -> Option<&str> {
+        self.mission.over.as_ref().map(|over| over.reason.as_str())
+    }
+
+    /// Latches the end of the mission; the first reason stays, but for a crash that is noticed before the report is made.
+    pub(crate) fn end_mission(&mut self, outcome: MissionOutcome, reason: impl Into<String>) {
+        let is_crash = outcome == MissionOutcome::Crash && self.mission.report.is_none();
+        if self.mission.over.is_none() || is_crash {
+            self.mission.over = Some(Over { outcome, reason: reason.into() });
+        }
+    }
+
+    /// Sends what this wake wants: first what others have to do, then what they may read.
+    pub(crate) fn flush(&mut self) {
+        let (now, Limits { request_timeout, skill_silence, .. }) = (self.now.time, self.limits);
+        self.skills.flush(request_timeout, &mut self.outbox);
+        self.skills.tend(now, skill_silence, request_timeout, &mut self.outbox);
+        self.planner.tend(now, request_timeout, &mut self.outbox);
+    }
+
+    /// Publishes the decisions of this wake.
+    pub(crate) fn publish_decisions(&mut self) {
+        for record in self.journal.records(&self.flags, &self.table) {
+            self.outbox.publish(record);
+        }
+    }
+
+    /// Publishes a message.
+    pub(crate) fn publish(&mut self, message: impl Into<Message>) {
+        self.outbox.publish(message);
+    }
+
+    /// Answers a request.
+    pub(crate) fn reply(&mut self, token: Token, response: Response) {
+        self.outbox.reply(token, response);
+    }
+
+    /// Moves everything that is to be sent to `effects`.
+    pub(crate) fn drain_into(&mut self, effects: &mut Vec<Effect>) {
+        self.outbox.drain_into(effects);
+    }
+
+    /// When something is to be done here, whatever the tree says.
+    pub(crate) fn deadline(&self) -> Option<Time> {
+        let wishes = [self.skills.deadline(self.limits.skill_silence), self.planner.deadline(self.now.time)];
+        wishes.into_iter().flatten().min()
+    }
+}

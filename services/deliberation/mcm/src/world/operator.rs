@@ -1,0 +1,320 @@
+//! What an operator orders: each verb in each state, and what became of it in words.
+//!
+//! What flies on an order is a row of the contingency table like any other (`operator_*`); an order raises its flag and
+//! nothing else. The pilot in command may have it done over what else responds. An order that is repeated under its request
+//! id gets the first one's answer and does nothing.
+
+use std::collections::VecDeque;
+
+use domain::contingency::OPERATOR_RETURN as RETURN;
+use domain::contingency::{OPERATOR_ABORT as ABORT, OPERATOR_LAND as LAND, OPERATOR_PAUSE as PAUSE};
+use domain::geometry::Ned;
+use domain::wire::InvalidMessage;
+use kittiwake_proto::v1;
+use v1::operator_command::Verb;
+
+use super::World;
+use crate::config::Verdict;
+
+/// The rows behind the verbs; the newest order replaces the one before it.
+const ORDERS: [&str; 4] = [ABORT, RETURN, LAND, PAUSE];
+
+/// Who raises their flags.
+pub(super) const SOURCE: &str = "operator";
+/// An order is repeated within seconds, long before that many new ones.
+const REMEMBERED: usize = 64;
+/// A landing site farther from the origin than this is a mistake of the hand.
+const FARTHEST_M: f64 = 100_000.0;
+
+/// What operators have ordered.
+#[derive(Debug, Default)]
+pub(super) struct Operator {
+    has_started: bool,
+    landing_site: Option<Ned>,
+    /// The flag of the order that comes before what else responds.
+    overriding: Option<String>,
+    answers: VecDeque<(String, v1::OperatorReply)>,
+}
+
+impl Operator {
+    /// What another manager remembers of its operator.
+    pub(super) fn restored(has_started: bool, landing_site: Option<Ned>, overriding: Option<String>) -> Operator {
+        Operator { has_started, landing_site, overriding, answers: VecDeque::new() }
+    }
+
+    /// The flag of the order that comes before what else responds.
+    pub(super) fn overriding(&self) -> Option<&str> {
+        self.overriding.as_deref()
+    }
+
+    /// Whether `flag` is that of an order that comes before what else responds.
+    pub(super) fn overrides(&self, flag: &str) -> bool {
+        self.overriding.as_deref() == Some(flag)
+    }
+
+    /// `flag` is down, or not ordered any more.
+    pub(super) fn no_longer_overrides(&mut self, flag: &str) {
+        self.overriding = self.overriding.take().filter(|it| it != flag);
+    }
+
+    /// Whether the operator has started the mission.
+    pub(super) fn has_started(&self) -> bool {
+        self.has_started
+    }
+
+    /// Where to land on an `operator_land`.
+    pub(super) fn landing_site(&self) -> Option<Ned> {
+        self.landing_site
+    }
+}
+
+type Outcome = Result<String, String>;
+
+/// Who orders something, and how.
+#[derive(Debug, Clone, Copy)]
+struct Order<'a> {
+    by: &'a str,
+    /// Now, whatever else responds.
+    overrides: bool,
+    /// The manager does nothing any more.
+    ended: bool,
+}
+
+impl World {
+    /// Does what `command` says if the state allows it. `ended`: the manager does nothing any more.
+    pub(crate) fn obey(&mut self, command: v1::OperatorCommand, ended: bool) -> v1::OperatorReply {
+        let v1::OperatorCommand { request_id, operator, verb } = command;
+        let known = self.operator.answers.iter().find(|(id, _)| *id == request_id);
+        if let Some((_, reply)) = known.filter(|_| !request_id.is_empty()) {
+            return reply.clone();
+        }
+        let by = if operator.is_empty() { "the operator".to_owned() } else { operator };
+        let order = |overrides| Order { by: &by, overrides, ended };
+        let (name, result) = match verb {
+            _ if request_id.is_empty() => ("a command", Err("it has no request id".to_owned())),
+            None => ("a command", Err("it has no verb".to_owned())),
+            Some(Verb::Start(_)) => ("start", self.start(ended)),
+            Some(Verb::Pause(it)) => ("pause", self.pause(order(it.overrides))),
+            Some(Verb::Resume(_)) => ("resume", self.go_on(ended)),
+            Some(Verb::Abort(it)) => ("abort", self.abort(order(it.overrides))),
+            Some(Verb::Return(it)) => ("return", self.return_home(order(it.overrides))),
+            Some(Verb::LandAt(it)) => ("land at", self.land_at(it, order(it.overrides))),
+            Some(Verb::Replan(_)) => ("replan", self.replan(&by, ended)),
+            Some(Verb::Acknowledge(request)) => ("acknowledge", self.acknowledge(&request.flag, &by)),
+            Some(Verb::DecidePlan(request)) => ("decide about the plan", self.decide(request, &by)),
+        };
+        let reply = match result {
+            Ok(text) => v1::OperatorReply { done: true, text },
+            Err(text) => v1::OperatorReply { done: false, text },
+        };
+        let outcome = if reply.done { "" } else { "refused: " };
+        self.say("operator", format!("{by}: {name}: {outcome}{}", reply.text));
+        if !request_id.is_empty() {
+            self.operator.answers.push_back((request_id, reply.clone()));
+            while REMEMBERED < self.operator.answers.len() {
+                self.operator.answers.pop_front();
+            }
+        }
+        reply
+    }
+
+    /// Whether the operator has the vehicle hold.
+    pub(super) fn is_paused(&self) -> bool {
+        self.flags.get(PAUSE).is_some_and(|it| it.holds())
+    }
+
+    /// Holds until the operator says to go on, for this reason.
+    pub(super) fn pause_for(&mut self, reason: String) {
+        self.raise(PAUSE, SOURCE, reason);
+    }
+
+    /// Where the operator wants the vehicle to land.
+    pub(crate) fn landing_site(&self) -> Option<Ned> {
+        self.operator.landing_site()
+    }
+
+    fn start(&mut self, ended: bool) -> Outcome {
+        self.refuse_if_over(ended)?;
+        if !self.awaits_start() {
+            return Err("the mission has started already".into());
+        }
+        self.operator.has_started = true;
+        self.go_ahead();
+        Ok("the mission starts".into())
+    }
+
+    fn pause(&mut self, order: Order) -> Outcome {
+        if !self.is_flying() {
+            self.refuse_if_not_under_way(order.ended)?;
+        }
+        self.order(PAUSE, order, "holds until resumed")
+    }
+
+    fn go_on(&mut self, ended: bool) -> Outcome {
+        self.refuse_if_over(ended)?;
+        if self.unplanned_landing.is_some() {
+            return self.start(ended);
+        }
+        if self.awaits_start() {
+            return Err("the mission has not started".into());
+        }
+        if !self.is_paused() {
+            return Err("it does not hold for an operator".into());
+        }
+        self.no_longer_ordered(PAUSE);
+        Ok(match self.responder().filter(|it| self.flags.number(PAUSE) != Some(*it)) {
+            None => "goes on with a new plan".into(),
+            Some(other) => format!("goes on once `{}` is over", self.flags.name(other)),
+        })
+    }
+
+    fn abort(&mut self, order: Order) -> Outcome {
+        if self.is_flying() {
+            return self.order(ABORT, order, "lands here and ends the mission");
+        }
+        self.refuse_if_over(order.ended)?;
+        self.order(ABORT, order, "ends the mission on the ground")
+    }
+
+    fn return_home(&mut self, order: Order) -> Outcome {
+        self.refuse_on_ground(order.ended)?;
+        self.order(RETURN, order, "flies home, lands and ends the mission")
+    }
+
+    fn land_at(&mut self, request: v1::LandAt, order: Order) -> Outcome {
+        self.refuse_on_ground(order.ended)?;
+        let site = landing_site(request).map_err(|invalid| format!("`position`: {invalid}"))?;
+        if FARTHEST_M < site.horizontal_distance_m(Ned::default()) {
+            return Err(format!("the site is farther than {FARTHEST_M} m from the origin"));
+        }
+        let here = self.vehicle.ok_or("where the vehicle is, is not known")?.position;
+        if self.way_to(site, here.height_m()).is_none() {
+            return Err("there is no way to that place that keeps out of areas that may not be entered".into());
+        }
+        let is_another = self.operator.landing_site.replace(site) != Some(site);
+        if is_another {
+            // Not the same order once more: it flies to the new place.
+            self.lower(LAND);
+        }
+        let words = format!("flies to ({:.0}, {:.0}), lands there and ends the mission", site.north_m, site.east_m);
+        self.order(LAND, order, &words)
+    }
+
+    fn replan(&mut self, by: &str, ended: bool) -> Outcome {
+        self.refuse_if_not_under_way(ended)?;
+        if let Some(flag) = self.answered_flag() {
+            return Err(format!("`{flag}` is answered; a new plan is made when that is over"));
+        }
+        self.planner.withdraw(format!("{by} wants a new plan"));
+        Ok("a new plan is made".into())
+    }
+
+    fn acknowledge(&mut self, flag: &str, by: &str) -> Outcome {
+        let Some(raised) = self.flags.get(flag) else { return Err(format!("`{flag}` is not up")) };
+        if let Some(other) = raised.acknowledged_by() {
+            return Err(format!("{other} has acknowledged `{flag}` already"));
+        }
+        self.flags.acknowledge(flag, by);
+        Ok(format!("`{flag}` acknowledged"))
+    }
+
+    fn decide(&mut self, request: v1::DecidePlan, by: &str) -> Outcome {
+        let Some((plan, _)) = self.planner.request().proposal() else {
+            return Err("no plan waits for approval".into());
+        };
+        let waiting = plan.revision;
+        if waiting != request.revision {
+            return Err(format!("plan {waiting} waits for approval, not plan {}", request.revision));
+        }
+        let (verdict, words) = match request.approve {
+            true => (Verdict::Approve, format!("plan {waiting} is flown")),
+            false => (Verdict::Refuse, format!("plan {waiting} is not flown; holds until resumed")),
+        };
+        self.decide_plan(verdict, &format!("by {by}"));
+        Ok(words)
+    }
+
+    /// Raises the flag of an operator's row, in place of what was ordered before, and tells what comes of it: `does` at once,
+    /// unless something else comes first.
+    fn order(&mut self, flag: &str, order: Order, does: &str) -> Outcome {
+        let Some(row) = self.flags.number(flag) else {
+            return Err(format!("the contingency table has no row `{flag}`"));
+        };
+        let is_up = self.flags.get(flag).is_some_and(|it| it.holds());
+        let overrides_already = self.operator.overrides(flag);
+        for other in ORDERS {
+            if other != flag && self.flags.is_up(other) {
+                self.lower(other);
+                self.say("operator", format!("`{other}` is replaced by `{flag}`"));
+            }
+        }
+        if order.overrides {
+            self.operator.overriding = Some(flag.to_owned());
+        }
+        self.raise(flag, SOURCE, format!("ordered by {}", order.by));
+        let first = self.responder().filter(|it| *it != row);
+        if is_up && (overrides_already || !order.overrides) {
+            return Err(match first {
+                None => format!("`{flag}` is under way already"),
+                Some(other) => format!("ordered already; it waits behind {}", self.what_it_does(other)),
+            });
+        }
+        Ok(match first {
+            None => does.to_owned(),
+            Some(other) if order.overrides => {
+                format!("{does}, but not before {}: that may not be overridden", self.what_it_does(other))
+            }
+            Some(other) => {
+                format!(
+                    "{does}, but not before {}; order it with override to have it at once",
+                    self.what_it_does(other)
+                )
+            }
+        })
+    }
+
+    fn what_it_does(&self, row: usize) -> String {
+        let row = &self.table.rows()[row];
+        format!("`{}` ({})", row.flag, row.response())
+    }
+
+    /// Nobody orders `flag` any more.
+    fn no_longer_ordered(&mut self, flag: &str) {
+        let raised = self.flags.get(flag).map(|it| it.sources().map(str::to_owned).collect::<Vec<_>>());
+        for source in raised.into_iter().flatten() {
+            self.flags.condition_gone(flag, &source);
+        }
+        self.operator.no_longer_overrides(flag);
+    }
+
+    fn refuse_if_over(&self, ended: bool) -> Result<(), String> {
+        match self.over() {
+            Some(reason) => Err(format!("the mission is over: {reason}")),
+            None if ended => Err("the mission is over".into()),
+            None => Ok(()),
+        }
+    }
+
+    fn refuse_if_not_under_way(&self, ended: bool) -> Result<(), String> {
+        self.refuse_if_over(ended)?;
+        if self.awaits_start() {
+            return Err("the mission has not started".into());
+        }
+        Ok(())
+    }
+
+    /// In the air it may always be ordered to come down, also when the mission is over.
+    fn refuse_on_ground(&self, ended: bool) -> Result<(), String> {
+        if self.is_flying() {
+            return Ok(());
+        }
+        self.refuse_if_not_under_way(ended)?;
+        Err("the vehicle is on the ground".into())
+    }
+}
+
+/// The place on the ground that is meant.
+fn landing_site(request: v1::LandAt) -> Result<Ned, InvalidMessage> {
+    let position = request.position.ok_or(InvalidMessage::Missing("position"))?;
+    Ned::try_from(v1::Ned { down_m: 0.0, ..position })
+}

@@ -1,0 +1,98 @@
+//! What outlives the manager's process: what was ordered, which flags are up, and whether the mission is over, so that
+//! nothing that was ended begins again because a process did.
+//!
+//! The step and the skill are not kept: the manager asks for a plan from where the vehicle is by then. Who keeps the state,
+//! and where, is none of the manager's business.
+
+use domain::geometry::Ned;
+use domain::mission::{MissionOutcome, MissionReport};
+use domain::wire::InvalidMessage;
+use kittiwake_proto::v1;
+
+use super::news::MONITOR;
+use super::operator::{self, Operator};
+use super::{Over, SELF, UnplannedLanding, World};
+
+/// Why a persisted state cannot be used.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum UnusableState {
+    /// The manager was started with another mission since: that one is meant.
+    #[error("it is of another mission file, and that is what counts")]
+    OfAnotherMission,
+    /// A part of it makes no sense.
+    #[error(transparent)]
+    InvalidMessage(#[from] InvalidMessage),
+}
+
+impl World {
+    /// What is kept of this manager, which was started with the mission of identity `configured`.
+    pub(crate) fn persist(&self, configured: &str) -> v1::McmMemory {
+        let flag = |(name, flag): (&str, &crate::flags::Flag)| v1::RememberedFlag {
+            name: name.to_owned(),
+            reason: flag.reason().to_owned(),
+            sources: flag.sources().map(str::to_owned).collect(),
+            acknowledged_by: flag.acknowledged_by().unwrap_or_default().to_owned(),
+        };
+        let (outcome, reason) = match self.mission.over.clone() {
+            Some(over) => (over.outcome.into(), over.reason),
+            None => (v1::MissionOutcome::Unspecified, String::new()),
+        };
+        v1::McmMemory {
+            configured: configured.to_owned(),
+            started: self.operator.has_started(),
+            flags: self.flags.iter().map(flag).collect(),
+            landing_site: self.operator.landing_site().map(Into::into),
+            outcome: outcome as i32,
+            reason,
+            report: self.mission.report.clone().map(Into::into),
+            unplanned_landing: self.unplanned_landing.as_ref().map(|it| it.why.clone()).unwrap_or_default(),
+            overriding: self.operator.overriding().unwrap_or_default().to_owned(),
+        }
+    }
+
+    /// Goes on where `memory` ends; nothing has been done yet.
+    ///
+    /// # Errors
+    /// Why the state cannot be used; nothing is changed then.
+    pub(crate) fn resume(&mut self, configured: &str, memory: v1::McmMemory) -> Result<(), UnusableState> {
+        if memory.configured != configured {
+            return Err(UnusableState::OfAnotherMission);
+        }
+        let landing_site = memory.landing_site.map(Ned::try_from).transpose()?;
+        let outcome = match memory.outcome() {
+            v1::MissionOutcome::Unspecified => None,
+            outcome => Some(MissionOutcome::try_from(outcome)?),
+        };
+        let report = memory.report.map(MissionReport::try_from).transpose()?;
+        let overriding = Some(memory.overriding).filter(|it| !it.is_empty());
+        self.operator = Operator::restored(memory.started, landing_site, overriding);
+        let why = Some(memory.unplanned_landing).filter(|it| !it.is_empty());
+        self.unplanned_landing = why.map(|why| UnplannedLanding { since: self.now.time, why });
+        if let Some(outcome) = outcome {
+            self.mission.over = Some(Over { outcome, reason: memory.reason });
+            self.mission.report = report;
+        }
+        for flag in memory.flags {
+            self.restore_flag(flag);
+        }
+        Ok(())
+    }
+
+    /// A flag that the monitor had raised, or that was injected, is up until an introspection says otherwise.
+    fn restore_flag(&mut self, mut flag: v1::RememberedFlag) {
+        let Some(row) = self.flags.number(&flag.name) else {
+            let text = format!("flag `{}` has no row in the table any more: not acted on", flag.name);
+            return self.say("contingency", text);
+        };
+        let own = |it: &String| [operator::SOURCE, SELF].contains(&it.as_str());
+        if flag.sources.iter().any(|it| !own(it)) {
+            flag.sources.retain(own);
+            flag.sources.push(MONITOR.to_owned());
+            self.news.expect(&flag.name);
+        }
+        let text = format!("flag `{}` is up since before the mission manager was started again", flag.name);
+        self.say("contingency", text);
+        let acknowledged_by = Some(flag.acknowledged_by).filter(|it| !it.is_empty());
+        self.flags.restore(self.now.time, row, flag.reason, flag.sources, acknowledged_by);
+    }
+}

@@ -1,0 +1,235 @@
+//! Which flag is answered, how far its response has come, and what the others wait for.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use domain::contingency::{Clears, Phase, Raised, Severity, Then, responder};
+use domain::mission::MissionOutcome;
+use domain::skill::Goal;
+use domain::time::Time;
+
+use super::World;
+use crate::journal::Decision;
+
+/// The pause before the next try of a response, after so many that failed. (ENG: the first one at once, since a command may
+/// have got lost; then slowly enough that a table's other actions get their turn within seconds.)
+const PAUSES: [Duration; 6] = [
+    Duration::ZERO,
+    Duration::from_millis(500),
+    Duration::from_secs(1),
+    Duration::from_secs(2),
+    Duration::from_secs(4),
+    Duration::from_secs(8),
+];
+/// An action that brings the vehicle down and has succeeded shows on the ground within this time.
+const TOUCHDOWN_LIMIT: Duration = Duration::from_secs(10);
+
+/// The response that is under way.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct ActiveResponse {
+    row: usize,
+    /// The action that is tried, and how often it was.
+    action: usize,
+    tries: u32,
+    /// Tries that failed, of all actions.
+    failures: usize,
+    not_before: Time,
+    /// Since when nothing is left to fly.
+    flown: Option<Time>,
+}
+
+/// What has been recorded about a flag that is up and is not answered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Waits {
+    /// Another row responds.
+    Behind(usize),
+    /// It does not count in this phase.
+    Until(Phase),
+}
+
+/// What becomes of a flag whose response has ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Reset {
+    /// It is down.
+    Down,
+    /// It stays up as long as what raised it does.
+    Awaited,
+    /// The vehicle was to come down, and flies.
+    StillInAir,
+}
+
+impl World {
+    /// The row that responds; `None`: the mission goes on.
+    pub(crate) fn responder(&self) -> Option<usize> {
+        if !self.flags.any_is_up() {
+            return None;
+        }
+        if self.mission.over.is_some() && self.is_on_ground() {
+            // What is under way is finished; nothing begins any more.
+            return self.responding().filter(|_| !self.has_settled());
+        }
+        let raised = self.flags.rows_up().map(|row| Raised {
+            row,
+            overrides: self.operator.overrides(self.flags.name(row)),
+            under_way: self.response.as_ref().filter(|it| it.row == row).map(|it| self.severity(it)),
+        });
+        responder(self.table.rows(), raised, self.flight_phase())
+    }
+
+    /// The name of the flag that is answered.
+    pub(crate) fn answered_flag(&self) -> Option<&Arc<str>> {
+        Some(self.flags.name(self.responder()?))
+    }
+
+    fn severity(&self, response: &ActiveResponse) -> Severity {
+        self.table.rows()[response.row].actions.get(response.action).map_or(Severity::Hold, |it| it.severity)
+    }
+
+    /// Where the flight is. Unknown counts as in the air, on the way.
+    pub(super) fn flight_phase(&self) -> Phase {
+        let Some(vehicle) = self.vehicle else { return Phase::Cruise };
+        if !vehicle.flying {
+            return Phase::OnGround;
+        }
+        match self.skills.present().map(|(goal, _)| goal) {
+            Some(Goal::Land) => Phase::Landing,
+            Some(Goal::Takeoff { .. }) => Phase::Takeoff,
+            _ if self.airspace_watch.is_inside() => Phase::InsideArea,
+            Some(Goal::Position { .. } | Goal::Velocity { .. }) if !self.in_transition => Phase::Cruise,
+            Some(_) | None => Phase::Waiting,
+        }
+    }
+
+    /// A row responds from here on.
+    pub(crate) fn begin_response(&mut self, row: usize) {
+        self.response =
+            Some(ActiveResponse { row, action: 0, tries: 0, failures: 0, not_before: self.now.time, flown: None });
+        self.journal.decided(self.now.time, Decision::Responding(row));
+    }
+
+    /// Whether the response of `row` has begun and not ended.
+    pub(crate) fn is_under_way(&self, row: usize) -> bool {
+        self.response.as_ref().is_some_and(|it| it.row == row)
+    }
+
+    /// The row whose response is under way, as long as its flag is up.
+    pub(super) fn responding(&self) -> Option<usize> {
+        self.response.as_ref().map(|it| it.row).filter(|row| self.flags.row_is_up(*row))
+    }
+
+    /// The next try of the response is one of its `action`; returns when it may begin.
+    pub(crate) fn await_try(&mut self, action: usize) -> Time {
+        let Some(response) = &mut self.response else { return self.now.time };
+        if response.action != action {
+            (response.action, response.tries) = (action, 0);
+        }
+        response.flown = None;
+        response.not_before
+    }
+
+    /// That try failed.
+    pub(crate) fn try_failed(&mut self, why: &str) {
+        let Some(response) = &mut self.response else { return };
+        response.tries += 1;
+        response.failures += 1;
+        let pause = PAUSES[(response.failures - 1).min(PAUSES.len() - 1)];
+        response.not_before = self.now.time + pause;
+        let ActiveResponse { row, action, tries, .. } = *response;
+        let Some(flown) = self.table.rows()[row].actions.get(action) else { return };
+        let actions = &self.table.rows()[row].actions;
+        let next = &actions[if flown.tries <= tries { (action + 1) % actions.len() } else { action }].tree;
+        let flag = self.flags.name(row);
+        let when = if pause.is_zero() { "next".to_owned() } else { format!("in {:.1} s", pause.as_secs_f64()) };
+        let text = format!("`{flag}`: {} failed (try {tries} of {}): {why}; {when}: {next}", flown.tree, flown.tries);
+        self.say("contingency", text);
+    }
+
+    /// The response to the flag of `row` has ended. Takes the flag down if its row says so.
+    pub(crate) fn reset_flag(&mut self, row: usize) -> Reset {
+        let name = self.flags.name(row).clone();
+        let (row, Some(flag)) = (&self.table.rows()[row], self.flags.get(&name)) else { return Reset::Down };
+        let may_fall = match row.clears {
+            Clears::AfterAction => true,
+            Clears::WithCondition => !flag.holds(),
+            Clears::Never => (!flag.holds() && row.raise.is_none()) || self.is_on_ground(),
+        };
+        let brings_down = row.clears == Clears::Never && row.then != Then::Resume;
+        if !may_fall {
+            let (now, is_flying) = (self.now.time, self.is_flying());
+            let flown = self.response.as_mut().map_or(now, |it| *it.flown.get_or_insert(now));
+            let is_late = brings_down && is_flying && TOUCHDOWN_LIMIT <= now - flown;
+            return if is_late { Reset::StillInAir } else { Reset::Awaited };
+        }
+        self.flag_answered(&name);
+        Reset::Down
+    }
+
+    /// Takes down the flag whose response has ended, and ends the mission if its row does.
+    fn flag_answered(&mut self, name: &str) {
+        let (Some(row), Some(flag)) = (self.table.row(name), self.flags.get(name)) else { return };
+        let (then, reason) = (row.then, format!("`{name}`: {}", flag.reason()));
+        self.lower(name);
+        match then {
+            Then::Resume => {}
+            Then::EndMission => self.end_mission(MissionOutcome::Emergency, reason),
+            Then::Crashed => self.end_mission(MissionOutcome::Crash, reason),
+        }
+        self.say("contingency", format!("`{name}` is over"));
+    }
+
+    /// Takes a flag down, whatever its row says.
+    pub(super) fn lower(&mut self, name: &str) {
+        self.flags.lower(name);
+        self.operator.no_longer_overrides(name);
+        self.response = self.response.take().filter(|it| &**self.flags.name(it.row) != name);
+    }
+
+    /// On the ground at rest a response that ends the mission has ended it, and no flag stays up that only counts in the air.
+    pub(super) fn let_flags_fall_on_ground(&mut self) {
+        if !self.flags.any_is_up() {
+            return;
+        }
+        let then = |row: &usize| self.table.rows()[*row].then;
+        // A crash is what happened, whatever was answered when it did.
+        let crashed = self.flags.rows_up().find(|row| then(row) == Then::Crashed);
+        if let Some(row) = crashed.or_else(|| self.responder().filter(|row| then(row) != Then::Resume)) {
+            let name = self.flags.name(row).clone();
+            self.flag_answered(&name);
+        }
+        let is_over = self.mission.over.is_some();
+        for row in 0..self.table.rows().len() {
+            let counts_here = self.table.rows()[row].phases.contains(&Phase::OnGround);
+            if !self.flags.row_is_up(row) || (counts_here && !is_over) {
+                continue;
+            }
+            let name = self.flags.name(row).clone();
+            self.lower(&name);
+            self.say("contingency", format!("`{name}` is over: the vehicle is on the ground"));
+        }
+    }
+
+    /// Records of each flag that is up and not answered what it waits for, whenever that changes.
+    pub(super) fn say_what_waits(&mut self) {
+        let all_fall = self.mission.over.is_some() && self.is_on_ground();
+        if !self.flags.any_is_up() || all_fall {
+            self.waits.clear();
+            return;
+        }
+        let (responder, phase) = (self.responder(), self.flight_phase());
+        for row in 0..self.table.rows().len() {
+            let waits = match responder {
+                _ if !self.flags.row_is_up(row) => None,
+                Some(other) if other == row => None,
+                Some(other) => Some(Waits::Behind(other)),
+                None => Some(Waits::Until(phase)),
+            };
+            let Some(waits) = waits else {
+                self.waits.remove(&row);
+                continue;
+            };
+            if self.waits.insert(row, waits) != Some(waits) {
+                self.journal.decided(self.now.time, Decision::Waits(row, waits));
+            }
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! What the manager publishes about itself: on every change, and twice a second.
+
+use behavior_tree::Tree;
+use domain::mission::{MissionReport, ObjectiveReport, ObjectiveStatus};
+use domain::time::Time;
+use kittiwake_proto::v1;
+
+use super::World;
+use crate::config::Verdict;
+use crate::flags::age_s;
+use crate::snapshot::snapshot;
+use crate::tick_time::TickTimes;
+
+/// Publishes the status and the tree.
+#[derive(Default)]
+pub(crate) struct Reporter {
+    last: Option<Headline>,
+    next: Time,
+    tick_times: TickTimes,
+}
+
+/// The part of the status whose changes are published at once; the rest waits for the next turn.
+#[derive(Debug, Clone, PartialEq)]
+struct Headline {
+    phase: v1::MissionPhase,
+    step: u64,
+    flags: Vec<String>,
+    responding: Option<usize>,
+    in_transition: bool,
+    reported: bool,
+    start_awaited: bool,
+    paused: bool,
+    proposed: Option<u64>,
+    acknowledged: usize,
+}
+
+impl Reporter {
+    /// When the next turn is.
+    pub(crate) fn next(&self) -> Time {
+        self.next
+    }
+
+    /// The tree was ticked, which took this long.
+    pub(crate) fn ticked(&mut self, took_ns: u64) {
+        self.tick_times.add(took_ns);
+    }
+
+    /// Publishes what is due. `ended`: the tree has ended; `ticks`: how often it was ticked.
+    pub(crate) fn report(&mut self, tree: &Tree<World>, world: &mut World, ended: bool, ticks: u64) {
+        let headline = world.headline(ended);
+        let due = self.next <= world.now.time;
+        if !due && self.last.as_ref() == Some(&headline) {
+            return;
+        }
+        if due {
+            self.next = world.now.time + world.limits.report_period;
+            world.outbox.publish(snapshot(tree, world.now.time.since_start()));
+        }
+        let status = v1::McmStatus { ticks, tick_time: self.tick_times.told(), ..world.status(&headline, tree) };
+        self.last = Some(headline);
+        world.outbox.publish(status);
+        if due {
+            self.tick_times.turn();
+        }
+    }
+}
+
+impl World {
+    /// Makes the mission report, once.
+    pub(crate) fn make_report(&mut self) {
+        if self.mission.report.is_some() {
+            return;
+        }
+        let Some(over) = self.mission.over.clone() else { return };
+        let started = self.mission.started.unwrap_or(self.now.time);
+        let objectives = self.planner.status().into_iter().flat_map(|it| &it.objectives);
+        self.mission.report = Some(MissionReport {
+            outcome: over.outcome,
+            reason: over.reason,
+            vehicle: self.mission.vehicle_name.clone(),
+            duration_s: (self.now.time - started).as_secs_f64(),
+            objectives: objectives.map(objective).collect(),
+        });
+    }
+
+    fn headline(&self, ended: bool) -> Headline {
+        Headline {
+            phase: self.mission_phase(ended),
+            step: self.planner.step().map_or(0, |(step, ..)| step.id.0),
+            flags: self.flags.iter().map(|(name, _)| name.to_owned()).collect(),
+            responding: self.responding(),
+            in_transition: self.in_transition,
+            reported: self.mission.report.is_some(),
+            start_awaited: self.awaits_start(),
+            paused: self.is_paused(),
+            proposed: self.planner.request().proposal().map(|(plan, _)| plan.revision),
+            acknowledged: self.flags.iter().filter(|(_, flag)| flag.acknowledged_by().is_some()).count(),
+        }
+    }
+
+    fn mission_phase(&self, ended: bool) -> v1::MissionPhase {
+        if ended {
+            v1::MissionPhase::Over
+        } else if self.responding().is_some() {
+            v1::MissionPhase::Contingency
+        } else if self.mission.over.is_some() {
+            v1::MissionPhase::Ending
+        } else if self.mission.started.is_none() {
+            v1::MissionPhase::Starting
+        } else if self.planner.step().is_some() {
+            v1::MissionPhase::Nominal
+        } else {
+            v1::MissionPhase::Replanning
+        }
+    }
+
+    fn status(&self, headline: &Headline, tree: &Tree<World>) -> v1::McmStatus {
+        let (skill, skill_id) =
+            self.skills.present().map_or((v1::SkillKind::Unspecified, 0), |(goal, id)| (goal.skill().into(), id));
+        let (step, step_number, step_count) = match self.planner.step() {
+            Some((step, number, count)) => (Some((**step).clone().into()), number, count),
+            None => (None, 0, 0),
+        };
+        let plan_approval = self.planner.request().proposal().map(|(plan, until)| v1::PlanApproval {
+            plan: Some(plan.clone().into()),
+            left_s: (until - self.now.time).as_secs_f64(),
+            approved_by_default: self.limits.plan_approval_default == Verdict::Approve,
+        });
+        v1::McmStatus {
+            phase: headline.phase as i32,
+            step,
+            step_number,
+            step_count,
+            skill: skill as i32,
+            skill_id,
+            distance_left_m: self.skills.distance_left_m(),
+            contingencies: self.active_contingencies(),
+            acting: self.responding().map(|row| self.flags.name(row).to_string()).unwrap_or_default(),
+            tree_status: tree.status().word().to_owned(),
+            report: self.mission.report.clone().map(Into::into),
+            in_transition: headline.in_transition,
+            start_awaited: headline.start_awaited,
+            paused: headline.paused,
+            plan_approval,
+            ..v1::McmStatus::default()
+        }
+    }
+
+    fn active_contingencies(&self) -> Vec<v1::ActiveContingency> {
+        let rows = self.table.rows().iter();
+        rows.filter_map(|row| {
+            let flag = self.flags.get(&row.flag)?;
+            Some(v1::ActiveContingency {
+                flag: row.flag.clone(),
+                priority: row.priority,
+                action: row.response(),
+                since_s: age_s(flag, self.now.time),
+                reason: flag.reason().to_owned(),
+                acknowledged_by: flag.acknowledged_by().unwrap_or_default().to_owned(),
+            })
+        })
+        .collect()
+    }
+}
+
+fn objective(status: &ObjectiveStatus) -> ObjectiveReport {
+    ObjectiveReport {
+        name: status.objective.name.clone(),
+        progress: status.progress.clone(),
+        plan_steps: status.plan_steps,
+        replans: status.replans,
+        permissions: status.permissions.clone(),
+    }
+}

@@ -1,0 +1,143 @@
+//! The step that is flown: begun, flown, failed, given up; and the one after it.
+
+use std::sync::Arc;
+
+use domain::geometry::Ned;
+use domain::plan::{PermissionNeed, Step};
+use domain::skill::Goal;
+use domain::time::Time;
+
+use super::World;
+use crate::clients::permissions::Asking;
+use crate::clients::planner::Next;
+
+/// Whether the plan goes on after the step that was flown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum NextStep {
+    /// With the step that is the present one from here on.
+    Begun,
+    /// The planner has not said yet.
+    Awaited,
+    /// It has no further step.
+    None,
+}
+
+impl World {
+    /// Begins the present step; `None` if there is none.
+    pub(crate) fn begin_step(&mut self) -> Option<Arc<Step>> {
+        let (step, number, count) = self.planner.step()?;
+        let (step, text) = (step.clone(), format!("step {number} of {count}: {}", step.text));
+        // Of a step that was interrupted in the moment of the denial.
+        self.permissions.take_denials();
+        self.say("step", text);
+        Some(step)
+    }
+
+    /// Why the present step is to be given up, if it is.
+    pub(crate) fn withdrawal(&self) -> Option<&str> {
+        self.planner.withdrawal()
+    }
+
+    /// The present step is given up because it was withdrawn.
+    pub(crate) fn give_up_step(&mut self, reason: &str) {
+        self.say("step", format!("step {} given up: {reason}", self.step_number()));
+        self.planner.give_up();
+    }
+
+    /// The present step was flown.
+    pub(crate) fn step_flown(&mut self, step: &Step) {
+        if let Some(state) = self.planning_state() {
+            self.planner.flown(step.id, state);
+        }
+        self.say("step", format!("step {} succeeded", self.step_number()));
+    }
+
+    /// The present step failed.
+    pub(crate) fn step_failed(&mut self, reason: String) {
+        self.say("step", format!("step {} failed: {reason}", self.step_number()));
+        let denials = self.permissions.take_denials();
+        self.planner.fail(self.now.time, reason, denials, self.limits.retry_pause);
+    }
+
+    /// The present step is given up because something else comes first.
+    pub(crate) fn step_interrupted(&mut self) {
+        let reason = match self.answered_flag() {
+            Some(flag) => ["interrupted by `", flag, "`"].concat(),
+            None => "interrupted".to_owned(),
+        };
+        self.planner.interrupt(reason);
+    }
+
+    fn step_number(&self) -> u32 {
+        self.planner.step().map_or(0, |(_, number, _)| number)
+    }
+
+    /// When the planner must have said what comes after a step that was flown at this moment.
+    pub(crate) fn next_step_due(&self) -> Time {
+        self.now.time + self.limits.request_timeout
+    }
+
+    /// Goes on to the next step, if it is known.
+    pub(crate) fn advance(&mut self) -> NextStep {
+        if !matches!(self.planner.next(), Some(Next::Known(_))) {
+            NextStep::Awaited
+        } else if self.planner.advance() {
+            NextStep::Begun
+        } else {
+            NextStep::None
+        }
+    }
+
+    /// The present step was flown and must not be flown again, and nothing is known to follow it.
+    pub(crate) fn drop_step(&mut self) {
+        self.planner.drop_step();
+    }
+
+    /// Asks for what is needed, unless it is held.
+    pub(crate) fn ask_permission(&mut self, need: &PermissionNeed) {
+        if self.permissions.meets(need, self.now.time, &self.limits) {
+            return;
+        }
+        self.say("permission", format!("asking for area {}", need.area));
+        if let Some((step, ..)) = self.planner.step() {
+            self.permissions.ask(self.now.time, &need.area, step.id, &self.limits, &mut self.outbox);
+        }
+    }
+
+    /// What has become of asking for what is needed.
+    pub(crate) fn asking(&mut self, need: &PermissionNeed) -> Asking {
+        self.permissions.asking(self.now.time, need, &self.limits, &mut self.outbox)
+    }
+
+    /// Why `area` was denied.
+    pub(crate) fn denial(&self, area: &str) -> Option<&str> {
+        self.permissions.denial(area).map(|it| it.reason.as_str())
+    }
+
+    /// Stops asking for `area`.
+    pub(crate) fn stop_asking(&mut self, area: &str) {
+        self.permissions.stop_asking(area);
+    }
+
+    /// Whether the vehicle is where the present step ends, or may fly straight on to the goal of the next one.
+    pub(crate) fn may_go_on(&self) -> bool {
+        let (Some(vehicle), Some((step, ..)), Some(Next::Known(next))) =
+            (&self.vehicle, self.planner.step(), self.planner.next())
+        else {
+            return false;
+        };
+        let here = vehicle.position;
+        let has_arrived = target(step).is_none_or(|(there, _)| here.distance_m(there) <= self.limits.arrival_radius_m);
+        // Land, takeoff and stop happen where this step ends.
+        let onward = next.as_deref().and_then(target);
+        has_arrived || onward.is_some_and(|(there, speed_m_s)| self.breach_on_way(here, there, speed_m_s).is_none())
+    }
+}
+
+/// Where a position step flies to, and how fast; other steps stay where they are.
+fn target(step: &Step) -> Option<(Ned, f64)> {
+    match step.nominal.goal {
+        Goal::Position { target, speed_limit_m_s, .. } => Some((target, speed_limit_m_s)),
+        _ => None,
+    }
+}

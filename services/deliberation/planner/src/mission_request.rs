@@ -1,0 +1,194 @@
+//! What an operator asks about the mission: to read it, to try another one without flying it, to change it.
+//!
+//! A change is made whole or not at all: what cannot be flown is refused with its reason, and the
+//! present mission and plan stay as they are. One that touches the objective that is flown
+//! withdraws the plan (see [`MissionPlanner::epoch`]); any other does not disturb the flight.
+
+use domain::file::Source;
+use domain::mission::{Mission, Objective, Progress};
+use domain::state::State;
+use domain::time::Now;
+
+use crate::forecast::Forecast;
+use crate::mission_planner::MissionPlanner;
+
+/// No mission file that a human wrote is longer.
+const LONGEST_TEXT: usize = 64 * 1024;
+/// More objectives than a battery reaches.
+const MOST_OBJECTIVES: usize = 100;
+
+/// What is asked.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum MissionRequest {
+    /// The mission as it stands.
+    Read,
+    /// What the mission in this text would take.
+    Validate(String),
+    /// The mission in this text takes the place of the present one.
+    Upload(String),
+    /// Another objective, at this place in the list.
+    Insert(usize, Objective),
+    /// Take out the objective with this name.
+    Remove(String),
+    /// Give up the objective with this name.
+    Skip {
+        /// Which one.
+        objective: String,
+        /// For the report.
+        operator: String,
+    },
+}
+
+/// What happened.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Done {
+    /// In words.
+    pub(crate) text: String,
+    /// For a mission that was tried or changed: what its objectives take.
+    pub(crate) forecast: Vec<Forecast>,
+}
+
+/// Why nothing happened.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Refusal {
+    /// In words.
+    pub(crate) text: String,
+    /// In the text of the mission, each with its line and column.
+    pub(crate) mistakes: Vec<String>,
+    /// What its objectives would take, where that was found out.
+    pub(crate) forecast: Vec<Forecast>,
+}
+
+impl Done {
+    fn new(text: impl Into<String>) -> Done {
+        Done { text: text.into(), ..Done::default() }
+    }
+}
+
+impl Refusal {
+    /// A refusal that is nothing but its reason.
+    pub(crate) fn new(text: impl Into<String>) -> Refusal {
+        Refusal { text: text.into(), ..Refusal::default() }
+    }
+}
+
+/// Answers `request` for a vehicle in `state`.
+pub(crate) fn answer(
+    planner: &mut MissionPlanner,
+    request: MissionRequest,
+    state: &State,
+    now: Now,
+) -> Result<Done, Refusal> {
+    match request {
+        MissionRequest::Read => Ok(Done::new("the mission as it stands")),
+        MissionRequest::Validate(text) => validate(planner, &text, state, now).map(|(_, done)| done),
+        MissionRequest::Upload(text) => upload(planner, &text, state, now),
+        MissionRequest::Insert(index, objective) => insert(planner, index, objective, state, now),
+        MissionRequest::Remove(name) => remove(planner, &name),
+        MissionRequest::Skip { objective, operator } => skip(planner, &objective, &operator),
+    }
+}
+
+/// The mission in `text` and what it takes.
+fn validate(planner: &MissionPlanner, text: &str, state: &State, now: Now) -> Result<(Mission, Done), Refusal> {
+    if LONGEST_TEXT < text.len() {
+        return Err(Refusal::new(format!("the text has {} bytes, at most {LONGEST_TEXT} are taken", text.len())));
+    }
+    let mission = Mission::read(&Source { path: "mission".into(), text: text.to_owned() }).map_err(|mistakes| {
+        let mistakes: Vec<String> = mistakes.0.iter().map(|mistake| mistake.to_string()).collect();
+        let plural = if mistakes.len() == 1 { "" } else { "s" };
+        Refusal { text: format!("{} mistake{plural} in the text", mistakes.len()), mistakes, ..Refusal::default() }
+    })?;
+    if MOST_OBJECTIVES < mission.objectives.len() {
+        return Err(Refusal::new(format!("more than {MOST_OBJECTIVES} objectives")));
+    }
+    let forecast = planner.forecast(mission.clone(), state, now);
+    if let Some(why) = unreachable(&forecast) {
+        return Err(Refusal { forecast, ..Refusal::new(why) });
+    }
+    let text = format!("every objective of `{}` can be reached", mission.name);
+    Ok((mission, Done { text, forecast }))
+}
+
+fn unreachable(forecast: &[Forecast]) -> Option<String> {
+    let words = |it: &Forecast| Some(format!("objective `{}`: {}", it.objective, it.unreachable.as_ref()?));
+    let found: Vec<String> = forecast.iter().filter_map(words).collect();
+    (!found.is_empty()).then(|| found.join("; "))
+}
+
+fn upload(planner: &mut MissionPlanner, text: &str, state: &State, now: Now) -> Result<Done, Refusal> {
+    refuse_if_over(planner)?;
+    let (mission, done) = validate(planner, text, state, now)?;
+    let text = format!("`{}` takes the place of `{}`", mission.name, planner.mission().name);
+    planner.take_over(mission);
+    Ok(Done { text, ..done })
+}
+
+fn insert(
+    planner: &mut MissionPlanner,
+    index: usize,
+    objective: Objective,
+    state: &State,
+    now: Now,
+) -> Result<Done, Refusal> {
+    refuse_if_over(planner)?;
+    let (all, current) = (planner.objectives().all(), planner.objectives().current_index());
+    if index < current {
+        let text = format!("objective {index} is settled; the first place to insert at is {current}");
+        return Err(Refusal::new(text));
+    }
+    if all.len() < index || MOST_OBJECTIVES <= all.len() {
+        return Err(Refusal::new(format!("there are {} objectives, of at most {MOST_OBJECTIVES}", all.len())));
+    }
+    if all.iter().any(|it| it.name == objective.name) {
+        return Err(Refusal::new(format!("there is an objective `{}` already", objective.name)));
+    }
+    let mut mission = planner.rest_of_mission();
+    let waiting_before = all[..index].iter().filter(|it| it.progress == Progress::Waiting).count();
+    mission.objectives.insert(waiting_before, objective.clone());
+    let forecast = planner.forecast(mission, state, now);
+    if let Some(why) = unreachable(&forecast[waiting_before..=waiting_before]) {
+        return Err(Refusal::new(why));
+    }
+    let text = format!("objective `{}` inserted at {index}", objective.name);
+    planner.insert(index, objective);
+    Ok(Done { text, forecast })
+}
+
+fn remove(planner: &mut MissionPlanner, name: &str) -> Result<Done, Refusal> {
+    let index = waiting(planner, name)?;
+    if planner.objectives().all().len() == 1 {
+        let text = format!("`{name}` is the only objective; skip it, or upload another mission");
+        return Err(Refusal::new(text));
+    }
+    planner.remove(index);
+    Ok(Done::new(format!("objective `{name}` removed")))
+}
+
+fn skip(planner: &mut MissionPlanner, name: &str, operator: &str) -> Result<Done, Refusal> {
+    let index = waiting(planner, name)?;
+    let by = if operator.is_empty() { "the operator" } else { operator };
+    planner.skip(index, format!("skipped by {by}"));
+    Ok(Done::new(format!("objective `{name}` skipped")))
+}
+
+/// The index of the objective with this name, if it is not settled.
+fn waiting(planner: &MissionPlanner, name: &str) -> Result<usize, Refusal> {
+    let all = planner.objectives().all();
+    let index = all.iter().position(|it| it.name == name);
+    let index = index.ok_or_else(|| Refusal::new(format!("there is no objective `{name}`")))?;
+    match &all[index].progress {
+        Progress::Waiting => Ok(index),
+        Progress::Success => Err(Refusal::new(format!("objective `{name}` has been reached"))),
+        Progress::Failure(reason) => Err(Refusal::new(format!("objective `{name}` has failed: {reason}"))),
+    }
+}
+
+/// A settled mission is over for good: the manager lands and reports.
+fn refuse_if_over(planner: &MissionPlanner) -> Result<(), Refusal> {
+    let objectives = planner.objectives();
+    match objectives.current_index() < objectives.all().len() {
+        true => Ok(()),
+        false => Err(Refusal::new("the mission is over: every objective is settled")),
+    }
+}

@@ -1,0 +1,73 @@
+//! What outlives the planner's process: the mission as it stands, so that an uploaded one is not
+//! forgotten and what has been reached is not flown to again.
+//!
+//! The plan is not kept: the mission manager asks for one from where the vehicle is by then. Who keeps
+//! the state, and where, is none of the planner's business.
+
+use domain::mission::{InvalidObjective, Mission, Objective as Goal, ObjectiveStatus};
+use domain::plan::PlannerStatus;
+use domain::wire::InvalidMessage;
+
+use crate::mission_planner::MissionPlanner;
+use crate::objectives::{Objective, Objectives};
+
+/// Why a persisted state cannot be used.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum UnusableState {
+    /// The planner was started with another mission since: that one is meant.
+    #[error("it is of another mission file, and that is what counts")]
+    OfAnotherMission,
+    /// There is no mission in it.
+    #[error("it has no objective")]
+    Empty,
+    /// A part of it makes no sense.
+    #[error(transparent)]
+    InvalidMessage(#[from] InvalidMessage),
+    /// No mission may have one of its objectives.
+    #[error(transparent)]
+    InvalidObjective(#[from] InvalidObjective),
+}
+
+/// The state of a planner.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Persisted {
+    /// The identity of the mission it was started with.
+    pub(crate) configured: String,
+    /// The mission as it stands, without a plan.
+    pub(crate) status: PlannerStatus,
+    /// Of the steps given out so far.
+    pub(crate) last_step_id: u64,
+}
+
+/// What is kept of `planner`, which was started with the mission of identity `configured`.
+pub(crate) fn persist(planner: &MissionPlanner, configured: &str) -> Persisted {
+    let status = PlannerStatus { steps: Vec::new(), hold: String::new(), ..planner.status() };
+    Persisted { configured: configured.to_owned(), status, last_step_id: planner.last_step_id() }
+}
+
+/// Has `planner`, which has planned nothing, go on where `persisted` ends.
+///
+/// # Errors
+/// Why the state cannot be used; nothing is changed then.
+pub(crate) fn resume(planner: &mut MissionPlanner, persisted: Persisted) -> Result<(), UnusableState> {
+    let PlannerStatus { mission, objectives, areas, revision, epoch, .. } = persisted.status;
+    if objectives.is_empty() {
+        return Err(UnusableState::Empty);
+    }
+    let past: Vec<Objective> = objectives.into_iter().map(objective).collect::<Result<_, _>>()?;
+    let mission = Mission { name: mission, objectives: past.iter().map(|it| it.objective()).collect(), areas };
+    planner.go_on(mission, Objectives::with_past(past), epoch, revision, persisted.last_step_id);
+    Ok(())
+}
+
+fn objective(status: ObjectiveStatus) -> Result<Objective, InvalidObjective> {
+    let Goal { name, position, flying } = status.objective;
+    let checked = Goal::new(name, position, flying)?;
+    Ok(Objective {
+        progress: status.progress,
+        plan_steps: status.plan_steps,
+        plans: if status.plan_steps == 0 { 0 } else { status.replans + 1 },
+        permissions: status.permissions,
+        ..Objective::waiting(&checked)
+    })
+}

@@ -1,0 +1,108 @@
+//! The monitor's messages, from and to its own types.
+
+use std::time::Duration;
+
+use domain::contingency::rule::DataSource;
+use domain::time::Time;
+use domain::wire::InvalidMessage;
+use kittiwake_proto::topics::Message;
+use kittiwake_proto::v1;
+
+use crate::derived::{Derived, derived};
+use crate::flag::{Flag, FlagChange, Injection, RaisedFlag};
+use crate::sources::{Sample, Sources};
+
+/// The monitor's name in the events that it sends.
+const MONITOR: &str = "monitor";
+/// The injector's name in its events.
+const INJECTOR: &str = "injector";
+
+/// The sample in a message; `None` where the message comes from no source.
+pub(crate) fn sample(message: Message) -> Result<Option<Sample>, InvalidMessage> {
+    Ok(Some(match message {
+        Message::VehicleStatus(it) => Sample::Status(it.into()),
+        Message::VehicleAttitude(it) => Sample::Attitude(it.try_into()?),
+        Message::VehicleLocalPosition(it) => Sample::LocalPosition(it.try_into()?),
+        Message::VehicleGlobalPosition(it) => Sample::GlobalPosition(it.try_into()?),
+        Message::VehicleLandDetected(it) => Sample::LandDetected(it.into()),
+        Message::BatteryStatus(it) => Sample::Battery(it.try_into()?),
+        Message::GroundContact(it) => ground_contact(it)?,
+        _ => return Ok(None),
+    }))
+}
+
+/// What the injector says about a flag; `None` for an event of anybody else.
+pub(crate) fn injection(event: v1::FlagEvent) -> Option<Injection> {
+    let v1::FlagEvent { name, raised, source, reason, .. } = event;
+    (source == INJECTOR).then_some(Injection { flag: name, raised, reason })
+}
+
+/// Why an injection is refused: the table has no row for its flag.
+pub(crate) fn unknown_flag(name: &str) -> InvalidMessage {
+    let expected = "a flag of the contingency table";
+    InvalidMessage::OutOfRange { field: "name", value: format!("{name:?}"), expected }
+}
+
+/// The event of a flag that its rule raised or cleared.
+pub(crate) fn flag_event(change: FlagChange) -> v1::FlagEvent {
+    let FlagChange { name, raised, evidence } = change;
+    v1::FlagEvent {
+        name,
+        raised,
+        source: MONITOR.into(),
+        reason: evidence.reason,
+        value: evidence.value,
+        threshold: evidence.threshold,
+    }
+}
+
+/// Everything that is known at `now`.
+pub(crate) fn introspection(now: Time, sources: &Sources, flags: &[Flag]) -> v1::Introspection {
+    v1::Introspection {
+        status: sources.status.latest().cloned().map(Into::into),
+        attitude: sources.attitude.latest().copied().map(Into::into),
+        local_position: sources.local_position.latest().copied().map(Into::into),
+        global_position: sources.global_position.latest().copied().map(Into::into),
+        land_detected: sources.land_detected.latest().copied().map(Into::into),
+        battery: sources.battery.latest().copied().map(Into::into),
+        ages: Some(ages(now, sources)),
+        derived: derived(sources).map(Into::into),
+        flags: flags.iter().filter_map(|it| it.raised(now)).map(Into::into).collect(),
+    }
+}
+
+fn ages(now: Time, sources: &Sources) -> v1::SourceAges {
+    let age_s = |source| sources.last_update(source).map(|it| (now - it.at).as_secs_f64());
+    v1::SourceAges {
+        status_s: age_s(DataSource::Status),
+        attitude_s: age_s(DataSource::Attitude),
+        local_position_s: age_s(DataSource::LocalPosition),
+        global_position_s: age_s(DataSource::GlobalPosition),
+        land_detected_s: age_s(DataSource::LandDetected),
+        battery_s: age_s(DataSource::Battery),
+        ground_link_s: age_s(DataSource::GroundLink),
+    }
+}
+
+impl From<Derived> for v1::Derived {
+    fn from(derived: Derived) -> v1::Derived {
+        let Derived { height_m, ground_speed_m_s, climb_rate_m_s, distance_home_m, tilt_rad, flying } = derived;
+        v1::Derived { height_m, ground_speed_m_s, climb_rate_m_s, distance_home_m, tilt_rad, flying }
+    }
+}
+
+impl From<RaisedFlag<'_>> for v1::RaisedFlag {
+    fn from(flag: RaisedFlag<'_>) -> v1::RaisedFlag {
+        v1::RaisedFlag { name: flag.name.into(), since_s: flag.up_for.as_secs_f64(), reason: flag.reason.into() }
+    }
+}
+
+fn ground_contact(contact: v1::GroundContact) -> Result<Sample, InvalidMessage> {
+    let age_s = contact.heard_age_wall_s;
+    if (0.0..=1e9).contains(&age_s) {
+        Ok(Sample::GroundContact(Duration::from_secs_f64(age_s)))
+    } else {
+        let (field, expected) = ("heard_age_wall_s", "seconds from 0 to 1,000,000,000");
+        Err(InvalidMessage::OutOfRange { field, value: format!("{age_s:?}"), expected })
+    }
+}

@@ -1,0 +1,52 @@
+//! What comes in and what goes out, as checked types.
+
+use domain::fmu::{CommandAck, LandDetected, LocalPosition, Setpoint, VehicleCommand};
+use kittiwake_proto::v1::SkillKind;
+
+use crate::fsm::{SkillId, SkillState};
+use crate::vehicle::FlightStatus;
+
+/// Something that the autopilot says.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Input {
+    Position(LocalPosition),
+    Status(FlightStatus),
+    Landed(LandDetected),
+    Acknowledged(CommandAck),
+}
+
+/// Something to be published.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Output {
+    /// A command to the autopilot.
+    Command(VehicleCommand),
+    /// A setpoint, with its proof of life.
+    Setpoint(Setpoint),
+    /// A skill changed its state, or could not be cancelled.
+    Report(SkillReport),
+    /// How far a skill still has to go.
+    Feedback(Feedback),
+}
+
+/// A skill at one moment.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct SkillReport {
+    pub(crate) id: SkillId,
+    /// The caller's name for it.
+    pub(crate) request_id: String,
+    pub(crate) kind: SkillKind,
+    pub(crate) state: SkillState,
+    /// Where and how the vehicle is, if that is known.
+    pub(crate) motion: Option<LocalPosition>,
+    /// When the land detector last spoke, by the vehicle's clock; 0 for never.
+    pub(crate) landed_timestamp_us: u64,
+}
+
+/// The progress of a skill that executes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Feedback {
+    pub(crate) id: SkillId,
+    pub(crate) kind: SkillKind,
+    pub(crate) motion: LocalPosition,
+    pub(crate) distance_left_m: f64,
+}

@@ -1,0 +1,283 @@
+//! One run of a skill, from its request to its outcome.
+
+use std::time::Duration;
+
+use domain::fmu::{Command, FlightMode, Setpoint};
+use domain::time::Time;
+use kittiwake_proto::v1::{SkillKind, SkillOutcome};
+
+use crate::catalog::{Ready, Skill};
+use crate::commands::Acknowledgement;
+use crate::fsm::{Action, Ending, Event, Processing, SkillId, SkillState};
+use crate::messages::{Feedback, SkillReport};
+use crate::mode_watch::ModeWatch;
+use crate::vehicle::{FlightStatus, View};
+
+/// A request that was accepted, with everything known about it.
+#[derive(Debug)]
+pub(crate) struct SkillRun {
+    id: SkillId,
+    request_id: String,
+    skill: Box<dyn Skill>,
+    state: SkillState,
+    /// Skills that the caller has given up, whatever becomes of this one. Includes those of the
+    /// requests that this one displaced.
+    gave_up: Vec<SkillId>,
+    /// How many of its commands were accepted.
+    accepted: usize,
+    /// One of its commands was not acknowledged: the vehicle may have obeyed all the same.
+    unacknowledged: bool,
+    /// It has been the registered skill.
+    flown: bool,
+    /// It is to be cancelled, and the command for that was not sent yet.
+    wants_neutral: bool,
+    /// Since when it waits for data.
+    waits_since: Option<Time>,
+    /// Whether the vehicle still flies it.
+    watch: ModeWatch,
+    feedback_due: Time,
+}
+
+/// What becomes of a request whose turn has come.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Start {
+    /// Data are missing: it waits for them.
+    Wait,
+    /// It ends, or begins, without a command.
+    Without(Event),
+    /// Its next command is to be sent.
+    Command(Command),
+}
+
+/// What the end of a run means for the vehicle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Aftermath {
+    /// A newer skill flies the vehicle.
+    Replaced,
+    /// The autopilot flies it, or it loiters.
+    Released,
+    /// Nothing flies it.
+    Idle,
+    /// This run never flew it.
+    NeverFlew,
+}
+
+impl SkillRun {
+    /// A request that waits for its turn.
+    pub(crate) fn new(
+        id: SkillId,
+        request_id: String,
+        gave_up: Option<SkillId>,
+        mut skill: Box<dyn Skill>,
+        view: &View,
+        now: Time,
+    ) -> SkillRun {
+        // A goal is relative to where the vehicle is now, however long the request waits.
+        skill.ready(view);
+        SkillRun {
+            id,
+            request_id,
+            skill,
+            state: SkillState::ProcessRequest(Processing::Waiting),
+            gave_up: gave_up.into_iter().collect(),
+            accepted: 0,
+            unacknowledged: false,
+            flown: false,
+            wants_neutral: false,
+            waits_since: None,
+            watch: ModeWatch::new(now),
+            feedback_due: now,
+        }
+    }
+
+    pub(crate) fn id(&self) -> SkillId {
+        self.id
+    }
+
+    pub(crate) fn kind(&self) -> SkillKind {
+        self.skill.kind()
+    }
+
+    pub(crate) fn state(&self) -> &SkillState {
+        &self.state
+    }
+
+    /// What is to be streamed while it executes.
+    pub(crate) fn setpoint(&self) -> Option<Setpoint> {
+        self.skill.setpoint()
+    }
+
+    /// Whether one of its commands was accepted.
+    pub(crate) fn has_commanded(&self) -> bool {
+        0 < self.accepted
+    }
+
+    /// Whether one of its commands was not acknowledged, so that the vehicle may have obeyed all the same.
+    pub(crate) fn is_unacknowledged(&self) -> bool {
+        self.unacknowledged
+    }
+
+    /// The skills that its callers have given up.
+    pub(crate) fn gave_up(&self) -> &[SkillId] {
+        &self.gave_up
+    }
+
+    /// Takes over what the callers of a displaced request have given up.
+    pub(crate) fn inherit(&mut self, displaced: &SkillRun) {
+        self.gave_up.extend(&displaced.gave_up);
+    }
+
+    /// Takes an event; returns what is to be done.
+    ///
+    /// An event that cannot happen leaves everything as it is: in flight that is the best answer to
+    /// a programming error, in a test it stops the test.
+    pub(crate) fn take(&mut self, event: Event) -> &'static [Action] {
+        match self.state.clone().on(event) {
+            Ok((state, actions)) => {
+                self.state = state;
+                actions
+            }
+            Err(invalid) => {
+                debug_assert!(false, "skill {}: {invalid}", self.id);
+                &[]
+            }
+        }
+    }
+
+    /// Its turn has come. `data_wait` is how long it may wait for data.
+    pub(crate) fn start(&mut self, view: &View, now: Time, data_wait: Duration) -> Start {
+        if self.state == SkillState::ProcessRequest(Processing::Waiting) {
+            let waited = self.waits_since.is_some_and(|since| since + data_wait <= now);
+            match self.skill.ready(view) {
+                Ready::AlreadyTrue => return Start::Without(Event::AlreadyTrue),
+                Ready::Require(data) if waited => {
+                    let reason = format!("no recent {data} from the vehicle");
+                    return Start::Without(Event::Refused(Ending::because(SkillOutcome::Failed, reason)));
+                }
+                Ready::Await(_) | Ready::Require(_) if !waited => {
+                    self.waits_since.get_or_insert(now);
+                    return Start::Wait;
+                }
+                Ready::Command | Ready::Await(_) | Ready::Require(_) => {
+                    self.waits_since = None;
+                    self.take(Event::Commanded);
+                }
+            }
+        }
+        match self.skill.command(self.accepted) {
+            Some(command) => Start::Command(command),
+            None => Start::Without(Event::Accepted),
+        }
+    }
+
+    /// When it gives up waiting for data.
+    pub(crate) fn wait_deadline(&self, data_wait: Duration) -> Option<Time> {
+        self.waits_since.map(|since| since + data_wait)
+    }
+
+    /// A command that starts it was acknowledged or not; `None`: it has another one to send.
+    pub(crate) fn start_acknowledged(&mut self, command: Command, ack: &Acknowledgement) -> Option<Event> {
+        if !ack.is_accepted() {
+            self.unacknowledged = *ack == Acknowledgement::Missing;
+            let reason = format!("start: {}", ack.describe(command));
+            return Some(Event::Refused(Ending::because(SkillOutcome::Rejected, reason)));
+        }
+        self.accepted += 1;
+        let goes_on = self.state == SkillState::ProcessRequest(Processing::Commanding)
+            && self.skill.command(self.accepted).is_some();
+        (!goes_on).then_some(Event::Accepted)
+    }
+
+    /// It is the registered skill from now on. Its first feedback is due at once.
+    pub(crate) fn register(&mut self, now: Time) {
+        self.flown = true;
+        self.watch = ModeWatch::new(now);
+        self.feedback_due = now;
+        self.skill.execute(now);
+    }
+
+    /// How it ends, if its postcondition is seen or can no longer be reached.
+    pub(crate) fn progress(&mut self, view: &View, now: Time) -> Option<Ending> {
+        if !self.has_only_armed() {
+            self.skill.progress(view, now)
+        } else if self.state == SkillState::Cancel {
+            None
+        } else {
+            let reason = "the vehicle was armed, and neither took off nor was disarmed";
+            Some(Ending::because(SkillOutcome::Failed, reason))
+        }
+    }
+
+    /// How it ends, if a status shows that the vehicle flies something else.
+    pub(crate) fn judge_mode(&mut self, status: FlightStatus, now: Time, limit: Duration) -> Option<Ending> {
+        // In C the mode is expected to change.
+        if self.executes() { self.watch.judge(self.skill.as_ref(), status, now, limit) } else { None }
+    }
+
+    /// Whether it is in E.
+    fn executes(&self) -> bool {
+        matches!(self.state, SkillState::Execute { .. })
+    }
+
+    /// When it ends, or must look again, even if no data come.
+    pub(crate) fn deadline(&self) -> Option<Time> {
+        self.skill.deadline()
+    }
+
+    /// When its next feedback is due.
+    pub(crate) fn feedback_deadline(&self) -> Option<Time> {
+        Some(self.feedback_due).filter(|_| self.executes())
+    }
+
+    /// Its feedback if that is due; there is none while the position is not known.
+    pub(crate) fn feedback(&mut self, view: &View, now: Time, period: Duration) -> Option<Feedback> {
+        self.feedback_deadline().filter(|due| *due <= now)?;
+        self.feedback_due = now + period;
+        let motion = view.motion?;
+        let (id, kind, distance_left_m) = (self.id, self.skill.kind(), self.skill.distance_left_m(&motion));
+        Some(Feedback { id, kind, motion, distance_left_m })
+    }
+
+    /// It is to be cancelled as soon as no other command is in flight.
+    pub(crate) fn request_neutral(&mut self) {
+        self.wants_neutral = true;
+    }
+
+    /// The command that cancels it, if it waits to be sent.
+    pub(crate) fn take_neutral(&mut self) -> Option<Command> {
+        let neutral = if self.has_only_armed() { Command::Disarm } else { Command::Loiter };
+        std::mem::take(&mut self.wants_neutral).then_some(neutral)
+    }
+
+    /// Whether it has armed the vehicle, as far as is known, and has not taken off.
+    pub(crate) fn has_only_armed(&self) -> bool {
+        let arms = self.skill.command(0) == Some(Command::Arm);
+        arms && (0 < self.accepted || self.unacknowledged) && self.skill.command(self.accepted).is_some()
+    }
+
+    /// What its end with `outcome` means for the vehicle.
+    pub(crate) fn aftermath(&self, outcome: SkillOutcome) -> Aftermath {
+        match outcome {
+            SkillOutcome::Aborted => Aftermath::Replaced,
+            // Setpoints would silently take back what the autopilot has taken over.
+            SkillOutcome::Preempted => Aftermath::Released,
+            SkillOutcome::Cancelled if self.flown => Aftermath::Released,
+            // It has left the vehicle in loiter.
+            SkillOutcome::Succeeded if self.skill.mode() == FlightMode::Loiter => Aftermath::Released,
+            _ if self.flown => Aftermath::Idle,
+            _ => Aftermath::NeverFlew,
+        }
+    }
+
+    /// Its newest state, with the data by which an outcome is judged.
+    pub(crate) fn report(&self, view: &View) -> SkillReport {
+        SkillReport {
+            id: self.id,
+            request_id: self.request_id.clone(),
+            kind: self.skill.kind(),
+            state: self.state.clone(),
+            motion: view.motion,
+            landed_timestamp_us: view.landed_timestamp_us,
+        }
+    }
+}

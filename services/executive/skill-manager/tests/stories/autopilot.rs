@@ -1,0 +1,160 @@
+//! What the autopilot does by itself, and data that are missing, old or invalid.
+
+use domain::geometry::{Ned, NedVelocity};
+use domain::skill::Goal;
+use kittiwake_proto::v1::{self, FlightMode, SkillOutcome::*};
+
+use crate::support::autopilot::Reaction::*;
+use crate::support::autopilot::{Autopilot, Source};
+use crate::support::rig::Rig;
+
+fn fly_to(north_m: f64) -> Goal {
+    Goal::Position { target: Ned::new(north_m, 0.0, -10.0), speed_limit_m_s: 5.0, yaw_rad: None, hold_at_target: false }
+}
+
+#[test]
+fn a_pre_empted_skill_ends_and_so_does_its_stream() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let position = rig.start(fly_to(100.0));
+    rig.run(5.0).autopilot.failsafe = Some(FlightMode::Return);
+    assert_eq!(rig.outcome(position), Preempted);
+    assert_eq!(rig.reason(position), "the autopilot flies return instead of offboard");
+    rig.forget().run(5.0).check("");
+    assert_eq!(rig.setpoints, [], "or the autopilot would resume offboard by itself");
+}
+
+#[test]
+fn a_mode_that_somebody_else_has_set_pre_empts() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let position = rig.start(fly_to(100.0));
+    rig.run(5.0).autopilot.intended = FlightMode::Land;
+    assert_eq!(rig.outcome(position), Preempted);
+    assert_eq!(rig.reason(position), "somebody else set the mode to land");
+    rig.run(5.0);
+    assert_eq!(rig.autopilot.commands.len(), 1, "the vehicle is left to the other");
+}
+
+#[test]
+fn a_mode_that_was_accepted_and_never_flown_is_a_failure() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let position = rig.expect([Lie]).start(fly_to(1000.0));
+    assert_eq!(rig.outcome(position), Failed);
+    assert_eq!(rig.reason(position), "accepted, but the actual mode is loiter, not offboard");
+}
+
+#[test]
+fn a_vehicle_that_is_disarmed_by_somebody_else_fails_the_skill() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let position = rig.start(fly_to(100.0));
+    rig.run(5.0).autopilot.armed = false;
+    assert_eq!(rig.outcome(position), Failed);
+    assert_eq!(rig.reason(position), "the vehicle was disarmed");
+}
+
+#[test]
+fn a_missing_acknowledgement_ends_the_request() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let before = rig.now;
+    let position = rig.expect([Lose]).start(fly_to(100.0));
+    assert_eq!(rig.outcome(position), Rejected);
+    assert_eq!(rig.reason(position), "start: offboard not acknowledged");
+    assert_eq!((rig.now - before).as_secs_f64(), 1.0);
+}
+
+#[test]
+fn a_command_that_was_obeyed_but_not_acknowledged_is_followed_by_loiter() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let position = rig.expect([ObeySilently]).start(fly_to(100.0));
+    assert_eq!(rig.outcome(position), Rejected);
+    rig.run(2.0);
+    assert_eq!((rig.autopilot.intended, rig.autopilot.failsafe), (FlightMode::Loiter, None));
+}
+
+#[test]
+fn a_second_acknowledgement_means_nothing() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let position = rig.expect([AckTwice]).start(fly_to(20.0));
+    assert_eq!(rig.outcome(position), Succeeded);
+}
+
+#[test]
+fn nothing_is_decided_on_old_data() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let position = rig.start(fly_to(20.0));
+    rig.run(2.0).autopilot.frozen.push(Source::Position);
+    rig.run(10.0);
+    assert!(rig.ending(position).is_none(), "it is there, but the data are too old to show it");
+    rig.autopilot.frozen.clear();
+    assert_eq!(rig.outcome(position), Succeeded);
+}
+
+#[test]
+fn a_takeoff_waits_for_the_height_it_is_relative_to() {
+    let mut rig = Rig::silent(Autopilot::default());
+    let takeoff = rig.start(Goal::Takeoff { climb_m: 10.0 });
+    assert_eq!(rig.autopilot.commands, []);
+    assert_eq!(rig.outcome(takeoff), Succeeded);
+}
+
+#[test]
+fn a_takeoff_without_data_fails_after_a_while() {
+    let mut rig = Rig::silent(Autopilot::default().silent_about(Source::Position));
+    let takeoff = rig.start(Goal::Takeoff { climb_m: 10.0 });
+    assert_eq!(rig.outcome(takeoff), Failed);
+    assert_eq!(rig.reason(takeoff), "no recent height from the vehicle");
+    assert_eq!(rig.autopilot.commands, []);
+}
+
+#[test]
+fn stop_and_land_are_commanded_even_if_the_land_detector_is_silent() {
+    #[track_caller]
+    fn check(goal: Goal) {
+        let mut rig = Rig::silent(Autopilot::flying().silent_about(Source::Landed));
+        rig.run(1.0).start(goal);
+        rig.run(2.0);
+        assert_eq!(rig.autopilot.commands.len(), 1);
+    }
+    check(Goal::Stop);
+    check(Goal::Land);
+}
+
+#[test]
+fn a_position_that_the_estimator_does_not_vouch_for_does_not_count() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let position = rig.start(fly_to(50.0));
+    rig.run(3.0).autopilot.frozen.push(Source::Position);
+    let mut doubtful = v1::VehicleLocalPosition {
+        position: Some(Ned::new(50.0, 0.0, -10.0).into()),
+        velocity: Some(NedVelocity::default().into()),
+        horizontal_valid: false,
+        vertical_valid: true,
+        ..v1::VehicleLocalPosition::default()
+    };
+    rig.deliver(doubtful.into());
+    assert!(rig.ending(position).is_none());
+    doubtful.horizontal_valid = true;
+    rig.deliver(doubtful.into());
+    assert_eq!(rig.ending(position).map(|it| it.outcome()), Some(Succeeded), "while this message is handled");
+}
+
+#[test]
+fn an_invalid_message_changes_nothing_and_is_reported() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let position = rig.start(fly_to(50.0));
+    rig.run(1.0).autopilot.frozen.push(Source::Position);
+    let nan = v1::Ned { north_m: f64::NAN, east_m: 0.0, down_m: 0.0 };
+    rig.deliver(v1::VehicleLocalPosition { position: Some(nan), ..v1::VehicleLocalPosition::default() }.into());
+    rig.deliver(v1::VehicleStatus::default().into());
+    rig.deliver(v1::VehicleCommandAck::default().into());
+    rig.run(1.0);
+    assert!(rig.ending(position).is_none());
+    assert_eq!(
+        rig.refused,
+        [
+            "fmu/out/vehicle_local_position: `position` is Ned { north_m: NaN, east_m: 0.0, down_m: 0.0 }, \
+             expected metres within 1,000 km",
+            "fmu/out/vehicle_status: `intended_mode` is missing",
+            "fmu/out/vehicle_command_ack: `result` is missing",
+        ]
+    );
+}

@@ -1,0 +1,252 @@
+//! Each skill alone, from its request to its outcome.
+
+use domain::geometry::{Ned, NedVelocity};
+use domain::skill::Goal;
+use kittiwake_proto::v1::{FlightMode, SkillOutcome::*};
+
+use crate::support::autopilot::Reaction::*;
+use crate::support::autopilot::{Autopilot, Source};
+use crate::support::rig::Rig;
+
+fn fly_to(north_m: f64, hold_at_target: bool) -> Goal {
+    Goal::Position { target: Ned::new(north_m, 0.0, -10.0), speed_limit_m_s: 10.0, yaw_rad: None, hold_at_target }
+}
+
+fn drift(timeout_s: Option<f64>) -> Goal {
+    Goal::Velocity { velocity: NedVelocity::new(2.0, 0.0, 0.0), yaw_rate_rad_s: None, timeout_s }
+}
+
+#[test]
+fn takeoff_arms_climbs_and_loiters() {
+    let mut rig = Rig::new(Autopilot::default());
+    let takeoff = rig.start(Goal::Takeoff { climb_m: 10.0 });
+    assert_eq!(rig.outcome(takeoff), Succeeded);
+    rig.run(1.0).check(
+        "takeoff 1 process_request
+         command arm
+         command takeoff 10.0
+         takeoff 1 execute
+         takeoff 1 succeeded",
+    );
+    let height_m = -rig.ending(takeoff).unwrap().position.unwrap().down_m;
+    assert!((height_m - 10.0).abs() < 0.5, "ended at {height_m} m");
+}
+
+#[test]
+fn takeoff_climbs_relative_to_where_the_vehicle_is_and_does_not_arm_twice() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let takeoff = rig.start(Goal::Takeoff { climb_m: 3.0 });
+    assert_eq!(rig.outcome(takeoff), Succeeded);
+    rig.check("takeoff 1 process_request\ncommand takeoff 13.0\ntakeoff 1 execute\ntakeoff 1 succeeded");
+}
+
+#[test]
+fn a_takeoff_that_is_rejected_after_arming_disarms() {
+    let mut rig = Rig::new(Autopilot::default());
+    let takeoff = rig.expect([Obey, Reject]).start(Goal::Takeoff { climb_m: 10.0 });
+    assert_eq!(rig.outcome(takeoff), Rejected);
+    rig.run(3.0).check(
+        "takeoff 1 process_request
+         command arm
+         command takeoff 10.0
+         takeoff 1 rejected: start: takeoff to 10.0 m rejected: not now
+         command disarm",
+    );
+    assert!(!rig.autopilot.armed);
+}
+
+#[test]
+fn a_takeoff_whose_arming_is_rejected_commands_nothing_else() {
+    let mut rig = Rig::new(Autopilot::default());
+    let takeoff = rig.expect([Reject]).start(Goal::Takeoff { climb_m: 10.0 });
+    assert_eq!(rig.outcome(takeoff), Rejected);
+    rig.run(3.0);
+    assert_eq!(rig.autopilot.commands.len(), 1);
+}
+
+#[test]
+fn a_takeoff_that_levels_off_too_low_fails() {
+    let mut rig = Rig::new(Autopilot::default());
+    let takeoff = rig.start(Goal::Takeoff { climb_m: 10.0 });
+    rig.run(2.0).autopilot.intended = FlightMode::Loiter;
+    assert_eq!(rig.outcome(takeoff), Failed);
+    assert!(rig.reason(takeoff).starts_with("the climb to 10.0 m ended at "), "{}", rig.reason(takeoff));
+}
+
+#[test]
+fn land_ends_when_the_land_detector_says_so() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let land = rig.start(Goal::Land);
+    assert_eq!(rig.outcome(land), Succeeded);
+    assert!(rig.autopilot.landed);
+    rig.run(3.0).check("land 1 process_request\ncommand land\nland 1 execute\nland 1 succeeded");
+}
+
+#[test]
+fn a_goal_that_is_already_reached_succeeds_without_a_command() {
+    #[track_caller]
+    fn check(autopilot: Autopilot, goal: Goal) {
+        let mut rig = Rig::new(autopilot);
+        let skill = rig.start(goal);
+        assert_eq!(rig.ending(skill).map(|it| it.outcome()), Some(Succeeded), "at once");
+        rig.run(3.0);
+        assert_eq!(rig.autopilot.commands, []);
+        assert_eq!(rig.setpoints, []);
+    }
+    check(Autopilot::default(), Goal::Land);
+    check(Autopilot::default(), Goal::Stop);
+    check(Autopilot::default().armed(), Goal::Stop);
+    check(Autopilot::flying(), Goal::Stop);
+    check(Autopilot::flying(), fly_to(0.0, false));
+}
+
+#[test]
+fn a_vehicle_that_is_about_to_lift_off_does_not_count_as_landed() {
+    let mut rig = Rig::new(Autopilot::default());
+    rig.start(Goal::Takeoff { climb_m: 10.0 });
+    rig.run(0.012);
+    assert!(rig.autopilot.landed && rig.autopilot.intended == FlightMode::Takeoff);
+    let land = rig.start(Goal::Land);
+    rig.outcome(land);
+    assert!(
+        rig.autopilot.commands.iter().any(|it| matches!(it, kittiwake_proto::v1::vehicle_command::Command::Land(_)))
+    );
+}
+
+#[test]
+fn stop_ends_when_the_vehicle_is_slow() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let velocity = rig.start(drift(None));
+    rig.run(5.0).forget();
+    let stop = rig.start(Goal::Stop);
+    assert_eq!(rig.outcome(stop), Succeeded);
+    assert_eq!(rig.outcome(velocity), Aborted);
+    rig.run(2.0).check(
+        "stop 2 process_request
+         command loiter
+         offboard 1 abort: overwritten by skill 2
+         offboard 1 aborted: overwritten by skill 2
+         stop 2 execute
+         stop 2 succeeded",
+    );
+}
+
+#[test]
+fn position_streams_before_the_mode_command_and_until_loiter_is_accepted() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let position = rig.start(fly_to(50.0, false));
+    assert_eq!(rig.setpoints.len(), 1, "one before the command");
+    assert_eq!(rig.outcome(position), Succeeded);
+    let ended = rig.now;
+    rig.run(2.0).check(
+        "offboard 1 process_request
+         command offboard
+         offboard 1 execute
+         offboard 1 succeeded
+         command loiter",
+    );
+    let last = *rig.setpoints.last().unwrap();
+    assert!((0.15..0.30).contains(&(last - ended).as_secs_f64()), "kept alive until loiter: {:?}", last - ended);
+    let gap = rig.setpoints.windows(2).map(|it| it[1] - it[0]).max().unwrap();
+    assert!(gap.as_millis() <= 50, "20 Hz: {gap:?}");
+    assert_eq!(rig.autopilot.failsafe, None);
+    let result = rig.ending(position).unwrap();
+    assert!((result.position.unwrap().north_m - 50.0).abs() < 1.0);
+    assert!(result.velocity.is_some());
+}
+
+#[test]
+fn a_position_skill_that_does_not_reach_its_target_times_out() {
+    let mut rig = Rig::new(Autopilot::flying());
+    rig.autopilot.position.north_m = -100.0;
+    rig.run(0.1);
+    let position = rig.start(Goal::Position {
+        target: Ned::new(0.0, 0.0, -10.0),
+        speed_limit_m_s: 10.0,
+        yaw_rad: None,
+        hold_at_target: false,
+    });
+    let started = rig.now;
+    // The wind blows it back as fast as it flies.
+    while rig.ending(position).is_none() {
+        rig.autopilot.position.north_m = -60.0;
+        rig.run(0.1);
+    }
+    assert_eq!(rig.outcome(position), TimedOut);
+    assert!(rig.reason(position).starts_with("still 59"), "{}", rig.reason(position));
+    assert_eq!((rig.now - started).as_secs_f64().round(), 40.0, "twice 10 s and 20 s");
+}
+
+#[test]
+fn a_position_skill_that_holds_its_target_goes_on_until_it_is_replaced() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let held = rig.start(fly_to(20.0, true));
+    rig.run(300.0);
+    assert!(rig.ending(held).is_none());
+    assert!(rig.autopilot.is_fed(rig.now));
+    let next = rig.start(fly_to(40.0, false));
+    assert_eq!(rig.outcome(next), Succeeded);
+    assert_eq!(rig.outcome(held), Aborted);
+}
+
+#[test]
+fn velocity_ends_with_its_timeout_and_then_loiters() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let velocity = rig.start(drift(Some(5.0)));
+    assert_eq!(rig.outcome(velocity), Succeeded);
+    rig.run(2.0).check(
+        "offboard 1 process_request
+         command offboard
+         offboard 1 execute
+         offboard 1 succeeded
+         command loiter",
+    );
+    assert!((10.0..11.0).contains(&rig.autopilot.position.north_m), "{:?}", rig.autopilot.position);
+}
+
+#[test]
+fn velocity_without_timeout_goes_on() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let velocity = rig.start(drift(None));
+    rig.run(500.0);
+    assert!(rig.ending(velocity).is_none());
+}
+
+#[test]
+fn feedback_comes_ten_times_per_second_and_never_from_old_data() {
+    let mut rig = Rig::new(Autopilot::flying());
+    rig.start(fly_to(1000.0, false));
+    rig.run(10.0);
+    assert!((99..=101).contains(&rig.feedback.len()), "{}", rig.feedback.len());
+    assert!((900.0..=901.0).contains(&rig.feedback.last().unwrap().distance_left_m));
+    rig.autopilot.frozen.push(Source::Position);
+    rig.run(1.0).forget().run(5.0);
+    assert_eq!(rig.feedback, []);
+}
+
+#[test]
+fn it_flies_at_twenty_times_real_time() {
+    let mut rig = Rig::at_speed(20, Autopilot::default());
+    rig.run(20.0);
+    let takeoff = rig.start(Goal::Takeoff { climb_m: 10.0 });
+    assert_eq!(rig.outcome(takeoff), Succeeded);
+    let position = rig.start(fly_to(300.0, false));
+    assert_eq!(rig.outcome(position), Succeeded);
+    let land = rig.start(Goal::Land);
+    assert_eq!(rig.outcome(land), Succeeded);
+    rig.run(60.0).check(
+        "takeoff 1 process_request
+         command arm
+         command takeoff 10.0
+         takeoff 1 execute
+         takeoff 1 succeeded
+         offboard 2 process_request
+         command offboard
+         offboard 2 execute
+         offboard 2 succeeded
+         land 3 process_request
+         command land
+         land 3 execute
+         land 3 succeeded",
+    );
+}

@@ -1,0 +1,29 @@
+//! A skill manager on a virtual clock, with a small autopilot below it.
+
+pub(crate) mod autopilot;
+pub(crate) mod rig;
+
+/// The shipped values.
+pub(crate) const CONFIG: &str = r#"
+setpoint_rate_hz = 20.0
+feedback_rate_hz = 10.0
+ack_timeout_s = 1.0
+loiter_after_s = 0.2
+loiter_tries = 3
+position_age_limit_s = 0.5
+status_age_limit_s = 1.5
+landed_age_limit_s = 3.0
+data_wait_s = 1.5
+mode_timeout_s = 3.0
+position_tolerance_m = 1.0
+speed_tolerance_m_s = 0.3
+takeoff_tolerance_m = 0.5
+climb_rate_tolerance_m_s = 0.3
+takeoff_settle_s = 5.0
+vehicle_speed_m_s = 12.0
+vehicle_climb_m_s = 3.0
+vehicle_descent_m_s = 1.5
+deadline_slack = 1.0
+deadline_margin_s = 20.0
+memory_s = 300.0
+"#;

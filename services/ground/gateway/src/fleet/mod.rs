@@ -1,0 +1,237 @@
+//! The state of each vehicle, folded from every message that arrives.
+//!
+//! The fold keeps messages as they came; [`view`](crate::view) makes documents of them when a client
+//! asks. Events, as opposed to state, come out as [`Occurrence`]s.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use domain::time::{Now, Time};
+use kittiwake_proto::topics::Message;
+use kittiwake_proto::v1;
+use node::{Event, VehicleId};
+
+use crate::fleet::flags::Flags;
+use crate::fleet::occurrence::Occurrence;
+use crate::fleet::processes::Processes;
+use crate::fleet::skills::Skills;
+
+pub(crate) mod flags;
+pub(crate) mod occurrence;
+pub(crate) mod processes;
+pub(crate) mod skills;
+
+/// More aircraft than a receiver distinguishes; the ids come from the network.
+const MAX_TRAFFIC: usize = 64;
+/// More vehicles than one gateway is meant for; the names come from the network.
+pub(crate) const MAX_VEHICLES: usize = 64;
+
+/// Every vehicle, and every process that belongs to none.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct FleetState {
+    /// By name.
+    pub(crate) vehicles: BTreeMap<VehicleId, VehicleState>,
+    /// Ground processes.
+    pub(crate) ground: Processes,
+}
+
+/// One vehicle.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct VehicleState {
+    /// The autopilot's status.
+    pub(crate) status: Option<Seen<v1::VehicleStatus>>,
+    /// The monitor's aggregate.
+    pub(crate) introspection: Option<Seen<v1::Introspection>>,
+    /// Objectives, areas and plan.
+    pub(crate) planner: Option<Seen<v1::PlannerStatus>>,
+    /// What the mission manager does.
+    pub(crate) mcm: Option<Seen<v1::McmStatus>>,
+    /// What the control tower has decided.
+    pub(crate) ledger: Option<Seen<v1::PermissionLedger>>,
+    /// The mission manager's tree.
+    pub(crate) tree: Option<Seen<v1::TreeSnapshot>>,
+    /// Other aircraft by their ids, as they were last reported.
+    pub(crate) traffic: BTreeMap<String, Seen<v1::TransponderReport>>,
+    /// The wind as the vehicle estimates it.
+    pub(crate) wind: Option<Seen<v1::WindEstimate>>,
+    /// Skills under way, and the last that ended.
+    pub(crate) skills: Skills,
+    /// Flags that are up.
+    pub(crate) flags: Flags,
+    /// The vehicle's processes.
+    pub(crate) processes: Processes,
+}
+
+/// The newest message of a topic, shared with the snapshots made of it.
+#[derive(Debug, Clone)]
+pub(crate) struct Seen<M> {
+    /// When it arrived.
+    pub(crate) at: Time,
+    /// The message.
+    pub(crate) message: Arc<M>,
+}
+
+/// The fleet at one moment.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Snapshot {
+    /// The state.
+    pub(crate) fleet: FleetState,
+    /// The moment.
+    pub(crate) now: Now,
+}
+
+impl FleetState {
+    /// Takes in one event; `occurrences` receives what belongs into a vehicle's journal.
+    pub(crate) fn fold(&mut self, now: Now, event: Event, occurrences: &mut Vec<(VehicleId, Occurrence)>) {
+        match event {
+            Event::Message { vehicle, message: Message::Heartbeat(heartbeat) } if vehicle.is_empty() => {
+                self.ground.on_heartbeat(now.time, heartbeat);
+            }
+            Event::Message { vehicle, message } => {
+                if let Some(state) = self.vehicle(&vehicle) {
+                    state.fold(now.time, message, |it| occurrences.push((vehicle.clone(), it)));
+                }
+            }
+            Event::Peer { vehicle, service, instance, alive } if vehicle.is_empty() => {
+                self.ground.on_peer(now.time, service, instance, alive);
+            }
+            Event::Peer { vehicle, service, instance, alive } => {
+                if let Some(state) = self.vehicle(&vehicle) {
+                    if !alive && service == "skill-manager" {
+                        state.skills.on_manager_gone();
+                    }
+                    state.processes.on_peer(now.time, service, instance, alive);
+                }
+            }
+            // The gateway serves no requests; replies go to the orders that wait for them.
+            Event::Request { .. } | Event::Reply { .. } => {}
+        }
+    }
+
+    /// The vehicle's state, from its first sign on; `None` if it has no name or there are too many.
+    fn vehicle(&mut self, name: &VehicleId) -> Option<&mut VehicleState> {
+        let known = self.vehicles.contains_key(name);
+        let acceptable = !name.is_empty() && self.vehicles.len() < MAX_VEHICLES;
+        (known || acceptable).then(|| self.vehicles.entry(name.clone()).or_default())
+    }
+}
+
+impl VehicleState {
+    fn fold(&mut self, now: Time, message: Message, mut occurred: impl FnMut(Occurrence)) {
+        match message {
+            Message::VehicleStatus(status) => self.status = seen(now, status),
+            Message::Introspection(introspection) => {
+                self.flags.on_listed(now, &introspection.flags);
+                self.introspection = seen(now, introspection);
+            }
+            Message::SkillEvent(event) => {
+                self.skills.on_event(&event);
+                occurred(Occurrence::Skill(event));
+            }
+            Message::SkillFeedback(feedback) => self.skills.on_feedback(feedback),
+            Message::FlagEvent(event) => {
+                self.flags.on_event(now, &event);
+                occurred(Occurrence::Flag(event));
+            }
+            Message::PermissionLedger(ledger) => {
+                occurrence::permissions(message_of(&self.ledger), &ledger).for_each(&mut occurred);
+                self.ledger = seen(now, ledger);
+            }
+            Message::PlannerStatus(status) => {
+                occurrence::objectives(message_of(&self.planner), &status).for_each(&mut occurred);
+                self.planner = seen(now, status);
+            }
+            Message::McmStatus(status) => {
+                self.flags.on_contingencies(&status.contingencies);
+                occurrence::report(message_of(&self.mcm), &status).map(&mut occurred);
+                self.mcm = seen(now, status);
+            }
+            Message::DecisionRecord(decision) => occurred(Occurrence::Decision(decision)),
+            Message::TreeSnapshot(tree) => self.tree = seen(now, tree),
+            Message::TransponderReport(report) => self.on_traffic(now, report),
+            Message::WindEstimate(wind) => self.wind = seen(now, wind),
+            Message::Heartbeat(heartbeat) => self.processes.on_heartbeat(now, heartbeat),
+            // Not subscribed to: the monitor's aggregate has what these say, and no operator reads timing marks.
+            Message::McmTiming(_)
+            | Message::GroundContact(_)
+            | Message::VehicleCommand(_)
+            | Message::OffboardControlMode(_)
+            | Message::TrajectorySetpoint(_)
+            | Message::VehicleCommandAck(_)
+            | Message::VehicleAttitude(_)
+            | Message::VehicleLocalPosition(_)
+            | Message::VehicleGlobalPosition(_)
+            | Message::VehicleLandDetected(_)
+            | Message::BatteryStatus(_) => {}
+        }
+    }
+
+    /// Beyond the limit a new aircraft replaces the one whose last report is oldest.
+    fn on_traffic(&mut self, now: Time, report: v1::TransponderReport) {
+        if MAX_TRAFFIC <= self.traffic.len() && !self.traffic.contains_key(&report.id) {
+            let oldest = self.traffic.iter().min_by_key(|(_, seen)| seen.at).map(|(id, _)| id.clone());
+            if let Some(oldest) = oldest {
+                self.traffic.remove(&oldest);
+            }
+        }
+        self.traffic.insert(report.id.clone(), Seen { at: now, message: Arc::new(report) });
+    }
+}
+
+/// The message, if one was seen.
+pub(crate) fn message_of<M>(seen: &Option<Seen<M>>) -> Option<&M> {
+    seen.as_ref().map(|seen| seen.message.as_ref())
+}
+
+fn seen<M>(at: Time, message: M) -> Option<Seen<M>> {
+    Some(Seen { at, message: Arc::new(message) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The kinds of what occurred during these messages.
+    fn occurrences(messages: impl IntoIterator<Item = Message>) -> Vec<&'static str> {
+        let (mut fleet, mut occurred) = (FleetState::default(), Vec::new());
+        for message in messages {
+            fleet.fold(Now::default(), Event::Message { vehicle: "uav1".into(), message }, &mut occurred);
+        }
+        occurred.iter().map(|(_, occurrence)| occurrence.kind()).collect()
+    }
+
+    #[test]
+    fn a_status_that_is_only_repeated_is_no_event() {
+        use v1::ObjectiveState::{Success, Waiting};
+        use v1::PermissionState::{Granted, Requested};
+        let ledger = |state: v1::PermissionState, valid_for_s| {
+            let permission =
+                v1::Permission { area: "a".into(), state: state.into(), valid_for_s, ..Default::default() };
+            Message::from(v1::PermissionLedger { permissions: vec![permission] })
+        };
+        let planner = |step_id, state: v1::ObjectiveState| {
+            let steps = vec![v1::PlanStep { id: step_id, ..Default::default() }];
+            let objectives = vec![v1::Objective { state: state.into(), ..Default::default() }];
+            let plan = Some(v1::Plan { steps, ..Default::default() });
+            Message::from(v1::PlannerStatus { objectives, plan, ..Default::default() })
+        };
+        let over = || Message::from(v1::McmStatus { report: Some(Default::default()), ..Default::default() });
+        assert_eq!(
+            occurrences([ledger(Requested, 0.0), ledger(Granted, 9.0), ledger(Granted, 8.0)]),
+            ["permission"; 2]
+        );
+        assert_eq!(occurrences([planner(1, Waiting), planner(2, Waiting), planner(2, Success)]), ["objective"; 2]);
+        assert_eq!(occurrences([v1::McmStatus::default().into(), over(), over()]), ["report"]);
+    }
+
+    #[test]
+    fn names_from_the_network_do_not_fill_the_memory() {
+        let mut fleet = FleetState::default();
+        for n in 0..1000 {
+            let message = v1::VehicleStatus::default().into();
+            let event = Event::Message { vehicle: n.to_string().into(), message };
+            fleet.fold(Now::default(), event, &mut Vec::new());
+        }
+        assert_eq!(fleet.vehicles.len(), 64);
+    }
+}

@@ -1,0 +1,180 @@
+//! Which processes have a link, and which of them make progress.
+//!
+//! A liveliness token says that a process has a link, a heartbeat that its loop turns; a process
+//! with a token and without heartbeats is stale, which is not the same as dead.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use domain::time::Time;
+use kittiwake_proto::v1;
+
+/// The gateway's own service. It has a link like others, and does not receive its own heartbeats.
+const SELF: &str = "gateway";
+/// More processes than a system has; the names come from the network.
+const MAX_PROCESSES: usize = 64;
+
+/// The processes of one vehicle, or those of the ground, by the name of their service.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Processes(BTreeMap<String, Process>);
+
+/// The newest start of a process.
+#[derive(Debug, Clone)]
+pub(crate) struct Process {
+    /// Unique to this start.
+    pub(crate) instance: String,
+    /// Its last heartbeat and when that came.
+    pub(crate) heartbeat: Option<(Time, v1::Heartbeat)>,
+    link: Link,
+    /// Whether its heartbeats never arrive here.
+    is_self: bool,
+}
+
+#[derive(Debug, Clone)]
+enum Link {
+    Up { since: Time },
+    Gone,
+}
+
+/// The health of a process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Health {
+    /// It has a link and makes progress.
+    Alive,
+    /// It has a link and has not shown progress for too long.
+    Stale,
+    /// It has no link.
+    Dead,
+}
+
+impl Health {
+    /// For people and programs: `alive`, `stale`, `dead`.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Health::Alive => "alive",
+            Health::Stale => "stale",
+            Health::Dead => "dead",
+        }
+    }
+}
+
+impl Processes {
+    /// A process appeared or vanished.
+    pub(crate) fn on_peer(&mut self, now: Time, service: String, instance: String, alive: bool) {
+        let known = self.0.get_mut(&service).filter(|it| it.instance == instance);
+        match (known, alive) {
+            (Some(process), true) => process.link = Link::Up { since: now },
+            (Some(process), false) => process.link = Link::Gone,
+            (None, true) => self.start(now, service, instance),
+            // The end of an earlier start, heard late: the newer one lives on.
+            (None, false) => {}
+        }
+    }
+
+    /// A process shows progress.
+    pub(crate) fn on_heartbeat(&mut self, now: Time, heartbeat: v1::Heartbeat) {
+        let replaceable = self.0.get(&heartbeat.service).is_none_or(|it| matches!(it.link, Link::Gone));
+        let same = self.0.get(&heartbeat.service).is_some_and(|it| it.instance == heartbeat.instance);
+        // The last heartbeat of an earlier start may arrive after the first sign of the newer one.
+        if replaceable && !same {
+            self.start(now, heartbeat.service.clone(), heartbeat.instance.clone());
+        }
+        if let Some(process) = self.0.get_mut(&heartbeat.service)
+            && process.instance == heartbeat.instance
+        {
+            process.heartbeat = Some((now, heartbeat));
+        }
+    }
+
+    /// By name, in alphabetical order.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (&str, &Process)> {
+        self.0.iter().map(|(service, process)| (service.as_str(), process))
+    }
+
+    /// The process of a service, if one was ever seen.
+    pub(crate) fn get(&self, service: &str) -> Option<&Process> {
+        self.0.get(service)
+    }
+
+    fn start(&mut self, now: Time, service: String, instance: String) {
+        if self.0.len() < MAX_PROCESSES || self.0.contains_key(&service) {
+            let is_self = service == SELF;
+            self.0.insert(service, Process { instance, heartbeat: None, link: Link::Up { since: now }, is_self });
+        }
+    }
+}
+
+impl Process {
+    /// Its health; `stale_after` is how long a sign of progress may be missing.
+    pub(crate) fn health(&self, now: Time, stale_after: Duration) -> Health {
+        let Link::Up { since } = self.link else { return Health::Dead };
+        if self.is_self && self.heartbeat.is_none() {
+            return Health::Alive;
+        }
+        let last_sign = self.heartbeat.as_ref().map_or(since, |(at, _)| since.max(*at));
+        if now - last_sign <= stale_after { Health::Alive } else { Health::Stale }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    enum Sign {
+        Up(&'static str),
+        Gone(&'static str),
+        Beat(&'static str),
+    }
+    use Sign::{Beat, Gone, Up};
+
+    /// Plays the signs of the instances of one service, one a second, and compares `later` seconds after the last.
+    #[track_caller]
+    fn check(signs: &[Sign], later: u64, expected: Option<(&str, Health)>) {
+        let at = |s| Time::after(Duration::from_secs(s));
+        let mut processes = Processes::default();
+        for (s, sign) in signs.iter().enumerate() {
+            let now = at(s as u64);
+            match sign {
+                Up(instance) => processes.on_peer(now, "mcm".into(), instance.to_string(), true),
+                Gone(instance) => processes.on_peer(now, "mcm".into(), instance.to_string(), false),
+                Beat(instance) => {
+                    let (service, instance) = ("mcm".into(), instance.to_string());
+                    processes.on_heartbeat(now, v1::Heartbeat { service, instance, ..Default::default() });
+                }
+            }
+        }
+        let now = at(signs.len() as u64 - 1 + later);
+        let seen = processes.get("mcm").map(|it| (it.instance.as_str(), it.health(now, Duration::from_secs(2))));
+        assert_eq!(seen, expected);
+    }
+
+    #[test]
+    fn a_process_lives_while_it_has_a_link_and_makes_progress() {
+        check(&[Up("1")], 2, Some(("1", Health::Alive)));
+        check(&[Up("1")], 3, Some(("1", Health::Stale)));
+        check(&[Beat("1")], 0, Some(("1", Health::Alive)));
+        check(&[Up("1"), Beat("1")], 2, Some(("1", Health::Alive)));
+        check(&[Up("1"), Beat("1")], 3, Some(("1", Health::Stale)));
+        check(&[Up("1"), Beat("1"), Gone("1")], 0, Some(("1", Health::Dead)));
+        check(&[Up("1"), Gone("1"), Up("1")], 0, Some(("1", Health::Alive)));
+        check(&[Gone("1")], 0, None);
+    }
+
+    #[test]
+    fn late_signs_of_an_earlier_start_change_nothing() {
+        check(&[Up("1"), Up("2"), Gone("1")], 0, Some(("2", Health::Alive)));
+        check(&[Up("1"), Up("2"), Beat("1")], 0, Some(("2", Health::Alive)));
+        check(&[Up("1"), Gone("1"), Beat("1")], 0, Some(("1", Health::Dead)));
+        check(&[Up("1"), Gone("1"), Beat("2")], 0, Some(("2", Health::Alive)));
+    }
+
+    #[test]
+    fn the_gateway_itself_is_alive_without_heartbeats() {
+        let mut processes = Processes::default();
+        processes.on_peer(Time::ZERO, SELF.into(), "1".into(), true);
+        processes.on_peer(Time::ZERO, "mcm".into(), "1".into(), true);
+        let later = Time::after(Duration::from_secs(60));
+        let health = |service| processes.get(service).map(|it| it.health(later, Duration::from_secs(2)));
+        assert_eq!((health(SELF), health("mcm")), (Some(Health::Alive), Some(Health::Stale)));
+    }
+}

@@ -1,0 +1,159 @@
+//! What operators, the tower and the safety pilot order over HTTP. Each handler answers what happened.
+
+use std::time::Instant;
+
+use axum::Extension;
+use axum::extract::{Path, State};
+use kittiwake_proto::topics::{Message, Request, Response as Reply};
+use kittiwake_proto::v1;
+use serde::Deserialize;
+use serde_json::Value;
+use v1::mission_request::Request as MissionCall;
+use v1::operator_command::Verb;
+
+use crate::http::answer::{Answer, document, stamped_document};
+use crate::http::guard::AuthorizedRequest;
+use crate::http::problem::Problem;
+use crate::http::site::Site;
+use crate::orders::Order;
+use crate::view;
+use answers::{busy, invalid_body, invalid_reply, read, read_optional, refused};
+pub(crate) use table::add_to;
+
+mod answers;
+mod table;
+
+type Shared = State<Site>;
+type Authorized = Extension<AuthorizedRequest>;
+
+/// What a path names besides the vehicle.
+#[derive(Deserialize)]
+struct Named {
+    #[serde(alias = "area", alias = "flag")]
+    name: String,
+}
+
+async fn take(State(site): Shared, Extension(request): Authorized) -> Answer {
+    let taken = site.api.authorities.take(request.vehicle()?, &request.who.name, Instant::now());
+    site.command_changed(&request, taken)
+}
+
+async fn release(State(site): Shared, Extension(request): Authorized) -> Answer {
+    let released = site.api.authorities.release(request.vehicle()?, &request.who.name, Instant::now());
+    site.command_changed(&request, released)
+}
+
+async fn hand_over(State(site): Shared, Extension(request): Authorized) -> Answer {
+    let v1::HandOver { to } = read(&request.body)?;
+    if to.is_empty() || 64 < to.len() {
+        return Err(invalid_body("`to` needs 1 to 64 characters"));
+    }
+    let offered = site.api.authorities.hand_over(request.vehicle()?, &request.who.name, &to, Instant::now());
+    site.command_changed(&request, offered)
+}
+
+macro_rules! verbs {
+    ($($name:ident $word:literal $verb:expr;)*) => {
+        $(async fn $name(State(site): Shared, Extension(request): Authorized) -> Answer {
+            let verb: fn(&Value) -> Result<Verb, Problem> = $verb;
+            site.order(&request, $word, verb(&request.body)?).await
+        })*
+    };
+}
+
+verbs! {
+    start "start" |_| Ok(Verb::Start(v1::StartMission {}));
+    pause "pause" |body| read_optional(body).map(Verb::Pause);
+    resume "resume" |_| Ok(Verb::Resume(v1::ResumeMission {}));
+    abort "abort" |body| read_optional(body).map(Verb::Abort);
+    return_home "return" |body| read_optional(body).map(Verb::Return);
+    land_at "land-at" |body| read(body).map(Verb::LandAt);
+    replan "replan" |_| Ok(Verb::Replan(v1::ReplanMission {}));
+    decide_plan "plan/decision" |body| read(body).map(Verb::DecidePlan);
+}
+
+async fn acknowledge(State(site): Shared, Path(it): Path<Named>, Extension(request): Authorized) -> Answer {
+    let verb = Verb::Acknowledge(v1::AcknowledgeFlag { flag: it.name });
+    site.order(&request, "acknowledge", verb).await
+}
+
+async fn decide_permission(State(site): Shared, Path(it): Path<Named>, Extension(request): Authorized) -> Answer {
+    let area = it.name;
+    let mut decision: v1::DecideRequest = read(&request.body)?;
+    (decision.vehicle, decision.area) = (request.vehicle()?.to_string(), area.clone());
+    let word = match decision.decision() {
+        v1::Decision::Grant => "granted",
+        v1::Decision::Deny => "denied",
+        v1::Decision::Revoke => "revoked",
+        v1::Decision::Unspecified => return Err(invalid_body("`decision` is missing")),
+    };
+    match site.call(&request, Request::Decide(decision)).await? {
+        Reply::Decide(reply) if reply.accepted => site.done(&request, "permission", format!("area {area}: {word}")),
+        Reply::Decide(reply) => Err(refused(&request, "permission", reply.refusal)),
+        _ => Err(invalid_reply()),
+    }
+}
+
+async fn validate(State(site): Shared, Extension(request): Authorized) -> Answer {
+    site.mission(&request, MissionCall::Validate(read(&request.body)?)).await
+}
+
+async fn upload(State(site): Shared, Extension(request): Authorized) -> Answer {
+    site.mission(&request, MissionCall::Upload(read(&request.body)?)).await
+}
+
+async fn insert(State(site): Shared, Extension(request): Authorized) -> Answer {
+    site.mission(&request, MissionCall::Insert(read(&request.body)?)).await
+}
+
+async fn remove(State(site): Shared, Path(it): Path<Named>, Extension(request): Authorized) -> Answer {
+    site.mission(&request, MissionCall::Remove(v1::RemoveObjective { name: it.name })).await
+}
+
+async fn skip(State(site): Shared, Path(it): Path<Named>, Extension(request): Authorized) -> Answer {
+    site.mission(&request, MissionCall::Skip(v1::SkipObjective { name: it.name })).await
+}
+
+/// The mission as it stands, from the planner itself.
+async fn read_mission(State(site): Shared, Extension(request): Authorized) -> Answer {
+    let call = v1::MissionRequest { request: Some(MissionCall::Read(v1::ReadMission {})), ..Default::default() };
+    match site.call(&request, Request::Mission(call)).await? {
+        Reply::Mission(v1::MissionReply { status: Some(status), .. }) => {
+            Ok(stamped_document(site.snapshot().now, &status))
+        }
+        _ => Err(invalid_reply()),
+    }
+}
+
+async fn inject_flag(State(site): Shared, Extension(request): Authorized) -> Answer {
+    let mut flag: v1::FlagEvent = read(&request.body)?;
+    if flag.name.is_empty() {
+        return Err(invalid_body("`name` is missing"));
+    }
+    flag.source = "injector".to_owned();
+    let text = format!("flag `{}` {}", flag.name, if flag.raised { "raised" } else { "cleared" });
+    let order = Order::Publish { vehicle: request.vehicle()?.clone(), message: Message::from(flag) };
+    if !site.api.orders.send(order) {
+        return Err(busy());
+    }
+    site.done(&request, "simulation/flags", text)
+}
+
+/// The simulator knows its faults: a request without a name asks for them.
+async fn list_faults(State(site): Shared, Extension(request): Authorized) -> Answer {
+    match site.call(&request, Request::Fault(v1::FaultRequest::default())).await? {
+        Reply::Fault(reply) => {
+            let (mission_time_s, utc) = view::stamp(site.snapshot().now);
+            Ok(document(&v1::FaultList { mission_time_s, utc, faults: reply.known }))
+        }
+        _ => Err(invalid_reply()),
+    }
+}
+
+async fn inject_fault(State(site): Shared, Extension(request): Authorized) -> Answer {
+    match site.call(&request, Request::Fault(read(&request.body)?)).await? {
+        Reply::Fault(reply) if reply.accepted => site.done(&request, "simulation/faults", reply.detail),
+        Reply::Fault(reply) => Err(refused(&request, "simulation/faults", reply.detail)),
+        _ => Err(invalid_reply()),
+    }
+}

@@ -1,0 +1,116 @@
+//! One client's event stream: the journal, then events as they happen, and a `status` with the whole state at a
+//! fixed rate.
+//!
+//! A stream holds a cursor into the journal and no queue beyond one batch. Nothing is read ahead of what the
+//! connection takes, so that a client that does not read costs nothing; once the journal has moved past its cursor
+//! it gets a `resync`.
+
+use std::collections::VecDeque;
+use std::convert::Infallible;
+use std::sync::Arc;
+use std::time::Instant;
+
+use axum::response::sse::Event;
+use futures_util::Stream;
+use node::VehicleId;
+use serde_json::json;
+use tokio::sync::{OwnedSemaphorePermit, watch};
+use tokio::time::{Interval, MissedTickBehavior};
+
+use crate::fleet::Snapshot;
+use crate::http::site::Site;
+use crate::journal::{Batch, Cursor, Journals, Record};
+use crate::view;
+
+/// Records read at a time.
+const BATCH: usize = 64;
+
+/// What a stream needs.
+pub(crate) struct Client {
+    /// Whose events.
+    pub(crate) vehicle: VehicleId,
+    /// The client's name.
+    pub(crate) who: Arc<str>,
+    /// How far the client has read.
+    pub(crate) cursor: Cursor,
+    /// Its own receivers: each remembers what this client has seen.
+    pub(crate) journals: watch::Receiver<Journals>,
+    pub(crate) snapshot: watch::Receiver<Arc<Snapshot>>,
+    pub(crate) site: Site,
+    /// Given back when the client leaves.
+    pub(crate) _permit: OwnedSemaphorePermit,
+}
+
+/// The client's events until it leaves, the server stops or the gateway's loop ends.
+pub(crate) fn stream(client: Client) -> impl Stream<Item = Result<Event, Infallible>> {
+    let mut status = tokio::time::interval(client.site.api.ages.status_period);
+    status.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let reader = Reader { client, status, ready: VecDeque::new() };
+    futures_util::stream::unfold(reader, |mut reader| async move {
+        let event = reader.next().await?;
+        Some((Ok(event), reader))
+    })
+}
+
+struct Reader {
+    client: Client,
+    status: Interval,
+    ready: VecDeque<Ready>,
+}
+
+/// What the client gets next; its text is made when the connection takes it.
+enum Ready {
+    /// Events were lost.
+    Resync,
+    Happened(Arc<Record>),
+}
+
+impl Reader {
+    async fn next(&mut self) -> Option<Event> {
+        loop {
+            if let Some(ready) = self.ready.pop_front() {
+                return Some(self.event(&ready));
+            }
+            let client = &mut self.client;
+            let batch = client.journals.borrow_and_update().read(&client.vehicle, client.cursor, BATCH);
+            client.cursor = batch.cursor;
+            if !batch.records.is_empty() {
+                self.make_ready(batch);
+                continue;
+            }
+            // The first status comes at once, after the events that were waiting.
+            tokio::select! {
+                _ = client.site.closing.changed() => return None,
+                changed = client.journals.changed() => changed.ok()?,
+                _ = self.status.tick() => return self.status(),
+            }
+        }
+    }
+
+    fn make_ready(&mut self, batch: Batch) {
+        self.ready.extend(batch.lost.then_some(Ready::Resync));
+        self.ready.extend(batch.records.into_iter().map(Ready::Happened));
+    }
+
+    fn event(&self, ready: &Ready) -> Event {
+        match ready {
+            Ready::Resync => {
+                let now = self.client.snapshot.borrow().now;
+                let advice = json!({ "detail": "events were lost; fetch the vehicle's state again" });
+                Event::default().event("resync").data(view::stamped(now, advice).to_string())
+            }
+            Ready::Happened(record) => Event::default().id(record.id.to_string()).event(record.kind).data(&record.data),
+        }
+    }
+
+    /// Without an id: a client that comes back resumes after the last record it has seen.
+    fn status(&self) -> Option<Event> {
+        let snapshot = self.client.snapshot.borrow().clone();
+        let (now, client, api) = (Instant::now(), &self.client, &self.client.site.api);
+        // A client that follows the stream is there.
+        api.authorities.heard_from(&client.who, now);
+        let authority = api.authorities.of(&client.vehicle, now);
+        let text = api.statuses.text(&snapshot, &client.vehicle, api.ages, &authority)?;
+        Some(Event::default().event("status").data(&*text))
+    }
+}

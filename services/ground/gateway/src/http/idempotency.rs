@@ -1,0 +1,128 @@
+//! An order that is repeated under the same key gets the same answer and is carried out once.
+
+use std::collections::VecDeque;
+use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard};
+
+use axum::body::{Body, Bytes, to_bytes};
+use axum::http::header::CONTENT_TYPE;
+use axum::http::{HeaderMap, HeaderValue, StatusCode};
+use axum::response::{IntoResponse, Response};
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+
+use crate::http::problem::Problem;
+use crate::http::routes::Route;
+use crate::http::target::Target;
+
+/// Answers kept: far more than are asked for again within a minute.
+const CAPACITY: usize = 512;
+/// Of a key, in bytes.
+const MAX_KEY: usize = 64;
+
+/// Names an order among those of all operators: who gives it, and the key they chose.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct RequestId {
+    who: Arc<str>,
+    key: String,
+}
+
+impl RequestId {
+    /// From the header `Idempotency-Key`.
+    pub(crate) fn read(who: &Arc<str>, headers: &HeaderMap) -> Result<RequestId, Problem> {
+        let key = headers.get("idempotency-key").and_then(|it| it.to_str().ok()).map(str::trim);
+        let key = key.filter(|it| !it.is_empty() && it.len() <= MAX_KEY).ok_or_else(|| {
+            let detail = format!("the header Idempotency-Key is missing, or not 1 to {MAX_KEY} characters long");
+            Problem::new(StatusCode::BAD_REQUEST, detail)
+        })?;
+        Ok(RequestId { who: who.clone(), key: key.to_owned() })
+    }
+
+    /// The client's own key.
+    pub(crate) fn key(&self) -> &str {
+        &self.key
+    }
+}
+
+/// As the services receive it. A `:` in a name is escaped, so that no two ids have the same text.
+impl fmt::Display for RequestId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", self.who.replace('%', "%25").replace(':', "%3A"), self.key)
+    }
+}
+
+/// What an order demands: a key that comes again with another one is misused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Fingerprint([u8; 32]);
+
+impl Fingerprint {
+    /// Of an order.
+    pub(crate) fn of(route: &Route, target: &Target, body: &Value) -> Fingerprint {
+        let text = format!("{:?} {} {:?} {body}", route.method, route.path, target.parameters);
+        Fingerprint(Sha256::digest(text.as_bytes()).into())
+    }
+}
+
+/// The newest answers.
+#[derive(Default)]
+pub(crate) struct AnswerCache(Mutex<VecDeque<CachedAnswer>>);
+
+struct CachedAnswer {
+    id: RequestId,
+    fingerprint: Fingerprint,
+    status: StatusCode,
+    media_type: HeaderValue,
+    body: Bytes,
+}
+
+impl AnswerCache {
+    /// The answer that was given under this id.
+    pub(crate) fn get(&self, id: &RequestId, fingerprint: Fingerprint) -> Option<Response> {
+        let answers = self.lock();
+        let known = answers.iter().find(|it| it.id == *id)?;
+        if known.fingerprint != fingerprint {
+            let detail = "the key was used for another request";
+            return Some(Problem::new(StatusCode::UNPROCESSABLE_ENTITY, detail).into_response());
+        }
+        Some((known.status, [(CONTENT_TYPE, known.media_type.clone())], known.body.clone()).into_response())
+    }
+
+    /// Keeps an answer that would be the same a second time, and passes it on.
+    pub(crate) async fn keep(&self, id: RequestId, fingerprint: Fingerprint, response: Response) -> Response {
+        let status = response.status();
+        let is_final = status.is_success() || matches!(status, StatusCode::CONFLICT | StatusCode::UNPROCESSABLE_ENTITY);
+        if !is_final {
+            return response;
+        }
+        let (head, body) = response.into_parts();
+        // The handlers' bodies are whole and in memory.
+        let body = to_bytes(body, usize::MAX).await.unwrap_or_default();
+        let media_type =
+            head.headers.get(CONTENT_TYPE).cloned().unwrap_or(HeaderValue::from_static("application/json"));
+        let mut answers = self.lock();
+        answers.push_back(CachedAnswer { id, fingerprint, status, media_type, body: body.clone() });
+        while CAPACITY < answers.len() {
+            answers.pop_front();
+        }
+        Response::from_parts(head, Body::from(body))
+    }
+
+    /// Plain data: a thread that panicked while it held the lock has left it whole.
+    fn lock(&self) -> MutexGuard<'_, VecDeque<CachedAnswer>> {
+        self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_operators_have_the_same_id() {
+        let id = |who: &str, key: &str| RequestId { who: who.into(), key: key.into() }.to_string();
+        assert_eq!(id("anna", "k1"), "anna:k1");
+        assert_eq!(id("anna", "a:b"), "anna:a:b");
+        assert_ne!(id("anna:a", "b"), id("anna", "a:b"));
+        assert_ne!(id("anna:a", "b"), id("anna%3Aa", "b"));
+    }
+}

@@ -1,0 +1,64 @@
+//! Rate limits: a token bucket for each client, refilled as time passes.
+
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+/// More than there are operators; the names come from the token file, so this is never reached.
+const MAX_BUCKETS: usize = 1024;
+
+/// The buckets, by the client's name.
+#[derive(Debug)]
+pub(crate) struct RateLimiter {
+    per_second: f64,
+    burst: f64,
+    buckets: Mutex<BTreeMap<String, Bucket>>,
+}
+
+#[derive(Debug)]
+struct Bucket {
+    left: f64,
+    at: Instant,
+}
+
+impl RateLimiter {
+    /// Each client may make `per_second` requests a second, and `burst` at once.
+    pub(crate) fn new(per_second: f64, burst: f64) -> RateLimiter {
+        RateLimiter { per_second, burst, buckets: Mutex::default() }
+    }
+
+    /// Takes one request out of `who`'s bucket.
+    ///
+    /// # Errors
+    /// How long to wait, when it is empty.
+    pub(crate) fn admit(&self, who: &str, now: Instant) -> Result<(), Duration> {
+        // Plain data: a thread that panicked while it held the lock has left it whole.
+        let mut buckets = self.buckets.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let who = if buckets.len() < MAX_BUCKETS || buckets.contains_key(who) { who } else { "" };
+        let bucket = buckets.entry(who.to_owned()).or_insert(Bucket { left: self.burst, at: now });
+        let passed = now.saturating_duration_since(bucket.at).as_secs_f64();
+        bucket.left = (bucket.left + passed * self.per_second).min(self.burst);
+        bucket.at = now;
+        if bucket.left < 1.0 {
+            return Err(Duration::from_secs_f64((1.0 - bucket.left) / self.per_second));
+        }
+        bucket.left -= 1.0;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_burst_passes_and_then_each_client_is_limited_by_the_rate() {
+        let (limiter, start) = (RateLimiter::new(2.0, 3.0), Instant::now());
+        let admitted = |who, at| (0..10).filter(|_| limiter.admit(who, at).is_ok()).count();
+        assert_eq!(admitted("anna", start), 3);
+        assert_eq!(limiter.admit("anna", start), Err(Duration::from_millis(500)));
+        assert_eq!(admitted("ben", start), 3);
+        assert_eq!(admitted("anna", start + Duration::from_secs(1)), 2);
+        assert_eq!(admitted("anna", start + Duration::from_secs(60)), 3);
+    }
+}

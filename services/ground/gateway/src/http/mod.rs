@@ -1,0 +1,207 @@
+//! The HTTP half: the router, and the routes that only read.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use axum::extract::{Query, Request, State};
+use axum::http::header::{CONTENT_LENGTH, CONTENT_TYPE};
+use axum::http::{HeaderMap, Method, StatusCode, Uri};
+use axum::middleware::{Next, from_fn_with_state};
+use axum::response::{Html, IntoResponse, Response, Sse};
+use axum::{Extension, Router};
+use kittiwake_proto::v1;
+use prost::Name;
+use tokio::sync::{Semaphore, watch};
+
+use crate::access::Tokens;
+use crate::audit::Audit;
+use crate::config::Config;
+use crate::fleet::Snapshot;
+use crate::http::answer::{Answer, document};
+use crate::http::command_authority::CommandAuthorities;
+use crate::http::events::Client;
+use crate::http::guard::AuthorizedRequest;
+use crate::http::limit::RateLimiter;
+use crate::http::problem::Problem;
+use crate::http::readiness::readiness;
+use crate::http::routes::{Access, READERS, Reply, Route, Routes};
+use crate::http::site::Site;
+use crate::http::status::StatusCache;
+use crate::journal::{Cursor, Journals};
+use crate::orders::OrderSender;
+use crate::recording::{self, Recordings};
+use crate::view::{self, Ages};
+
+pub(crate) mod answer;
+pub(crate) mod command_authority;
+mod commands;
+mod events;
+mod guard;
+mod idempotency;
+mod limit;
+mod metrics;
+mod openapi;
+mod page;
+pub(crate) mod problem;
+mod readiness;
+mod record;
+pub(crate) mod routes;
+pub(crate) mod session;
+pub(crate) mod site;
+mod status;
+mod target;
+mod trace;
+
+const DOCS: &str = include_str!("docs.html");
+
+/// What the gateway's loop shares with the HTTP half.
+#[derive(Debug, Clone)]
+pub struct Api {
+    pub(crate) config: Config,
+    pub(crate) thresholds: Arc<[v1::session::Threshold]>,
+    pub(crate) ages: Ages,
+    pub(crate) snapshot: watch::Receiver<Arc<Snapshot>>,
+    pub(crate) journals: watch::Receiver<Journals>,
+    pub(crate) tokens: Arc<Tokens>,
+    pub(crate) audit: Arc<Audit>,
+    pub(crate) authorities: Arc<CommandAuthorities>,
+    pub(crate) orders: OrderSender,
+    pub(crate) recordings: Recordings,
+    pub(crate) statuses: Arc<StatusCache>,
+}
+
+/// Every route; event streams end when the sender of `closing` is dropped.
+pub fn router(api: Api, closing: watch::Receiver<()>) -> Router {
+    let (config, simulation) = (&api.config, api.config.simulation);
+    let site = Site {
+        closing,
+        streams: Arc::new(Semaphore::new(usize::from(config.max_event_streams.get()))),
+        limiter: Arc::new(RateLimiter::new(config.requests_per_s.get(), config.requests_at_once.get())),
+        answers: Arc::default(),
+        api,
+    };
+    let routes = page::add_to(Routes::new(site.clone()));
+    let routes = recording::routes::add_to(add_to(routes));
+    commands::add_to(routes, simulation)
+        .finish()
+        .fallback(no_such_route)
+        .method_not_allowed_fallback(method_not_allowed)
+        .layer(from_fn_with_state(site.clone(), within_limits))
+        .with_state(site)
+}
+
+fn add_to(routes: Routes) -> Routes {
+    use Access::Anyone;
+    use Reply::{Document, Media};
+    let read = Route::read;
+    let events = "Its events as server-sent events, and its state as `status` at a fixed rate; Last-Event-ID resumes";
+    let readyz = "Whether every service and its data were seen, or what is missing";
+    routes
+        .add(read("/docs", Anyone, "The OpenAPI document, to browse", Media("text/html")), docs)
+        .add(read("/healthz", Anyone, "Whether the gateway's loop runs", Document(v1::GatewayHealth::NAME)), healthz)
+        .add(read("/readyz", Anyone, readyz, Document(v1::Readiness::NAME)), self::readyz)
+        .add(read("/metrics", READERS, "OpenMetrics", Media(metrics::CONTENT_TYPE)), metrics)
+        .add(
+            read("/api/v1/session", READERS, "Who asks, and what clients need to know", Document(v1::Session::NAME)),
+            session::session,
+        )
+        .add(
+            read("/api/v1/audit", READERS, "What was ordered, and what came of it", Document(v1::AuditLog::NAME)),
+            audit,
+        )
+        .add(read("/api/v1/vehicles", READERS, "The vehicles", Document(v1::Fleet::NAME)), vehicles)
+        .add(
+            read("/api/v1/vehicles/{id}", READERS, "The whole state of one vehicle", Document(v1::Vehicle::NAME)),
+            vehicle,
+        )
+        .add(read("/api/v1/vehicles/{id}/events", READERS, events, Media("text/event-stream")), vehicle_events)
+}
+
+async fn docs() -> Html<&'static str> {
+    Html(DOCS)
+}
+
+async fn metrics(State(site): State<Site>) -> Response {
+    let writer = site.api.recordings.writer.as_deref();
+    let text = metrics::text(&site.snapshot(), site.api.ages, &site.api.audit, writer);
+    ([(CONTENT_TYPE, metrics::CONTENT_TYPE)], text).into_response()
+}
+
+#[derive(serde::Deserialize)]
+struct Count {
+    limit: Option<usize>,
+}
+
+async fn audit(State(site): State<Site>, Query(count): Query<Count>) -> Response {
+    document(&v1::AuditLog { records: site.api.audit.newest(count.limit.unwrap_or(100)) })
+}
+
+async fn healthz(State(site): State<Site>) -> Answer {
+    // The sending half lives in the gateway's loop.
+    match site.api.snapshot.has_changed() {
+        Ok(_) => {
+            let recordings = site.api.recordings.state().to_owned();
+            Ok(document(&v1::GatewayHealth { status: "ok".into(), recordings }))
+        }
+        Err(_) => Err(Problem::unavailable("the gateway's loop has ended")),
+    }
+}
+
+async fn readyz(State(site): State<Site>) -> Answer {
+    readiness(&site.snapshot(), site.api.ages.stale_after).map(|ready| document(&ready))
+}
+
+async fn vehicles(State(site): State<Site>) -> Response {
+    document(&view::fleet(&site.snapshot()))
+}
+
+async fn vehicle(State(site): State<Site>, Extension(request): Extension<AuthorizedRequest>) -> Answer {
+    let vehicle = request.vehicle()?;
+    let authority = site.api.authorities.of(vehicle, Instant::now());
+    let found = view::vehicle::vehicle(&site.snapshot(), vehicle, site.api.ages, &authority);
+    found.map(|it| document(&it)).ok_or_else(|| Problem::no_such_vehicle(vehicle))
+}
+
+async fn vehicle_events(
+    State(site): State<Site>,
+    Extension(request): Extension<AuthorizedRequest>,
+    headers: HeaderMap,
+) -> Answer {
+    let taken = |_| Problem::unavailable(format!("all {} event streams are taken", site.api.config.max_event_streams));
+    let permit = site.streams.clone().try_acquire_owned().map_err(taken)?;
+    let id = headers.get("last-event-id").and_then(|it| it.to_str().ok());
+    let client = Client {
+        vehicle: request.vehicle()?.clone(),
+        who: request.who.name.clone(),
+        cursor: id.map_or(Cursor::Start, Cursor::after),
+        journals: site.api.journals.clone(),
+        snapshot: site.api.snapshot.clone(),
+        site,
+        _permit: permit,
+    };
+    Ok(Sse::new(events::stream(client)).into_response())
+}
+
+async fn no_such_route(uri: Uri) -> Problem {
+    Problem::new(StatusCode::NOT_FOUND, format!("there is no `{}`; `/docs` lists the routes", uri.path()))
+}
+
+async fn method_not_allowed(method: Method, uri: Uri) -> Problem {
+    let detail = format!("`{}` does not take {method}; `/docs` lists the routes", uri.path());
+    Problem::new(StatusCode::METHOD_NOT_ALLOWED, detail)
+}
+
+/// Refuses bodies that are too large, and gives up answers that take too long.
+async fn within_limits(State(site): State<Site>, request: Request, next: Next) -> Response {
+    let config = &site.api.config;
+    let limit = u64::from(config.max_body_bytes.get());
+    let declared = request.headers().get(CONTENT_LENGTH).and_then(|it| it.to_str().ok()?.parse::<u64>().ok());
+    if let Some(declared) = declared.filter(|declared| limit < *declared) {
+        let detail = format!("the body has {declared} bytes, more than the limit of {limit}");
+        return Problem::new(StatusCode::PAYLOAD_TOO_LARGE, detail).into_response();
+    }
+    match tokio::time::timeout(config.request_timeout_s.seconds(), next.run(request)).await {
+        Ok(response) => response,
+        Err(_) => Problem::unavailable("the answer took too long").into_response(),
+    }
+}

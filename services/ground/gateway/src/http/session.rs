@@ -1,0 +1,83 @@
+//! Who asks, and what a client needs to know of the system's configuration.
+
+use axum::Extension;
+use axum::extract::State;
+use axum::response::Response;
+use domain::contingency::rule::Quantity;
+use domain::contingency::{Row, Rule};
+use kittiwake_proto::v1;
+use kittiwake_proto::v1::session::Threshold;
+
+use crate::http::answer::document;
+use crate::http::guard::AuthorizedRequest;
+use crate::http::site::Site;
+
+pub(crate) async fn session(State(site): State<Site>, Extension(request): Extension<AuthorizedRequest>) -> Response {
+    document(&v1::Session {
+        name: request.who.name.to_string(),
+        roles: request.who.role_names(),
+        simulation: site.api.config.simulation,
+        status_rate_hz: site.api.config.status_rate_hz.get(),
+        thresholds: site.api.thresholds.to_vec(),
+    })
+}
+
+/// The values at which rows of the contingency table act, in the order of the rows.
+pub(crate) fn thresholds(rows: &[Row]) -> Vec<Threshold> {
+    let of_row = |row: &Row| {
+        let (quantity, value, above): (Quantity, f64, bool) = match row.raise? {
+            Rule::Below { value, threshold, .. } => (value, threshold, false),
+            Rule::Above { value, threshold, .. } => (value, threshold, true),
+            Rule::Reported { .. } | Rule::Stale { .. } => return None,
+        };
+        Some(Threshold { flag: row.flag.clone(), quantity: quantity.name().to_owned(), value, above })
+    };
+    rows.iter().filter_map(of_row).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use domain::contingency::Contingencies;
+    use domain::file::Source;
+    use domain::testing;
+
+    #[test]
+    fn a_threshold_has_the_words_of_the_table() {
+        let row = |priority, flag: &str, raise: &str| {
+            format!(
+                "[[contingency]]\nflag = \"{flag}\"\npriority = {priority}\nraise = {{ {raise} }}\nactions = [\"stop\"]\n\
+                 emergency = \"stop\"\nclears = \"after-action\"\nthen = \"resume\"\n"
+            )
+        };
+        let rule = |fact: &str, quantity: &str| {
+            format!(
+                "fact = \"{fact}\", value = \"{quantity}\", threshold = 0.5, clear = 0.5, for_s = 1, during = \"always\""
+            )
+        };
+        let quantities = [
+            ("below", "battery-remaining"),
+            ("below", "battery-voltage"),
+            ("above", "battery-temperature"),
+            ("above", "horizontal-accuracy"),
+            ("above", "vertical-accuracy"),
+            ("above", "height"),
+            ("above", "distance-home"),
+            ("above", "ground-speed"),
+            ("above", "touchdown-speed"),
+            ("above", "tilt"),
+        ];
+        let mut text =
+            row(1, "battery_stale", "fact = \"stale\", source = \"battery\", after_s = 1, during = \"always\"");
+        let mut expected = Vec::new();
+        // A later row is more urgent.
+        for (n, (fact, quantity)) in quantities.into_iter().enumerate() {
+            text += &row(100 - n, &format!("flag_{n}"), &rule(fact, quantity));
+            let (flag, quantity) = (format!("flag_{n}"), quantity.to_owned());
+            expected.insert(0, Threshold { flag, quantity, value: 0.5, above: fact == "above" });
+        }
+        let text = testing::table(&text);
+        let table = Contingencies::read(&Source { path: "c.toml".into(), text }, &testing::ACTIONS).unwrap();
+        assert_eq!(thresholds(table.rows()), expected);
+    }
+}

@@ -1,0 +1,29 @@
+//! What all handlers share.
+
+use std::sync::Arc;
+
+use tokio::sync::{Semaphore, watch};
+
+use crate::fleet::Snapshot;
+use crate::http::Api;
+use crate::http::idempotency::AnswerCache;
+use crate::http::limit::RateLimiter;
+
+/// What all handlers share.
+#[derive(Clone)]
+pub(crate) struct Site {
+    pub(crate) api: Api,
+    /// Its sender is dropped when the server stops.
+    pub(crate) closing: watch::Receiver<()>,
+    /// As many permits as there may be event streams.
+    pub(crate) streams: Arc<Semaphore>,
+    pub(crate) limiter: Arc<RateLimiter>,
+    pub(crate) answers: Arc<AnswerCache>,
+}
+
+impl Site {
+    /// Taken out at once: a snapshot that stays borrowed would hold up the gateway's loop.
+    pub(crate) fn snapshot(&self) -> Arc<Snapshot> {
+        self.api.snapshot.borrow().clone()
+    }
+}
