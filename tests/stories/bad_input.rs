@@ -47,7 +47,7 @@ fn a_configuration_with_a_mistake() {
 fn a_configuration_that_is_not_complete() {
     for (from, to, said) in [
         ("seed = 1\n", "", "missing field `seed`"),
-        ("speed = 1.0", "speed = = 1.0", "kittiwake.toml:9:9: "),
+        ("speed = 1.0", "speed = = 1.0", "kittiwake.toml:10:9: "),
         ("mission = \"missions/reference.toml\"", "mission = \"nowhere.toml\"", "nowhere.toml: cannot be read"),
     ] {
         let config = Files::shipped().with("kittiwake.toml", from, to);
@@ -74,7 +74,8 @@ fn a_mission_with_a_mistake() {
 #[test]
 fn a_contingency_table_with_a_mistake() {
     let file = "contingencies.toml";
-    check(file, "\"land\"", "\"lnad\"", "\"lnad", &["`lnad`", "did you mean `land`?"]);
+    check(file, "[\"land\"]", "[\"lnad\"]", "\"lnad", &["`lnad`", "did you mean `land`?"]);
+    check(file, "severity = \"hold\"", "severity = \"wait\"", "\"wait", &["`wait`", "`hold`, `leave`"]);
     check(file, "clears = \"never\"", "clears = \"sometimes\"", "\"sometimes", &["`sometimes`", "`never`"]);
     check(file, "priority = 12", "priority = 10", "10", &["10"]);
     check(file, "flag = \"battery_low\"", "flag = \"battery_critical\"", "\"battery", &["battery_critical"]);

@@ -73,7 +73,7 @@ fn a_swallowed_acknowledgement_counts_as_a_rejection_in_time() {
     fault(&system, "swallow_acks 1");
     let ending = system.end();
     ending.expect(0, &["SUCCESS", "SUCCESS"]);
-    in_order(&ending, &["step 1 of 3: takeoff", "step 1 failed", "step 1 succeeded", "fly to (0, 0, 10)"]);
+    in_order(&ending, &["step 1 of 3: takeoff", "step 1 failed", "fly to (0, 0, 10)", "step 1 succeeded"]);
 }
 
 #[test]

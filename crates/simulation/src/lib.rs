@@ -55,6 +55,9 @@ struct Seen {
     decisions: Vec<(Time, v1::DecisionRecord)>,
     report: Option<v1::MissionReport>,
     aircraft: Option<v1::VehicleLocalPosition>,
+    landed: bool,
+    armed: bool,
+    responder: String,
     witness: Witness,
 }
 
@@ -163,12 +166,17 @@ impl Simulation<'_> {
 
     /// The control tower decides by hand.
     pub fn decide(&mut self, area: &str, decision: v1::Decision) {
+        self.decide_for(area, decision, None);
+    }
+
+    /// The same; a grant ends after `valid_for_s` mission seconds.
+    pub fn decide_for(&mut self, area: &str, decision: v1::Decision, valid_for_s: Option<f64>) {
         self.request(Request::Decide(v1::DecideRequest {
             vehicle: VEHICLE.to_owned(),
             area: area.to_owned(),
             decision: decision as i32,
             reason: "by hand".to_owned(),
-            valid_for_s: None,
+            valid_for_s,
         }));
     }
 
@@ -192,6 +200,17 @@ impl Simulation<'_> {
         self.seen.borrow().aircraft.as_ref().and_then(|it| it.position)
     }
 
+    /// Whether the vehicle stands on the ground, disarmed.
+    pub fn is_on_ground(&self) -> bool {
+        let seen = self.seen.borrow();
+        seen.landed && !seen.armed
+    }
+
+    /// The flag that is answered, empty if none is.
+    pub fn responder(&self) -> String {
+        self.seen.borrow().responder.clone()
+    }
+
     /// Every decision so far with its time, a line each.
     pub fn decision_log(&self) -> String {
         let line =
@@ -212,7 +231,12 @@ impl Seen {
         self.witness.take_in(time, message);
         match message {
             Message::DecisionRecord(it) => self.decisions.push((time, it.clone())),
-            Message::McmStatus(it) if self.report.is_none() => self.report = it.report.clone(),
+            Message::McmStatus(it) => {
+                self.report = self.report.take().or_else(|| it.report.clone());
+                self.responder.clone_from(&it.acting);
+            }
+            Message::VehicleLandDetected(it) => self.landed = it.landed,
+            Message::VehicleStatus(it) => self.armed = it.armed,
             Message::VehicleLocalPosition(it) => self.aircraft = Some(*it),
             _ => {}
         }

@@ -280,31 +280,31 @@ then = "resume"
         fn check(find: &str, replace: &str, expected: &str) {
             check_mistake(&good(), find, replace, read, expected);
         }
-        check("priority = 40\n", "", "c.toml:15:1: missing field `priority`");
-        check("priority = 40", "priority = 90", "c.toml:28:12: priority 90 is already that of `battery_low`");
-        check("[\"return_home\"]", "[\"return_hom\"]", "c.toml:21:12: there is no action `return_hom`");
+        check("priority = 40\n", "", "c.toml:14:1: missing field `priority`");
+        check("priority = 40", "priority = 90", "c.toml:27:12: priority 90 is already that of `battery_low`");
+        check("[\"return_home\"]", "[\"return_hom\"]", "c.toml:20:12: there is no action `return_hom`");
         check("[action.land]", "[action.lan]", "c.toml:10:9: there is no action tree `lan`");
-        check("tries = 3", "tries = 0", "c.toml:4:9: invalid value: integer `0`, expected a nonzero u32");
-        check("[\"takeoff\", \"cruise\"]", "[]", "c.toml:20:10: this row never counts");
-        check("\"cruise\"]", "\"cruising\"]", "c.toml:20:22: unknown variant `cruising`");
+        check("tries = 2", "tries = 0", "c.toml:3:9: invalid value: integer `0`, expected a nonzero u32");
+        check("[\"takeoff\", \"cruise\"]", "[]", "c.toml:19:10: this row never counts");
+        check("\"cruise\"]", "\"cruising\"]", "c.toml:19:22: unknown variant `cruising`");
         check(
             "emergency = \"stop\"",
             "emergency = \"land\"",
-            "c.toml:30:13: `obstacle` holds, and its action `land` does more than that",
+            "c.toml:29:13: `obstacle` holds, and its action `land` does more than that",
         );
-        check("clear = 0.25", "clear = 0.1", "c.toml:19:9: this rule would clear while it still holds");
-        check("for_s = 1.0", "for_s = -1.0", "c.toml:19:9: a number of this rule is out of range");
-        check("battery-remaining", "battery-left", "c.toml:19:9: unknown variant `battery-left`, expected one of");
-        check("\"never\"", "\"sometimes\"", "c.toml:23:10: unknown variant `sometimes`");
-        check("\"obstacle\"", "\"battery_low\"", "c.toml:27:8: two rows for the flag `battery_low`");
+        check("clear = 0.25", "clear = 0.1", "c.toml:18:9: this rule would clear while it still holds");
+        check("for_s = 1.0", "for_s = -1.0", "c.toml:18:9: a number of this rule is out of range");
+        check("battery-remaining", "battery-left", "c.toml:18:9: unknown variant `battery-left`, expected one of");
+        check("\"never\"", "\"sometimes\"", "c.toml:22:10: unknown variant `sometimes`");
+        check("\"obstacle\"", "\"battery_low\"", "c.toml:26:8: two rows for the flag `battery_low`");
         check("\"transition_failed\"", "\"trans\"", "c.toml: no row for the flag `transition_failed`");
         check("\"ended_in_air\"", "\"ended\"", "c.toml: no row for the flag `ended_in_air`");
         let ended = |change: &str| format!("flag = \"ended_in_air\"\n{change}");
         check(
             &ended(""),
             &ended("phases = [\"cruise\"]\n"),
-            "c.toml:56:10: `ended_in_air` must count everywhere in the air",
+            "c.toml:55:10: `ended_in_air` must count everywhere in the air",
         );
-        check("\"battery_low\"", "\"Battery Low\"", "c.toml:16:8: `Battery Low` is no flag name");
+        check("\"battery_low\"", "\"Battery Low\"", "c.toml:15:8: `Battery Low` is no flag name");
     }
 }

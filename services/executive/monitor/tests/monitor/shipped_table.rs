@@ -22,7 +22,7 @@ fn every_row_with_a_rule_is_raised_once_and_cleared_again() {
     for (flag, rule) in rules {
         let mut rig = Rig::with(&table, Pace::REAL_TIME);
         rig.fly(2.0);
-        make_it_so(&mut rig.vehicle, rule);
+        make_it_so(&mut rig, rule);
         rig.fly(lasting_s(rule) + 0.1);
         rig.vehicle = Vehicle::default();
         rig.fly(0.1);
@@ -62,16 +62,17 @@ fn lasting_s(rule: Rule) -> f64 {
     }
 }
 
-fn make_it_so(vehicle: &mut Vehicle, rule: Rule) {
+fn make_it_so(rig: &mut Rig, rule: Rule) {
     match rule {
-        Rule::Below { value, threshold, .. } => measure(vehicle, value, threshold - 0.01),
-        Rule::Above { value, threshold, .. } => measure(vehicle, value, threshold + 0.01),
-        Rule::Reported { condition, .. } => vehicle.status.failures.push(failure(condition) as i32),
-        Rule::Stale { source, .. } => vehicle.silent.push(topic(source)),
+        Rule::Below { value, threshold, .. } => measure(rig, value, threshold - 0.01),
+        Rule::Above { value, threshold, .. } => measure(rig, value, threshold + 0.01),
+        Rule::Reported { condition, .. } => rig.vehicle.status.failures.push(failure(condition) as i32),
+        Rule::Stale { source, .. } => rig.vehicle.silent.push(topic(source)),
     }
 }
 
-fn measure(vehicle: &mut Vehicle, quantity: Quantity, value: f64) {
+fn measure(rig: &mut Rig, quantity: Quantity, value: f64) {
+    let vehicle = &mut rig.vehicle;
     let local = &mut vehicle.local_position;
     match quantity {
         Quantity::BatteryRemaining => vehicle.battery.remaining = value,
@@ -84,7 +85,8 @@ fn measure(vehicle: &mut Vehicle, quantity: Quantity, value: f64) {
         Quantity::GroundSpeed => local.velocity = Some(v1::NedVelocity { east_m_s: value, ..Default::default() }),
         Quantity::TouchdownSpeed => {
             local.velocity = Some(v1::NedVelocity { down_m_s: value, ..Default::default() });
-            vehicle.land_detected.landed = true;
+            rig.fly(0.1);
+            rig.vehicle.land_detected.landed = true;
         }
         Quantity::Tilt => (vehicle.attitude.q_x, vehicle.attitude.q_w) = (value / 2.0).sin_cos(),
     }

@@ -191,8 +191,8 @@ fn a_limit_keeps_its_wall_clock_floor_when_mission_time_runs_fast() {
     let table = table(&[("watched", POSITION_STALE)]);
     let mut rig = Rig::with(&table, Pace::new(20.0).unwrap());
     rig.fly(1.0);
-    rig.wait(s(10.0));
-    assert_eq!(rig.story(), ["5.990 watched up: local position has been silent for 5.0 s, the limit is 5.0 s"]);
+    rig.wait(s(20.0));
+    assert_eq!(rig.story(), ["10.990 watched up: local position has been silent for 10.0 s, the limit is 10.0 s"]);
 }
 
 #[test]
