@@ -1,4 +1,4 @@
-//! Watches from outside that what must never happen does not.
+//! Watches the vehicle from outside and reports breaches of the rules.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -29,10 +29,10 @@ pub enum Breach {
     },
 }
 
-/// A takeoff that was under way when a flag rose may still lift off within so long.
+/// A takeoff that was under way when a flag rose may lift off within this time.
 const UNDER_WAY: Duration = Duration::from_secs(3);
 
-/// Knows the areas and permissions as everybody is told, and where the vehicle says it is.
+/// Knows the areas and permissions as they are published, and the vehicle's position as it reports it.
 #[derive(Debug, Default)]
 pub(crate) struct Witness {
     pub(crate) breaches: Vec<Breach>,
@@ -40,7 +40,7 @@ pub(crate) struct Witness {
     permissions: BTreeMap<String, v1::PermissionState>,
     inside: BTreeSet<String>,
     is_over: bool,
-    /// A flag is answered since then.
+    /// Since when a flag is answered.
     answering: Option<Time>,
     landed: bool,
 }

@@ -1,5 +1,5 @@
-//! Random missions with random trouble at random times: whatever happens, no area is entered without
-//! a valid permission, nothing takes off after the mission, and there is a report in the end.
+//! Random missions with random trouble at random times: no area is entered without a valid permission, nothing takes
+//! off after the mission, and every mission ends with a report.
 
 use std::path::Path;
 use std::time::Duration;
@@ -8,7 +8,7 @@ use control_tower::policy::Policy;
 use kittiwake_proto::v1::Decision;
 use simulation::{Machine, Setup, Simulation};
 
-/// Trouble begins within so many seconds, and all of it that can end has ended by then.
+/// Trouble begins within this number of seconds, and all trouble that can end has ended by then.
 const TROUBLE_S: u64 = 400;
 /// Every mission flown here is over by then, with time for each hold and back-off.
 const LIMIT: Duration = Duration::from_secs(3000);
@@ -99,7 +99,7 @@ fn check(seed: u64, machine: Machine) {
     simulation.inject_fault("clear", &[]);
     FLAGS.iter().for_each(|it| simulation.lower_flag(it));
     report = report.or(simulation.fly(LIMIT));
-    // A while longer, for what must not happen after the end.
+    // Fly on for a while, to see what must not happen after the end.
     simulation.fly_until("nothing is said so", Duration::from_secs(60));
     let told = || format!("{}\n{}", script.join("\n"), simulation.decision_log());
     assert!(report.is_some(), "no report: {}", told());
