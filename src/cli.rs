@@ -133,6 +133,7 @@ Exit codes:
     3  the mission ended with objectives failed
     4  the mission ended by an emergency response
     5  the system could not be kept up
+    6  the vehicle crashed
   130  interrupted before the mission was over";
 
 /// For `kittiwake router`.

@@ -1,7 +1,7 @@
 //! The shortest way that may be flown now, round the areas that may not be entered.
 //!
-//! For a vehicle that returns without a plan: nothing is asked for on the way, and what one is in
-//! already may be left.
+//! For a vehicle that returns without a plan: it asks for no permission on the way, and it may leave an area that it is
+//! in already.
 
 use crate::area::Area;
 use crate::corners::corners;
@@ -72,7 +72,7 @@ mod tests {
         }
         check(&areas, (10.0, 400.0), home, &[], &[(100.0, 310.0), (100.0, 90.0), (0.0, 0.0)]);
         check(&areas, (10.0, 400.0), home, &["A".into()], &[(0.0, 0.0)]);
-        // Out of it, wherever that is shortest; into it not at all.
+        // It leaves the area by the shortest way, and does not enter it.
         check(&areas, (0.0, 150.0), home, &[], &[(0.0, 0.0)]);
         check(&areas, (0.0, 0.0), Ned::new(0.0, 200.0, -15.0), &[], &[]);
     }

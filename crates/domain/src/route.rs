@@ -1,17 +1,17 @@
-//! Straight ways through the areas of a mission: which they enter, and how far one may fly without
+//! Straight ways through the areas of a mission: which areas they enter, and how far the vehicle may fly without
 //! entering any.
 //!
 //! Shared by the planner, which asks for permissions, and the mission manager, which must not enter
-//! an area while it waits for them. Nothing here finds a way round an area.
+//! an area while it waits for them. Ways round areas are found elsewhere.
 
 use crate::area::{Area, AreaKind};
 use crate::geometry::Ned;
 use crate::skill::Goal;
 
-/// Nearer than this is as good as there: no transition is flown for less, in metres.
+/// A transition shorter than this is not flown, in metres.
 pub const WORTH_FLYING_M: f64 = 1.0;
 
-/// Where the vehicle is, as far as a transition depends on it.
+/// The part of the vehicle's state on which a transition depends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Whereabouts {
     /// Its position.
@@ -23,9 +23,9 @@ pub struct Whereabouts {
 /// How a transition is flown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TransitionLimits {
-    /// Slower than the plan's own speed, so that a new plan does not find the vehicle far away.
+    /// Slower than the plan's own speed, so that the vehicle is still near when a new plan comes.
     pub speed_m_s: f64,
-    /// Distance kept to a border that may not be crossed.
+    /// Distance kept to a border that may not be crossed, in metres.
     pub stand_off_m: f64,
 }
 
@@ -57,8 +57,8 @@ pub fn way_is_clear(from: Ned, to: Ned, areas: &[Area], held: &[String], utc_ms:
     barred(areas, held, utc_ms).all(|it| entries(it, from, to).is_empty())
 }
 
-/// What to fly while no step is flown: in the direction of `step_goal`, slower, and only as far as
-/// the next border that may not be crossed allows; else stop.
+/// The goal while no step is flown: in the direction of `step_goal`, slower, and only as far as
+/// the next border that may not be crossed; otherwise stop.
 ///
 /// The position goal holds at its target, so that a transition never ends by itself.
 pub fn transition_goal(
@@ -71,7 +71,7 @@ pub fn transition_goal(
 ) -> Goal {
     let Goal::Position { target, speed_limit_m_s, yaw_rad, .. } = *step_goal else { return Goal::Stop };
     let from = vehicle.position;
-    // Whoever is inside an area without permission must not be led farther into it.
+    // A vehicle inside an area without permission must not fly farther into it.
     let trespassing = barred(areas, held, utc_ms).any(|it| it.contains(from));
     if !vehicle.flying || trespassing {
         return Goal::Stop;
@@ -97,7 +97,7 @@ pub(crate) fn barred<'a>(areas: &'a [Area], held: &'a [String], utc_ms: i64) -> 
     areas.iter().filter(move |it| it.is_active(utc_ms) && (it.kind == AreaKind::KeepOut || !held.contains(&it.name)))
 }
 
-/// Whether the bounding boxes do not even touch: cheap, and true for most pairs.
+/// Whether the bounding boxes do not touch: a cheap check that settles most pairs.
 fn passes_beside(area: &Area, from: Ned, to: Ned) -> bool {
     let beside = |of: fn(&Ned) -> f64| {
         let (low, high) = (of(&from).min(of(&to)), of(&from).max(of(&to)));

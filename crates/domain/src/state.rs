@@ -1,5 +1,5 @@
-//! The state that plans start from and lead to: where the vehicle is, whether it flies, in which mode, and what it
-//! may enter.
+//! The state from which a plan starts, or which it reaches: where the vehicle is, whether it flies, in which mode, and
+//! which areas it may enter.
 
 use std::collections::BTreeSet;
 
@@ -13,7 +13,7 @@ pub struct State {
     pub position: Ned,
     /// In the air or on the ground.
     pub flying: bool,
-    /// The flight mode; `None` where a state to reach does not ask for one.
+    /// The flight mode; `None` where a state to reach has no particular mode.
     pub mode: Option<FlightMode>,
     /// Areas whose permission is held, or needed, there.
     pub permissions: BTreeSet<String>,
@@ -34,7 +34,7 @@ impl State {
         State { position, flying, mode: None, permissions: BTreeSet::new() }
     }
 
-    /// Whether this state is `goal` within the tolerance. On the ground the height is what the ground makes it, so it
+    /// Whether this state is `goal` within the tolerance. On the ground the height is that of the ground, so it
     /// is not compared.
     pub fn matches(&self, goal: &State, tolerance: Tolerance) -> bool {
         let apart_m = (self.position.height_m() - goal.position.height_m()).abs();

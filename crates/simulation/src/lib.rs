@@ -1,7 +1,7 @@
 //! The whole system in one thread: the seven services on a virtual bus and a virtual clock.
 //!
-//! The same nodes that run as processes, from the same configuration files; what differs is only
-//! who carries their messages and what time it is. The same setup gives the same flight, to the bit.
+//! The same nodes that run as processes, from the same configuration files, but with a bus and a clock of their own.
+//! The same setup gives the same flight, to the bit.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -38,9 +38,9 @@ pub struct Setup<'a> {
     pub mission: Option<&'a Path>,
     /// How the control tower answers.
     pub permissions: Policy,
-    /// Of every random draw.
+    /// The seed of every random draw.
     pub seed: u64,
-    /// What it flies on.
+    /// The machine on which it flies.
     pub machine: Machine,
 }
 
@@ -71,7 +71,7 @@ impl Simulation<'_> {
         Ok(Simulation::with_gateway(setup, access)?.0)
     }
 
-    /// The same with the HTTP half of its gateway, which lets in the tokens of `access` and answers while the
+    /// The same with the HTTP half of its gateway, which accepts the tokens of `access` and answers while the
     /// simulation flies.
     ///
     /// # Errors
@@ -106,12 +106,13 @@ impl Simulation<'_> {
         self.seen.borrow().report.clone()
     }
 
-    /// Lets so much virtual time pass, whether the mission is over or not.
+    /// Lets this much virtual time pass, whether the mission is over or not.
     pub fn pass(&mut self, time: Duration) {
         self.bus.run_until(time, || false);
     }
 
-    /// Flies until a decision contains `text`, or `limit` of virtual time has passed; whether it came.
+    /// Flies until a decision contains `text`, or `limit` of virtual time has passed; returns whether the decision
+    /// came.
     pub fn fly_until(&mut self, text: &str, limit: Duration) -> bool {
         let seen = self.seen.clone();
         self.bus.run_until(limit, || seen.borrow().decisions.iter().any(|(_, it)| it.text.contains(text)))
@@ -125,14 +126,14 @@ impl Simulation<'_> {
         self.bus.publish(VEHICLE, flag);
     }
 
-    /// The operator Anna orders something.
+    /// The operator Anna gives an order.
     pub fn order(&mut self, verb: v1::operator_command::Verb) {
         let command =
             v1::OperatorCommand { request_id: self.request_id(), operator: "anna".to_owned(), verb: Some(verb) };
         self.request(Request::OperatorCommand(command));
     }
 
-    /// The operator Anna asks something of the mission.
+    /// The operator Anna makes a request about the mission.
     pub fn ask(&mut self, request: v1::mission_request::Request) {
         let request = v1::MissionRequest {
             request_id: self.request_id(),
@@ -147,7 +148,7 @@ impl Simulation<'_> {
         self.bus.request(VEHICLE, request);
     }
 
-    /// Nothing is ordered twice at one moment.
+    /// Distinguishes requests; no two are made at one moment.
     fn request_id(&self) -> String {
         format!("{:?}", self.bus.now())
     }
@@ -180,12 +181,12 @@ impl Simulation<'_> {
         }));
     }
 
-    /// What must never happen and did.
+    /// The breaches that the witness has seen.
     pub fn breaches(&self) -> Vec<Breach> {
         self.seen.borrow().witness.breaches.clone()
     }
 
-    /// Requests that a service has left without a reply: service, what was asked, how often.
+    /// Requests without a reply: service, request, how often.
     pub fn unanswered(&self) -> &BTreeMap<(&'static str, Service), u64> {
         self.bus.unanswered()
     }
@@ -195,7 +196,7 @@ impl Simulation<'_> {
         self.bus.now()
     }
 
-    /// Where the vehicle says it is.
+    /// The vehicle's position as it reports it.
     pub fn position(&self) -> Option<v1::Ned> {
         self.seen.borrow().aircraft.as_ref().and_then(|it| it.position)
     }
@@ -211,7 +212,7 @@ impl Simulation<'_> {
         self.seen.borrow().responder.clone()
     }
 
-    /// Every decision so far with its time, a line each.
+    /// Every decision so far with its time, one line each.
     pub fn decision_log(&self) -> String {
         let line =
             |(at, it): &(Time, v1::DecisionRecord)| format!("{:7.2}  {:<11} {}", at.as_secs_f64(), it.topic, it.text);
@@ -243,7 +244,7 @@ impl Seen {
     }
 }
 
-/// A tree folder, a table and a mission as the program would read them.
+/// A tree folder, a table and a mission, read as the program reads them.
 pub(crate) fn read_table(config: &Path) -> Result<(mcm::LoadedTrees, Contingencies), Mistakes> {
     let trees = mcm::Trees::read(&config.join("trees"))?;
     let table = Contingencies::read(&Source::read(&config.join("contingencies.toml"))?, &trees.actions())?;

@@ -1,4 +1,4 @@
-//! Whole flights in which an operator has a word, on the virtual bus.
+//! Whole flights with an operator's orders, on the virtual bus.
 
 use std::path::Path;
 use std::time::Duration;
@@ -21,7 +21,7 @@ fn under_way() -> Simulation<'static> {
     simulation
 }
 
-/// Orders `verb` under way; the story from there on, and how it ended.
+/// Orders `verb` during the flight; `expected` is the story from there on.
 #[track_caller]
 fn check(verb: Verb, expected: &[&str]) {
     let mut simulation = under_way();

@@ -48,13 +48,13 @@ struct File {
     contingency: Vec<Entry>,
 }
 
-/// What is common to all uses of an action.
+/// The part of an action that is the same in every row.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ActionEntry {
     severity: Severity,
     tries: std::num::NonZeroU32,
-    /// Of one try, in mission seconds.
+    /// The limit of one try, in mission seconds.
     limit_s: Positive,
 }
 
@@ -85,7 +85,7 @@ impl Entry {
         self.actions.as_ref().iter().chain([&self.emergency])
     }
 
-    /// Actions that do not exist are left out: they are mistakes, which have been reported.
+    /// Actions that do not exist are left out; they have been reported as mistakes.
     fn into_row(self, actions: &Actions) -> Row {
         let action = |name: &Spanned<String>| {
             let entry = find(actions, name.as_ref())?;
@@ -97,7 +97,8 @@ impl Entry {
             })
         };
         let mut actions: Vec<Action> = self.chain().filter_map(action).collect();
-        // After the last one it begins again with the first: to name one twice in a row would only double its tries.
+        // After the last action the response starts with the first again: naming one twice in a row only doubles its
+        // tries.
         actions.dedup_by(|a, b| a.tree == b.tree);
         Row {
             actions,
@@ -170,7 +171,7 @@ fn check_actions(source: &Source, entry: &Entry, actions: &Actions, mistakes: &m
     mistakes.push(source.mistake(Some(more.span()), message, help));
 }
 
-/// Without such a row a vehicle in the air would have nobody to bring it down.
+/// Without such a row nothing would bring down a vehicle in the air.
 fn check_brings_down(source: &Source, entry: &Entry, actions: &Actions, mistakes: &mut Vec<Mistake>) {
     let flag = entry.flag.as_ref();
     let ends = |name: &Spanned<String>| find(actions, name.as_ref()).is_some_and(|it| Severity::Return <= it.severity);
@@ -212,7 +213,7 @@ fn check_rule(source: &Source, entry: &Entry, mistakes: &mut Vec<Mistake>) {
     }
 }
 
-/// Groups become one branch of the tree each, so their rows must follow each other in priority.
+/// Each group becomes one branch of the tree, so its rows must follow each other in priority.
 fn check_groups(source: &Source, by_priority: &[Entry], mistakes: &mut Vec<Mistake>) {
     let name = |it: &Entry| it.group.as_ref().map(|it| it.as_ref().clone());
     for (index, entry) in by_priority.iter().enumerate().skip(1) {

@@ -1,4 +1,4 @@
-//! What a manager knows that was started again.
+//! What a manager knows after a restart.
 
 use kittiwake_proto::v1;
 use kittiwake_proto::v1::FlightMode::{Land, Loiter, Offboard};
