@@ -248,11 +248,16 @@ impl World {
                 self.say("operator", format!("`{other}` is replaced by `{flag}`"));
             }
         }
+        self.raise(flag, SOURCE, format!("ordered by {}", order.by));
+        let without_override = self.responder().filter(|it| *it != row);
         if order.overrides {
             self.operator.overriding = Some(flag.to_owned());
         }
-        self.raise(flag, SOURCE, format!("ordered by {}", order.by));
         let first = self.responder().filter(|it| *it != row);
+        if let (Some(other), None) = (without_override, first) {
+            let other = self.flags.name(other).clone();
+            self.say("operator", format!("{}: `{flag}` overrides `{other}`", order.by));
+        }
         if is_up && (overrides_already || !order.overrides) {
             return Err(match first {
                 None => format!("`{flag}` is under way already"),
