@@ -25,7 +25,7 @@ pub struct Cli {
     pub up: UpArgs,
 }
 
-/// What the program can be told to do.
+/// The program's commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Start every process and fly the mission (the default)
@@ -40,11 +40,11 @@ pub enum Command {
     Inject(InjectArgs),
     /// Print what the gateway of a running system says about its vehicle
     Status(StatusArgs),
-    /// Let an operator in: make tokens for a gateway, if there are none yet, and print the link
+    /// Make a token for an operator of a gateway, if there is none yet, and print the link to the page
     Access(AccessArgs),
-    /// Say whether a process is on the bus and makes progress: 0 if so, 1 if not
+    /// Check whether a process is on the bus and makes progress: exit code 0 if so, 1 if not
     Health(HealthArgs),
-    /// Ask or order something of a vehicle, over the gateway
+    /// Read the state of a vehicle or order something, over the gateway
     Vehicle(VehicleArgs),
     /// Read, try out or change a mission, over the gateway
     Mission(MissionArgs),

@@ -182,7 +182,7 @@ fn check_brings_down(source: &Source, entry: &Entry, actions: &Actions, mistakes
     }
     if entry.then == Then::Resume {
         let help = "set `then = \"end-mission\"`";
-        let message = format!("`{flag}` brings the vehicle down, and the mission would go on");
+        let message = format!("`{flag}` brings the vehicle down, and the mission would continue");
         mistakes.push(source.mistake(Some(entry.flag.span()), message, help));
     }
     let missing = |it: &Phase| {
