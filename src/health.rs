@@ -92,7 +92,7 @@ fn judge(found: Result<Presence, BusError>) -> Verdict {
 fn judge_router(found: Result<Option<RouterView>, BusError>, peers: &[String]) -> Verdict {
     let (healthy, said) = match found {
         Ok(Some(it)) => (true, format!("{} listens{}", it.name, links(&it.links, peers))),
-        Ok(None) => (false, format!("listens, but does not say who it is within {PATIENCE:?}")),
+        Ok(None) => (false, format!("listens, but did not give its name within {PATIENCE:?}")),
         Err(cause) => (false, cause.to_string()),
     };
     Verdict { healthy, said }

@@ -64,7 +64,7 @@ fn link_end(args: &RouterArgs) -> Result<Option<LinkEnd>, String> {
         (Some(locator), None) => Way::Accept { locator: locator.clone(), vehicles },
         (None, Some(locator)) => match vehicles.as_slice() {
             [vehicle] => Way::Dial { locator: locator.clone(), vehicle: vehicle.clone() },
-            _ => return Err("router: an aircraft that dials is one: give one --vehicle".into()),
+            _ => return Err("router: `--dial` is for one aircraft: give one --vehicle".into()),
         },
         _ => return Ok(None),
     };

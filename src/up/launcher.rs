@@ -135,7 +135,7 @@ impl<'a> Launcher<'a> {
                     }
                 }
                 Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return End::GaveUp("nothing is heard any more".into()),
+                Err(RecvTimeoutError::Disconnected) => return End::GaveUp("the launcher receives no messages any more".into()),
             }
             if self.run_file.is_some() && self.reported.is_none() {
                 self.screen.progress(&self.progress, self.now());
@@ -258,7 +258,7 @@ impl<'a> Launcher<'a> {
                     self.run_file = Some(file);
                     None
                 }
-                Err(cause) => Some(End::GaveUp(format!("cannot leave the run file: {cause}"))),
+                Err(cause) => Some(End::GaveUp(format!("cannot write the run file: {cause}"))),
             };
         }
         let limit = self.config.launcher.start_limit_s.seconds();

@@ -15,7 +15,7 @@ use crate::objectives::{Objective, Objectives};
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum UnusableState {
     /// The planner was started with another mission since.
-    #[error("it is of another mission file, and that is what counts")]
+    #[error("it belongs to another mission file")]
     OfAnotherMission,
     /// There is no mission in it.
     #[error("it has no objective")]

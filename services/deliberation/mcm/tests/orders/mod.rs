@@ -271,7 +271,7 @@ fn a_repeated_command_gets_the_first_answer_and_does_nothing() {
     assert_eq!(rig.command_as("k1", PAUSE), first);
     assert_eq!(rig.command_as("k1", ABORT), first);
     assert_eq!(rig.story(), "");
-    assert_eq!(rig.command_as("", ABORT).text, "it has no request id");
+    assert_eq!(rig.command_as("", ABORT).text, "the order has no request id");
 }
 
 #[test]
