@@ -135,7 +135,9 @@ impl<'a> Launcher<'a> {
                     }
                 }
                 Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return End::GaveUp("the launcher receives no messages any more".into()),
+                Err(RecvTimeoutError::Disconnected) => {
+                    return End::GaveUp("the launcher receives no messages any more".into());
+                }
             }
             if self.run_file.is_some() && self.reported.is_none() {
                 self.screen.progress(&self.progress, self.now());
