@@ -25,7 +25,7 @@ pub struct Cli {
     pub up: UpArgs,
 }
 
-/// What the program can be told to do.
+/// The program's commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Start every process and fly the mission (the default)
@@ -40,11 +40,11 @@ pub enum Command {
     Inject(InjectArgs),
     /// Print what the gateway of a running system says about its vehicle
     Status(StatusArgs),
-    /// Let an operator in: make tokens for a gateway, if there are none yet, and print the link
+    /// Make a token for an operator of a gateway, if there is none yet, and print the link to the page
     Access(AccessArgs),
-    /// Say whether a process is on the bus and makes progress: 0 if so, 1 if not
+    /// Check whether a process is on the bus and makes progress: exit code 0 if so, 1 if not
     Health(HealthArgs),
-    /// Ask or order something of a vehicle, over the gateway
+    /// Read the state of a vehicle or order something, over the gateway
     Vehicle(VehicleArgs),
     /// Read, try out or change a mission, over the gateway
     Mission(MissionArgs),
@@ -118,7 +118,7 @@ pub struct KpiFloorArgs {
 pub struct UpArgs {
     #[command(flatten)]
     pub settings: Settings,
-    /// End once the mission is over, with an exit code that tells how
+    /// End once the mission is over, with an exit code that says how it ended
     #[arg(long)]
     pub exit_when_done: bool,
     /// Print the mission report as JSON, and nothing else, on standard output
@@ -139,8 +139,8 @@ Exit codes:
 /// For `kittiwake router`.
 #[derive(Debug, Args)]
 pub struct RouterArgs {
-    /// Where to listen, such as `tcp/127.0.0.1:7447`; port 0 takes a free one. Whoever connects here is
-    /// trusted: only one's own side may reach it
+    /// Where to listen, such as `tcp/127.0.0.1:7447`; port 0 takes a free one. Every process that connects here
+    /// is trusted: only the router's own side may reach the address
     #[arg(long, value_name = "LOCATOR", default_value = "tcp/127.0.0.1:7447")]
     pub listen: Vec<String>,
     /// On the ground: listen for aircraft here, such as `tls/0.0.0.0:7448`
@@ -155,7 +155,7 @@ pub struct RouterArgs {
     /// The folder with this router's certificate, as `kittiwake certs` makes them
     #[arg(long, value_name = "DIR")]
     pub certificates: Option<PathBuf>,
-    /// On board: the vehicle; on the ground: each vehicle that is let in
+    /// On board: the vehicle; on the ground: each vehicle that may connect
     #[arg(long, value_name = "NAME")]
     pub vehicle: Vec<VehicleName>,
     /// End when standard input ends
@@ -171,7 +171,7 @@ fn days(text: &str) -> Result<f64, String> {
 /// For `kittiwake certs`.
 #[derive(Debug, Args)]
 pub struct CertsArgs {
-    /// Where to put them: a folder for each router, to be copied to its machine, and one for the authority
+    /// Where to write them: a folder for each router, to be copied to its machine, and one for the authority
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
     /// A vehicle; may be given several times
@@ -183,10 +183,10 @@ pub struct CertsArgs {
     /// A further host name or address under which aircraft call the ground; may be given several times
     #[arg(long, value_name = "HOST")]
     pub ground_host: Vec<String>,
-    /// Days for which they are valid, or parts of a day
+    /// Days for which they are valid; fractions are allowed
     #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = days)]
     pub days: f64,
-    /// Leave a whole set that is there already as it is, and be content with it
+    /// Accept a complete set that exists already, and leave it as it is
     #[arg(long)]
     pub keep: bool,
 }
@@ -233,7 +233,7 @@ pub struct ProcessArgs {
     /// The router's locator; the first that answers is used
     #[arg(long, value_name = "LOCATOR", default_value = "tcp/127.0.0.1:7447")]
     pub connect: Vec<String>,
-    /// A folder for sockets by which the processes on board reach one another directly, besides the router
+    /// The folder of the direct links: sockets between the processes on board, in addition to the router
     #[arg(long, value_name = "DIR")]
     pub direct: Option<PathBuf>,
     /// End when standard input ends
@@ -286,7 +286,7 @@ pub struct AccessArgs {
     /// The gateway's folder, its --access
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
-    /// Where the token itself is kept; the gateway need not read it
+    /// The file of the token itself; the gateway need not read it
     #[arg(long, value_name = "FILE")]
     pub secret: PathBuf,
     /// Where the operator's browser reaches the gateway
@@ -309,7 +309,7 @@ pub struct HealthArgs {
     /// The configuration file that names the vehicle, if --vehicle does not
     #[arg(long, value_name = "FILE", default_value = "config/kittiwake.toml", requires = "process")]
     pub config: PathBuf,
-    /// Say it as JSON
+    /// Print the result as JSON
     #[arg(long)]
     pub json: bool,
 }

@@ -1,4 +1,4 @@
-//! `kittiwake`: the whole system in one program, every process of it a subcommand.
+//! `kittiwake`: the whole system in one program, with a subcommand for each process.
 //!
 //! Which process does what is in [`service`]; `kittiwake up` starts them all, always of this same
 //! build, as children of one launcher.
@@ -36,7 +36,7 @@ mod watchdog;
 
 fn main() -> ExitCode {
     let cli = cli::Cli::parse();
-    // Whoever encrypts does so with ring; fails only where that is settled already.
+    // All encryption in the process uses ring; fails only if that is settled already.
     let _ = rustls::crypto::ring::default_provider().install_default();
     let outcome = match cli.command {
         None => up::up(&cli.up),

@@ -112,7 +112,7 @@ fn run(
     }
 }
 
-/// Another one at each start of a process, so that a restarted one repeats none of its request ids.
+/// Differs at each start of a process, so that a restarted one repeats none of its request ids.
 fn start_number() -> u64 {
     let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     since_epoch.as_nanos() as u64

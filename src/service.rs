@@ -42,7 +42,7 @@ impl Service {
         }
     }
 
-    /// Where it stands: the ground sees all vehicles, the others one.
+    /// Its scope: the ground sees all vehicles, the others one.
     pub fn scope(self, vehicle: &str) -> Scope {
         match self {
             Service::ControlTower | Service::Gateway => Scope::Fleet,
@@ -54,8 +54,9 @@ impl Service {
 }
 
 impl Service {
-    /// Whom it calls directly: where an event, a request or a command goes to one process, and a hop through the router
-    /// shows in what `kittiwake kpi` calls felt. `None` for who is part of no such way.
+    /// The services it has direct links to: those on the way of an event, a request or a command to a single receiver,
+    /// where a hop through the router shows in the felt latencies of `kittiwake kpi`. `None` for a service without
+    /// direct links.
     fn calls(self) -> Option<&'static [Service]> {
         match self {
             Service::VehicleSim | Service::Monitor => Some(&[]),

@@ -12,7 +12,7 @@ use crate::outcome::Outcome;
 use crate::output;
 use crate::target::Target;
 
-/// What has no answer within this is unavailable.
+/// Time without an answer after which the gateway counts as unavailable.
 const LIMIT: Duration = Duration::from_secs(5);
 /// Between two tries.
 const PAUSE: Duration = Duration::from_millis(100);

@@ -31,7 +31,7 @@ pub struct Config {
     pub restart: supervise::Policy,
 }
 
-/// Something the launcher hears of.
+/// An event for the launcher.
 pub(crate) enum Happening {
     /// A child printed a line.
     Line { child: Child, text: String },
@@ -39,9 +39,9 @@ pub(crate) enum Happening {
     Log { child: Child, text: String },
     /// A child ended.
     Ended(Child),
-    /// From the bus.
+    /// A message from the bus.
     Event(Box<node::Event>),
-    /// The launcher's own place on the bus is gone.
+    /// The launcher's own connection to the bus has ended.
     BusEnded(Result<(), bus::BusError>),
     /// Ctrl-C or SIGTERM.
     Interrupted,

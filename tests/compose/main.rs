@@ -1,7 +1,7 @@
 //! Stories over the shipped compose file and an image of the shipped Dockerfile, seen from the host.
 //!
 //! They need a container engine, and `KITTIWAKE_IMAGE` with the name of an image of this tree; without
-//! one of them they are skipped, and that is said aloud. `.ci/run` builds the image.
+//! one of them they are skipped with a message. `.ci/run` builds the image.
 
 mod support;
 

@@ -1,11 +1,11 @@
-//! What a human got wrong is told with its place, before anything starts.
+//! A human's mistakes are reported with their place, before anything starts.
 
 use std::path::Path;
 
 use crate::support::files::Files;
 use crate::support::{kittiwake, shipped};
 
-/// Makes one mistake in a shipped file: `from` becomes `to`. It must be told at the place of `at` in it, with
+/// Makes one mistake in a shipped file: `from` becomes `to`. It must be reported at the place of `at`, with
 /// all of `said`.
 #[track_caller]
 fn check(file: &str, from: &str, to: &str, at: &str, said: &[&str]) {
@@ -47,7 +47,7 @@ fn a_configuration_with_a_mistake() {
 fn a_configuration_that_is_not_complete() {
     for (from, to, said) in [
         ("seed = 1\n", "", "missing field `seed`"),
-        ("speed = 1.0", "speed = = 1.0", "kittiwake.toml:10:9: "),
+        ("speed = 1.0", "speed = = 1.0", "kittiwake.toml:9:9: "),
         ("mission = \"missions/reference.toml\"", "mission = \"nowhere.toml\"", "nowhere.toml: cannot be read"),
     ] {
         let config = Files::shipped().with("kittiwake.toml", from, to);
@@ -95,7 +95,7 @@ fn trees_with_a_mistake() {
 }
 
 #[test]
-fn mistakes_in_several_files_are_told_at_once() {
+fn mistakes_in_several_files_are_reported_at_once() {
     let files = Files::shipped().with("missions/reference.toml", "height_m = 0.0", "height_m = -1.0").with(
         "contingencies.toml",
         "actions = [\"land\"]",

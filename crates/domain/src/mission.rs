@@ -373,7 +373,7 @@ from_utc = "2026-05-01T08:00:00Z"
     }
 
     #[test]
-    fn every_mistake_is_told_with_its_place() {
+    fn every_mistake_is_reported_with_its_place() {
         #[track_caller]
         fn check(find: &str, replace: &str, expected: &str) {
             assert!(GOOD.contains(find), "the test's own text lacks `{find}`");

@@ -143,7 +143,7 @@ mod tests {
         // From above the ceiling straight down is entering at once, as far as a leg's heights tell.
         check(&square(), at(200.0).at_height(110.0), at(200.0), &[0.0]);
         check(&square(), at(200.0).at_height(0.0), at(200.0), &[]);
-        // A horseshoe is entered twice, or once again by whoever stands in one of its arms.
+        // A horseshoe is entered twice, or once more from inside one of its arms.
         let horseshoe = area(
             "U",
             AreaKind::Permission,

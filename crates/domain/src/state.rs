@@ -29,7 +29,7 @@ pub struct Tolerance {
 }
 
 impl State {
-    /// A state to reach, whatever the mode.
+    /// A state to reach, in any mode.
     pub fn new(position: Ned, flying: bool) -> State {
         State { position, flying, mode: None, permissions: BTreeSet::new() }
     }

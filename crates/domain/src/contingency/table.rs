@@ -166,7 +166,7 @@ fn check_actions(source: &Source, entry: &Entry, actions: &Actions, mistakes: &m
     else {
         return;
     };
-    let message = format!("`{}` holds, and its action `{}` does more than that", entry.flag.as_ref(), more.as_ref());
+    let message = format!("`{}` holds, and its action `{}` is more severe", entry.flag.as_ref(), more.as_ref());
     let help = "a row that holds ends in holding; give what calls for more a row of its own";
     mistakes.push(source.mistake(Some(more.span()), message, help));
 }
@@ -182,7 +182,7 @@ fn check_brings_down(source: &Source, entry: &Entry, actions: &Actions, mistakes
     }
     if entry.then == Then::Resume {
         let help = "set `then = \"end-mission\"`";
-        let message = format!("`{flag}` brings the vehicle down, and the mission would go on");
+        let message = format!("`{flag}` brings the vehicle down, and the mission would continue");
         mistakes.push(source.mistake(Some(entry.flag.span()), message, help));
     }
     let missing = |it: &Phase| {
@@ -291,7 +291,7 @@ then = "resume"
         check(
             "emergency = \"stop\"",
             "emergency = \"land\"",
-            "c.toml:29:13: `obstacle` holds, and its action `land` does more than that",
+            "c.toml:29:13: `obstacle` holds, and its action `land` is more severe",
         );
         check("clear = 0.25", "clear = 0.1", "c.toml:18:9: this rule would clear while it still holds");
         check("for_s = 1.0", "for_s = -1.0", "c.toml:18:9: a number of this rule is out of range");

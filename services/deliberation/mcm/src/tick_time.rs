@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_median_and_the_longest_of_two_periods_are_told() {
+    fn the_median_and_the_longest_of_two_periods_are_published() {
         let mut times = TickTimes::default();
         assert_eq!(times.told(), None);
         [20_000, 21_000, 22_000, 900_000].into_iter().for_each(|it| times.add(it));

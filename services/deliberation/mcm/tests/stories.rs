@@ -321,7 +321,7 @@ fn after_a_landing_that_nobody_planned_the_mission_waits_for_an_operator() {
     rig.wait(600.0);
     assert_eq!(
         rig.story(),
-        "report Failure: landed without having been told to, and no operator said within 600 s to go on"
+        "report Failure: landed although nothing had ordered it, and no operator resumed the mission within 600 s"
     );
 }
 
@@ -378,7 +378,7 @@ fn the_wait_at_a_border_ends_with_the_grant() {
 }
 
 #[test]
-fn silence_is_asked_three_times_and_then_told_to_the_planner() {
+fn a_silent_tower_is_asked_three_times_and_then_counts_as_a_denial() {
     let mut rig = Rig::new();
     rig.plan(plan(&[step(1, fly(80.0), &["A"])]));
     rig.execute();

@@ -21,7 +21,7 @@ const SAME_PLACE_M: f64 = 1.0;
 /// `way` cut into sections, for a plan that has asked for `asked` before.
 pub fn sections(way: &Way, airspace: &Airspace, asked: &Asked, stand_off_m: f64) -> Vec<Section> {
     let milestones = milestones(&way.points);
-    // Nobody waits on the way out of an area.
+    // The vehicle does not wait on the way out of an area.
     let earliest_m = if way.leads_out { milestones[1] } else { 0.0 };
     let waits = group(borders(way, &milestones, airspace, asked), stand_off_m, earliest_m);
     let mut sections: Vec<(f64, Section)> = std::iter::zip(&milestones, &way.points)

@@ -8,8 +8,8 @@ use geo::{Closest, ClosestPoint};
 use crate::airspace::{Airspace, Asked};
 use crate::config::Config;
 
-/// Besides the shortest way to each side, this many directions are tried: in a corner between two
-/// areas none of the sides may do.
+/// Directions that are tried in addition to the shortest one to each side: in a corner between two
+/// areas no direction to a side may work.
 const DIRECTIONS: u32 = 32;
 
 /// The nearest point, level with `from`, that is a stand-off outside of every barred area (half of
@@ -45,7 +45,7 @@ fn directions(from: Ned, airspace: &Airspace, asked: &Asked) -> Vec<(f64, f64)> 
 
 /// `clearance_m` beyond where the ray first leaves all barred areas.
 fn exit_along(from: Ned, direction: (f64, f64), clearance_m: f64, airspace: &Airspace, asked: &Asked) -> Option<Ned> {
-    /// A point this far beyond a border is told from one on it, in metres.
+    /// A point this far beyond a border counts as outside, in metres.
     const BEYOND_M: f64 = 1e-3;
     let along = |distance_m: f64| {
         Ned::new(from.north_m + direction.0 * distance_m, from.east_m + direction.1 * distance_m, from.down_m)

@@ -113,8 +113,7 @@ impl Permissions {
     }
 
     /// Asks again for `area`, whose permission is held and will expire; returns whether a request was sent. Answers are
-    /// overdue as for any other request, but silence has no consequence here: if the permission expires, its expiry
-    /// has.
+    /// overdue as for any other request, but silence is no denial here: the flight reacts to the expiry itself.
     pub(crate) fn renew(&mut self, now: Time, area: &str, step: StepId, limits: &Limits, outbox: &mut Outbox) -> bool {
         if self.requests.contains_key(area) || self.renewals.get(area).is_some_and(|until| now < *until) {
             return false;

@@ -174,7 +174,7 @@ impl World {
         let step = self.planner.step().map_or(StepId(0), |(step, ..)| step.id);
         for area in names {
             if self.permissions.renew(self.now.time, &area, step, &self.limits, &mut self.outbox) {
-                self.say("permission", format!("asking for area {area} again, which runs out"));
+                self.say("permission", format!("asking for area {area} again before its permission expires"));
             }
         }
     }
@@ -231,7 +231,7 @@ impl BreachHere {
             Why::KeepOut if self.0.after.is_zero() => format!("inside keep-out area {area}"),
             Why::KeepOut => format!("keep-out area {area} applies here in {} s", self.0.after.as_secs()),
             Why::NotGranted => format!("inside area {area} without permission"),
-            Why::TooShort { held, .. } => format!("the permission for area {area} runs out in {} s", held.as_secs()),
+            Why::TooShort { held, .. } => format!("the permission for area {area} expires in {} s", held.as_secs()),
         }
     }
 }

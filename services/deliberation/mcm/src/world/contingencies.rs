@@ -38,7 +38,7 @@ impl World {
         if self.now.time < lost_from {
             return Some(lost_from);
         }
-        self.raise(INTROSPECTION_LOST, SELF, "the monitor has gone quiet");
+        self.raise(INTROSPECTION_LOST, SELF, "the monitor is silent");
         None
     }
 

@@ -59,7 +59,7 @@ impl World {
         }
         let why = match self.answered_flag() {
             Some(flag) => format!("landed because of `{flag}`"),
-            None => "landed without having been told to".to_owned(),
+            None => "landed although nothing had ordered it".to_owned(),
         };
         self.planner.withdraw(&why);
         self.unplanned_landing = Some(UnplannedLanding { since: self.now.time, why });
@@ -79,7 +79,7 @@ impl World {
         let until = *since + self.limits.go_ahead_limit;
         if until <= self.now.time {
             let limit_s = self.limits.go_ahead_limit.as_secs();
-            let reason = format!("{why}, and no operator said within {limit_s} s to go on");
+            let reason = format!("{why}, and no operator resumed the mission within {limit_s} s");
             self.end_mission(MissionOutcome::Failure, reason);
             return None;
         }

@@ -106,7 +106,7 @@ impl World {
             }
             Purpose::NextStep(after) => {
                 if let Some(NoAnswer::Invalid(invalid)) = self.planner.on_next(now, after, next_step(result), timeout) {
-                    self.say("plan", format!("planner: the step after step {after} makes no sense: {invalid}"));
+                    self.say("plan", format!("planner: the step after step {after} is invalid: {invalid}"));
                     self.outbox.refuse(Service::NextStep, invalid);
                 }
             }

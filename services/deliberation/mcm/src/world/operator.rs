@@ -91,7 +91,7 @@ impl World {
         let by = if operator.is_empty() { "the operator".to_owned() } else { operator };
         let order = |overrides| Order { by: &by, overrides, ended };
         let (name, result) = match verb {
-            _ if request_id.is_empty() => ("a command", Err("it has no request id".to_owned())),
+            _ if request_id.is_empty() => ("a command", Err("the order has no request id".to_owned())),
             None => ("a command", Err("it has no verb".to_owned())),
             Some(Verb::Start(_)) => ("start", self.start(ended)),
             Some(Verb::Pause(it)) => ("pause", self.pause(order(it.overrides))),

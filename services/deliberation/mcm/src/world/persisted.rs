@@ -17,7 +17,7 @@ use super::{Over, SELF, UnplannedLanding, World};
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum UnusableState {
     /// The manager was started with another mission since.
-    #[error("it is of another mission file, and that is what counts")]
+    #[error("it belongs to another mission file")]
     OfAnotherMission,
     /// A part of it makes no sense.
     #[error(transparent)]

@@ -177,7 +177,7 @@ impl World {
         self.say("contingency", format!("`{name}` is over"));
     }
 
-    /// Takes a flag down, whatever its row says.
+    /// Takes a flag down, independent of its row.
     pub(super) fn lower(&mut self, name: &str) {
         self.flags.lower(name);
         self.operator.no_longer_overrides(name);

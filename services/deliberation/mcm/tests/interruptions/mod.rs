@@ -101,7 +101,7 @@ fn a_plan_that_arrives_together_with_a_flag_is_asked_for_again_after_it() {
 }
 
 #[test]
-fn a_transition_is_led_anew_when_its_permission_is_revoked() {
+fn a_transition_is_chosen_again_when_its_permission_is_revoked() {
     let mut rig = in_transition();
     rig.story();
     rig.say(ledger(v1::PermissionState::Revoked, 0.0, 2));
@@ -110,7 +110,7 @@ fn a_transition_is_led_anew_when_its_permission_is_revoked() {
 }
 
 #[test]
-fn a_transition_is_led_anew_when_its_permission_is_about_to_expire() {
+fn a_transition_is_chosen_again_when_its_permission_is_about_to_expire() {
     let (mut rig, skill) = under_way_to(500.0);
     rig.say(v1::PlannerStatus { areas: vec![area_a()], ..Default::default() });
     rig.say(ledger(v1::PermissionState::Granted, 40.0, 1));

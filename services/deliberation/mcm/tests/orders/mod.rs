@@ -169,7 +169,7 @@ fn a_pause_lasts_until_it_is_resumed() {
 }
 
 #[test]
-fn the_vehicle_lands_where_it_is_told_to() {
+fn the_vehicle_lands_at_the_place_that_was_ordered() {
     let (mut rig, _) = under_way();
     rig.command(land_at(30.0, 40.0));
     assert_eq!(rig.story(), "start fly 30 40 10, giving up 1");
@@ -271,7 +271,7 @@ fn a_repeated_command_gets_the_first_answer_and_does_nothing() {
     assert_eq!(rig.command_as("k1", PAUSE), first);
     assert_eq!(rig.command_as("k1", ABORT), first);
     assert_eq!(rig.story(), "");
-    assert_eq!(rig.command_as("", ABORT).text, "it has no request id");
+    assert_eq!(rig.command_as("", ABORT).text, "the order has no request id");
 }
 
 #[test]

@@ -37,7 +37,7 @@ pub(crate) enum NoAnswer {
     #[error("{0}")]
     Call(#[from] CallError),
     /// The reply made no sense.
-    #[error("answered what makes no sense: {0}")]
+    #[error("gave an invalid answer: {0}")]
     Invalid(#[from] InvalidMessage),
     /// The planner refused the request as invalid.
     #[error("refused the request: {0}")]
