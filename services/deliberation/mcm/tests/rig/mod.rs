@@ -1,5 +1,8 @@
 //! A manager with its surroundings played by the test: what it does is written down in words.
 
+#![expect(clippy::disallowed_methods, reason = "the cost of a tick is measured on the wall clock")]
+#![expect(unreachable_pub, reason = "no other crate uses a test: here `pub` means outside of the module")]
+
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
