@@ -58,6 +58,7 @@ fn read_behavior(config: &Config) -> Result<(LoadedTrees, Contingencies), Mistak
 
 /// What the gateway's connections are encrypted with, if they are. Looked at only by who has to do with
 /// it: the files may be out of reach for the other processes.
+#[expect(clippy::disallowed_methods, reason = "certificates expire by UTC")]
 pub fn read_tls(config: &Config) -> Result<Option<Arc<ServerConfig>>, Outcome> {
     gateway::tls::server_config(&config.gateway, config.http, SystemTime::now()).map_err(|refusal| {
         output::error_line(refusal);
