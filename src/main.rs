@@ -3,6 +3,8 @@
 //! Which process does what is in [`service`]; `kittiwake up` starts them all, always of this same
 //! build, as children of one launcher.
 
+#![expect(unreachable_pub, reason = "no other crate uses a program: here `pub` means outside of the module")]
+
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -18,6 +20,7 @@ mod health;
 mod http_client;
 mod inject;
 mod kept;
+#[expect(clippy::disallowed_methods, reason = "it measures on the wall clock, and keeps all that it hears")]
 mod kpi;
 mod operate;
 mod outcome;
@@ -31,6 +34,10 @@ mod state_folder;
 mod status;
 mod target;
 mod telemetry;
+#[expect(
+    clippy::disallowed_methods,
+    reason = "processes live on the wall clock, and may not wait until their lines are read"
+)]
 mod up;
 mod watchdog;
 

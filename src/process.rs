@@ -113,6 +113,7 @@ fn run(
 }
 
 /// Differs at each start of a process, so that a restarted one repeats none of its request ids.
+#[expect(clippy::disallowed_methods, reason = "no two processes start in the same nanosecond of UTC")]
 fn start_number() -> u64 {
     let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     since_epoch.as_nanos() as u64

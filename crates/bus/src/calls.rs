@@ -1,5 +1,7 @@
 //! Calls under way: sent, repeated while nobody serves them, ended by their deadline at the latest.
 
+#![expect(clippy::disallowed_methods, reason = "calls have deadlines on the wall clock")]
+
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 

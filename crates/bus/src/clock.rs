@@ -1,5 +1,7 @@
 //! The one place that reads a clock.
 
+#![expect(clippy::disallowed_methods, reason = "the clock that every node gets its time from")]
+
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use domain::time::{Now, Pace, Time};
@@ -33,7 +35,7 @@ impl Clock {
     }
 
     /// When `time` comes, as a moment of the monotonic clock.
-    pub fn instant_of(&self, time: Time) -> Instant {
+    pub(crate) fn instant_of(&self, time: Time) -> Instant {
         self.start + self.pace.to_wall(time.since_start())
     }
 

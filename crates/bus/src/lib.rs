@@ -28,7 +28,6 @@ mod trace;
 
 pub use clock::{Clock, monotonic_ns};
 pub use direct::Direct;
-pub use freshness::OBEYED_WITHIN;
 pub use nudge::Nudge;
 pub use presence::{Presence, RouterView, look_at_router, look_for};
 pub use router::{run_linked_router, run_router};

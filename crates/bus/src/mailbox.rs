@@ -3,6 +3,8 @@
 //! Of a telemetry topic only the newest sample is kept; everything else queues in order up to a
 //! bound, beyond which it is dropped and counted, since a blocked callback would stall the link.
 
+#![expect(clippy::disallowed_methods, reason = "the loop waits here, up to a deadline on the wall clock")]
+
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::time::Instant;
@@ -16,8 +18,6 @@ use crate::trace::Parent;
 const CAPACITY: usize = 4096;
 
 /// Something for the loop.
-// Moved once into the queue and once out of it: cheaper than an allocation for each.
-#[allow(clippy::large_enum_variant)]
 #[derive(Debug)]
 pub(crate) enum Mail {
     /// An event for the node, and the trace it belongs to.
@@ -48,7 +48,6 @@ struct Inner {
     nudged: bool,
 }
 
-#[allow(clippy::large_enum_variant)]
 enum Entry {
     Mail(Mail),
     /// Stands for the newest sample, in the place of the first unread one.

@@ -1,5 +1,7 @@
 //! The loop that runs a node.
 
+#![expect(clippy::disallowed_methods, reason = "heartbeats and deadlines of calls are on the wall clock")]
+
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 

@@ -28,11 +28,6 @@ impl Stop {
         hooks.into_iter().for_each(|hook| hook());
     }
 
-    /// Whether it has been asked for.
-    pub fn is_stopped(&self) -> bool {
-        self.lock().stopped
-    }
-
     /// Calls `hook` once the end is asked for; at once if it already was.
     pub fn on_stop(&self, hook: impl FnOnce() + Send + 'static) {
         let mut state = self.lock();

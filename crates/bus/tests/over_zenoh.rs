@@ -1,6 +1,8 @@
 //! Nodes over a real router: what one publishes the other gets, calls are answered or end, and a
 //! router that dies and comes back is only a pause.
 
+#![expect(clippy::disallowed_methods, reason = "a test waits for what other threads do, up to a limit")]
+
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
 
