@@ -18,8 +18,9 @@ use crate::outbox::Outbox;
 use crate::trace::Parent;
 use crate::{BusError, Clock, Direct, Link, Nudge, Stop, direct, keys, session, trace};
 
-/// Every process says at least this often that its own loop makes progress.
-const HEARTBEAT: Duration = Duration::from_millis(500);
+/// Every process says at least this often that its own loop makes progress: often enough that one that hangs is noticed
+/// within a second, although a heartbeat or two may be late.
+const HEARTBEAT: Duration = Duration::from_millis(250);
 
 /// Runs `node` on the bus until it is over or `stop` is asked for. Blocks the calling thread.
 pub fn run(node: &mut dyn Node, link: &Link, pace: Pace, stop: &Stop) -> Result<(), BusError> {
