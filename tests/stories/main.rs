@@ -11,6 +11,7 @@ mod bad_messages;
 mod crowd;
 mod disturbances;
 mod ends;
+mod measured;
 mod missions;
 mod operate;
 mod operators;

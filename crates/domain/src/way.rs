@@ -243,16 +243,16 @@ impl Search<'_> {
 
 /// Which ends of a leg may be nearer to a border than the margin, because they are given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Exempt {
+pub struct Exempt {
     /// The leg begins where the vehicle is.
-    start: bool,
+    pub start: bool,
     /// The leg ends where the way is to lead.
-    end: bool,
+    pub end: bool,
 }
 
 /// Whether the level leg from `from` to `to` keeps `margin_m` from `area`, but for the first and last `margin_m` of it
 /// where those are exempt. Heights are not looked at.
-fn keeps_clear(area: &Area, from: Ned, to: Ned, margin_m: f64, exempt: Exempt) -> bool {
+pub fn keeps_clear(area: &Area, from: Ned, to: Ned, margin_m: f64, exempt: Exempt) -> bool {
     let length_m = from.horizontal_distance_m(to);
     let (trim_start_m, trim_end_m) =
         (if exempt.start { margin_m } else { 0.0 }, if exempt.end { margin_m } else { 0.0 });
@@ -268,7 +268,7 @@ fn keeps_clear(area: &Area, from: Ned, to: Ned, margin_m: f64, exempt: Exempt) -
 }
 
 /// Points `margin_m` away from the borders that `point` is nearer to: from there a way keeps its margin.
-fn footholds(point: Ned, areas: &[&Area], margin_m: f64) -> Vec<Ned> {
+pub fn footholds(point: Ned, areas: &[&Area], margin_m: f64) -> Vec<Ned> {
     let here = Point::new(point.east_m, point.north_m);
     let away = |area: &&Area| {
         let border = match area.polygon().exterior().closest_point(&here) {

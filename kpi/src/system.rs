@@ -7,14 +7,13 @@ use std::time::{Duration, Instant};
 
 use bus::{Direct, Link, Scope, Stop, Tap, Tapped};
 use domain::time::Pace;
+use kittiwake::service::Service;
+use kittiwake::settings::Settings;
+use kittiwake::up::Happening;
+use kittiwake::up::children::Children;
+use kittiwake::up::supervise::Child;
 use kittiwake_proto::topics::{Message, Topic};
 use node::Node;
-
-use crate::service::Service;
-use crate::settings::Settings;
-use crate::up::Happening;
-use crate::up::children::Children;
-use crate::up::supervise::Child;
 
 /// A process that starts, or ends, takes no longer than this.
 const LIMIT: Duration = Duration::from_secs(10);
@@ -39,10 +38,10 @@ pub struct System {
 }
 
 impl System {
-    /// Starts the router, taps its bus, then starts `services`.
-    pub fn start(settings: &Settings, vehicle: &str, services: &[Service]) -> Result<System, String> {
+    /// Starts the router of the executable `program`, taps its bus, then starts `services`.
+    pub fn start(program: &Path, settings: &Settings, vehicle: &str, services: &[Service]) -> Result<System, String> {
         let (sender, happenings) = channel();
-        let mut children = Children::new(settings, sender).map_err(cannot_start)?;
+        let mut children = Children::of(program.to_owned(), settings, sender).map_err(cannot_start)?;
         children.start(Child::Router, None).map_err(cannot_start)?;
         let locator = loop {
             match happenings.recv_timeout(LIMIT) {
