@@ -6,8 +6,8 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use bus::{Direct, Link, Scope, Stop, monotonic_ns};
-use domain::time::{Now, Pace, Time};
+use bus::{Direct, Link, Process, Scope, Stop, monotonic_ns};
+use domain::time::{Now, Time};
 use kittiwake::end::stop_on_end;
 use kittiwake::outcome::Outcome;
 use kittiwake::settings::Settings;
@@ -43,7 +43,8 @@ pub fn run(args: &FloorArgs) -> Outcome {
     let direct = Direct { folder: args.direct.clone(), listen: Some(own.to_owned()), connect };
     let mut node: Box<dyn Node> = if args.far { Box::new(Far::default()) } else { Box::new(Near::default()) };
     let result = stop_on_end(&stop, args.exit_with_parent).map_err(|it| it.to_string()).and_then(|()| {
-        bus::run_linked(node.as_mut(), &link, Some(&direct), Pace::REAL_TIME, &stop).map_err(|it| it.to_string())
+        let process = Process { direct: Some(&direct), ..Process::of(node.as_mut(), &link) };
+        process.run(&stop).map_err(|it| it.to_string())
     });
     telemetry.end();
     match result {

@@ -5,8 +5,7 @@ use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-use bus::{Direct, Link, Scope, Stop, Tap, Tapped};
-use domain::time::Pace;
+use bus::{Direct, Link, Process, Scope, Stop, Tap, Tapped};
 use kittiwake::service::Service;
 use kittiwake::settings::Settings;
 use kittiwake::up::Happening;
@@ -95,7 +94,8 @@ impl System {
         let direct = Direct { folder: self.sockets().to_owned(), listen: None, connect };
         let until = stop.clone();
         std::thread::spawn(move || {
-            if let Err(cause) = bus::run_linked(&mut node, &link, Some(&direct), Pace::REAL_TIME, &until) {
+            let process = Process { direct: Some(&direct), ..Process::of(&mut node, &link) };
+            if let Err(cause) = process.run(&until) {
                 tracing::warn!(%cause, "not on the bus");
             }
         });

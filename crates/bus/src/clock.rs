@@ -1,4 +1,7 @@
-//! The one place that reads a clock.
+//! The time that nodes get, and the stamps on what they send.
+//!
+//! No node reads a clock. The rest of this crate reads the monotonic clock itself where it waits: for mail, for answers,
+//! for a router. The dates of certificates and the time windows of HTTP are read where they are checked.
 
 #![expect(clippy::disallowed_methods, reason = "the clock that every node gets its time from")]
 

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-/// Ends a [`crate::run`] or a [`crate::run_router`]. Clones stop the same loop.
+/// Ends a [`crate::Process`] or a [`crate::run_router`]. Clones stop the same loop.
 #[derive(Clone, Default)]
 pub struct Stop(Arc<Mutex<State>>);
 

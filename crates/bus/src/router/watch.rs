@@ -17,7 +17,7 @@ use crate::{BusError, papers};
 const REMINDER: Duration = Duration::from_secs(30);
 /// Tells at least this often that it still routes.
 const TURN: Duration = Duration::from_millis(500);
-/// One that was never up is told first after so long: any that can be made is made sooner.
+/// A link that has never been up is reported for the first time after this long. One that can be made is up sooner.
 const FIRST_REMINDER: Duration = Duration::from_secs(5);
 
 /// What the router has heard.
