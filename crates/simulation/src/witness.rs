@@ -42,7 +42,8 @@ pub(crate) struct Witness {
     is_over: bool,
     /// A flag is answered since then.
     answering: Option<Time>,
-    landed: bool,
+    /// As the land detector says; before it has said anything the vehicle stands on the ground.
+    airborne: bool,
 }
 
 impl Witness {
@@ -60,10 +61,10 @@ impl Witness {
             }
             Message::VehicleLandDetected(it) => {
                 let answers = self.answering.is_some_and(|since| since + UNDER_WAY < at);
-                if self.landed && !it.landed && (self.is_over || answers) {
+                if !self.airborne && !it.landed && (self.is_over || answers) {
                     self.breaches.push(Breach::TookOff { at });
                 }
-                self.landed = it.landed;
+                self.airborne = !it.landed;
             }
             Message::VehicleLocalPosition(it) => {
                 if let Some(Ok(position)) = it.position.map(Ned::try_from) {
@@ -74,7 +75,12 @@ impl Witness {
         }
     }
 
+    /// From the ground into the air is entering.
     fn moved(&mut self, at: Time, position: Ned) {
+        if !self.airborne {
+            self.inside.clear();
+            return;
+        }
         let utc_ms = UTC_START_MS + at.since_start().as_millis() as i64;
         for area in self.areas.iter().filter(|it| it.is_active(utc_ms)) {
             if !area.contains(position) {
