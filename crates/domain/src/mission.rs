@@ -1,5 +1,7 @@
 //! A mission as a human writes it: objectives to reach, and areas on the way.
 
+mod sites;
+
 use std::ops::Range;
 
 use serde::Deserialize;
@@ -9,6 +11,7 @@ use toml::Spanned;
 use crate::area::{Area, AreaKind};
 use crate::file::{Mistake, Mistakes, Source};
 use crate::geometry::Ned;
+use sites::Site;
 
 /// A mission that may be flown; [`Mission::read`] is the only way to obtain one.
 #[derive(Debug, Clone, PartialEq)]
@@ -172,6 +175,11 @@ impl Mission {
     }
 
     /// Parses and checks a mission file; every mistake that can be found is reported at once.
+    ///
+    /// A mission may end in the air: the table of contingencies must have a row that brings it down then.
+    ///
+    /// # Errors
+    /// The mistakes, each with its place.
     pub fn read(source: &Source) -> Result<Mission, Mistakes> {
         let file: MissionFile = source.parse()?;
         let mut check = Checker { source, mistakes: Vec::new() };
@@ -181,6 +189,9 @@ impl Mission {
         check.distinct("area", file.area.iter().map(|it| &it.name));
         if objectives.is_empty() {
             check.say(None, "a mission without objectives", "add an [[objective]]");
+        }
+        if check.mistakes.is_empty() {
+            check.sites(&file, &objectives, &areas);
         }
         Mistakes(check.mistakes).or(Mission { name: file.name, objectives, areas })
     }
@@ -307,6 +318,27 @@ impl Checker<'_> {
         area
     }
 
+    /// Where the mission begins, flies to and ends, against each area.
+    fn sites(&mut self, file: &MissionFile, objectives: &[Objective], areas: &[Area]) {
+        let start = Site { position: Ned::default(), flying: false, is_end: true };
+        for (entry, area) in file.area.iter().zip(areas) {
+            if let Some(problem) = sites::problem(start, area) {
+                let message = format!("the take-off point {}", problem.in_words(&area.name));
+                self.say(Some(entry.corners_m.span()), message, problem.help());
+            }
+        }
+        for (index, (entry, objective)) in file.objective.iter().zip(objectives).enumerate() {
+            let is_end = index + 1 == objectives.len();
+            let site = Site { position: objective.position, flying: objective.flying, is_end };
+            for area in areas {
+                if let Some(problem) = sites::problem(site, area) {
+                    let message = format!("objective `{}` {}", objective.name, problem.in_words(&area.name));
+                    self.say(Some(entry.north_m.span()), message, problem.help());
+                }
+            }
+        }
+    }
+
     fn within(&mut self, key: &str, value: &Spanned<f64>, least: f64, most: f64) -> f64 {
         let number = *value.as_ref();
         if !(least..=most).contains(&number) {
@@ -345,6 +377,7 @@ impl Checker<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::check_mistake;
 
     const GOOD: &str = r#"
 name = "there"
@@ -391,6 +424,54 @@ from_utc = "2026-05-01T08:00:00Z"
         check("2026-05-01T08:00:00Z", "tomorrow", "m.toml:13:12: found `tomorrow`, expected a UTC date");
         check("kind = \"permission\"", "kind = \"open\"", "m.toml:11:8: unknown variant `open`");
         check("name = \"there\"", "name = \"there", "m.toml:2:14: ");
+    }
+
+    #[test]
+    fn a_place_that_cannot_be_used_is_told_with_its_place() {
+        #[track_caller]
+        fn check(find: &str, replace: &str, expected: &str) {
+            // Nothing about the window: these areas always apply.
+            let good = GOOD.replace("from_utc = \"2026-05-01T08:00:00Z\"\n", "");
+            check_mistake(&good, find, replace, read, expected);
+        }
+        check(
+            "kind = \"permission\"\ncorners_m = [[-90.0, 110.0], [90.0, 110.0]",
+            "kind = \"keep-out\"\ncorners_m = [[-90.0, -20.0], [90.0, -20.0]",
+            "m.toml:12:13: the take-off point lies in keep-out area `A`, which always applies",
+        );
+        check(
+            "kind = \"permission\"\ncorners_m = [[-90.0, 110.0], [90.0, 110.0], [90.0, 290.0], [-90.0, 290.0]]",
+            "kind = \"keep-out\"\ncorners_m = [[-90.0, 110.0], [90.0, 110.0], [90.0, 590.0], [-90.0, 590.0]]",
+            "m.toml:5:11: objective `deliver` lies in keep-out area `A`, which always applies",
+        );
+        check(
+            "[[-90.0, 110.0], [90.0, 110.0]",
+            "[[-90.0, 4.0], [90.0, 4.0]",
+            "m.toml:12:13: the take-off point lies 4.0 m from the border of area `A`, expected at least 10 m",
+        );
+        check(
+            "east_m = 500.0",
+            "east_m = 299.0",
+            "m.toml:5:11: objective `deliver` lies 9.0 m from the border of area `A`, expected at least 10 m",
+        );
+    }
+
+    #[test]
+    fn a_place_inside_a_permission_area_or_below_one_is_no_mistake() {
+        #[track_caller]
+        fn check(find: &str, replace: &str) {
+            assert!(GOOD.contains(find), "the test's own text lacks `{find}`");
+            let read = read(&GOOD.replacen(find, replace, 1));
+            assert!(read.is_ok(), "{}", read.unwrap_err());
+        }
+        check("east_m = 500.0", "east_m = 200.0");
+        check("[90.0, 110.0]", "[90.0, -20.0]");
+        check("east_m = 500.0", "east_m = 301.0");
+        // The planner knows whether it applies.
+        check("[[-90.0, 110.0], [90.0, 110.0]", "[[-90.0, 4.0], [90.0, 4.0]");
+        check("corners_m = [[-90.0, 110.0], [90.0, 110.0]", "floor_m = 20.0\ncorners_m = [[-90.0, 4.0], [90.0, 4.0]");
+        // It is brought down by a response.
+        check("height_m = 0.0\nflying = false", "height_m = 10.0\nflying = true");
     }
 
     #[test]

@@ -68,7 +68,8 @@ pub(crate) struct Witness {
     /// The mission is over, the vehicle flies and nothing responds, since then.
     unattended: Option<Time>,
     hover: Option<(Ned, Time)>,
-    landed: bool,
+    /// As the land detector says; before its first message the vehicle stands on the ground.
+    airborne: bool,
 }
 
 /// How the vehicle is inside an area.
@@ -95,10 +96,10 @@ impl Witness {
             }
             Message::VehicleLandDetected(it) => {
                 let answers = self.answering.is_some_and(|since| since + UNDER_WAY < at);
-                if self.landed && !it.landed && (self.manager.report.is_some() || answers) {
+                if !self.airborne && !it.landed && (self.manager.report.is_some() || answers) {
                     self.breaches.push(Breach::TookOff { at });
                 }
-                self.landed = it.landed;
+                self.airborne = !it.landed;
             }
             Message::VehicleLocalPosition(it) => {
                 if let Some(Ok(position)) = it.position.map(Ned::try_from) {
@@ -110,8 +111,9 @@ impl Witness {
         }
     }
 
+    /// From the ground into the air is entering.
     fn moved(&mut self, at: Time, position: Ned) {
-        if self.landed {
+        if !self.airborne {
             self.inside.clear();
             return;
         }
@@ -152,7 +154,7 @@ impl Witness {
 
     /// Somebody must be bringing the vehicle down, or anywhere, as long as it flies.
     fn attended(&mut self, at: Time, position: Ned) {
-        let responds = self.landed || !self.manager.acting.is_empty();
+        let responds = !self.airborne || !self.manager.acting.is_empty();
         let phase = self.manager.phase();
         let is_over = matches!(phase, v1::MissionPhase::Ending | v1::MissionPhase::Over);
         self.unattended = (is_over && !responds).then(|| self.unattended.unwrap_or(at));

@@ -48,7 +48,8 @@ fn a_keep_out_area_is_flown_round_on_the_shorter_side() {
 
 #[test]
 fn a_goal_in_a_keep_out_area_is_given_up_with_the_reason() {
-    let mut story = Story::of(&across(&area("K", "keep-out", [400.0, 600.0], "")));
+    let window = "until_utc = \"2027-01-01T00:00:00Z\"";
+    let mut story = Story::of(&across(&area("K", "keep-out", [400.0, 600.0], window)));
     check(&story.plan(), "finished");
     check(
         &story.objectives(),
