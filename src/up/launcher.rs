@@ -120,6 +120,9 @@ impl<'a> Launcher<'a> {
     pub fn run(mut self) -> Outcome {
         let end = self.keep_up();
         self.screen.end_progress();
+        if self.aircraft.state(self.now()) == State::InTheAir {
+            self.screen.log("the aircraft is in the air, and from here on its autopilot alone answers for it");
+        }
         let outcome = match end {
             End::Reported(outcome) => outcome,
             // What was achieved before counts.

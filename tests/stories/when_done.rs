@@ -34,7 +34,7 @@ fn an_aircraft_that_is_not_heard_keeps_the_system_up_until_it_is_seen_on_the_gro
 fn a_crash_is_told_by_the_exit_code() {
     let system = System::start(&["--speed", "10"]);
     system.wait_for("step 4 of 5: fly to (0, 500, 10)");
-    fault(&system, "motor_failure");
+    fault(&system, "motor_failure 2");
     let ending = system.end();
     ending.expect(6, &["WAITING", "WAITING"]);
     assert_eq!(ending.report()["outcome"], "MISSION_OUTCOME_CRASH");
