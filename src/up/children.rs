@@ -86,6 +86,11 @@ impl Children {
         self.running.iter().map(|(child, process)| (*child, process.id())).collect()
     }
 
+    /// Whether this is the process id of a child that runs.
+    pub fn is_process(&self, child: Child, id: u32) -> bool {
+        self.running.get(&child).is_some_and(|process| process.id() == id)
+    }
+
     /// How a child ended; `None` if it was not running.
     pub fn reap(&mut self, child: Child) -> Option<Ending> {
         let status = self.running.remove(&child)?.wait().ok()?;

@@ -6,6 +6,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
 use bus::{Link, Scope, Stop};
+use domain::time::Pace;
+use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::MissionReport;
 use node::Event;
 
@@ -17,7 +19,9 @@ use crate::output;
 use crate::run_file::RunFolder;
 use crate::run_file::{RunFile, Running};
 use crate::state_folder;
+use crate::up::aircraft::{Aircraft, State};
 use crate::up::children::Children;
+use crate::up::liveness::Liveness;
 use crate::up::progress::Progress;
 use crate::up::screen::Screen;
 use crate::up::supervise::{Child, Supervisor, Verdict};
@@ -45,6 +49,8 @@ pub struct Launcher<'a> {
     _state: Option<RunFolder>,
     supervisor: Supervisor,
     children: Children,
+    liveness: Liveness,
+    aircraft: Aircraft,
     progress: Progress,
     screen: Screen,
     bus: Stop,
@@ -59,7 +65,7 @@ pub struct Launcher<'a> {
 
 /// Why the loop ends.
 enum End {
-    /// The mission is over, and the launcher is to end with it.
+    /// The mission is over, the aircraft is on the ground, and the launcher is to end with the mission.
     Reported(Outcome),
     Interrupted,
     GaveUp(String),
@@ -95,6 +101,8 @@ impl<'a> Launcher<'a> {
             start: Instant::now(),
             supervisor: Supervisor::new(&config.launcher.restart),
             children: Children::new(&settings, sender.clone())?,
+            liveness: Liveness::new(config.launcher.hung_after_s.seconds()),
+            aircraft: Aircraft::default(),
             progress: Progress::default(),
             screen: Screen::new(args.json),
             bus: Stop::new(),
@@ -112,6 +120,9 @@ impl<'a> Launcher<'a> {
     pub fn run(mut self) -> Outcome {
         let end = self.keep_up();
         self.screen.end_progress();
+        if self.aircraft.state(self.now()) == State::InTheAir {
+            self.screen.log("the aircraft is in the air, and from here on its autopilot alone answers for it");
+        }
         let outcome = match end {
             End::Reported(outcome) => outcome,
             // A mission that has ended counts more than how the launcher ends.
@@ -138,6 +149,7 @@ impl<'a> Launcher<'a> {
                     return End::GaveUp("the launcher receives no messages any more".into());
                 }
             }
+            self.end_what_hangs();
             if self.run_file.is_some() && self.reported.is_none() {
                 self.screen.progress(&self.progress, self.now());
             }
@@ -175,8 +187,21 @@ impl<'a> Launcher<'a> {
 
     fn on_event(&mut self, event: Event) {
         match event {
-            Event::Peer { service, alive: true, .. } => self.supervisor.seen(&service),
+            Event::Peer { service, alive: true, .. } => {
+                if let Some(child) = self.supervisor.child(&service) {
+                    self.supervisor.seen(child);
+                    self.liveness.heard(child, self.now());
+                }
+            }
+            Event::Message { message: Message::Heartbeat(heartbeat), .. } => {
+                let child = self.supervisor.child(&heartbeat.service);
+                // Not that of a child that has been started again since, nor of another system's.
+                if let Some(child) = child.filter(|it| self.children.is_process(*it, heartbeat.pid)) {
+                    self.liveness.heard(child, self.now());
+                }
+            }
             Event::Message { vehicle, message } if *vehicle == *self.config.vehicle.as_str() => {
+                self.aircraft.on(&message, self.now());
                 if let Some(line) = self.progress.on(message) {
                     self.screen.line(&line);
                 }
@@ -220,8 +245,19 @@ impl<'a> Launcher<'a> {
         self.locator = Some(locator);
     }
 
+    /// Kills the children that hang; they are started again as soon as they have ended.
+    fn end_what_hangs(&mut self) {
+        let limit = self.config.launcher.hung_after_s.seconds();
+        for child in self.liveness.hung(self.now()) {
+            self.screen.log(&format!("{child} does not answer for {limit:?}: killed, to be started again"));
+            self.supervisor.hangs(child);
+            self.children.kill(child);
+        }
+    }
+
     fn on_ended(&mut self, child: Child) -> Option<End> {
         let ending = self.children.reap(child)?;
+        self.liveness.ended(child);
         match self.supervisor.ended(child, ending, self.now()) {
             Verdict::Restart(delay) => {
                 self.screen.log(&format!("{child} ended {ending}; it is started again in {delay:?}"));
@@ -274,7 +310,15 @@ impl<'a> Launcher<'a> {
             self.tell(&report);
             self.reported = Some(report.outcome().into());
         }
-        self.reported.filter(|_| self.args.exit_when_done).map(End::Reported)
+        let outcome = self.reported.filter(|_| self.args.exit_when_done)?;
+        if self.aircraft.state(self.now()) == State::AtRest {
+            return Some(End::Reported(outcome));
+        }
+        // Without the system nobody would answer for the aircraft.
+        if let Some(text) = self.aircraft.await_rest(self.now()) {
+            self.screen.line(text);
+        }
+        None
     }
 
     fn tell(&self, report: &MissionReport) {

@@ -13,8 +13,10 @@ use crate::up::launcher::Launcher;
 use crate::up::supervise::Child;
 use crate::{check_inputs, end, output, telemetry};
 
+mod aircraft;
 pub mod children;
 mod launcher;
+mod liveness;
 mod progress;
 mod report;
 mod screen;
@@ -27,6 +29,8 @@ mod watch;
 pub struct Config {
     /// Wall seconds from the start within which every process must have been seen.
     pub start_limit_s: Positive,
+    /// Wall seconds without a heartbeat after which a process hangs: it is killed, and started again.
+    pub hung_after_s: Positive,
     /// When a process that died is started again.
     pub restart: supervise::Policy,
 }

@@ -132,12 +132,21 @@ impl Supervisor {
         }
     }
 
-    /// A service of this name appeared on the bus.
-    pub fn seen(&mut self, service: &str) {
-        let state = self.states.iter_mut().find(|(child, _)| child.name() == service);
-        if let Some((_, state @ State::Started)) = state {
+    /// The child that is the service of this name.
+    pub fn child(&self, service: &str) -> Option<Child> {
+        self.states.keys().copied().find(|child| child.name() == service)
+    }
+
+    /// A service appeared on the bus.
+    pub fn seen(&mut self, child: Child) {
+        if let Some(state @ State::Started) = self.states.get_mut(&child) {
             *state = State::Seen;
         }
+    }
+
+    /// A child hangs and is killed: it is missing until it is started again.
+    pub fn hangs(&mut self, child: Child) {
+        self.states.insert(child, State::Started);
     }
 
     /// The children that have not been seen since they were started.
@@ -183,7 +192,7 @@ mod tests {
         supervisor.due(at(0));
         supervisor.router_listens(at(10));
         supervisor.due(at(10));
-        Service::ALL.iter().for_each(|it| supervisor.seen(it.name()));
+        Service::ALL.iter().for_each(|it| supervisor.seen(Child::Service(*it)));
         supervisor
     }
 
@@ -197,9 +206,12 @@ mod tests {
         assert_eq!(supervisor.due(at(10)).len(), Service::ALL.len());
         for service in Service::ALL {
             assert!(supervisor.missing().contains(&Child::Service(service)));
-            supervisor.seen(service.name());
+            supervisor.seen(Child::Service(service));
         }
         assert_eq!(supervisor.missing(), []);
+        assert_eq!(supervisor.child("planner"), Some(PLANNER));
+        supervisor.hangs(PLANNER);
+        assert_eq!((supervisor.missing(), supervisor.due(at(5000))), (vec![PLANNER], vec![]), "it has not ended yet");
     }
 
     #[test]

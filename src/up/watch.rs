@@ -17,7 +17,15 @@ impl Node for Watch {
     }
 
     fn subscriptions(&self) -> &'static [Topic] {
-        &[Topic::McmStatus, Topic::DecisionRecord, Topic::PlannerStatus, Topic::SkillFeedback]
+        &[
+            Topic::McmStatus,
+            Topic::DecisionRecord,
+            Topic::PlannerStatus,
+            Topic::SkillFeedback,
+            Topic::VehicleStatus,
+            Topic::VehicleLandDetected,
+            Topic::Heartbeat,
+        ]
     }
 
     fn on(&mut self, _: Now, event: Event, _: &mut Vec<Effect>) {

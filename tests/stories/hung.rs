@@ -1,0 +1,82 @@
+//! Processes that hang: alive, and doing nothing. They are noticed, and started again.
+
+use nix::sys::signal::Signal;
+
+use crate::support::{Ending, System, wait_for};
+
+/// Fails unless these parts were told in this order.
+#[track_caller]
+fn in_order(ending: &Ending, parts: &[&str]) {
+    let mut lines = ending.lines.iter();
+    for part in parts {
+        assert!(lines.any(|it| it.contains(part)), "`{part}` is missing or too early in:\n{}", ending.lines.join("\n"));
+    }
+}
+
+#[test]
+fn a_planner_that_hangs_is_killed_and_the_mission_is_achieved() {
+    let system = System::start(&["--speed", "5"]);
+    system.wait_for("step 4 of 5: fly to (0, 500, 10)");
+    let planner = system.process("planner");
+    planner.signal(Signal::SIGSTOP);
+    // In the air without a plan.
+    assert!(system.inject(&["flag", "obstacle"]).status.success());
+    system.wait_for("planner does not answer for 3s: killed");
+    wait_for("the planner to be gone", || (!planner.runs()).then_some(()));
+    let ending = system.end();
+    ending.expect(0, &["SUCCESS", "SUCCESS"]);
+    in_order(
+        &ending,
+        &[
+            "`obstacle`: stop",
+            "flag `planner_lost` raised: the planner has been silent for",
+            "`planner_lost`: stop",
+            "planner does not answer for 3s: killed",
+            "`planner_lost` is over",
+            "fly to (0, 500, 10); land",
+        ],
+    );
+    assert!(!ending.lines.iter().any(|it| it.contains("planner_gone")), "{}", ending.lines.join("\n"));
+}
+
+#[test]
+fn an_emergency_action_is_tried_again_when_the_skill_manager_is_back() {
+    let system = System::start(&["--speed", "2"]);
+    system.wait_for("step 4 of 5: fly to (0, 500, 10)");
+    let skill_manager = system.process("skill-manager");
+    skill_manager.signal(Signal::SIGSTOP);
+    assert!(system.inject(&["flag", "operator_abort"]).status.success());
+    let ending = system.end();
+    ending.expect(4, &["WAITING", "WAITING"]);
+    in_order(
+        &ending,
+        &[
+            "`operator_abort`: land",
+            "`operator_abort`: land failed (try 1 of 2): failed: skill manager",
+            "skill-manager does not answer for 3s: killed",
+            "over: `operator_abort`",
+        ],
+    );
+}
+
+#[test]
+fn each_process_on_the_ground_and_in_the_air_is_started_again_when_it_hangs() {
+    let system = System::start(&["--speed", "1"]);
+    system.wait_for(" is up: ");
+    for process in ["monitor", "gateway", "mcm", "control-tower", "router"] {
+        let hung = system.process(process);
+        hung.signal(Signal::SIGSTOP);
+        system.wait_for(&format!("{process} does not answer for 3s: killed"));
+        wait_for("another one", || {
+            let found = system.children().into_iter().find(|(name, it)| name == process && it.runs())?;
+            (found.1.id() != hung.id()).then_some(())
+        });
+    }
+    let told = |process: &str| format!("{process} does not answer");
+    system.launcher().signal(Signal::SIGINT);
+    let ending = system.end();
+    // Nobody else was taken for one that hangs.
+    for innocent in ["planner", "skill-manager", "vehicle-sim"] {
+        assert!(!ending.lines.iter().any(|it| it.contains(&told(innocent))), "{}", ending.lines.join("\n"));
+    }
+}

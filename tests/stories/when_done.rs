@@ -1,0 +1,41 @@
+//! `--exit-when-done`: the system ends with its mission, and not before the aircraft is at rest.
+
+use crate::support::{System, wait_for};
+
+#[track_caller]
+fn fault(system: &System, line: &str) {
+    let words: Vec<_> = ["fault"].into_iter().chain(line.split(' ')).collect();
+    let output = system.inject(&words);
+    assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[track_caller]
+fn wait_for_landing(system: &System) {
+    wait_for("a landing", || {
+        let running = &system.status()["skill"]["running"];
+        (running["kind"] == "SKILL_KIND_LAND" && running["state"] == "SKILL_STATE_EXECUTE").then_some(())
+    });
+}
+
+#[test]
+fn an_aircraft_that_is_not_heard_keeps_the_system_up_until_it_is_seen_on_the_ground() {
+    let system = System::start(&["--speed", "10"]);
+    system.wait_for("step 3 of 3: land");
+    wait_for_landing(&system);
+    fault(&system, "drop vehicle_status");
+    system.wait_for("mission over: success");
+    system.wait_for("the aircraft is not heard, so it may be in the air: the system stays up until it is seen");
+    assert!(system.process("mcm").runs());
+    fault(&system, "clear");
+    system.end().expect(0, &["SUCCESS", "SUCCESS"]);
+}
+
+#[test]
+fn a_crash_is_told_by_the_exit_code() {
+    let system = System::start(&["--speed", "10"]);
+    system.wait_for("step 4 of 5: fly to (0, 500, 10)");
+    fault(&system, "motor_failure 2");
+    let ending = system.end();
+    ending.expect(6, &["WAITING", "WAITING"]);
+    assert_eq!(ending.report()["outcome"], "MISSION_OUTCOME_CRASH");
+}
