@@ -12,6 +12,7 @@ use clap::Parser;
 mod access;
 mod admit;
 mod certs;
+mod check;
 mod check_inputs;
 mod cli;
 mod config;
@@ -48,6 +49,7 @@ fn main() -> ExitCode {
     let outcome = match cli.command {
         None => up::up(&cli.up),
         Some(cli::Command::Up(args)) => up::up(&args),
+        Some(cli::Command::Check(args)) => check::check(&args),
         Some(cli::Command::Router(args)) => router::router(&args),
         Some(cli::Command::Certs(args)) => certs::certs(&args),
         Some(cli::Command::Service(command)) => {
