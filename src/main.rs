@@ -9,29 +9,21 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-mod access;
-mod admit;
-mod certs;
-mod check;
 mod check_inputs;
 mod cli;
 mod config;
-mod end;
 mod health;
 mod http_client;
 mod inject;
-mod kept;
 #[expect(clippy::disallowed_methods, reason = "it measures on the wall clock, and keeps all that it hears")]
 mod kpi;
 mod operate;
 mod outcome;
 mod output;
-mod process;
-mod router;
-mod run_file;
+mod run;
 mod service;
 mod settings;
-mod state_folder;
+mod setup;
 mod status;
 mod target;
 mod telemetry;
@@ -40,7 +32,6 @@ mod telemetry;
     reason = "processes live on the wall clock, and may not wait until their lines are read"
 )]
 mod up;
-mod watchdog;
 
 fn main() -> ExitCode {
     let cli = cli::Cli::parse();
@@ -49,16 +40,16 @@ fn main() -> ExitCode {
     let outcome = match cli.command {
         None => up::up(&cli.up),
         Some(cli::Command::Up(args)) => up::up(&args),
-        Some(cli::Command::Check(args)) => check::check(&args),
-        Some(cli::Command::Router(args)) => router::router(&args),
-        Some(cli::Command::Certs(args)) => certs::certs(&args),
+        Some(cli::Command::Check(args)) => setup::check::check(&args),
+        Some(cli::Command::Router(args)) => run::router::router(&args),
+        Some(cli::Command::Certs(args)) => setup::certs::certs(&args),
         Some(cli::Command::Service(command)) => {
             let (service, args) = command.split();
-            process::run_service(service, &args)
+            run::process::run_service(service, &args)
         }
         Some(cli::Command::Inject(args)) => inject::inject(&args),
         Some(cli::Command::Status(args)) => status::status(&args),
-        Some(cli::Command::Access(args)) => admit::access(&args),
+        Some(cli::Command::Access(args)) => setup::operator_token::access(&args),
         Some(cli::Command::Health(args)) => health::health(&args),
         Some(cli::Command::Vehicle(args)) => operate::vehicle(&args),
         Some(cli::Command::Mission(args)) => operate::mission(&args),

@@ -13,10 +13,10 @@ use kittiwake_proto::v1;
 use node::{CallId, Effect, Event, Node};
 
 use crate::cli::KpiFloorArgs;
-use crate::end::stop_on_end;
 use crate::kpi::analysis::{EXECUTOR, Samples, analyse};
 use crate::kpi::system::System;
 use crate::outcome::Outcome;
+use crate::run::end::stop_on_end;
 use crate::settings::Settings;
 use crate::{output, telemetry};
 

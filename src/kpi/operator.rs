@@ -21,7 +21,7 @@ use crate::kpi::audience::{Audience, Count, MARK};
 use crate::kpi::load::{self, Watch};
 use crate::kpi::statistics::Statistics;
 use crate::kpi::system::System;
-use crate::run_file::{self, RunFolder};
+use crate::run::run_file::{self, RunFolder};
 use crate::service::Service;
 use crate::settings::Settings;
 
@@ -285,7 +285,7 @@ impl Badges {
     fn create() -> std::io::Result<Badges> {
         let folder = RunFolder::create("kpi")?;
         let count = CLIENTS / CLIENTS_OF_A_TOKEN + 1;
-        let tokens: std::io::Result<Vec<_>> = (0..count).map(|_| crate::access::random_hex(32)).collect();
+        let tokens: std::io::Result<Vec<_>> = (0..count).map(|_| crate::setup::access::random_hex(32)).collect();
         let badges = Badges { folder, tokens: tokens? };
         let name = |number: usize| format!("client-{number}");
         let entries = badges.tokens.iter().enumerate().map(|(n, token)| entry(&name(n), &[Role::Observer], token));
