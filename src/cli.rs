@@ -31,6 +31,8 @@ pub struct Cli {
 pub enum Command {
     /// Start every process and fly the mission (the default)
     Up(UpArgs),
+    /// Check the configuration, mission, trees, contingencies and link table that `up` and the routers read; start nothing
+    Check(CheckArgs),
     /// The router that every process connects to; prints where it listens
     Router(RouterArgs),
     /// Make certificates for the routers at both ends of the link, for a demonstration
@@ -87,6 +89,21 @@ Exit codes:
     5  the system could not be kept up
     6  the vehicle crashed
   130  interrupted before the mission was over";
+
+/// For `kittiwake check`.
+#[derive(Debug, Args)]
+#[command(after_help = "Exit codes:\n    0  no mistakes\n    2  a file has a mistake or cannot be read")]
+pub struct CheckArgs {
+    /// The same settings as `up` takes, so that the files it would read are checked
+    #[command(flatten)]
+    pub settings: Settings,
+    /// What crosses the link; without it `zenoh/link.toml` beside the configuration file, if it is there
+    #[arg(long, value_name = "FILE")]
+    pub link: Option<PathBuf>,
+    /// Print only the tree that the contingency table becomes, as XML
+    #[arg(long)]
+    pub print_tree: bool,
+}
 
 /// For `kittiwake router`.
 #[derive(Debug, Args)]

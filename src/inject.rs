@@ -14,9 +14,10 @@ use vehicle_sim::faults::catalogue::catalogue;
 
 use crate::cli::{InjectArgs, Injection, TargetArgs};
 use crate::outcome::Outcome;
+use crate::run::end;
 use crate::settings::Settings;
 use crate::target::Target;
-use crate::{check_inputs, end, output};
+use crate::{check_inputs, output};
 
 /// How long the receiver is waited for, and then its answer.
 const LIMIT: Duration = Duration::from_secs(5);

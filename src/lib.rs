@@ -10,27 +10,20 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-pub mod access;
-mod admit;
-mod certs;
 pub mod check_inputs;
 mod cli;
 pub mod config;
-pub mod end;
 mod health;
 mod http_client;
 pub mod inject;
-mod kept;
 mod kpi;
 mod operate;
 pub mod outcome;
 pub mod output;
-mod process;
-mod router;
-pub mod run_file;
+pub mod run;
 pub mod service;
 pub mod settings;
-mod state_folder;
+pub mod setup;
 mod status;
 mod target;
 pub mod telemetry;
@@ -39,25 +32,25 @@ pub mod telemetry;
     reason = "processes live on the wall clock, and may not wait until their lines are read"
 )]
 pub mod up;
-mod watchdog;
 
 /// Does what the command line says, and returns the exit code.
-pub fn run() -> ExitCode {
+pub fn main() -> ExitCode {
     let cli = cli::Cli::parse();
     // Every TLS connection encrypts with ring. This fails only where a provider is installed already.
     let _ = rustls::crypto::ring::default_provider().install_default();
     let outcome = match cli.command {
         None => up::up(&cli.up),
         Some(cli::Command::Up(args)) => up::up(&args),
-        Some(cli::Command::Router(args)) => router::router(&args),
-        Some(cli::Command::Certs(args)) => certs::certs(&args),
+        Some(cli::Command::Check(args)) => setup::check::check(&args),
+        Some(cli::Command::Router(args)) => run::router::router(&args),
+        Some(cli::Command::Certs(args)) => setup::certs::certs(&args),
         Some(cli::Command::Service(command)) => {
             let (service, args) = command.split();
-            process::run_service(service, &args)
+            run::process::run_service(service, &args)
         }
         Some(cli::Command::Inject(args)) => inject::inject(&args),
         Some(cli::Command::Status(args)) => status::status(&args),
-        Some(cli::Command::Access(args)) => admit::access(&args),
+        Some(cli::Command::Access(args)) => setup::operator_token::access(&args),
         Some(cli::Command::Health(args)) => health::health(&args),
         Some(cli::Command::Vehicle(args)) => operate::vehicle(&args),
         Some(cli::Command::Mission(args)) => operate::mission(&args),

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::cli::TargetArgs;
-use crate::run_file::{self, Running};
+use crate::run::run_file::{self, Running};
 
 /// The environment variable with the caller's own token, for a system started by another user: never an argument, which
 /// everybody on the machine could read.

@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use bus::{Direct, Link, Process, Scope, Stop, monotonic_ns};
 use domain::time::{Now, Time};
-use kittiwake::end::stop_on_end;
 use kittiwake::outcome::Outcome;
+use kittiwake::run::end::stop_on_end;
 use kittiwake::settings::Settings;
 use kittiwake::{output, telemetry};
 use kittiwake_proto::topics::{Message, Request, Response, Service, Topic};

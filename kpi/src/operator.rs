@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use control_tower::policy::Policy;
 use domain::time::{Now, Time};
 use gateway::access::{Role, entry};
-use kittiwake::run_file::{self, RunFolder};
+use kittiwake::run::run_file::{self, RunFolder};
 use kittiwake::service::Service;
 use kittiwake::settings::Settings;
 use kittiwake_proto::topics::Topic;
@@ -285,7 +285,7 @@ impl Badges {
     fn create() -> std::io::Result<Badges> {
         let folder = RunFolder::create("kpi")?;
         let count = CLIENTS / CLIENTS_OF_A_TOKEN + 1;
-        let tokens: std::io::Result<Vec<_>> = (0..count).map(|_| kittiwake::access::random_hex(32)).collect();
+        let tokens: std::io::Result<Vec<_>> = (0..count).map(|_| kittiwake::setup::access::random_hex(32)).collect();
         let badges = Badges { folder, tokens: tokens? };
         let name = |number: usize| format!("client-{number}");
         let entries = badges.tokens.iter().enumerate().map(|(n, token)| entry(&name(n), &[Role::Observer], token));

@@ -10,12 +10,12 @@ use reqwest::blocking::{Client, RequestBuilder};
 use reqwest::{Method, Url};
 use serde_json::Value;
 
-use crate::access::random_hex;
 use crate::http_client::{client, root_cause};
 use crate::operate::args::GatewayArgs;
 use crate::operate::failure::{Failure, judge};
 use crate::output;
-use crate::run_file::{self, Running};
+use crate::run::run_file::{self, Running};
+use crate::setup::access::random_hex;
 
 /// A request without an answer is repeated until this has passed.
 const LIMIT: Duration = Duration::from_secs(5);

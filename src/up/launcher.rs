@@ -11,14 +11,14 @@ use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::MissionReport;
 use node::Event;
 
-use crate::access::DemoAccess;
 use crate::cli::UpArgs;
 use crate::config::Config;
 use crate::outcome::Outcome;
 use crate::output;
-use crate::run_file::RunFolder;
-use crate::run_file::{RunFile, Running};
-use crate::state_folder;
+use crate::run::run_file::RunFolder;
+use crate::run::run_file::{RunFile, Running};
+use crate::run::state_folder;
+use crate::setup::access::DemoAccess;
 use crate::up::aircraft::{Aircraft, State};
 use crate::up::children::Children;
 use crate::up::liveness::Liveness;

@@ -9,9 +9,10 @@ use serde::Deserialize;
 
 use crate::cli::UpArgs;
 use crate::outcome::Outcome;
+use crate::run::end;
 use crate::up::launcher::Launcher;
 use crate::up::supervise::Child;
-use crate::{check_inputs, end, output, telemetry};
+use crate::{check_inputs, output, telemetry};
 
 mod aircraft;
 pub mod children;

@@ -5,19 +5,21 @@ use std::path::Path;
 use crate::support::files::Files;
 use crate::support::{kittiwake, shipped};
 
-/// Makes one mistake in a shipped file: `from` becomes `to`. It must be reported at the place of `at`, with
-/// all of `said`.
+/// Makes one mistake in a shipped file: `from` becomes `to`. Both `kittiwake check` and `kittiwake up` must report it at
+/// the place of `at`, with all of `said`.
 #[track_caller]
 fn check(file: &str, from: &str, to: &str, at: &str, said: &[&str]) {
     let files = Files::shipped().with(file, from, to);
     let config = files.config();
-    let output = kittiwake(&["up", "--exit-when-done", "--json", "--config", &config.to_string_lossy()]);
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{file}: {from} -> {to}\n{told}");
-    assert!(output.stdout.is_empty(), "nothing is reported");
     let place = place(file, from, to, at);
-    for part in said.iter().copied().chain([place.as_str()]) {
-        assert!(told.contains(part), "`{part}` is not said about {file}: {from} -> {to}\n{told}");
+    for command in [&["check"][..], &["up", "--exit-when-done", "--json"]] {
+        let output = kittiwake(&[command, &["--config", &config.to_string_lossy()]].concat());
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{command:?}: {file}: {from} -> {to}\n{told}");
+        assert!(output.stdout.is_empty(), "nothing is reported");
+        for part in said.iter().copied().chain([place.as_str()]) {
+            assert!(told.contains(part), "{command:?} does not say `{part}` about {file}: {from} -> {to}\n{told}");
+        }
     }
 }
 

@@ -8,6 +8,7 @@ mod support;
 
 mod bad_input;
 mod bad_messages;
+mod check;
 mod crowd;
 mod disturbances;
 mod ends;

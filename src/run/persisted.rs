@@ -16,10 +16,10 @@ use planner::Planner;
 use prost::{Message, Name};
 
 use crate::output;
-use crate::run_file::write_private;
+use crate::run::run_file::write_private;
 
 /// A service with a persisted state.
-pub trait Remembers: Node {
+pub trait Resumable: Node {
     /// The persisted state.
     type Memory: Message + Name + Default + PartialEq;
 
@@ -30,7 +30,7 @@ pub trait Remembers: Node {
     fn resume(&mut self, memory: Self::Memory) -> Result<(), String>;
 }
 
-impl Remembers for Planner {
+impl Resumable for Planner {
     type Memory = PlannerMemory;
 
     fn memory(&self) -> PlannerMemory {
@@ -42,7 +42,7 @@ impl Remembers for Planner {
     }
 }
 
-impl Remembers for Mcm {
+impl Resumable for Mcm {
     type Memory = McmMemory;
 
     fn memory(&self) -> McmMemory {
@@ -55,7 +55,7 @@ impl Remembers for Mcm {
 }
 
 /// A service and its file.
-pub struct Kept<N: Remembers> {
+pub struct Persisted<N: Resumable> {
     service: N,
     path: PathBuf,
     written: Option<N::Memory>,
@@ -63,22 +63,22 @@ pub struct Kept<N: Remembers> {
     is_failing: bool,
 }
 
-impl<N: Remembers> Kept<N> {
+impl<N: Resumable> Persisted<N> {
     /// `service`, which continues from the state in `folder`, if there is one. A state that cannot be used is reported
     /// and ignored: for a vehicle in the air a service without its state is better than none.
     ///
     /// # Errors
     /// If the folder cannot be made.
-    pub fn new(mut service: N, folder: &Path) -> io::Result<Kept<N>> {
+    pub fn new(mut service: N, folder: &Path) -> io::Result<Persisted<N>> {
         std::fs::create_dir_all(folder)?;
         let path = folder.join(service.name()).with_extension("json");
         if let Err(cause) = resume(&mut service, &path) {
             output::error_line(format_args!("{}: not used: {cause}", path.display()));
         }
-        Ok(Kept { service, path, written: None, is_failing: false })
+        Ok(Persisted { service, path, written: None, is_failing: false })
     }
 
-    fn keep(&mut self) {
+    fn persist(&mut self) {
         let memory = self.service.memory();
         if self.written.as_ref() == Some(&memory) {
             return;
@@ -98,7 +98,7 @@ impl<N: Remembers> Kept<N> {
     }
 }
 
-fn resume<N: Remembers>(service: &mut N, path: &Path) -> Result<(), String> {
+fn resume<N: Resumable>(service: &mut N, path: &Path) -> Result<(), String> {
     let text = match std::fs::read_to_string(path) {
         Ok(text) => text,
         Err(cause) if cause.kind() == io::ErrorKind::NotFound => return Ok(()),
@@ -115,7 +115,7 @@ fn write<M: Message + Name>(path: &Path, memory: &M) -> io::Result<()> {
     std::fs::rename(&unfinished, path)
 }
 
-impl<N: Remembers> Node for Kept<N> {
+impl<N: Resumable> Node for Persisted<N> {
     fn name(&self) -> &'static str {
         self.service.name()
     }
@@ -130,7 +130,7 @@ impl<N: Remembers> Node for Kept<N> {
 
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
         self.service.on(now, event, effects);
-        self.keep();
+        self.persist();
     }
 
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
@@ -162,7 +162,7 @@ mod tests {
         Planner::new(&inputs.config.planner, inputs.mission, inputs.config.speed.pace())
     }
 
-    fn upload(kept: &mut Kept<Planner>) {
+    fn upload(persisted: &mut Persisted<Planner>) {
         let text = "name = \"other\"\n[[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 50\nheight_m = 5\nflying = true\n";
         let request = v1::MissionRequest {
             request_id: "1".into(),
@@ -170,22 +170,22 @@ mod tests {
             ..Default::default()
         };
         let event = Event::Request { vehicle: "uav1".into(), token: Token(1), request: Request::Mission(request) };
-        kept.on(Now::default(), event, &mut Vec::new());
+        persisted.on(Now::default(), event, &mut Vec::new());
     }
 
-    fn mission(kept: &Kept<Planner>) -> String {
-        kept.service.memory().status.unwrap().mission
+    fn mission(persisted: &Persisted<Planner>) -> String {
+        persisted.service.memory().status.unwrap().mission
     }
 
     #[test]
     fn an_uploaded_mission_is_there_after_a_restart_and_gone_with_the_folder() {
         let folder = tempfile::tempdir().unwrap();
-        let mut first = Kept::new(planner(), folder.path()).unwrap();
+        let mut first = Persisted::new(planner(), folder.path()).unwrap();
         upload(&mut first);
         drop(first);
-        assert_eq!(mission(&Kept::new(planner(), folder.path()).unwrap()), "other");
+        assert_eq!(mission(&Persisted::new(planner(), folder.path()).unwrap()), "other");
         let elsewhere = tempfile::tempdir().unwrap();
-        assert_eq!(mission(&Kept::new(planner(), elsewhere.path()).unwrap()), "reference");
+        assert_eq!(mission(&Persisted::new(planner(), elsewhere.path()).unwrap()), "reference");
     }
 
     #[test]
@@ -193,17 +193,17 @@ mod tests {
         for text in ["", "{", "{}", "{\"status\":{}}", "{\"a\":1}"] {
             let folder = tempfile::tempdir().unwrap();
             std::fs::write(folder.path().join("planner.json"), text).unwrap();
-            assert_eq!(mission(&Kept::new(planner(), folder.path()).unwrap()), "reference", "{text}");
+            assert_eq!(mission(&Persisted::new(planner(), folder.path()).unwrap()), "reference", "{text}");
         }
     }
 
     #[test]
     fn a_folder_that_cannot_be_written_to_costs_only_the_state() {
         let folder = tempfile::tempdir().unwrap();
-        let mut kept = Kept::new(planner(), folder.path()).unwrap();
+        let mut persisted = Persisted::new(planner(), folder.path()).unwrap();
         std::fs::remove_dir(folder.path()).unwrap();
-        upload(&mut kept);
-        assert_eq!(mission(&kept), "other");
-        assert!(kept.is_failing);
+        upload(&mut persisted);
+        assert_eq!(mission(&persisted), "other");
+        assert!(persisted.is_failing);
     }
 }

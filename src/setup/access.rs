@@ -7,7 +7,7 @@ use gateway::AccessControl;
 use gateway::access::{InvalidTokens, Role, Tokens, entry};
 use gateway::audit::Audit;
 
-use crate::run_file::{self, RunFolder};
+use crate::run::run_file::{self, RunFolder};
 
 /// In that folder: the tokens that are valid.
 pub const TOKENS: &str = "tokens.toml";

@@ -16,12 +16,13 @@ use vehicle_sim::VehicleSim;
 
 use crate::check_inputs::{self, Inputs};
 use crate::cli::ProcessArgs;
-use crate::end::stop_on_end;
-use crate::kept::Kept;
 use crate::outcome::Outcome;
+use crate::run::end::stop_on_end;
+use crate::run::persisted::Persisted;
+use crate::run::watchdog::Watched;
 use crate::service::Service;
-use crate::watchdog::Watched;
-use crate::{access, output, telemetry};
+use crate::setup::access;
+use crate::{output, telemetry};
 
 /// Why a process ended early.
 #[derive(Debug, thiserror::Error)]
@@ -60,7 +61,7 @@ pub fn run_service(service: Service, args: &ProcessArgs) -> Outcome {
         .map_err(Failure::from)
         .and_then(|()| run(service, inputs, tls, &link, direct.as_ref(), &stop));
     telemetry.end();
-    told(service.name(), result)
+    report(service.name(), result)
 }
 
 fn run(
@@ -83,7 +84,7 @@ fn run(
         Service::Planner => {
             let planner = Planner::new(&config.planner, mission, pace);
             match state {
-                Some(folder) => on_bus(Box::new(Kept::new(planner, &folder)?)),
+                Some(folder) => on_bus(Box::new(Persisted::new(planner, &folder)?)),
                 None => on_bus(Box::new(planner)),
             }
         }
@@ -92,7 +93,7 @@ fn run(
             let mcm = Mcm::new(&config.mcm, vehicle, start, &trees, contingencies, pace)?;
             let mcm = mcm.of_mission(&mission).measured_with(bus::monotonic_ns);
             match state {
-                Some(folder) => on_bus(Box::new(Kept::new(mcm, &folder)?)),
+                Some(folder) => on_bus(Box::new(Persisted::new(mcm, &folder)?)),
                 None => on_bus(Box::new(mcm)),
             }
         }
@@ -120,7 +121,7 @@ fn start_number() -> u64 {
     since_epoch.as_nanos() as u64
 }
 
-fn told(name: &str, result: Result<(), Failure>) -> Outcome {
+fn report(name: &str, result: Result<(), Failure>) -> Outcome {
     match result {
         Ok(()) => Outcome::Success,
         Err(failure) => {

@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 
 use gateway::access::{InvalidTokens, Role, Tokens, entry};
 
-use crate::access::{TOKEN_BYTES, TOKENS, random_hex};
 use crate::cli::AccessArgs;
 use crate::outcome::Outcome;
-use crate::{output, run_file};
+use crate::output;
+use crate::run::run_file;
+use crate::setup::access::{TOKEN_BYTES, TOKENS, random_hex};
 
 /// The operator's name in the audit records.
 const NAME: &str = "operator";
@@ -23,14 +24,14 @@ enum Refusal {
     #[error(transparent)]
     Tokens(#[from] InvalidTokens),
     #[error("{tokens}: does not know the token in {secret}; remove both, and the operator gets a new one")]
-    Stranger { tokens: PathBuf, secret: PathBuf },
+    UnknownToken { tokens: PathBuf, secret: PathBuf },
     #[error("the operating system has no randomness: {0}")]
     Randomness(std::io::Error),
 }
 
 /// Prints the operator's link, and makes the token if there is none yet.
 pub fn access(args: &AccessArgs) -> Outcome {
-    match admit(&args.folder, &args.secret) {
+    match operator_token(&args.folder, &args.secret) {
         Ok(token) => {
             output::line(format_args!("operate: {}/#token={token}", args.url.trim_end_matches('/')));
             Outcome::Success
@@ -43,7 +44,7 @@ pub fn access(args: &AccessArgs) -> Outcome {
 }
 
 /// The operator's token.
-fn admit(folder: &Path, secret: &Path) -> Result<String, Refusal> {
+fn operator_token(folder: &Path, secret: &Path) -> Result<String, Refusal> {
     let tokens = folder.join(TOKENS);
     let token = match std::fs::read_to_string(secret) {
         Ok(token) => token.trim().to_owned(),
@@ -60,7 +61,7 @@ fn admit(folder: &Path, secret: &Path) -> Result<String, Refusal> {
     // The gateway checks whether it has expired.
     match Tokens::read(&tokens)?.identify(&token, 0) {
         Some(_) => Ok(token),
-        None => Err(Refusal::Stranger { tokens, secret: secret.to_owned() }),
+        None => Err(Refusal::UnknownToken { tokens, secret: secret.to_owned() }),
     }
 }
 
@@ -80,8 +81,8 @@ mod tests {
     fn the_operator_is_let_in_by_the_same_token_each_time() {
         let folder = tempfile::tempdir().unwrap();
         let secret = folder.path().join("operator.token");
-        let token = admit(folder.path(), &secret).unwrap();
-        assert_eq!(admit(folder.path(), &secret).unwrap(), token);
+        let token = operator_token(folder.path(), &secret).unwrap();
+        assert_eq!(operator_token(folder.path(), &secret).unwrap(), token);
         let tokens = Tokens::read(&folder.path().join(TOKENS)).unwrap();
         assert_eq!(tokens.identify(&token, 0).unwrap().roles, Role::ALL);
         assert!(!std::fs::read_to_string(folder.path().join(TOKENS)).unwrap().contains(&token), "only its hash");
@@ -91,10 +92,10 @@ mod tests {
     fn what_does_not_belong_together_is_refused_and_so_is_a_folder_that_is_not_there() {
         let (one, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         let secret = |it: &tempfile::TempDir| it.path().join("operator.token");
-        admit(one.path(), &secret(&one)).unwrap();
-        let said = admit(one.path(), &secret(&other)).unwrap_err().to_string();
+        operator_token(one.path(), &secret(&one)).unwrap();
+        let said = operator_token(one.path(), &secret(&other)).unwrap_err().to_string();
         assert!(said.contains("does not know the token in"), "{said}");
-        let said = admit(&one.path().join("nowhere"), &secret(&one)).unwrap_err().to_string();
+        let said = operator_token(&one.path().join("nowhere"), &secret(&one)).unwrap_err().to_string();
         assert!(said.contains("nowhere/tokens.toml: cannot be written: No such file"), "{said}");
     }
 }

@@ -7,9 +7,9 @@ use bus::{BusError, Stop, run_linked_router};
 use domain::file::Source;
 
 use crate::cli::RouterArgs;
-use crate::end::stop_on_end;
 use crate::outcome::Outcome;
-use crate::watchdog::Watchdog;
+use crate::run::end::stop_on_end;
+use crate::run::watchdog::Watchdog;
 use crate::{output, telemetry};
 
 /// Runs the router; the first lines on standard output are the locators it listens on. Changes of the link are reported
