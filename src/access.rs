@@ -1,4 +1,4 @@
-//! The folder that says who may do what over HTTP.
+//! The access folder: whose tokens are valid over HTTP, and the audit log.
 
 use std::io;
 use std::path::Path;
@@ -9,10 +9,10 @@ use gateway::audit::Audit;
 
 use crate::run_file::{self, RunFolder};
 
-/// In that folder: whose tokens are let in.
+/// In that folder: the tokens that are valid.
 pub const TOKENS: &str = "tokens.toml";
 const AUDIT: &str = "audit.jsonl";
-/// Of a token: 256 bits.
+/// Length of a token: 256 bits.
 pub const TOKEN_BYTES: usize = 32;
 
 /// The tokens and the audit log in `folder`; without a folder no token is valid.
@@ -26,7 +26,7 @@ pub fn access_control(folder: Option<&Path>) -> Result<AccessControl, InvalidTok
     Ok(AccessControl { tokens, audit })
 }
 
-/// A folder made for one run of `kittiwake up`, with one token that may do everything; removed with the value.
+/// A folder made for one run of `kittiwake up`, with one token that has every role; removed with the value.
 pub struct DemoAccess {
     /// Where it is.
     pub folder: RunFolder,
@@ -48,7 +48,7 @@ impl DemoAccess {
     }
 }
 
-/// So many random bytes in hexadecimal.
+/// This many random bytes in hexadecimal.
 pub fn random_hex(count: usize) -> io::Result<String> {
     use io::Read;
     let mut bytes = vec![0; count];

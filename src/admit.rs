@@ -1,7 +1,7 @@
-//! `kittiwake access`: lets one operator in, where no launcher does it.
+//! `kittiwake access`: makes a token for an operator where no launcher does it.
 //!
 //! The folder that the gateway reads gets the hash; the token itself stays in a file of the operator's,
-//! which no other process needs. Said again at each start, the link stays the same.
+//! which no other process needs. Repeated at each start, it prints the same link.
 
 use std::path::{Path, PathBuf};
 
@@ -12,10 +12,10 @@ use crate::cli::AccessArgs;
 use crate::outcome::Outcome;
 use crate::{output, run_file};
 
-/// The operator's name in the record.
+/// The operator's name in the audit records.
 const NAME: &str = "operator";
 
-/// Why nobody is let in.
+/// Why there is no link.
 #[derive(Debug, thiserror::Error)]
 enum Refusal {
     #[error("{path}: cannot be {done}: {cause}")]
@@ -28,7 +28,7 @@ enum Refusal {
     Randomness(std::io::Error),
 }
 
-/// Prints the link that lets the operator in, and makes what it needs if it is not there yet.
+/// Prints the operator's link, and makes the token if there is none yet.
 pub fn access(args: &AccessArgs) -> Outcome {
     match admit(&args.folder, &args.secret) {
         Ok(token) => {
@@ -57,7 +57,7 @@ fn admit(folder: &Path, secret: &Path) -> Result<String, Refusal> {
     if !tokens.exists() {
         write(&tokens, &entry(NAME, &Role::ALL, &token))?;
     }
-    // Whether it has expired is the gateway's business.
+    // The gateway checks whether it has expired.
     match Tokens::read(&tokens)?.identify(&token, 0) {
         Some(_) => Ok(token),
         None => Err(Refusal::Stranger { tokens, secret: secret.to_owned() }),

@@ -1,7 +1,7 @@
 //! `kittiwake certs`: an authority and a certificate for each router, for demonstrations and tests.
 //!
-//! One folder for each machine, to be copied there whole. The authority's key stays where it was made:
-//! whoever has it can be any of them.
+//! One folder for each machine, to be copied there whole. The authority's key stays where it was made: it can sign a
+//! certificate for any of them.
 
 use std::io::Write;
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
@@ -20,9 +20,9 @@ use crate::output;
 
 /// The authority's own folder.
 const AUTHORITY_FOLDER: &str = "authority";
-/// Before the present moment: clocks of two machines are never quite the same.
+/// How long before now they become valid: the clocks of two machines differ.
 const CLOCK_SLACK: Duration = Duration::hours(1);
-/// The authority outlives what it has signed.
+/// The authority stays valid longer than the certificates it signs.
 const AUTHORITY_DAYS: f64 = 3650.0;
 
 /// Why there is no certificate.
@@ -36,7 +36,7 @@ enum Failure {
     Make(#[from] rcgen::Error),
 }
 
-/// Makes them all, or nothing.
+/// Makes all certificates, or none.
 pub fn certs(args: &CertsArgs) -> Outcome {
     match make(args) {
         Ok(folders) => {
@@ -69,7 +69,7 @@ fn make(args: &CertsArgs) -> Result<Vec<PathBuf>, Failure> {
     if args.keep && missing == 0 {
         return Ok([vec![authority_folder], folders].concat());
     }
-    // An empty folder is no obstacle: it may be a volume that was mounted for it.
+    // An empty folder is accepted: it may be a volume that was mounted for it.
     if let Some(path) = files.into_iter().find(|it| it.exists()) {
         return Err(Failure::Exists { path });
     }
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn each_router_gets_papers_that_it_may_use() {
+    fn each_router_gets_credentials_that_it_may_use() {
         let folder = tempfile::tempdir().unwrap();
         run(folder.path(), &[]).unwrap();
         for (name, side) in
@@ -174,8 +174,8 @@ mod tests {
     }
 
     #[test]
-    fn papers_that_would_fail_at_the_link_are_refused_at_once() {
-        /// Makes papers, spoils them, and expects a refusal.
+    fn credentials_that_would_fail_at_the_link_are_refused_at_once() {
+        /// Makes credentials, damages them, and expects a refusal.
         #[track_caller]
         fn spoiled(more: &[&str], spoil: impl FnOnce(&Path), said: &str) {
             let folder = tempfile::tempdir().unwrap();

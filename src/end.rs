@@ -1,4 +1,6 @@
-//! What ends a process: a signal, or the end of its parent.
+//! The end of a process: by a signal, or with its parent.
+
+#![expect(clippy::disallowed_methods, reason = "a process that does not stop gets some time on the wall clock")]
 
 use std::io::Read;
 use std::time::Duration;
@@ -10,7 +12,7 @@ use signal_hook::iterator::Signals;
 use crate::outcome::Outcome;
 use crate::output;
 
-/// A process that was asked to end and has not ended after this long is ended by itself.
+/// A process that was asked to end and has not ended after this time exits by itself.
 const STOP_LIMIT: Duration = Duration::from_secs(2);
 
 /// Calls `on_signal` on every Ctrl-C and SIGTERM, from a thread of its own.

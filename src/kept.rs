@@ -1,7 +1,7 @@
-//! A service whose memory is kept in a file, so that one that is started again goes on where the one before it was.
+//! A service whose state is persisted in a file, so that another process can continue from it.
 //!
 //! Written before an answer that changed it leaves, and only when it has changed. Not flushed to the
-//! disk: it is to outlive the process, not the machine, after whose end nobody flies any more.
+//! disk: the file must outlive the process, not the machine, with which the flight ends as well.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -18,15 +18,15 @@ use prost::{Message, Name};
 use crate::output;
 use crate::run_file::write_private;
 
-/// A service that another can go on for.
+/// A service with a persisted state.
 pub trait Remembers: Node {
-    /// What that takes.
+    /// The persisted state.
     type Memory: Message + Name + Default + PartialEq;
 
-    /// What is remembered now.
+    /// The present state.
     fn memory(&self) -> Self::Memory;
 
-    /// Goes on from there; the error says why not, and nothing is changed then.
+    /// Continues from a state; the error says why that is not possible, and then nothing is changed.
     fn resume(&mut self, memory: Self::Memory) -> Result<(), String>;
 }
 
@@ -59,22 +59,21 @@ pub struct Kept<N: Remembers> {
     service: N,
     path: PathBuf,
     written: Option<N::Memory>,
-    /// The last attempt failed, which has been told.
+    /// The last attempt failed, and that was reported.
     is_failing: bool,
 }
 
 impl<N: Remembers> Kept<N> {
-    /// `service`, which goes on where the one before it was, if it left a memory in `folder`. One that is
-    /// of no use is told and left aside: a vehicle in the air is better off with a service that begins anew than
-    /// with none.
+    /// `service`, which continues from the state in `folder`, if there is one. A state that cannot be used is reported
+    /// and ignored: for a vehicle in the air a service without its state is better than none.
     ///
     /// # Errors
-    /// If there can be no such folder.
+    /// If the folder cannot be made.
     pub fn new(mut service: N, folder: &Path) -> io::Result<Kept<N>> {
         std::fs::create_dir_all(folder)?;
         let path = folder.join(service.name()).with_extension("json");
         if let Err(cause) = resume(&mut service, &path) {
-            output::error_line(format_args!("{}: not gone on with: {cause}", path.display()));
+            output::error_line(format_args!("{}: not used: {cause}", path.display()));
         }
         Ok(Kept { service, path, written: None, is_failing: false })
     }
@@ -89,7 +88,7 @@ impl<N: Remembers> Kept<N> {
             Err(cause) if !self.is_failing => {
                 self.is_failing = true;
                 output::error_line(format_args!(
-                    "{}: cannot be written: {cause}; a {} that is started again would not know what has happened",
+                    "{}: cannot be written: {cause}; after a restart {} would not know what has happened",
                     self.path.display(),
                     self.service.name()
                 ));
@@ -109,7 +108,7 @@ fn resume<N: Remembers>(service: &mut N, path: &Path) -> Result<(), String> {
     service.resume(from_json(&json)?)
 }
 
-/// Readers see all of it or nothing.
+/// Readers see the whole file or none.
 fn write<M: Message + Name>(path: &Path, memory: &M) -> io::Result<()> {
     let unfinished = path.with_extension("part");
     write_private(&unfinished, to_json(memory).to_string().as_bytes())?;
@@ -190,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn a_memory_that_is_none_is_left_aside() {
+    fn a_state_that_cannot_be_used_is_ignored() {
         for text in ["", "{", "{}", "{\"status\":{}}", "{\"a\":1}"] {
             let folder = tempfile::tempdir().unwrap();
             std::fs::write(folder.path().join("planner.json"), text).unwrap();
@@ -199,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_that_cannot_be_written_to_costs_the_memory_and_nothing_else() {
+    fn a_folder_that_cannot_be_written_to_costs_only_the_state() {
         let folder = tempfile::tempdir().unwrap();
         let mut kept = Kept::new(planner(), folder.path()).unwrap();
         std::fs::remove_dir(folder.path()).unwrap();

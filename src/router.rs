@@ -1,4 +1,4 @@
-//! `kittiwake router`: what every process of a side connects to, and one end of the link.
+//! `kittiwake router`: the router that every process of a side connects to, with one end of the link.
 
 use bus::crossing::Crossing;
 use bus::papers;
@@ -12,8 +12,8 @@ use crate::outcome::Outcome;
 use crate::watchdog::Watchdog;
 use crate::{output, telemetry};
 
-/// Runs the router; the first lines on standard output are the locators it listens on. What becomes of
-/// the link is told on standard error.
+/// Runs the router; the first lines on standard output are the locators it listens on. Changes of the link are reported
+/// on standard error.
 pub fn router(args: &RouterArgs) -> Outcome {
     let link = match link_end(args) {
         Ok(link) => link,
@@ -57,14 +57,14 @@ fn tell(news: News, watchdog: &mut Watchdog) {
     }
 }
 
-/// The end of the link that the arguments name, its table and papers checked.
+/// The end of the link that the arguments name; its table and credentials are checked.
 fn link_end(args: &RouterArgs) -> Result<Option<LinkEnd>, String> {
     let vehicles: Vec<_> = args.vehicle.iter().map(ToString::to_string).collect();
     let way = match (&args.accept, &args.dial) {
         (Some(locator), None) => Way::Accept { locator: locator.clone(), vehicles },
         (None, Some(locator)) => match vehicles.as_slice() {
             [vehicle] => Way::Dial { locator: locator.clone(), vehicle: vehicle.clone() },
-            _ => return Err("router: an aircraft that dials is one: give one --vehicle".into()),
+            _ => return Err("router: `--dial` is for one aircraft: give one --vehicle".into()),
         },
         _ => return Ok(None),
     };
@@ -72,7 +72,7 @@ fn link_end(args: &RouterArgs) -> Result<Option<LinkEnd>, String> {
     if !locator.starts_with("tls/") {
         return Err(format!("router: found `{locator}`, expected `tls/HOST:PORT`: the link is always encrypted"));
     }
-    // Both are asked for together with the way by the command line.
+    // The command line requires both together with the way.
     let (Some(table), Some(papers)) = (&args.link, &args.certificates) else { return Ok(None) };
     let table = Source::read(table).and_then(|it| Crossing::read(&it)).map_err(|it| it.to_string())?;
     let link = LinkEnd { table, papers: papers.clone(), way };

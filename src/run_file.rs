@@ -15,13 +15,13 @@ pub struct Running {
     pub connect: String,
     /// The gateway's address.
     pub http: String,
-    /// A token that may do everything in this run; empty if it was started with tokens of its own.
+    /// A token with every role for this run; empty if the launcher was started with tokens from elsewhere.
     pub token: String,
     /// The vehicle's name.
     pub vehicle: String,
     /// The configuration file it was started with.
     pub config: PathBuf,
-    /// What the gateway's certificate is checked with; absent where nothing is encrypted.
+    /// The CA file for the gateway's certificate; absent without encryption.
     pub ca: Option<PathBuf>,
 }
 
@@ -43,12 +43,12 @@ impl RunFile {
 
 impl Drop for RunFile {
     fn drop(&mut self) {
-        // Gone already, or stale from now on: readers check the process.
+        // Removed already, or stale from now on: readers check the process.
         let _ = std::fs::remove_file(&self.0);
     }
 }
 
-/// Every running system of this user. Files of launchers that were killed are cleared away.
+/// Every running system of this user. Files of launchers that were killed are removed.
 pub fn running() -> Vec<Running> {
     let entries = std::fs::read_dir(folder()).into_iter().flatten().flatten();
     let mut found: Vec<Running> = entries.filter_map(|it| read(&it.path())).collect();
@@ -74,13 +74,13 @@ fn clear_away() {
         let name = entry.file_name();
         let pid = name.to_str().and_then(|it| it.split_once('.')?.0.parse().ok());
         if pid.is_some_and(|it| !is_alive(it)) && entry.file_type().is_ok_and(|it| it.is_dir()) {
-            // Somebody else may just be doing the same.
+            // Another command may be removing it at the same time.
             let _ = std::fs::remove_dir_all(entry.path());
         }
     }
 }
 
-/// Whether the process is there: signal 0 is delivered to nobody, and checked all the same.
+/// Whether the process exists: signal 0 is checked but not delivered.
 fn is_alive(pid: u32) -> bool {
     i32::try_from(pid).is_ok_and(|pid| nix::sys::signal::kill(nix::unistd::Pid::from_raw(pid), None).is_ok())
 }
@@ -116,7 +116,7 @@ pub fn private_folder(folder: &Path) -> io::Result<()> {
 pub struct RunFolder(pub PathBuf);
 
 impl RunFolder {
-    /// Makes it; `what` tells it from the process's others.
+    /// Makes it; `what` distinguishes it from the process's other folders.
     ///
     /// # Errors
     /// If that is not possible.
@@ -133,7 +133,7 @@ impl RunFolder {
 
 impl Drop for RunFolder {
     fn drop(&mut self) {
-        // Gone already, or of no use to anybody any more.
+        // Removed already, or no longer needed.
         let _ = std::fs::remove_dir_all(&self.0);
     }
 }

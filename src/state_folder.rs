@@ -1,14 +1,14 @@
-//! Where a user's programs keep what outlives a run.
+//! The folder in which a user's programs store what outlives a run.
 
 use std::path::{Path, PathBuf};
 
-/// The folder of recorded missions; `None` where the environment names no place for it.
+/// The folder of recorded missions; `None` if the environment does not name one.
 pub fn recordings() -> Option<PathBuf> {
     let variable = |name| std::env::var_os(name).map(PathBuf::from);
     choose(variable("XDG_STATE_HOME"), variable("HOME"))
 }
 
-/// As the XDG base directory specification has it: a path that is not absolute does not count.
+/// By the XDG base directory specification: a path that is not absolute is ignored.
 fn choose(state: Option<PathBuf>, home: Option<PathBuf>) -> Option<PathBuf> {
     let absolute = |it: &PathBuf| it.is_absolute();
     let state = state.filter(absolute).or_else(|| Some(home.filter(absolute)?.join(".local/state")))?;

@@ -1,8 +1,7 @@
-//! What a supervisor such as systemd is told: that the process is ready, and again and again that its
-//! loop turns.
+//! Notifications to a supervisor such as systemd: that the process is ready, and that its loop keeps running.
 //!
-//! The loop itself says so, in passing, and nobody else: there is no thread that would go on petting
-//! the watchdog while the loop is stuck. Without a supervisor nothing is said.
+//! The loop itself sends them and no other thread does, so they stop when the loop is stuck. Without a supervisor
+//! nothing is sent.
 
 use std::time::{Duration, Instant};
 
@@ -11,12 +10,12 @@ use kittiwake_proto::topics::{Service, Topic};
 use node::{Effect, Event, Node};
 use sd_notify::NotifyState;
 
-/// How many times within the supervisor's patience it hears of a loop that turns.
+/// Number of signs of life within the supervisor's limit.
 const SIGNS: u32 = 4;
 
-/// Says what there is to say as a loop turns.
+/// Sends the notifications as a loop runs.
 pub struct Watchdog {
-    /// The longest silence between two signs; `None`: nobody waits for any.
+    /// The longest time between two signs of life; `None` if the supervisor wants none.
     period: Option<Duration>,
     last_sign: Option<Instant>,
 }
@@ -28,18 +27,19 @@ pub struct Watched<'a> {
 }
 
 impl Watchdog {
-    /// As the supervisor wants it, which says so in the environment.
+    /// With the supervisor's settings, from the environment.
     pub fn from_environment() -> Watchdog {
         Watchdog { period: sd_notify::watchdog_enabled().map(|it| it / SIGNS), last_sign: None }
     }
 
-    /// The loop has turned.
+    /// The loop has completed a turn.
+    #[expect(clippy::disallowed_methods, reason = "the supervisor waits on the wall clock")]
     pub fn turned(&mut self) {
         if let Some(sign) = self.sign(Instant::now())
-            // A supervisor that is not there any more has nothing to be told.
+            // A supervisor that has ended cannot be notified.
             && let Err(cause) = sd_notify::notify(&[sign])
         {
-            tracing::warn!(%cause, "the supervisor cannot be told");
+            tracing::warn!(%cause, "the supervisor cannot be notified");
         }
     }
 
@@ -97,8 +97,9 @@ impl Node for Watched<'_> {
 mod tests {
     use super::*;
 
-    /// Turns at these milliseconds; what is said at each: `R`eady, `W`atchdog, or nothing.
+    /// Turns at these milliseconds; the notification at each: `R`eady, `W`atchdog, or nothing.
     #[track_caller]
+    #[expect(clippy::disallowed_methods, reason = "any moment to begin with")]
     fn check(patience_ms: Option<u64>, turns_ms: &[u64], expected: &str) {
         let period = patience_ms.map(|it| Duration::from_millis(it) / SIGNS);
         let mut watchdog = Watchdog { period, last_sign: None };
@@ -119,11 +120,11 @@ mod tests {
     }
 
     #[test]
-    fn whom_nobody_waits_for_says_nothing_more_than_that_it_is_ready() {
+    fn without_a_watchdog_only_readiness_is_notified() {
         check(None, &[0, 1000, 100_000], "R..");
     }
 
-    /// `act` of this node hangs from the third turn on, as far as the loop can tell.
+    /// `act` of this node does not return from the third turn on, by its own clock.
     struct Stuck(u32);
 
     impl Node for Stuck {

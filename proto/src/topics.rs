@@ -151,15 +151,15 @@ topics! {
     McmTiming "mcm/timing" Transition;
     /// The tree with its statuses, 2 Hz.
     TreeSnapshot "mcm/tree" State;
-    /// Each process's proof of progress, 2 Hz.
+    /// Each process's proof of progress, 4 Hz.
     Heartbeat "health" Transition;
     /// The ground is there and hears the vehicle, 2 Hz.
     GroundContact "ground/contact" Transition;
 }
 
 impl Topic {
-    /// Whether its messages are events that others act on: one that nothing traced has caused begins
-    /// a trace, so that what follows from it can be told apart.
+    /// Whether its messages are events that others act on: an event without a traced cause begins
+    /// a trace, so that what follows from it can be distinguished.
     pub const fn begins_trace(self) -> bool {
         matches!(self, Topic::FlagEvent | Topic::SkillEvent | Topic::PermissionLedger)
     }

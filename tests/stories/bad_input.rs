@@ -1,11 +1,11 @@
-//! What a human got wrong is told with its place, before anything starts.
+//! A human's mistakes are reported with their place, before anything starts.
 
 use std::path::Path;
 
 use crate::support::files::Files;
 use crate::support::{kittiwake, shipped};
 
-/// Makes one mistake in a shipped file: `from` becomes `to`. It must be told at the place of `at` in it, with
+/// Makes one mistake in a shipped file: `from` becomes `to`. It must be reported at the place of `at`, with
 /// all of `said`.
 #[track_caller]
 fn check(file: &str, from: &str, to: &str, at: &str, said: &[&str]) {
@@ -74,7 +74,8 @@ fn a_mission_with_a_mistake() {
 #[test]
 fn a_contingency_table_with_a_mistake() {
     let file = "contingencies.toml";
-    check(file, "\"land\"", "\"lnad\"", "\"lnad", &["`lnad`", "did you mean `land`?"]);
+    check(file, "[\"land\"]", "[\"lnad\"]", "\"lnad", &["`lnad`", "did you mean `land`?"]);
+    check(file, "severity = \"hold\"", "severity = \"wait\"", "\"wait", &["`wait`", "`hold`, `leave`"]);
     check(file, "clears = \"never\"", "clears = \"sometimes\"", "\"sometimes", &["`sometimes`", "`never`"]);
     check(file, "priority = 12", "priority = 10", "10", &["10"]);
     check(file, "flag = \"battery_low\"", "flag = \"battery_critical\"", "\"battery", &["battery_critical"]);
@@ -94,7 +95,7 @@ fn trees_with_a_mistake() {
 }
 
 #[test]
-fn mistakes_in_several_files_are_told_at_once() {
+fn mistakes_in_several_files_are_reported_at_once() {
     let files = Files::shipped().with("missions/reference.toml", "height_m = 0.0", "height_m = -1.0").with(
         "contingencies.toml",
         "actions = [\"land\"]",

@@ -1,4 +1,4 @@
-//! A mission as a human writes it: objectives to reach and areas that lie in the way.
+//! A mission as a human writes it: objectives to reach, and areas on the way.
 
 mod sites;
 
@@ -16,7 +16,7 @@ use sites::Site;
 /// A mission that may be flown; [`Mission::read`] is the only way to obtain one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mission {
-    /// For humans.
+    /// Its name.
     pub name: String,
     /// In the order they are attempted, at least one.
     pub objectives: Vec<Objective>,
@@ -35,22 +35,22 @@ pub struct Objective {
     pub flying: bool,
 }
 
-/// An objective and what has become of it.
+/// An objective and its progress.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectiveStatus {
-    /// What is to be reached.
+    /// The objective.
     pub objective: Objective,
-    /// What has become of it.
+    /// Its progress.
     pub progress: Progress,
-    /// Steps planned for it in all.
+    /// Total number of steps planned for it.
     pub plan_steps: u32,
-    /// How often it was planned again.
+    /// Number of replans.
     pub replans: u32,
-    /// Areas asked about for it, each once, in the order of the plan.
+    /// Areas whose permission was requested for it, each once, in the order of the plan.
     pub permissions: Vec<String>,
 }
 
-/// What has become of an objective. Success and failure are final.
+/// The progress of an objective. Success and failure are final.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Progress {
     /// Not attempted yet, or being attempted.
@@ -94,26 +94,26 @@ pub struct MissionReport {
 pub struct ObjectiveReport {
     /// Its name.
     pub name: String,
-    /// What became of it.
+    /// How it ended.
     pub progress: Progress,
-    /// Steps planned for it in all.
+    /// Total number of steps planned for it.
     pub plan_steps: u32,
-    /// How often it was planned again.
+    /// Number of replans.
     pub replans: u32,
-    /// Areas asked about for it.
+    /// Areas whose permission was requested for it.
     pub permissions: Vec<String>,
 }
 
-/// An objective that no mission may have.
+/// Why an objective is invalid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum InvalidObjective {
-    /// It cannot be named.
+    /// Its name is empty or has characters that names may not have.
     #[error("an objective has a name of 1 to {LONGEST_NAME} characters")]
     Name,
     /// It lies out of range.
     #[error("objective `{0}` is farther than {FARTHEST_M} m from the origin, or higher than {HIGHEST_M} m")]
     TooFar(String),
-    /// It lies below the take-off point, or flies no higher than that.
+    /// It lies below the take-off point, or is to be reached in flight at no height.
     #[error("objective `{name}` is inside the ground: its height is {height_m} m")]
     InTheGround {
         /// Its name.
@@ -124,10 +124,10 @@ pub enum InvalidObjective {
 }
 
 impl Objective {
-    /// An objective that is checked like one of a file.
+    /// An objective from outside a file, checked by the same rules.
     ///
     /// # Errors
-    /// If no mission may have it.
+    /// If it is invalid.
     pub fn new(name: String, position: Ned, flying: bool) -> Result<Objective, InvalidObjective> {
         let height_m = position.height_m();
         if name.trim().is_empty() || LONGEST_NAME < name.chars().count() {
@@ -145,16 +145,15 @@ impl Objective {
     }
 }
 
-/// Of an objective that comes by the wire.
+/// Rules for the name of an objective that comes in a message.
 const LONGEST_NAME: usize = 100;
-/// Heights above the origin are believable up to here; a typing mistake beyond.
+/// Greatest height above the origin; a higher one is a typing mistake.
 const HIGHEST_M: f64 = 10_000.0;
-/// Distances from the origin are believable up to here.
+/// Greatest distance from the origin; a longer one is a typing mistake.
 const FARTHEST_M: f64 = 100_000.0;
 
 impl Mission {
-    /// Tells this mission from every other one: a hash of all that is in it, the same on every machine and in every
-    /// build.
+    /// The identity of this mission: a hash of its content, the same on every machine and in every build.
     pub fn identity(&self) -> String {
         use kittiwake_proto::v1;
         use prost::Message as _;
@@ -175,7 +174,7 @@ impl Mission {
         hash.iter().take(16).map(|byte| format!("{byte:02x}")).collect()
     }
 
-    /// Parses and checks a mission file; every mistake it can find is told at once.
+    /// Parses and checks a mission file; every mistake that can be found is reported at once.
     ///
     /// A mission may end in the air: the table of contingencies must have a row that brings it down then.
     ///
@@ -407,7 +406,7 @@ from_utc = "2026-05-01T08:00:00Z"
     }
 
     #[test]
-    fn every_mistake_is_told_with_its_place() {
+    fn every_mistake_is_reported_with_its_place() {
         #[track_caller]
         fn check(find: &str, replace: &str, expected: &str) {
             assert!(GOOD.contains(find), "the test's own text lacks `{find}`");

@@ -1,5 +1,5 @@
-//! The state that plans start from and lead to: where the vehicle is, whether it flies, in which mode, and what it
-//! may enter.
+//! The state from which a plan starts, or which it reaches: where the vehicle is, whether it flies, in which mode, and
+//! which areas it may enter.
 
 use std::collections::BTreeSet;
 
@@ -13,7 +13,7 @@ pub struct State {
     pub position: Ned,
     /// In the air or on the ground.
     pub flying: bool,
-    /// The flight mode; `None` where a state to reach does not ask for one.
+    /// The flight mode; `None` where a state to reach has no particular mode.
     pub mode: Option<FlightMode>,
     /// Areas whose permission is held, or needed, there.
     pub permissions: BTreeSet<String>,
@@ -31,7 +31,7 @@ pub struct Tolerance {
 }
 
 impl State {
-    /// A state to reach, whatever the mode.
+    /// A state to reach, in any mode.
     pub fn new(position: Ned, flying: bool) -> State {
         State { position, flying, mode: None, permissions: BTreeSet::new() }
     }

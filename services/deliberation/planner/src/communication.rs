@@ -27,7 +27,7 @@ const SAME_PLACE_M: f64 = 1.0;
 /// `way` cut into sections, for a plan that has asked for `asked` before.
 pub fn sections(way: &Way, airspace: &Airspace, asked: &Asked, config: &Config) -> Vec<Section> {
     let milestones = milestones(&way.points);
-    // Nobody waits on the way out of an area.
+    // The vehicle does not wait on the way out of an area.
     let earliest_m = milestones.get(way.legs_out).copied().unwrap_or(0.0);
     let borders = borders(way, &milestones, airspace, asked, config);
     let waits = group(borders, config.stand_off_m.get(), earliest_m);

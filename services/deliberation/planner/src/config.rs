@@ -16,7 +16,7 @@ pub struct Config {
     /// Height above the ground it starts from, or lands on, at which a plan flies, in metres.
     /// (ENG: clear of people and parked vehicles, low enough for a short climb.)
     pub takeoff_height_m: Positive,
-    /// A takeoff climbs at least this much, in metres. (ENG: less is not safely told from standing.)
+    /// A takeoff climbs at least this much, in metres. (ENG: less cannot be distinguished from standing.)
     pub least_climb_m: Positive,
     /// Speed limit of a position step, in m/s. (ENG: below PX4's MPC_XY_VEL_MAX of 12 m/s.)
     pub cruise_speed_m_s: Positive,
@@ -37,7 +37,7 @@ pub struct Config {
     /// Actions in one plan, auxiliary steps not counted. (ENG: three reach any objective; more means
     /// that the actions lead in a circle.)
     pub depth_limit: NonZeroU32,
-    /// A step that failed so often in a row without the vehicle getting anywhere counts as
+    /// A step that failed this number of times in a row without any progress of the vehicle counts as
     /// infeasible. (ENG)
     pub failures_at_most: NonZeroU32,
     /// After so many takeoffs in a row that failed the mission is given up. (ENG: a cause that passes, such as a

@@ -21,7 +21,7 @@ use crate::routing::{self, NoWay};
 /// Why a goal cannot be reached, for the mission report.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Unreachable {
-    /// Whatever areas there are.
+    /// Independent of the areas.
     #[error(transparent)]
     NoChain(#[from] NoChain),
     /// Because of an area.

@@ -1,5 +1,5 @@
-//! What a mission takes, as far as can be known beforehand: every objective planned from where the
-//! one before leaves the vehicle, as if each permission that has to be asked for were granted.
+//! What a mission needs, as far as it is known beforehand: each objective is planned from where the
+//! one before leaves the vehicle, as if every permission were granted.
 
 use std::time::Duration;
 
@@ -32,10 +32,10 @@ pub struct Forecast {
     pub length_m: f64,
 }
 
-/// Waits on the way, for all objectives together; a mission that needs more is none to be flown.
+/// Most waits on the way, for all objectives together; a mission that needs more cannot be flown.
 const MOST_WAITS: usize = 16;
 
-/// Flies `planner`'s mission on paper.
+/// Plans `planner`'s mission without flying it.
 pub fn fly_through(mut planner: MissionPlanner, mut state: State, mut now: Now, config: &Config) -> Vec<Forecast> {
     let mut forecasts: Vec<Forecast> = planner.objectives().all().iter().map(|it| blank(&it.name)).collect();
     let (mut waits, mut planned) = (0, 0);

@@ -1,7 +1,6 @@
 //! Answers the mission manager: what to fly next, until every objective is reached or given up.
 //!
-//! Pure bookkeeping and decisions: it knows neither messages nor topics, and the same requests at
-//! the same times get the same answers.
+//! It knows neither messages nor topics, and the same requests at the same times get the same answers.
 
 use std::time::Duration;
 
@@ -23,7 +22,7 @@ use crate::plan::{Plan, Step};
 use crate::repair::repair;
 use crate::stuck::{Stuck, Verdict};
 
-/// The planner's whole memory.
+/// The planner's state.
 #[derive(Debug)]
 pub struct MissionPlanner {
     config: Config,
@@ -87,7 +86,7 @@ impl MissionPlanner {
         }
     }
 
-    /// Plans anew: from the failed step's goal as long as what comes after it is still valid, else
+    /// Replans: from the failed step's goal as long as what comes after it is still valid, else
     /// from the objective; objectives without a plan fail, and the next one is planned.
     pub fn replan(&mut self, request: PlanRequest, now: Now) -> Answer {
         let PlanRequest { state, grants: known, failed: failed_step, denials, .. } = request;
@@ -223,7 +222,7 @@ impl MissionPlanner {
         }
     }
 
-    /// What everybody may know of the planner.
+    /// The planner's status.
     pub fn status(&self) -> PlannerStatus {
         PlannerStatus {
             mission: self.mission.name.clone(),
@@ -260,15 +259,15 @@ impl MissionPlanner {
         (self.epoch, self.revision, self.last_step_id) = (epoch, revision, last_step_id);
     }
 
-    /// What `mission` would take from `state` on, were it the mission now; nothing changes.
+    /// What `mission` would need from `state` on, if it were the mission now; nothing changes.
     pub fn forecast(&self, mission: Mission, state: &State, now: Now) -> Vec<Forecast> {
         let mut scratch = MissionPlanner::new(&self.config, mission, self.pace);
         scratch.permissions = self.permissions.clone();
         forecast::fly_through(scratch, state.clone(), now, &self.config)
     }
 
-    /// Another mission takes the place of the present one, with nothing of it attempted. What the
-    /// tower has denied is remembered.
+    /// Replaces the present mission by another one, of which nothing was attempted. Denials by the
+    /// tower are remembered.
     pub fn take_over(&mut self, mission: Mission) {
         self.objectives = Objectives::new(&mission.objectives);
         self.mission = mission;
@@ -308,7 +307,7 @@ impl MissionPlanner {
         Mission { objectives: waiting.map(|it| it.objective()).collect(), ..self.mission.clone() }
     }
 
-    /// The plan no longer holds: whoever flies it learns so by the epoch.
+    /// The plan becomes void; the mission manager learns it by the epoch.
     fn withdraw_plan(&mut self) {
         self.plan = Plan::default();
         self.last_done = None;
@@ -334,7 +333,7 @@ impl MissionPlanner {
         }
     }
 
-    /// The old plan ends here, whatever comes instead.
+    /// The old plan ends here.
     fn take_failed(&mut self, id: Option<StepId>) -> Option<Failed> {
         let mut plan = std::mem::take(&mut self.plan);
         self.last_done = None;

@@ -1,4 +1,4 @@
-//! What is to be achieved, in order, and what became of it.
+//! The objectives, in order, and their progress.
 
 use std::collections::BTreeSet;
 
@@ -21,13 +21,13 @@ pub struct Objective {
     pub name: String,
     /// The state to reach.
     pub goal: State,
-    /// What became of it.
+    /// Its progress.
     pub progress: Progress,
-    /// Steps planned for it in all.
+    /// Total number of steps planned for it.
     pub plan_steps: u32,
-    /// Plans made for it in all.
+    /// Number of plans made for it.
     pub plans: u32,
-    /// Areas asked about for it, each once, in the order of the plan.
+    /// Areas whose permission was requested for it, each once, in the order of the plan.
     pub permissions: Vec<String>,
 }
 
@@ -120,7 +120,7 @@ fn apart(a: &State, b: &State, tolerance: Tolerance) -> Tolerance {
 }
 
 impl Objective {
-    /// One of which nothing was attempted.
+    /// An objective that was not attempted yet.
     pub fn waiting(it: &mission::Objective) -> Objective {
         Objective {
             name: it.name.clone(),
@@ -141,7 +141,7 @@ impl Objective {
         self.permissions.extend(asked.filter(|it| known.insert((*it).clone())).cloned());
     }
 
-    /// As everybody may know it.
+    /// As in the planner's status.
     pub fn status(&self) -> ObjectiveStatus {
         ObjectiveStatus {
             objective: self.objective(),

@@ -1,4 +1,4 @@
-//! What is known of the control tower's mind about each area, and how long it is worth waiting for.
+//! The control tower's answers about each area so far, and how long it is worth waiting for one.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -21,7 +21,7 @@ const SAME_GRANT: Duration = Duration::from_secs(5);
 #[derive(Debug, Clone, Default)]
 struct Record {
     standing: Standing,
-    /// Time the vehicle has held because of it, in all; a grant does not give it back.
+    /// Total time that the vehicle has held because of it; a grant does not reset it.
     held: Duration,
     /// For so long it was granted when that was too short.
     longest_grant: Option<Duration>,
@@ -91,7 +91,7 @@ impl Permissions {
                 reason: denial.reason.clone(),
                 retry_at: now + config.retry_after_denial_s.seconds(),
             },
-            // Not asked since, so it is the same denial told twice.
+            // Not asked since, so it is the same denial again.
             (Standing::DeniedOnce { reason, retry_at }, false) if now < retry_at => {
                 Standing::DeniedOnce { reason, retry_at }
             }
@@ -109,7 +109,7 @@ impl Permissions {
         }
     }
 
-    /// The vehicle has held for so long because of `area`.
+    /// The vehicle has held for this long because of `area`.
     pub fn has_held(&mut self, area: &str, time: Duration) {
         let record = self.records.entry(area.into()).or_default();
         record.held = record.held.saturating_add(time);

@@ -42,7 +42,7 @@ pub struct ActionStep {
     /// The state it reaches.
     pub to: State,
     /// How it is flown when nothing is amiss. How it is flown while a new plan is made is computed
-    /// when that is needed, from where the vehicle is then: [`domain::route::transition_goal`].
+    /// when that is needed, from where the vehicle is then.
     pub nominal: Parameters,
 }
 

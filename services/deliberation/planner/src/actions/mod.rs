@@ -1,5 +1,5 @@
-//! What the vehicle can do, as back-chaining sees it: black boxes with a state they reach and a
-//! state they start from. A new action is one file here and one line in [`ACTIONS`].
+//! The actions of the vehicle as back-chaining sees them: each has a state that it reaches and a
+//! state that it starts from. A new action is one file here and one line in [`ACTIONS`].
 
 use std::fmt::Debug;
 
@@ -28,7 +28,7 @@ pub trait Action: Debug + Sync {
     fn propagate_backwards(&self, goal: &State, start: &State, tolerance: Tolerance, config: &Config) -> State;
 
     /// How it is flown from `from` to `goal`, and under which conditions. The permissions of the
-    /// areas its way touches are added by whoever knows the areas.
+    /// areas on its way are added later.
     fn set_parameters(&self, from: &State, goal: &State, config: &Config) -> Parameters;
 
     /// Where the vehicle waits for the permissions this action needs.

@@ -1,4 +1,4 @@
-//! Stories told through the planner's own interface: requests in, plans out, rendered as text.
+//! Stories through the planner's own interface: requests in, plans out, rendered as text.
 
 use std::time::Duration;
 
@@ -139,7 +139,7 @@ impl Story {
         text
     }
 
-    /// Flies so many steps of the plan, to the state each reaches; what is asked is granted.
+    /// Flies this many steps of the plan, to the state each reaches; every request is granted.
     fn fly(&mut self, count: usize) {
         for step in self.steps.drain(..count).collect::<Vec<_>>() {
             let goal = step.goal_state.unwrap();

@@ -67,7 +67,7 @@ fn check(ask: Ask, accepted: bool, words: &str, objectives: &[&str], epoch: u64)
 }
 
 #[test]
-fn what_a_mission_takes_is_told_without_flying_it() {
+fn what_a_mission_needs_is_answered_without_flying_it() {
     let mut story = Story::of(REFERENCE);
     let before = story.status();
     let reply = story.ask(Ask::Validate(text(REFERENCE)));
@@ -81,7 +81,7 @@ fn what_a_mission_takes_is_told_without_flying_it() {
 }
 
 #[test]
-fn every_mistake_in_the_text_is_told() {
+fn every_mistake_in_the_text_is_reported() {
     let mut story = Story::of(REFERENCE);
     let reply = story.ask(Ask::Validate(text("name = \"x\"\n")));
     assert_eq!((reply.accepted, reply.text.as_str()), (false, "1 mistake in the text"));

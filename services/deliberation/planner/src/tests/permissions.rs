@@ -153,7 +153,7 @@ fn a_step_that_fails_for_another_reason_keeps_what_comes_after_it() {
 
 #[test]
 fn holding_for_one_area_ends_after_its_limit() {
-    // Back-offs of 50 s: the third would exceed 120 s in all. Grants that are lost again start anew.
+    // Back-offs of 50 s: the third would exceed 120 s in total. A lost grant starts a new back-off.
     let mission_text = across(&area("W", "permission", [200.0, 700.0], ""));
     let mut story = Story::of(&mission_text);
     let config = Config { retry_after_denial_s: 50.0.try_into().unwrap(), ..Config::for_tests() };

@@ -1,4 +1,4 @@
-//! Whatever the areas: no plan crosses what it may not.
+//! With any areas: no plan enters an area that it may not enter.
 
 use std::collections::BTreeSet;
 
