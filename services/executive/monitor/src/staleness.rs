@@ -50,7 +50,7 @@ mod tests {
         check(1.0, DataSource::Battery, 2.0, 2.0);
         check(1.0, DataSource::LandDetected, 0.5, 0.5);
         check(0.1, DataSource::Battery, 2.0, 2.0);
-        check(20.0, DataSource::Battery, 2.0, 5.0);
+        check(20.0, DataSource::Battery, 2.0, 20.0);
         check(20.0, DataSource::Battery, 30.0, 30.0);
         check(20.0, DataSource::LandDetected, 3.0, 40.0);
         check(20.0, DataSource::Status, 3.0, 20.0);
