@@ -1,14 +1,13 @@
 #!/usr/bin/env bash
-# Makes the two base images of the Dockerfile from Debian's packages and the Rust toolchain that is installed here,
-# for machines that reach a Debian mirror but no image registry. Needs docker, debootstrap and root.
+# Makes the two base images of the Dockerfile from Debian's packages and the installed Rust toolchain, for machines that
+# reach a Debian mirror but no image registry. Needs docker, debootstrap and root.
 #
 #   deploy/local-base.sh [SUITE [MIRROR]]
 #   docker build -f deploy/Dockerfile -t kittiwake --build-arg BUILDER=kittiwake-local-builder \
 #       --build-arg RUNTIME=kittiwake-local-runtime .
 #
-# The builder also trusts whatever certificate authorities this machine trusts, so that cargo reaches the crate
-# registry from inside as it does from outside. Nothing of that is in the image that is shipped: only the program
-# leaves the builder.
+# The builder also trusts the certificate authorities of this machine, so that cargo reaches the crate registry from inside
+# as it does from outside. They are not in the shipped image: only the program is copied from the builder.
 set -euo pipefail
 suite=${1:-trixie}
 mirror=${2:-http://deb.debian.org/debian}

@@ -1,4 +1,4 @@
-//! Reads and checks everything a human wrote, before anything starts.
+//! Reads and checks all files that a human wrote, before anything starts.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,19 +19,19 @@ use crate::settings::Settings;
 pub struct Inputs {
     /// The configuration with the settings of this run in it.
     pub config: Config,
-    /// What is flown.
+    /// The mission.
     pub mission: Mission,
-    /// How it is flown.
+    /// The trees.
     pub trees: LoadedTrees,
-    /// What is done when something goes wrong.
+    /// The contingency table.
     pub contingencies: Contingencies,
-    /// The folder that says who may do what over HTTP; nobody may do anything without.
+    /// The access folder; without one no token is valid.
     pub access: Option<PathBuf>,
-    /// The folder of what outlives a process; nothing does without.
+    /// The folder of the persisted state; without one nothing is persisted.
     pub state: Option<PathBuf>,
 }
 
-/// Reads all inputs; every mistake in any of them is told at once.
+/// Reads all inputs; every mistake in any of them is reported at once.
 pub fn read(settings: &Settings) -> Result<Inputs, Mistakes> {
     let config = read_config(settings)?;
     let mission = Source::read(&config.mission).and_then(|it| Mission::read(&it));
@@ -48,7 +48,7 @@ pub fn read(settings: &Settings) -> Result<Inputs, Mistakes> {
     }
 }
 
-/// The trees and the table, in this order: without the trees nobody knows which actions there are.
+/// The trees and the table, in this order: the trees say which actions there are.
 fn read_behavior(config: &Config) -> Result<(LoadedTrees, Contingencies), Mistakes> {
     let table = Source::read(&config.contingencies);
     let trees = Trees::read(&config.trees)?;
@@ -56,8 +56,9 @@ fn read_behavior(config: &Config) -> Result<(LoadedTrees, Contingencies), Mistak
     Ok((trees.load(&contingencies)?, contingencies))
 }
 
-/// What the gateway's connections are encrypted with, if they are. Looked at only by who has to do with
-/// it: the files may be out of reach for the other processes.
+/// The certificate and key of the gateway's connections, if they are encrypted. Read only by the processes that need
+/// them: the others may not be allowed to read the files.
+#[expect(clippy::disallowed_methods, reason = "certificates expire by UTC")]
 pub fn read_tls(config: &Config) -> Result<Option<Arc<ServerConfig>>, Outcome> {
     gateway::tls::server_config(&config.gateway, config.http, SystemTime::now()).map_err(|refusal| {
         output::error_line(refusal);
@@ -65,12 +66,12 @@ pub fn read_tls(config: &Config) -> Result<Option<Arc<ServerConfig>>, Outcome> {
     })
 }
 
-/// As [`read`]; tells the mistakes on standard error.
+/// As [`read`]; reports the mistakes on standard error.
 pub fn read_or_tell(settings: &Settings) -> Result<Inputs, Outcome> {
     read(settings).map_err(|mistakes| tell(&mistakes))
 }
 
-/// Tells the mistakes on standard error.
+/// Reports the mistakes on standard error.
 pub fn tell(mistakes: &Mistakes) -> Outcome {
     output::error_line(mistakes);
     Outcome::BadInput
@@ -81,7 +82,7 @@ fn read_config(settings: &Settings) -> Result<Config, Mistakes> {
     let mut config: Config = Source::read(&settings.config)?.parse()?;
     let folder = settings.config.parent().unwrap_or(Path::new(""));
     let beside = |path: &PathBuf| folder.join(path);
-    // A path on the command line is relative to where the command is given, as everywhere.
+    // A path on the command line is relative to the present folder, as everywhere.
     config.mission = settings.mission.clone().unwrap_or_else(|| beside(&config.mission));
     config.contingencies = beside(&config.contingencies);
     config.trees = beside(&config.trees);

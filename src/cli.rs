@@ -1,11 +1,12 @@
 //! The command line.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand};
 
-use crate::config::{Speed, VehicleName};
+use crate::config::VehicleName;
 use crate::operate::args::{MissionArgs, PermissionArgs, VehicleArgs};
 use crate::service::Service;
 use crate::settings::Settings;
@@ -25,11 +26,13 @@ pub struct Cli {
     pub up: UpArgs,
 }
 
-/// What the program can be told to do.
+/// The program's commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Start every process and fly the mission (the default)
     Up(UpArgs),
+    /// Check the configuration, mission, trees, contingencies and link table that `up` and the routers read; start nothing
+    Check(CheckArgs),
     /// The router that every process connects to; prints where it listens
     Router(RouterArgs),
     /// Make certificates for the routers at both ends of the link, for a demonstration
@@ -40,76 +43,27 @@ pub enum Command {
     Inject(InjectArgs),
     /// Print what the gateway of a running system says about its vehicle
     Status(StatusArgs),
-    /// Let an operator in: make tokens for a gateway, if there are none yet, and print the link
+    /// Make a token for an operator of a gateway, if there is none yet, and print the link to the page
     Access(AccessArgs),
-    /// Say whether a process is on the bus and makes progress: 0 if so, 1 if not
+    /// Check whether a process is on the bus and makes progress: exit code 0 if so, 1 if not
     Health(HealthArgs),
-    /// Ask or order something of a vehicle, over the gateway
+    /// Read the state of a vehicle or order something, over the gateway
     Vehicle(VehicleArgs),
     /// Read, try out or change a mission, over the gateway
     Mission(MissionArgs),
     /// List permissions or decide about them, over the gateway
     Permission(PermissionArgs),
-    /// Measure: fly real systems and print the reference's tables beside our figures
+    /// Measure: fly real systems and print the reference's tables beside our figures; starts `kittiwake-kpi`
+    #[command(disable_help_flag = true)]
     Kpi(KpiArgs),
-    /// One of the two bare processes of `kpi --floor`
-    #[command(hide = true)]
-    KpiFloor(KpiFloorArgs),
 }
 
 /// For `kittiwake kpi`.
 #[derive(Debug, Args)]
 pub struct KpiArgs {
-    /// The configuration file; the tables and missions of the measurements are in `kpi` beside it
-    #[arg(long, value_name = "FILE", default_value = "config/kittiwake.toml")]
-    pub config: PathBuf,
-    /// Fly the mission at least so often at each tick period; more flights follow until there are enough samples
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub runs: u32,
-    /// Tick periods of the mission manager, in milliseconds
-    #[arg(long, value_name = "MS", value_delimiter = ',', default_values_t = [10, 5, 1])]
-    pub tick_ms: Vec<u32>,
-    /// At least so many samples of each class of transition
-    #[arg(long, value_name = "N", default_value_t = 30)]
-    pub samples: usize,
-    /// Raise each of the sixteen flags at least so often
-    #[arg(long, value_name = "N", default_value_t = 20)]
-    pub raises: usize,
-    /// Mission time of the flights; tick period, transport and processing stay in wall time
-    #[arg(long, value_name = "N", default_value = "10")]
-    pub speed: Speed,
-    /// Measure the raw cost of the same hops between two bare processes, and the ratio
-    #[arg(long)]
-    pub floor: bool,
-    /// Also measure rates and load at real time, hovering for so many seconds and over a mission
-    #[arg(long, value_name = "SECONDS")]
-    pub load: Option<u32>,
-    /// Measure only what the gateway does for those who look on: a thousand event streams at real time
-    #[arg(long)]
-    pub operator: bool,
-    /// Write everything to this file as JSON
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
-    /// Draw the figures into this folder, as SVG
-    #[arg(long, value_name = "DIR")]
-    pub plots: Option<PathBuf>,
-}
-
-/// For one of the two bare processes.
-#[derive(Debug, Args)]
-pub struct KpiFloorArgs {
-    /// Plays the mission manager and the vehicle; else the skill manager
-    #[arg(long)]
-    pub far: bool,
-    /// The router's locator
-    #[arg(long, value_name = "LOCATOR")]
-    pub connect: Vec<String>,
-    /// The folder of the direct links
-    #[arg(long, value_name = "DIR")]
-    pub direct: PathBuf,
-    /// End when standard input ends
-    #[arg(long)]
-    pub exit_with_parent: bool,
+    /// Arguments of `kittiwake-kpi`; `--help` lists them
+    #[arg(value_name = "ARGS", trailing_var_arg = true, allow_hyphen_values = true)]
+    pub args: Vec<OsString>,
 }
 
 /// For `kittiwake up`.
@@ -118,7 +72,7 @@ pub struct KpiFloorArgs {
 pub struct UpArgs {
     #[command(flatten)]
     pub settings: Settings,
-    /// End once the mission is over, with an exit code that tells how
+    /// End once the mission is over, with an exit code that says how it ended
     #[arg(long)]
     pub exit_when_done: bool,
     /// Print the mission report as JSON, and nothing else, on standard output
@@ -133,13 +87,29 @@ Exit codes:
     3  the mission ended with objectives failed
     4  the mission ended by an emergency response
     5  the system could not be kept up
+    6  the vehicle crashed
   130  interrupted before the mission was over";
+
+/// For `kittiwake check`.
+#[derive(Debug, Args)]
+#[command(after_help = "Exit codes:\n    0  no mistakes\n    2  a file has a mistake or cannot be read")]
+pub struct CheckArgs {
+    /// The same settings as `up` takes, so that the files it would read are checked
+    #[command(flatten)]
+    pub settings: Settings,
+    /// What crosses the link; without it `zenoh/link.toml` beside the configuration file, if it is there
+    #[arg(long, value_name = "FILE")]
+    pub link: Option<PathBuf>,
+    /// Print only the tree that the contingency table becomes, as XML
+    #[arg(long)]
+    pub print_tree: bool,
+}
 
 /// For `kittiwake router`.
 #[derive(Debug, Args)]
 pub struct RouterArgs {
-    /// Where to listen, such as `tcp/127.0.0.1:7447`; port 0 takes a free one. Whoever connects here is
-    /// trusted: only one's own side may reach it
+    /// Where to listen, such as `tcp/127.0.0.1:7447`; port 0 takes a free one. Every process that connects here
+    /// is trusted: only the router's own side may reach the address
     #[arg(long, value_name = "LOCATOR", default_value = "tcp/127.0.0.1:7447")]
     pub listen: Vec<String>,
     /// On the ground: listen for aircraft here, such as `tls/0.0.0.0:7448`
@@ -154,7 +124,7 @@ pub struct RouterArgs {
     /// The folder with this router's certificate, as `kittiwake certs` makes them
     #[arg(long, value_name = "DIR")]
     pub certificates: Option<PathBuf>,
-    /// On board: the vehicle; on the ground: each vehicle that is let in
+    /// On board: the vehicle; on the ground: each vehicle that may connect
     #[arg(long, value_name = "NAME")]
     pub vehicle: Vec<VehicleName>,
     /// End when standard input ends
@@ -170,7 +140,7 @@ fn days(text: &str) -> Result<f64, String> {
 /// For `kittiwake certs`.
 #[derive(Debug, Args)]
 pub struct CertsArgs {
-    /// Where to put them: a folder for each router, to be copied to its machine, and one for the authority
+    /// Where to write them: a folder for each router, to be copied to its machine, and one for the authority
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
     /// A vehicle; may be given several times
@@ -182,10 +152,10 @@ pub struct CertsArgs {
     /// A further host name or address under which aircraft call the ground; may be given several times
     #[arg(long, value_name = "HOST")]
     pub ground_host: Vec<String>,
-    /// Days for which they are valid, or parts of a day
+    /// Days for which they are valid; fractions are allowed
     #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = days)]
     pub days: f64,
-    /// Leave a whole set that is there already as it is, and be content with it
+    /// Accept a complete set that exists already, and leave it as it is
     #[arg(long)]
     pub keep: bool,
 }
@@ -232,7 +202,7 @@ pub struct ProcessArgs {
     /// The router's locator; the first that answers is used
     #[arg(long, value_name = "LOCATOR", default_value = "tcp/127.0.0.1:7447")]
     pub connect: Vec<String>,
-    /// A folder for sockets by which the processes on board reach one another directly, besides the router
+    /// The folder of the direct links: sockets between the processes on board, in addition to the router
     #[arg(long, value_name = "DIR")]
     pub direct: Option<PathBuf>,
     /// End when standard input ends
@@ -285,7 +255,7 @@ pub struct AccessArgs {
     /// The gateway's folder, its --access
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
-    /// Where the token itself is kept; the gateway need not read it
+    /// The file of the token itself; the gateway need not read it
     #[arg(long, value_name = "FILE")]
     pub secret: PathBuf,
     /// Where the operator's browser reaches the gateway
@@ -308,7 +278,7 @@ pub struct HealthArgs {
     /// The configuration file that names the vehicle, if --vehicle does not
     #[arg(long, value_name = "FILE", default_value = "config/kittiwake.toml", requires = "process")]
     pub config: PathBuf,
-    /// Say it as JSON
+    /// Print the result as JSON
     #[arg(long)]
     pub json: bool,
 }
@@ -351,6 +321,13 @@ mod tests {
     fn nothing_means_up() {
         let cli = Cli::parse_from(["kittiwake", "--exit-when-done"]);
         assert!(cli.command.is_none() && cli.up.exit_when_done);
+    }
+
+    #[test]
+    fn what_follows_kpi_is_handed_on_as_it_is() {
+        let cli = Cli::parse_from(["kittiwake", "kpi", "--floor", "--tick-ms", "10,5", "--help"]);
+        let Some(Command::Kpi(args)) = cli.command else { panic!("{cli:?}") };
+        assert_eq!(args.args, ["--floor", "--tick-ms", "10,5", "--help"]);
     }
 
     #[test]

@@ -10,7 +10,7 @@ use domain::quantity::Positive;
 use domain::time::Pace;
 use serde::{Deserialize, Deserializer, de};
 
-/// The whole file. There are no defaults but those in the shipped one.
+/// The whole file. There are no defaults except those in the shipped file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
@@ -18,7 +18,7 @@ pub struct Config {
     pub vehicle: VehicleName,
     /// How many times faster than the wall clock mission time runs.
     pub speed: Speed,
-    /// Of every random draw.
+    /// The seed of every random draw.
     pub seed: u64,
     /// The mission file, relative to this file's folder.
     pub mission: PathBuf,
@@ -37,16 +37,23 @@ pub struct Config {
     pub launcher: crate::up::Config,
     /// Where traces go.
     pub telemetry: crate::telemetry::Config,
+    /// The simulated vehicle and its autopilot.
     pub vehicle_sim: vehicle_sim::config::Config,
+    /// Skills and how they are flown.
     pub skill_manager: skill_manager::config::Config,
+    /// Rates, and the rules that raise flags.
     pub monitor: monitor::config::Config,
+    /// How objectives become plans.
     pub planner: planner::config::Config,
+    /// The mission and contingency manager.
     pub mcm: mcm::config::Config,
+    /// How permissions are answered.
     pub control_tower: control_tower::config::Config,
+    /// HTTP for operators, and recordings.
     pub gateway: gateway::config::Config,
 }
 
-/// A vehicle's name: one chunk of a key, so nothing that has a meaning in keys.
+/// A vehicle's name: one part of a key, so it has no characters with a meaning in keys.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
 pub struct VehicleName(String);

@@ -1,6 +1,6 @@
-//! `kittiwake health`: whether one process is there and makes progress, for whoever supervises it.
+//! `kittiwake health`: whether one process is on the bus and makes progress, for its supervisor.
 //!
-//! A process that is alive as far as the operating system can tell may still be off the bus, or stuck.
+//! A process that is alive for the operating system may still be off the bus, or stuck.
 //! So this asks on the bus, as another process would.
 
 use std::sync::mpsc;
@@ -16,11 +16,11 @@ use crate::output;
 
 mod subject;
 
-/// The answer is there within this, whatever hangs.
+/// The answer is given within this time in any case.
 const LIMIT: Duration = Duration::from_millis(2800);
-/// Of this for a router to answer,
+/// Part of it: for the answer of a router,
 const ROUTER_LIMIT: Duration = Duration::from_millis(500);
-/// and this for a sign of progress, which comes at 2 Hz. Three of them.
+/// and for a heartbeat of a service, which comes at 2 Hz: three periods.
 const PATIENCE: Duration = Duration::from_millis(1600);
 
 /// What is said about a process.
@@ -30,7 +30,7 @@ struct Verdict {
     said: String,
 }
 
-/// Says in one line how the process fares. Ends with 0 if it is well, 1 if not.
+/// Prints the health of the process in one line. Exit code 0 if it is healthy, 1 if not.
 pub fn health(args: &HealthArgs) -> Outcome {
     let subject = match subject::find(args) {
         Ok(subject) => subject,
@@ -48,11 +48,11 @@ pub fn health(args: &HealthArgs) -> Outcome {
     if verdict.healthy { Outcome::Success } else { Outcome::Unavailable }
 }
 
-/// A name that does not resolve or a network that swallows everything holds up the thread, not the answer.
+/// A name that does not resolve, or a network without any answer, holds up the thread, not the answer.
 fn examine_within(limit: Duration, subject: Subject) -> Verdict {
-    let (sender, verdict) = mpsc::channel();
+    let (sender, verdict) = mpsc::sync_channel(1);
     std::thread::spawn(move || {
-        // Fails only once the time is up.
+        // Fails only once the time has passed.
         let _ = sender.send(examine(&subject));
     });
     let late = |_| Verdict { healthy: false, said: format!("no answer within {limit:?}") };
@@ -88,11 +88,11 @@ fn judge(found: Result<Presence, BusError>) -> Verdict {
     Verdict { healthy, said }
 }
 
-/// A router is well if it routes. That a link is down is said aloud and nothing to restart it for.
+/// A router is healthy if it routes. A link that is down is printed, and is no reason to restart the router.
 fn judge_router(found: Result<Option<RouterView>, BusError>, peers: &[String]) -> Verdict {
     let (healthy, said) = match found {
         Ok(Some(it)) => (true, format!("{} listens{}", it.name, links(&it.links, peers))),
-        Ok(None) => (false, format!("listens, but does not say who it is within {PATIENCE:?}")),
+        Ok(None) => (false, format!("listens, but did not give its name within {PATIENCE:?}")),
         Err(cause) => (false, cause.to_string()),
     };
     Verdict { healthy, said }
@@ -110,7 +110,7 @@ mod tests {
     use kittiwake_proto::v1::Heartbeat;
 
     #[test]
-    fn who_is_there_and_makes_progress_is_well() {
+    fn a_process_on_the_bus_that_makes_progress_is_healthy() {
         #[track_caller]
         fn check(found: Result<Presence, BusError>, healthy: bool, said: &str) {
             let verdict = judge(found);
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn a_router_is_well_whatever_becomes_of_its_link() {
+    fn a_router_is_healthy_with_any_state_of_its_link() {
         #[track_caller]
         fn check(up: &[&str], expected: &[&str], said: &str) {
             let names = |it: &[&str]| it.iter().map(|it| (*it).to_owned()).collect::<Vec<_>>();
@@ -142,6 +142,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::disallowed_methods, reason = "the answer is waited for up to a limit")]
     fn an_answer_comes_in_time_though_no_router_does() {
         // Takes the call and never answers it.
         let silent = std::net::TcpListener::bind("127.0.0.1:0").unwrap();

@@ -1,4 +1,4 @@
-//! The program's own way to a gateway: plain, or TLS under a CA that one trusts.
+//! HTTP requests to a gateway: plain, or TLS under a given authority.
 
 use std::path::Path;
 use std::time::Duration;
@@ -7,17 +7,17 @@ use reqwest::blocking::{Client, ClientBuilder};
 use reqwest::redirect::Policy;
 use reqwest::tls::Certificate;
 
-/// A client for `url`. `ca` is a PEM file with whose certificates the server's is checked, and with no
-/// others; without it those of the operating system count. No `limit` is for what goes on until it is ended.
+/// A client for `url`. With `ca`, a PEM file, the server's certificate must be signed by one of its certificates;
+/// without it, by one of the operating system's. Without `limit` a response may take any time, as an event stream does.
 pub fn client(url: &str, ca: Option<&Path>, limit: Option<Duration>) -> Result<Client, String> {
-    // A redirection would carry the order somewhere that nobody has named.
+    // A redirection would carry the order to another address than the one that was named.
     let builder = Client::builder().timeout(limit).redirect(Policy::none());
     trusting(builder, url, ca)?.build().map_err(|it| root_cause(&it))
 }
 
 fn trusting(builder: ClientBuilder, url: &str, ca: Option<&Path>) -> Result<ClientBuilder, String> {
     let Some(ca) = ca else {
-        // Where nothing is encrypted nothing is checked, and a machine without CA certificates is as good as any.
+        // Without encryption no certificate is checked, so a machine without CA certificates can be used as well.
         let is_plain = url.starts_with("http://");
         return Ok(if is_plain { builder.tls_certs_only([]) } else { builder });
     };
@@ -29,7 +29,7 @@ fn trusting(builder: ClientBuilder, url: &str, ca: Option<&Path>) -> Result<Clie
     Ok(builder.tls_certs_only(certificates))
 }
 
-/// What lies at the bottom of an error; the layers above only say that something failed.
+/// The innermost cause of an error; the outer ones only say that something failed.
 pub fn root_cause(error: &dyn std::error::Error) -> String {
     std::iter::successors(Some(error), |it| it.source()).last().map(ToString::to_string).unwrap_or_default()
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use bus::{Link, Scope, Stop};
 use domain::file::did_you_mean;
-use domain::time::{Now, Pace, Time};
+use domain::time::{Now, Time};
 use kittiwake_proto::topics::{Request, Response, Topic};
 use kittiwake_proto::v1::{FaultReply, FaultRequest, FlagEvent};
 use node::{CallId, Effect, Event, Node};
@@ -14,14 +14,15 @@ use vehicle_sim::faults::catalogue::catalogue;
 
 use crate::cli::{InjectArgs, Injection, TargetArgs};
 use crate::outcome::Outcome;
+use crate::run::end;
 use crate::settings::Settings;
 use crate::target::Target;
-use crate::{check_inputs, end, output};
+use crate::{check_inputs, output};
 
-/// The receiver is waited for so long, and its answer as long again.
+/// How long the receiver is waited for, and then its answer.
 const LIMIT: Duration = Duration::from_secs(5);
 
-/// Injects what the arguments say and tells what came of it.
+/// Injects what the arguments say and prints the result.
 pub fn inject(args: &InjectArgs) -> Outcome {
     match &args.what {
         Injection::Flag { name, lower, target } => flag(name, !lower, target),
@@ -55,7 +56,7 @@ fn fault(name: &str, args: &[String], target: &TargetArgs) -> Outcome {
     let mut injector = Injector::new(Task::Fault(request));
     let result = Target::find(target).and_then(|target| run(&mut injector, &target));
     match result {
-        // The simulator refuses what it does not know, and says what it does.
+        // The simulator refuses an unknown fault and lists the known ones.
         Ok(detail) if injector.refused => {
             output::error_line(detail);
             Outcome::BadInput
@@ -90,7 +91,7 @@ fn run(injector: &mut Injector, target: &Target) -> Result<String, String> {
     };
     let stop = Stop::new();
     end::stop_on_end(&stop, false).map_err(|it| it.to_string())?;
-    bus::run(injector, &link, Pace::REAL_TIME, &stop).map_err(|it| format!("unavailable: {it}"))?;
+    bus::Process::of(injector, &link).run(&stop).map_err(|it| format!("unavailable: {it}"))?;
     injector.result.take().unwrap_or_else(|| Err("interrupted".into()))
 }
 
@@ -112,7 +113,7 @@ enum Task {
     Fault(FaultRequest),
 }
 
-/// Waits for the receiver, sends the one message, and is over when it is known what came of it.
+/// Waits for the receiver, sends one message, and ends with its result.
 pub struct Injector {
     task: Task,
     until: Option<Time>,
@@ -131,7 +132,7 @@ impl Injector {
         Injector { task, until: None, sent: false, refused: false, result: None }
     }
 
-    /// Whose message it is.
+    /// The vehicle of the message.
     fn receiver(&self) -> &'static str {
         match self.task {
             Task::Flag(_) => "mcm",

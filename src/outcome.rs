@@ -5,15 +5,15 @@ use kittiwake_proto::v1::MissionOutcome;
 /// Why the program ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
-    /// All objectives achieved, or done what was asked.
+    /// All objectives achieved, or the command carried out.
     Success,
-    /// A request that could not be carried out: nobody serves it, or no system runs.
+    /// The request could not be carried out: no process serves it, or no system runs.
     Unavailable,
     /// A file or an argument is wrong; nothing was started.
     BadInput,
-    /// The system refused what was ordered.
+    /// The system refused the order.
     Refused,
-    /// The gateway, or who it asked, did not answer.
+    /// The gateway, or the process it asked, did not answer.
     Unreachable,
     /// The mission ended with objectives failed.
     ObjectivesFailed,
@@ -37,7 +37,7 @@ impl From<Outcome> for u8 {
             Outcome::Emergency => 4,
             Outcome::NotKeptUp | Outcome::Unreachable => 5,
             Outcome::Crash => 6,
-            // As a shell tells of a process that SIGINT ended.
+            // As shells report a process that SIGINT ended.
             Outcome::Interrupted => 130,
         }
     }

@@ -1,7 +1,7 @@
 //! Lines for the user.
 //!
-//! A reader that has gone away (`kittiwake status | head -1`) is no reason to fail, least of all for
-//! a launcher whose vehicle flies.
+//! If the reader has closed the pipe (`kittiwake status | head -1`), that is no failure, above all not for a launcher
+//! whose vehicle flies.
 
 use std::io::Write;
 
@@ -10,7 +10,7 @@ pub fn line(text: impl std::fmt::Display) {
     let _ = is_read(text);
 }
 
-/// On standard output, for who has nothing else to do: false once nobody reads it any more.
+/// On standard output, for a command that only prints: false once nobody reads it.
 pub fn is_read(text: impl std::fmt::Display) -> bool {
     writeln!(std::io::stdout(), "{text}").is_ok()
 }

@@ -8,12 +8,19 @@ use bus::{Direct, Scope};
 /// A process that the launcher starts. A new one is a variant here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Service {
+    /// The autopilot and its vehicle, simulated.
     VehicleSim,
+    /// Turns skills into commands to the autopilot.
     SkillManager,
+    /// Watches the vehicle's state and raises flags.
     Monitor,
+    /// Turns objectives into plans.
     Planner,
+    /// Decides what the vehicle does: mission and contingencies.
     Mcm,
+    /// Grants and denies permissions to enter areas.
     ControlTower,
+    /// Serves the operator over HTTP.
     Gateway,
 }
 
@@ -42,7 +49,7 @@ impl Service {
         }
     }
 
-    /// Where it stands: the ground sees all vehicles, the others one.
+    /// Its scope: the ground sees all vehicles, the others one.
     pub fn scope(self, vehicle: &str) -> Scope {
         match self {
             Service::ControlTower | Service::Gateway => Scope::Fleet,
@@ -54,8 +61,9 @@ impl Service {
 }
 
 impl Service {
-    /// Whom it calls directly: where an event, a request or a command goes to one process, and a hop through the router
-    /// shows in what `kittiwake kpi` calls felt. `None` for who is part of no such way.
+    /// The services it has direct links to: those on the way of an event, a request or a command to a single receiver,
+    /// where a hop through the router shows in the felt latencies of `kittiwake kpi`. `None` for a service without
+    /// direct links.
     fn calls(self) -> Option<&'static [Service]> {
         match self {
             Service::VehicleSim | Service::Monitor => Some(&[]),

@@ -31,17 +31,17 @@ pub struct Settings {
     /// Where the gateway listens; port 0 takes a free one
     #[arg(long, value_name = "ADDR:PORT")]
     pub http: Option<SocketAddr>,
-    /// Who may do what over HTTP: a folder with `tokens.toml`, which only its owner may read; what
-    /// was ordered is recorded there. Without it `up` makes one for this run, and a gateway lets nobody in
+    /// The access folder, with `tokens.toml`, which only its owner may read, and the audit records. Without it `up`
+    /// makes one for this run, and a gateway accepts no token
     #[arg(long, value_name = "DIR")]
     pub access: Option<PathBuf>,
     /// Where missions are recorded. Without it `up` takes `kittiwake/recordings` in the user's state
     /// folder, and a gateway what the configuration file says
     #[arg(long, value_name = "DIR")]
     pub recordings: Option<PathBuf>,
-    /// Where a process leaves what it needs to know when it is started again: the mission as it stands, what was
-    /// ordered, and whether it is over. Without it `up` makes a folder for this run, and a planner and a mission manager
-    /// begin anew
+    /// The folder of the persisted state: the mission's progress, what was ordered, and whether the mission is over,
+    /// for processes that are started again. Without it `up` makes a folder for this run, and a planner and a mission
+    /// manager start without a state
     #[arg(long, value_name = "DIR")]
     pub state: Option<PathBuf>,
     /// The certificate that the gateway shows, as PEM: with it and its key it speaks HTTPS
@@ -50,7 +50,7 @@ pub struct Settings {
     /// The key of that certificate
     #[arg(long, value_name = "FILE", requires = "tls_certificate")]
     pub tls_key: Option<PathBuf>,
-    /// Let the gateway speak plain HTTP on other addresses than the loopback's, where others can read tokens
+    /// Allow the gateway to speak plain HTTP on other addresses than the loopback's, where others can read tokens
     #[arg(long)]
     pub plain_http_beyond_loopback: bool,
     /// The vehicle's name
@@ -63,7 +63,7 @@ fn policies() -> impl TypedValueParser<Value = Policy> {
 }
 
 impl Settings {
-    /// The configuration file as it stands.
+    /// The configuration file without any other settings.
     pub fn of_file(config: &Path) -> Settings {
         let config = config.to_owned();
         Settings {
@@ -83,7 +83,7 @@ impl Settings {
         }
     }
 
-    /// The arguments that set the same things in another process.
+    /// The arguments that make the same settings in another process.
     pub fn to_args(&self) -> Vec<OsString> {
         let mut args: Vec<OsString> = vec!["--config".into(), self.config.clone().into()];
         let mut add = |flag: &str, value: Option<OsString>| {

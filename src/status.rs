@@ -1,5 +1,7 @@
 //! `kittiwake status`: what the gateway of a running system says.
 
+#![expect(clippy::disallowed_methods, reason = "somebody waits for the answer, and nothing tells when to ask again")]
+
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -12,7 +14,7 @@ use crate::outcome::Outcome;
 use crate::output;
 use crate::target::Target;
 
-/// What has no answer within this is unavailable.
+/// Time without an answer after which the gateway counts as unavailable.
 const LIMIT: Duration = Duration::from_secs(5);
 /// Between two tries.
 const PAUSE: Duration = Duration::from_millis(100);

@@ -1,28 +1,28 @@
-//! Which running system a command is about.
+//! The running system that a command addresses.
 
 use std::path::PathBuf;
 
 use crate::cli::TargetArgs;
-use crate::run_file::{self, Running};
+use crate::run::run_file::{self, Running};
 
-/// A token of one's own, for a system that one has not started oneself: never an argument, which
+/// The environment variable with the caller's own token, for a system started by another user: never an argument, which
 /// everybody on the machine could read.
 const TOKEN: &str = "KITTIWAKE_TOKEN";
 
-/// Where that system is reached.
+/// The addresses of that system.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Target {
     /// The router's locator; empty if only the gateway's address is known.
     pub connect: String,
     /// The gateway's address; empty if only the router's locator is known.
     pub http: String,
-    /// Lets this command in at the gateway.
+    /// The token for the gateway.
     pub token: String,
     /// The vehicle's name.
     pub vehicle: String,
     /// Its configuration file, if it is known.
     pub config: Option<PathBuf>,
-    /// What the gateway's certificate is checked with, where the operating system does not know it.
+    /// The CA file for the gateway's certificate, if it is not one of the operating system's.
     pub ca: Option<PathBuf>,
 }
 
@@ -54,7 +54,7 @@ fn choose(args: &TargetArgs, running: Vec<Running>, own: Option<String>) -> Resu
                 ca: it.ca,
             })
         }
-        // Not started by `kittiwake up`, or by another user: the addresses given are all there is.
+        // Not started by `kittiwake up`, or by another user: only the given addresses are known.
         0 if args.connect.is_some() || args.http.is_some() => Ok(Target {
             connect: args.connect.clone().unwrap_or_default(),
             http: args.http.clone().unwrap_or_default(),

@@ -26,7 +26,7 @@ pub struct Config {
     pub otlp_endpoint: Option<String>,
 }
 
-/// Names the collector for this run.
+/// Names the collector, before the configuration.
 const VARIABLE: &str = "OTEL_EXPORTER_OTLP_ENDPOINT";
 /// Spans that wait for export; more are dropped.
 const QUEUE: usize = 2048;
@@ -43,11 +43,11 @@ pub fn start(service: &'static str, vehicle: &str, config: &Config) -> Telemetry
     let exporter = exporter(config);
     let problem = exporter.as_ref().err().cloned();
     let provider = provider(service, vehicle, exporter.ok().flatten());
-    // Its own log would not say more than that the collector does not answer, again and again.
+    // The exporter's own log would only repeat that the collector does not answer.
     let default = EnvFilter::new("warn,opentelemetry=off,opentelemetry_sdk=off,opentelemetry_otlp=off,zenoh=error");
     let level = EnvFilter::try_from_default_env().unwrap_or(default);
     let log = tracing_subscriber::fmt::layer().with_writer(std::io::stderr).with_ansi(false).log_internal_errors(false);
-    // Ours only: a transport that traced its own export would export its traces.
+    // Only our own spans: a transport that traced its own export would export its traces.
     let ours = Targets::new().with_target("bus", LevelFilter::INFO).with_target("kittiwake", LevelFilter::INFO);
     let traces = tracing_opentelemetry::layer().with_tracer(provider.tracer("kittiwake")).with_filter(ours);
     tracing_subscriber::registry().with(log.with_filter(level)).with(traces).init();
@@ -69,10 +69,10 @@ fn provider(service: &'static str, vehicle: &str, exporter: Option<SpanExporter>
     let attributes = [KeyValue::new("service.name", service), KeyValue::new("kittiwake.vehicle", vehicle.to_owned())];
     let provider = SdkTracerProvider::builder().with_resource(Resource::builder().with_attributes(attributes).build());
     let Some(exporter) = exporter else {
-        // Ids travel on; nothing is recorded that nobody reads.
+        // Ids are passed on; spans are not recorded if they are not exported.
         return provider.with_sampler(Sampler::AlwaysOff).build();
     };
-    // Whatever another process, which may have no collector, thinks of the trace.
+    // Also if another process, which may have no collector, decided not to sample the trace.
     let provider = provider.with_sampler(Sampler::AlwaysOn);
     let batches = BatchConfigBuilder::default().with_max_queue_size(QUEUE).build();
     provider.with_span_processor(BatchSpanProcessor::builder(exporter).with_batch_config(batches).build()).build()

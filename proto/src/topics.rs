@@ -158,8 +158,8 @@ topics! {
 }
 
 impl Topic {
-    /// Whether its messages are events that others act on: one that nothing traced has caused begins
-    /// a trace, so that what follows from it can be told apart.
+    /// Whether its messages are events that others act on: an event without a traced cause begins
+    /// a trace, so that what follows from it can be distinguished.
     pub const fn begins_trace(self) -> bool {
         matches!(self, Topic::FlagEvent | Topic::SkillEvent | Topic::PermissionLedger)
     }

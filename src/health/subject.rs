@@ -1,4 +1,4 @@
-//! Which process is meant: the one that is named, or the one that this container runs.
+//! The process that is checked: the one that is named, or the one that this container runs.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ pub enum Part {
     Service(Service),
 }
 
-/// Whom to look for, and where.
+/// The process to look for, and its router.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Subject {
     pub part: Part,
@@ -25,7 +25,7 @@ pub struct Subject {
     pub connect: Vec<String>,
     /// The vehicle that it belongs to, if it belongs to one.
     pub vehicle: String,
-    /// A router's peers on the link.
+    /// The peers of a router on the link.
     pub peers: Vec<String>,
 }
 
@@ -70,7 +70,7 @@ fn of_the_container() -> Result<Vec<String>, String> {
     })
 }
 
-/// What follows the program's name; an init that started it may come before.
+/// The arguments after the program's name; an init that started it may come before.
 fn arguments(words: &[String]) -> Option<Vec<String>> {
     let is_program = |it: &String| Path::new(it).file_name().is_some_and(|name| name == "kittiwake");
     let program = words.iter().position(is_program)?;
@@ -97,7 +97,7 @@ fn of_command(words: &[String]) -> Result<Subject, String> {
     }
 }
 
-/// Who is at the other end of a router's link.
+/// The peers at the other end of a router's link.
 fn peers(args: &RouterArgs) -> Result<Vec<String>, String> {
     match (&args.dial, &args.link) {
         (Some(_), Some(table)) => {
@@ -113,7 +113,7 @@ fn vehicle_of(config: &Path) -> Result<String, String> {
     Ok(config.vehicle.to_string())
 }
 
-/// Who listens everywhere is reached on the loopback.
+/// A router that listens on all addresses is reached on the loopback.
 fn reachable(locator: &str) -> String {
     locator.replace("/0.0.0.0:", "/127.0.0.1:").replace("/[::]:", "/[::1]:")
 }
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_process_of_the_system_is_said_to_be_none() {
+    fn an_unknown_process_is_reported_as_unknown() {
         check("bash -c true", Err("not the program"));
         check("kittiwake status", Err("expected the router or a service"));
         check("kittiwake fly", Err("unrecognized subcommand"));

@@ -55,7 +55,7 @@ pub struct VehicleArgs {
 /// How an order is given.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Override {
-    /// Have it done now, whatever contingency the vehicle responds to; a few may not be overridden
+    /// Put the order before every other response, except those that may not be overridden
     #[arg(long = "override")]
     pub overrides: bool,
 }

@@ -1,6 +1,8 @@
 //! The gateway as an operator's command sees it: found, asked, and asked again with the same key
 //! while it does not answer.
 
+#![expect(clippy::disallowed_methods, reason = "somebody waits for the answer, and nothing tells when to ask again")]
+
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -8,12 +10,12 @@ use reqwest::blocking::{Client, RequestBuilder};
 use reqwest::{Method, Url};
 use serde_json::Value;
 
-use crate::access::random_hex;
 use crate::http_client::{client, root_cause};
 use crate::operate::args::GatewayArgs;
 use crate::operate::failure::{Failure, judge};
 use crate::output;
-use crate::run_file::{self, Running};
+use crate::run::run_file::{self, Running};
+use crate::setup::access::random_hex;
 
 /// A request without an answer is repeated until this has passed.
 const LIMIT: Duration = Duration::from_secs(5);

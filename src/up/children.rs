@@ -1,8 +1,8 @@
 //! The launcher's children: started, listened to, ended.
 //!
 //! A child holds the reading end of a pipe whose other end only the launcher has, and ends when
-//! that is gone, so none survives the launcher, however it ends. Each has a process group of its
-//! own: Ctrl-C reaches the launcher alone, which ends them in order; and a child that is frozen when
+//! that end is closed, so no child survives the launcher. Each child has a process group of its
+//! own: Ctrl-C reaches only the launcher, which ends them in order; and a child that is frozen when
 //! the launcher dies is woken and hung up by the operating system, as orphaned groups are.
 
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::mpsc::Sender;
 
-use crate::run_file::RunFolder;
+use crate::run::run_file::RunFolder;
 use crate::settings::Settings;
 use crate::up::Happening;
 use crate::up::supervise::{Child, Ending};
@@ -22,16 +22,20 @@ use crate::up::supervise::{Child, Ending};
 pub struct Children {
     program: PathBuf,
     settings: Settings,
-    /// Where those on board reach one another directly.
+    /// The folder of the direct links between those on board.
     sockets: RunFolder,
     happenings: Sender<Happening>,
     running: BTreeMap<Child, std::process::Child>,
 }
 
 impl Children {
-    /// None runs yet. They will be of the same executable as this process.
+    /// No child runs yet. They will run the same executable as this process.
     pub fn new(settings: &Settings, happenings: Sender<Happening>) -> io::Result<Children> {
-        let program = std::env::current_exe()?;
+        Children::of(std::env::current_exe()?, settings, happenings)
+    }
+
+    /// None runs yet. They will be of the executable `program`.
+    pub fn of(program: PathBuf, settings: &Settings, happenings: Sender<Happening>) -> io::Result<Children> {
         let sockets = RunFolder::create("links")?;
         Ok(Children { program, settings: settings.clone(), sockets, happenings, running: BTreeMap::new() })
     }
@@ -66,7 +70,7 @@ impl Children {
         let to_launcher = self.happenings.clone();
         std::thread::spawn(move || {
             each_line(stdout, |text| to_launcher.send(Happening::Line { child, text }).is_ok());
-            // Nobody else holds its standard output: the child has ended.
+            // No other process has its standard output: the child has ended.
             let _ = to_launcher.send(Happening::Ended(child));
         });
         Ok(())
@@ -87,7 +91,7 @@ impl Children {
         self.running.get(&child).is_some_and(|process| process.id() == id)
     }
 
-    /// How a child that has ended did so; `None` if it was not running.
+    /// How a child ended; `None` if it was not running.
     pub fn reap(&mut self, child: Child) -> Option<Ending> {
         let status = self.running.remove(&child)?.wait().ok()?;
         Some(ending(status))
@@ -125,7 +129,7 @@ fn read_lines(pipe: Option<impl Read + Send + 'static>, take: impl FnMut(String)
     std::thread::spawn(move || each_line(pipe, take));
 }
 
-/// Shows each line to `take` until the pipe ends or `take` has had enough.
+/// Passes each line to `take` until the pipe ends or `take` wants no more.
 fn each_line(pipe: Option<impl Read>, mut take: impl FnMut(String) -> bool) {
     let Some(pipe) = pipe else { return };
     let mut reader = BufReader::new(pipe);

@@ -1,4 +1,4 @@
-//! The launcher's one loop: takes what happened to the supervisor, the progress and the screen.
+//! The launcher's only loop: passes events to the supervisor, the progress and the screen.
 
 use std::io;
 use std::path::PathBuf;
@@ -11,14 +11,14 @@ use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::MissionReport;
 use node::Event;
 
-use crate::access::DemoAccess;
 use crate::cli::UpArgs;
 use crate::config::Config;
 use crate::outcome::Outcome;
 use crate::output;
-use crate::run_file::RunFolder;
-use crate::run_file::{RunFile, Running};
-use crate::state_folder;
+use crate::run::run_file::RunFolder;
+use crate::run::run_file::{RunFile, Running};
+use crate::run::state_folder;
+use crate::setup::access::DemoAccess;
 use crate::up::aircraft::{Aircraft, State};
 use crate::up::children::Children;
 use crate::up::liveness::Liveness;
@@ -28,10 +28,10 @@ use crate::up::supervise::{Child, Supervisor, Verdict};
 use crate::up::watch::Watch;
 use crate::up::{Happening, report};
 
-/// Services that were asked to end and have not within this long are ended, then the router is.
+/// Services that were asked to end and run after this time are killed; then the router is ended.
 const SERVICES_END: Duration = Duration::from_millis(2500);
 const ROUTER_END: Duration = Duration::from_secs(1);
-/// The screen is brought up to date this often.
+/// Period of updates of the screen.
 const REFRESH: Duration = Duration::from_millis(200);
 
 /// A system being brought up and kept up.
@@ -43,7 +43,7 @@ pub struct Launcher<'a> {
     sender: Sender<Happening>,
     /// Made for this run, unless the arguments name tokens.
     demo: Option<DemoAccess>,
-    /// Where missions are recorded, if they are.
+    /// The folder of the recordings, if missions are recorded.
     recordings: Option<PathBuf>,
     /// Made for this run, unless the arguments name a folder; kept until the end.
     _state: Option<RunFolder>,
@@ -58,14 +58,14 @@ pub struct Launcher<'a> {
     locator: Option<String>,
     /// The gateway's address, once it listens.
     http: Option<String>,
-    /// Left behind from when everybody was seen for the first time.
+    /// Made when all processes were seen for the first time.
     run_file: Option<RunFile>,
     reported: Option<Outcome>,
 }
 
 /// Why the loop ends.
 enum End {
-    /// The mission is over, the aircraft is at rest, and nobody wants to look on.
+    /// The mission is over, the aircraft is on the ground, and the launcher is to end with the mission.
     Reported(Outcome),
     Interrupted,
     GaveUp(String),
@@ -116,7 +116,7 @@ impl<'a> Launcher<'a> {
         })
     }
 
-    /// Runs the system to its end and leaves nothing running.
+    /// Runs the system to its end; no process is left running.
     pub fn run(mut self) -> Outcome {
         let end = self.keep_up();
         self.screen.end_progress();
@@ -125,7 +125,7 @@ impl<'a> Launcher<'a> {
         }
         let outcome = match end {
             End::Reported(outcome) => outcome,
-            // What was achieved before counts.
+            // A mission that has ended counts more than how the launcher ends.
             End::Interrupted => self.reported.unwrap_or_else(|| self.unfinished("interrupted", Outcome::Interrupted)),
             End::GaveUp(reason) => self.unfinished(&reason, Outcome::NotKeptUp),
         };
@@ -145,7 +145,9 @@ impl<'a> Launcher<'a> {
                     }
                 }
                 Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return End::GaveUp("nothing is heard any more".into()),
+                Err(RecvTimeoutError::Disconnected) => {
+                    return End::GaveUp("the launcher receives no messages any more".into());
+                }
             }
             self.end_what_hangs();
             if self.run_file.is_some() && self.reported.is_none() {
@@ -208,7 +210,7 @@ impl<'a> Launcher<'a> {
         }
     }
 
-    /// The first line of the router is where it listens, and so is the gateway's.
+    /// The router's first line is its locator, and the gateway's first line its address.
     fn on_line(&mut self, child: Child, text: String) {
         match child {
             Child::Router => {
@@ -227,7 +229,7 @@ impl<'a> Launcher<'a> {
         }
     }
 
-    /// Gets onto the bus that the router at `locator` has opened.
+    /// Connects to the bus of the router at `locator`.
     fn join(&mut self, locator: String) {
         let link = Link {
             connect: vec![locator.clone()],
@@ -236,7 +238,7 @@ impl<'a> Launcher<'a> {
         };
         let (sender, stop) = (self.sender.clone(), self.bus.clone());
         std::thread::spawn(move || {
-            let result = bus::run(&mut Watch(sender.clone()), &link, Pace::REAL_TIME, &stop);
+            let result = bus::Process::of(&mut Watch(sender.clone()), &link).run(&stop);
             // Fails only while the launcher ends.
             let _ = sender.send(Happening::BusEnded(result));
         });
@@ -265,7 +267,7 @@ impl<'a> Launcher<'a> {
         }
     }
 
-    /// Once everybody is seen: tells where, and lets `inject` and `status` find the system.
+    /// Once all processes are seen: prints the addresses, and lets `inject` and `status` find the system.
     fn check_start(&mut self) -> Option<End> {
         if self.run_file.is_some() {
             return None;
@@ -293,7 +295,7 @@ impl<'a> Launcher<'a> {
                     self.run_file = Some(file);
                     None
                 }
-                Err(cause) => Some(End::GaveUp(format!("cannot leave the run file: {cause}"))),
+                Err(cause) => Some(End::GaveUp(format!("cannot write the run file: {cause}"))),
             };
         }
         let limit = self.config.launcher.start_limit_s.seconds();
@@ -326,7 +328,7 @@ impl<'a> Launcher<'a> {
         }
     }
 
-    /// Reports what is known of a mission that did not come to its end.
+    /// Reports the progress of a mission that did not come to its end.
     fn unfinished(&self, reason: &str, outcome: Outcome) -> Outcome {
         if self.reported.is_none() {
             self.tell(&self.progress.unfinished(self.config.vehicle.as_str(), reason));
@@ -336,7 +338,7 @@ impl<'a> Launcher<'a> {
         outcome
     }
 
-    /// Ends the services, then the router they say goodbye through.
+    /// Ends the services, then the router that they use until then.
     fn end_children(&mut self) {
         self.bus.stop();
         let (routers, services): (Vec<_>, Vec<_>) =
@@ -355,7 +357,7 @@ impl<'a> Launcher<'a> {
                     self.children.reap(child);
                 }
                 Ok(Happening::Log { child, text }) => self.screen.log(&format!("{child}: {text}")),
-                // Asked again: no more waiting.
+                // Asked a second time: kill at once.
                 Ok(Happening::Interrupted) | Err(_) => break,
                 Ok(_) => {}
             }

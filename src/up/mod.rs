@@ -9,18 +9,19 @@ use serde::Deserialize;
 
 use crate::cli::UpArgs;
 use crate::outcome::Outcome;
+use crate::run::end;
 use crate::up::launcher::Launcher;
 use crate::up::supervise::Child;
-use crate::{check_inputs, end, output, telemetry};
+use crate::{check_inputs, output, telemetry};
 
 mod aircraft;
-pub(crate) mod children;
+pub mod children;
 mod launcher;
 mod liveness;
 mod progress;
 mod report;
 mod screen;
-pub(crate) mod supervise;
+pub mod supervise;
 mod watch;
 
 /// `[launcher]` in the configuration file.
@@ -36,16 +37,26 @@ pub struct Config {
 }
 
 /// Something the launcher hears of.
-pub(crate) enum Happening {
-    /// A child printed a line.
-    Line { child: Child, text: String },
-    /// A child logged a line.
-    Log { child: Child, text: String },
+pub enum Happening {
+    /// A child printed a line on standard output.
+    Line {
+        /// Which child.
+        child: Child,
+        /// The line, without its end.
+        text: String,
+    },
+    /// A child logged a line on standard error.
+    Log {
+        /// Which child.
+        child: Child,
+        /// The line, without its end.
+        text: String,
+    },
     /// A child ended.
     Ended(Child),
-    /// From the bus.
+    /// A message from the bus.
     Event(Box<node::Event>),
-    /// The launcher's own place on the bus is gone.
+    /// The launcher's own connection to the bus has ended.
     BusEnded(Result<(), bus::BusError>),
     /// Ctrl-C or SIGTERM.
     Interrupted,

@@ -1,4 +1,4 @@
-//! Where the mission stands, folded from what the processes say.
+//! The progress of the mission, from the messages of the processes.
 
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::{
@@ -6,7 +6,7 @@ use kittiwake_proto::v1::{
     SkillFeedback, SkillKind,
 };
 
-/// The newest of everything.
+/// The newest message of each kind.
 #[derive(Debug, Default)]
 pub struct Progress {
     planner: PlannerStatus,
@@ -14,7 +14,7 @@ pub struct Progress {
     feedback: SkillFeedback,
 }
 
-/// What a line of its own is worth: where it changes, the mission has gone on.
+/// The stage of the mission: a line is printed when it changes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stage {
     phase: MissionPhase,
@@ -26,7 +26,7 @@ pub struct Stage {
 }
 
 impl Progress {
-    /// Takes in a message; a decision is answered with the line that tells it.
+    /// Takes in a message; returns a line for a decision.
     pub fn on(&mut self, message: Message) -> Option<String> {
         match message {
             Message::McmStatus(it) => self.mcm = it,
@@ -45,7 +45,7 @@ impl Progress {
         self.mcm.report.as_ref()
     }
 
-    /// Changes when the mission has gone on.
+    /// Changes with the stage of the mission.
     pub fn stage(&self) -> Stage {
         Stage {
             phase: self.mcm.phase(),
@@ -57,7 +57,7 @@ impl Progress {
         }
     }
 
-    /// From 0 to 1: objectives behind us, and steps of the present one.
+    /// From 0 to 1: finished objectives, and steps of the present one.
     pub fn fraction(&self) -> f64 {
         if self.report().is_some() {
             return 1.0;
@@ -95,7 +95,7 @@ impl Progress {
         parts.join(", ")
     }
 
-    /// Everything known about the mission as a report, for when there is no other.
+    /// The progress as a report, for a mission without a report of its own.
     pub fn unfinished(&self, vehicle: &str, reason: &str) -> MissionReport {
         let objectives = self.planner.objectives.iter().map(|it| ObjectiveReport {
             name: it.name.clone(),
@@ -117,14 +117,14 @@ impl Progress {
         self.mcm.step.as_ref().map_or(self.planner.current_objective, |it| it.objective)
     }
 
-    /// Of the skill that runs: feedback of one that has ended says nothing about the present.
+    /// The feedback of the skill that runs, not of one that has ended.
     fn motion(&self) -> Option<String> {
         if self.mcm.skill_id == 0 || self.feedback.skill_id != self.mcm.skill_id {
             return None;
         }
         let at = self.feedback.position.as_ref()?;
         let left = self.feedback.distance_left_m;
-        // Rounding leaves no "-0".
+        // Rounding must not give "-0".
         let (north, east, height) = (at.north_m.round() + 0.0, at.east_m.round() + 0.0, (-at.down_m).round() + 0.0);
         Some(format!("at ({north}, {east}, {height}), {left:.0} m left"))
     }
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn a_decision_is_told_at_once() {
+    fn a_decision_is_printed_at_once() {
         let decision =
             DecisionRecord { at_s: 12.34, topic: "step".into(), text: "takeoff".into(), ..Default::default() };
         assert_eq!(Progress::default().on(decision.into()).unwrap(), "[   12.3 s] step: takeoff");

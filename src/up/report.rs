@@ -20,7 +20,7 @@ pub fn text(report: &MissionReport) -> String {
         MissionOutcome::Crash => "mission over: crashed",
         MissionOutcome::Unspecified => "mission not finished",
     };
-    // How long it took is known of a mission that is over.
+    // The duration is known only if the mission is over.
     let took = match report.outcome() {
         MissionOutcome::Unspecified => String::new(),
         _ => format!(" in {:.0} s", report.duration_s),
@@ -47,7 +47,7 @@ pub fn text(report: &MissionReport) -> String {
     text
 }
 
-/// In a word. One that waits and has a plan was being flown when the mission ended.
+/// The progress in a word. An objective that waits and has a plan was being flown when the mission ended.
 fn state(objective: &ObjectiveReport) -> &'static str {
     match objective.state() {
         ObjectiveState::Waiting if 0 < objective.plan_steps => "begun",

@@ -1,4 +1,4 @@
-//! What the operator sees: lines, and on a terminal a progress bar below them.
+//! The output for the operator: lines, and on a terminal a progress bar below them.
 
 use std::io::IsTerminal;
 use std::time::Duration;
@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use crate::output;
 use crate::up::progress::{Progress, Stage};
 
-/// Without a terminal the mission's progress is told at least this often.
+/// Without a terminal, the longest time between two lines about the progress.
 const QUIET: Duration = Duration::from_secs(5);
 /// Units of the bar.
 const LENGTH: u64 = 1000;
@@ -45,7 +45,7 @@ impl Screen {
         }
     }
 
-    /// Shows where the mission stands.
+    /// Shows the progress of the mission.
     pub fn progress(&mut self, progress: &Progress, now: Duration) {
         if let Some(bar) = &self.bar {
             bar.set_position((progress.fraction() * LENGTH as f64) as u64);
@@ -60,7 +60,7 @@ impl Screen {
         }
     }
 
-    /// Nothing more to show but lines.
+    /// Removes the progress bar.
     pub fn end_progress(&mut self) {
         if let Some(bar) = self.bar.take() {
             bar.finish_and_clear();

@@ -1,4 +1,4 @@
-//! Which process is started when: the restart policy, without starting anything.
+//! The restart policy: which process is started when. It starts nothing itself.
 //!
 //! Time is the launcher's wall time since its start, as a value.
 
@@ -16,7 +16,7 @@ use crate::service::Service;
 /// A child of the launcher.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Child {
-    /// The router, without which nobody else starts.
+    /// The router, which must listen before the others start.
     Router,
     /// One of the services.
     Service(Service),
@@ -38,26 +38,26 @@ impl fmt::Display for Child {
     }
 }
 
-/// When a process that died is started again, in wall time.
+/// How a process that died is started again, in wall time.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Policy {
-    /// After its first death; doubled with each further one in the window.
+    /// Delay after the first death; doubled with each further one in the window.
     pub first_delay_s: Positive,
-    /// Never longer than this.
+    /// The longest delay.
     pub longest_delay_s: Positive,
-    /// So many deaths in the window are one too many: the system cannot be kept up.
+    /// Number of deaths in the window at which the system counts as not to be kept up.
     pub deaths: NonZeroU32,
-    /// How far back deaths count.
+    /// The length of the window.
     pub window_s: Positive,
 }
 
-/// Where a child stands.
+/// The state of a child.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
     /// Not started, because the router does not listen yet.
     Blocked,
-    /// To be started then.
+    /// To be started at this time.
     Due(Duration),
     /// Started, not on the bus yet.
     Started,
@@ -65,12 +65,12 @@ enum State {
     Seen,
 }
 
-/// How a child ended, as the operating system tells.
+/// How a child ended, as the operating system reports it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
-    /// By itself, with this code.
+    /// It exited with this code.
     Code(i32),
-    /// By a signal.
+    /// It was killed by this signal.
     Signal(i32),
 }
 
@@ -83,7 +83,7 @@ impl fmt::Display for Ending {
     }
 }
 
-/// What is done about a child that ended.
+/// What follows when a child has ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Verdict {
     /// It is started again after this long.
@@ -124,7 +124,7 @@ impl Supervisor {
         self.states.values().filter_map(due).min()
     }
 
-    /// The router listens: whoever waited for it is due.
+    /// The router listens: the children that waited for it are due.
     pub fn router_listens(&mut self, now: Duration) {
         self.states.insert(Child::Router, State::Seen);
         for state in self.states.values_mut().filter(|it| **it == State::Blocked) {
@@ -144,17 +144,17 @@ impl Supervisor {
         }
     }
 
-    /// A child hangs and is killed: it is not there until it is started again.
+    /// A child hangs and is killed: it is missing until it is started again.
     pub fn hangs(&mut self, child: Child) {
         self.states.insert(child, State::Started);
     }
 
-    /// Whoever has not been seen since it was started.
+    /// The children that have not been seen since they were started.
     pub fn missing(&self) -> Vec<Child> {
         self.states.iter().filter(|(_, state)| **state != State::Seen).map(|(child, _)| *child).collect()
     }
 
-    /// A child ended without having been asked to.
+    /// A child ended without having been asked to end.
     pub fn ended(&mut self, child: Child, ending: Ending, now: Duration) -> Verdict {
         if ending == Ending::Code(u8::from(Outcome::BadInput).into()) {
             return Verdict::GiveUp(format!("{child} refused its input"));
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_ends_in_order_without_having_been_asked_is_missed_all_the_same() {
+    fn a_process_that_exits_unasked_is_started_again_even_with_code_0() {
         assert_eq!(started().ended(PLANNER, Ending::Code(0), at(1000)), Verdict::Restart(at(200)));
     }
 }

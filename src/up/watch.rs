@@ -1,4 +1,4 @@
-//! The launcher's own place on the bus: it hears what the mission does and says nothing.
+//! The launcher's own connection to the bus: it receives messages and sends none.
 
 use std::sync::mpsc::Sender;
 
@@ -8,7 +8,7 @@ use node::{Effect, Event, Node};
 
 use crate::up::Happening;
 
-/// Hands on what it hears.
+/// Passes on what it receives.
 pub struct Watch(pub Sender<Happening>);
 
 impl Node for Watch {

@@ -1,4 +1,4 @@
-//! What the host does not allow is said in one sentence.
+//! What the host does not allow is reported in one sentence.
 
 use std::net::TcpListener;
 
@@ -26,7 +26,7 @@ fn a_volume_that_cannot_be_written() {
         (crate::support::engine::image().unwrap(), project.volume("access"), project.volume("authority"));
     let state = "/var/lib/kittiwake";
 
-    /// Runs one process of the image with a volume that is only to be read.
+    /// Runs one process of the image with a read-only volume.
     #[track_caller]
     fn check(image: &str, volume: &str, at: &str, args: &[&str], code: i32, said: &str) {
         let mount = format!("{volume}:{at}:ro");
@@ -38,7 +38,7 @@ fn a_volume_that_cannot_be_written() {
         assert_eq!(told.trim().lines().count(), 1, "one sentence: {told}");
     }
     let folder = format!("{state}/access");
-    // Its audit record is state: without it nobody would know who ordered what.
+    // The audit records are written there: without them orders could not be traced.
     let said = format!("gateway: {folder}/audit.jsonl: Read-only file system");
     check(&image, &access, &folder, &["gateway", "--access", &folder, "--http", "127.0.0.1:0"], 5, &said);
     let secret = format!("{folder}/token");
@@ -57,7 +57,7 @@ fn a_volume_that_cannot_be_written() {
 
 #[test]
 fn a_certificate_of_another_vehicle_is_refused_at_start_and_the_right_one_let_in_again() {
-    let Some(project) = Project::new("papers") else { return };
+    let Some(project) = Project::new("credentials") else { return };
     project.up();
     let (router, volume) = (project.container("uav1-router"), project.volume("uav1-certificate"));
     docker(&["stop", "--time", "5", &router]);

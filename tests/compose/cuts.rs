@@ -41,13 +41,13 @@ fn a_cut_link_is_seen_on_the_ground_and_changes_nothing_among_the_processes_on_b
     assert!(project.restarts().values().all(|it| it == "0"), "{:?}", project.restarts());
 }
 
-/// Whether the ground has had nothing new of the vehicle's monitor, which speaks twice a second, for so long that
-/// the page shows it as old.
+/// Whether the ground has heard nothing new of the vehicle's monitor, which publishes twice a second over the link, for
+/// so long that the page shows it as stale.
 fn is_stale(vehicle: &Value) -> bool {
     vehicle["sources"]["introspection"]["wallAgeS"].as_f64().is_none_or(|it| 0.9 < it)
 }
 
-/// How long the processes on board have been up, as they say themselves over their own router.
+/// The uptimes of the processes on board, as heard over their own router.
 fn uptimes(project: &Project) -> Vec<(String, f64)> {
     let on_board = project.containers().into_iter().filter(|(it, _)| it.starts_with("uav1-") && it != "uav1-router");
     let uptime = |container: &str| {

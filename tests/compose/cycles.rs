@@ -1,4 +1,4 @@
-//! Up and down again, as often as one likes.
+//! Up and down again, several times.
 
 use std::net::TcpListener;
 

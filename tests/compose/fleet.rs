@@ -6,7 +6,7 @@ use crate::support::Project;
 fn three_fly_and_one_page_has_them_all() {
     let Some(mut project) = Project::new("fleet") else { return };
     project.with_profiles(&["three"]);
-    // Fifteen more processes on whatever machine this is.
+    // Fifteen more processes on the same machine.
     project.set("KITTIWAKE_SPEED", "5");
     project.up();
     let token = project.token();

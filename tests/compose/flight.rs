@@ -1,14 +1,14 @@
-//! One command brings it up; it flies, and the host looks on.
+//! One command brings the system up; it flies, and the host observes it.
 
 use std::time::{Duration, Instant};
 
 use crate::support::Project;
 use crate::support::engine::{docker, docker_lines};
 
-/// Nothing of an aircraft and its ground takes longer to be there.
+/// An aircraft and its ground come up within this time.
 const START_LIMIT: Duration = Duration::from_secs(60);
 
-/// What the containers of one aircraft and its ground run for good.
+/// The services of one aircraft and its ground that do not end.
 const PROCESSES: [&str; 9] = [
     "control-tower",
     "gateway",
@@ -48,7 +48,7 @@ fn it_comes_up_and_flies_the_reference_mission_watched_from_the_host() {
     eprintln!("ready {ready:?} after `up`");
 }
 
-/// Each container's own check says in one line who is there, and ends in time.
+/// Each container's health check prints one line and ends in time.
 #[track_caller]
 fn check_health(service: &str, container: &str) {
     let process = service.trim_start_matches("uav1-").trim_start_matches("ground-");
@@ -64,7 +64,7 @@ fn check_health(service: &str, container: &str) {
     }
 }
 
-/// Nobody is root, nothing but volumes can be written, and no capability is left.
+/// No process is root, only volumes can be written, and no capability is left.
 #[track_caller]
 fn check_confinement(service: &str, container: &str) {
     let format = "{{.HostConfig.ReadonlyRootfs}} {{.Config.User}} {{.HostConfig.CapDrop}} {{.HostConfig.Memory}}";

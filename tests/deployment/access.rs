@@ -1,8 +1,8 @@
-//! Who may say what over the link: every role against every key, over real TLS sessions.
+//! Who may send what over the link: every role with every key, over real TLS sessions.
 //!
-//! A role is a session with a certificate (or none) at the link's end of a router that runs as it is
-//! shipped; on the router's own side a session looks on. What is refused is shown to be refused and not
-//! merely late: after it something that is allowed is sent the same way, and that arrives.
+//! A role is a session with a certificate (or none) at the link's end of a router that runs as it is shipped; a session
+//! on the router's own side listens. To show that a message is refused and not merely late, an allowed one is sent
+//! after it on the same way, and that one arrives.
 
 use std::collections::BTreeSet;
 use std::sync::mpsc::{Receiver, channel};
@@ -14,9 +14,9 @@ use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh::{Session, Wait};
 
 use crate::support::{LIMIT, wait_for};
-use crate::world::{Papers, Router};
+use crate::world::{Credentials, Router};
 
-/// What may cross, written down once more by hand: the table is what is under test.
+/// What may cross, written by hand a second time, since the table is under test.
 const DOWN: &[&str] = &[
     "fmu/out/vehicle_status",
     "fmu/out/transponder_report",
@@ -61,9 +61,9 @@ fn base(mode: &str) -> Config {
 }
 
 /// With the certificate of `name`, or none.
-fn with_papers(config: &mut Config, papers: &Papers, name: Option<&str>) {
-    let file = |name: &str, it: &str| papers.of(name).join(it).to_string_lossy().into_owned();
-    // Whoever tries knows whom to trust; whom the router trusts is the question.
+fn with_credentials(config: &mut Config, credentials: &Credentials, name: Option<&str>) {
+    let file = |name: &str, it: &str| credentials.of(name).join(it).to_string_lossy().into_owned();
+    // The client trusts the right authority; whom the router trusts is under test.
     let mut tls =
         serde_json::json!({ "root_ca_certificate": file("ground-router", "authority.pem"), "enable_mtls": true });
     if let Some(name) = name {
@@ -86,7 +86,7 @@ fn inside(router: &Router) -> Session {
     connect(base("client"), &router.inside).expect("one's own side may connect")
 }
 
-/// Everything that is published to `session`, as it comes: each key by itself, as the services listen.
+/// Everything that is published to `session`, as it arrives: each key by itself, as the services listen.
 fn listen(session: &Session, vehicle: &str) -> Receiver<String> {
     let (sender, heard) = channel();
     for key in topics() {
@@ -101,7 +101,8 @@ fn listen(session: &Session, vehicle: &str) -> Receiver<String> {
     heard
 }
 
-/// Publishes every topic of `vehicle`, then `fence`, again until that is heard; which topics were heard.
+/// Publishes every topic of `vehicle`, then `fence`, and repeats until that is heard; returns the topics that were
+/// heard.
 #[track_caller]
 fn crossing(from: &Session, heard: &Receiver<String>, vehicle: &str, fence: &str) -> BTreeSet<&'static str> {
     let mut crossed = BTreeSet::new();
@@ -121,7 +122,7 @@ fn crossing(from: &Session, heard: &Receiver<String>, vehicle: &str, fence: &str
         }
         None
     });
-    // The fence came: what was published before it has come too, or never will. Thinned topics
+    // The fence arrived, so everything published before it has arrived or was refused. Thinned topics
     // and the fence itself are heard in the first round.
     while let Ok(key) = heard.recv_timeout(Duration::from_millis(300)) {
         take(key);
@@ -132,7 +133,7 @@ fn crossing(from: &Session, heard: &Receiver<String>, vehicle: &str, fence: &str
     crossed
 }
 
-/// Answers every service of `vehicle` at `session`, as it is declared by whoever serves it.
+/// Answers every service of `vehicle` at `session`, declared as the services declare it.
 fn serve(session: &Session, vehicle: &str) {
     for key in services() {
         session
@@ -156,26 +157,26 @@ fn answered(from: &Session, vehicle: &str, expected: &BTreeSet<&'static str>) ->
 }
 
 /// A ground router that lets uav1 and uav2 in.
-fn ground(papers: &Papers) -> Router {
-    Router::ground(papers, &["uav1", "uav2"])
+fn ground(credentials: &Credentials) -> Router {
+    Router::ground(credentials, &["uav1", "uav2"])
 }
 
-fn at_the_ground(ground: &Router, papers: &Papers, name: Option<&str>) -> Result<Session, String> {
+fn at_the_ground(ground: &Router, credentials: &Credentials, name: Option<&str>) -> Result<Session, String> {
     let mut config = base("client");
-    with_papers(&mut config, papers, name);
+    with_credentials(&mut config, credentials, name);
     connect(config, &format!("tls/localhost:{}", ground.link_address().port()))
 }
 
 #[test]
 fn a_vehicle_says_to_the_ground_what_is_in_the_table_and_as_itself_only() {
-    let papers = Papers::make(&["uav1", "uav2"], &[]);
-    let ground = ground(&papers);
+    let credentials = Credentials::make(&["uav1", "uav2"], &[]);
+    let ground = ground(&credentials);
     let tower = inside(&ground);
     let (own, other) = (listen(&tower, "uav1"), listen(&tower, "uav2"));
-    let uav1 = at_the_ground(&ground, &papers, Some("uav1-router")).expect("uav1 is let in");
+    let uav1 = at_the_ground(&ground, &credentials, Some("uav1-router")).expect("uav1 is let in");
     assert_eq!(crossing(&uav1, &own, "uav1", "kw/uav1/health"), set(DOWN), "what uav1 says of itself");
     while other.try_recv().is_ok() {}
-    // The fence is its own, so it is heard as one of its own; nothing of uav2's is.
+    // The fence has a key of uav1's own, so it is heard as uav1's; nothing of uav2's is heard.
     let listened = listen(&tower, "uav1");
     let (both, as_other) = channel();
     for receiver in [listened, other] {
@@ -187,14 +188,14 @@ fn a_vehicle_says_to_the_ground_what_is_in_the_table_and_as_itself_only() {
 
 #[test]
 fn the_ground_says_to_a_vehicle_what_is_in_the_table_and_to_the_right_one() {
-    let papers = Papers::make(&["uav1", "uav2"], &[]);
-    let ground = ground(&papers);
+    let credentials = Credentials::make(&["uav1", "uav2"], &[]);
+    let ground = ground(&credentials);
     let tower = inside(&ground);
-    let uav1 = at_the_ground(&ground, &papers, Some("uav1-router")).expect("uav1 is let in");
+    let uav1 = at_the_ground(&ground, &credentials, Some("uav1-router")).expect("uav1 is let in");
     let heard = listen(&uav1, "uav1");
     let _ = uav1.declare_subscriber("kw/**").callback(|_| ()).background().wait();
     assert_eq!(crossing(&tower, &heard, "uav1", "kw/uav1/permission/ledger"), set(UP), "what uav1 hears");
-    let uav2 = at_the_ground(&ground, &papers, Some("uav2-router")).expect("uav2 is let in");
+    let uav2 = at_the_ground(&ground, &credentials, Some("uav2-router")).expect("uav2 is let in");
     let (sender, heard) = channel();
     for pattern in ["kw/uav1/**", "kw/**", "kw/uav2/permission/ledger"] {
         let sender = sender.clone();
@@ -209,18 +210,18 @@ fn the_ground_says_to_a_vehicle_what_is_in_the_table_and_to_the_right_one() {
 
 #[test]
 fn only_the_services_of_the_table_are_answered_over_the_link() {
-    let papers = Papers::make(&["uav1", "uav2"], &[]);
-    let ground = ground(&papers);
+    let credentials = Credentials::make(&["uav1", "uav2"], &[]);
+    let ground = ground(&credentials);
     let tower = inside(&ground);
     serve(&tower, "*");
-    let uav1 = at_the_ground(&ground, &papers, Some("uav1-router")).expect("uav1 is let in");
+    let uav1 = at_the_ground(&ground, &credentials, Some("uav1-router")).expect("uav1 is let in");
     let expected = set(ANSWERED_ON_THE_GROUND);
     assert_eq!(answered(&uav1, "uav1", &expected), expected, "what the ground answers uav1");
     assert_eq!(answered(&uav1, "uav2", &set(&[])), set(&[]), "what the ground answers uav1 as uav2");
     drop(tower);
-    let ground = self::ground(&papers);
+    let ground = self::ground(&credentials);
     let gateway = inside(&ground);
-    let uav1 = at_the_ground(&ground, &papers, Some("uav1-router")).expect("uav1 is let in");
+    let uav1 = at_the_ground(&ground, &credentials, Some("uav1-router")).expect("uav1 is let in");
     serve(&uav1, "uav1");
     serve(&uav1, "uav2");
     let expected = set(ANSWERED_ON_BOARD);
@@ -230,22 +231,22 @@ fn only_the_services_of_the_table_are_answered_over_the_link() {
 
 #[test]
 fn strangers_are_not_let_in() {
-    let papers = Papers::make(&["uav1", "uav2", "uav9"], &[]);
-    let (foreign, expired) = (Papers::make(&["uav1"], &[]), Papers::make(&["uav1"], &["--days=-1"]));
-    let mut ground = ground(&papers);
-    assert!(at_the_ground(&ground, &papers, None).is_err(), "without a certificate");
+    let credentials = Credentials::make(&["uav1", "uav2", "uav9"], &[]);
+    let (foreign, expired) = (Credentials::make(&["uav1"], &[]), Credentials::make(&["uav1"], &["--days=-1"]));
+    let mut ground = ground(&credentials);
+    assert!(at_the_ground(&ground, &credentials, None).is_err(), "without a certificate");
     assert!(at_the_ground(&ground, &expired, Some("uav1-router")).is_err(), "with an expired certificate");
-    // It trusts our authority, but shows what another one has signed.
+    // It trusts our authority, but shows a certificate of another one.
     let mut config = base("client");
-    with_papers(&mut config, &foreign, Some("uav1-router"));
-    let authority = papers.of("ground-router").join("authority.pem").to_string_lossy().into_owned();
+    with_credentials(&mut config, &foreign, Some("uav1-router"));
+    let authority = credentials.of("ground-router").join("authority.pem").to_string_lossy().into_owned();
     config.insert_json5("transport/link/tls/root_ca_certificate", &format!("\"{authority}\"")).unwrap();
     let locator = format!("tls/localhost:{}", ground.link_address().port());
     assert!(connect(config, &locator).is_err(), "with a certificate of another authority");
-    // One of our authority whom nobody expects gets a connection, and nothing to do with it.
+    // A certificate of our authority for an unexpected vehicle connects, but may do nothing.
     let tower = inside(&ground);
     let heard = listen(&tower, "uav9");
-    let uav9 = at_the_ground(&ground, &papers, Some("uav9-router")).expect("a connection");
+    let uav9 = at_the_ground(&ground, &credentials, Some("uav9-router")).expect("a connection");
     serve(&tower, "*");
     assert_eq!(answered(&uav9, "uav9", &set(&[])), set(&[]), "what the ground answers uav9");
     let fence = "kw/uav9/fence";
@@ -260,17 +261,17 @@ fn strangers_are_not_let_in() {
         .unwrap();
     std::thread::spawn(move || heard.into_iter().for_each(hear));
     topics().iter().for_each(|key| uav9.put(format!("kw/uav9/{key}"), "x").wait().unwrap());
-    // Its questions of before were refused one by one, so what it says now is too; our own word comes through.
+    // Its earlier requests were refused one by one, so these are refused too; our own message arrives.
     let _ = answered(&uav9, "uav9", &set(&[]));
     inside(&ground).put(fence, "x").wait().unwrap();
     assert_eq!(fenced.recv_timeout(LIMIT).as_deref(), Ok(fence), "what uav9 says");
     assert!(ground.process().runs());
 }
 
-/// Listens as a ground with these papers, and tells where.
-fn listen_as(papers: &Papers, name: &str) -> (Session, std::net::SocketAddr) {
+/// Listens as a ground with these credentials, and returns the address.
+fn listen_as(credentials: &Credentials, name: &str) -> (Session, std::net::SocketAddr) {
     let mut config = base("router");
-    with_papers(&mut config, papers, Some(name));
+    with_credentials(&mut config, credentials, Some(name));
     config.insert_json5("listen/endpoints", "[\"tls/127.0.0.1:0\"]").unwrap();
     let session = zenoh::open(config).wait().unwrap();
     let locator = session.info().locators().wait().remove(0).to_string();
@@ -279,29 +280,29 @@ fn listen_as(papers: &Papers, name: &str) -> (Session, std::net::SocketAddr) {
 
 #[test]
 fn an_aircraft_talks_to_its_own_ground_only() {
-    let papers = Papers::make(&["uav1", "uav2"], &[]);
-    let foreign = Papers::make(&["uav1"], &[]);
+    let credentials = Credentials::make(&["uav1", "uav2"], &[]);
+    let foreign = Credentials::make(&["uav1"], &[]);
     let link_token = |router: &Router| {
         let found = inside(router).liveliness().get("router/**").wait().unwrap();
         let is_link = |it: &zenoh::sample::Sample| it.key_expr().as_str().starts_with("router/uav1-router/link/");
         found.into_iter().filter(|it| it.result().is_ok_and(is_link)).count()
     };
-    for (papers_of_ground, name, why) in [
+    for (credentials_of_ground, name, why) in [
         (&foreign, "ground-router", "its certificate is not accepted: invalid peer certificate"),
         (
-            &papers,
+            &credentials,
             "uav2-router",
             "its certificate is not accepted: invalid peer certificate: certificate not valid for name",
         ),
     ] {
-        let (_impostor, address) = listen_as(papers_of_ground, name);
-        let mut aircraft = Router::aircraft(&papers, "uav1", address);
+        let (_impostor, address) = listen_as(credentials_of_ground, name);
+        let mut aircraft = Router::aircraft(&credentials, "uav1", address);
         let said = aircraft.process().wait_for("has been down for 5 s");
         assert!(said.contains(why), "{said}");
         assert_eq!(link_token(&aircraft), 0, "{said}");
     }
-    let (real, address) = listen_as(&papers, "ground-router");
-    let mut aircraft = Router::aircraft(&papers, "uav1", address);
+    let (real, address) = listen_as(&credentials, "ground-router");
+    let mut aircraft = Router::aircraft(&credentials, "uav1", address);
     aircraft.process().wait_for("the link to ground-router is up");
     let onboard = inside(&aircraft);
     let heard = listen(&onboard, "uav1");
@@ -316,9 +317,9 @@ fn an_aircraft_talks_to_its_own_ground_only() {
 #[test]
 fn a_key_with_wildcards_stands_for_nothing_that_is_not_in_the_table() {
     const WILD: [&str; 5] = ["kw/uav1/**", "kw/*/mcm/*", "kw/uav1/fmu/in/*", "kw/**", "**"];
-    let papers = Papers::make(&["uav1"], &[]);
-    let (ground, address) = listen_as(&papers, "ground-router");
-    let mut aircraft = Router::aircraft(&papers, "uav1", address);
+    let credentials = Credentials::make(&["uav1"], &[]);
+    let (ground, address) = listen_as(&credentials, "ground-router");
+    let mut aircraft = Router::aircraft(&credentials, "uav1", address);
     aircraft.process().wait_for("the link to ground-router is up");
     let onboard = inside(&aircraft);
     for key in services() {
@@ -332,7 +333,7 @@ fn a_key_with_wildcards_stands_for_nothing_that_is_not_in_the_table() {
         let replies = get.timeout(Duration::from_millis(700)).wait().unwrap().into_iter();
         replies.filter_map(|it| it.result().ok().map(|it| it.key_expr().to_string())).collect()
     };
-    // Over both connections: the second one's declarations are what wildcards find.
+    // Over both connections: wildcards find the declarations of the second one.
     wait_for("both connections", || (ask("kw/uav1/mcm/command").len() == 2).then_some(()));
     for key in WILD {
         let allowed = |it: &String| ANSWERED_ON_BOARD.iter().any(|key| it.strip_prefix("kw/uav1/") == Some(key));

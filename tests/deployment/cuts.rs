@@ -1,4 +1,4 @@
-//! The link is cut in flight: on board nobody notices but the monitor, on the ground everybody sees it.
+//! The link is cut in flight: on board only the monitor notices it, on the ground every client sees it.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -12,8 +12,8 @@ use crate::proxy::{CLEAR, Direction, Proxy, Shape};
 use crate::support::wait_for;
 use crate::world::{Deployment, ON_BOARD};
 
-/// Bytes of the operator's name, which is part of every order: an order on its way is larger than
-/// anything else that goes up.
+/// Length of the operator's name, which is part of every order: so an order on its way is larger than
+/// any other message to the aircraft.
 const NAME_BYTES: usize = 700;
 
 const BOTH: &[Direction] = &[Direction::Down, Direction::Up];
@@ -21,7 +21,7 @@ const BOTH: &[Direction] = &[Direction::Down, Direction::Up];
 /// In real time: the flight is long enough, since the vehicle holds while the link is lost.
 const SPEED: &[&str] = &["--speed", "1"];
 
-/// What is heard on board, by somebody who looks on there.
+/// The messages heard on board by an observer.
 struct OnBoard {
     _tap: Tap,
     heard: Arc<Mutex<Heard>>,
@@ -52,7 +52,7 @@ impl OnBoard {
         OnBoard { _tap: tap, heard }
     }
 
-    /// When the flag last rose, or fell.
+    /// When the flag last rose or fell.
     fn flag(&self, name: &str, raised: bool) -> Option<Instant> {
         let heard = self.heard.lock().unwrap();
         heard.flags.iter().rev().find(|(_, it, up)| it == name && *up == raised).map(|(at, ..)| *at)
@@ -112,12 +112,12 @@ fn until_fresh(deployment: &Deployment) -> f64 {
     start.elapsed().as_secs_f64()
 }
 
-/// The page's own limit: what is older than this is shown as stale.
+/// The page's own limit: older data are shown as stale.
 const STALE_AFTER_S: f64 = 0.9;
 
-/// Seconds from the cut until what the ground shows was old, by the page's own limit.
+/// Seconds from the cut until the data on the ground are older than the page's limit.
 fn until_stale(deployment: &Deployment, cut: Instant) -> f64 {
-    // From the age as it was found: how late it was asked for does not matter.
+    // From the age that was read: the time of reading does not matter.
     wait_for("the ground to see that nothing comes", || {
         let (age, now) = (deployment.services.age("introspection"), cut.elapsed().as_secs_f64());
         (STALE_AFTER_S < age).then_some(now - age + STALE_AFTER_S)
@@ -145,7 +145,7 @@ fn a_cut_is_seen_on_both_sides_and_nothing_old_is_obeyed_after_it() {
         let order = up.then(|| said_into_the_cut(&deployment));
         let cut = Instant::now();
         deployment.proxy.cut(ways);
-        // What is on its way arrives when it would have.
+        // Bytes on their way arrive when they would have arrived.
         deployment.proxy.shape(CLEAR);
         let stale = (ways.contains(&Direction::Down) && 1.0 < seconds).then(|| until_stale(&deployment, cut));
         let flag_after = (10.0 < seconds).then(|| {
@@ -156,7 +156,7 @@ fn a_cut_is_seen_on_both_sides_and_nothing_old_is_obeyed_after_it() {
             wait_for("the row's action", || on_board.decided("link_lost").then_some(()));
         }
         let left = Duration::from_secs_f64(seconds).saturating_sub(cut.elapsed());
-        // The length of the cut is what is tried, not something to wait for.
+        // The length of the cut is under test; nothing is waited for.
         std::thread::sleep(left);
         deployment.proxy.heal();
         let fresh = until_fresh(&deployment);
@@ -194,7 +194,7 @@ fn an_order_passes_while_either_of_the_two_connections_is_stuck() {
     deployment.services.wait_in_flight();
     for connection in [0, 1] {
         deployment.proxy.hold(connection);
-        // Well within the time after which a connection that says nothing is made anew.
+        // Much shorter than the silence after which a connection is made again.
         let (status, body) = deployment.services.post("/api/v1/vehicles/uav1/contingencies/battery_low/acknowledge");
         assert_eq!(status, 409, "refused by the vehicle, since that flag is not up: {body}");
         assert_eq!(deployment.proxy.connections(), 2, "none was made anew");
@@ -202,7 +202,7 @@ fn an_order_passes_while_either_of_the_two_connections_is_stuck() {
     }
 }
 
-/// An order that has left the ground and is still on its way when the link is cut.
+/// An order that has left the ground and is on its way when the link is cut.
 fn said_into_the_cut(deployment: &Deployment) -> std::thread::JoinHandle<(u16, Value)> {
     let delay = Duration::from_millis(150);
     deployment.proxy.shape(Shape { delay, ..CLEAR });

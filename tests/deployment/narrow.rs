@@ -1,8 +1,8 @@
 //! A narrow link: 64 kbit/s each way, a round trip of 200 ms, two packets in a hundred lost.
 //!
-//! Orders go first whatever else waits, and what waits is little. Two latencies are told: one way, from
-//! the ground's saying to the vehicle's hearing, and there and back, over HTTP to the answer. A packet that is lost
-//! costs TCP a second try, 400 ms here, and what follows it waits; so orders come over two connections.
+//! Orders go before everything else that waits, and little waits. Two latencies are measured: one way, from sending on
+//! the ground to arrival on board, and there and back, over HTTP to the answer. A lost packet costs TCP a
+//! retransmission, 400 ms here, and what follows it waits; so orders come over two connections.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -19,7 +19,7 @@ use crate::world::Deployment;
 const NARROW: Shape = Shape { bits_per_s: Some(64_000.0), delay: Duration::from_millis(100), loss: 0.0 };
 const LOSSY: Shape = Shape { loss: 0.02, ..NARROW };
 
-/// What has not arrived so long after the last was said is lost.
+/// A message that has not arrived this long after the last was sent counts as lost.
 const GIVEN_UP_AFTER: Duration = Duration::from_secs(10);
 
 const BULK: &[Topic] = &[Topic::PlannerStatus, Topic::SkillFeedback, Topic::TreeSnapshot];
@@ -33,7 +33,7 @@ const STATE: &[Topic] = &[
 ];
 const COMMAND: &[Topic] = &[Topic::FlagEvent];
 
-/// Messages and bytes of each topic that arrive on the ground, without what any layer adds.
+/// Messages and payload bytes of each topic that arrive on the ground.
 #[derive(Clone, Default)]
 struct Arrivals(Arc<Mutex<BTreeMap<Topic, (u64, u64)>>>);
 
@@ -59,7 +59,7 @@ impl Arrivals {
     }
 }
 
-/// Milliseconds that messages took; what never arrived took for ever.
+/// Latencies of messages in milliseconds; infinite for those that never arrived.
 struct Times(Vec<f64>);
 
 impl Times {
@@ -68,7 +68,7 @@ impl Times {
         Times(times)
     }
 
-    /// What so large a share, 0 to 1, took at most.
+    /// The latency of this quantile, 0 to 1.
     fn at(&self, share: f64) -> f64 {
         self.0[((self.0.len() - 1) as f64 * share).round() as usize]
     }
@@ -91,7 +91,7 @@ fn session(locator: &str) -> Session {
     zenoh::open(config).wait().unwrap()
 }
 
-/// Says something of an order's class and size again and again; how long each took to be heard on board.
+/// Sends messages of an order's class and size; returns how long each took to arrive on board.
 fn one_way(deployment: &Deployment, count: usize) -> Times {
     let (ground, aircraft) = (session(&deployment.ground.inside), session(&deployment.aircraft.inside));
     let key = "kw/uav1/permission/ledger";
@@ -106,9 +106,9 @@ fn one_way(deployment: &Deployment, count: usize) -> Times {
         .wait()
         .unwrap();
     let publisher = ground.declare_publisher(key).express(true).wait().unwrap();
-    // An empty ledger, as far as anybody else can tell: field 1000 is none of its.
+    // An empty ledger for every receiver: the ledger has no field 1000.
     let payload = |number: usize| [vec![0xc2, 0x3e, 100], format!("{number:0100}").into_bytes()].concat();
-    // The first ones find out whether the key is heard over there yet.
+    // The first ones find out whether the other side listens to the key yet.
     wait_for("the key to be heard over there", || {
         publisher.put(payload(count)).wait().unwrap();
         heard.lock().unwrap().contains_key(&payload(count)).then_some(())
@@ -117,7 +117,7 @@ fn one_way(deployment: &Deployment, count: usize) -> Times {
     for number in 0..count {
         said.push(Instant::now());
         publisher.put(payload(number)).wait().unwrap();
-        // At odds with every period of the telemetry.
+        // Not in step with any period of the telemetry.
         std::thread::sleep(Duration::from_millis(117));
     }
     let all = || (0..count).all(|it| heard.lock().unwrap().contains_key(&payload(it)));
@@ -128,19 +128,19 @@ fn one_way(deployment: &Deployment, count: usize) -> Times {
     Times::of((0..count).map(|it| took(it).unwrap_or(f64::INFINITY)).collect())
 }
 
-/// Orders something that changes nothing; how long each took from the request to the answer. One without an
-/// answer of the vehicle's took for ever.
+/// Gives orders that change nothing; returns the time of each from the request to the answer. Infinite without an
+/// answer of the vehicle.
 fn there_and_back(deployment: &Deployment, count: usize) -> Times {
     let order = || {
         let start = Instant::now();
         let (status, body) = deployment.services.post("/api/v1/vehicles/uav1/contingencies/battery_low/acknowledge");
-        // Refused, since that flag is not up: the mission manager has spoken.
+        // Refused, since that flag is not up: the answer comes from the mission manager.
         assert!(status == 409 || status == 503, "{status}: {body}");
         let took = if status == 409 { start.elapsed().as_secs_f64() * 1e3 } else { f64::INFINITY };
         if status == 503 {
             eprintln!("    not answered after {:?}: {body}", start.elapsed());
         }
-        // At odds with them as well.
+        // Not in step with them either.
         std::thread::sleep(Duration::from_millis(53));
         took
     };
@@ -158,7 +158,7 @@ fn orders_pass_a_narrow_link_before_everything_else() {
         let tap = arrivals.look_on(&deployment);
         let (start, down, up) =
             (Instant::now(), deployment.proxy.bytes(Direction::Down), deployment.proxy.bytes(Direction::Up));
-        // The flow of telemetry, and nothing else.
+        // Only the telemetry flows.
         std::thread::sleep(Duration::from_secs(10));
         let over = start.elapsed();
         let rate = |way, before| (deployment.proxy.bytes(way) - before) as f64 / over.as_secs_f64();
@@ -181,8 +181,8 @@ fn orders_pass_a_narrow_link_before_everything_else() {
     }
     let [_, (narrow, narrow_back), (lossy, _)] = &found[..] else { unreachable!("three shapes") };
     assert!(narrow.at(0.5) < 200.0 && narrow.at(0.99) < 300.0, "one way over a narrow link: {narrow}");
-    // The answer comes down the same way as the telemetry, and waits for what is in the buffers before it.
+    // The answer travels with the telemetry, and waits for what is in the buffers before it.
     assert!(narrow_back.at(0.5) < 400.0, "there and back over a narrow link: {narrow_back}");
-    // Both copies of an order are late once in a hundred or two; what is asserted leaves chance some room.
+    // Both copies of an order are late once in a hundred or two hundred; the limit allows for that.
     assert!(lossy.at(0.95) < 300.0, "one way over a narrow link with losses: {lossy}");
 }

@@ -1,9 +1,9 @@
-//! A link that can be spoiled: a TCP proxy in user space with a rate, a delay, losses and cuts.
+//! A link with faults: a TCP proxy in user space with a rate, a delay, losses and cuts.
 //!
-//! What TCP makes of a lost packet, it makes too: everything behind it waits for the second try. Bytes
-//! are never lost, as they are not on a real link; in a cut they wait. A sender is held back as by a
-//! modem with a small buffer, so what is not sent yet stays with the sender, who may have something
-//! more urgent.
+//! A lost packet has the effect that it has with TCP: everything behind it waits for the retransmission. Bytes
+//! are never lost, as on a real link; during a cut they wait. A sender is held back as by a
+//! modem with a small buffer, so what is not sent yet stays with the sender, which may have more
+//! urgent messages.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::io::{Read, Write};
@@ -16,35 +16,35 @@ use nix::sys::socket::{setsockopt, sockopt};
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use socket2::SockRef;
 
-/// A packet's load, headers not counted: what is usual on a slow link (RFC 9293: 536 fits any).
+/// A packet's payload without headers, as is usual on a slow link (RFC 9293: 536 fits any).
 const PACKET: usize = 536;
-/// What the modem's end holds before it is taken in: a few packets.
+/// The bytes that the modem takes at once: a few packets.
 const RECEIVE_BYTES: usize = 2048;
-/// What the modem holds besides what is on its way.
+/// The bytes that the modem holds, in addition to those on their way.
 const MODEM_BYTES: usize = 1500;
 /// The shortest that TCP waits for an acknowledgement beyond the round trip (Linux: 200 ms).
 const LEAST_RETRY: Duration = Duration::from_millis(200);
 
-/// How the link is, both ways.
+/// The state of the link, both ways.
 #[derive(Debug, Clone, Copy)]
 pub struct Shape {
-    /// Bits a second; `None`: as fast as can be.
+    /// Bits per second; `None`: without a limit.
     pub bits_per_s: Option<f64>,
-    /// One way.
+    /// Delay one way.
     pub delay: Duration,
-    /// Of packets, 0 to 1.
+    /// Share of lost packets, 0 to 1.
     pub loss: f64,
 }
 
-/// No hindrance at all.
+/// Without any fault.
 pub const CLEAR: Shape = Shape { bits_per_s: None, delay: Duration::ZERO, loss: 0.0 };
 
-/// A way through the link.
+/// A direction of the link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
-    /// From who calls to who is called: from the aircraft to the ground.
+    /// From the caller to the called: from the aircraft to the ground.
     Down,
-    /// The other way.
+    /// The other direction.
     Up,
 }
 
@@ -58,7 +58,7 @@ pub struct Proxy {
 struct State {
     shape: Mutex<Shape>,
     cut: [AtomicBool; 2],
-    /// Connections, counted from the first, over which nothing passes either way.
+    /// Connections, counted from the first, over which nothing passes in either direction.
     stuck: Mutex<BTreeSet<u64>>,
     ended: AtomicBool,
     bytes: [AtomicU64; 2],
@@ -71,11 +71,11 @@ struct State {
 }
 
 impl Proxy {
-    /// Passes everything on to `target`. The losses follow from the seed.
+    /// Passes everything on to `target`. The seed determines the losses.
     pub fn to(target: SocketAddr, seed: u64) -> Proxy {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
-        // What an accepted connection inherits: else the kernel would hold seconds of a narrow link, and send in pieces of
-        // 64 kB, as it does on the loopback, which fit into no small buffer.
+        // Inherited by accepted connections: otherwise the kernel would hold seconds of a narrow link, and send in
+        // pieces of 64 kB, as it does on the loopback, which fit into no small buffer.
         setsockopt(&listener, sockopt::RcvBuf, &RECEIVE_BYTES).expect("a buffer can be small");
         SockRef::from(&listener).set_tcp_mss(PACKET as u32).expect("packets can be small");
         let address = listener.local_addr().unwrap();
@@ -97,7 +97,7 @@ impl Proxy {
                 if shared.ended.load(Ordering::SeqCst) {
                     return;
                 }
-                // A ground that is not there: the caller is hung up on.
+                // The ground does not listen: the caller's connection is closed.
                 if let Ok(called) = TcpStream::connect(target) {
                     shared.join(caller, called);
                 }
@@ -110,7 +110,7 @@ impl Proxy {
         *self.state.shape.lock().unwrap() = shape;
     }
 
-    /// Nothing passes this way any more, until healed.
+    /// Nothing passes in this direction until the link is healed.
     pub fn cut(&self, ways: &[Direction]) {
         ways.iter().for_each(|&way| self.state.cut[way as usize].store(true, Ordering::SeqCst));
     }
@@ -120,7 +120,7 @@ impl Proxy {
         self.state.opened.load(Ordering::SeqCst)
     }
 
-    /// Nothing passes over this connection, the first that was made being 0, until healed.
+    /// Nothing passes over this connection, counted from 0, until the link is healed.
     pub fn hold(&self, connection: u64) {
         self.state.stuck.lock().unwrap().insert(connection);
     }
@@ -131,7 +131,7 @@ impl Proxy {
         self.state.changed.1.notify_all();
     }
 
-    /// Bytes taken in so far this way, encryption included.
+    /// Bytes received in this direction so far, encryption included.
     pub fn bytes(&self, way: Direction) -> u64 {
         self.state.bytes[way as usize].load(Ordering::SeqCst)
     }
@@ -167,7 +167,7 @@ impl State {
 
     fn take_in(&self, way: Direction, number: u64, mut from: TcpStream, pipe: &Pipe) {
         let mut chance = StdRng::seed_from_u64(self.seed ^ (2 * number + way as u64));
-        // When the last packet arrives: those of a connection never overtake each other.
+        // When the last packet arrives: packets of a connection never overtake each other.
         let mut arrives = Instant::now();
         loop {
             self.wait_while_cut(way, number);

@@ -1,11 +1,11 @@
-//! Routers are killed in flight and started again: a pause, and nothing else needs to be started again.
+//! Routers are killed in flight and started again: there is a pause, and no other process must be restarted.
 
 use std::time::{Duration, Instant};
 
 use crate::support::wait_for;
 use crate::world::{Deployment, ON_BOARD, Router, Services};
 
-/// Mission time runs four times as fast as the wall clock; routers and links do not know of it.
+/// Mission time runs four times as fast as the wall clock; routers and links do not depend on it.
 const SPEED: &[&str] = &["--speed", "4"];
 
 fn processes_alive(services: &Services) -> Option<()> {
@@ -17,13 +17,13 @@ fn processes_alive(services: &Services) -> Option<()> {
     ON_BOARD.iter().all(|it| alive(it)).then_some(())
 }
 
-/// In the air, and everybody seen.
+/// In the air, with all processes seen.
 fn in_flight(services: &Services) {
     services.wait_in_flight();
     wait_for("everybody on board to be seen", || processes_alive(services));
 }
 
-/// Waits until data of every kind has come that left after the router was there again, and tells how long
+/// Waits until data of every kind have come that were sent after the router was up again, and returns how long
 /// that took.
 #[track_caller]
 fn fresh(services: &Services, what: &str) {
@@ -39,7 +39,7 @@ fn fresh(services: &Services, what: &str) {
     assert!(took < Duration::from_secs(2), "{what}: {took:?}");
 }
 
-/// Until the mission is over; its outcome.
+/// Waits until the mission is over; returns its outcome.
 fn outcome(services: &Services) -> String {
     wait_for("the end of the mission", || {
         let report = services.document()["report"]["outcome"].clone();
@@ -75,7 +75,7 @@ fn the_only_router_may_be_killed_and_started_again() {
     flies_on(&mut services);
 }
 
-/// To the end of its mission, with the processes that it began with.
+/// Flies to the end of the mission, with the processes that it began with.
 fn flies_on(services: &mut Services) {
     wait_for("everybody on board to be seen again", || processes_alive(services));
     services.expect_all_run();

@@ -1,4 +1,4 @@
-//! Both sides as real processes: a router each, a link that can be spoiled, and their services.
+//! Both sides as real processes: a router each, a link with faults, and their services.
 
 use std::io::{BufRead, BufReader};
 use std::net::SocketAddr;
@@ -13,13 +13,13 @@ use serde_json::Value;
 use crate::proxy::Proxy;
 use crate::support::{KITTIWAKE, LIMIT, kittiwake, shipped, wait_for};
 
-/// What the operator shows at the gateway.
+/// The operator's token at the gateway.
 const TOKEN: &str = "a-token-for-this-test";
 
-/// Who orders. The name is part of every order.
+/// The operator's name, which is part of every order.
 const OPERATOR: &str = "olga";
 
-/// So many lines of each process are told when a test fails.
+/// Number of lines of each process that are printed when a test fails.
 const LAST_LINES: usize = 30;
 
 /// A process of the program; ends with the value.
@@ -59,7 +59,7 @@ impl Process {
         self.wait_for_nth(part, 1)
     }
 
-    /// Waits until so many lines contain `part`.
+    /// Waits until this many lines contain `part`.
     #[track_caller]
     pub fn wait_for_nth(&self, part: &str, nth: usize) -> String {
         let until = Instant::now() + LIMIT;
@@ -82,7 +82,7 @@ impl Process {
         self.child.try_wait().expect("it is our child").is_none()
     }
 
-    /// As a power cut would: nothing is said to anybody.
+    /// As a power cut would: without any message.
     pub fn kill(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
@@ -96,21 +96,21 @@ impl Drop for Process {
 }
 
 /// A folder of certificates for the ground and these vehicles.
-pub struct Papers(tempfile::TempDir);
+pub struct Credentials(tempfile::TempDir);
 
-impl Papers {
-    pub fn make(vehicles: &[&str], more: &[&str]) -> Papers {
+impl Credentials {
+    pub fn make(vehicles: &[&str], more: &[&str]) -> Credentials {
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
-        let path = folder.path().join("papers");
+        let path = folder.path().join("credentials");
         let vehicles: Vec<&str> = vehicles.iter().flat_map(|it| ["--vehicle", *it]).collect();
         let output = kittiwake(&[&["certs", &path.to_string_lossy()], &vehicles[..], more].concat());
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        Papers(folder)
+        Credentials(folder)
     }
 
     /// The folder of a router.
     pub fn of(&self, name: &str) -> PathBuf {
-        self.0.path().join("papers").join(name)
+        self.0.path().join("credentials").join(name)
     }
 
     pub fn text_of(&self, name: &str) -> String {
@@ -130,19 +130,19 @@ pub struct Router {
 
 impl Router {
     /// On the ground, letting these vehicles in.
-    pub fn ground(papers: &Papers, vehicles: &[&str]) -> Router {
-        Router::ground_on(papers, vehicles, "tls/127.0.0.1:0")
+    pub fn ground(credentials: &Credentials, vehicles: &[&str]) -> Router {
+        Router::ground_on(credentials, vehicles, "tls/127.0.0.1:0")
     }
 
-    pub fn ground_on(papers: &Papers, vehicles: &[&str], link: &str) -> Router {
-        Router::start(&["--accept", link, "--certificates", &papers.text_of("ground-router")], vehicles)
+    pub fn ground_on(credentials: &Credentials, vehicles: &[&str], link: &str) -> Router {
+        Router::start(&["--accept", link, "--certificates", &credentials.text_of("ground-router")], vehicles)
     }
 
     /// On board, calling the ground at `address`.
-    pub fn aircraft(papers: &Papers, vehicle: &str, address: SocketAddr) -> Router {
+    pub fn aircraft(credentials: &Credentials, vehicle: &str, address: SocketAddr) -> Router {
         let locator = format!("tls/localhost:{}", address.port());
         let name = format!("{vehicle}-router");
-        Router::start(&["--dial", &locator, "--certificates", &papers.text_of(&name)], &[vehicle])
+        Router::start(&["--dial", &locator, "--certificates", &credentials.text_of(&name)], &[vehicle])
     }
 
     /// Alone, without a link.
@@ -210,7 +210,7 @@ impl Services {
     }
 
     fn start_for(operator: &str, ground: &str, on_board: &str, settings: &[&str]) -> Services {
-        // Already there if another test was first: it is the same one.
+        // Another test may have made it already: it is the same one.
         let _ = rustls::crypto::ring::default_provider().install_default();
         let client = Client::builder().timeout(Duration::from_secs(10)).build().unwrap();
         let mut services = Services { processes: Vec::new(), http: String::new(), client, access: tokens(operator) };
@@ -280,7 +280,7 @@ pub struct Deployment {
     pub ground: Router,
     pub aircraft: Router,
     pub proxy: Proxy,
-    _papers: Papers,
+    _credentials: Credentials,
 }
 
 impl Deployment {
@@ -291,16 +291,16 @@ impl Deployment {
 
     /// The same for an operator of this name.
     pub fn start_for(operator: &str, settings: &[&str]) -> Deployment {
-        let papers = Papers::make(&["uav1"], &[]);
-        let ground = Router::ground(&papers, &["uav1"]);
+        let credentials = Credentials::make(&["uav1"], &[]);
+        let ground = Router::ground(&credentials, &["uav1"]);
         let proxy = Proxy::to(ground.link_address(), 1);
-        let aircraft = Router::aircraft(&papers, "uav1", proxy.address);
+        let aircraft = Router::aircraft(&credentials, "uav1", proxy.address);
         let services = Services::start_for(operator, &ground.inside, &aircraft.inside, settings);
-        Deployment { services, ground, aircraft, proxy, _papers: papers }
+        Deployment { services, ground, aircraft, proxy, _credentials: credentials }
     }
 }
 
-/// When a test fails: what each process said, since that is mostly where the cause stands.
+/// When a test fails: the log of each process, which mostly shows the cause.
 impl Drop for Deployment {
     fn drop(&mut self) {
         if !std::thread::panicking() {
@@ -329,7 +329,7 @@ fn json_of(response: Response) -> Value {
     response.text().ok().and_then(|it| serde_json::from_str(&it).ok()).unwrap_or_default()
 }
 
-/// A folder in which one token may do everything.
+/// A folder with one token that has every role.
 fn tokens(operator: &str) -> tempfile::TempDir {
     use gateway::access::{Role, entry};
     use std::os::unix::fs::OpenOptionsExt;

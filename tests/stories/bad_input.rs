@@ -1,23 +1,25 @@
-//! What a human got wrong is told with its place, before anything starts.
+//! A human's mistakes are reported with their place, before anything starts.
 
 use std::path::Path;
 
 use crate::support::files::Files;
 use crate::support::{kittiwake, shipped};
 
-/// Makes one mistake in a shipped file: `from` becomes `to`. It must be told at the place of `at` in it, with
-/// all of `said`.
+/// Makes one mistake in a shipped file: `from` becomes `to`. Both `kittiwake check` and `kittiwake up` must report it at
+/// the place of `at`, with all of `said`.
 #[track_caller]
 fn check(file: &str, from: &str, to: &str, at: &str, said: &[&str]) {
     let files = Files::shipped().with(file, from, to);
     let config = files.config();
-    let output = kittiwake(&["up", "--exit-when-done", "--json", "--config", &config.to_string_lossy()]);
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{file}: {from} -> {to}\n{told}");
-    assert!(output.stdout.is_empty(), "nothing is reported");
     let place = place(file, from, to, at);
-    for part in said.iter().copied().chain([place.as_str()]) {
-        assert!(told.contains(part), "`{part}` is not said about {file}: {from} -> {to}\n{told}");
+    for command in [&["check"][..], &["up", "--exit-when-done", "--json"]] {
+        let output = kittiwake(&[command, &["--config", &config.to_string_lossy()]].concat());
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{command:?}: {file}: {from} -> {to}\n{told}");
+        assert!(output.stdout.is_empty(), "nothing is reported");
+        for part in said.iter().copied().chain([place.as_str()]) {
+            assert!(told.contains(part), "{command:?} does not say `{part}` about {file}: {from} -> {to}\n{told}");
+        }
     }
 }
 
@@ -74,7 +76,8 @@ fn a_mission_with_a_mistake() {
 #[test]
 fn a_contingency_table_with_a_mistake() {
     let file = "contingencies.toml";
-    check(file, "\"land\"", "\"lnad\"", "\"lnad", &["`lnad`", "did you mean `land`?"]);
+    check(file, "[\"land\"]", "[\"lnad\"]", "\"lnad", &["`lnad`", "did you mean `land`?"]);
+    check(file, "severity = \"hold\"", "severity = \"wait\"", "\"wait", &["`wait`", "`hold`, `leave`"]);
     check(file, "clears = \"never\"", "clears = \"sometimes\"", "\"sometimes", &["`sometimes`", "`never`"]);
     check(file, "priority = 12", "priority = 10", "10", &["10"]);
     check(file, "flag = \"battery_low\"", "flag = \"battery_critical\"", "\"battery", &["battery_critical"]);
@@ -94,7 +97,7 @@ fn trees_with_a_mistake() {
 }
 
 #[test]
-fn mistakes_in_several_files_are_told_at_once() {
+fn mistakes_in_several_files_are_reported_at_once() {
     let files = Files::shipped().with("missions/reference.toml", "height_m = 0.0", "height_m = -1.0").with(
         "contingencies.toml",
         "actions = [\"land\"]",

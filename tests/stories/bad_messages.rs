@@ -1,4 +1,4 @@
-//! Whoever is on the bus may send anything: it is counted and dropped, and the mission flies on.
+//! Any process on the bus may send anything: invalid messages are counted and dropped, and the mission continues.
 
 use kittiwake_proto::topics::{Service, Topic};
 use kittiwake_proto::v1::{Ned, OffboardControlMode, TrajectorySetpoint};
@@ -8,10 +8,10 @@ use zenoh::{Config, Session, Wait};
 
 use crate::support::{System, wait_for};
 
-/// More than any message of ours, less than what the transport itself refuses.
+/// Larger than any of our messages, and smaller than what the transport itself refuses.
 const OVERSIZED: usize = 512 * 1024;
 
-/// Somebody else on the bus.
+/// A stranger on the bus.
 pub fn stranger(locator: &str) -> Session {
     let mut config = Config::default();
     for (key, value) in [
@@ -46,17 +46,17 @@ fn garbage_on_every_key_is_counted_and_dropped() {
         }
         for service in Service::ALL {
             let replies = session.get(format!("kw/uav1/{}", service.key())).payload(payload.clone()).wait().unwrap();
-            // An answer, if any, is an error; what counts is that whoever serves it lives.
+            // An answer, if any, is an error; the process that serves it must survive.
             assert!(replies.into_iter().all(|it| it.result().is_err()), "{}", service.key());
         }
     }
-    // All but the gateway, which tells of the others.
+    // All but the gateway, which reports the others.
     for service in ["vehicle-sim", "skill-manager", "monitor", "planner", "mcm", "control-tower"] {
         wait_for(&format!("{service} to count what it refused"), || {
             processes(&system.status()).into_iter().find(|(name, _, refused)| name == service && 2 <= *refused)
         });
     }
-    // The same instances as before: nobody died of it.
+    // The same instances as before: no process died.
     let instances = |rows: Vec<(String, String, u64)>| {
         let mut rows: Vec<_> = rows.into_iter().map(|(service, instance, _)| (service, instance)).collect();
         rows.sort();

@@ -141,7 +141,7 @@ fn a_thousand_streams_and_one_that_never_reads_do_not_delay_the_mission() {
     expect_ticks(&heard);
 }
 
-/// The idle client reads again: what it has missed is gone, and it gets a `resync`.
+/// The idle client reads again: the events it has missed are no longer stored, and it gets a `resync`.
 #[track_caller]
 fn expect_resync(stream: &mut TcpStream) {
     let (mut seen, mut piece) = (Vec::new(), vec![0; 64 * 1024]);
@@ -160,7 +160,7 @@ fn expect_no_gap(heard: &[Tapped], topic: Topic) {
     assert!(gaps.is_empty(), "gaps in {} messages of {topic:?}: {gaps:?}", sequence.len());
 }
 
-/// The mission manager has gone on ticking, and no process on board has lost a message.
+/// The mission manager has continued to tick, and no process on board has lost a message.
 #[track_caller]
 fn expect_ticks(heard: &[Tapped]) {
     let mut last = 0;

@@ -1,4 +1,4 @@
-//! What goes wrong in flight, and how the mission goes on.
+//! Faults in flight, and how the mission continues.
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
@@ -12,7 +12,7 @@ fn start() -> System {
     System::start(&["--speed", SPEED])
 }
 
-/// Injects a fault and waits for nothing: the simulator has answered.
+/// Injects a fault; the simulator has answered when this returns.
 #[track_caller]
 fn fault(system: &System, line: &str) {
     let words: Vec<_> = ["fault"].into_iter().chain(line.split(' ')).collect();
@@ -44,7 +44,7 @@ fn wait_for_mode(system: &System, mode: &str) -> Value {
     })
 }
 
-/// Fails unless these parts were told in this order.
+/// Fails unless these parts were printed in this order.
 #[track_caller]
 fn in_order(ending: &Ending, parts: &[&str]) {
     let mut lines = ending.lines.iter();
@@ -54,7 +54,7 @@ fn in_order(ending: &Ending, parts: &[&str]) {
 }
 
 #[test]
-fn a_rejected_takeoff_is_planned_anew() {
+fn a_rejected_takeoff_is_replanned() {
     let system = start();
     // The next command after the landing has been acknowledged is the next takeoff's.
     system.wait_for("step 5 of 5: land");
@@ -73,7 +73,7 @@ fn a_swallowed_acknowledgement_counts_as_a_rejection_in_time() {
     fault(&system, "swallow_acks 1");
     let ending = system.end();
     ending.expect(0, &["SUCCESS", "SUCCESS"]);
-    in_order(&ending, &["step 1 of 3: takeoff", "step 1 failed", "step 1 succeeded", "fly to (0, 0, 10)"]);
+    in_order(&ending, &["step 1 of 3: takeoff", "step 1 failed", "fly to (0, 0, 10)", "step 1 succeeded"]);
 }
 
 #[test]
@@ -89,7 +89,7 @@ fn without_proof_of_life_the_vehicle_loiters_by_itself_and_the_mission_goes_on_l
 }
 
 #[test]
-fn a_flag_in_flight_stops_the_vehicle_and_the_mission_is_planned_anew() {
+fn a_flag_in_flight_stops_the_vehicle_and_the_mission_is_replanned() {
     let system = start();
     wait_until_under_way(&system);
     assert!(system.inject(&["flag", "obstacle"]).status.success());

@@ -1,4 +1,4 @@
-//! However a system ends, nothing of it is left.
+//! A system that has ended leaves no process, however it ended.
 
 use std::time::Duration;
 
@@ -37,10 +37,10 @@ fn sigterm_and_ctrl_c_end_everything_within_five_seconds() {
 }
 
 #[test]
-fn unless_it_is_to_end_when_done_it_stays_up_for_whoever_looks_on() {
+fn without_exit_when_done_it_stays_up_after_the_mission() {
     let system = System::up(&["--speed", "50"], &[]);
     system.wait_for("mission over: success");
-    // The gateway hears of it as soon as the launcher does, not earlier.
+    // The gateway and the launcher may hear of it in either order.
     wait_for("the report over HTTP", || {
         (system.status()["report"]["outcome"] == "MISSION_OUTCOME_SUCCESS").then_some(())
     });
@@ -52,7 +52,7 @@ fn unless_it_is_to_end_when_done_it_stays_up_for_whoever_looks_on() {
 fn a_process_that_dies_is_started_again_and_one_that_cannot_live_ends_the_system() {
     let system = System::start(&["--speed", "1"]);
     system.wait_for(" is up: ");
-    // Killed once, it comes back; the fifth time in a row is one too many.
+    // Killed once, it is started again; with the fifth time in a row the launcher gives up.
     for death in 1..=5 {
         let planner = wait_for("the planner to run", || {
             system.children().into_iter().find(|(name, it)| name == "planner" && it.runs())

@@ -104,7 +104,7 @@ fn a_crew_flies_by_the_command_line() {
     // Command is taken when nobody has it, and otherwise only from a holder who offers it.
     let paused = crew.runs("anna", "vehicle pause --json").expect(0, "took command of uav1");
     assert_eq!((&paused.json()["verb"], &paused.json()["text"]), (&"pause".into(), &"holds until resumed".into()));
-    crew.runs("anna", "vehicle pause").expect(3, "it holds already");
+    crew.runs("anna", "vehicle pause").expect(3, "`operator_pause` is under way already");
     let refused = crew.runs("ben", "vehicle resume --json").expect(3, "anna has command of uav1");
     assert_eq!(refused.json()["command"]["holder"], "anna");
     crew.runs("anna", "vehicle hand-over ben").expect(0, "anna, offered to ben");

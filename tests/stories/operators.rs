@@ -1,4 +1,4 @@
-//! The commands besides `up`.
+//! The commands other than `up`.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};

@@ -1,4 +1,4 @@
-//! What a supervisor such as systemd sees of a process.
+//! What a supervisor such as systemd observes of a process.
 
 use std::io::{BufRead, BufReader};
 use std::os::unix::net::UnixDatagram;
@@ -7,7 +7,7 @@ use std::process::{Child, Command, Stdio};
 
 use crate::support::{KITTIWAKE, LIMIT, kittiwake, shipped};
 
-/// A process with a supervisor that waits two seconds for each sign of it.
+/// A process with a supervisor that waits two seconds for each sign of life.
 struct Supervised {
     process: Child,
     signs: UnixDatagram,
@@ -31,7 +31,7 @@ impl Supervised {
         Supervised { process, signs, _folder: folder }
     }
 
-    /// The next thing it says to its supervisor.
+    /// The next notification to its supervisor.
     #[track_caller]
     fn sign(&self) -> String {
         let mut bytes = [0; 256];
@@ -88,7 +88,7 @@ fn the_unit_is_one_that_systemd_takes() {
     let deploy = Path::new(env!("CARGO_MANIFEST_DIR")).join("deploy");
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
     let unit = std::fs::read_to_string(deploy.join("kittiwake@.service")).expect("the unit is there");
-    // The one thing that is not on this machine is the installed program.
+    // Only the installed program is missing on this machine.
     let unit = unit.replace("/usr/local/bin/kittiwake", KITTIWAKE);
     std::fs::write(folder.path().join("kittiwake@.service"), unit).expect("a file can be written");
     std::fs::copy(deploy.join("kittiwake.target"), folder.path().join("kittiwake.target")).expect("it can be copied");

@@ -1,4 +1,4 @@
-//! Traces reach a collector, and a collector that hangs is in nobody's way.
+//! Traces reach a collector, and a collector that hangs delays nothing.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -51,7 +51,7 @@ struct Span {
     parent: String,
 }
 
-/// A collector that takes what it is sent.
+/// A collector that accepts everything.
 fn collector() -> (String, Receiver<Span>) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let endpoint = format!("http://{}", listener.local_addr().unwrap());
@@ -116,7 +116,7 @@ fn an_order_is_one_trace_from_the_request_to_the_vehicle() {
     let variables = [("OTEL_EXPORTER_OTLP_ENDPOINT", endpoint.as_str()), ("OTEL_BSP_SCHEDULE_DELAY", "100")];
     let system = System::up(&["--speed", "5"], &variables);
     system.wait_for("fly to (0, 90, 10)");
-    // Before that, the command would wait for the acknowledgement of the one before, and belong to that.
+    // Otherwise the command would wait for the acknowledgement of the one before, and belong to that trace.
     wait_for("the flight to be under way", || {
         let status = system.status();
         let running = &status["skill"]["running"];

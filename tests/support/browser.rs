@@ -18,7 +18,7 @@ use super::{System, wait_for};
 pub const TAB: &str = "\u{e004}";
 pub const ENTER: &str = "\u{e007}";
 pub const ESCAPE: &str = "\u{e00c}";
-/// More than the page has elements with a focus.
+/// More than the number of elements of the page that can have the focus.
 const MAX_TABS: usize = 80;
 
 /// Chromium with one page. It ends with the value.
@@ -204,7 +204,7 @@ impl Browser {
     }
 
     /// Fails if the page wrote an error to the console. The browser's own notes about answers of the API do not
-    /// count: a gateway that is gone is part of the stories.
+    /// count: a gateway that is down is part of the stories.
     #[track_caller]
     pub fn expect_no_error(&self) {
         let log = self.runtime.block_on(self.client.issue_cmd(ConsoleLog)).expect("the console can be read");

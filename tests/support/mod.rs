@@ -1,4 +1,4 @@
-//! Starts a whole system of real processes, listens to it, disturbs it, and ends it with the value.
+//! Starts a whole system of real processes, observes it, disturbs it, and ends it with the value.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ pub mod people;
 pub mod processes;
 mod wait;
 
-/// Nothing that is waited for takes nearly as long on a machine that is not broken.
+/// On a machine in order every wait is much shorter than this.
 pub const LIMIT: Duration = Duration::from_secs(100);
 
 /// The program under test.
@@ -29,7 +29,7 @@ pub struct System {
     stdout: Option<std::thread::JoinHandle<String>>,
 }
 
-/// What the launcher has said on standard error so far.
+/// The launcher's output on standard error so far.
 #[derive(Default)]
 struct Said {
     lines: Mutex<(Vec<String>, bool)>,
@@ -64,7 +64,7 @@ impl System {
         let mut launcher = Command::new(KITTIWAKE)
             .args(["up", "--json"])
             .args(args)
-            // Not into the recordings of whoever runs the tests.
+            // Not into the recordings of the user who runs the tests.
             .env("XDG_STATE_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/state"))
             .envs(variables.iter().copied())
             .stdin(Stdio::null())
@@ -89,7 +89,7 @@ impl System {
         System { launcher, said, stdout: Some(stdout) }
     }
 
-    /// Waits for a line that contains `part`, said now or before, and returns it.
+    /// Waits for a line that contains `part`, printed now or before, and returns it.
     #[track_caller]
     pub fn wait_for(&self, part: &str) -> String {
         self.wait_for_nth(part, 1)
@@ -125,7 +125,7 @@ impl System {
         kittiwake(&[&["inject"], args, &["--pid", &self.pid().to_string()]].concat())
     }
 
-    /// What the gateway says about the vehicle.
+    /// The gateway's document about the vehicle.
     pub fn status(&self) -> Value {
         let output = kittiwake(&["status", "--pid", &self.pid().to_string()]);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -158,7 +158,7 @@ impl Said {
         self.changed.notify_all();
     }
 
-    /// `None` if the limit has passed, or everything has been said, without it.
+    /// `None` if the limit has passed, or the output has ended, without it.
     fn wait<T>(&self, mut find: impl FnMut(&[String]) -> Option<T>) -> Option<T> {
         let until = Instant::now() + LIMIT;
         let mut state = self.lines.lock().unwrap();
@@ -201,7 +201,7 @@ impl Ending {
         serde_json::from_str(&self.stdout).unwrap_or_else(|error| panic!("{error} in:\n{}", self.stdout))
     }
 
-    /// What the mission manager decided about `topic`, in order, without the times.
+    /// The mission manager's decisions about `topic`, in order, without the times.
     pub fn story(&self, topic: &str) -> Vec<String> {
         let told = |line: &String| {
             let (_, text) = line.strip_prefix('[')?.split_once(" s] ")?;
@@ -232,7 +232,7 @@ pub fn kittiwake(args: &[&str]) -> Output {
     Command::new(KITTIWAKE).args(args).stdin(Stdio::null()).output().expect("the program starts")
 }
 
-/// Waits until `find` finds something, for as long as anything may take.
+/// Waits until `find` finds something.
 #[track_caller]
 pub fn wait_for<T>(what: &str, find: impl FnMut() -> Option<T>) -> T {
     wait::wait_within(LIMIT, Duration::from_millis(20), what, find)

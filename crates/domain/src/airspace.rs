@@ -1,8 +1,8 @@
-//! Where the vehicle may be, and when: the one rule that plans, invariants, responses, waiting and arming go by.
+//! Where the vehicle may be, and when: the one rule for plans, invariants, responses, waiting and takeoffs.
 //!
 //! A keep-out area is not entered while it applies, a permission area only with a grant that outlasts the stay. Leaving is
-//! not entering: a vehicle in the air inside an area that it may not be in breaks no rule by flying out of it. From the
-//! ground into the air is entering.
+//! not entering: a vehicle in the air that is inside an area without permission does not break the rule by flying out.
+//! Taking off inside an area is entering it.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -21,12 +21,12 @@ pub type Grants = BTreeMap<String, Duration>;
 pub struct Airspace<'a> {
     /// Every area of the mission.
     pub areas: &'a [Area],
-    /// What is held.
+    /// The permissions that are held.
     pub grants: &'a Grants,
-    /// The moment that all times here count from.
+    /// The moment from which all times here count.
     pub clock: Clock,
-    /// A grant must outlast a stay by this, and an area that opens within this time applies already: the time for the way
-    /// out.
+    /// A grant must outlast a stay by this time, and an area that opens within this time applies already, so that the
+    /// vehicle can leave.
     pub lead: Duration,
     /// Heights this close to a floor or a ceiling count as inside, in metres.
     pub vertical_margin_m: f64,
@@ -44,12 +44,22 @@ pub struct Clock {
 /// How a way is flown.
 #[derive(Debug, Clone, Copy)]
 pub struct Motion {
-    /// When it begins, from now on.
+    /// When it begins, from now on. All times from now on are taken as 20 % sooner or 25 % and ten seconds later.
     pub begins: Duration,
-    /// How fast it is flown; times along the way are taken as 20 % sooner or 25 % and ten seconds later.
+    /// Its speed.
     pub speed_m_s: f64,
     /// Whether the vehicle is in the air when it begins.
     pub airborne: bool,
+}
+
+/// What is planned to happen after this time happens no sooner than this: 20 % sooner.
+pub fn soonest(planned: Duration) -> Duration {
+    planned - planned / 5
+}
+
+/// What is planned to happen after this time happens no later than this: 25 % and ten seconds later.
+pub fn latest(planned: Duration) -> Duration {
+    planned.saturating_add(planned / 4).saturating_add(Duration::from_secs(10))
 }
 
 /// A place and time at which the rule is broken.
@@ -68,15 +78,15 @@ pub struct Breach {
 /// What is wrong with being in an area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Why {
-    /// It is never entered.
+    /// It is a keep-out area.
     KeepOut,
     /// Its permission is not held.
     NotGranted,
-    /// Its permission is held for this long, which is too short for the stay.
+    /// Its permission expires before the end of the stay.
     TooShort {
-        /// For which it holds from now on.
+        /// How long it is held from now on.
         held: Duration,
-        /// For which it would have to.
+        /// How long it would have to be held.
         needed: Duration,
     },
 }
@@ -132,7 +142,14 @@ pub fn stays(area: &Area, from: Ned, to: Ned, vertical_margin_m: f64) -> Vec<Sta
     found
 }
 
-/// Whether a way would be over before the bounding boxes even touch: cheap, and true for most pairs.
+/// The part of the straight way from `from` to `to` that lies at the heights of `area`, those within `vertical_margin_m` of
+/// its floor and ceiling included.
+pub fn part_at_heights(area: &Area, from: Ned, to: Ned, vertical_margin_m: f64) -> Option<(Ned, Ned)> {
+    let (lowest, highest) = heights_within(area, from.height_m(), to.height_m(), vertical_margin_m);
+    (lowest <= highest).then(|| (from.towards(to, lowest), from.towards(to, highest)))
+}
+
+/// Whether the bounding boxes of the way and the area do not touch: a cheap check that settles most pairs.
 fn passes_beside(area: &Area, from: Ned, to: Ned) -> bool {
     let beside = |of: fn(&Ned) -> f64| {
         let (low, high) = (of(&from).min(of(&to)), of(&from).max(of(&to)));
@@ -155,7 +172,7 @@ fn heights_within(area: &Area, from_m: f64, to_m: f64, margin_m: f64) -> (f64, f
 }
 
 impl<'a> Airspace<'a> {
-    /// The areas that a vehicle in the air at `position` is in and may not be in now.
+    /// The areas that a vehicle in the air at `position` is in without being allowed to.
     pub fn trespassed(&self, position: Ned) -> impl Iterator<Item = &'a Area> {
         let this = *self;
         this.areas.iter().filter(move |area| {
@@ -163,7 +180,7 @@ impl<'a> Airspace<'a> {
         })
     }
 
-    /// The areas that must not be stayed in for this long from now on.
+    /// The areas in which the vehicle must not stay for this long from now on.
     pub fn barred(&self, stay: Duration) -> Vec<&'a Area> {
         self.areas.iter().filter(|area| self.bars(area, Duration::ZERO, stay).is_some()).collect()
     }
@@ -174,7 +191,7 @@ impl<'a> Airspace<'a> {
         breaches.min_by_key(|breach| breach.after)
     }
 
-    /// What is wrong with staying at `position` for this long from now on.
+    /// What is wrong with staying at `position` for this long from now on; `None`: nothing.
     pub fn breach_at(&self, position: Ned, stay: Duration) -> Option<Breach> {
         let inside = self.areas.iter().filter(|area| self.is_inside(area, position));
         let breach = |area: &Area| {
@@ -195,17 +212,17 @@ impl<'a> Airspace<'a> {
             if leaving {
                 return None;
             }
-            let seconds = |it: f64| Duration::try_from_secs_f64(it).unwrap_or(Duration::MAX);
-            let soonest = seconds(0.8 * way_s * stay.enters);
-            let latest = seconds(1.25 * way_s * stay.leaves + 10.0);
-            let begins = motion.begins;
-            let (why, after) = self.bars(area, begins.saturating_add(soonest), begins.saturating_add(latest))?;
+            let planned = |fraction: f64| {
+                let flown = Duration::try_from_secs_f64(way_s * fraction).unwrap_or(Duration::MAX);
+                motion.begins.saturating_add(flown)
+            };
+            let (why, after) = self.bars(area, soonest(planned(stay.enters)), latest(planned(stay.leaves)))?;
             Some(Breach { area: area.name.clone(), why, at: from.towards(to, stay.enters), after })
         })
     }
 
-    /// Why `area` must not be stayed in between two moments, and from when on; `None`: it may.
-    fn bars(&self, area: &Area, from: Duration, until: Duration) -> Option<(Why, Duration)> {
+    /// Why the vehicle must not stay in `area` between two moments, and from when on; `None`: it may.
+    pub fn bars(&self, area: &Area, from: Duration, until: Duration) -> Option<(Why, Duration)> {
         let (opens, closes) = self.applies(area)?;
         let stay = closes.map_or(until, |closes| until.min(closes));
         let needed = stay.saturating_add(self.lead);
@@ -224,8 +241,8 @@ impl<'a> Airspace<'a> {
         Some((why, begins))
     }
 
-    /// From when to when an area applies, in mission time from now on; `None`: no more.
-    fn applies(&self, area: &Area) -> Option<(Duration, Option<Duration>)> {
+    /// From when to when an area applies, in mission time from now on; `None`: it no longer applies.
+    pub fn applies(&self, area: &Area) -> Option<(Duration, Option<Duration>)> {
         let until = |utc_ms: i64| {
             let wall = Duration::from_millis(u64::try_from(utc_ms.saturating_sub(self.clock.utc_ms)).unwrap_or(0));
             self.clock.pace.wall(wall)
@@ -392,7 +409,7 @@ pub(crate) mod tests {
         let grants = Grants::new();
         let clock = Clock { utc_ms: 1_000_000, pace: Pace::new(20.0).unwrap() };
         let fast = Airspace { clock, ..airspace(&areas, &grants) };
-        // Ten seconds on the wall are 200 s of the mission: the way is flown by then.
+        // Ten seconds of wall time are 200 s of mission time: the way is flown by then.
         assert_eq!(fast.first_breach(at(0.0, 10.0), at(400.0, 10.0), AIRBORNE), None);
     }
 }

@@ -1,4 +1,4 @@
-//! The corners of a polygon grown by a margin: the only points a shortest way past it turns at.
+//! The corners of a polygon grown by a margin: the only points at which a shortest way past it turns.
 
 use crate::geometry::Ned;
 
@@ -6,7 +6,7 @@ use crate::geometry::Ned;
 type Vector = (f64, f64);
 
 /// The corners of `ring` (not closed, in either sense) moved `margin_m` outwards, so that the sides
-/// between them are that far from its own. An acute corner is cut off by two; one that points
+/// between them are that far from those of `ring`. An acute corner is replaced by two; a corner that points
 /// inwards has none. Heights are zero.
 pub fn corners(ring: &[Ned], margin_m: f64) -> Vec<Ned> {
     let mut ring = ring.to_vec();
@@ -31,15 +31,15 @@ pub fn corners(ring: &[Ned], margin_m: f64) -> Vec<Ned> {
         let corner = ring[(index + 1) % count];
         let (before, after) = (side(index), side(index + 1));
         let (out_before, out_after) = (outwards(before), outwards(after));
-        // The side that follows bends away from where the one before looks outwards.
+        // The next side bends away from the outward direction of this one.
         if dot(out_before, after) >= 0.0 {
             continue;
         }
         let alike = dot(out_before, out_after);
         let at =
             |(north, east): Vector| Ned::new(corner.north_m + north * margin_m, corner.east_m + east * margin_m, 0.0);
-        /// The cosine of 120 degrees between the sides' outward directions: from there on the
-        /// point of a sharp corner is farther off than its two replacements.
+        /// The cosine of 120 degrees between the outward directions of two sides: for sharper corners the
+        /// point is farther away than its two replacements.
         const ACUTE: f64 = -0.5;
         if alike > ACUTE {
             let sum = add(out_before, out_after);

@@ -1,14 +1,14 @@
-//! Files a human writes: read, parsed, and every mistake told with file, line and column, what was
+//! Files that a human writes: read and parsed; every mistake is reported with file, line and column, what was
 //! found and what was expected.
 
 use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// A file's text and where it came from.
+/// A file's text and its path.
 #[derive(Debug, Clone)]
 pub struct Source {
-    /// As the user named it.
+    /// As the user gave it.
     pub path: PathBuf,
     /// Its whole text.
     pub text: String,
@@ -57,11 +57,11 @@ impl Source {
 pub struct Mistake {
     /// The file.
     pub path: PathBuf,
-    /// Where in it, if it is in one place.
+    /// The place in the file, if there is a single one.
     pub place: Option<Place>,
     /// What was found and what was expected.
     pub message: String,
-    /// What to do about it; may be empty.
+    /// How to mend it; may be empty.
     pub help: String,
 }
 
@@ -97,7 +97,7 @@ impl fmt::Display for Mistake {
 pub struct Mistakes(pub Vec<Mistake>);
 
 impl Mistakes {
-    /// `value` if there are none.
+    /// `value` if there are no mistakes.
     pub fn or<T>(self, value: T) -> Result<T, Mistakes> {
         if self.0.is_empty() { Ok(value) } else { Err(self) }
     }
@@ -117,7 +117,7 @@ impl fmt::Display for Mistakes {
 
 impl std::error::Error for Mistakes {}
 
-/// The entry of `known` that `found` was probably meant to be, as a help text.
+/// The entry of `known` that is closest to `found`, as a help text.
 pub fn did_you_mean(found: &str, known: &[&str]) -> String {
     let nearest = known.iter().min_by_key(|it| strsim::levenshtein(found, it));
     match nearest {

@@ -1,14 +1,13 @@
-//! What every process agrees on: time, geometry, areas, missions, skills, what an autopilot says and is
-//! told, contingency rules, and the conversions between these and the wire.
+//! The types that all processes share: time, geometry, areas, missions, plans, skills, the autopilot's vocabulary,
+//! contingency rules, the airspace rule, and the conversions between messages and these types.
 //!
-//! Nothing here reads a clock, opens a socket or spawns a task; time is always an argument. The one thing that
-//! is read is a file that a human wrote ([`file::Source::read`]).
+//! Nothing here reads a clock, opens a socket or spawns a task; time is always an argument. The only input is a file
+//! that a human wrote ([`file::Source::read`]).
 
 pub mod airspace;
 pub mod area;
 pub mod contingency;
 pub mod corners;
-pub mod detour;
 pub mod file;
 pub mod fmu;
 pub mod geometry;

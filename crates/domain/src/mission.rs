@@ -1,4 +1,6 @@
-//! A mission as a human writes it: objectives to reach and areas that lie in the way.
+//! A mission as a human writes it: objectives to reach, and areas on the way.
+
+mod sites;
 
 use std::ops::Range;
 
@@ -9,11 +11,12 @@ use toml::Spanned;
 use crate::area::{Area, AreaKind};
 use crate::file::{Mistake, Mistakes, Source};
 use crate::geometry::Ned;
+use sites::Site;
 
 /// A mission that may be flown; [`Mission::read`] is the only way to obtain one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mission {
-    /// For humans.
+    /// Its name.
     pub name: String,
     /// In the order they are attempted, at least one.
     pub objectives: Vec<Objective>,
@@ -32,22 +35,22 @@ pub struct Objective {
     pub flying: bool,
 }
 
-/// An objective and what has become of it.
+/// An objective and its progress.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObjectiveStatus {
-    /// What is to be reached.
+    /// The objective.
     pub objective: Objective,
-    /// What has become of it.
+    /// Its progress.
     pub progress: Progress,
-    /// Steps planned for it in all.
+    /// Total number of steps planned for it.
     pub plan_steps: u32,
-    /// How often it was planned again.
+    /// Number of replans.
     pub replans: u32,
-    /// Areas asked about for it, each once, in the order of the plan.
+    /// Areas whose permission was requested for it, each once, in the order of the plan.
     pub permissions: Vec<String>,
 }
 
-/// What has become of an objective. Success and failure are final.
+/// The progress of an objective. Success and failure are final.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Progress {
     /// Not attempted yet, or being attempted.
@@ -91,26 +94,26 @@ pub struct MissionReport {
 pub struct ObjectiveReport {
     /// Its name.
     pub name: String,
-    /// What became of it.
+    /// How it ended.
     pub progress: Progress,
-    /// Steps planned for it in all.
+    /// Total number of steps planned for it.
     pub plan_steps: u32,
-    /// How often it was planned again.
+    /// Number of replans.
     pub replans: u32,
-    /// Areas asked about for it.
+    /// Areas whose permission was requested for it.
     pub permissions: Vec<String>,
 }
 
-/// An objective that no mission may have.
+/// Why an objective is invalid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum InvalidObjective {
-    /// It cannot be named.
+    /// Its name is empty or has characters that names may not have.
     #[error("an objective has a name of 1 to {LONGEST_NAME} characters")]
     Name,
     /// It lies out of range.
     #[error("objective `{0}` is farther than {FARTHEST_M} m from the origin, or higher than {HIGHEST_M} m")]
     TooFar(String),
-    /// It lies below the take-off point, or flies no higher than that.
+    /// It lies below the take-off point, or is to be reached in flight at no height.
     #[error("objective `{name}` is inside the ground: its height is {height_m} m")]
     InTheGround {
         /// Its name.
@@ -121,10 +124,10 @@ pub enum InvalidObjective {
 }
 
 impl Objective {
-    /// An objective that is checked like one of a file.
+    /// An objective from outside a file, checked by the same rules.
     ///
     /// # Errors
-    /// If no mission may have it.
+    /// If it is invalid.
     pub fn new(name: String, position: Ned, flying: bool) -> Result<Objective, InvalidObjective> {
         let height_m = position.height_m();
         if name.trim().is_empty() || LONGEST_NAME < name.chars().count() {
@@ -142,16 +145,15 @@ impl Objective {
     }
 }
 
-/// Of an objective that comes by the wire.
+/// Rules for the name of an objective that comes in a message.
 const LONGEST_NAME: usize = 100;
-/// Heights above the origin are believable up to here; a typing mistake beyond.
+/// Greatest height above the origin; a higher one is a typing mistake.
 const HIGHEST_M: f64 = 10_000.0;
-/// Distances from the origin are believable up to here.
+/// Greatest distance from the origin; a longer one is a typing mistake.
 const FARTHEST_M: f64 = 100_000.0;
 
 impl Mission {
-    /// Tells this mission from every other one: a hash of all that is in it, the same on every machine and in every
-    /// build.
+    /// The identity of this mission: a hash of its content, the same on every machine and in every build.
     pub fn identity(&self) -> String {
         use kittiwake_proto::v1;
         use prost::Message as _;
@@ -172,7 +174,12 @@ impl Mission {
         hash.iter().take(16).map(|byte| format!("{byte:02x}")).collect()
     }
 
-    /// Parses and checks a mission file; every mistake it can find is told at once.
+    /// Parses and checks a mission file; every mistake that can be found is reported at once.
+    ///
+    /// A mission may end in the air: the table of contingencies must have a row that brings it down then.
+    ///
+    /// # Errors
+    /// The mistakes, each with its place.
     pub fn read(source: &Source) -> Result<Mission, Mistakes> {
         let file: MissionFile = source.parse()?;
         let mut check = Checker { source, mistakes: Vec::new() };
@@ -182,6 +189,9 @@ impl Mission {
         check.distinct("area", file.area.iter().map(|it| &it.name));
         if objectives.is_empty() {
             check.say(None, "a mission without objectives", "add an [[objective]]");
+        }
+        if check.mistakes.is_empty() {
+            check.sites(&file, &objectives, &areas);
         }
         Mistakes(check.mistakes).or(Mission { name: file.name, objectives, areas })
     }
@@ -308,6 +318,27 @@ impl Checker<'_> {
         area
     }
 
+    /// Where the mission begins, flies to and ends, against each area.
+    fn sites(&mut self, file: &MissionFile, objectives: &[Objective], areas: &[Area]) {
+        let start = Site { position: Ned::default(), flying: false, is_end: true };
+        for (entry, area) in file.area.iter().zip(areas) {
+            if let Some(problem) = sites::problem(start, area) {
+                let message = format!("the take-off point {}", problem.in_words(&area.name));
+                self.say(Some(entry.corners_m.span()), message, problem.help());
+            }
+        }
+        for (index, (entry, objective)) in file.objective.iter().zip(objectives).enumerate() {
+            let is_end = index + 1 == objectives.len();
+            let site = Site { position: objective.position, flying: objective.flying, is_end };
+            for area in areas {
+                if let Some(problem) = sites::problem(site, area) {
+                    let message = format!("objective `{}` {}", objective.name, problem.in_words(&area.name));
+                    self.say(Some(entry.north_m.span()), message, problem.help());
+                }
+            }
+        }
+    }
+
     fn within(&mut self, key: &str, value: &Spanned<f64>, least: f64, most: f64) -> f64 {
         let number = *value.as_ref();
         if !(least..=most).contains(&number) {
@@ -346,6 +377,7 @@ impl Checker<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::check_mistake;
 
     const GOOD: &str = r#"
 name = "there"
@@ -374,7 +406,7 @@ from_utc = "2026-05-01T08:00:00Z"
     }
 
     #[test]
-    fn every_mistake_is_told_with_its_place() {
+    fn every_mistake_is_reported_with_its_place() {
         #[track_caller]
         fn check(find: &str, replace: &str, expected: &str) {
             assert!(GOOD.contains(find), "the test's own text lacks `{find}`");
@@ -392,6 +424,54 @@ from_utc = "2026-05-01T08:00:00Z"
         check("2026-05-01T08:00:00Z", "tomorrow", "m.toml:13:12: found `tomorrow`, expected a UTC date");
         check("kind = \"permission\"", "kind = \"open\"", "m.toml:11:8: unknown variant `open`");
         check("name = \"there\"", "name = \"there", "m.toml:2:14: ");
+    }
+
+    #[test]
+    fn a_place_that_cannot_be_used_is_told_with_its_place() {
+        #[track_caller]
+        fn check(find: &str, replace: &str, expected: &str) {
+            // Nothing about the window: these areas always apply.
+            let good = GOOD.replace("from_utc = \"2026-05-01T08:00:00Z\"\n", "");
+            check_mistake(&good, find, replace, read, expected);
+        }
+        check(
+            "kind = \"permission\"\ncorners_m = [[-90.0, 110.0], [90.0, 110.0]",
+            "kind = \"keep-out\"\ncorners_m = [[-90.0, -20.0], [90.0, -20.0]",
+            "m.toml:12:13: the take-off point lies in keep-out area `A`, which always applies",
+        );
+        check(
+            "kind = \"permission\"\ncorners_m = [[-90.0, 110.0], [90.0, 110.0], [90.0, 290.0], [-90.0, 290.0]]",
+            "kind = \"keep-out\"\ncorners_m = [[-90.0, 110.0], [90.0, 110.0], [90.0, 590.0], [-90.0, 590.0]]",
+            "m.toml:5:11: objective `deliver` lies in keep-out area `A`, which always applies",
+        );
+        check(
+            "[[-90.0, 110.0], [90.0, 110.0]",
+            "[[-90.0, 4.0], [90.0, 4.0]",
+            "m.toml:12:13: the take-off point lies 4.0 m from the border of area `A`, expected at least 10 m",
+        );
+        check(
+            "east_m = 500.0",
+            "east_m = 299.0",
+            "m.toml:5:11: objective `deliver` lies 9.0 m from the border of area `A`, expected at least 10 m",
+        );
+    }
+
+    #[test]
+    fn a_place_inside_a_permission_area_or_below_one_is_no_mistake() {
+        #[track_caller]
+        fn check(find: &str, replace: &str) {
+            assert!(GOOD.contains(find), "the test's own text lacks `{find}`");
+            let read = read(&GOOD.replacen(find, replace, 1));
+            assert!(read.is_ok(), "{}", read.unwrap_err());
+        }
+        check("east_m = 500.0", "east_m = 200.0");
+        check("[90.0, 110.0]", "[90.0, -20.0]");
+        check("east_m = 500.0", "east_m = 301.0");
+        // The planner knows whether it applies.
+        check("[[-90.0, 110.0], [90.0, 110.0]", "[[-90.0, 4.0], [90.0, 4.0]");
+        check("corners_m = [[-90.0, 110.0], [90.0, 110.0]", "floor_m = 20.0\ncorners_m = [[-90.0, 4.0], [90.0, 4.0]");
+        // It is brought down by a response.
+        check("height_m = 0.0\nflying = false", "height_m = 10.0\nflying = true");
     }
 
     #[test]

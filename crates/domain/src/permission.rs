@@ -1,35 +1,35 @@
-//! Permissions to enter areas, as the control tower's ledger has them.
+//! Permissions to enter areas, as in the control tower's ledger.
 
 use std::fmt;
 use std::time::Duration;
 
-/// Where a permission stands.
+/// The state of a permission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PermissionState {
-    /// Asked for, and not decided.
+    /// Requested, not decided yet.
     Requested,
     /// The area may be entered until the permission expires.
     Granted,
-    /// Refused.
+    /// Denied.
     Denied,
-    /// Granted and taken back.
+    /// Granted and revoked afterwards.
     Revoked,
-    /// Granted until a moment that has passed.
+    /// Granted, and expired.
     Expired,
 }
 
 /// One line of the ledger.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Permission {
-    /// For which area.
+    /// The area.
     pub area: String,
-    /// Where it stands.
+    /// Its state.
     pub state: PermissionState,
     /// Why it was denied or revoked.
     pub reason: String,
     /// When it expires, in milliseconds since the Unix epoch, UTC.
     pub expires_utc_ms: i64,
-    /// The same from the moment of sending on, in mission time; for receivers whose clock differs.
+    /// The same as mission time from the moment of sending, for receivers whose clock differs.
     pub valid_for: Duration,
     /// The request that was answered.
     pub request_id: String,
@@ -37,7 +37,7 @@ pub struct Permission {
     pub decision: u64,
 }
 
-/// As a decision record has it.
+/// As in a decision record.
 impl fmt::Display for Permission {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (area, reason) = (&self.area, &self.reason);

@@ -1,4 +1,4 @@
-//! Plans and what the planner and the mission manager say to each other about them.
+//! Plans, and the requests and replies of the planner and the mission manager about them.
 
 use std::fmt;
 use std::time::Duration;
@@ -20,7 +20,7 @@ impl fmt::Display for StepId {
     }
 }
 
-/// Clauses about the state, all of which must hold; `None`, or no area, is not asked about.
+/// Clauses about the state, all of which must hold; a clause that is `None` or names no area is not checked.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Condition {
     /// In the air or on the ground.
@@ -34,7 +34,7 @@ pub struct Condition {
 /// One way to fly a step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameters {
-    /// What the skill manager is asked for.
+    /// The goal for the skill manager.
     pub goal: Goal,
     /// What must hold before it starts.
     pub precondition: Condition,
@@ -45,7 +45,7 @@ pub struct Parameters {
 /// A step of a plan as it is flown.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
-    /// Its name.
+    /// Its id.
     pub id: StepId,
     /// Index of the objective that it serves.
     pub objective: u32,
@@ -57,16 +57,16 @@ pub struct Step {
     pub ask: Vec<PermissionNeed>,
     /// Added by the communication plan.
     pub auxiliary: bool,
-    /// What it does, in a few words for a human.
+    /// What it does, in words.
     pub text: String,
 }
 
-/// A permission to get, and what it must be good for.
+/// A permission to get, and how long it must hold.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PermissionNeed {
     /// Which area.
     pub area: String,
-    /// For how long it must hold from the grant on, in mission time: the stay and the way out.
+    /// For how long it must hold from the grant on, in mission time: the stay and the time to leave.
     pub lasts: Duration,
 }
 
@@ -75,7 +75,7 @@ pub struct PermissionNeed {
 pub struct Plan {
     /// Index of the objective.
     pub objective: u32,
-    /// What is left to fly, first to fly first.
+    /// The remaining steps, first to fly first.
     pub steps: Vec<Step>,
     /// Counts plans.
     pub revision: u64,
@@ -83,18 +83,18 @@ pub struct Plan {
     pub epoch: u64,
 }
 
-/// A permission that was not given as it was needed.
+/// A permission that was not given as needed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Denial {
     /// Which area.
     pub area: String,
-    /// In which way.
+    /// How it was not given.
     pub kind: DenialKind,
-    /// Why, for the operator.
+    /// The reason, for the operator.
     pub reason: String,
 }
 
-/// In which way a permission was not given.
+/// How a permission was not given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DenialKind {
     /// The tower refused or revoked it.
@@ -108,24 +108,24 @@ pub enum DenialKind {
 /// A step that could not be flown to its end.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FailedStep {
-    /// Which one.
+    /// The step.
     pub id: StepId,
-    /// Why.
+    /// The reason.
     pub reason: String,
 }
 
 /// The mission manager asks for a plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanRequest {
-    /// A repeated request with the same id gets the first one's answer.
+    /// A repeated request with the same id gets the answer to the first one.
     pub request_id: String,
     /// Where the vehicle is and what it may enter.
     pub state: State,
     /// For how long each permission holds from now on.
     pub grants: Grants,
-    /// The step that failed, if one did.
+    /// The step that failed, if any.
     pub failed: Option<FailedStep>,
-    /// Areas that were denied during it.
+    /// Areas whose permission was denied during it.
     pub denials: Vec<Denial>,
 }
 
@@ -138,25 +138,25 @@ pub enum PlanReply {
     Hold {
         /// In mission time.
         wait: Duration,
-        /// For the operator.
+        /// The reason, for the operator.
         reason: String,
     },
     /// Every objective has reached its final state.
     Finished,
-    /// The request made no sense.
+    /// The request is invalid, for this reason.
     Refused(String),
 }
 
 /// A step was flown to its end.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepDone {
-    /// Which one.
+    /// The step.
     pub id: StepId,
-    /// The state it left the vehicle in.
+    /// The state of the vehicle after it.
     pub state: State,
 }
 
-/// The planner's account of the mission.
+/// The planner's status.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannerStatus {
     /// The mission's name.
@@ -165,7 +165,7 @@ pub struct PlannerStatus {
     pub objectives: Vec<ObjectiveStatus>,
     /// Every area of the mission.
     pub areas: Vec<Area>,
-    /// What is left of the present plan, first to fly first.
+    /// The remaining steps of the present plan, first to fly first.
     pub steps: Vec<Step>,
     /// Counts plans.
     pub revision: u64,

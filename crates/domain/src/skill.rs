@@ -30,7 +30,7 @@ pub enum SkillOutcome {
     Cancelled,
     /// A newer skill took its place.
     Aborted,
-    /// The autopilot or somebody else took over.
+    /// The autopilot, or another controller, took the vehicle from the skill.
     Preempted,
     /// The autopilot rejected its command, or did not acknowledge it in time.
     Rejected,

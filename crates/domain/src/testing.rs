@@ -5,11 +5,11 @@ use std::fmt::Write;
 use crate::contingency::{BRING_DOWN, REQUIRED};
 use crate::file::Mistakes;
 
-/// The actions of [`table`]; each counts as a tree.
+/// The actions of [`table`]; each is also the name of a tree.
 pub const ACTIONS: [&str; 3] = ["stop", "return_home", "land"];
 
-/// A contingency file of `rows`, with actions for them before it, and after them the other rows that every table needs.
-/// Their priorities begin at 1,000.
+/// A contingency file of `rows`, preceded by their actions and followed by the other rows that every table needs.
+/// The priorities of these begin at 1,000.
 pub fn table(rows: &str) -> String {
     let severities = ["hold", "return", "land"];
     let mut text = String::new();
@@ -29,10 +29,10 @@ pub fn table(rows: &str) -> String {
     text
 }
 
-/// Replaces `find` in a good file by `replace`, and checks that what is wrong then is told as `expected`, with its place.
+/// Replaces `find` in a good file by `replace`, and checks that the mistake is reported as `expected`, with its place.
 ///
 /// # Panics
-/// If the file has no `find`, is read all the same, or something else is told.
+/// If the file does not contain `find`, is accepted, or another mistake is reported.
 #[track_caller]
 pub fn check_mistake<T>(good: &str, find: &str, replace: &str, read: fn(&str) -> Result<T, Mistakes>, expected: &str) {
     assert!(good.contains(find), "the test's own text lacks `{find}`");

@@ -1,8 +1,8 @@
 //! Mission time: monotonic, counted from the start of the process, `speed` times as fast as the wall clock.
 //!
 //! Timers that belong to the mission (skill deadlines, permission answers, holds) are mission
-//! durations as they stand. Limits that guard the machine itself (staleness, acknowledgements)
-//! must not shrink with the speed factor below what a busy machine needs; [`Pace`] knows.
+//! durations without change. Limits of the machine (staleness, acknowledgements)
+//! must not shrink with the speed factor below what a busy machine needs; see [`Pace::limit`].
 
 use std::ops::{Add, Sub};
 use std::time::Duration;
@@ -46,8 +46,8 @@ impl Sub for Time {
     }
 }
 
-/// What a core is told about time: mission time for every decision, wall time for time windows of
-/// areas and for expiry dates that leave the process.
+/// The time that a core gets: mission time for every decision, UTC for time windows of areas and for
+/// expiry dates that leave the process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Now {
     /// Mission time.
@@ -56,8 +56,8 @@ pub struct Now {
     pub utc_ms: i64,
 }
 
-/// A limit of the machine never shrinks below this much wall time: a pause of the scheduler is no failure, however fast
-/// mission time runs. (Measured: 0.3 s on a machine with twice as many busy threads as cores.)
+/// The least wall time to which a limit of the machine shrinks, so that a pause of the scheduler is no failure at any
+/// speed factor. (Measured: 0.3 s on a machine with twice as many busy threads as cores.)
 const FLOOR: Duration = Duration::from_secs(1);
 
 /// How many times faster than the wall clock mission time runs.

@@ -1,7 +1,7 @@
-//! Ways that may be flown without asking for anything: out of an area, and to a place, round, over or under what is barred.
+//! Ways that need no permission: out of an area, and to a place, round, over or under areas that are barred.
 //!
 //! For responses, which fly without a plan. The planner, which can ask for permissions and wait for them, has a search of
-//! its own; both keep clear of borders by [`keeps_clear`] and turn at [`corners`].
+//! its own; both keep their distance to borders by [`keeps_clear`] and turn at [`corners`].
 
 use std::f64::consts::TAU;
 use std::time::Duration;
@@ -13,7 +13,7 @@ use crate::area::Area;
 use crate::corners::corners;
 use crate::geometry::Ned;
 
-/// How the vehicle flies a way.
+/// The speeds, heights and distances of a flight without a plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlightLimits {
     /// Over ground, in metres per second.
@@ -22,22 +22,23 @@ pub struct FlightLimits {
     pub climb_m_s: f64,
     /// Downwards, in metres per second.
     pub descent_m_s: f64,
-    /// Below this height the vehicle climbs before it flies anywhere, in metres above the origin.
+    /// Below this height, in metres above the origin, the vehicle climbs before it flies anywhere.
     pub least_height_m: f64,
-    /// No way leads higher, in metres above the origin.
+    /// The greatest height of a way, in metres above the origin.
     pub highest_m: f64,
-    /// Distance beyond a border at which an area has been left, in metres.
+    /// Distance beyond a border at which an area counts as left, in metres.
     pub clearance_m: f64,
-    /// Distance kept to the border of what is flown round, in metres.
+    /// Distance kept to the border of an area that is flown round, in metres.
     pub margin_m: f64,
 }
 
-/// Besides the shortest way to each side, this many directions are tried: in a corner between two
-/// areas none of the sides may do.
+/// Directions that are tried in addition to the shortest one to each side: in a corner between two
+/// areas no direction to a side may work.
 const DIRECTIONS: u32 = 32;
-/// Heights this far from a floor or a ceiling, beyond the vertical margin, are flown at, in metres.
+/// Distance to a floor or a ceiling, beyond the vertical margin, at which the vehicle flies over or under an area, in
+/// metres.
 const HEIGHT_STEP_M: f64 = 1.0;
-/// Another height than the preferred one must save this much time.
+/// A height other than the preferred one is chosen only if it saves this much time.
 const WORTH_ANOTHER_HEIGHT_S: f64 = 20.0;
 
 impl FlightLimits {
@@ -57,8 +58,8 @@ impl FlightLimits {
     }
 }
 
-/// The points to fly to from `from`, in the air, to leave every area that the vehicle may not be in: sideways, over or
-/// under, whichever is quickest. Empty if it is in none; `None` if there is no way out.
+/// The points to fly to from `from`, in the air, to leave every area in which the vehicle may not be: sideways, over or
+/// under, by the quickest way. Empty if it is in none; `None` if there is no way out.
 pub fn way_out(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Option<Vec<Ned>> {
     let trespassed: Vec<&Area> = airspace.trespassed(from).collect();
     if trespassed.is_empty() {
@@ -96,7 +97,7 @@ fn over_and_under(from: Ned, areas: &[&Area], airspace: &Airspace, limits: &Flig
     heights.map(|height_m| vec![from.at_height(height_m)]).collect()
 }
 
-/// Unit vectors `(north, east)`: square to each side, then all round.
+/// Unit vectors `(north, east)`: perpendicular to each side, then all round.
 fn directions(from: Ned, areas: &[&Area]) -> Vec<(f64, f64)> {
     let here = Point::new(from.east_m, from.north_m);
     let sides = areas.iter().flat_map(|it| it.polygon().exterior().lines().collect::<Vec<_>>());
@@ -112,9 +113,9 @@ fn directions(from: Ned, areas: &[&Area]) -> Vec<(f64, f64)> {
     square.chain(all_round).collect()
 }
 
-/// `clearance_m` beyond where the ray first leaves all areas that must not be stayed in.
+/// The point `clearance_m` beyond the place where the ray first leaves all areas in which the vehicle must not stay.
 fn exit_along(from: Ned, direction: (f64, f64), clearance_m: f64, airspace: &Airspace) -> Option<Ned> {
-    /// A point this far beyond a border is told from one on it, in metres.
+    /// A point this far beyond a border counts as outside, in metres.
     const BEYOND_M: f64 = 1e-3;
     let along = |distance_m: f64| {
         Ned::new(from.north_m + direction.0 * distance_m, from.east_m + direction.1 * distance_m, from.down_m)
@@ -129,15 +130,17 @@ fn exit_along(from: Ned, direction: (f64, f64), clearance_m: f64, airspace: &Air
     Some(along(exit_m + clearance_m))
 }
 
-/// The points to fly to from `from`, in the air, the last one over `to` at the height that is flown; `None` if there is no
-/// way. Out of what the vehicle must not be in first, by the quickest way; then at `preferred_m` above the origin, or over
-/// or under what is in the way where that is much quicker or the only way. Down to the ground at `to` it may be flown too.
+/// The points to fly to from `from`, in the air, the last one over `to` at the height of the flight; `None` if there is
+/// no way. First out of areas in which the vehicle may not be, by the quickest way; then at `preferred_m` above the
+/// origin, or over or under barred areas where that is much quicker or the only way. The descent to the ground at `to`
+/// is allowed too.
 pub fn way_to(from: Ned, to: Ned, preferred_m: f64, airspace: &Airspace, limits: &FlightLimits) -> Option<Vec<Ned>> {
     let out = way_out(from, airspace, limits)?;
     let start = out.last().copied().unwrap_or(from);
     let needed_s = 2.0 * limits.time_s(start, to.at_height(preferred_m)) + 60.0;
     let horizon = Duration::try_from_secs_f64(needed_s).unwrap_or(Duration::MAX);
-    // What opens, or expires, while the way is flown; if that leaves no way, what is barred at this moment.
+    // With the areas that open or expire during the flight; if that leaves no way, with those that are barred at this
+    // moment.
     [horizon, Duration::ZERO].into_iter().find_map(|horizon| {
         let barred = airspace.barred(horizon);
         let search = Search { barred: &barred, vertical_margin_m: airspace.vertical_margin_m, limits };
@@ -151,7 +154,7 @@ pub fn way_to(from: Ned, to: Ned, preferred_m: f64, airspace: &Airspace, limits:
     })
 }
 
-/// A search among areas none of which may be entered.
+/// A search of a way among areas that may not be entered.
 struct Search<'a> {
     barred: &'a [&'a Area],
     vertical_margin_m: f64,
@@ -159,7 +162,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The heights that are worth trying.
+    /// The heights to try.
     fn heights(&self, start: Ned, preferred_m: f64) -> Vec<f64> {
         let beyond_m = self.vertical_margin_m + HEIGHT_STEP_M;
         let over = self.barred.iter().filter_map(|it| it.ceiling_m).map(|it| it + beyond_m);
@@ -186,7 +189,7 @@ impl Search<'_> {
         Some(way)
     }
 
-    /// Dijkstra over the corners of what is in the way: few points.
+    /// Dijkstra over the corners of the areas on the way: few points.
     fn shortest(&self, from: Ned, to: Ned) -> Option<Vec<Ned>> {
         let height_m = to.height_m();
         let (low_m, high_m) = (height_m - self.vertical_margin_m, height_m + self.vertical_margin_m);
@@ -238,7 +241,7 @@ impl Search<'_> {
     }
 }
 
-/// Which ends of a leg may be nearer to a border than the margin: those that are not the way's choice.
+/// Which ends of a leg may be nearer to a border than the margin, because they are given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Exempt {
     /// The leg begins where the vehicle is.
@@ -264,7 +267,7 @@ pub fn keeps_clear(area: &Area, from: Ned, to: Ned, margin_m: f64, exempt: Exemp
     margin_m <= Euclidean.distance(&kept, &area.polygon())
 }
 
-/// Points `margin_m` away from the borders that `point` is nearer to than that: from there a way keeps its margin.
+/// Points `margin_m` away from the borders that `point` is nearer to: from there a way keeps its margin.
 pub fn footholds(point: Ned, areas: &[&Area], margin_m: f64) -> Vec<Ned> {
     let here = Point::new(point.east_m, point.north_m);
     let away = |area: &&Area| {

@@ -1,7 +1,7 @@
-//! The conversions between the wire and the domain, in both directions.
+//! The conversions between messages and the domain types that several services share, in both directions.
 //!
-//! A message becomes a domain type where it is taken in, and that is the only place where this can fail: a number that is
-//! not one, or a part that is missing, never gets past here.
+//! Messages of a single service are converted in its own `wire.rs`. A message is converted where it is taken in, and is
+//! refused there if a value is not a number or a part is missing.
 
 use std::time::Duration;
 
@@ -17,23 +17,23 @@ pub mod permission;
 mod plan;
 mod skill;
 
-/// A message that decodes and makes no sense.
+/// A message that decodes and whose content makes no sense.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum InvalidMessage {
-    /// A field without which the message says nothing.
+    /// A required field is missing.
     #[error("`{0}` is missing")]
     Missing(&'static str),
-    /// A list whose entries must differ has one twice.
+    /// A list whose entries must differ holds one twice.
     #[error("`{0}` has the same entry twice")]
     Twice(&'static str),
-    /// A number that is not one, or out of any sensible range.
+    /// A value is not a number, or out of its range.
     #[error("`{field}` is {value}, expected {expected}")]
     OutOfRange {
         /// The field's name.
         field: &'static str,
-        /// What it held.
+        /// Its value.
         value: String,
-        /// What it may hold.
+        /// The values that it may have.
         expected: &'static str,
     },
 }
@@ -78,7 +78,7 @@ impl From<FlightMode> for v1::FlightMode {
     }
 }
 
-/// The mode of a field that may be unspecified; `None`: it is.
+/// The mode in a field that may be unspecified; `None` if it is.
 pub fn flight_mode(mode: v1::FlightMode) -> Option<FlightMode> {
     match mode {
         v1::FlightMode::Unspecified => None,
@@ -133,7 +133,7 @@ pub fn finite(field: &'static str, value: f64) -> Result<f64, InvalidMessage> {
 }
 
 /// `value` if it is finite and more than zero.
-pub fn positive(field: &'static str, value: f64) -> Result<f64, InvalidMessage> {
+pub(crate) fn positive(field: &'static str, value: f64) -> Result<f64, InvalidMessage> {
     if value.is_finite() && 0.0 < value { Ok(value) } else { Err(out_of_range(field, value, "more than zero")) }
 }
 
@@ -146,14 +146,14 @@ pub(crate) fn not_empty(field: &'static str, text: String) -> Result<String, Inv
     if text.is_empty() { Err(InvalidMessage::Missing(field)) } else { Ok(text) }
 }
 
-/// `seconds` as a duration; not a number, negative or beyond any clock is refused.
+/// `seconds` as a duration; refused if it is not a number, negative or too long.
 pub fn duration(field: &'static str, seconds: f64) -> Result<Duration, InvalidMessage> {
     Duration::try_from_secs_f64(seconds).map_err(|_| out_of_range(field, seconds, "seconds, zero or more"))
 }
 
 #[cfg(test)]
 pub(crate) mod generators {
-    //! What the round-trip properties are made of.
+    //! Values for the round-trip properties.
 
     use proptest::prelude::*;
 

@@ -21,7 +21,7 @@ pub(crate) struct Files {
     pub(crate) gateway: gateway::config::Config,
 }
 
-/// The services' sections; what belongs to processes and their launcher is of no use here.
+/// The services' sections; those of the processes and their launcher are not used here.
 #[derive(Deserialize)]
 struct Sections {
     mission: std::path::PathBuf,

@@ -1,7 +1,7 @@
 //! The whole system in one thread: the seven services on a virtual bus and a virtual clock.
 //!
-//! The same nodes that run as processes, from the same configuration files; what differs is only
-//! who carries their messages and what time it is. The same setup gives the same flight, to the bit.
+//! The same nodes that run as processes, from the same configuration files, but with a bus and a clock of their own.
+//! The same setup gives the same flight, to the bit.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -38,9 +38,9 @@ pub struct Setup<'a> {
     pub mission: Option<&'a Path>,
     /// How the control tower answers.
     pub permissions: Policy,
-    /// Of every random draw.
+    /// The seed of every random draw.
     pub seed: u64,
-    /// What it flies on.
+    /// The machine on which it flies.
     pub machine: Machine,
 }
 
@@ -55,6 +55,9 @@ struct Seen {
     decisions: Vec<(Time, v1::DecisionRecord)>,
     report: Option<v1::MissionReport>,
     aircraft: Option<v1::VehicleLocalPosition>,
+    landed: bool,
+    armed: bool,
+    responder: String,
     witness: Witness,
 }
 
@@ -68,7 +71,7 @@ impl Simulation<'_> {
         Ok(Simulation::with_gateway(setup, access)?.0)
     }
 
-    /// The same with the HTTP half of its gateway, which lets in the tokens of `access` and answers while the
+    /// The same with the HTTP half of its gateway, which accepts the tokens of `access` and answers while the
     /// simulation flies.
     ///
     /// # Errors
@@ -103,12 +106,13 @@ impl Simulation<'_> {
         self.seen.borrow().report.clone()
     }
 
-    /// Lets so much virtual time pass, whether the mission is over or not.
+    /// Lets this much virtual time pass, whether the mission is over or not.
     pub fn pass(&mut self, time: Duration) {
         self.bus.run_until(time, || false);
     }
 
-    /// Flies until a decision contains `text`, or `limit` of virtual time has passed; whether it came.
+    /// Flies until a decision contains `text`, or `limit` of virtual time has passed; returns whether the decision
+    /// came.
     pub fn fly_until(&mut self, text: &str, limit: Duration) -> bool {
         let seen = self.seen.clone();
         self.bus.run_until(limit, || seen.borrow().decisions.iter().any(|(_, it)| it.text.contains(text)))
@@ -122,14 +126,14 @@ impl Simulation<'_> {
         self.bus.publish(VEHICLE, flag);
     }
 
-    /// The operator Anna orders something.
+    /// The operator Anna gives an order.
     pub fn order(&mut self, verb: v1::operator_command::Verb) {
         let command =
             v1::OperatorCommand { request_id: self.request_id(), operator: "anna".to_owned(), verb: Some(verb) };
         self.request(Request::OperatorCommand(command));
     }
 
-    /// The operator Anna asks something of the mission.
+    /// The operator Anna makes a request about the mission.
     pub fn ask(&mut self, request: v1::mission_request::Request) {
         let request = v1::MissionRequest {
             request_id: self.request_id(),
@@ -144,7 +148,7 @@ impl Simulation<'_> {
         self.bus.request(VEHICLE, request);
     }
 
-    /// Nothing is ordered twice at one moment.
+    /// Distinguishes requests; no two are made at one moment.
     fn request_id(&self) -> String {
         format!("{:?}", self.bus.now())
     }
@@ -171,21 +175,26 @@ impl Simulation<'_> {
 
     /// The control tower decides by hand.
     pub fn decide(&mut self, area: &str, decision: v1::Decision) {
+        self.decide_for(area, decision, None);
+    }
+
+    /// The same; a grant ends after `valid_for_s` mission seconds.
+    pub fn decide_for(&mut self, area: &str, decision: v1::Decision, valid_for_s: Option<f64>) {
         self.request(Request::Decide(v1::DecideRequest {
             vehicle: VEHICLE.to_owned(),
             area: area.to_owned(),
             decision: decision as i32,
             reason: "by hand".to_owned(),
-            valid_for_s: None,
+            valid_for_s,
         }));
     }
 
-    /// What must never happen and did.
+    /// The breaches that the witness has seen.
     pub fn breaches(&self) -> Vec<Breach> {
         self.seen.borrow().witness.breaches.clone()
     }
 
-    /// Requests that a service has left without a reply: service, what was asked, how often.
+    /// Requests without a reply: service, request, how often.
     pub fn unanswered(&self) -> &BTreeMap<(&'static str, Service), u64> {
         self.bus.unanswered()
     }
@@ -195,12 +204,23 @@ impl Simulation<'_> {
         self.bus.now()
     }
 
-    /// Where the vehicle says it is.
+    /// The vehicle's position as it reports it.
     pub fn position(&self) -> Option<v1::Ned> {
         self.seen.borrow().aircraft.as_ref().and_then(|it| it.position)
     }
 
-    /// Every decision so far with its time, a line each.
+    /// Whether the vehicle stands on the ground, disarmed.
+    pub fn is_on_ground(&self) -> bool {
+        let seen = self.seen.borrow();
+        seen.landed && !seen.armed
+    }
+
+    /// The flag that is answered, empty if none is.
+    pub fn responder(&self) -> String {
+        self.seen.borrow().responder.clone()
+    }
+
+    /// Every decision so far with its time, one line each.
     pub fn decision_log(&self) -> String {
         let line =
             |(at, it): &(Time, v1::DecisionRecord)| format!("{:7.2}  {:<11} {}", at.as_secs_f64(), it.topic, it.text);
@@ -220,14 +240,19 @@ impl Seen {
         self.witness.take_in(time, message);
         match message {
             Message::DecisionRecord(it) => self.decisions.push((time, it.clone())),
-            Message::McmStatus(it) if self.report.is_none() => self.report = it.report.clone(),
+            Message::McmStatus(it) => {
+                self.report = self.report.take().or_else(|| it.report.clone());
+                self.responder.clone_from(&it.acting);
+            }
+            Message::VehicleLandDetected(it) => self.landed = it.landed,
+            Message::VehicleStatus(it) => self.armed = it.armed,
             Message::VehicleLocalPosition(it) => self.aircraft = Some(*it),
             _ => {}
         }
     }
 }
 
-/// A tree folder, a table and a mission as the program would read them.
+/// A tree folder, a table and a mission, read as the program reads them.
 pub(crate) fn read_table(config: &Path) -> Result<(mcm::LoadedTrees, Contingencies), Mistakes> {
     let trees = mcm::Trees::read(&config.join("trees"))?;
     let table = Contingencies::read(&Source::read(&config.join("contingencies.toml"))?, &trees.actions())?;

@@ -1,4 +1,4 @@
-//! A machine with too much to do delivers late, in another order, and lets processes wait: the mission is the same.
+//! A busy machine delivers messages late and in another order, and lets processes wait: the mission is the same.
 
 use std::path::Path;
 use std::time::Duration;
@@ -8,14 +8,14 @@ use kittiwake_proto::v1::MissionOutcome;
 use simulation::{Machine, Setup, Simulation};
 
 const LIMIT: Duration = Duration::from_secs(1200);
-/// The longest a message is under way, and a process waits for a processor. With twice that, positions count as stale
-/// now and then, as they should.
+/// The longest delay of a message, and the longest wait of a process for a processor. With twice that, positions count
+/// as stale now and then, as they should.
 const WORST: Duration = Duration::from_millis(200);
 
 const MACHINES: u64 = 12;
 
-/// What was flown and decided, and the outcome. Whether an area is flown round in the north or in the south, which is
-/// as far, is left out.
+/// The decisions and the outcome. Whether an area is flown round in the north or in the south, which is as far, is left
+/// out.
 fn story(permissions: Policy, machine: Machine) -> (Vec<String>, String) {
     let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config");
     let mut simulation =

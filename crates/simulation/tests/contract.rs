@@ -1,7 +1,6 @@
 //! The contract of the gateway's verbs over HTTP, in each state of a flight, with all seven services.
 //!
-//! Requests go through the gateway's whole stack but for the socket; the virtual clock runs while they
-//! wait for their answers.
+//! Requests go through the whole gateway except the socket; the virtual clock runs while they wait for their answers.
 
 use std::path::Path;
 use std::time::Duration;
@@ -76,7 +75,7 @@ impl World {
         world
     }
 
-    /// Posts; the status, and what happened or why nothing did.
+    /// Posts; returns the status, and what happened or why nothing did.
     fn ask(&mut self, path: &str, body: &str) -> (u16, String) {
         self.keys += 1;
         let request = Request::post(format!("/api/v1/vehicles/uav1/{path}"))
@@ -122,7 +121,7 @@ const VERBS: [(&str, &str); 9] = [
     ("plan/decision", r#"{"revision":"1","approve":true}"#),
 ];
 
-/// The answer to each verb in `state`; each that was done gets a flight of its own.
+/// The answer to each verb in `state`; after each order that was carried out the next one gets a new flight.
 #[track_caller]
 fn check(state: State, expected: [(u16, &str); 9]) {
     let mut world = World::in_state(state);

@@ -14,7 +14,7 @@ fn reference(permissions: Policy, seed: u64) -> Simulation<'static> {
     Simulation::new(&Setup { config: &config, mission: None, permissions, seed, machine: Machine::Ideal }).unwrap()
 }
 
-/// Flies the reference mission; `expected` is what was flown and decided, a line each, and the outcome.
+/// Flies the reference mission; `expected` is the decisions, one line each, and the outcome.
 #[track_caller]
 fn check(policy: Policy, expected: &str) {
     let mut simulation = reference(policy, 1);
@@ -170,7 +170,7 @@ fn a_low_battery_brings_the_vehicle_home_and_ends_the_mission() {
     );
 }
 
-/// On the ground the less urgent of two flags has nothing left to do, and least of all to fly home.
+/// On the ground the less urgent of two flags has nothing left to do, and must not fly home.
 #[test]
 fn once_a_critical_battery_has_brought_it_down_the_vehicle_stays_down() {
     let mut simulation = reference(Policy::Grant, 1);

@@ -1,4 +1,4 @@
-//! Whole flights in which an operator has a word, on the virtual bus.
+//! Whole flights with an operator's orders, on the virtual bus.
 
 use std::path::Path;
 use std::time::Duration;
@@ -21,7 +21,7 @@ fn under_way() -> Simulation<'static> {
     simulation
 }
 
-/// Orders `verb` under way; the story from there on, and how it ended.
+/// Orders `verb` during the flight; `expected` is the story from there on.
 #[track_caller]
 fn check(verb: Verb, expected: &[&str]) {
     let mut simulation = under_way();
@@ -47,7 +47,7 @@ fn an_aborted_mission_lands_where_it_is() {
 }
 
 #[test]
-fn a_vehicle_that_is_told_to_return_lands_at_home() {
+fn a_vehicle_that_is_ordered_to_return_lands_at_home() {
     let mut simulation = under_way();
     simulation.order(Verb::Return(v1::ReturnHome { overrides: false }));
     simulation.fly(LIMIT).expect("the mission to end");
@@ -56,7 +56,7 @@ fn a_vehicle_that_is_told_to_return_lands_at_home() {
 }
 
 #[test]
-fn a_vehicle_lands_at_the_place_it_is_told() {
+fn a_vehicle_lands_at_the_place_that_was_ordered() {
     let mut simulation = under_way();
     let position = Some(v1::Ned { north_m: 40.0, east_m: 400.0, down_m: 0.0 });
     simulation.order(Verb::LandAt(v1::LandAt { position, overrides: false }));

@@ -10,13 +10,13 @@ pub fn docker(args: &[&str]) -> Output {
     Command::new("docker").args(args).stdin(Stdio::null()).output().expect("docker can be run")
 }
 
-/// The same for what it prints, line by line.
+/// The same, line by line.
 pub fn docker_lines(args: &[&str]) -> Vec<String> {
     let output = docker(args);
     String::from_utf8_lossy(&output.stdout).lines().map(str::to_owned).collect()
 }
 
-/// The image under test. Where one is named it has to be there; where none is, why nothing is tested.
+/// The image under test. If one is named it must exist; if none is, the reason for skipping.
 pub fn image() -> Result<String, String> {
     let image = std::env::var(IMAGE).map_err(|_| format!("{IMAGE} names no image of this tree"))?;
     if !answers("docker", &["version"]) {
@@ -26,7 +26,7 @@ pub fn image() -> Result<String, String> {
     Ok(image)
 }
 
-/// How compose is called here.
+/// The compose command of this machine.
 pub fn compose() -> Result<&'static [&'static str], String> {
     const PLUGIN: &[&str] = &["docker", "compose"];
     const PROGRAM: &[&str] = &["docker-compose"];

@@ -1,4 +1,4 @@
-//! A project of the compose file: brought up, looked at from the host, taken down with the value.
+//! A project of the compose file: brought up, observed from the host, taken down with the value.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -17,19 +17,19 @@ mod wait;
 
 use engine::{docker, docker_lines};
 
-/// Nothing that is waited for takes nearly as long on a machine that is not broken.
+/// On a machine in order every wait is much shorter than this.
 pub const LIMIT: Duration = Duration::from_secs(240);
 
 /// Whole systems of containers, one at a time: they share the machine's two processors.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
-/// What every project is known by.
+/// The prefix of every project's name.
 const PREFIX: &str = "kittiwake-test";
 
 /// A project, not up yet.
 pub struct Project {
     name: String,
-    /// Of the operator's page, on the host.
+    /// The port of the operator's page, on the host.
     pub port: u16,
     compose: &'static [&'static str],
     variables: BTreeMap<&'static str, String>,
@@ -39,13 +39,13 @@ pub struct Project {
 }
 
 impl Project {
-    /// One of its own for this story; `None`, said aloud, where there is no engine or no image.
+    /// A project for one story; `None`, with a message, without an engine or an image.
     pub fn new(story: &str) -> Option<Project> {
         let alone = ONE_AT_A_TIME.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         let (image, compose) = match (engine::image(), engine::compose()) {
             (Ok(image), Ok(compose)) => (image, compose),
             (Err(why), _) | (_, Err(why)) => {
-                // Past the harness, which shows what it is told of failures only.
+                // Past the test harness, which shows output only of failed tests.
                 let _ = writeln!(std::io::stderr(), "SKIPPED: {story}: {why}");
                 return None;
             }
@@ -70,7 +70,7 @@ impl Project {
         self.variables.insert(name, value.to_owned());
     }
 
-    /// With a profile, besides what is always there.
+    /// With a profile, in addition to the services without one.
     pub fn with_profiles(&mut self, profiles: &'static [&'static str]) {
         self.profiles = profiles;
     }
@@ -91,14 +91,14 @@ impl Project {
             .expect("compose was there a moment ago")
     }
 
-    /// The one command of the documentation, but for going on in the background.
+    /// The command of the documentation, but in the background.
     #[track_caller]
     pub fn up(&self) {
         let output = self.run(&["up", "--detach", "--no-build"]);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
 
-    /// Away with everything; returns what is left of it.
+    /// Removes everything; returns what is left.
     pub fn down(&self) -> Vec<String> {
         let output = self.run(&["down", "--volumes", "--timeout", "5"]);
         let failed = (!output.status.success()).then(|| String::from_utf8_lossy(&output.stderr).into_owned());
@@ -133,7 +133,7 @@ impl Project {
         format!("{}_{name}", self.name)
     }
 
-    /// What a service has said.
+    /// The log of a service.
     pub fn log(&self, service: &str) -> String {
         let output = docker(&["logs", &self.container(service)]);
         format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
@@ -150,7 +150,7 @@ impl Project {
         line.unwrap_or_else(|| panic!("no `{link}..` in:\n{log}")).trim().to_owned()
     }
 
-    /// What the gateway says on the host's loopback.
+    /// A document of the gateway, on the host's loopback.
     pub fn get(&self, path: &str, token: &str) -> Option<(u16, Value)> {
         http::get(self.port, path, token).ok()
     }
@@ -214,7 +214,7 @@ fn free_port() -> u16 {
     TcpListener::bind("127.0.0.1:0").and_then(|it| it.local_addr()).expect("the loopback is there").port()
 }
 
-/// Waits until `find` finds something, for as long as anything may take.
+/// Waits until `find` finds something.
 #[track_caller]
 pub fn wait_for<T>(what: &str, find: impl FnMut() -> Option<T>) -> T {
     wait::wait_within(LIMIT, Duration::from_millis(100), what, find)

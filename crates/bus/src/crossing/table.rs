@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn every_mistake_is_told_with_its_place() {
+    fn every_mistake_is_reported_with_its_place() {
         /// Replaces `find` and expects to be told so at the place of `at` in what took its place.
         #[track_caller]
         fn check(find: &str, replace: &str, at: &str, said: &str) {

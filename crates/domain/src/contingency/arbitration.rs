@@ -1,4 +1,4 @@
-//! Which of the rows whose flags are up responds.
+//! Which row responds, of those whose flags are up.
 
 use super::{Phase, Row, Severity};
 
@@ -7,17 +7,18 @@ use super::{Phase, Row, Severity};
 pub struct Raised {
     /// Its place in the table.
     pub row: usize,
-    /// The pilot in command ordered it over whatever else responds.
+    /// An operator ordered it with override.
     pub overrides: bool,
-    /// Its response is under way, and has come to an action of this severity.
+    /// The severity of the action that its response has reached, if the response is under way.
     pub under_way: Option<Severity>,
 }
 
-/// The row that responds: of those that count in this phase the one with the most severe response; between equals the one
-/// that is higher in the table. A response that is under way counts in every phase, and is as severe as the action that it
-/// has come to, if that is more than its first one. An order with override comes before all others that may be overridden.
+/// The row that responds: of the rows that count in this phase, the one with the most severe response; of equally
+/// severe ones, the one that is higher in the table. A response that is under way counts in every phase, with the
+/// severity of its present action if that is higher than that of its first one. An order with override comes before all
+/// rows that may be overridden.
 ///
-/// A hold therefore never keeps a landing from being flown, and a landing is not interrupted for a hold.
+/// So a hold never delays a landing, and never interrupts one.
 pub fn responder(rows: &[Row], raised: impl IntoIterator<Item = Raised>, phase: Phase) -> Option<usize> {
     let (mut first, mut first_may_be_overridden, mut ordered) = (None, true, None);
     for it in raised {
@@ -96,7 +97,7 @@ mod tests {
         // A return that has come to its landing is as severe as a landing.
         check(&rows, &[Raised { under_way: Some(Land), ..up(2) }, up(5)], cruise, Some(22));
         check(&rows, &[Raised { under_way: Some(Return), ..up(2) }, up(5)], cruise, Some(80));
-        // The pilot in command may decide otherwise.
+        // An order with override.
         let ordered = Raised { overrides: true, ..up(1) };
         check(&rows, &[up(0), ordered], cruise, Some(12));
         let mut rows = rows;
@@ -111,8 +112,8 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever is up: whoever responds is up and counts, nothing that counts is more severe, and another flag never
-        /// makes the response less severe.
+        /// For all combinations: the row that responds is up and counts, no row that counts is more severe, and one
+        /// more flag never makes the response less severe.
         #[test]
         fn nothing_less_severe_is_flown_than_what_is_asked_for(
             severities in prop::collection::vec(severity(), 1..8),

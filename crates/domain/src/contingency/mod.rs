@@ -1,4 +1,4 @@
-//! The contingency table: which facts raise which flag, and what is done about it.
+//! The contingency table: which facts raise which flag, and which response is flown.
 //!
 //! The table is a file, `config/contingencies.toml`, reviewed like code. The monitor evaluates each
 //! row's [`Rule`]; the mission manager generates its contingency subtree from the rest, and asks [`responder`] which row
@@ -41,11 +41,11 @@ pub struct Row {
     pub flag: String,
     /// Lower is more urgent; decides between rows whose responses are equally severe.
     pub priority: u32,
-    /// Rows of one group nest under one check, so that a quiet group costs one look.
+    /// Rows of one group are checked together, so that a group without a flag costs one check.
     pub group: Option<String>,
-    /// When the monitor raises it; `None`: only by hand, or by the mission manager itself.
+    /// When the monitor raises it; `None`: raised only by hand or by the mission manager itself.
     pub raise: Option<Rule>,
-    /// The phases in which it counts; what rises in another phase waits for one of these.
+    /// The phases in which it counts; a flag that rises in another phase waits.
     pub phases: BTreeSet<Phase>,
     /// Tried in order until one succeeds, and from the first one again when all have failed. The last one is the
     /// emergency action.
@@ -54,36 +54,36 @@ pub struct Row {
     pub clears: Clears,
     /// What follows once the response has ended and the flag is down.
     pub then: Then,
-    /// Whether a pilot in command may order something else over it.
+    /// Whether an operator's order with override comes before it.
     pub may_be_overridden: bool,
 }
 
 impl Row {
-    /// How severe its response is to begin with.
+    /// The severity of its first action.
     pub fn severity(&self) -> Severity {
         self.actions.first().map_or(Severity::Hold, |action| action.severity)
     }
 
-    /// What it does, in a few words: `return_home, else land`.
+    /// Its actions in words: `return_home, else land`.
     pub fn response(&self) -> String {
         self.actions.iter().map(|action| action.tree.as_str()).collect::<Vec<_>>().join(", else ")
     }
 }
 
-/// One thing that can be done about a flag.
+/// An action of a response.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Action {
     /// The name of its tree.
     pub tree: String,
-    /// How much it does.
+    /// How severe it is.
     pub severity: Severity,
-    /// How often it is tried before the next one.
+    /// How often it is tried before the next action.
     pub tries: u32,
     /// How long one try may take, in mission time.
     pub limit: Duration,
 }
 
-/// How much a response does. Later variants are more severe; the most severe one that is asked for is flown.
+/// How severe an action is. Later variants are more severe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
@@ -91,9 +91,9 @@ pub enum Severity {
     Hold,
     /// Leaves the area that it may not be in.
     Leave,
-    /// Goes on slower.
+    /// Flies on, slower.
     Slow,
-    /// Flies to a place to land at, and lands there.
+    /// Flies to a landing site and lands there.
     Return,
     /// Lands where it is.
     Land,
@@ -103,7 +103,7 @@ pub enum Severity {
     Terminate,
 }
 
-/// Where the flight is, as far as it matters which rows count.
+/// The phase of the flight, by which rows count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Phase {
@@ -111,7 +111,7 @@ pub enum Phase {
     OnGround,
     /// Climbing from the ground.
     Takeoff,
-    /// In the air, on the way.
+    /// In the air, on its way.
     Cruise,
     /// In the air, waiting for a permission, a plan or an operator.
     Waiting,
@@ -127,7 +127,7 @@ impl Phase {
         [Phase::OnGround, Phase::Takeoff, Phase::Cruise, Phase::Waiting, Phase::InsideArea, Phase::Landing];
 }
 
-/// As users read it.
+/// The name as users read it.
 impl std::fmt::Display for Phase {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
@@ -141,13 +141,13 @@ impl std::fmt::Display for Phase {
     }
 }
 
-/// When a flag is cleared. It never is while its response is under way.
+/// When a flag is cleared, but never while its response is under way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Clears {
     /// Once its response has ended.
     AfterAction,
-    /// Once its response has ended and what raised it is gone; until then the vehicle holds.
+    /// Once its response has ended and its condition no longer holds; the vehicle holds until then.
     WithCondition,
     /// Not before an operator lowers it or the vehicle has landed.
     Never,
@@ -157,7 +157,7 @@ pub enum Clears {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Then {
-    /// The mission is replanned and goes on.
+    /// The mission is replanned and continues.
     Resume,
     /// The mission is over.
     EndMission,
@@ -167,9 +167,9 @@ pub enum Then {
 
 /// Raised by the mission manager when a transition action fails.
 pub const TRANSITION_FAILED: &str = "transition_failed";
-/// Raised by the mission manager when the monitor has gone quiet.
+/// Raised by the mission manager when the monitor is silent.
 pub const INTROSPECTION_LOST: &str = "introspection_lost";
-/// Raised by the mission manager when the vehicle is in an area that it may not be in, or must leave now to be out in time.
+/// Raised by the mission manager when the vehicle is in an area without being allowed to, or must leave it now.
 pub const AREA_BREACHED: &str = "area_breached";
 /// Raised by the mission manager when the mission is over and the vehicle is in the air.
 pub const ENDED_IN_AIR: &str = "ended_in_air";
@@ -183,10 +183,10 @@ pub const OPERATOR_LAND: &str = "operator_land";
 pub const OPERATOR_PAUSE: &str = "operator_pause";
 
 /// Flags whose rows bring the vehicle down, wherever it flies.
-pub const BRING_DOWN: [&str; 4] = [ENDED_IN_AIR, OPERATOR_ABORT, OPERATOR_RETURN, OPERATOR_LAND];
+pub(crate) const BRING_DOWN: [&str; 4] = [ENDED_IN_AIR, OPERATOR_ABORT, OPERATOR_RETURN, OPERATOR_LAND];
 
 /// Flags that the mission manager raises itself, so that each must have a row.
-pub const REQUIRED: [&str; 8] = [
+pub(crate) const REQUIRED: [&str; 8] = [
     TRANSITION_FAILED,
     INTROSPECTION_LOST,
     AREA_BREACHED,

@@ -14,7 +14,7 @@ pub enum Rule {
         value: Quantity,
         /// The threshold, in the value's unit.
         threshold: f64,
-        /// It counts as gone from here on; must be at or above the threshold, so that it does not flap.
+        /// The fact no longer holds from this value on; at or above the threshold, so that the flag does not flap.
         clear: f64,
         /// How long it must hold, in seconds of mission time.
         for_s: f64,
@@ -27,7 +27,7 @@ pub enum Rule {
         value: Quantity,
         /// The threshold, in the value's unit.
         threshold: f64,
-        /// It counts as gone from here on; must be at or below the threshold.
+        /// The fact no longer holds from this value on; at or below the threshold.
         clear: f64,
         /// How long it must hold, in seconds of mission time.
         for_s: f64,
@@ -43,7 +43,7 @@ pub enum Rule {
         /// In which situation it counts.
         during: During,
     },
-    /// A source has gone quiet.
+    /// A source is stale.
     Stale {
         /// Which source.
         source: DataSource,
@@ -114,7 +114,7 @@ impl Quantity {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Condition {
-    /// The estimator does not vouch for the position, or says that it failed.
+    /// The estimator reports the position as invalid, or reports that it failed.
     EstimatorInvalid,
     /// The offboard proof of life was lost.
     OffboardSignalLost,
@@ -144,9 +144,8 @@ pub enum DataSource {
     LandDetected,
     /// `battery_status`.
     Battery,
-    /// The link to the ground, by the ground's sign of life: it must come, and say that the vehicle is
-    /// heard. Its limit is in seconds of wall time, whatever the speed factor; a link that never was
-    /// cannot be lost.
+    /// The link to the ground, by the ground's heartbeat: it must arrive, and report that the vehicle is heard. Its
+    /// limit is in seconds of wall time at every speed factor; a link that never existed cannot be lost.
     GroundLink,
     /// The heartbeats of the planner. A process that hangs sends none, like one that is gone. As for all processes the limit
     /// is in seconds of wall time.

@@ -48,13 +48,13 @@ struct File {
     contingency: Vec<Entry>,
 }
 
-/// What is common to all uses of an action.
+/// The part of an action that is the same in every row.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ActionEntry {
     severity: Severity,
     tries: std::num::NonZeroU32,
-    /// Of one try, in mission seconds.
+    /// The limit of one try, in mission seconds.
     limit_s: Positive,
 }
 
@@ -85,7 +85,7 @@ impl Entry {
         self.actions.as_ref().iter().chain([&self.emergency])
     }
 
-    /// Actions that do not exist are left out: they are mistakes, which have been reported.
+    /// Actions that do not exist are left out; they have been reported as mistakes.
     fn into_row(self, actions: &Actions) -> Row {
         let action = |name: &Spanned<String>| {
             let entry = find(actions, name.as_ref())?;
@@ -97,7 +97,8 @@ impl Entry {
             })
         };
         let mut actions: Vec<Action> = self.chain().filter_map(action).collect();
-        // After the last one it begins again with the first: to name one twice in a row would only double its tries.
+        // After the last action the response starts with the first again: naming one twice in a row only doubles its
+        // tries.
         actions.dedup_by(|a, b| a.tree == b.tree);
         Row {
             actions,
@@ -165,12 +166,12 @@ fn check_actions(source: &Source, entry: &Entry, actions: &Actions, mistakes: &m
     else {
         return;
     };
-    let message = format!("`{}` holds, and its action `{}` does more than that", entry.flag.as_ref(), more.as_ref());
+    let message = format!("`{}` holds, and its action `{}` is more severe", entry.flag.as_ref(), more.as_ref());
     let help = "a row that holds ends in holding; give what calls for more a row of its own";
     mistakes.push(source.mistake(Some(more.span()), message, help));
 }
 
-/// Without such a row a vehicle in the air would have nobody to bring it down.
+/// Without such a row nothing would bring down a vehicle in the air.
 fn check_brings_down(source: &Source, entry: &Entry, actions: &Actions, mistakes: &mut Vec<Mistake>) {
     let flag = entry.flag.as_ref();
     let ends = |name: &Spanned<String>| find(actions, name.as_ref()).is_some_and(|it| Severity::Return <= it.severity);
@@ -181,7 +182,7 @@ fn check_brings_down(source: &Source, entry: &Entry, actions: &Actions, mistakes
     }
     if entry.then == Then::Resume {
         let help = "set `then = \"end-mission\"`";
-        let message = format!("`{flag}` brings the vehicle down, and the mission would go on");
+        let message = format!("`{flag}` brings the vehicle down, and the mission would continue");
         mistakes.push(source.mistake(Some(entry.flag.span()), message, help));
     }
     let missing = |it: &Phase| {
@@ -212,7 +213,7 @@ fn check_rule(source: &Source, entry: &Entry, mistakes: &mut Vec<Mistake>) {
     }
 }
 
-/// Groups become one branch of the tree each, so their rows must follow each other in priority.
+/// Each group becomes one branch of the tree, so its rows must follow each other in priority.
 fn check_groups(source: &Source, by_priority: &[Entry], mistakes: &mut Vec<Mistake>) {
     let name = |it: &Entry| it.group.as_ref().map(|it| it.as_ref().clone());
     for (index, entry) in by_priority.iter().enumerate().skip(1) {
@@ -280,31 +281,31 @@ then = "resume"
         fn check(find: &str, replace: &str, expected: &str) {
             check_mistake(&good(), find, replace, read, expected);
         }
-        check("priority = 40\n", "", "c.toml:15:1: missing field `priority`");
-        check("priority = 40", "priority = 90", "c.toml:28:12: priority 90 is already that of `battery_low`");
-        check("[\"return_home\"]", "[\"return_hom\"]", "c.toml:21:12: there is no action `return_hom`");
+        check("priority = 40\n", "", "c.toml:14:1: missing field `priority`");
+        check("priority = 40", "priority = 90", "c.toml:27:12: priority 90 is already that of `battery_low`");
+        check("[\"return_home\"]", "[\"return_hom\"]", "c.toml:20:12: there is no action `return_hom`");
         check("[action.land]", "[action.lan]", "c.toml:10:9: there is no action tree `lan`");
-        check("tries = 3", "tries = 0", "c.toml:4:9: invalid value: integer `0`, expected a nonzero u32");
-        check("[\"takeoff\", \"cruise\"]", "[]", "c.toml:20:10: this row never counts");
-        check("\"cruise\"]", "\"cruising\"]", "c.toml:20:22: unknown variant `cruising`");
+        check("tries = 2", "tries = 0", "c.toml:3:9: invalid value: integer `0`, expected a nonzero u32");
+        check("[\"takeoff\", \"cruise\"]", "[]", "c.toml:19:10: this row never counts");
+        check("\"cruise\"]", "\"cruising\"]", "c.toml:19:22: unknown variant `cruising`");
         check(
             "emergency = \"stop\"",
             "emergency = \"land\"",
-            "c.toml:30:13: `obstacle` holds, and its action `land` does more than that",
+            "c.toml:29:13: `obstacle` holds, and its action `land` is more severe",
         );
-        check("clear = 0.25", "clear = 0.1", "c.toml:19:9: this rule would clear while it still holds");
-        check("for_s = 1.0", "for_s = -1.0", "c.toml:19:9: a number of this rule is out of range");
-        check("battery-remaining", "battery-left", "c.toml:19:9: unknown variant `battery-left`, expected one of");
-        check("\"never\"", "\"sometimes\"", "c.toml:23:10: unknown variant `sometimes`");
-        check("\"obstacle\"", "\"battery_low\"", "c.toml:27:8: two rows for the flag `battery_low`");
+        check("clear = 0.25", "clear = 0.1", "c.toml:18:9: this rule would clear while it still holds");
+        check("for_s = 1.0", "for_s = -1.0", "c.toml:18:9: a number of this rule is out of range");
+        check("battery-remaining", "battery-left", "c.toml:18:9: unknown variant `battery-left`, expected one of");
+        check("\"never\"", "\"sometimes\"", "c.toml:22:10: unknown variant `sometimes`");
+        check("\"obstacle\"", "\"battery_low\"", "c.toml:26:8: two rows for the flag `battery_low`");
         check("\"transition_failed\"", "\"trans\"", "c.toml: no row for the flag `transition_failed`");
         check("\"ended_in_air\"", "\"ended\"", "c.toml: no row for the flag `ended_in_air`");
         let ended = |change: &str| format!("flag = \"ended_in_air\"\n{change}");
         check(
             &ended(""),
             &ended("phases = [\"cruise\"]\n"),
-            "c.toml:56:10: `ended_in_air` must count everywhere in the air",
+            "c.toml:55:10: `ended_in_air` must count everywhere in the air",
         );
-        check("\"battery_low\"", "\"Battery Low\"", "c.toml:16:8: `Battery Low` is no flag name");
+        check("\"battery_low\"", "\"Battery Low\"", "c.toml:15:8: `Battery Low` is no flag name");
     }
 }

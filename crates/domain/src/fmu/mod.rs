@@ -1,12 +1,12 @@
-//! The vocabulary of the `fmu/` topics: what an autopilot takes in and gives out, as checked types.
+//! The vocabulary of the `fmu/` topics: an autopilot's inputs and outputs, as checked types.
 //!
 //! It is the same for every autopilot. The skill manager commands with it, the monitor judges by it, and a backend (the
 //! simulator, a bridge to a real autopilot) translates between it and the autopilot's own protocol. The conversions
 //! from and to the messages are in [`mod@crate::wire`]; a value that came through them is in its range.
 //!
 //! What an autopilot does not know is left out and never replaced by a number: a mode without a name here is `None` in
-//! [`Status`], a charge that is not measured (-1 in MAVLink) means that no [`Battery`] is sent, and a land detector that
-//! is undecided sends no [`LandDetected`]. The monitor then sees that the source is stale or absent.
+//! [`Status`]; for a charge that is not measured (-1 in MAVLink) no [`Battery`] is sent; a land detector that is
+//! undecided sends no [`LandDetected`]. The monitor then sees that the source is stale or absent.
 
 mod command;
 mod offboard;

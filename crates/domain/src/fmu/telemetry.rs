@@ -1,4 +1,4 @@
-//! What an autopilot says about the vehicle.
+//! The telemetry of an autopilot.
 
 use super::FlightMode;
 use crate::geometry::{Ned, NedVelocity};
@@ -36,7 +36,7 @@ pub enum Failure {
     GroundLinkLost,
 }
 
-/// How the vehicle is turned and turns.
+/// The vehicle's attitude and turn rates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Attitude {
     /// Rotation from the body frame (forward, right, down) to NED as a quaternion of length 1, Hamilton convention.
@@ -64,7 +64,7 @@ impl Attitude {
     }
 }
 
-/// Where the vehicle is in the local frame and how it moves.
+/// The vehicle's position in the local frame, and its velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocalPosition {
     /// Where.
@@ -73,9 +73,9 @@ pub struct LocalPosition {
     pub velocity: NedVelocity,
     /// Where the nose points, from north over east.
     pub heading_rad: f64,
-    /// Whether the estimator vouches for the horizontal part.
+    /// Whether the estimator reports the horizontal part as valid.
     pub horizontal_valid: bool,
-    /// Whether the estimator vouches for the vertical part.
+    /// Whether the estimator reports the vertical part as valid.
     pub vertical_valid: bool,
     /// One standard deviation, horizontal.
     pub eph_m: f64,
@@ -85,7 +85,7 @@ pub struct LocalPosition {
     pub timestamp_us: u64,
 }
 
-/// Where the vehicle is on the globe, WGS 84.
+/// The vehicle's position on the globe, WGS 84.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GlobalPosition {
     /// North is positive.
@@ -107,7 +107,7 @@ pub struct LandDetected {
     pub landed: bool,
     /// The vehicle touches the ground; a landing begins with it.
     pub ground_contact: bool,
-    /// When it was found so, in microseconds of the vehicle's own clock.
+    /// When it was detected, in microseconds of the vehicle's own clock.
     pub timestamp_us: u64,
 }
 
@@ -124,7 +124,7 @@ pub struct Battery {
     pub temperature_c: f64,
 }
 
-/// The wind as the estimator has it: where it blows to, averaged over some seconds of flight.
+/// The wind as estimated: the direction it blows to, averaged over some seconds of flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wind {
     /// Towards north.

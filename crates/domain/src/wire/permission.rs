@@ -63,7 +63,7 @@ impl TryFrom<v1::Permission> for Permission {
 /// Every permission of a ledger.
 ///
 /// # Errors
-/// If one of them makes no sense; a ledger is believed whole or not at all.
+/// If one of them makes no sense; a ledger is accepted or refused as a whole.
 pub fn ledger(ledger: v1::PermissionLedger) -> Result<Vec<Permission>, InvalidMessage> {
     ledger.permissions.into_iter().map(Permission::try_from).collect()
 }
@@ -86,7 +86,7 @@ mod tests {
                 state,
                 reason,
                 expires_utc_ms,
-                // Whole milliseconds survive the way through a floating-point number of seconds.
+                // Whole milliseconds are not changed by a floating-point number of seconds.
                 valid_for: Duration::from_millis(valid_ms.into()),
                 request_id,
                 decision,

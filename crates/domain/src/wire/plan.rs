@@ -1,6 +1,6 @@
 //! Plans, their steps, and the requests about them.
 //!
-//! A plan is taken whole or refused whole, before anything of it is flown.
+//! A plan is accepted or refused as a whole, before any of it is flown.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -51,7 +51,7 @@ impl From<Condition> for v1::Condition {
 impl TryFrom<v1::Condition> for Condition {
     type Error = InvalidMessage;
     fn try_from(condition: v1::Condition) -> Result<Condition, InvalidMessage> {
-        // A clause that cannot be read must not pass for one that was not asked.
+        // A clause that cannot be read must not count as absent.
         let mode = match condition.mode {
             None => None,
             Some(_) => Some(flight_mode(condition.mode()).ok_or(InvalidMessage::Missing("mode"))?),
@@ -115,14 +115,14 @@ impl TryFrom<v1::PlanStep> for Step {
     }
 }
 
-/// A need without a time is one that any grant meets.
+/// A need without a time is met by every grant.
 fn needs(areas: Vec<String>, lasts_s: Vec<f64>) -> Result<Vec<PermissionNeed>, InvalidMessage> {
     let lasts_s = lasts_s.into_iter().chain(std::iter::repeat(0.0));
     let need = |(area, lasts_s)| Ok(PermissionNeed { area, lasts: duration("ask_for_s", lasts_s)? });
     areas.into_iter().zip(lasts_s).map(need).collect()
 }
 
-/// The id of a field in which zero stands for none.
+/// The id in a field in which zero stands for none.
 fn step_id(id: u64) -> Option<StepId> {
     (id != 0).then_some(StepId(id))
 }

@@ -1,4 +1,4 @@
-//! Goals and what becomes of them.
+//! Goals, events and states of skills.
 
 use kittiwake_proto::v1;
 

@@ -1,4 +1,4 @@
-//! From a flag to the request that answers it, in one process: what the manager itself costs.
+//! From a flag to the request that answers it, in one process: the time that the manager itself takes.
 
 #[path = "../tests/rig/mod.rs"]
 #[allow(dead_code)]
@@ -18,7 +18,7 @@ fn fly(east_m: f64) -> Goal {
     Goal::Position { target: Ned::new(0.0, east_m, -10.0), speed_limit_m_s: 10.0, yaw_rad: None, hold_at_target: false }
 }
 
-/// Flying the first of two steps, the second one fetched.
+/// In flight with the first of two steps; the second one is fetched.
 fn under_way() -> Rig {
     let mut rig = Rig::new();
     rig.plan(plan(&[step(1, fly(100.0), &[]), step(2, Goal::Land, &[])]));
@@ -47,7 +47,7 @@ fn reaction(criterion: &mut Criterion) {
     criterion.bench_function("beginning of the tick to action", |bench| {
         bench.iter_custom(|rounds| (0..rounds).map(|_| tick_to_action(&mut under_way())).sum());
     });
-    // Between two wakes of a flight other processes have had the caches.
+    // In flight, other processes use the caches between two wakes.
     let others = vec![1u8; 64 << 20];
     let mut group = criterion.benchmark_group("out of the caches");
     group.sample_size(20).measurement_time(Duration::from_secs(5));

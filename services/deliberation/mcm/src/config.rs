@@ -12,28 +12,27 @@ use serde::Deserialize;
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
-    /// The tree is ticked at least this often while it runs, in milliseconds of wall time. Events
-    /// tick it at once whatever the period is. (The reference measured 10, 5 and 1 ms.)
+    /// Longest time between two ticks of the running tree, in milliseconds of wall time. Events
+    /// tick it at once. (The reference measured 10, 5 and 1 ms.)
     pub tick_period_ms: Positive,
     /// How long a request to the planner or the skill manager may take, in seconds, never less
     /// than one second of wall time. (ENG: a hundred round trips.)
     pub request_timeout_s: Positive,
-    /// A monitor silent for so long is lost, in seconds, never less than one second of wall time.
-    /// (ENG: 50 samples of its 100 Hz.)
+    /// Silence after which the monitor counts as lost, in seconds. (ENG: 50 samples of its 100 Hz.)
     pub introspection_limit_s: Positive,
-    /// A skill that has not been heard of for so long is asked about, in seconds, never less than
+    /// Silence about a skill after which the skill manager is asked for its table, in seconds, never less than
     /// one second of wall time. (ENG: twenty feedbacks.)
     pub skill_silence_s: Positive,
     /// How long an answer of the control tower is awaited, in mission seconds. (SPEC: 10 s.)
     pub permission_answer_s: Positive,
     /// How often a permission is asked for before silence counts as a denial. (SPEC: 3.)
     pub permission_tries: u32,
-    /// A permission that expires within so many mission seconds is no longer relied on.
+    /// Mission seconds before its expiry from which on a permission is no longer relied on.
     /// (ENG: the time it takes to cross the reference mission's areas at cruise speed.)
     pub permission_margin_s: Positive,
-    /// A step that fails right after another one failed is replanned after so many mission seconds,
-    /// the next after twice as many, up to eight times. (ENG: longer than any rule takes to raise
-    /// its flag, so that a contingency gets its say first.)
+    /// Pause before the replanning of a step that fails right after another one, in mission seconds; doubled with each
+    /// further failure, up to eight times its length. (ENG: longer than any rule takes to raise its flag, so that a
+    /// contingency responds first.)
     pub retry_pause_s: Positive,
     /// Nearer than this the vehicle is at the goal of an auxiliary step, in metres. (ENG)
     pub arrival_radius_m: Positive,
@@ -46,28 +45,29 @@ pub struct Config {
     pub return_height_m: Positive,
     /// Speed of a return, and of leaving an area, in metres per second.
     pub return_speed_m_s: Positive,
-    /// How fast the vehicle climbs and descends, in metres per second: by this ways over and under areas are compared with
-    /// those round them. (PX4: MPC_Z_VEL_MAX_UP, MPC_Z_VEL_MAX_DN.)
+    /// Climb in metres per second, by which ways over and under areas are compared with ways round them.
+    /// (PX4: MPC_Z_VEL_MAX_UP.)
     pub climb_m_s: Positive,
-    /// See `climb_m_s`.
+    /// The same for the descent. (PX4: MPC_Z_VEL_MAX_DN.)
     pub descent_m_s: Positive,
-    /// Lower than this above what it stands on the vehicle climbs before it flies anywhere without a plan, and higher than
-    /// this no way without a plan leads, in metres. (ENG: clear of people; EASA's open category ends at 120 m.)
+    /// Least height of a flight without a plan, in metres above the nearest landing site; the vehicle climbs to it
+    /// first. (ENG: clear of people.)
     pub least_height_m: Positive,
-    /// See `least_height_m`.
+    /// Greatest height of a flight without a plan, in metres. (ENG: EASA's open category ends at 120 m.)
     pub highest_m: Positive,
-    /// Distance beyond a border at which an area has been left, and distance kept to what is flown round, in metres. (ENG)
+    /// Distance beyond a border at which an area counts as left, in metres. (ENG)
     pub clearance_m: Positive,
-    /// See `clearance_m`.
+    /// Distance kept to an area that is flown round, in metres. (ENG)
     pub margin_m: Positive,
     /// Heights this close to the floor or the ceiling of an area count as inside, in metres. (ENG: a barometer's drift.)
     pub vertical_margin_m: Positive,
-    /// The vehicle is out of an area so many mission seconds before its permission ends, or it begins to be barred. (ENG)
+    /// Mission seconds before the expiry of a permission, or before an area begins to apply, at which the vehicle must
+    /// have left. (ENG)
     pub leave_lead_s: Positive,
-    /// How often the airspace round the vehicle and ahead of it is looked at, in mission seconds, never less than 20 ms of
-    /// wall time. (ENG: two metres of flight.)
+    /// Period at which the airspace around the vehicle and ahead of it is checked, in mission seconds, never less than
+    /// 20 ms of wall time. (ENG: two metres of flight.)
     pub airspace_period_s: Positive,
-    /// How long, after a landing that no plan asked for, an operator's word to go on is awaited, in mission seconds. (ENG)
+    /// How long an operator's resume is awaited after a landing that no plan asked for, in mission seconds. (ENG)
     pub go_ahead_limit_s: Positive,
     /// When the mission begins.
     pub start: Start,
@@ -75,7 +75,7 @@ pub struct Config {
     pub plan_approval: PlanApproval,
     /// How long a decision about a plan is awaited, in mission seconds. (ENG: time to read a plan.)
     pub plan_approval_limit_s: Positive,
-    /// What counts when nobody has decided by then.
+    /// What counts if nobody decides in time.
     pub plan_approval_default: Verdict,
 }
 
@@ -83,9 +83,9 @@ pub struct Config {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Start {
-    /// As soon as everything is there.
+    /// As soon as every process and its data are seen.
     AtOnce,
-    /// When the operator says so. A manager that comes back while the vehicle flies goes on at once.
+    /// When the operator starts it. A manager that is started again while the vehicle flies continues at once.
     Operator,
 }
 
@@ -111,7 +111,7 @@ pub enum Verdict {
     Refuse,
 }
 
-/// The same, ready for use: machine limits in mission time with their wall-clock floor.
+/// The same, ready for use: limits of the machine in mission time with their wall-clock floor.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Limits {
     pub(crate) tick_period: Duration,
@@ -130,15 +130,15 @@ pub(crate) struct Limits {
     pub(crate) leave_lead: Duration,
     pub(crate) airspace_period: Duration,
     pub(crate) go_ahead_limit: Duration,
-    /// A vehicle on the ground with its motors off has come to stay after this time: what the monitor makes of its landing
-    /// has been heard by then.
+    /// Time after which a vehicle on the ground with its motors off has settled: by then the manager has heard what the
+    /// monitor found about the landing.
     pub(crate) settle: Duration,
     pub(crate) pace: Pace,
     pub(crate) start: Start,
     pub(crate) plan_approval: PlanApproval,
     pub(crate) plan_approval_limit: Duration,
     pub(crate) plan_approval_default: Verdict,
-    /// Status and tree go out this often even if nothing changes.
+    /// Period of status and tree without changes.
     pub(crate) report_period: Duration,
 }
 

@@ -1,7 +1,7 @@
-//! Which flags are up. Events raise them; only their contingency row takes them down again.
+//! Which flags are up. Events raise them; only the row of a flag takes it down again.
 //!
-//! A flag is found by its row's number: the tree asks every row at every tick while anything is up,
-//! and what it asks must be near at hand when the first flag for minutes comes.
+//! A flag is found by the number of its row: the tree asks every row at every tick while any flag is up, and the
+//! answers must be quick when the first flag comes.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use domain::time::Time;
 /// The flags of the table's rows, most urgent first.
 #[derive(Debug, Default)]
 pub(crate) struct Flags {
-    /// Row by row, apart from the rest: a tick that finds nothing up reads no more than this.
+    /// For each row, apart from the rest: a tick without a flag reads no more than this.
     up: Vec<bool>,
     rows: Vec<(Arc<str>, Option<Flag>)>,
     numbers: HashMap<Arc<str>, usize>,
@@ -24,7 +24,7 @@ pub(crate) struct Flags {
 pub(crate) struct Flag {
     since: Time,
     reason: String,
-    /// Who says that it still holds, each once.
+    /// The sources that say that its condition still holds, each once.
     sources: Vec<String>,
     acknowledged_by: Option<String>,
 }
@@ -35,17 +35,17 @@ impl Flag {
         &self.reason
     }
 
-    /// The operator who has seen it.
+    /// The operator who has acknowledged it.
     pub(crate) fn acknowledged_by(&self) -> Option<&str> {
         self.acknowledged_by.as_deref()
     }
 
-    /// Whether anybody who raised it says that it still holds.
+    /// Whether any of its sources says that its condition still holds.
     pub(crate) fn holds(&self) -> bool {
         !self.sources.is_empty()
     }
 
-    /// Who says that it still holds.
+    /// The sources that say that its condition still holds.
     pub(crate) fn sources(&self) -> impl Iterator<Item = &str> {
         self.sources.iter().map(String::as_str)
     }
@@ -80,7 +80,7 @@ impl Flags {
         rose
     }
 
-    /// Raises a row's flag again as it was when another manager's process ended.
+    /// Raises a row's flag again as it was before a restart of the manager.
     pub(crate) fn restore(
         &mut self,
         now: Time,
@@ -93,14 +93,14 @@ impl Flags {
         self.rows[row].1 = Some(Flag { since: now, reason, sources, acknowledged_by });
     }
 
-    /// What raised the flag is gone, says `source`; the flag itself stays up until its row says otherwise.
+    /// By `source` the flag's condition no longer holds; the flag stays up until its row takes it down.
     pub(crate) fn condition_gone(&mut self, name: &str, source: &str) {
         if let Some(flag) = self.get_mut(name) {
             flag.sources.retain(|it| it != source);
         }
     }
 
-    /// Somebody has seen the flag.
+    /// An operator has acknowledged the flag.
     pub(crate) fn acknowledge(&mut self, name: &str, by: &str) {
         if let Some(flag) = self.get_mut(name) {
             flag.acknowledged_by = Some(by.to_owned());

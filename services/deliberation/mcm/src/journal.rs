@@ -1,4 +1,4 @@
-//! What was decided, until it is published as decision records.
+//! Decisions, until they are published as decision records.
 
 use domain::contingency::Contingencies;
 use domain::time::Time;
@@ -7,11 +7,11 @@ use kittiwake_proto::v1;
 use crate::flags::Flags;
 use crate::world::Waits;
 
-/// What was decided. What belongs to the answer to a flag waits for its words: nothing stands between
-/// the flag and the action.
+/// A decision. Those on the way from a flag to its action are put into words later, so that they do not delay the
+/// action.
 #[derive(Debug)]
 pub(crate) enum Decision {
-    /// In words already: by topic.
+    /// In words already, with its topic.
     Said(&'static str, String),
     /// The flag of this row was raised for this reason.
     Raised(usize, String),

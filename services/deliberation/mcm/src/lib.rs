@@ -1,9 +1,9 @@
 //! Decides what the vehicle does next: flies the plan, replans when a step fails, answers every flag.
 //!
 //! One behavior tree (`config/trees/`) over a `World` of what is known. Events are taken in
-//! as they come; after each batch the tree is ticked until no node asks to go on at once, and only
-//! then what it wants is sent, so that "halt this" and "start that" of one decision leave together.
-//! That makes the manager a pure function of its inputs.
+//! as they come; after each batch the tree is ticked until no node asks for another tick at this moment, and only
+//! then its requests are sent, so that "halt this" and "start that" of one decision leave together.
+//! So the manager is a pure function of its inputs.
 //!
 //! It does not know how a flag is detected (the monitor does) nor how a skill is flown (the skill
 //! manager does), and it never waits for either.

@@ -1,4 +1,4 @@
-//! The node: events into the world, the world into the tree, what the tree wants out.
+//! The node: events into the world, ticks of the tree, effects out.
 
 use behavior_tree::{NextTick, Status, Tree};
 use domain::contingency::Contingencies;
@@ -53,27 +53,27 @@ impl Mcm {
         })
     }
 
-    /// Made for `mission`: what another manager knew counts only for the same one.
+    /// Made for `mission`: a persisted state counts only for the same mission.
     pub fn of_mission(mut self, mission: &Mission) -> Mcm {
         self.configured = mission.identity();
         self
     }
 
-    /// What another manager needs to go on from here, should this process end.
+    /// The persisted state, with which another process can continue.
     pub fn memory(&self) -> v1::McmMemory {
         self.world.persist(&self.configured)
     }
 
-    /// Goes on where the manager of `memory` was; to be called before anything else.
+    /// Continues from `memory`; to be called before anything else.
     ///
     /// # Errors
-    /// Why the memory is of no use; the manager then begins anew.
+    /// Why the state cannot be used; the manager then starts without it.
     pub fn resume(&mut self, memory: v1::McmMemory) -> Result<(), UnusableState> {
         self.world.resume(&self.configured, memory)
     }
 
-    /// Measures what happens inside with `now_ns`, which reads nanoseconds of any one clock, and publishes it on
-    /// `mcm/timing`. Nothing is decided by it; without it nothing is recorded.
+    /// Measures with `now_ns`, which reads nanoseconds of any one clock, and publishes on `mcm/timing`. Measurements
+    /// decide nothing; without this call nothing is recorded.
     pub fn measured_with(mut self, now_ns: fn() -> u64) -> Mcm {
         self.timing = Some(Timing::of(&mut self.tree, now_ns));
         self
@@ -86,7 +86,7 @@ impl Mcm {
         }
     }
 
-    /// Ticks the tree until it has nothing more to say about this moment.
+    /// Ticks the tree until no node asks for another tick at this moment.
     fn tick(&mut self) {
         if self.next_tick.is_none() {
             return;
@@ -141,7 +141,7 @@ impl Node for Mcm {
                 let reply = self.world.obey(command, self.next_tick.is_none());
                 self.world.reply(token, Response::OperatorCommand(reply));
                 if self.world.responder().is_some() {
-                    // It had ended, and somebody has taken off again: an order to come down is obeyed all the same.
+                    // The tree had ended, and the vehicle flies again: an order to come down must still be obeyed.
                     self.next_tick.get_or_insert(now.time);
                 }
             }
@@ -151,7 +151,7 @@ impl Node for Mcm {
 
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
         self.wake(now);
-        // Of the wakes before this one: what is given up now can wait until its successor is under way.
+        // Trees given up in earlier wakes; one given up now is dropped after the next one has started.
         let discarded = self.world.take_discarded();
         self.tick();
         self.world.flush();

@@ -1,4 +1,4 @@
-//! What a tick wants done, collected and sent once per wake.
+//! The effects of a wake, collected and sent once.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -7,14 +7,14 @@ use domain::plan::StepId;
 use kittiwake_proto::topics::{Message, Request, Response};
 use node::{CallId, Effect, MessageKind, Token};
 
-/// Why a call was made, so that its reply finds its way.
+/// Why a call was made, so that its reply can be assigned.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Purpose {
     /// The start of a skill, by its request id.
     StartSkill(String),
     /// The cancellation of this skill.
     CancelSkill(u64),
-    /// What became of the skills.
+    /// The skill manager's table.
     SkillTable,
     /// A new plan, by its request id.
     Replan(String),
@@ -50,7 +50,7 @@ impl Outbox {
         self.effects.push(Effect::Reply { token, response });
     }
 
-    /// The content of a message makes no sense.
+    /// Reports a message whose content makes no sense.
     pub(crate) fn refuse(&mut self, what: impl Into<MessageKind>, why: impl std::fmt::Display) {
         self.effects.push(Effect::refused(what, why));
     }
@@ -60,7 +60,7 @@ impl Outbox {
         self.purposes.remove(&call)
     }
 
-    /// Moves everything out: what others must do before what they may read, since each takes its time
+    /// Moves all effects out: requests before messages that are only read, since each takes time
     /// to be sent.
     pub(crate) fn drain_into(&mut self, effects: &mut Vec<Effect>) {
         self.effects.sort_by_key(|it| !matches!(it, Effect::Call { .. }));

@@ -1,6 +1,6 @@
-//! The tree as an operator sees it: every node in preorder, those of held trees below their leaf.
+//! The tree for operators: every node in preorder, those of held trees below their leaf.
 //!
-//! Made at the reporting rate and at no other time: it takes memory for every node.
+//! Made at the reporting rate only: it allocates for every node.
 
 use std::time::Duration;
 
@@ -15,7 +15,7 @@ pub(crate) fn snapshot<World>(tree: &Tree<World>, now: Duration) -> v1::TreeSnap
 }
 
 fn append<World>(tree: &Tree<World>, depth: u32, now: Duration, nodes: &mut Vec<v1::TreeNode>) {
-    // Where each node of this tree went, for its children to look up its depth: held trees lie in between.
+    // The index of each node of this tree, so that its children find its depth: held trees lie in between.
     let mut places: Vec<usize> = Vec::with_capacity(tree.len());
     for view in tree.nodes() {
         let depth = view.parent.map_or(depth, |parent| nodes[places[parent.index()]].depth + 1);

@@ -1,4 +1,4 @@
-//! How long ticks took lately: for an eye on a plot, not for a measurement.
+//! The duration of recent ticks: for the page, not for measurements.
 
 use kittiwake_proto::v1;
 
@@ -25,7 +25,7 @@ impl Default for Period {
 }
 
 impl TickTimes {
-    /// One more.
+    /// Adds a tick.
     pub(crate) fn add(&mut self, took_ns: u64) {
         self.present.classes[class(took_ns)] += 1;
         self.present.max_ns = self.present.max_ns.max(took_ns);
@@ -36,7 +36,7 @@ impl TickTimes {
         self.before = std::mem::take(&mut self.present);
     }
 
-    /// What is told; `None` where nothing takes any time, as on a virtual clock.
+    /// The figures for the status; `None` where nothing takes any time, as on a virtual clock.
     pub(crate) fn told(&self) -> Option<v1::TickTime> {
         let max_ns = self.present.max_ns.max(self.before.max_ns);
         if max_ns == 0 {
@@ -54,14 +54,14 @@ impl TickTimes {
     }
 }
 
-/// Eight to an octave.
+/// Eight classes to an octave.
 fn class(took_ns: u64) -> usize {
     let octave = took_ns.max(8).ilog2();
     let eighth = (took_ns.max(8) >> (octave - 3)) - 8;
     (8 * octave as usize + eighth as usize).min(CLASSES - 1)
 }
 
-/// Of the durations of a class, in nanoseconds.
+/// The middle of a class, in nanoseconds.
 fn middle(class: usize) -> f64 {
     let (octave, eighth) = (class / 8, class % 8);
     2f64.powi(octave as i32) * (1.0 + (eighth as f64 + 0.5) / 8.0)
@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_median_and_the_longest_of_two_periods_are_told() {
+    fn the_median_and_the_longest_of_two_periods_are_published() {
         let mut times = TickTimes::default();
         assert_eq!(times.told(), None);
         [20_000, 21_000, 22_000, 900_000].into_iter().for_each(|it| times.add(it));

@@ -1,26 +1,26 @@
-//! When the leaves of the tree changed their status, for measurements. Nothing is decided by it.
+//! When the leaves of the tree changed their status, for measurements. Decides nothing.
 //!
-//! The engine stamps each change as it happens, so that no leaf knows about measurements. What the changes mean is for
-//! the reader to say, from the names of the nodes. Control nodes are left out, since their statuses follow from those of
-//! the leaves, and so are the trees that leaves hold, since no figure needs them.
+//! The engine stamps each change as it happens, so that no leaf knows about measurements. The reader finds the meaning
+//! of a change in the names of the nodes. Control nodes are left out, since their statuses follow from those of the
+//! leaves, and so are the trees that leaves hold, since no figure needs them.
 
 use behavior_tree::{NodeStatus, NodeView, StatusChange, Tree};
 use kittiwake_proto::v1;
 
 /// Durations of 2^31 ns, two seconds, and more share the last element of the histogram.
 const BUCKETS: usize = 32;
-/// Status changes kept during a wake. The answer to a flag takes about a hundred.
+/// Most status changes stored during a wake. The answer to a flag takes about a hundred.
 const CAPACITY: usize = 512;
 
 /// Watches one tree.
 pub(crate) struct Timing {
     now_ns: fn() -> u64,
-    /// By place in preorder; `None` for nodes that are no leaves.
+    /// By index in preorder; `None` for nodes that are not leaves.
     leaves: Vec<Option<Leaf>>,
     woken_ns: Option<u64>,
     ticked_ns: u64,
     ticks: [u64; BUCKETS],
-    /// The changes of one wake, kept for its memory: most wakes are not worth a record.
+    /// The changes of one wake; most wakes need no record.
     changes: Vec<StatusChange>,
 }
 
@@ -41,7 +41,7 @@ impl Timing {
         Timing { now_ns, leaves, woken_ns: None, ticked_ns: 0, ticks: [0; BUCKETS], changes }
     }
 
-    /// Something is taken in, or due. The first call since the last record begins a wake.
+    /// A message was taken in, or a deadline has come. The first call since the last record begins a wake.
     pub(crate) fn wake(&mut self) {
         self.woken_ns.get_or_insert_with(self.now_ns);
     }
@@ -59,8 +59,8 @@ impl Timing {
         took_ns
     }
 
-    /// Ends the wake. Returns its record if a leaf of `tree` began or ceased to run: conditions are asked at every tick, and
-    /// their answers alone are not worth one.
+    /// Ends the wake. Returns its record if a leaf of `tree` began or ceased to run: conditions change at every tick,
+    /// which is not worth a record.
     pub(crate) fn end_wake<World>(&mut self, tree: &mut Tree<World>) -> Option<v1::McmTiming> {
         let decided_ns = (self.now_ns)();
         let woken_ns = self.woken_ns.take().unwrap_or(decided_ns);

@@ -39,7 +39,7 @@ impl Trees {
         self.actions.iter().map(String::as_str).collect()
     }
 
-    /// Everything together, checked: the files and the subtree that `table` becomes.
+    /// Checks everything together: the files and the subtree made from `table`.
     pub fn load(&self, table: &Contingencies) -> Result<LoadedTrees, Mistakes> {
         let mut sources = self.sources.clone();
         sources.push(Source { path: "contingencies (generated)".into(), text: contingency_xml(table) });
@@ -51,7 +51,7 @@ impl Trees {
 #[derive(Clone)]
 pub struct LoadedTrees(pub(crate) Arc<Library<World>>);
 
-/// The contingency subtree in XML, as it is flown.
+/// The contingency subtree as XML.
 pub fn contingency_xml(table: &Contingencies) -> String {
     let mut branches: Vec<Element> = Vec::new();
     let mut rows = table.rows().iter().peekable();
@@ -79,8 +79,8 @@ pub fn contingency_xml(table: &Contingencies) -> String {
     Document::new().tree("contingencies", root).to_xml()
 }
 
-/// A row: as long as it is the one that responds, its actions are tried in order, from the first one again when all have
-/// failed. A sequence with memory: a response under way is not asked again whether its value is still bad.
+/// A row: as long as it is the one that responds, its actions are tried in order, and from the first one again when all
+/// have failed. A sequence with memory, so that a response under way does not depend on its condition any more.
 fn branch(row: &Row) -> Element {
     let leaf = |tag: &str| Element::new(tag).attribute("flag", &row.flag);
     let actions = row.actions.iter().enumerate().map(|(index, action)| tries(&row.flag, index, action));
@@ -99,7 +99,7 @@ fn until(row: &Row) -> String {
     format!("until {} is over", row.flag)
 }
 
-/// So many tries of an action, each within its limit.
+/// All tries of an action, each within its limit.
 fn tries(flag: &str, index: usize, action: &Action) -> Element {
     let limit = Element::new("Timeout")
         .attribute("msec", &action.limit.as_millis().to_string())

@@ -1,4 +1,4 @@
-//! What the monitor says about the vehicle, as far as missions depend on it.
+//! The monitor's introspection, as far as missions depend on it.
 
 use std::time::Duration;
 
@@ -9,7 +9,7 @@ use domain::time::Time;
 use domain::wire::{InvalidMessage, duration, flight_mode};
 use kittiwake_proto::v1;
 
-/// The newest introspection, reduced to what decisions here look at.
+/// The newest introspection, reduced to what decisions depend on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Vehicle {
     pub(crate) position: Ned,
@@ -18,18 +18,18 @@ pub(crate) struct Vehicle {
     pub(crate) armed: bool,
     /// The actual mode; `None`: one that has no name here.
     pub(crate) mode: Option<FlightMode>,
-    /// When the status with that mode was sent, as its age says.
+    /// When the status with that mode was sent, by its age.
     pub(crate) status_at: Time,
     /// When this introspection arrived.
     pub(crate) seen_at: Time,
     /// When the position was measured, by the vehicle's clock.
     position_us: u64,
-    /// When the land detector spoke, by the same clock.
+    /// When the land detector made its statement, by the same clock.
     landed_us: u64,
 }
 
-/// What the last skill that succeeded has confirmed of the vehicle. The skill manager hears the vehicle directly; an
-/// introspection from before that may come later, and must not take it back.
+/// The vehicle's state as confirmed by the last skill that succeeded. The skill manager hears the vehicle directly; an
+/// older introspection may come later, and must not undo what was confirmed.
 #[derive(Debug, Default)]
 pub(crate) struct ConfirmedState {
     at: Time,
@@ -38,7 +38,7 @@ pub(crate) struct ConfirmedState {
 }
 
 impl ConfirmedState {
-    /// Learns from news of a skill.
+    /// Takes in an event of a skill.
     pub(crate) fn learn_from(&mut self, now: Time, event: &SkillEvent) {
         if event.phase != SkillPhase::Ended(SkillOutcome::Succeeded) {
             return;
@@ -54,8 +54,8 @@ impl ConfirmedState {
         }
     }
 
-    /// `vehicle` with what has been confirmed, where that is no older. It counts for as long as `limit`: the clock of a
-    /// vehicle that was started again begins anew.
+    /// `vehicle` with what has been confirmed, if that is not older. It counts only for `limit`, because the clock of a
+    /// vehicle that was started again starts at zero.
     pub(crate) fn correct(&self, mut vehicle: Vehicle, now: Time, limit: Duration) -> Vehicle {
         if self.at + limit < now {
             return vehicle;
@@ -71,10 +71,10 @@ impl ConfirmedState {
 }
 
 impl Vehicle {
-    /// `None` while a source that decisions need has not been heard.
+    /// `None` while a source on which decisions depend has not been heard.
     ///
     /// # Errors
-    /// If one of them says what makes no sense.
+    /// If the content of one of them makes no sense.
     pub(crate) fn from_wire(now: Time, introspection: &v1::Introspection) -> Result<Option<Vehicle>, InvalidMessage> {
         let v1::Introspection { status: Some(status), local_position: Some(place), land_detected, ages, .. } =
             introspection

@@ -1,4 +1,4 @@
-//! What a wake takes from the heap.
+//! The allocations of a wake.
 
 #[allow(dead_code)]
 mod rig;
@@ -11,7 +11,7 @@ use rig::{Rig, plan, step};
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// The tree goes out at the reporting rate, twice a second, not with each of the hundred ticks a second.
+/// The tree is published at the reporting rate, twice a second, not with each of the hundred ticks a second.
 #[test]
 fn the_tree_costs_memory_when_it_is_reported_and_not_when_it_is_ticked() {
     let mut rig = Rig::new();
@@ -37,6 +37,6 @@ fn a_wake_with_nothing_new_allocates_nothing() {
     rig.next(None);
     let say = |rig: &mut Rig| rig.vehicle(true, Takeoff, (0.0, 0.0, 5.0));
     say(&mut rig);
-    // The one is the vehicle's name in the event, which the test makes anew.
+    // The only one is the vehicle's name in the event, which the test makes each time.
     assert_eq!(allocations(|| say(&mut rig)), 1);
 }

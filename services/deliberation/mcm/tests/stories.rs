@@ -1,4 +1,4 @@
-//! What the manager does, in stories.
+//! Stories of the mission manager.
 
 use domain::geometry::Ned;
 use domain::skill::Goal;
@@ -21,7 +21,7 @@ fn fly(east_m: f64) -> Goal {
     Goal::Position { target, speed_limit_m_s: 10.0, yaw_rad: None, hold_at_target: false }
 }
 
-/// In the air, flying the first of two steps, the second one fetched.
+/// In the air, in the first of two steps; the second one is fetched.
 fn under_way() -> (Rig, String) {
     let mut rig = Rig::new();
     rig.plan(plan(&[step(1, fly(100.0), &[]), step(2, Goal::Land, &[])]));
@@ -49,7 +49,7 @@ fn the_next_step_starts_in_the_tick_that_ends_the_last() {
 
 #[test]
 fn what_a_skill_has_shown_is_not_taken_back_by_an_introspection_from_before() {
-    /// What the planner is told of the vehicle, by the open request.
+    /// The vehicle's state in the open request to the planner.
     fn told(rig: &Rig) -> (bool, f64) {
         let state = rig.open().find_map(|it| match it {
             Request::StepDone(it) => it.state.clone(),
@@ -85,7 +85,7 @@ fn what_a_skill_has_shown_is_not_taken_back_by_an_introspection_from_before() {
         rig.say(before);
         rig.acknowledge_done();
         assert_eq!(told(&rig), (false, 101.0), "when a plan is asked for");
-        // What is newer counts.
+        // A newer state counts.
         rig.plan(plan(&[step(3, fly(100.0), &[])]));
         let skill = rig.execute();
         rig.next(None);
@@ -138,7 +138,7 @@ fn a_failed_step_is_replanned_while_a_transition_flies() {
     assert_eq!(rig.story(), "replan after 1 (failed: it did not work) []\nstart fly 0 100 10");
     rig.execute();
     rig.plan(plan(&[step(7, fly(100.0), &[])]));
-    // One request: no loiter flashes in between.
+    // One request: the vehicle does not loiter in between.
     assert_eq!(rig.story(), "start fly 0 100 10, giving up 2");
 }
 
@@ -174,7 +174,7 @@ fn a_more_urgent_flag_preempts_a_less_urgent_one_does_not() {
     rig.end(&land, Succeeded, "");
     assert_eq!(rig.story(), "");
     rig.wait(1.0);
-    // Down and over: nothing is left to answer.
+    // On the ground and over: no flag is left to answer.
     assert_eq!(rig.story(), "report Emergency: `battery_low`: by hand");
     assert!(rig.status().contingencies.is_empty());
 }
@@ -195,7 +195,7 @@ fn a_response_goes_down_its_chain_and_up_again_for_as_long_as_it_flies() {
     let (mut rig, _) = under_way();
     rig.flag("battery_critical", true);
     assert_eq!(rig.story(), "start land, giving up 1");
-    // Two tries of each of its actions, with ever longer pauses, and all of them again.
+    // Two tries of each action, with growing pauses, and then all of them again.
     let (land, home) = ("start land", "start fly 0 0 10");
     let expected =
         [(0.0, land), (0.6, home), (1.1, home), (2.1, land), (4.1, land), (8.1, land), (8.1, land), (8.1, home)];
@@ -247,18 +247,30 @@ fn a_landing_that_did_not_come_down_goes_elsewhere() {
 fn a_row_that_holds_never_lands_and_yields_to_what_demands_more() {
     let (mut rig, _) = under_way();
     rig.flag("obstacle", true);
-    let mut expected = vec!["start stop, giving up 1"];
     for _ in 0..3 {
         let stop = rig.execute();
         rig.end(&stop, Rejected, "no");
         rig.wait(4.1);
-        expected.push("start stop");
     }
-    expected[3] = "start fly 0 50 10";
+    let expected = ["start stop, giving up 1", "start stop", "start stop", "start fly 0 50 10"];
     assert_eq!(rig.story(), expected.join("\n"), "three tries, then another way to hold");
     rig.execute();
     rig.flag("operator_abort", true);
     assert_eq!(rig.story(), "start land, giving up 5");
+}
+
+#[test]
+fn an_action_that_takes_too_long_is_given_up_and_recorded() {
+    let (mut rig, _) = under_way();
+    rig.flag("obstacle", true);
+    rig.execute();
+    // The table gives a stop 20 s.
+    rig.wait(19.0);
+    assert_eq!(rig.story(), "start stop, giving up 1");
+    rig.wait(2.0);
+    assert_eq!(rig.story(), "start stop, giving up 2");
+    let tried = "`obstacle`: stop failed (try 1 of 3): ";
+    assert!(rig.decisions.iter().any(|it| it.starts_with(tried)), "{:#?}", rig.decisions);
 }
 
 #[test]
@@ -307,7 +319,7 @@ fn after_a_landing_that_nobody_planned_the_mission_waits_for_an_operator() {
     rig.wait(600.0);
     assert_eq!(
         rig.story(),
-        "report Failure: landed without having been told to, and no operator said within 600 s to go on"
+        "report Failure: landed although nothing had ordered it, and no operator resumed the mission within 600 s"
     );
 }
 
@@ -364,7 +376,7 @@ fn the_wait_at_a_border_ends_with_the_grant() {
 }
 
 #[test]
-fn silence_is_asked_three_times_and_then_told_to_the_planner() {
+fn a_silent_tower_is_asked_three_times_and_then_counts_as_a_denial() {
     let mut rig = Rig::new();
     rig.plan(plan(&[step(1, fly(80.0), &["A"])]));
     rig.execute();
@@ -390,7 +402,7 @@ fn a_planner_that_is_gone_is_asked_again_while_the_vehicle_holds() {
     assert_eq!(rig.story(), "replan after 1 (failed: x) []");
 }
 
-/// The vehicle holds meanwhile, and the planner is asked ever more slowly: the same question gets the same answer.
+/// The vehicle holds meanwhile, and the planner is asked with growing pauses.
 #[test]
 fn a_plan_that_makes_no_sense_is_refused_before_it_is_flown() {
     #[track_caller]
@@ -505,7 +517,7 @@ fn a_skill_that_is_given_up_before_its_id_is_known_is_cancelled_when_it_comes() 
     rig.plan(plan(&[step(1, fly(80.0), &[])]));
     rig.flag("obstacle", true);
     assert_eq!(rig.story(), "replan after 0 () []\nstart fly 0 80 10\nstart stop");
-    // The first request is refused, the stop taken: nothing is left to cancel.
+    // The first request is refused and the stop is accepted: nothing is left to cancel.
     let refusal = v1::SkillReply { skill_id: 0, refusal: "busy".into() };
     rig.answer(|it| matches!(it, Request::Skill(_)).then(|| Ok(Response::Skill(refusal.clone()))));
     rig.execute();

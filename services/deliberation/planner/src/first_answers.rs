@@ -15,7 +15,7 @@ impl<R> Default for FirstAnswers<R> {
 }
 
 impl<R> FirstAnswers<R> {
-    /// Answers remembered: a request is repeated within seconds, long before so many new ones.
+    /// Most answers to remember: a request is repeated within seconds, long before as many new ones.
     const REMEMBERED: usize = 64;
 
     /// The answer that `request_id` was given.

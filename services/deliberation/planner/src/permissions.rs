@@ -1,8 +1,9 @@
-//! What is known of the control tower's mind about each area, and how long it is worth waiting for.
+//! The control tower's answers about each area so far, and how long it is worth waiting for one.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use domain::airspace::Grants;
 use domain::plan::{Denial, DenialKind};
 use domain::time::Time;
 
@@ -14,11 +15,16 @@ pub struct Permissions {
     records: BTreeMap<String, Record>,
 }
 
+/// Grants whose lengths differ by less than this are equally long: the younger one is nearer to its full length.
+const SAME_GRANT: Duration = Duration::from_secs(5);
+
 #[derive(Debug, Clone, Default)]
 struct Record {
     standing: Standing,
-    /// Time the vehicle has held because of it, in all; a grant does not give it back.
+    /// Total time that the vehicle has held because of it; a grant does not reset it.
     held: Duration,
+    /// For so long it was granted when that was too short.
+    longest_grant: Option<Duration>,
 }
 
 /// Where the asking for an area stands.
@@ -54,6 +60,27 @@ impl Permissions {
         }
     }
 
+    /// For how long it is granted at most, if a grant was too short and none was longer since.
+    pub fn longest_grant(&self, area: &str) -> Option<Duration> {
+        self.records.get(area)?.longest_grant
+    }
+
+    /// These are held, for so long from now on: one that holds for longer than the longest known ends what was known.
+    pub fn held(&mut self, grants: &Grants) {
+        for (area, remaining) in grants {
+            if let Some(record) = self.records.get_mut(area) {
+                record.longest_grant = record.longest_grant.filter(|longest| *remaining <= *longest + SAME_GRANT);
+            }
+        }
+    }
+
+    /// It was granted, and holds for no longer than this, which is too short.
+    pub fn too_short(&mut self, area: &str, granted: Duration) {
+        let record = self.records.entry(area.into()).or_default();
+        // In whole seconds, as the tower grants: a part of one has passed since.
+        record.longest_grant = Some(Duration::from_secs(granted.as_secs() + u64::from(granted.subsec_nanos() > 0)));
+    }
+
     /// It was refused, or not answered.
     pub fn denied(&mut self, denial: &Denial, now: Time, config: &Config) {
         let record = self.records.entry(denial.area.clone()).or_default();
@@ -64,7 +91,7 @@ impl Permissions {
                 reason: denial.reason.clone(),
                 retry_at: now + config.retry_after_denial_s.seconds(),
             },
-            // Not asked since, so it is the same denial told twice.
+            // Not asked since, so it is the same denial again.
             (Standing::DeniedOnce { reason, retry_at }, false) if now < retry_at => {
                 Standing::DeniedOnce { reason, retry_at }
             }
@@ -82,7 +109,7 @@ impl Permissions {
         }
     }
 
-    /// The vehicle has held for so long because of `area`.
+    /// The vehicle has held for this long because of `area`.
     pub fn has_held(&mut self, area: &str, time: Duration) {
         let record = self.records.entry(area.into()).or_default();
         record.held = record.held.saturating_add(time);

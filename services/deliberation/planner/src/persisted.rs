@@ -1,8 +1,8 @@
 //! What outlives the planner's process: the mission as it stands, so that an uploaded one is not
 //! forgotten and what has been reached is not flown to again.
 //!
-//! The plan is not kept: the mission manager asks for one from where the vehicle is by then. Who keeps
-//! the state, and where, is none of the planner's business.
+//! The plan is not persisted: the mission manager asks for one from where the vehicle is by then. Where
+//! the state is stored is the shell's business.
 
 use domain::mission::{InvalidObjective, Mission, Objective as Goal, ObjectiveStatus};
 use domain::plan::PlannerStatus;
@@ -14,8 +14,8 @@ use crate::objectives::{Objective, Objectives};
 /// Why a persisted state cannot be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum UnusableState {
-    /// The planner was started with another mission since: that one is meant.
-    #[error("it is of another mission file, and that is what counts")]
+    /// The planner was started with another mission since.
+    #[error("it belongs to another mission file")]
     OfAnotherMission,
     /// There is no mission in it.
     #[error("it has no objective")]
@@ -45,7 +45,7 @@ pub(crate) fn persist(planner: &MissionPlanner, configured: &str) -> Persisted {
     Persisted { configured: configured.to_owned(), status, last_step_id: planner.last_step_id() }
 }
 
-/// Has `planner`, which has planned nothing, go on where `persisted` ends.
+/// Lets `planner`, which has planned nothing, continue from `persisted`.
 ///
 /// # Errors
 /// Why the state cannot be used; nothing is changed then.

@@ -1,4 +1,4 @@
-//! The planner's own messages, from and to what it thinks in.
+//! The planner's own messages, from and to its own types.
 
 use domain::geometry::Ned;
 use domain::mission::Objective;

@@ -1,5 +1,5 @@
 //! From a fact to a flag: the flag is raised once the fact has held for long enough, and cleared
-//! once the fact is gone.
+//! once the fact no longer holds.
 
 use std::time::Duration;
 

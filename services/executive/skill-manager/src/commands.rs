@@ -37,7 +37,7 @@ pub(crate) struct InFlight {
 pub(crate) enum Acknowledgement {
     /// The autopilot took it or did not.
     Answered(CommandResult),
-    /// It did not come in time; the vehicle may have obeyed all the same.
+    /// It did not come in time; the vehicle may have obeyed nevertheless.
     Missing,
 }
 

@@ -7,10 +7,10 @@ use domain::quantity::{Fraction, Positive};
 #[derive(Debug, Clone, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
-    /// Setpoints and proof of life per wall-clock second. The autopilot needs 2 Hz by the
-    /// reference and gives up 1.0 s after the last one; 20 leaves room for lost samples.
+    /// Setpoints and proof of life per second of wall time. The autopilot needs 2 Hz by the
+    /// reference and leaves offboard 1.0 s after the last one; 20 allows for lost samples.
     pub setpoint_rate_hz: Positive,
-    /// Feedback messages per wall-clock second while a skill executes.
+    /// Feedback messages per second of wall time while a skill executes.
     pub feedback_rate_hz: Positive,
     /// A command that is not acknowledged within this time counts as rejected. Guards the machine.
     /// Measured acknowledgements of a real autopilot take 1 to 20 ms, 390 ms at worst.
@@ -21,16 +21,16 @@ pub struct Config {
     /// How often that loiter is tried if it is not accepted.
     pub loiter_tries: u32,
 
-    /// Position and velocity older than this decide nothing. Guards the machine; 123 Hz nominal.
+    /// Position and velocity older than this are not used. Guards the machine; 123 Hz nominal.
     pub position_age_limit_s: Positive,
-    /// A vehicle status older than this decides nothing; three periods of 2 Hz, which keeps to the
+    /// A vehicle status older than this is not used; three periods of 2 Hz, which keeps to the
     /// wall clock, and so does this.
     pub status_age_limit_s: Positive,
-    /// A land detection older than this decides nothing; three periods of 1 Hz, which keeps to the
+    /// A land detection older than this is not used; three periods of 1 Hz, which keeps to the
     /// wall clock, and so does this.
     pub landed_age_limit_s: Positive,
     /// How long a request waits for the data that it depends on, in wall time. After that a takeoff
-    /// fails, and every other skill is commanded: the autopilot may judge it.
+    /// fails, and every other skill is commanded: the autopilot judges it.
     pub data_wait_s: Positive,
     /// After an acknowledgement the vehicle's status must show the commanded mode within this wall
     /// time, or the skill fails: an autopilot may accept first and reject later.
@@ -66,9 +66,9 @@ pub struct Config {
     pub vehicle_descent_m_s: Positive,
     /// The vehicle's speed upwards in its takeoff mode.
     pub vehicle_takeoff_m_s: Positive,
-    /// A position skill and a takeoff may take this share longer than distance over speed: 1 is twice as long.
+    /// A position skill and a takeoff may take longer than distance over speed by this share (1: twice as long),
     pub deadline_slack: Fraction,
-    /// Added to that, in mission seconds: for speeding up, slowing down and settling.
+    /// and by this number of mission seconds, for speeding up, slowing down and settling.
     pub deadline_margin_s: Positive,
 
     /// Answers to requests and outcomes of skills are remembered for this long (mission or wall

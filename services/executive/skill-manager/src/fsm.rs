@@ -141,7 +141,7 @@ impl SkillState {
             (S::ProcessRequest(P::Commanding | P::CancelRequested), E::Cancel) => {
                 (S::ProcessRequest(P::CancelRequested), &[])
             }
-            // The vehicle obeys it already, so the former skill is overwritten all the same.
+            // The vehicle obeys it already, so the former skill is overwritten nevertheless.
             (S::ProcessRequest(P::CancelRequested), E::Accepted) => {
                 (S::Cancel, &[A::Register, A::RequestNeutral, A::Announce])
             }

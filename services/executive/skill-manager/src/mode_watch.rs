@@ -51,7 +51,7 @@ impl ModeWatch {
         }
         let preempted = |reason: String| Some(Ending::because(SkillOutcome::Preempted, reason));
         if !is_own(intended) {
-            preempted(format!("somebody else set the mode to {intended}"))
+            preempted(format!("another controller set the mode to {intended}"))
         } else if !is_own(actual) {
             preempted(format!("the autopilot flies {actual} instead of {intended}"))
         } else {

@@ -284,7 +284,7 @@ impl Resource {
     fn never_flew(&mut self, run: &SkillRun, outcome: SkillOutcome, now: Now) {
         self.disarm_due |= run.has_only_armed();
         if run.is_unacknowledged() && self.slots.registered().is_none() {
-            // The vehicle may fly it all the same.
+            // The vehicle may fly it nevertheless.
             self.idle.begin(now.time);
         } else {
             self.stream.stop_if_of(run.id());

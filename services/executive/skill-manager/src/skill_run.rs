@@ -25,7 +25,7 @@ pub(crate) struct SkillRun {
     gave_up: Vec<SkillId>,
     /// How many of its commands were accepted.
     accepted: usize,
-    /// One of its commands was not acknowledged: the vehicle may have obeyed all the same.
+    /// One of its commands was not acknowledged: the vehicle may have obeyed nevertheless.
     unacknowledged: bool,
     /// It has been the registered skill.
     flown: bool,
@@ -112,7 +112,7 @@ impl SkillRun {
         0 < self.accepted
     }
 
-    /// Whether one of its commands was not acknowledged, so that the vehicle may have obeyed all the same.
+    /// Whether one of its commands was not acknowledged, so that the vehicle may have obeyed nevertheless.
     pub(crate) fn is_unacknowledged(&self) -> bool {
         self.unacknowledged
     }

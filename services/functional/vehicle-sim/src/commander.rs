@@ -1,6 +1,6 @@
 //! Which commands the autopilot accepts: one table, and a reason for every refusal.
 //!
-//! Accepting a command says that it will be tried. What comes of it is seen in the status.
+//! Accepting a command says that it will be tried. The status shows what follows.
 
 use domain::fmu::Command;
 use domain::wire::InvalidMessage;

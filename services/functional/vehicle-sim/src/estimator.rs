@@ -12,7 +12,7 @@ const WANDER_TAU_S: f64 = 60.0;
 const WANDER_PERIOD_S: f64 = 0.1;
 /// The estimate follows the wander with this time constant, so that it never jumps.
 const WANDER_LAG_S: f64 = 8.0;
-/// Time constant of the return to the true state once the cause of an error is gone.
+/// Time constant of the return to the true state once the cause of an error has ended.
 const RECOVERY_TAU_S: f64 = 1.0;
 /// The true error without satellites, as a share of the reported standard deviation.
 const DRIFT_SHARE: f64 = 1.0 / 3.0;

@@ -1,7 +1,7 @@
 //! The autopilot's own failsafes, as a table: which cause overrides the intended mode, and with
 //! which mode.
 //!
-//! Nothing here remembers: a cause that is gone no longer overrides, and the intended mode flies
+//! Nothing is stored here: a cause that has ended no longer overrides, and the intended mode flies
 //! again. That is how PX4 resumes offboard by itself when the setpoints return.
 
 use crate::pilot::Mode;

@@ -101,7 +101,7 @@ pub(crate) fn on_ruling(before: Option<&Standing>, ruling: Ruling) -> Result<Nex
     let granted = matches!(before, Some(S::Granted { .. }));
     Ok(decided(match ruling {
         Ruling::Grant { expiry } => S::Granted { expiry, by: By::Operator },
-        // The loss of a grant is always a revocation, whatever the operator called it: the vehicle may be
+        // The loss of a grant is always a revocation, also when the operator denies: the vehicle may be
         // inside and must leave.
         Ruling::Deny { reason } if granted => S::Revoked { reason },
         Ruling::Deny { reason } => S::Denied { reason, by: By::Operator },

@@ -1,5 +1,7 @@
 //! Who may order what over HTTP, and what comes of it.
 
+#![expect(clippy::disallowed_methods, reason = "a test waits for what other threads do, up to a limit")]
+
 use std::time::{Duration, Instant};
 
 use axum::body::Body;

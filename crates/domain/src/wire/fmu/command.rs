@@ -21,7 +21,7 @@ impl From<VehicleCommand> for v1::VehicleCommand {
     }
 }
 
-/// An invalid command has an id as well: that of its message, by which it is rejected.
+/// An invalid command has an id as well, that of its message, with which it is rejected.
 impl TryFrom<v1::VehicleCommand> for VehicleCommand {
     type Error = InvalidMessage;
     fn try_from(message: v1::VehicleCommand) -> Result<VehicleCommand, InvalidMessage> {

@@ -45,7 +45,7 @@ impl From<Setpoint> for v1::TrajectorySetpoint {
     }
 }
 
-/// A field that the control does not use must make sense as well: its sender made a mistake.
+/// A field that the control does not use must be valid as well: otherwise the sender made a mistake.
 impl TryFrom<v1::TrajectorySetpoint> for Setpoint {
     type Error = InvalidMessage;
     fn try_from(message: v1::TrajectorySetpoint) -> Result<Setpoint, InvalidMessage> {

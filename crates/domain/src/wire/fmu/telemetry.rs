@@ -1,4 +1,4 @@
-//! What the autopilot says about the vehicle.
+//! The telemetry of an autopilot.
 
 use std::ops::RangeInclusive;
 
@@ -23,7 +23,7 @@ impl From<Status> for v1::VehicleStatus {
     }
 }
 
-/// Never invalid: what has no name here is left out.
+/// Never invalid: failures and modes without a name here are left out.
 impl From<v1::VehicleStatus> for Status {
     fn from(message: v1::VehicleStatus) -> Status {
         Status {
@@ -72,7 +72,7 @@ impl TryFrom<v1::VehicleAttitude> for Attitude {
     type Error = InvalidMessage;
     fn try_from(message: v1::VehicleAttitude) -> Result<Attitude, InvalidMessage> {
         let v1::VehicleAttitude { q_w, q_x, q_y, q_z, .. } = message;
-        // A quaternion that was rounded to single precision on its way is much closer to 1 than this.
+        // The length of a quaternion that was rounded to single precision is much closer to 1 than this.
         within("q", q_w * q_w + q_x * q_x + q_y * q_y + q_z * q_z, 0.98..=1.02, "a square of length of 1")?;
         Ok(Attitude {
             q_w,
@@ -144,7 +144,7 @@ impl From<LandDetected> for v1::VehicleLandDetected {
     }
 }
 
-/// Never invalid: detected holds no number that could be out of range.
+/// Never invalid: it holds no number.
 impl From<v1::VehicleLandDetected> for LandDetected {
     fn from(message: v1::VehicleLandDetected) -> LandDetected {
         let v1::VehicleLandDetected { landed, ground_contact, timestamp_us } = message;
@@ -216,7 +216,7 @@ fn deviation(field: &'static str, value: f64) -> Result<f64, InvalidMessage> {
     within(field, value, 0.0..=1e6, "0 to 1,000 km")
 }
 
-/// `value` if message is in `range`; a value that is not a number never is.
+/// `value` if it is in `range`; a value that is not a number never is.
 fn within(
     field: &'static str,
     value: f64,

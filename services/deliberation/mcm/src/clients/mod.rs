@@ -1,7 +1,7 @@
-//! The other processes as the manager sees them: what was asked, what is known, what to ask next.
+//! The other processes as the manager sees them: what was asked, what is known, and what to ask next.
 //!
-//! Each is a state machine fed by replies and events. None of them waits, and none knows a message: what arrives is
-//! parsed before it comes here.
+//! Each is a state machine fed by replies and events. None of them waits, and none handles a message it receives:
+//! messages are parsed before they come here.
 
 pub(crate) mod permissions;
 pub(crate) mod planner;

@@ -14,23 +14,23 @@ use node::CallError;
 use crate::config::Limits;
 use crate::outbox::{Outbox, Purpose};
 
-/// What has become of the request for one area.
+/// The state of the request for one area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Asking {
-    /// No answer yet; it is overdue then.
+    /// Not answered yet; when the answer is overdue.
     Awaited(Time),
     /// Granted.
     Granted,
-    /// Refused, or never answered; [`Permissions::take_denials`] says why.
+    /// Denied or never answered; [`Permissions::take_denials`] has the reason.
     Denied,
 }
 
-/// The ledger as it was heard last, and the requests that are under way.
+/// The newest ledger, and the requests that are under way.
 #[derive(Debug, Default)]
 pub(crate) struct Permissions {
     ledger: BTreeMap<String, Entry>,
     requests: BTreeMap<String, PermissionRequest>,
-    /// Areas that were asked for again in flight, and not to be asked for again before then.
+    /// Areas that were asked for again in flight; no further request before this time.
     renewals: BTreeMap<String, Time>,
     last_request: u64,
     /// Makes request ids unique among starts of this process.
@@ -44,13 +44,13 @@ struct Entry {
     expires: Time,
 }
 
-/// A grant that has aged by this on its way here still counts as what it was given for.
+/// A grant that is shorter by up to this much, because of its way here, counts as long enough.
 const GRANT_AGE: Duration = Duration::from_secs(2);
 
 /// The life of a request for an area.
 #[derive(Debug)]
 enum PermissionRequest {
-    /// Sent so many times, and not answered yet.
+    /// Sent this many times, and not answered yet.
     Sent { tries: u32, answer_by: Time, after_decision: u64, step: StepId, undelivered: Option<CallError> },
     /// Denied; kept until the failed step has been reported.
     Denied(Denial),
@@ -61,33 +61,33 @@ impl Permissions {
         Permissions { instance, ..Permissions::default() }
     }
 
-    /// Whether `area` may be entered and stayed in now, with a margin before its expiry.
+    /// Whether `area` may be entered and stayed in now, with a margin before the expiry.
     pub(crate) fn holds(&self, area: &str, now: Time, margin: Duration) -> bool {
         self.remaining(area, now).is_some_and(|remaining| margin < remaining)
     }
 
-    /// The areas whose permission is held now, with a margin before its expiry.
+    /// The areas whose permission is held now, with a margin before the expiry.
     pub(crate) fn held(&self, now: Time, margin: Duration) -> Vec<String> {
         self.ledger.keys().filter(|it| self.holds(it, now, margin)).cloned().collect()
     }
 
-    /// For how long each permission is held from now on.
+    /// How long each permission is held from now on.
     pub(crate) fn grants(&self, now: Time) -> Grants {
         self.ledger.keys().filter_map(|area| Some((area.clone(), self.remaining(area, now)?))).collect()
     }
 
-    /// For how long the permission for `area` is held from now on; `None`: it is not.
+    /// How long the permission for `area` is held from now on; `None`: it is not held.
     fn remaining(&self, area: &str, now: Time) -> Option<Duration> {
         let entry = self.ledger.get(area).filter(|it| it.permission.state == PermissionState::Granted)?;
         Some(entry.expires - now).filter(|it| !it.is_zero())
     }
 
-    /// Counts decisions that changed something, so that a plan that waits for one can notice.
+    /// Counts decisions that changed something, so that a plan that waits for one notices it.
     pub(crate) fn revision(&self) -> u64 {
         self.revision
     }
 
-    /// Takes in the tower's ledger; returns what the tower has decided since the last one.
+    /// Takes in the tower's ledger; returns the tower's decisions since the last one.
     pub(crate) fn on_ledger(&mut self, now: Time, ledger: Vec<Permission>) -> Vec<Permission> {
         let mut decided = Vec::new();
         for permission in ledger {
@@ -102,7 +102,7 @@ impl Permissions {
         decided
     }
 
-    /// Asks for what is needed during `step`, unless a request is under way already.
+    /// Asks for the permissions that `step` needs, unless a request is under way already.
     pub(crate) fn ask(&mut self, now: Time, area: &str, step: StepId, limits: &Limits, outbox: &mut Outbox) {
         if !matches!(self.requests.get(area), Some(PermissionRequest::Sent { .. })) {
             let after_decision = self.ledger.get(area).map_or(0, |entry| entry.permission.decision);
@@ -112,8 +112,8 @@ impl Permissions {
         self.send_if_overdue(now, area, limits, outbox);
     }
 
-    /// Asks again for `area`, which is held and runs out; whether a request was sent. Answers are overdue as for any other
-    /// request, but silence has no consequence here: the permission runs out, and what follows from that is dealt with.
+    /// Asks again for `area`, whose permission is held and will expire; returns whether a request was sent. Answers are
+    /// overdue as for any other request, but silence is no denial here: the flight reacts to the expiry itself.
     pub(crate) fn renew(&mut self, now: Time, area: &str, step: StepId, limits: &Limits, outbox: &mut Outbox) -> bool {
         if self.requests.contains_key(area) || self.renewals.get(area).is_some_and(|until| now < *until) {
             return false;
@@ -123,7 +123,7 @@ impl Permissions {
         true
     }
 
-    /// What has become of the request for what is needed; sends it again when the answer is overdue.
+    /// The state of the request for a permission; sends the request again when the answer is overdue.
     pub(crate) fn asking(&mut self, now: Time, need: &PermissionNeed, limits: &Limits, outbox: &mut Outbox) -> Asking {
         let PermissionNeed { area, lasts } = need;
         if self.meets(need, now, limits) {
@@ -158,14 +158,14 @@ impl Permissions {
         Asking::Denied
     }
 
-    /// Whether what is needed is held.
+    /// Whether every permission that is needed is held.
     pub(crate) fn meets(&self, need: &PermissionNeed, now: Time, limits: &Limits) -> bool {
         let least = need.lasts.max(limits.permission_margin);
-        // A grant is a moment old when it arrives.
+        // A grant is already a moment old when it arrives.
         self.remaining(&need.area, now).is_some_and(|remaining| least < remaining + GRANT_AGE)
     }
 
-    /// The request for `area` is given up, or has been answered; a late grant counts all the same.
+    /// The request for `area` is given up, or has been answered; a late grant still counts.
     pub(crate) fn stop_asking(&mut self, area: &str) {
         if matches!(self.requests.get(area), Some(PermissionRequest::Sent { .. })) {
             self.requests.remove(area);

@@ -1,7 +1,7 @@
 //! The skill manager as the manager sees it: leaves start and halt skills by handle; one request leaves per wake.
 //!
-//! A halt and a start of the same wake become one request, "start B, replacing A", so that no
-//! loiter command flashes in between; a halt alone becomes a cancellation.
+//! A halt and a start of the same wake become one request, "start B, replacing A", so that the vehicle does not loiter
+//! in between; a halt alone becomes a cancellation.
 
 use std::time::Duration;
 
@@ -18,34 +18,34 @@ use crate::outbox::{Outbox, Purpose};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Handle(u64);
 
-/// How far a skill has come.
+/// The progress of a skill.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Progress {
     /// Not sent yet: the wake is not over.
     Wanted,
-    /// On its way to the skill manager, sent so many times.
+    /// On its way to the skill manager, sent this many times.
     Asked(u32),
-    /// Taken; the autopilot has not acknowledged it yet.
+    /// Accepted; the autopilot has not acknowledged it yet.
     Accepted,
-    /// It flies.
+    /// Flown.
     Executing {
-        /// Since then.
+        /// Since when.
         since: Time,
         /// The vehicle was seen in its mode.
         mode_seen: bool,
     },
-    /// Over, with the reason for every outcome but success.
+    /// Ended, with the reason for every outcome but success.
     Ended(SkillOutcome, String),
 }
 
 /// Whether a leaf still wants a skill.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Claim {
-    /// It does.
+    /// Wanted.
     Held,
-    /// It has been halted.
+    /// Halted.
     GivenUp,
-    /// It has been halted, and its cancellation is on its way.
+    /// Halted, and its cancellation is on its way.
     Cancelling,
 }
 
@@ -53,9 +53,9 @@ enum Claim {
 struct Entry {
     handle: Handle,
     goal: Goal,
-    /// Empty while it is only wanted.
+    /// Its request id; empty before it is sent.
     request_id: String,
-    /// 0 while the skill manager has not named it.
+    /// 0 until the skill manager has given it an id.
     skill_id: u64,
     progress: Progress,
     claim: Claim,
@@ -72,7 +72,7 @@ impl Entry {
     }
 }
 
-/// What the skill manager answered to a request.
+/// The skill manager's answer to a request.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Reply {
     /// It runs under this id.
@@ -81,10 +81,10 @@ pub(crate) enum Reply {
     Refused(String),
 }
 
-/// A request that got no answer is sent so often; its id makes that harmless.
+/// How often a request without an answer is sent; its id makes repetitions harmless.
 const TRIES: u32 = 3;
 
-/// The skills that were asked for lately.
+/// The skills of the last requests.
 #[derive(Debug)]
 pub(crate) struct Skills {
     /// Makes request ids unique among starts of this process.
@@ -123,18 +123,18 @@ impl Skills {
         }
     }
 
-    /// How far a skill has come; `None` once it is forgotten.
+    /// The progress of a skill; `None` once it is forgotten.
     pub(crate) fn progress(&self, handle: Handle) -> Option<&Progress> {
         self.entries.iter().find(|it| it.handle == handle).map(|it| &it.progress)
     }
 
-    /// The skill that flies, or is to fly, for the status.
+    /// The skill that is flown, or about to be, for the status.
     pub(crate) fn present(&self) -> Option<(Goal, u64)> {
         let entry = self.entries.iter().rev().find(|it| it.is_held() && !it.is_over())?;
         Some((entry.goal, entry.skill_id))
     }
 
-    /// A status of `at` shows that the vehicle flies in `mode`.
+    /// A status sent at `at` shows that the vehicle flies in `mode`.
     pub(crate) fn on_mode(&mut self, mode: FlightMode, at: Time) {
         let newest = self.entries.iter_mut().rev().find(|it| it.is_held());
         if let Some(Entry { goal, progress: Progress::Executing { since, mode_seen }, .. }) = newest
@@ -145,25 +145,25 @@ impl Skills {
         }
     }
 
-    /// Whether the vehicle was seen in the mode of the skill that executes. Until then no other is held against
-    /// it: an autopilot acknowledges before it changes over, and a status from before may come later.
+    /// Whether the vehicle was seen in the mode of the skill that executes. Until then another mode does not count as
+    /// pre-emption: an autopilot acknowledges before it changes over, and an older status may come later.
     pub(crate) fn has_shown_its_mode(&self) -> bool {
         let newest = self.entries.iter().rev().find(|it| it.is_held());
         newest.is_some_and(|it| matches!(it.progress, Progress::Executing { mode_seen: true, .. }))
     }
 
-    /// How far the skill that flies still has to go, in metres.
+    /// The distance that the skill that is flown has left, in metres.
     pub(crate) fn distance_left_m(&self) -> f64 {
         self.distance_left_m
     }
 
     /// Sends what this wake wants.
     pub(crate) fn flush(&mut self, timeout: Duration, outbox: &mut Outbox) {
-        // Started and given up within one wake: it never was.
+        // Started and given up within one wake: it is never sent.
         self.entries.retain(|it| it.is_held() || it.progress != Progress::Wanted);
         match self.entries.iter().position(|it| it.progress == Progress::Wanted) {
             Some(wanted) => {
-                // Whatever was given up is replaced by this request; nothing is cancelled besides.
+                // This request replaces the skill that was given up; no cancellation is needed.
                 let given_up = self.entries.iter().rev().find(|it| !it.is_held() && !it.is_over() && it.skill_id != 0);
                 let gave_up_skill_id = given_up.map_or(0, |it| it.skill_id);
                 let entry = &mut self.entries[wanted];
@@ -206,21 +206,21 @@ impl Skills {
         self.cancel_again(|it| it.skill_id == skill_id);
     }
 
-    /// News of a skill.
+    /// An event of a skill.
     pub(crate) fn on_event(&mut self, now: Time, event: &SkillEvent) {
         let Some(entry) = self.entries.iter_mut().find(|it| it.request_id == event.request_id) else { return };
         if entry.is_over() {
             if entry.skill_id != 0 || matches!(event.phase, SkillPhase::Ended(_)) {
                 return;
             }
-            // Its answer was given up on, and it flies all the same: nobody waits for it any more.
+            // The request was given up without an answer, and the skill is flown nevertheless: no leaf waits for it.
             entry.claim = Claim::GivenUp;
         }
         entry.heard = now;
         entry.skill_id = event.skill_id;
         match (&event.phase, &entry.progress) {
             (SkillPhase::ProcessRequest, _) => entry.progress = Progress::Accepted,
-            // It goes on although a cancellation was sent: that was refused, and is sent again.
+            // It is flown although a cancellation was sent: that was refused, and is sent again.
             (SkillPhase::Execute, Progress::Executing { .. }) => self.cancel_again(|it| it.skill_id == event.skill_id),
             (SkillPhase::Execute, _) => entry.progress = Progress::Executing { since: now, mode_seen: false },
             (SkillPhase::Ended(outcome), _) => entry.progress = Progress::Ended(*outcome, event.reason.clone()),
@@ -228,7 +228,7 @@ impl Skills {
         }
     }
 
-    /// How far a skill still has to go.
+    /// The distance that a skill has left.
     pub(crate) fn on_feedback(&mut self, now: Time, skill_id: u64, distance_left_m: f64) {
         if let Some(entry) = self.entries.iter_mut().find(|it| it.skill_id == skill_id) {
             entry.heard = now;
@@ -236,7 +236,7 @@ impl Skills {
         }
     }
 
-    /// What the skill manager knows of its skills: news that was missed, and skills it has lost.
+    /// The skill manager's table: events that were missed, and skills that it does not know.
     pub(crate) fn on_table(&mut self, now: Time, table: &[SkillEvent]) {
         for event in table {
             self.on_event(now, event);
@@ -250,14 +250,14 @@ impl Skills {
         }
     }
 
-    /// When [`Skills::tend`] wants to look.
+    /// When [`Skills::tend`] has something to do.
     pub(crate) fn deadline(&self, silence: Duration) -> Option<Time> {
         let live =
             self.entries.iter().filter(|it| matches!(it.progress, Progress::Accepted | Progress::Executing { .. }));
         live.map(|it| it.heard.max(self.asked_at) + silence).min()
     }
 
-    /// Asks about skills that have been silent, and forgets what is over.
+    /// Asks about skills that were not heard of for a while, and forgets those that have ended.
     pub(crate) fn tend(&mut self, now: Time, silence: Duration, timeout: Duration, outbox: &mut Outbox) {
         if self.deadline(silence).is_some_and(|it| it <= now) {
             self.asked_at = now;
@@ -271,8 +271,8 @@ impl Skills {
         });
     }
 
-    /// Cancels what was given up and has no successor that replaces it. One whose id is not known
-    /// yet is cancelled at the wake that brings it.
+    /// Cancels skills that were given up and are not replaced. One whose id is not known
+    /// yet is cancelled in the wake that brings the id.
     fn cancel_given_up(&mut self, timeout: Duration, outbox: &mut Outbox) {
         if self.entries.iter().any(|it| it.is_held() && !it.is_over()) {
             return;

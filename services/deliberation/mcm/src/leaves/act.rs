@@ -1,4 +1,4 @@
-//! Flies a skill: wants it when started, gives it up when halted, answers as it ends.
+//! Flies a skill: starts it when ticked first, gives it up when halted, and ends with its outcome.
 
 use behavior_tree::{BuildError, In, Leaf, LeafResult, NodeSpec, Ports, Status};
 
@@ -18,7 +18,7 @@ enum What {
 }
 
 impl Act {
-    /// What its port says.
+    /// The goal of its port.
     pub(super) fn with_port(spec: &NodeSpec<'_>) -> Result<Act, BuildError> {
         Ok(Act { what: What::Port(spec.input("goal")?), run: None })
     }
@@ -28,7 +28,7 @@ impl Act {
         Act { what: What::HoldPosition, run: None }
     }
 
-    /// Always the same.
+    /// A fixed goal.
     pub(super) fn fixed(goal: domain::skill::Goal) -> Act {
         Act { what: What::Fixed(goal), run: None }
     }

@@ -1,4 +1,4 @@
-//! The nominal behavior's guards, and a step's. They ask, and change nothing.
+//! The conditions of the nominal behavior and of a step. They ask, and change nothing.
 
 use std::sync::{Arc, LazyLock};
 
@@ -13,7 +13,7 @@ pub(super) fn mission_not_over(world: &mut World, ports: &mut Ports<'_>) -> Resu
     Ok(false)
 }
 
-/// Made once: a flag that comes is answered before anything is said about it.
+/// Made once, so that a flag is answered before any words are made.
 static NONE: LazyLock<Arc<str>> = LazyLock::new(|| "none".into());
 
 pub(super) fn no_errors(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {

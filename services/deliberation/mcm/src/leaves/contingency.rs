@@ -25,7 +25,7 @@ impl Leaf<World> for Responds {
             return Ok(Status::Failure);
         }
         if self.has_begun && !world.is_under_way(self.row) {
-            // The flag fell and has risen again since the last tick: its response begins again.
+            // The flag fell and has risen again since the last tick: its response starts again.
             self.has_begun = false;
             ports.tick_again();
             return Ok(Status::Failure);
@@ -35,7 +35,7 @@ impl Leaf<World> for Responds {
     }
 }
 
-/// Whether one of a group's rows is the one that responds, so that another group costs one look.
+/// Whether one of a group's rows is the one that responds, so that a group without a flag costs one check.
 pub(super) struct GroupResponds(Vec<usize>);
 
 impl GroupResponds {
@@ -69,7 +69,7 @@ impl Leaf<World> for BeginResponse {
     }
 }
 
-/// Waits until the next try of an action may begin: at once at first, ever longer as tries fail.
+/// Waits until the next try of an action may begin: the first one at once, further ones after growing pauses.
 pub(super) struct AwaitTry {
     action: usize,
 }
@@ -102,7 +102,7 @@ impl Leaf<World> for TryFailed {
     }
 }
 
-/// Takes the flag down as its row says, holding until then.
+/// Takes the flag down as its row says, and holds until then.
 pub(super) struct ResetFlag(usize);
 
 impl ResetFlag {
@@ -128,8 +128,7 @@ impl Leaf<World> for ResetFlag {
     }
 }
 
-/// The number of the row that the node is about, found once and not at every tick. Without a table only the
-/// ids of the trees are asked for.
+/// The number of the row in the node's port, looked up once. Without a table the trees are only read for their ids.
 fn row(spec: &NodeSpec<'_>, table: Option<&[Row]>) -> Result<usize, BuildError> {
     let flag = spec.constant::<String>("flag")?.unwrap_or_default();
     let Some(table) = table else { return Ok(0) };

@@ -1,4 +1,4 @@
-//! The end: on the ground, disarmed, with a report. In the air nothing ends: that has a row of its own.
+//! The end: on the ground, disarmed, with a report. An end in the air is a flag with a row of its own.
 
 use behavior_tree::{Leaf, LeafResult, Ports, Status};
 use domain::mission::MissionOutcome;
@@ -13,11 +13,11 @@ pub(super) struct EndMission {
 impl Leaf<World> for EndMission {
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         if world.responder().is_some() {
-            // Its response begins again at the next tick.
+            // The response to an end in the air begins again at the next tick.
             ports.tick_again();
             return Ok(Status::Running);
         }
-        // Nothing else may bring the tree here; if something does, it must not go on by itself.
+        // The tree comes here only at an end; if it does otherwise, it must not continue.
         world.end_mission(MissionOutcome::Failure, "the nominal behavior failed without a reason");
         if let Some(reason) = world.over().filter(|_| !std::mem::replace(&mut self.has_said, true)).map(str::to_owned) {
             world.say("mission", format!("over: {reason}"));

@@ -1,4 +1,4 @@
-//! Flies the present step: makes a subtree for it from the templates and passes ticks and results.
+//! Flies the present step: makes a subtree for it from the templates, and passes on ticks and results.
 
 use std::sync::Arc;
 
@@ -69,7 +69,7 @@ impl Leaf<World> for NominalExecutor {
 }
 
 impl NominalExecutor {
-    /// Taking a tree apart can wait until its successor is under way.
+    /// A tree that was given up is dropped after the next one has started.
     fn discard(&mut self, world: &mut World) {
         if let Some((_, subtree)) = self.flown.take() {
             world.discard(subtree);

@@ -1,5 +1,5 @@
-//! Flies without a plan: over a place to land at, or out of an area, round, over or under what may not be entered. On the
-//! ground it is over at once: what answers a flag never lifts off.
+//! Flies without a plan: to over a landing site, or out of an area, round, over or under areas that may not be entered.
+//! On the ground it succeeds at once, so that a response never lifts off.
 
 use behavior_tree::{Leaf, LeafResult, Ports, Status};
 use domain::geometry::Ned;
@@ -9,20 +9,20 @@ use domain::time::Time;
 use super::skill_run::SkillRun;
 use crate::world::{WhatMayBeEntered, World};
 
-/// Where to.
+/// The destination.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Destination {
     /// Over the take-off point, at the height of returns or higher.
     Home,
-    /// Over the place that the operator named; where the vehicle is, if none was named.
+    /// Over the operator's landing site; where the vehicle is, if there is none.
     LandingSite,
-    /// Over the nearest place to land at where no landing has failed.
+    /// Over the nearest landing site at which no landing has failed.
     AlternateSite,
-    /// Out of every area that it must not be in.
+    /// Out of every area in which the vehicle must not be.
     OutOfArea,
 }
 
-/// Flies leg by leg; each is chosen when it begins, and again when something is found to be wrong with it.
+/// Flies leg by leg; each is chosen when it begins, and again when the airspace rule forbids the rest of it.
 pub(super) struct FlyTo {
     destination: Destination,
     leg: Option<Leg>,
@@ -30,7 +30,7 @@ pub(super) struct FlyTo {
 
 struct Leg {
     run: SkillRun,
-    /// Where the leg ends, and where the way does.
+    /// The end of the leg, and the end of the way.
     target: Ned,
     site: Option<Ned>,
     is_last: bool,
@@ -38,16 +38,16 @@ struct Leg {
     look_again: Time,
 }
 
-/// Nearer to each other than this two legs are the same.
+/// Two legs whose ends are nearer to each other than this are the same.
 const SAME_LEG_M: f64 = 1.0;
 
 impl FlyTo {
-    /// Not under way yet.
+    /// Not started yet.
     pub(super) fn new(destination: Destination) -> FlyTo {
         FlyTo { destination, leg: None }
     }
 
-    /// The place to fly to, and the points on the way there; why there is none. A place that was chosen before is kept.
+    /// The destination and the points on the way there, or why there is none. A destination that was chosen is kept.
     fn choose(&self, from: Ned, world: &World) -> Result<(Option<Ned>, Vec<Ned>), &'static str> {
         const NO_WAY: &str = "no way there that may be flown";
         let clear_m = world.clear_height_m(from);
@@ -74,7 +74,7 @@ impl FlyTo {
     /// Chooses the way and flies its first leg, unless that is the one that is flown.
     fn fly(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         let Some(vehicle) = world.vehicle().copied() else {
-            // The manager was started again in the middle of a response: no way leads from nowhere.
+            // The manager was started again during a response and does not know yet where the vehicle is.
             ports.explain("the vehicle's position is not known");
             return Ok(Status::Running);
         };
@@ -102,7 +102,7 @@ impl FlyTo {
         Ok(Status::Running)
     }
 
-    /// Whether the way has to be chosen again.
+    /// Whether the way must be chosen again.
     fn is_doubtful(&mut self, world: &World) -> bool {
         let Some(leg) = &mut self.leg else { return true };
         let has_moved = self.destination == Destination::LandingSite && leg.site != world.landing_site();

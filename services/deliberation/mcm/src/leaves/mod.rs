@@ -24,7 +24,7 @@ mod transition;
 use fly_to::{Destination, FlyTo};
 use ports::{Condition, Goal, Needs};
 
-/// Every kind of leaf that the tree files may use. Without a table the trees can be read, and not flown.
+/// Every kind of leaf that the tree files may use. Without a table the trees can be read but not flown.
 pub(crate) fn registry(table: Option<&Contingencies>) -> Registry<World> {
     let mut registry = Registry::new();
     registry.action("Monitor", [], |_| Ok(monitor::Monitor));
@@ -64,7 +64,7 @@ pub(crate) fn registry(table: Option<&Contingencies>) -> Registry<World> {
     registry
 }
 
-/// Why the leaf before this one failed.
+/// The reason that the engine recorded for the last failure.
 fn why(ports: &Ports<'_>) -> String {
     ports.last_failure().map_or_else(|| "no leaf said why".to_owned(), Cause::to_string)
 }

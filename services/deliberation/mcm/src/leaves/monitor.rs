@@ -1,4 +1,4 @@
-//! Takes in what the monitor process has said: the newest introspection, and flags. Raises flags, never lowers one.
+//! Takes in messages of the monitor: the newest introspection, and flags. Raises flags, never lowers one.
 
 use behavior_tree::{Leaf, LeafResult, Ports, Status};
 

@@ -1,4 +1,4 @@
-//! Makes the step that was fetched while the last one flew the present one.
+//! Makes the step that was fetched during the last one the present one.
 
 use behavior_tree::{Leaf, LeafResult, Ports, Status};
 use domain::time::Time;
@@ -36,7 +36,7 @@ impl Leaf<World> for NextStep {
     }
 
     fn halt(&mut self, world: &mut World, _: &mut Ports<'_>) {
-        // The present step was flown; it must not be flown again after whatever came between.
+        // The present step was flown; it must not be flown again after an interruption.
         world.drop_step();
     }
 }

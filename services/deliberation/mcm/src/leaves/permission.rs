@@ -1,4 +1,4 @@
-//! Asking to enter areas, and whether the way is clear once that is granted.
+//! Asking for permissions, and whether the vehicle may then fly on.
 
 use behavior_tree::{BuildError, In, Leaf, LeafResult, NodeSpec, Ports, Status};
 
@@ -6,7 +6,7 @@ use super::ports::Needs;
 use crate::clients::permissions::Asking;
 use crate::world::World;
 
-/// Asks for areas until all of them are granted, or one is refused or never answered.
+/// Asks for permissions until all of them are granted, or one is denied or never answered.
 pub(super) struct RequestPermissions {
     needs: In<Needs>,
 }

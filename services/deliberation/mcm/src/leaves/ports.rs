@@ -1,4 +1,4 @@
-//! What travels through the tree's ports.
+//! The types of the tree's ports.
 
 use behavior_tree::Object;
 use domain::plan::PermissionNeed;

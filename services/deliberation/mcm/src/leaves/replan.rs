@@ -1,4 +1,4 @@
-//! Asks the planner for a plan, beside the tree, until there is one or none is needed any more.
+//! Asks the planner for a plan until there is one, or until none is wanted any more.
 
 use behavior_tree::{Leaf, LeafResult, Ports, Status};
 
@@ -36,7 +36,7 @@ impl Leaf<World> for Replan {
     }
 
     fn halt(&mut self, world: &mut World, _: &mut Ports<'_>) {
-        // A plan that has just come, or is still on its way, was made for a state that no longer is.
+        // A plan that has just come, or is still on its way, was made for a state that has changed.
         world.stop_asking_for_plan();
     }
 }

@@ -19,7 +19,7 @@ impl SkillRun {
         SkillRun { handle: world.start_skill(goal), goal }
     }
 
-    /// How it goes: success once its outcome is success, failure with the reason for any other.
+    /// Its progress: success with its outcome, failure with the reason for any other outcome.
     pub(super) fn poll(self, world: &World, ports: &mut Ports<'_>) -> LeafResult {
         match world.skill_progress(self.handle) {
             Some(Progress::Ended(SkillOutcome::Succeeded, _)) => Ok(Status::Success),
@@ -32,12 +32,12 @@ impl SkillRun {
         }
     }
 
-    /// Whether it is over, whatever its outcome.
+    /// Whether it has ended, with any outcome.
     pub(super) fn is_over(self, world: &World) -> bool {
         matches!(world.skill_progress(self.handle), None | Some(Progress::Ended(..)))
     }
 
-    /// Whether it was a landing, and took too long.
+    /// Whether it was a landing that took too long.
     pub(super) fn did_not_come_down(self, world: &World) -> bool {
         let has_timed_out =
             matches!(world.skill_progress(self.handle), Some(Progress::Ended(SkillOutcome::TimedOut, _)));

@@ -1,5 +1,5 @@
-//! What flies while a plan is being made: in the direction of the step that failed, slower, and
-//! only as far as the next border allows; else nothing but a stop. On the ground: wait.
+//! Flies while a plan is made: in the direction of the step that failed, slower, and
+//! only as far as the next border that may not be crossed; otherwise a stop. On the ground it waits.
 
 use behavior_tree::{Leaf, LeafError, LeafResult, Ports, Status};
 
@@ -25,7 +25,7 @@ impl Leaf<World> for TransitionExecutor {
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         let Some((run, chosen_by)) = &self.flown else { return Ok(Status::Running) };
         if *chosen_by != world.what_may_be_entered() {
-            // It may lead into an area that may no longer be entered, or stop before one that may.
+            // The goal may lie in an area that may no longer be entered, or before one that now may be.
             run.halt(world);
             return self.start(world, ports);
         }
@@ -47,7 +47,7 @@ impl Leaf<World> for TransitionExecutor {
 /// Always fails, so that the row of its flag takes over.
 pub(super) fn raise_transition_failed(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
     world.raise_transition_failed(&why(ports));
-    // The flag has to be seen by the contingency branch before anything is sent.
+    // The contingency branch must see the flag before anything is sent.
     ports.tick_again();
     Ok(false)
 }

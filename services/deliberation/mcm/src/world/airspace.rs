@@ -1,4 +1,4 @@
-//! Where the vehicle may fly now: the airspace rule, asked for every mode.
+//! Where the vehicle may fly now: the airspace rule, asked in every mode.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -22,25 +22,25 @@ const RENEWAL_LEAD: Duration = Duration::from_secs(60);
 /// Time to brake and to turn before the way out is flown.
 const TURN: Duration = Duration::from_secs(5);
 
-/// The areas there are and those that may be entered; a way that was chosen by it is chosen again when it changes.
+/// All areas and those that may be entered; a way is chosen again when they change.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct WhatMayBeEntered {
     held: Vec<String>,
     areas: Arc<[Area]>,
 }
 
-/// What the last look at the airspace has found.
+/// The result of the last check of the airspace.
 #[derive(Debug, Default)]
 pub(super) struct AirspaceWatch {
     next: Time,
-    /// What is wrong with the rest of this step.
+    /// What is wrong with the rest of the present step.
     step: Option<(StepId, Breach)>,
     /// The vehicle is inside an area.
     inside: bool,
 }
 
 impl AirspaceWatch {
-    /// Looks again at once.
+    /// The next check is due at once.
     pub(super) fn invalidate(&mut self) {
         self.next = Time::ZERO;
     }
@@ -57,7 +57,7 @@ impl World {
         self.permissions.held(self.now.time, self.limits.permission_margin)
     }
 
-    /// The areas there are and those that may be entered now.
+    /// All areas and those that may be entered now.
     pub(crate) fn what_may_be_entered(&self) -> WhatMayBeEntered {
         WhatMayBeEntered { held: self.held(), areas: self.planner.areas().clone() }
     }
@@ -66,7 +66,7 @@ impl World {
         self.permissions.grants(self.now.time)
     }
 
-    /// The airspace as it is now, by this lead.
+    /// The airspace as it is now, with this lead.
     fn airspace<'a>(&'a self, grants: &'a Grants, lead: Duration) -> Airspace<'a> {
         Airspace {
             areas: self.planner.areas(),
@@ -108,19 +108,19 @@ impl World {
         self.breach_of_step(step)
     }
 
-    /// What the last look has found to be wrong with the rest of the present step.
+    /// What the last check found to be wrong with the rest of the present step.
     pub(crate) fn breach_ahead(&self) -> Option<&Breach> {
         let (step, ..) = self.planner.step()?;
         self.airspace_watch.step.as_ref().filter(|(id, _)| *id == step.id).map(|(_, breach)| breach)
     }
 
-    /// When the airspace is looked at next, after this moment.
+    /// When the airspace is checked next, after this moment.
     pub(crate) fn next_look(&self) -> Time {
         self.now.time + self.limits.airspace_period
     }
 
-    /// Looks at the airspace around the vehicle and ahead of it: raises the flag of a breach, asks in time for permissions
-    /// that run out, and finds what is wrong with the rest of the step.
+    /// Checks the airspace around the vehicle and ahead of it: raises the flag of a breach, asks in time for
+    /// permissions that will expire, and finds what is wrong with the rest of the step.
     pub(super) fn watch_airspace(&mut self) {
         let Some(vehicle) = self.vehicle.filter(|it| it.flying) else {
             self.airspace_watch = AirspaceWatch::default();
@@ -152,7 +152,7 @@ impl World {
         breach.map(BreachHere)
     }
 
-    /// The areas that the vehicle is inside of, whether or not it may be there.
+    /// The areas around the vehicle, whether or not it may be there.
     fn areas_around(&self, here: Ned) -> impl Iterator<Item = &Area> {
         self.planner.areas().iter().filter(move |it| it.is_active(self.now.utc_ms) && it.contains(here))
     }
@@ -162,7 +162,7 @@ impl World {
         TURN + Duration::try_from_secs_f64(1.25 * distance_m / self.limits.flight.speed_m_s).unwrap_or(Duration::MAX)
     }
 
-    /// Asks for the permissions of the areas around and ahead that would run out before the vehicle has left them.
+    /// Asks for the permissions of areas around the vehicle that would expire before it has left them.
     fn renew_permissions(&mut self, here: Ned) {
         let inside = self.areas_around(here).filter(|it| it.kind == AreaKind::Permission);
         let due = |area: &&Area| {
@@ -174,13 +174,13 @@ impl World {
         let step = self.planner.step().map_or(StepId(0), |(step, ..)| step.id);
         for area in names {
             if self.permissions.renew(self.now.time, &area, step, &self.limits, &mut self.outbox) {
-                self.say("permission", format!("asking for area {area} again, which runs out"));
+                self.say("permission", format!("asking for area {area} again before its permission expires"));
             }
         }
     }
 
-    /// The points to fly to, to leave every area that the vehicle must not be in; empty if it is in none, `None` if there is
-    /// no way out.
+    /// The points to fly to, to leave every area in which the vehicle must not be; empty if it is in none, `None` if
+    /// there is no way out.
     pub(crate) fn way_out(&self) -> Option<Vec<Ned>> {
         let here = self.vehicle?.position;
         let leaving = self.areas_around(here).map(|area| self.time_to_leave(area, here)).max().unwrap_or_default();
@@ -196,8 +196,8 @@ impl World {
         way::way_to(here, to, preferred_height_m, &airspace, &self.limits.flight)
     }
 
-    /// What to fly while there is no plan: in the direction of the step that failed, slower, and only as far as the next
-    /// border that may not be crossed; else stop. `None` on the ground.
+    /// The goal while there is no plan: in the direction of the step that failed, slower, and only as far as the next
+    /// border that may not be crossed; otherwise stop. `None` on the ground.
     ///
     /// The position goal holds at its target, so that a transition never ends by itself.
     pub(crate) fn transition_goal(&self) -> Option<Goal> {
@@ -231,7 +231,7 @@ impl BreachHere {
             Why::KeepOut if self.0.after.is_zero() => format!("inside keep-out area {area}"),
             Why::KeepOut => format!("keep-out area {area} applies here in {} s", self.0.after.as_secs()),
             Why::NotGranted => format!("inside area {area} without permission"),
-            Why::TooShort { held, .. } => format!("the permission for area {area} runs out in {} s", held.as_secs()),
+            Why::TooShort { held, .. } => format!("the permission for area {area} expires in {} s", held.as_secs()),
         }
     }
 }

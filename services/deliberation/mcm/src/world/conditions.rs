@@ -19,14 +19,14 @@ impl std::fmt::Display for Unmet {
 }
 
 impl World {
-    /// The first clause of a precondition that is not met. Before the start no skill of the step executes, so its mode
-    /// cannot be asked about yet.
+    /// The first clause of a precondition that is not met. The mode is not checked before the start, since no skill of
+    /// the step executes yet.
     pub(crate) fn unmet_precondition(&self, condition: &Condition) -> Option<Unmet> {
         self.first_unmet(condition, false)
     }
 
-    /// The first clause of an invariant that is not met. The flight mode is only judged once the skill that executes has
-    /// been seen to fly its own.
+    /// The first clause of an invariant that is not met. The flight mode is checked only once the vehicle was seen in
+    /// the mode of the skill that executes.
     pub(crate) fn unmet_invariant(&self, condition: &Condition) -> Option<Unmet> {
         self.first_unmet(condition, self.skills.has_shown_its_mode())
     }

@@ -1,4 +1,4 @@
-//! Flags: what raises them, and what is said about it.
+//! Flags: what raises them, and what is recorded about them.
 
 use domain::contingency::INTROSPECTION_LOST;
 use domain::time::Time;
@@ -7,8 +7,8 @@ use super::{SELF, World};
 use crate::journal::Decision;
 
 impl World {
-    /// Takes in what the monitor has said since the last tick: the newest introspection, and flags. Returns when the
-    /// monitor counts as lost if it says nothing more.
+    /// Takes in the monitor's messages since the last tick: the newest introspection, and flags. Returns when the
+    /// monitor counts as lost if nothing more comes.
     pub(crate) fn take_in_news(&mut self) -> Option<Time> {
         if let Some(vehicle) = self.news.take_vehicle() {
             let vehicle = self.confirmed.correct(vehicle, self.now.time, self.limits.introspection);
@@ -39,11 +39,11 @@ impl World {
         if self.now.time < lost_from {
             return Some(lost_from);
         }
-        self.raise(INTROSPECTION_LOST, SELF, "the monitor has gone quiet");
+        self.raise(INTROSPECTION_LOST, SELF, "the monitor is silent");
         None
     }
 
-    /// Raises a flag that has a row; one without is recorded and not acted on.
+    /// Raises a flag that has a row; one without a row is only recorded.
     pub(super) fn raise(&mut self, name: &str, source: impl Into<String>, reason: impl Into<String>) {
         match self.flags.number(name) {
             None => self.say("contingency", format!("flag `{name}` has no row in the table: not acted on")),

@@ -1,4 +1,4 @@
-//! Coming to the ground: planned, at the end, or by surprise.
+//! Landings: planned, at the end of the mission, or unexpected.
 
 use std::time::Duration;
 
@@ -11,14 +11,14 @@ use domain::geometry::Ned;
 use super::World;
 use crate::config::Start;
 
-/// The autopilot disarms by itself after a landing (PX4: 2 s, COM_DISARM_LAND); that is not awaited for ever.
+/// The autopilot disarms by itself after a landing (PX4: 2 s, COM_DISARM_LAND); longer than this is not waited for it.
 const DISARM_LIMIT: Duration = Duration::from_secs(10);
-/// Nearer than this to where a landing failed is the same place.
+/// A place nearer than this to a failed landing counts as the same place.
 const SAME_SITE_M: f64 = 20.0;
-/// As far as this from a place to land at its height counts for what must be cleared.
+/// The height of a landing site nearer than this counts for the least height of a flight.
 const NEAR_SITE_M: f64 = 50.0;
 
-/// The vehicle has landed where no plan had it land: the mission goes on only when an operator says so.
+/// The vehicle has landed where no plan wanted it to: the mission continues only when an operator resumes it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct UnplannedLanding {
     pub(super) since: Time,
@@ -26,7 +26,7 @@ pub(super) struct UnplannedLanding {
 }
 
 impl World {
-    /// Notices that the vehicle has come down, and what follows from that.
+    /// Notices a landing and what follows from it.
     pub(super) fn watch_for_the_ground(&mut self) {
         let is_flying = self.is_flying();
         let was_flying = std::mem::replace(&mut self.was_flying, is_flying);
@@ -44,8 +44,8 @@ impl World {
         }
     }
 
-    /// Whether the vehicle is on the ground to stay: with its motors off for long enough that everybody has noticed, or for
-    /// so long that it will not switch them off by itself.
+    /// Whether the vehicle has settled on the ground: with its motors off for long enough that every process has
+    /// noticed, or on the ground for so long that it will not switch them off by itself.
     pub(crate) fn has_settled(&self) -> bool {
         let lasts = |since: Option<Time>, limit| since.is_some_and(|since| limit <= self.now.time - since);
         lasts(self.at_rest_since, self.limits.settle) || lasts(self.on_ground_since, DISARM_LIMIT)
@@ -59,42 +59,42 @@ impl World {
         }
         let why = match self.answered_flag() {
             Some(flag) => format!("landed because of `{flag}`"),
-            None => "landed without having been told to".to_owned(),
+            None => "landed although nothing had ordered it".to_owned(),
         };
         self.planner.withdraw(&why);
         self.unplanned_landing = Some(UnplannedLanding { since: self.now.time, why });
     }
 
-    /// Whether the mission begins, or goes on, only when the operator says so, and the operator has not. What flies has been
-    /// started, whatever a restarted manager remembers.
+    /// Whether the mission waits for the operator to start or resume it. A mission in flight has been
+    /// started, whatever the persisted state says.
     pub(crate) fn awaits_start(&self) -> bool {
         let is_not_started =
             self.limits.start == Start::Operator && !self.operator.has_started() && self.mission.started.is_none();
         self.mission.over.is_none() && !self.is_flying() && (is_not_started || self.unplanned_landing.is_some())
     }
 
-    /// When a mission that waits for a go-ahead after an unplanned landing is given up; gives it up if that is now.
+    /// When a mission that waits to be resumed after an unplanned landing is given up; gives it up if that is now.
     pub(super) fn await_go_ahead(&mut self) -> Option<Time> {
         let UnplannedLanding { since, why } = self.unplanned_landing.as_ref()?;
         let until = *since + self.limits.go_ahead_limit;
         if until <= self.now.time {
             let limit_s = self.limits.go_ahead_limit.as_secs();
-            let reason = format!("{why}, and no operator said within {limit_s} s to go on");
+            let reason = format!("{why}, and no operator resumed the mission within {limit_s} s");
             self.end_mission(MissionOutcome::Failure, reason);
             return None;
         }
         Some(until)
     }
 
-    /// A landing where the vehicle is did not come down.
+    /// A landing at the vehicle's place did not come down.
     pub(crate) fn landing_failed_here(&mut self) {
         if let Some(vehicle) = &self.vehicle {
             self.blocked_sites.push(vehicle.position);
         }
     }
 
-    /// Places to land at, nearest first: home, that which the operator named, and those of the mission, but for those where
-    /// a landing failed. Where it failed at all of them, those that are not here: a place may be free again.
+    /// Landing sites, nearest first: home, the operator's, and those of the mission, except those at which a landing failed.
+    /// Once it has failed at all of them, those that are not here: a site may be free again.
     pub(crate) fn alternate_sites(&self) -> Vec<Ned> {
         let Some(vehicle) = &self.vehicle else { return Vec::new() };
         let is_blocked = |site: &Ned| self.blocked_sites.iter().any(|it| it.horizontal_distance_m(*site) < SAME_SITE_M);
@@ -107,7 +107,7 @@ impl World {
         sites
     }
 
-    /// The height to fly at from `here`: as high as now, or higher where that is low over the origin or a place to land at.
+    /// The height to fly at from `here`: the present one, or more where that is low over the origin or a landing site.
     pub(crate) fn clear_height_m(&self, here: Ned) -> f64 {
         let near = self.sites().filter(|it| it.horizontal_distance_m(here) < NEAR_SITE_M);
         let ground_m = near.map(|it| it.height_m()).fold(0.0, f64::max);
@@ -120,7 +120,7 @@ impl World {
         [Ned::default()].into_iter().chain(self.operator.landing_site()).chain(of_mission)
     }
 
-    /// An operator says that the mission goes on after an unplanned landing.
+    /// An operator resumes the mission after an unplanned landing.
     pub(super) fn go_ahead(&mut self) {
         self.unplanned_landing = None;
     }

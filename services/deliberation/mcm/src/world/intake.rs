@@ -1,5 +1,5 @@
-//! Messages and replies, parsed as they come in. What makes no sense is refused here, with its reason, and changes
-//! nothing.
+//! Messages and replies, parsed as they come in. Content that makes no sense is refused here, with its reason, and
+//! changes nothing.
 
 use domain::permission::Permission;
 use domain::plan::{PlanReply, PlannerStatus, Step};
@@ -106,7 +106,7 @@ impl World {
             }
             Purpose::NextStep(after) => {
                 if let Some(NoAnswer::Invalid(invalid)) = self.planner.on_next(now, after, next_step(result), timeout) {
-                    self.say("plan", format!("planner: the step after step {after} makes no sense: {invalid}"));
+                    self.say("plan", format!("planner: the step after step {after} is invalid: {invalid}"));
                     self.outbox.refuse(Service::NextStep, invalid);
                 }
             }
@@ -116,7 +116,7 @@ impl World {
                     self.permissions.on_undelivered(&area, error);
                 }
             }
-            // A cancelled skill says so itself.
+            // An event of the skill itself says that it was cancelled.
             Purpose::CancelSkill(skill_id) if result.is_err() => self.skills.on_cancel_lost(skill_id),
             Purpose::CancelSkill(_) => {}
         }

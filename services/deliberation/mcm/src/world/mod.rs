@@ -1,7 +1,7 @@
-//! What the manager knows and wants. Leaves ask it questions and give it orders by verbs; nothing outside of this folder
-//! sees a field of it.
+//! What the manager knows and wants. Leaves ask it questions and give it orders by verbs; no code outside this folder
+//! uses its fields.
 //!
-//! Nothing in here waits or reads a clock.
+//! Nothing here waits or reads a clock.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -49,16 +49,16 @@ pub(crate) use responses::{Reset, Waits};
 pub(crate) use status::Reporter;
 pub(crate) use steps::NextStep;
 
-/// Who raises the flags that the manager raises itself.
+/// The source of flags that the manager raises itself.
 const SELF: &str = "mcm";
 
-/// Everything a leaf may ask about and order.
+/// Everything that leaves may ask and order.
 pub(crate) struct World {
     now: Now,
     limits: Limits,
     table: Arc<Contingencies>,
     library: Arc<Library<World>>,
-    /// What came in since the monitor leaf looked.
+    /// Messages that the monitor leaf has not taken in yet.
     news: News,
     vehicle: Option<Vehicle>,
     confirmed: ConfirmedState,
@@ -71,28 +71,28 @@ pub(crate) struct World {
     airspace_watch: AirspaceWatch,
     /// The response that is under way.
     response: Option<ActiveResponse>,
-    /// The rows whose flags are up and not answered.
+    /// Flags that are up and not answered, by row, as recorded last.
     waits: BTreeMap<usize, Waits>,
-    /// In the air when it was looked at last.
+    /// Whether the vehicle was in the air at the last check.
     was_flying: bool,
     /// Since when it is on the ground, and since when with its motors off.
     on_ground_since: Option<Time>,
     at_rest_since: Option<Time>,
     unplanned_landing: Option<UnplannedLanding>,
-    /// Where a landing did not come down.
+    /// Where landings have failed.
     blocked_sites: Vec<Ned>,
     /// A transition action flies.
     in_transition: bool,
     outbox: Outbox,
     journal: Journal,
-    /// Subtrees that were given up: taken apart once what matters has been decided.
+    /// Subtrees that were given up, to be dropped when everything urgent has been decided.
     discarded: Vec<Tree<World>>,
 }
 
 /// The mission as a whole.
 #[derive(Debug, Default)]
 struct Mission {
-    /// Latched: nothing starts again after it.
+    /// Latched: no nominal flight after it.
     over: Option<Over>,
     started: Option<Time>,
     report: Option<MissionReport>,
@@ -144,7 +144,7 @@ impl World {
         }
     }
 
-    /// It is now.
+    /// Sets the present moment.
     pub(crate) fn set_now(&mut self, now: Now) {
         self.now = now;
     }
@@ -225,7 +225,8 @@ impl World {
         self.mission.over.as_ref().map(|over| over.reason.as_str())
     }
 
-    /// Latches the end of the mission; the first reason stays, but for a crash that is noticed before the report is made.
+    /// Latches the end of the mission; the first reason stays, except that a crash replaces it before the report is
+    /// made.
     pub(crate) fn end_mission(&mut self, outcome: MissionOutcome, reason: impl Into<String>) {
         let is_crash = outcome == MissionOutcome::Crash && self.mission.report.is_none();
         if self.mission.over.is_none() || is_crash {
@@ -233,7 +234,7 @@ impl World {
         }
     }
 
-    /// Sends what this wake wants: first what others have to do, then what they may read.
+    /// Sends the effects of this wake: requests first, then messages that are only read.
     pub(crate) fn flush(&mut self) {
         let (now, Limits { request_timeout, skill_silence, .. }) = (self.now.time, self.limits);
         self.skills.flush(request_timeout, &mut self.outbox);
@@ -263,7 +264,7 @@ impl World {
         self.outbox.drain_into(effects);
     }
 
-    /// When something is to be done here, whatever the tree says.
+    /// When something is due here, apart from the tree.
     pub(crate) fn deadline(&self) -> Option<Time> {
         let wishes = [self.skills.deadline(self.limits.skill_silence), self.planner.deadline(self.now.time)];
         wishes.into_iter().flatten().min()

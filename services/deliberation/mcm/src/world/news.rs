@@ -1,13 +1,13 @@
-//! What the monitor has said and the monitor leaf has not taken in yet.
+//! Messages of the monitor that the monitor leaf has not taken in yet.
 
 use std::collections::BTreeSet;
 
 use crate::vehicle::Vehicle;
 
-/// Who the introspection's flags are from.
+/// The source of the introspection's flags.
 pub(super) const MONITOR: &str = "monitor";
 
-/// A flag was raised or is no longer held up, says its source.
+/// A flag was raised, or its condition no longer holds, by this source.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FlagNews {
     pub(super) name: String,
@@ -26,12 +26,12 @@ pub(super) struct News {
 }
 
 impl News {
-    /// The vehicle of an introspection; it takes the place of an older one.
+    /// The vehicle of an introspection; it replaces an older one.
     pub(super) fn add_vehicle(&mut self, vehicle: Vehicle) {
         self.vehicle = Some(vehicle);
     }
 
-    /// An event of its own.
+    /// An event of a single flag.
     pub(super) fn add_flag(&mut self, flag: FlagNews) {
         self.flags.push(flag);
     }
@@ -41,8 +41,8 @@ impl News {
         self.listed.insert(name.to_owned());
     }
 
-    /// Takes in the flags that an introspection lists, each with its reason. What is new or gone in the list counts as an
-    /// event: its own may have got lost, or have come while this process or the monitor was away.
+    /// Takes in the flags that an introspection lists, each with its reason. A difference to the list before counts as
+    /// an event: the event itself may have been lost, or sent while this process or the monitor was down.
     pub(super) fn list(&mut self, flags: Vec<(String, String)>) {
         let listed: BTreeSet<String> = flags.iter().map(|(name, _)| name.clone()).collect();
         let news = |name: String, raised, reason| FlagNews { name, raised, source: MONITOR.to_owned(), reason };

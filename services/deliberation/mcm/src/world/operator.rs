@@ -1,8 +1,8 @@
-//! What an operator orders: each verb in each state, and what became of it in words.
+//! An operator's orders: each verb in each state, and the answers in words.
 //!
-//! What flies on an order is a row of the contingency table like any other (`operator_*`); an order raises its flag and
-//! nothing else. The pilot in command may have it done over what else responds. An order that is repeated under its request
-//! id gets the first one's answer and does nothing.
+//! The response to an order is a row of the contingency table like any other (`operator_*`); an order raises its flag
+//! and does nothing else. With override it comes before other responses. An order that is repeated under its request id
+//! gets the answer to the first one and does nothing.
 
 use std::collections::VecDeque;
 
@@ -19,11 +19,11 @@ use crate::config::Verdict;
 /// The rows behind the verbs; the newest order replaces the one before it.
 const ORDERS: [&str; 4] = [ABORT, RETURN, LAND, PAUSE];
 
-/// Who raises their flags.
+/// The source of these flags.
 pub(super) const SOURCE: &str = "operator";
-/// An order is repeated within seconds, long before that many new ones.
+/// Most answers to remember: an order is repeated within seconds, long before as many new ones.
 const REMEMBERED: usize = 64;
-/// A landing site farther from the origin than this is a mistake of the hand.
+/// A landing site farther from the origin than this is a typing mistake.
 const FARTHEST_M: f64 = 100_000.0;
 
 /// What operators have ordered.
@@ -31,28 +31,28 @@ const FARTHEST_M: f64 = 100_000.0;
 pub(super) struct Operator {
     has_started: bool,
     landing_site: Option<Ned>,
-    /// The flag of the order that comes before what else responds.
+    /// The flag of an order with override.
     overriding: Option<String>,
     answers: VecDeque<(String, v1::OperatorReply)>,
 }
 
 impl Operator {
-    /// What another manager remembers of its operator.
+    /// The persisted part of it.
     pub(super) fn restored(has_started: bool, landing_site: Option<Ned>, overriding: Option<String>) -> Operator {
         Operator { has_started, landing_site, overriding, answers: VecDeque::new() }
     }
 
-    /// The flag of the order that comes before what else responds.
+    /// The flag of an order with override.
     pub(super) fn overriding(&self) -> Option<&str> {
         self.overriding.as_deref()
     }
 
-    /// Whether `flag` is that of an order that comes before what else responds.
+    /// Whether `flag` is that of an order with override.
     pub(super) fn overrides(&self, flag: &str) -> bool {
         self.overriding.as_deref() == Some(flag)
     }
 
-    /// `flag` is down, or not ordered any more.
+    /// `flag` is down, or no longer ordered.
     pub(super) fn no_longer_overrides(&mut self, flag: &str) {
         self.overriding = self.overriding.take().filter(|it| it != flag);
     }
@@ -62,7 +62,7 @@ impl Operator {
         self.has_started
     }
 
-    /// Where to land on an `operator_land`.
+    /// The operator's landing site, for `operator_land`.
     pub(super) fn landing_site(&self) -> Option<Ned> {
         self.landing_site
     }
@@ -70,18 +70,18 @@ impl Operator {
 
 type Outcome = Result<String, String>;
 
-/// Who orders something, and how.
+/// Who gives an order, and how.
 #[derive(Debug, Clone, Copy)]
 struct Order<'a> {
     by: &'a str,
-    /// Now, whatever else responds.
+    /// With override.
     overrides: bool,
-    /// The manager does nothing any more.
+    /// The tree has ended.
     ended: bool,
 }
 
 impl World {
-    /// Does what `command` says if the state allows it. `ended`: the manager does nothing any more.
+    /// Obeys `command` if the state allows it. `ended`: the tree has ended.
     pub(crate) fn obey(&mut self, command: v1::OperatorCommand, ended: bool) -> v1::OperatorReply {
         let v1::OperatorCommand { request_id, operator, verb } = command;
         let known = self.operator.answers.iter().find(|(id, _)| *id == request_id);
@@ -91,7 +91,7 @@ impl World {
         let by = if operator.is_empty() { "the operator".to_owned() } else { operator };
         let order = |overrides| Order { by: &by, overrides, ended };
         let (name, result) = match verb {
-            _ if request_id.is_empty() => ("a command", Err("it has no request id".to_owned())),
+            _ if request_id.is_empty() => ("a command", Err("the order has no request id".to_owned())),
             None => ("a command", Err("it has no verb".to_owned())),
             Some(Verb::Start(_)) => ("start", self.start(ended)),
             Some(Verb::Pause(it)) => ("pause", self.pause(order(it.overrides))),
@@ -118,17 +118,17 @@ impl World {
         reply
     }
 
-    /// Whether the operator has the vehicle hold.
+    /// Whether the vehicle holds by an operator's order.
     pub(super) fn is_paused(&self) -> bool {
         self.flags.get(PAUSE).is_some_and(|it| it.holds())
     }
 
-    /// Holds until the operator says to go on, for this reason.
+    /// Holds for this reason until the operator resumes the mission.
     pub(super) fn pause_for(&mut self, reason: String) {
         self.raise(PAUSE, SOURCE, reason);
     }
 
-    /// Where the operator wants the vehicle to land.
+    /// The operator's landing site.
     pub(crate) fn landing_site(&self) -> Option<Ned> {
         self.operator.landing_site()
     }
@@ -193,7 +193,7 @@ impl World {
         }
         let is_another = self.operator.landing_site.replace(site) != Some(site);
         if is_another {
-            // Not the same order once more: it flies to the new place.
+            // It is not the same order again if it names another place.
             self.lower(LAND);
         }
         let words = format!("flies to ({:.0}, {:.0}), lands there and ends the mission", site.north_m, site.east_m);
@@ -234,8 +234,8 @@ impl World {
         Ok(words)
     }
 
-    /// Raises the flag of an operator's row, in place of what was ordered before, and tells what comes of it: `does` at once,
-    /// unless something else comes first.
+    /// Raises the flag of an operator's row, in place of the order before, and answers what follows: `does` at once,
+    /// unless another response comes first.
     fn order(&mut self, flag: &str, order: Order, does: &str) -> Outcome {
         let Some(row) = self.flags.number(flag) else {
             return Err(format!("the contingency table has no row `{flag}`"));
@@ -248,11 +248,16 @@ impl World {
                 self.say("operator", format!("`{other}` is replaced by `{flag}`"));
             }
         }
+        self.raise(flag, SOURCE, format!("ordered by {}", order.by));
+        let without_override = self.responder().filter(|it| *it != row);
         if order.overrides {
             self.operator.overriding = Some(flag.to_owned());
         }
-        self.raise(flag, SOURCE, format!("ordered by {}", order.by));
         let first = self.responder().filter(|it| *it != row);
+        if let (Some(other), None) = (without_override, first) {
+            let other = self.flags.name(other).clone();
+            self.say("operator", format!("{}: `{flag}` overrides `{other}`", order.by));
+        }
         if is_up && (overrides_already || !order.overrides) {
             return Err(match first {
                 None => format!("`{flag}` is under way already"),
@@ -278,7 +283,7 @@ impl World {
         format!("`{}` ({})", row.flag, row.response())
     }
 
-    /// Nobody orders `flag` any more.
+    /// `flag` is no longer ordered by anybody.
     fn no_longer_ordered(&mut self, flag: &str) {
         let raised = self.flags.get(flag).map(|it| it.sources().map(str::to_owned).collect::<Vec<_>>());
         for source in raised.into_iter().flatten() {
@@ -303,7 +308,7 @@ impl World {
         Ok(())
     }
 
-    /// In the air it may always be ordered to come down, also when the mission is over.
+    /// In the air an order to come down is always accepted, also when the mission is over.
     fn refuse_on_ground(&self, ended: bool) -> Result<(), String> {
         if self.is_flying() {
             return Ok(());
@@ -313,7 +318,7 @@ impl World {
     }
 }
 
-/// The place on the ground that is meant.
+/// The landing site in a request, on the ground.
 fn landing_site(request: v1::LandAt) -> Result<Ned, InvalidMessage> {
     let position = request.position.ok_or(InvalidMessage::Missing("position"))?;
     Ned::try_from(v1::Ned { down_m: 0.0, ..position })

@@ -1,8 +1,8 @@
-//! What outlives the manager's process: what was ordered, which flags are up, and whether the mission is over, so that
-//! nothing that was ended begins again because a process did.
+//! The persisted state of the manager: what was ordered, which flags are up, and whether the mission is over, so that
+//! a restart of the process does not begin again what was ended.
 //!
-//! The step and the skill are not kept: the manager asks for a plan from where the vehicle is by then. Who keeps the state,
-//! and where, is none of the manager's business.
+//! The step and the skill are not persisted: the manager asks for a plan from where the vehicle is by then. Where the
+//! state is stored is the shell's business.
 
 use domain::geometry::Ned;
 use domain::mission::{MissionOutcome, MissionReport};
@@ -16,8 +16,8 @@ use super::{Over, SELF, UnplannedLanding, World};
 /// Why a persisted state cannot be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum UnusableState {
-    /// The manager was started with another mission since: that one is meant.
-    #[error("it is of another mission file, and that is what counts")]
+    /// The manager was started with another mission since.
+    #[error("it belongs to another mission file")]
     OfAnotherMission,
     /// A part of it makes no sense.
     #[error(transparent)]
@@ -25,7 +25,7 @@ pub enum UnusableState {
 }
 
 impl World {
-    /// What is kept of this manager, which was started with the mission of identity `configured`.
+    /// The state of this manager, which was started with the mission of identity `configured`.
     pub(crate) fn persist(&self, configured: &str) -> v1::McmMemory {
         let flag = |(name, flag): (&str, &crate::flags::Flag)| v1::RememberedFlag {
             name: name.to_owned(),
@@ -50,7 +50,7 @@ impl World {
         }
     }
 
-    /// Goes on where `memory` ends; nothing has been done yet.
+    /// Continues from `memory`; to be called before anything else.
     ///
     /// # Errors
     /// Why the state cannot be used; nothing is changed then.

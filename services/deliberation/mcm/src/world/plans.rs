@@ -7,12 +7,12 @@ use super::World;
 use crate::clients::planner::PlanRequest;
 use crate::config::Verdict;
 
-/// How far the asking for a plan has come.
+/// The progress of the request for a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PlanProgress {
-    /// Nothing changes before then, unless something arrives.
+    /// Nothing changes before this time, unless something arrives.
     Awaited(Option<Time>),
-    /// Something was decided at this moment: look again.
+    /// Something was decided at this moment: ask again.
     Changed,
     /// A plan was adopted.
     Adopted,
@@ -21,12 +21,12 @@ pub(crate) enum PlanProgress {
 }
 
 impl World {
-    /// The asking for a plan begins.
+    /// A plan is wanted from now on.
     pub(crate) fn begin_asking_for_plan(&mut self) {
         self.planner.begin_asking_for_plan();
     }
 
-    /// Asks for a plan whenever that is due.
+    /// Asks for a plan when that is due.
     pub(crate) fn pursue_plan(&mut self) -> PlanProgress {
         if self.awaits_start() {
             return PlanProgress::Awaited(self.await_go_ahead());
@@ -40,7 +40,7 @@ impl World {
             PlanRequest::Proposed(_, until) => return PlanProgress::Awaited(Some(*until)),
             PlanRequest::Asked(_) => return PlanProgress::Awaited(None),
             PlanRequest::Planned => return PlanProgress::Adopted,
-            // The planner's own account may arrive a little after its answer.
+            // The planner's status may arrive a little after its answer.
             PlanRequest::Finished if !self.planner.all_settled() => return PlanProgress::Awaited(None),
             PlanRequest::Finished => {
                 self.end_with_objectives();

@@ -1,4 +1,4 @@
-//! Which flag is answered, how far its response has come, and what the others wait for.
+//! Which flag is answered, the progress of its response, and what the other flags wait for.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,8 +11,8 @@ use domain::time::Time;
 use super::World;
 use crate::journal::Decision;
 
-/// The pause before the next try of a response, after so many that failed. (ENG: the first one at once, since a command may
-/// have got lost; then slowly enough that a table's other actions get their turn within seconds.)
+/// The pause before the next try of a response, by the number of failed tries. (ENG: none before the second try, since
+/// a command may have been lost; later long enough that the table's other actions get their turn within seconds.)
 const PAUSES: [Duration; 6] = [
     Duration::ZERO,
     Duration::from_millis(500),
@@ -21,24 +21,24 @@ const PAUSES: [Duration; 6] = [
     Duration::from_secs(4),
     Duration::from_secs(8),
 ];
-/// An action that brings the vehicle down and has succeeded shows on the ground within this time.
+/// Time within which the vehicle must be on the ground after an action that brings it down has succeeded.
 const TOUCHDOWN_LIMIT: Duration = Duration::from_secs(10);
 
 /// The response that is under way.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ActiveResponse {
     row: usize,
-    /// The action that is tried, and how often it was.
+    /// The action that is tried, and the number of its tries so far.
     action: usize,
     tries: u32,
-    /// Tries that failed, of all actions.
+    /// Failed tries of all actions.
     failures: usize,
     not_before: Time,
-    /// Since when nothing is left to fly.
+    /// Since when no action is left to fly.
     flown: Option<Time>,
 }
 
-/// What has been recorded about a flag that is up and is not answered.
+/// What was recorded about a flag that is up and not answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Waits {
     /// Another row responds.
@@ -47,25 +47,25 @@ pub(crate) enum Waits {
     Until(Phase),
 }
 
-/// What becomes of a flag whose response has ended.
+/// What follows for a flag whose response has ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Reset {
     /// It is down.
     Down,
-    /// It stays up as long as what raised it does.
+    /// It stays up as long as its condition holds.
     Awaited,
-    /// The vehicle was to come down, and flies.
+    /// The vehicle was to come down, and still flies.
     StillInAir,
 }
 
 impl World {
-    /// The row that responds; `None`: the mission goes on.
+    /// The row that responds; `None`: the nominal flight continues.
     pub(crate) fn responder(&self) -> Option<usize> {
         if !self.flags.any_is_up() {
             return None;
         }
         if self.mission.over.is_some() && self.is_on_ground() {
-            // What is under way is finished; nothing begins any more.
+            // A response under way is finished; no other begins.
             return self.responding().filter(|_| !self.has_settled());
         }
         let raised = self.flags.rows_up().map(|row| Raised {
@@ -85,7 +85,7 @@ impl World {
         self.table.rows()[response.row].actions.get(response.action).map_or(Severity::Hold, |it| it.severity)
     }
 
-    /// Where the flight is. Unknown counts as in the air, on the way.
+    /// The phase of the flight. An unknown vehicle counts as in the air, on its way.
     pub(super) fn flight_phase(&self) -> Phase {
         let Some(vehicle) = self.vehicle else { return Phase::Cruise };
         if !vehicle.flying {
@@ -100,7 +100,7 @@ impl World {
         }
     }
 
-    /// A row responds from here on.
+    /// The response of a row begins.
     pub(crate) fn begin_response(&mut self, row: usize) {
         self.response =
             Some(ActiveResponse { row, action: 0, tries: 0, failures: 0, not_before: self.now.time, flown: None });
@@ -117,7 +117,7 @@ impl World {
         self.response.as_ref().map(|it| it.row).filter(|row| self.flags.row_is_up(*row))
     }
 
-    /// The next try of the response is one of its `action`; returns when it may begin.
+    /// The next try of the response is one of `action`; returns when it may begin.
     pub(crate) fn await_try(&mut self, action: usize) -> Time {
         let Some(response) = &mut self.response else { return self.now.time };
         if response.action != action {
@@ -127,7 +127,7 @@ impl World {
         response.not_before
     }
 
-    /// That try failed.
+    /// A try has failed, for this reason.
     pub(crate) fn try_failed(&mut self, why: &str) {
         let Some(response) = &mut self.response else { return };
         response.tries += 1;
@@ -177,7 +177,7 @@ impl World {
         self.say("contingency", format!("`{name}` is over"));
     }
 
-    /// Takes a flag down, whatever its row says.
+    /// Takes a flag down, independent of its row.
     pub(super) fn lower(&mut self, name: &str) {
         self.flags.lower(name);
         self.operator.no_longer_overrides(name);
@@ -200,13 +200,13 @@ impl World {
         }
     }
 
-    /// On the ground at rest a response that ends the mission has ended it, and no flag stays up that only counts in the air.
+    /// On the ground at rest: ends a response that ends the mission, and takes down flags that count only in the air.
     pub(super) fn let_flags_fall_on_ground(&mut self) {
         if !self.flags.any_is_up() {
             return;
         }
         let then = |row: &usize| self.table.rows()[*row].then;
-        // A crash is what happened, whatever was answered when it did.
+        // A crash counts more than the response during which it happened.
         let crashed = self.flags.rows_up().find(|row| then(row) == Then::Crashed);
         if let Some(row) = crashed.or_else(|| self.responder().filter(|row| then(row) != Then::Resume)) {
             let name = self.flags.name(row).clone();
@@ -224,7 +224,7 @@ impl World {
         }
     }
 
-    /// Records of each flag that is up and not answered what it waits for, whenever that changes.
+    /// Records for each flag that is up and not answered what it waits for, whenever that changes.
     pub(super) fn say_what_waits(&mut self) {
         let all_fall = self.mission.over.is_some() && self.is_on_ground();
         if !self.flags.any_is_up() || all_fall {

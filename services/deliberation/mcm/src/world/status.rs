@@ -19,7 +19,7 @@ pub(crate) struct Reporter {
     tick_times: TickTimes,
 }
 
-/// The part of the status whose changes are published at once; the rest waits for the next turn.
+/// The part of the status whose changes are published at once; other changes wait for the next period.
 #[derive(Debug, Clone, PartialEq)]
 struct Headline {
     phase: v1::MissionPhase,
@@ -35,12 +35,12 @@ struct Headline {
 }
 
 impl Reporter {
-    /// When the next turn is.
+    /// When the next period begins.
     pub(crate) fn next(&self) -> Time {
         self.next
     }
 
-    /// The tree was ticked, which took this long.
+    /// The tree was ticked in this time.
     pub(crate) fn ticked(&mut self, took_ns: u64) {
         self.tick_times.add(took_ns);
     }

@@ -1,4 +1,4 @@
-//! The step that is flown: begun, flown, failed, given up; and the one after it.
+//! The step that is flown: begun, flown, failed or given up; and the next one.
 
 use std::sync::Arc;
 
@@ -11,14 +11,14 @@ use super::World;
 use crate::clients::permissions::Asking;
 use crate::clients::planner::Next;
 
-/// Whether the plan goes on after the step that was flown.
+/// Whether the plan continues after the step that was flown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum NextStep {
-    /// With the step that is the present one from here on.
+    /// With the next step, which is the present one from now on.
     Begun,
-    /// The planner has not said yet.
+    /// The planner has not answered yet.
     Awaited,
-    /// It has no further step.
+    /// The plan has no further step.
     None,
 }
 
@@ -27,7 +27,7 @@ impl World {
     pub(crate) fn begin_step(&mut self) -> Option<Arc<Step>> {
         let (step, number, count) = self.planner.step()?;
         let (step, text) = (step.clone(), format!("step {number} of {count}: {}", step.text));
-        // Of a step that was interrupted in the moment of the denial.
+        // Denials of a step that was interrupted at the moment of the denial.
         self.permissions.take_denials();
         self.say("step", text);
         Some(step)
@@ -59,7 +59,7 @@ impl World {
         self.planner.fail(self.now.time, reason, denials, self.limits.retry_pause);
     }
 
-    /// The present step is given up because something else comes first.
+    /// The present step is given up because another behavior comes first.
     pub(crate) fn step_interrupted(&mut self) {
         let reason = match self.answered_flag() {
             Some(flag) => ["interrupted by `", flag, "`"].concat(),
@@ -72,12 +72,12 @@ impl World {
         self.planner.step().map_or(0, |(_, number, _)| number)
     }
 
-    /// When the planner must have said what comes after a step that was flown at this moment.
+    /// When the planner's answer about the next step is overdue, for a step that was flown at this moment.
     pub(crate) fn next_step_due(&self) -> Time {
         self.now.time + self.limits.request_timeout
     }
 
-    /// Goes on to the next step, if it is known.
+    /// Makes the next step the present one, if it is known.
     pub(crate) fn advance(&mut self) -> NextStep {
         if !matches!(self.planner.next(), Some(Next::Known(_))) {
             NextStep::Awaited
@@ -88,12 +88,12 @@ impl World {
         }
     }
 
-    /// The present step was flown and must not be flown again, and nothing is known to follow it.
+    /// The present step was flown and must not be flown again, and no next one is known.
     pub(crate) fn drop_step(&mut self) {
         self.planner.drop_step();
     }
 
-    /// Asks for what is needed, unless it is held.
+    /// Asks for a permission, unless it is held.
     pub(crate) fn ask_permission(&mut self, need: &PermissionNeed) {
         if self.permissions.meets(need, self.now.time, &self.limits) {
             return;
@@ -104,7 +104,7 @@ impl World {
         }
     }
 
-    /// What has become of asking for what is needed.
+    /// The state of the request for a permission.
     pub(crate) fn asking(&mut self, need: &PermissionNeed) -> Asking {
         self.permissions.asking(self.now.time, need, &self.limits, &mut self.outbox)
     }
@@ -128,13 +128,13 @@ impl World {
         };
         let here = vehicle.position;
         let has_arrived = target(step).is_none_or(|(there, _)| here.distance_m(there) <= self.limits.arrival_radius_m);
-        // Land, takeoff and stop happen where this step ends.
+        // Land, takeoff and stop begin where this step ends.
         let onward = next.as_deref().and_then(target);
         has_arrived || onward.is_some_and(|(there, speed_m_s)| self.breach_on_way(here, there, speed_m_s).is_none())
     }
 }
 
-/// Where a position step flies to, and how fast; other steps stay where they are.
+/// The target and speed of a position step; other steps do not move over ground.
 fn target(step: &Step) -> Option<(Ned, f64)> {
     match step.nominal.goal {
         Goal::Position { target, speed_limit_m_s, .. } => Some((target, speed_limit_m_s)),

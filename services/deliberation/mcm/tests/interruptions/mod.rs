@@ -1,4 +1,4 @@
-//! What comes at the wrong moment: late answers, lost news, flags between two steps, permissions that go.
+//! Events at a bad moment: late answers, lost messages, flags between two steps, permissions that end.
 
 use domain::skill::Goal;
 use kittiwake_proto::topics::Request;
@@ -25,7 +25,7 @@ fn ledger(state: v1::PermissionState, valid_for_s: f64, decision: u64) -> v1::Pe
     v1::PermissionLedger { permissions: vec![entry] }
 }
 
-/// A transition through area A flies, with the permission; the planner has said to hold.
+/// A transition through area A is flown, with the permission; the planner has said to hold.
 fn in_transition() -> Rig {
     let (mut rig, skill) = under_way_to(500.0);
     rig.say(ledger(v1::PermissionState::Granted, 900.0, 1));
@@ -57,7 +57,7 @@ fn an_answer_to_an_older_request_for_a_plan_is_not_flown() {
     rig.end(&stop, Succeeded, "");
     rig.execute();
     rig.story();
-    // Both requests are open; the first one's answer comes first.
+    // Both requests are open; the first one is answered first.
     rig.plan(plan(&[step(7, fly(70.0), &[])]));
     assert_eq!(rig.story(), "", "an answer for a state that no longer is");
     rig.plan(plan(&[step(8, fly(80.0), &[])]));
@@ -70,7 +70,7 @@ fn a_step_that_was_flown_is_not_flown_again_after_a_flag() {
     rig.plan(plan(&[step(1, fly(100.0), &[])]));
     let skill = rig.execute();
     rig.vehicle(true, Offboard, (0.0, 100.0, 10.0));
-    // The step ends before the planner has said what comes next, and a flag comes between.
+    // The step ends before the planner has named the next one, and a flag rises in between.
     rig.end(&skill, Succeeded, "");
     rig.acknowledge_done();
     rig.story();
@@ -101,7 +101,7 @@ fn a_plan_that_arrives_together_with_a_flag_is_asked_for_again_after_it() {
 }
 
 #[test]
-fn a_transition_is_led_anew_when_its_permission_is_revoked() {
+fn a_transition_is_chosen_again_when_its_permission_is_revoked() {
     let mut rig = in_transition();
     rig.story();
     rig.say(ledger(v1::PermissionState::Revoked, 0.0, 2));
@@ -110,7 +110,7 @@ fn a_transition_is_led_anew_when_its_permission_is_revoked() {
 }
 
 #[test]
-fn a_transition_is_led_anew_when_its_permission_is_about_to_expire() {
+fn a_transition_is_chosen_again_when_its_permission_is_about_to_expire() {
     let (mut rig, skill) = under_way_to(500.0);
     rig.say(v1::PlannerStatus { areas: vec![area_a()], ..Default::default() });
     rig.say(ledger(v1::PermissionState::Granted, 40.0, 1));
@@ -152,7 +152,7 @@ fn a_plan_without_steps_is_no_plan() {
     assert_eq!(rig.story(), "replan after 0 () []");
 }
 
-/// On the ground, a takeoff asked for that the tower's denial makes pointless.
+/// On the ground; a takeoff was requested, and then the tower denies its area.
 fn denied_takeoff(is_taken: bool) -> Rig {
     let mut rig = Rig::new();
     rig.plan(plan(&[step(1, Goal::Takeoff { climb_m: 10.0 }, &["A"])]));
@@ -216,7 +216,7 @@ fn a_flag_that_a_restarted_monitor_does_not_know_of_is_gone() {
     rig.wait(0.1);
     rig.end(&stop, Succeeded, "");
     rig.story();
-    // The event that lowers it never comes: who would have sent it is dead.
+    // The event that lowers it never comes: its sender is dead.
     rig.listed_flags(&[]);
     rig.wait(0.1);
     let story = rig.story();

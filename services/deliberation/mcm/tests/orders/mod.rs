@@ -1,4 +1,4 @@
-//! What an operator may order in which state, and what comes of it.
+//! An operator's orders in each state, and what follows.
 
 use kittiwake_proto::v1;
 use kittiwake_proto::v1::FlightMode::{Land, Loiter, Offboard};
@@ -111,7 +111,7 @@ fn each_verb_in_each_state() {
     let (twice, on) = ("no: `operator_pause` is under way already", "goes on with a new plan");
     let up = "no: `operator_pause` is answered; a new plan is made when that is over";
     check(State::Paused, [STARTED, twice, on, up, HOME, THERE, DOWN, NO_FLAG, NO_PLAN]);
-    // What demands more than a hold is flown at once; another hold waits.
+    // A response that is more severe than a hold is flown at once; another hold waits.
     let up = "no: `obstacle` is answered; a new plan is made when that is over";
     let later = "holds until resumed, but not before `obstacle` (stop, else hold_position, else stop); order it with override to \
                  have it at once";
@@ -169,7 +169,7 @@ fn a_pause_lasts_until_it_is_resumed() {
 }
 
 #[test]
-fn the_vehicle_lands_where_it_is_told_to() {
+fn the_vehicle_lands_at_the_place_that_was_ordered() {
     let (mut rig, _) = under_way();
     rig.command(land_at(30.0, 40.0));
     assert_eq!(rig.story(), "start fly 30 40 10, giving up 1");
@@ -253,7 +253,7 @@ fn a_changed_mission_ends_the_step_of_the_old_one() {
     rig.say(v1::PlannerStatus { epoch: 1, ..Default::default() });
     assert_eq!(rig.story(), "replan after 0 () []\nstart fly 0 100 10, giving up 1");
     rig.execute();
-    // The answer crossed the change on its way.
+    // The answer and the change crossed on their way.
     rig.plan(plan(&[step(8, fly(100.0), &[])]));
     assert_eq!(rig.story(), "replan after 0 () []");
     let plan_of_now = v1::Plan { steps: vec![step(9, fly(70.0), &[])], epoch: 1, ..Default::default() };
@@ -271,7 +271,7 @@ fn a_repeated_command_gets_the_first_answer_and_does_nothing() {
     assert_eq!(rig.command_as("k1", PAUSE), first);
     assert_eq!(rig.command_as("k1", ABORT), first);
     assert_eq!(rig.story(), "");
-    assert_eq!(rig.command_as("", ABORT).text, "it has no request id");
+    assert_eq!(rig.command_as("", ABORT).text, "the order has no request id");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What a manager knows that was started again.
+//! What a manager knows after a restart.
 
 use kittiwake_proto::v1;
 use kittiwake_proto::v1::FlightMode::{Land, Loiter, Offboard};
@@ -84,7 +84,7 @@ fn a_flag_that_stays_up_until_the_landing_does_so() {
 }
 
 #[test]
-fn a_memory_of_no_use_changes_nothing() {
+fn a_state_that_cannot_be_used_changes_nothing() {
     let mut memory = Rig::new().mcm.memory();
     memory.outcome = v1::MissionOutcome::Success.into();
     memory.landing_site = Some(v1::Ned { north_m: f64::NAN, ..Default::default() });

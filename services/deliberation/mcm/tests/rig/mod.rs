@@ -1,4 +1,7 @@
-//! A manager with its surroundings played by the test: what it does is written down in words.
+//! A manager whose surroundings are played by the test; its effects are written down in words.
+
+#![expect(clippy::disallowed_methods, reason = "the cost of a tick is measured on the wall clock")]
+#![expect(unreachable_pub, reason = "no other crate uses a test: here `pub` means outside of the module")]
 
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
@@ -51,7 +54,7 @@ fn now_ns() -> u64 {
 pub struct Rig {
     pub mcm: Mcm,
     now: Time,
-    /// What it did, in words, since the last look.
+    /// Its effects since the last call, in words.
     pub log: Vec<String>,
     open: Vec<(CallId, Request)>,
     next_skill: u64,
@@ -64,17 +67,17 @@ pub struct Rig {
     timestamp_us: u64,
     /// Flags that the introspection lists.
     listed: Vec<v1::RaisedFlag>,
-    /// What happens is only taken in; it is acted on together.
+    /// Events are taken in, and acted on together.
     together: bool,
-    /// What it said of itself last.
+    /// Its newest status.
     status: v1::McmStatus,
-    /// Its tree, as it said last.
+    /// Its tree, as published last.
     pub tree: v1::TreeSnapshot,
     /// The answer to the command sent last.
     answer: Option<v1::OperatorReply>,
     commands: u64,
     reported: bool,
-    /// Everything it has decided, in words.
+    /// All its decisions, in words.
     pub decisions: Vec<String>,
     /// The record of the last wake in which a leaf began or ceased to run.
     pub timing: v1::McmTiming,
@@ -136,7 +139,7 @@ impl Rig {
         }
     }
 
-    /// Its process has ended, and another one goes on with what it remembered. That has not heard of the vehicle yet.
+    /// Its process has ended, and another one continues from the persisted state. It has not heard of the vehicle yet.
     pub fn started_again(self) -> Rig {
         let mut rig = Rig::unseen(&[]);
         rig.mcm.resume(self.mcm.memory()).unwrap();
@@ -146,7 +149,7 @@ impl Rig {
         rig
     }
 
-    /// The monitor says how the vehicle is.
+    /// The monitor reports the state of the vehicle.
     pub fn vehicle(&mut self, flying: bool, mode: v1::FlightMode, at: (f64, f64, f64)) {
         (self.flying, self.mode) = (flying, mode);
         self.position = v1::Ned { north_m: at.0, east_m: at.1, down_m: -at.2 };
@@ -155,7 +158,7 @@ impl Rig {
         self.say(introspection);
     }
 
-    /// What the monitor says of the vehicle as it is now.
+    /// The monitor's report of the vehicle as it is now.
     pub fn introspection(&self) -> v1::Introspection {
         let (flying, mode, timestamp_us) = (self.flying, self.mode, self.timestamp_us);
         v1::Introspection {
@@ -191,7 +194,7 @@ impl Rig {
         self.listed = names.iter().map(listed).collect();
     }
 
-    /// All that `happens` arrives in one batch.
+    /// All events of `happens` arrive in one batch.
     pub fn together(&mut self, happens: impl FnOnce(&mut Rig)) {
         self.together = true;
         happens(self);
@@ -199,7 +202,7 @@ impl Rig {
         self.act();
     }
 
-    /// Time passes; the monitor goes on talking.
+    /// Time passes while the monitor reports.
     pub fn wait(&mut self, seconds: f64) {
         let end = self.now + Duration::from_secs_f64(seconds);
         while self.now < end {
@@ -268,7 +271,7 @@ impl Rig {
         self.say(v1::SkillEvent {
             skill_id,
             request_id: id.to_owned(),
-            // Of the skill only its end matters here; what it confirms of the vehicle has a story of its own.
+            // Only the end of the skill matters here; what it confirms about the vehicle has its own story.
             kind: v1::SkillKind::Offboard as i32,
             state: state as i32,
             outcome: outcome as i32,
@@ -282,13 +285,13 @@ impl Rig {
         self.open.iter().map(|(_, request)| request)
     }
 
-    /// What executes succeeds, or ends otherwise.
+    /// The skill that executes succeeds, or ends otherwise.
     pub fn end_present(&mut self, outcome: v1::SkillOutcome) {
         let request_id = self.running.as_ref().map_or(String::new(), |(id, _)| id.clone());
         self.end(&request_id, outcome, "");
     }
 
-    /// The operator Anna orders something.
+    /// The operator Anna gives an order.
     pub fn command(&mut self, verb: v1::operator_command::Verb) -> v1::OperatorReply {
         self.commands += 1;
         self.command_as(&format!("c{}", self.commands), verb)
@@ -301,12 +304,12 @@ impl Rig {
         self.answer.take().expect("every command is answered at once")
     }
 
-    /// What it says of itself.
+    /// Its newest status.
     pub fn status(&mut self) -> v1::McmStatus {
         self.status.clone()
     }
 
-    /// What it did since the last look, one line each.
+    /// Its effects since the last call, one line each.
     pub fn story(&mut self) -> String {
         std::mem::take(&mut self.log).join("\n")
     }

@@ -1,4 +1,5 @@
-//! The record of a wake: what `kittiwake kpi` works its figures out of. The kinds and paths of the leaves are a contract.
+//! The record of a wake, from which `kittiwake kpi` computes its figures. The kinds and paths of the leaves are a
+//! contract.
 
 use kittiwake_proto::v1::NodeStatus::{Failure, Idle, Running, Success};
 use kittiwake_proto::v1::SkillOutcome::{Failed, Succeeded};

@@ -1,10 +1,10 @@
-//! What the vehicle can do, as back-chaining sees it: black boxes with a state they reach and a
-//! state they start from. A new action is one file here and one line in [`ACTIONS`].
+//! The actions of the vehicle as back-chaining sees them: each has a state that it reaches and a
+//! state that it starts from. A new action is one file here and one line in [`ACTIONS`].
 
 use std::fmt::Debug;
 
 use domain::plan::Parameters;
-use domain::state::State;
+use domain::state::{State, Tolerance};
 
 use crate::config::Config;
 
@@ -24,11 +24,11 @@ pub trait Action: Debug + Sync {
     /// Whether it can end in `goal`, on the way from `start`.
     fn test(&self, goal: &State, start: &State, config: &Config) -> bool;
 
-    /// The state closest to `start` from which it can reach `goal`.
-    fn propagate_backwards(&self, goal: &State, start: &State, config: &Config) -> State;
+    /// The state closest to `start` from which it can reach `goal`, which is reached within the tolerance.
+    fn propagate_backwards(&self, goal: &State, start: &State, tolerance: Tolerance, config: &Config) -> State;
 
     /// How it is flown from `from` to `goal`, and under which conditions. The permissions of the
-    /// areas its way touches are added by whoever knows the areas.
+    /// areas on its way are added later.
     fn set_parameters(&self, from: &State, goal: &State, config: &Config) -> Parameters;
 
     /// Where the vehicle waits for the permissions this action needs.

@@ -1,4 +1,4 @@
-//! A planner that goes on where another one was.
+//! A planner that continues from the state of another one.
 
 use super::*;
 use crate::UnusableState;
@@ -35,7 +35,7 @@ fn an_uploaded_mission_is_gone_on_with_and_its_flight_is_not_disturbed() {
     story.restart(REFERENCE).unwrap();
     let after = story.status();
     assert_eq!((&after.mission, &after.areas, after.epoch), (&before.mission, &before.areas, before.epoch));
-    // The step that is under way is of a plan that nobody remembers: it is taken in all the same.
+    // The step under way belongs to a plan that was not persisted: its report is accepted nevertheless.
     let done = v1::StepDone { step_id: flown.id, state: Some(story.state.clone()) };
     let reply = story.request(Request::StepDone(done));
     assert_eq!(reply, Some(Response::StepDone(v1::StepDoneReply { accepted: true, refusal: String::new() })));
@@ -44,7 +44,7 @@ fn an_uploaded_mission_is_gone_on_with_and_its_flight_is_not_disturbed() {
 }
 
 #[test]
-fn another_mission_file_begins_anew() {
+fn another_mission_file_starts_from_its_beginning() {
     let mut story = Story::under_way(REFERENCE);
     story.planner.core.skip(0, "skipped".into());
     assert_eq!(story.restart(KEEP_OUT), Err(UnusableState::OfAnotherMission));

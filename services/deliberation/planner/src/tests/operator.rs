@@ -67,7 +67,7 @@ fn check(ask: Ask, accepted: bool, words: &str, objectives: &[&str], epoch: u64)
 }
 
 #[test]
-fn what_a_mission_takes_is_told_without_flying_it() {
+fn what_a_mission_needs_is_answered_without_flying_it() {
     let mut story = Story::of(REFERENCE);
     let before = story.status();
     let reply = story.ask(Ask::Validate(text(REFERENCE)));
@@ -81,11 +81,14 @@ fn what_a_mission_takes_is_told_without_flying_it() {
 }
 
 #[test]
-fn every_mistake_in_the_text_is_told() {
+fn every_mistake_in_the_text_is_reported() {
     let mut story = Story::of(REFERENCE);
     let reply = story.ask(Ask::Validate(text("name = \"x\"\n")));
     assert_eq!((reply.accepted, reply.text.as_str()), (false, "1 mistake in the text"));
     assert!(reply.mistakes[0].contains("a mission without objectives"), "{:?}", reply.mistakes);
+    let shut_in = across(&area("shut", "keep-out", [450.0, 550.0], ""));
+    let reply = story.ask(Ask::Upload(text(&shut_in)));
+    assert!(!reply.accepted && reply.mistakes[0].contains("lies in keep-out area `shut`"), "{:?}", reply.mistakes);
 }
 
 #[test]
@@ -103,7 +106,8 @@ fn an_upload_is_a_swap_and_the_plan_of_before_no_longer_holds() {
 fn what_cannot_be_flown_does_not_take_the_place_of_what_can() {
     let mut story = Story::under_way(REFERENCE);
     let before = story.status();
-    let shut_in = across(&area("shut", "keep-out", [450.0, 550.0], ""));
+    let window = "until_utc = \"2027-01-01T00:00:00Z\"";
+    let shut_in = across(&area("shut", "keep-out", [450.0, 550.0], window));
     let reply = story.ask(Ask::Upload(text(&shut_in)));
     assert!(!reply.accepted && reply.text.starts_with("objective `there`: "), "{}", reply.text);
     assert!(!reply.forecast[0].reachable);

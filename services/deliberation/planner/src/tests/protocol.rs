@@ -18,7 +18,7 @@ fn done(story: &mut Story, step_id: u64) -> v1::StepDoneReply {
 }
 
 #[test]
-fn the_next_step_is_told_before_and_after_the_one_before_is_done() {
+fn the_next_step_is_given_before_and_after_the_present_one_is_done() {
     let mut story = Story::of(REFERENCE);
     story.plan();
     assert_eq!(next(&mut story, 0), Some(1));

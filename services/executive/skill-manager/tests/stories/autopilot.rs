@@ -29,7 +29,7 @@ fn a_mode_that_somebody_else_has_set_pre_empts() {
     let position = rig.start(fly_to(100.0));
     rig.run(5.0).autopilot.intended = FlightMode::Land;
     assert_eq!(rig.outcome(position), Preempted);
-    assert_eq!(rig.reason(position), "somebody else set the mode to land");
+    assert_eq!(rig.reason(position), "another controller set the mode to land");
     rig.run(5.0);
     assert_eq!(rig.autopilot.commands.len(), 1, "the vehicle is left to the other");
 }

@@ -2,7 +2,7 @@ use kittiwake_proto::topics::Topic;
 
 use crate::support::Flight;
 
-/// Table 4.1 of the reference, in wall time, whatever the speed.
+/// Table 4.1 of the reference, in wall time, at every speed.
 #[test]
 fn each_topic_keeps_to_its_rate() {
     for speed in [1.0, 20.0, 50.0] {

@@ -5,6 +5,8 @@
 //! connection takes, so that a client that does not read costs nothing; once the journal has moved past its cursor
 //! it gets a `resync`.
 
+#![expect(clippy::disallowed_methods, reason = "requests and their limits are on the wall clock")]
+
 use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::sync::Arc;

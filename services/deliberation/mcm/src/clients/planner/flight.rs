@@ -1,4 +1,4 @@
-//! The step that is flown, and the one after it.
+//! The step that is flown, and the next one.
 
 use std::sync::Arc;
 
@@ -6,10 +6,10 @@ use domain::plan::{Denial, FailedStep, Plan, Step, StepId};
 use domain::skill::Goal;
 use domain::time::Time;
 
-/// Where the flight of the plan stands.
+/// The state of the flight of a plan.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) enum Flight {
-    /// No step: none is planned, or the plan has run out.
+    /// No step: there is no plan, or it has no further step.
     #[default]
     Idle,
     /// A step is flown, or is about to be.
@@ -18,20 +18,20 @@ pub(crate) enum Flight {
         step: Arc<Step>,
         /// Its place in the plan, from 1, and how many steps the plan had.
         number: u32,
-        /// See `number`.
+        /// The number of steps in the plan.
         count: u32,
-        /// The one after it.
+        /// The next step.
         next: Next,
-        /// Why it is to be given up, until its executor has done so.
+        /// Why the step is to be given up; its executor will do so.
         withdrawn: Option<String>,
     },
-    /// The step was given up. Until there is a plan the transition goes towards its goal.
+    /// The step was given up. The transition flies towards its goal until there is a plan.
     Interrupted {
-        /// What it was to fly.
+        /// Its goal.
         goal: Goal,
-        /// What the planner has to know about it; `None` if the next plan does not depend on it.
+        /// What the planner must know about it; `None` if the next plan does not depend on it.
         failed: Option<FailedStep>,
-        /// Areas that were denied during it, until the planner has heard of them.
+        /// Areas that were denied during it; kept until the planner knows of them.
         denials: Vec<Denial>,
     },
 }
@@ -39,7 +39,7 @@ pub(crate) enum Flight {
 /// The step after the present one.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Next {
-    /// Not asked for yet; not to be asked for before then.
+    /// Not asked for yet; not before this time.
     Unknown(Time),
     /// Asked for.
     Asked,
@@ -47,36 +47,36 @@ pub(crate) enum Next {
     Known(Option<Arc<Step>>),
 }
 
-/// Something that happens to the flight of the plan.
+/// An event in the flight of a plan.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Event {
-    /// A plan is flown from here on.
+    /// A plan was adopted.
     Adopted(Plan),
-    /// The successor was asked for.
+    /// The next step was asked for.
     NextAsked,
-    /// The planner has said what comes after this step.
+    /// The planner has named the step after this one.
     NextKnown(StepId, Option<Arc<Step>>),
-    /// The planner has not; ask again then.
+    /// The planner has not answered; ask again at this time.
     NextLost(StepId, Time),
-    /// The present step was flown, and its successor becomes the present one.
+    /// The present step was flown, and the next one becomes the present one.
     Advanced,
-    /// The present step was flown or is void, and nothing is known to follow it.
+    /// The present step was flown or is void, and no next one is known.
     Dropped,
-    /// The present step cannot be flown on, for this reason and because of these denials.
+    /// The present step has failed, for this reason and because of these denials.
     Failed(String, Vec<Denial>),
     /// The present step is to be given up, for this reason.
     Withdrawn(String),
-    /// It is given up, and the planner need not know why.
+    /// The step is given up, and the planner need not know why.
     GivenUp,
-    /// The planner has heard of the denials.
+    /// The planner knows of the denials.
     DenialsHeard,
-    /// There is nothing left to fly.
+    /// No step is left.
     Finished,
 }
 
 impl Flight {
-    /// Takes in an event. One that is about another step, or comes when there is no step, changes nothing: replies cross
-    /// with failures on their way.
+    /// Takes in an event. An event about another step, or without a present step, changes nothing, because replies and
+    /// failures may cross.
     pub(crate) fn on(&mut self, event: Event) {
         use {Event as E, Flight as F};
         *self = match (std::mem::take(self), event) {
@@ -119,7 +119,7 @@ impl Flight {
         };
     }
 
-    /// The step that is flown, its place in the plan and how many steps the plan had.
+    /// The step that is flown, its place in the plan, and the number of steps in the plan.
     pub(crate) fn step(&self) -> Option<(&Arc<Step>, u32, u32)> {
         match self {
             Flight::Flying { step, number, count, .. } => Some((step, *number, *count)),
@@ -127,7 +127,7 @@ impl Flight {
         }
     }
 
-    /// What is known about the step after the present one; `None` where there is no present one.
+    /// What is known about the next step; `None` if there is no present one.
     pub(crate) fn next(&self) -> Option<&Next> {
         match self {
             Flight::Flying { next, .. } => Some(next),
@@ -143,7 +143,7 @@ impl Flight {
         }
     }
 
-    /// What the step that was given up was to fly.
+    /// The goal of the step that was given up.
     pub(crate) fn interrupted_goal(&self) -> Option<Goal> {
         match self {
             Flight::Interrupted { goal, .. } => Some(*goal),
@@ -151,7 +151,7 @@ impl Flight {
         }
     }
 
-    /// What the planner has to know about the step that was given up: which, why, and what was denied.
+    /// What the planner must know about the step that was given up: its id, the reason and the denials.
     pub(crate) fn failure(&self) -> (Option<&FailedStep>, &[Denial]) {
         match self {
             Flight::Interrupted { failed, denials, .. } => (failed.as_ref(), denials),

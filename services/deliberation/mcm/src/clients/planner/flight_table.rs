@@ -1,4 +1,4 @@
-//! Every state times every event, written out.
+//! Every state with every event.
 
 use domain::geometry::Ned;
 use domain::plan::{Condition, DenialKind, Parameters};
@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use super::*;
 
-/// One row per state, one column per event, in the order of [`events`]. A cell is the state that follows; `=` where
+/// One row per state, one column per event, in the order of [`events`]. A cell is the next state; `=` where
 /// nothing changes.
 const TABLE: &[(&str, [&str; 11])] = &[
     // adopted, asked, known, lost, advanced, dropped, failed, withdrawn, given up, denials heard, finished

@@ -1,5 +1,5 @@
-//! The planner as the manager sees it: the step that is flown, the plan that is asked for, and what the planner still
-//! has to be told.
+//! The planner as the manager sees it: the step that is flown, the plan that is asked for, and the reports that the
+//! planner has not acknowledged.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -30,16 +30,16 @@ use plan_request::Event as RequestEvent;
 pub(crate) use plan_request::{Basis, PlanRequest};
 use step_reports::{Event as ReportEvent, StepReports};
 
-/// Why a request to the planner brought nothing.
+/// Why a request to the planner has no usable answer.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum NoAnswer {
     /// There was no reply.
     #[error("{0}")]
     Call(#[from] CallError),
     /// The reply made no sense.
-    #[error("answered what makes no sense: {0}")]
+    #[error("gave an invalid answer: {0}")]
     Invalid(#[from] InvalidMessage),
-    /// The planner says that the request made no sense.
+    /// The planner refused the request as invalid.
     #[error("refused the request: {0}")]
     Refused(String),
 }
@@ -63,9 +63,9 @@ pub(crate) struct Planner {
     pauses: Pauses,
     status: Option<PlannerStatus>,
     areas: Arc<[Area]>,
-    /// Of the plan that was adopted last.
+    /// The revision of the plan that was adopted last.
     epoch: u64,
-    /// The objective that was planned for last.
+    /// The objective of the last plan.
     planned_for: Option<u32>,
 }
 
@@ -85,7 +85,7 @@ impl Planner {
         }
     }
 
-    /// The step that is flown, its place in the plan from 1, and how many steps the plan had.
+    /// The step that is flown, its place in the plan from 1, and the number of steps in the plan.
     pub(crate) fn step(&self) -> Option<(&Arc<Step>, u32, u32)> {
         self.flight.step()
     }
@@ -95,7 +95,7 @@ impl Planner {
         self.flight.next()
     }
 
-    /// What the step that was given up was to fly.
+    /// The goal of the step that was given up.
     pub(crate) fn interrupted_goal(&self) -> Option<Goal> {
         self.flight.interrupted_goal()
     }
@@ -105,12 +105,12 @@ impl Planner {
         self.flight.withdrawal()
     }
 
-    /// Where the request for a plan stands.
+    /// The state of the request for a plan.
     pub(crate) fn request(&self) -> &PlanRequest {
         &self.request
     }
 
-    /// The planner's newest account of the mission.
+    /// The planner's newest status.
     pub(crate) fn status(&self) -> Option<&PlannerStatus> {
         self.status.as_ref()
     }
@@ -125,7 +125,7 @@ impl Planner {
         self.pauses.until()
     }
 
-    /// Asks for a plan, unless a flown step is still to be reported: the planner would plan it again.
+    /// Asks for a plan, unless a flown step is still to be reported: the planner would plan that step again.
     pub(crate) fn ask_for_plan(
         &mut self,
         state: State,
@@ -151,7 +151,7 @@ impl Planner {
         true
     }
 
-    /// No plan is wanted any more. One that was just adopted was made for a state that no longer is.
+    /// No plan is wanted any more. One that was just adopted was made for a state that has changed.
     pub(crate) fn stop_asking_for_plan(&mut self) {
         if self.request == PlanRequest::Planned {
             self.flight.on(FlightEvent::Dropped);
@@ -159,18 +159,18 @@ impl Planner {
         self.request.on(RequestEvent::Reset);
     }
 
-    /// The asking for a plan begins.
+    /// A plan is wanted from now on.
     pub(crate) fn begin_asking_for_plan(&mut self) {
         self.request.on(RequestEvent::Reset);
     }
 
-    /// The present step was flown: its successor, if it is known, becomes the present one; whether there is one.
+    /// The present step was flown: the next one, if it is known, becomes the present one; returns whether there is one.
     pub(crate) fn advance(&mut self) -> bool {
         self.flight.on(FlightEvent::Advanced);
         self.flight.step().is_some()
     }
 
-    /// The present step was flown; the planner hears of it until it has acknowledged it.
+    /// The present step was flown; it is reported to the planner until the planner acknowledges it.
     pub(crate) fn flown(&mut self, id: StepId, state: State) {
         self.pauses.end();
         self.reports.on(ReportEvent::Flown(StepDone { id, state }));
@@ -178,35 +178,35 @@ impl Planner {
 
     /// The present step failed by itself.
     pub(crate) fn fail(&mut self, now: Time, reason: String, denials: Vec<Denial>, first_pause: Duration) {
-        // A denial has pauses of its own, which the planner makes.
+        // After a denial the planner decides about the pause.
         if denials.is_empty() {
             self.pauses.begin(now, first_pause);
         }
         self.flight.on(FlightEvent::Failed(reason, denials));
     }
 
-    /// The present step is given up through no fault of its own.
+    /// The present step is given up because of something else.
     pub(crate) fn interrupt(&mut self, reason: String) {
         self.flight.on(FlightEvent::Failed(reason, Vec::new()));
     }
 
-    /// The present step is not to be begun, or was flown and nothing is known to follow it.
+    /// The present step must not begin, or was flown and no next step is known.
     pub(crate) fn drop_step(&mut self) {
         self.flight.on(FlightEvent::Dropped);
     }
 
-    /// The present step is given up: the next plan is made for its objective, not for it.
+    /// The present step is given up: the next plan is made for its objective instead.
     pub(crate) fn give_up(&mut self) {
         self.flight.on(FlightEvent::GivenUp);
         self.pauses.skip();
     }
 
-    /// The present step is to be given up, through no fault of its own; its executor does so at its next tick.
+    /// The present step is to be given up because of something else; its executor does so at its next tick.
     pub(crate) fn withdraw(&mut self, reason: impl Into<String>) {
         if self.flight.step().is_some() {
             self.flight.on(FlightEvent::Withdrawn(reason.into()));
         } else if self.request.on(RequestEvent::Withdrawn) {
-            // What was waited for belongs to a mission that is no more, so the next plan is a first one.
+            // The wait belonged to the mission of before, so the next plan counts as a first one.
             self.planned_for = None;
         }
     }
@@ -224,7 +224,7 @@ impl Planner {
         self.request.on(RequestEvent::Void);
     }
 
-    /// The answer to a request for a plan; what it means, in words.
+    /// The answer to a request for a plan; returns what it means, in words.
     pub(crate) fn on_plan(
         &mut self,
         now: Time,
@@ -271,7 +271,7 @@ impl Planner {
     fn no_plan(&mut self, now: Time, no_answer: NoAnswer, patience: Duration) -> String {
         let wait = match no_answer {
             NoAnswer::Call(_) => patience,
-            // The same question gets the same answer: ask ever more slowly.
+            // The same request gets the same answer: ask with growing pauses.
             NoAnswer::Invalid(_) | NoAnswer::Refused(_) => self.pauses.unusable_answer(patience),
         };
         self.request.on(RequestEvent::Lost(now + wait));
@@ -283,7 +283,7 @@ impl Planner {
         plans == PlanApproval::EachPlan || (plans == PlanApproval::EachReplanning && !is_first)
     }
 
-    /// The answer to the question what comes after step `after`.
+    /// The answer to the question for the step after step `after`.
     pub(crate) fn on_next(
         &mut self,
         now: Time,
@@ -303,12 +303,12 @@ impl Planner {
         }
     }
 
-    /// The planner has answered, or not answered, the report that step `id` was flown.
+    /// The answer to the report that step `id` was flown, or its failure.
     pub(crate) fn on_report(&mut self, now: Time, id: StepId, answered: bool, patience: Duration) {
         self.reports.on(if answered { ReportEvent::Answered(id) } else { ReportEvent::Lost(now + patience) });
     }
 
-    /// Takes in the planner's own account.
+    /// Takes in the planner's status.
     pub(crate) fn on_status(&mut self, status: PlannerStatus) {
         if *self.areas != *status.areas {
             self.areas = status.areas.as_slice().into();
@@ -319,13 +319,13 @@ impl Planner {
         self.status = Some(status);
     }
 
-    /// Whether the planner's account says that every objective has reached its final state.
+    /// Whether by the planner's status every objective has reached its final state.
     pub(crate) fn all_settled(&self) -> bool {
         self.status.as_ref().is_some_and(|it| it.current_objective as usize == it.objectives.len())
     }
 
-    /// Reports the first flown step that the planner does not know of, and fetches the step after the present one
-    /// before that one ends.
+    /// Reports the first flown step that the planner has not acknowledged, and fetches the next step before the present
+    /// one ends.
     pub(crate) fn tend(&mut self, now: Time, timeout: Duration, outbox: &mut Outbox) {
         if let Some((done, _)) = self.reports.due().filter(|(_, at)| *at <= now) {
             outbox.call(Purpose::StepDone(done.id), Request::StepDone(done.clone().into()), timeout);

@@ -1,6 +1,6 @@
-//! Pauses before a plan is asked for again, ever longer ones while it does not help.
+//! Pauses before a plan is asked for again, growing with each failure.
 //!
-//! So a moment's trouble does not use up every try, and a contingency gets its say.
+//! So a short disturbance does not use up every try, and a contingency can respond first.
 
 use std::time::Duration;
 
@@ -39,13 +39,13 @@ impl Pauses {
         self.until = Time::ZERO;
     }
 
-    /// The planner's answer was of no use; how long to wait before asking again.
+    /// The planner's answer could not be used; returns how long to wait before asking again.
     pub(crate) fn unusable_answer(&mut self, first_pause: Duration) -> Duration {
         self.unusable_answers += 1;
         first_pause * PAUSES[self.unusable_answers.min(PAUSES.len() - 1)]
     }
 
-    /// The planner's answer made sense.
+    /// The planner's answer could be used.
     pub(crate) fn answered(&mut self) {
         self.unusable_answers = 0;
     }

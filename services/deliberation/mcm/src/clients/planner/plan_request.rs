@@ -3,19 +3,19 @@
 use domain::plan::Plan;
 use domain::time::Time;
 
-/// Where the request for a plan stands.
+/// The state of the request for a plan.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) enum PlanRequest {
-    /// Nothing is asked.
+    /// No plan is asked for.
     #[default]
     Idle,
     /// Asked under this request id.
     Asked(String),
-    /// The planner is late, gone, or said what makes no sense: ask again then.
+    /// The planner did not answer, or its answer made no sense: ask again at this time.
     Retry(Time),
-    /// The planner said to hold: ask again then, or when what it knew has changed.
+    /// The planner said to hold: ask again at this time, or when what it knew has changed.
     Hold(Time, Basis),
-    /// A plan is there that is flown only once it is approved; the default counts from then on.
+    /// A plan waits for approval; from this time on the default counts.
     Proposed(Box<Plan>, Time),
     /// A plan was adopted.
     Planned,
@@ -28,35 +28,35 @@ pub(crate) enum PlanRequest {
 pub(crate) struct Basis {
     /// Counts the tower's decisions.
     pub(crate) revision: u64,
-    /// The areas that could be entered; a permission that is about to expire is no longer among them.
+    /// The areas that could be entered, without those whose permission is about to expire.
     pub(crate) held: Vec<String>,
 }
 
-/// Something that happens to the request. Answers name the request they answer.
+/// An event for the request. Answers name the request they answer.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Event {
     /// A request was sent.
     Sent(String),
-    /// No usable answer came; ask again then.
+    /// No usable answer came; ask again at this time.
     Lost(Time),
-    /// Nothing can be flown before then.
+    /// Nothing can be flown before this time.
     Hold(Time, Basis),
-    /// A plan came that needs approval until then.
+    /// A plan came that waits for approval until this time.
     Proposed(Box<Plan>, Time),
-    /// A plan came, or was approved, and is flown.
+    /// A plan came, or was approved.
     Adopted,
-    /// A plan came that is void, or was not approved.
+    /// A plan came that is void, or was refused.
     Void,
     /// Nothing is left to plan.
     Finished,
-    /// The mission was changed, or somebody wants another plan: an answer of before counts no more.
+    /// The mission was changed, or another plan is wanted: an earlier answer no longer counts.
     Withdrawn,
-    /// No plan is wanted, or the asking begins.
+    /// No plan is wanted any more, or one is wanted from now on.
     Reset,
 }
 
 impl PlanRequest {
-    /// Takes in an event; whether it meant anything here.
+    /// Takes in an event; returns whether it changed anything.
     pub(crate) fn on(&mut self, event: Event) -> bool {
         use {Event as E, PlanRequest as R};
         let after = match (&*self, event) {
@@ -75,7 +75,7 @@ impl PlanRequest {
         true
     }
 
-    /// Whether this request waits for its answer: one to an earlier request was given for a state that no longer is.
+    /// Whether this request waits for its answer: an answer to an earlier one was given for a state that has changed.
     pub(crate) fn awaits(&self, request_id: &str) -> bool {
         matches!(self, PlanRequest::Asked(id) if id == request_id)
     }
@@ -137,7 +137,7 @@ mod tests {
             Event::Withdrawn,
             Event::Reset,
         ];
-        // One row per state, one column per event; `-` where the event means nothing.
+        // One row per state, one column per event; `-` where the event changes nothing.
         let table = [
             ("idle", ["asked", "-", "-", "-", "-", "-", "-", "-", "idle"]),
             ("asked", ["-", "retry", "hold", "proposed", "planned", "idle", "finished", "-", "idle"]),

@@ -1,32 +1,32 @@
-//! What the planner still has to be told: steps that were flown, until it has acknowledged each.
+//! Reports to the planner: steps that were flown, each until the planner has acknowledged it.
 
 use std::collections::VecDeque;
 
 use domain::plan::{StepDone, StepId};
 use domain::time::Time;
 
-/// Where the reports stand.
+/// The state of the reports.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) enum StepReports {
     /// The planner knows of every step that was flown.
     #[default]
     None,
-    /// These are to be reported, the first one next and not before then.
+    /// These are to be reported, the first one next, not before this time.
     Due(VecDeque<StepDone>, Time),
-    /// The first of these is under way.
+    /// The report of the first of these is under way.
     Sent(VecDeque<StepDone>),
 }
 
-/// Something that happens to the reports.
+/// An event for the reports.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Event {
     /// A step was flown.
     Flown(StepDone),
     /// The first report was sent.
     Sent,
-    /// The planner has taken in this one, or refused it: either way it knows what it wants to know.
+    /// The planner has acknowledged or refused this one: it need not be repeated.
     Answered(StepId),
-    /// No answer came; report again then.
+    /// No answer came; report again at this time.
     Lost(Time),
 }
 

@@ -1,0 +1,132 @@
+//! Inside an area that closes, opens, is revoked or runs out, the vehicle leaves by the shortest way, whatever it does there.
+
+mod support;
+
+use std::time::Duration;
+
+use control_tower::policy::Policy;
+use kittiwake_proto::v1::operator_command::Verb;
+use kittiwake_proto::v1::{self, Decision};
+use simulation::Simulation;
+
+use support::{mission_file, simulation};
+
+const LIMIT: Duration = Duration::from_secs(2400);
+
+/// In the middle of area A of the reference mission: from 110 m to 290 m east, 90 m to either side.
+#[track_caller]
+fn inside() -> Simulation<'static> {
+    let mut simulation = simulation(None, Policy::Grant);
+    assert!(simulation.fly_until("step 4 of 5", LIMIT));
+    while simulation.position().is_none_or(|it| it.east_m < 180.0) {
+        simulation.pass(Duration::from_millis(200));
+    }
+    simulation
+}
+
+/// Fails unless the vehicle is out of area A within `seconds`, and breaks no rule until then.
+#[track_caller]
+fn leaves(simulation: &mut Simulation<'_>, seconds: u64) {
+    let is_inside = |it: v1::Ned| (110.0..290.0).contains(&it.east_m) && it.north_m.abs() < 90.0;
+    for _ in 0..seconds * 5 {
+        simulation.pass(Duration::from_millis(200));
+        if !simulation.position().is_some_and(is_inside) {
+            assert_eq!(simulation.breaches(), [], "{}", simulation.decision_log());
+            return;
+        }
+    }
+    panic!("still at {:?}:\n{}", simulation.position(), simulation.decision_log());
+}
+
+#[test]
+fn a_revoked_area_is_left_on_the_way() {
+    let mut simulation = inside();
+    simulation.decide("A", Decision::Revoke);
+    leaves(&mut simulation, 30);
+}
+
+#[test]
+fn a_paused_vehicle_leaves_an_area_that_is_revoked() {
+    let mut simulation = inside();
+    simulation.order(Verb::Pause(v1::PauseMission { overrides: false }));
+    simulation.pass(Duration::from_secs(20));
+    simulation.decide("A", Decision::Revoke);
+    leaves(&mut simulation, 30);
+    simulation.pass(Duration::from_secs(60));
+    assert_eq!(simulation.responder(), "operator_pause", "it holds outside: {}", simulation.decision_log());
+}
+
+#[test]
+fn a_paused_vehicle_is_out_before_its_permission_ends() {
+    let mut simulation = inside();
+    simulation.order(Verb::Pause(v1::PauseMission { overrides: false }));
+    simulation.pass(Duration::from_secs(10));
+    // Nobody renews it.
+    simulation.decide_for("A", Decision::Grant, Some(40.0));
+    simulation.inject_fault("link_loss", &["400"]);
+    leaves(&mut simulation, 60);
+}
+
+#[test]
+fn a_return_leaves_a_revoked_area_by_the_nearest_border() {
+    let mut simulation = inside();
+    simulation.order(Verb::Return(v1::ReturnHome { overrides: false }));
+    simulation.decide("A", Decision::Revoke);
+    leaves(&mut simulation, 25);
+    let report = simulation.fly(LIMIT);
+    assert!(report.is_some() && simulation.breaches().is_empty(), "{}", simulation.decision_log());
+}
+
+/// A mission over `area`, which is 200 m wide and far too long to be flown round.
+fn mission_with(name: &str, area: &str) -> Simulation<'static> {
+    let text = format!(
+        "name = \"{name}\"\n\
+         [[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 500\nheight_m = 8\nflying = true\n\
+         [[objective]]\nname = \"back\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n\
+         [[area]]\nname = \"A\"\n{area}\n"
+    );
+    simulation(Some(&mission_file(name, &text)), Policy::Grant)
+}
+
+#[test]
+fn a_low_ceiling_on_the_way_home_is_flown_under_or_gone_round() {
+    let mut simulation = mission_with(
+        "low_ceiling",
+        "kind = \"keep-out\"\nfloor_m = 13\ncorners_m = [[-300, 150], [300, 150], [300, 350], [-300, 350]]",
+    );
+    while simulation.position().is_none_or(|it| it.east_m < 250.0) {
+        simulation.pass(Duration::from_secs(1));
+    }
+    simulation.order(Verb::Return(v1::ReturnHome { overrides: false }));
+    simulation.fly(LIMIT);
+    simulation.pass(Duration::from_secs(30));
+    let at = simulation.position().unwrap();
+    assert!(at.north_m.hypot(at.east_m) < 5.0, "home, not where it was: {at:?}\n{}", simulation.decision_log());
+    assert_eq!(simulation.breaches(), [], "{}", simulation.decision_log());
+}
+
+#[test]
+fn an_area_that_opens_over_the_vehicle_is_left_before() {
+    let mut simulation = mission_with(
+        "opens",
+        "kind = \"keep-out\"\nfrom_utc = \"2026-01-01T00:00:45Z\"\n\
+         corners_m = [[-300, 150], [300, 150], [300, 350], [-300, 350]]",
+    );
+    simulation.pass(Duration::from_secs(44));
+    let is_inside = |it: v1::Ned| (150.0..350.0).contains(&it.east_m);
+    assert!(!simulation.position().is_some_and(is_inside), "{}", simulation.decision_log());
+    let report = simulation.fly(LIMIT);
+    simulation.pass(Duration::from_secs(30));
+    assert!(report.is_some() && simulation.is_on_ground(), "{}", simulation.decision_log());
+    assert_eq!(simulation.breaches(), [], "{}", simulation.decision_log());
+}
+
+#[test]
+fn landed_in_an_area_that_is_revoked_it_does_not_take_off() {
+    let mut simulation = simulation(None, Policy::Grant);
+    assert!(simulation.fly_until("step 5 of 5: land", LIMIT));
+    simulation.pass(Duration::from_secs(2));
+    simulation.decide("B", Decision::Revoke);
+    simulation.pass(Duration::from_secs(600));
+    assert_eq!(simulation.breaches(), [], "{}", simulation.decision_log());
+}

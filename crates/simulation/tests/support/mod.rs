@@ -1,0 +1,50 @@
+//! What the stories of whole flights share.
+
+#![expect(unreachable_pub, reason = "no other crate uses a test: here `pub` means outside of the module")]
+#![allow(dead_code, reason = "each test program uses its own part of it")]
+
+pub mod dice;
+pub mod random_mission;
+
+use std::path::{Path, PathBuf};
+
+use control_tower::policy::Policy;
+use simulation::{Machine, Setup, Simulation};
+
+/// The shipped configuration.
+pub fn config() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config")
+}
+
+/// A copy of the shipped configuration in which keys of `kittiwake.toml` have other values.
+#[track_caller]
+pub fn config_with(name: &str, changes: &[(&str, &str)]) -> PathBuf {
+    let (shipped, copy) = (config(), Path::new(env!("CARGO_TARGET_TMPDIR")).join(name));
+    std::fs::create_dir_all(copy.join("trees")).unwrap();
+    for file in std::fs::read_dir(shipped.join("trees")).unwrap() {
+        let path = file.unwrap().path();
+        std::fs::copy(&path, copy.join("trees").join(path.file_name().unwrap())).unwrap();
+    }
+    std::fs::copy(shipped.join("contingencies.toml"), copy.join("contingencies.toml")).unwrap();
+    let mut text = std::fs::read_to_string(shipped.join("kittiwake.toml")).unwrap();
+    for (key, value) in changes {
+        let line = text.lines().find(|it| it.starts_with(&format!("{key} = "))).expect(key).to_owned();
+        text = text.replacen(&line, &format!("{key} = {value}"), 1);
+    }
+    std::fs::write(copy.join("kittiwake.toml"), text).unwrap();
+    copy
+}
+
+/// A mission of this text, in a file of its own.
+pub fn mission_file(name: &str, text: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.toml"));
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+/// The shipped system with this mission, the reference mission if there is none.
+#[track_caller]
+pub fn simulation(mission: Option<&Path>, permissions: Policy) -> Simulation<'static> {
+    let config = config();
+    Simulation::new(&Setup { config: &config, mission, permissions, seed: 1, machine: Machine::Ideal }).unwrap()
+}

@@ -1,0 +1,45 @@
+//! The end of a process: by a signal, or with its parent.
+
+#![expect(clippy::disallowed_methods, reason = "a process that does not stop gets some time on the wall clock")]
+
+use std::io::Read;
+use std::time::Duration;
+
+use bus::Stop;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::iterator::Signals;
+
+use crate::outcome::Outcome;
+use crate::output;
+
+/// A process that was asked to end and has not ended after this time exits by itself.
+const STOP_LIMIT: Duration = Duration::from_secs(2);
+
+/// Calls `on_signal` on every Ctrl-C and SIGTERM, from a thread of its own.
+pub fn on_signal(mut on_signal: impl FnMut() + Send + 'static) -> std::io::Result<()> {
+    let mut signals = Signals::new([SIGINT, SIGTERM])?;
+    std::thread::spawn(move || signals.forever().for_each(|_| on_signal()));
+    Ok(())
+}
+
+/// Stops on a signal and, if `with_parent`, when standard input ends: its other end is held by the
+/// launcher and by nobody else, so it ends even when the launcher is killed.
+pub fn stop_on_end(stop: &Stop, with_parent: bool) -> std::io::Result<()> {
+    stop.on_stop(|| {
+        std::thread::spawn(|| {
+            std::thread::sleep(STOP_LIMIT);
+            output::error_line(format_args!("did not stop within {STOP_LIMIT:?}"));
+            std::process::exit(u8::from(Outcome::NotKeptUp).into());
+        });
+    });
+    let on_parent = stop.clone();
+    if with_parent {
+        std::thread::spawn(move || {
+            let mut byte = [0];
+            while std::io::stdin().read(&mut byte).is_ok_and(|it| it > 0) {}
+            on_parent.stop();
+        });
+    }
+    let stop = stop.clone();
+    on_signal(move || stop.stop())
+}

@@ -1,0 +1,10 @@
+//! What a process of the system is made of while it runs: its service on the bus or its router, what ends it, what watches
+//! it, and what it leaves behind.
+
+pub mod end;
+pub mod persisted;
+pub mod process;
+pub mod router;
+pub mod run_file;
+pub mod state_folder;
+pub mod watchdog;

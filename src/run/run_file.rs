@@ -1,0 +1,161 @@
+//! How `kittiwake inject` and `kittiwake status` find a running system: the launcher leaves a file
+//! with its addresses while it runs.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+/// Where a running system can be reached.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Running {
+    /// The launcher's process id.
+    pub pid: u32,
+    /// The router's locator.
+    pub connect: String,
+    /// The gateway's address.
+    pub http: String,
+    /// A token with every role for this run; empty if the launcher was started with tokens from elsewhere.
+    pub token: String,
+    /// The vehicle's name.
+    pub vehicle: String,
+    /// The configuration file it was started with.
+    pub config: PathBuf,
+    /// The CA file for the gateway's certificate; absent without encryption.
+    pub ca: Option<PathBuf>,
+}
+
+/// The file of a running launcher; removed with the value.
+pub struct RunFile(PathBuf);
+
+impl RunFile {
+    /// Leaves the file; readers see all of it or nothing.
+    pub fn write(running: &Running) -> io::Result<RunFile> {
+        let folder = folder();
+        private_folder(&folder)?;
+        let path = folder.join(format!("{}.json", running.pid));
+        let unfinished = path.with_extension("part");
+        write_private(&unfinished, &serde_json::to_vec(running)?)?;
+        std::fs::rename(&unfinished, &path)?;
+        Ok(RunFile(path))
+    }
+}
+
+impl Drop for RunFile {
+    fn drop(&mut self) {
+        // Removed already, or stale from now on: readers check the process.
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+/// Every running system of this user. Files of launchers that were killed are removed.
+pub fn running() -> Vec<Running> {
+    let entries = std::fs::read_dir(folder()).into_iter().flatten().flatten();
+    let mut found: Vec<Running> = entries.filter_map(|it| read(&it.path())).collect();
+    found.sort_by_key(|it| it.pid);
+    found
+}
+
+fn read(path: &Path) -> Option<Running> {
+    if path.extension()? != "json" {
+        return None;
+    }
+    let running: Running = serde_json::from_slice(&std::fs::read(path).ok()?).ok()?;
+    if is_alive(running.pid) {
+        return Some(running);
+    }
+    let _ = std::fs::remove_file(path);
+    None
+}
+
+/// Removes the folders of processes that were killed.
+fn clear_away() {
+    for entry in std::fs::read_dir(folder()).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let pid = name.to_str().and_then(|it| it.split_once('.')?.0.parse().ok());
+        if pid.is_some_and(|it| !is_alive(it)) && entry.file_type().is_ok_and(|it| it.is_dir()) {
+            // Another command may be removing it at the same time.
+            let _ = std::fs::remove_dir_all(entry.path());
+        }
+    }
+}
+
+/// Whether the process exists: signal 0 is checked but not delivered.
+fn is_alive(pid: u32) -> bool {
+    i32::try_from(pid).is_ok_and(|pid| nix::sys::signal::kill(nix::unistd::Pid::from_raw(pid), None).is_ok())
+}
+
+/// A file that nobody else can read; there must be none yet.
+pub fn write_private(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    use std::io::Write;
+    use std::os::unix::fs::OpenOptionsExt;
+    // Left behind by a killed process of the same number.
+    let _ = std::fs::remove_file(path);
+    let mut file = std::fs::OpenOptions::new().write(true).create_new(true).mode(0o600).open(path)?;
+    file.write_all(bytes)
+}
+
+/// Of this user's running systems.
+pub fn folder() -> PathBuf {
+    std::env::temp_dir().join(format!("kittiwake-{}", nix::unistd::getuid()))
+}
+
+/// A folder that nobody else can put files into.
+pub fn private_folder(folder: &Path) -> io::Result<()> {
+    use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+    std::fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
+    let owner = std::fs::symlink_metadata(folder)?.uid();
+    if owner == nix::unistd::getuid().as_raw() {
+        Ok(())
+    } else {
+        Err(io::Error::other(format!("{} belongs to user {owner}", folder.display())))
+    }
+}
+
+/// A folder of one run of this process, removed with the value.
+pub struct RunFolder(pub PathBuf);
+
+impl RunFolder {
+    /// Makes it; `what` distinguishes it from the process's other folders.
+    ///
+    /// # Errors
+    /// If that is not possible.
+    pub fn create(what: &str) -> io::Result<RunFolder> {
+        private_folder(&folder())?;
+        clear_away();
+        let path = folder().join(format!("{}.{what}", std::process::id()));
+        // Left behind by a killed process of the same number.
+        let _ = std::fs::remove_dir_all(&path);
+        private_folder(&path)?;
+        Ok(RunFolder(path))
+    }
+}
+
+impl Drop for RunFolder {
+    fn drop(&mut self) {
+        // Removed already, or no longer needed.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_running_system_is_found_until_its_file_is_dropped() {
+        let me = Running {
+            pid: std::process::id(),
+            connect: "tcp/127.0.0.1:1".into(),
+            http: "http://127.0.0.1:2".into(),
+            token: "secret".into(),
+            vehicle: "uav1".into(),
+            config: "config/kittiwake.toml".into(),
+            ca: None,
+        };
+        let file = RunFile::write(&me).unwrap();
+        assert!(running().contains(&me));
+        drop(file);
+        assert!(!running().contains(&me));
+    }
+}

@@ -1,0 +1,161 @@
+//! Notifications to a supervisor such as systemd: that the process is ready, and that its loop keeps running.
+//!
+//! The loop itself sends them and no other thread does, so they stop when the loop is stuck. Without a supervisor
+//! nothing is sent.
+
+use std::time::{Duration, Instant};
+
+use domain::time::{Now, Time};
+use kittiwake_proto::topics::{Service, Topic};
+use node::{Effect, Event, Node};
+use sd_notify::NotifyState;
+
+/// Number of signs of life within the supervisor's limit.
+const SIGNS: u32 = 4;
+
+/// Sends the notifications as a loop runs.
+pub struct Watchdog {
+    /// The longest time between two signs of life; `None` if the supervisor wants none.
+    period: Option<Duration>,
+    last_sign: Option<Instant>,
+}
+
+/// A node whose loop is watched. Its loop turns at least with every heartbeat.
+pub struct Watched<'a> {
+    node: &'a mut dyn Node,
+    watchdog: Watchdog,
+}
+
+impl Watchdog {
+    /// With the supervisor's settings, from the environment.
+    pub fn from_environment() -> Watchdog {
+        Watchdog { period: sd_notify::watchdog_enabled().map(|it| it / SIGNS), last_sign: None }
+    }
+
+    /// The loop has completed a turn.
+    #[expect(clippy::disallowed_methods, reason = "the supervisor waits on the wall clock")]
+    pub fn turned(&mut self) {
+        if let Some(sign) = self.sign(Instant::now())
+            // A supervisor that has ended cannot be notified.
+            && let Err(cause) = sd_notify::notify(&[sign])
+        {
+            tracing::warn!(%cause, "the supervisor cannot be notified");
+        }
+    }
+
+    /// The first turn means that the process is ready.
+    fn sign(&mut self, now: Instant) -> Option<NotifyState<'static>> {
+        let sign = match (self.last_sign, self.period) {
+            (None, _) => NotifyState::Ready,
+            (Some(last), Some(period)) if last + period <= now => NotifyState::Watchdog,
+            (Some(_), _) => return None,
+        };
+        self.last_sign = Some(now);
+        Some(sign)
+    }
+}
+
+impl<'a> Watched<'a> {
+    /// Watches `node`.
+    pub fn new(node: &'a mut dyn Node) -> Watched<'a> {
+        Watched { node, watchdog: Watchdog::from_environment() }
+    }
+}
+
+impl Node for Watched<'_> {
+    fn name(&self) -> &'static str {
+        self.node.name()
+    }
+
+    fn subscriptions(&self) -> &'static [Topic] {
+        self.node.subscriptions()
+    }
+
+    fn serves(&self) -> &'static [Service] {
+        self.node.serves()
+    }
+
+    fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
+        self.node.on(now, event, effects);
+    }
+
+    fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
+        self.node.act(now, effects);
+        self.watchdog.turned();
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        self.node.deadline()
+    }
+
+    fn is_over(&self) -> bool {
+        self.node.is_over()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Turns at these milliseconds; the notification at each: `R`eady, `W`atchdog, or nothing.
+    #[track_caller]
+    #[expect(clippy::disallowed_methods, reason = "any moment to begin with")]
+    fn check(patience_ms: Option<u64>, turns_ms: &[u64], expected: &str) {
+        let period = patience_ms.map(|it| Duration::from_millis(it) / SIGNS);
+        let mut watchdog = Watchdog { period, last_sign: None };
+        let start = Instant::now();
+        let said = turns_ms.iter().map(|at| match watchdog.sign(start + Duration::from_millis(*at)) {
+            Some(NotifyState::Ready) => 'R',
+            Some(NotifyState::Watchdog) => 'W',
+            Some(_) => '?',
+            None => '.',
+        });
+        assert_eq!(said.collect::<String>(), expected, "patience {patience_ms:?}");
+    }
+
+    #[test]
+    fn the_first_turn_is_readiness_and_later_ones_are_signs_of_life() {
+        check(Some(4000), &[0, 500, 999, 1000, 1500, 2000, 2001], "R..W.W.");
+        check(Some(4000), &[0, 9000, 9001], "RW.");
+    }
+
+    #[test]
+    fn without_a_watchdog_only_readiness_is_notified() {
+        check(None, &[0, 1000, 100_000], "R..");
+    }
+
+    /// `act` of this node does not return from the third turn on, by its own clock.
+    struct Stuck(u32);
+
+    impl Node for Stuck {
+        fn name(&self) -> &'static str {
+            "stuck"
+        }
+        fn subscriptions(&self) -> &'static [Topic] {
+            &[]
+        }
+        fn on(&mut self, _: Now, _: Event, _: &mut Vec<Effect>) {}
+        fn act(&mut self, _: Now, _: &mut Vec<Effect>) {
+            self.0 += 1;
+            assert!(self.0 < 3, "hangs");
+        }
+        fn deadline(&self) -> Option<Time> {
+            None
+        }
+    }
+
+    #[test]
+    fn a_turn_that_does_not_end_is_no_sign_of_life() {
+        let mut stuck = Stuck(0);
+        let mut watched =
+            Watched { node: &mut stuck, watchdog: Watchdog { period: Some(Duration::ZERO), last_sign: None } };
+        let mut signs = Vec::new();
+        for _ in 0..3 {
+            let turn = std::panic::AssertUnwindSafe(|| watched.act(Now::default(), &mut Vec::new()));
+            let _ = std::panic::catch_unwind(turn);
+            signs.push(watched.watchdog.last_sign);
+        }
+        assert!(signs[0] < signs[1], "the second turn is a sign");
+        assert_eq!(signs[1], signs[2], "the third never ended");
+    }
+}

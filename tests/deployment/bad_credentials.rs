@@ -1,0 +1,119 @@
+//! Mistakes in a router's credentials, table or address are reported at its start, in one sentence.
+
+use std::net::TcpListener;
+use std::process::Output;
+
+use crate::support::{kittiwake, shipped};
+use crate::world::{Credentials, Router, table_with};
+
+fn router(more: &[&str]) -> Output {
+    let table = shipped().join("zenoh/link.toml").to_string_lossy().into_owned();
+    let table: &[&str] = if more.contains(&"--link") { &[] } else { &["--link", &table] };
+    kittiwake(&[&["router", "--listen", "tcp/127.0.0.1:0"], table, more].concat())
+}
+
+/// Fails unless the router was refused with one sentence that contains `said`.
+#[track_caller]
+fn refused(output: &Output, code: i32, said: &str) {
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{told}");
+    assert!(told.contains(said), "`{said}` is not said:\n{told}");
+    assert!(output.stdout.is_empty(), "it listened");
+}
+
+#[test]
+fn credentials_that_would_fail_at_the_link() {
+    let credentials = Credentials::make(&["uav1", "uav2"], &[]);
+    let expired = Credentials::make(&["uav1"], &["--days=-1"]);
+    let dial = |folder: &str| router(&["--dial", "tls/localhost:9", "--vehicle", "uav1", "--certificates", folder]);
+    refused(&dial(&credentials.text_of("nowhere")), 2, "cannot read");
+    refused(
+        &dial(&credentials.text_of("uav2-router")),
+        2,
+        "is the certificate of `uav2-router`, expected that of `uav1",
+    );
+    refused(&dial(&expired.text_of("uav1-router")), 2, "is valid from");
+    let own = credentials.of("uav1-router");
+    std::fs::copy(expired.of("uav1-router").join("authority.pem"), own.join("authority.pem")).unwrap();
+    refused(&dial(&own.to_string_lossy()), 2, "has not signed it");
+    std::fs::copy(credentials.of("uav2-router").join("key.pem"), own.join("key.pem")).unwrap();
+    refused(&dial(&own.to_string_lossy()), 2, "is not the key");
+}
+
+#[test]
+fn arguments_and_tables_that_make_no_sense() {
+    let credentials = Credentials::make(&["uav1"], &[]);
+    let folder = credentials.text_of("uav1-router");
+    refused(&router(&["--dial", "tls/localhost:9"]), 2, "--certificates");
+    refused(
+        &router(&["--dial", "tcp/localhost:9", "--vehicle", "uav1", "--certificates", &folder]),
+        2,
+        "always encrypted",
+    );
+    let two = ["--dial", "tls/localhost:9", "--vehicle", "uav1", "--vehicle", "uav2", "--certificates", &folder];
+    refused(&router(&two), 2, "give one --vehicle");
+    let place = tempfile::tempdir().unwrap();
+    let table = table_with(place.path(), "\"mcm/status\"", "\"mcm/statu\"");
+    let dial = ["--dial", "tls/localhost:9", "--vehicle", "uav1", "--certificates", &folder, "--link", &table];
+    let output = router(&dial);
+    refused(&output, 2, "there is no topic `mcm/statu`");
+    refused(&output, 2, "link.toml:");
+}
+
+#[test]
+fn an_address_in_use() {
+    let credentials = Credentials::make(&["uav1"], &[]);
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = taken.local_addr().unwrap().port();
+    let folder = credentials.text_of("ground-router");
+    let accept = format!("tls/127.0.0.1:{port}");
+    let output = router(&["--accept", &accept, "--vehicle", "uav1", "--certificates", &folder]);
+    refused(&output, 5, &format!("cannot listen on {accept}: Address already in use"));
+    let output = kittiwake(&["router", "--listen", &format!("tcp/127.0.0.1:{port}")]);
+    refused(&output, 5, "Address already in use");
+}
+
+#[test]
+fn a_ground_that_is_unreachable_is_reported_and_called_again() {
+    let credentials = Credentials::make(&["uav1"], &[]);
+    let mut ground = Router::ground(&credentials, &["uav1"]);
+    let address = ground.link_address();
+    ground.kill();
+    let mut aircraft = Router::aircraft(&credentials, "uav1", address);
+    let said = aircraft.process().wait_for("the link to ground-router has been down for 5 s");
+    assert!(said.contains("does not answer: Connection refused"), "{said}");
+    ground.start_again();
+    aircraft.process().wait_for("the link to ground-router is up");
+    ground.process().wait_for("the link to uav1-router is up");
+    aircraft.kill();
+    ground.process().wait_for("the link to uav1-router is down");
+}
+
+#[test]
+fn credentials_that_the_ground_does_not_accept_are_reported_on_board() {
+    let (credentials, foreign) = (Credentials::make(&["uav1"], &[]), Credentials::make(&["uav1"], &[]));
+    let ground = Router::ground(&credentials, &["uav1"]);
+    // The aircraft trusts the ground's authority, but that has not signed the certificate that the ground shows.
+    let folder = foreign.of("uav1-router");
+    let both =
+        [credentials.of("uav1-router"), folder.clone()].map(|it| std::fs::read_to_string(it.join("authority.pem")));
+    std::fs::write(folder.join("authority.pem"), both.map(Result::unwrap).concat()).unwrap();
+    let mut aircraft = Router::aircraft(&foreign, "uav1", ground.link_address());
+    let said = aircraft.process().wait_for("the link to ground-router has been down for 5 s");
+    assert!(said.contains("it does not accept our certificate"), "{said}");
+}
+
+#[test]
+fn credentials_that_expire_in_use_take_the_link_down_and_are_reported_on_both_sides() {
+    // Making the certificate and the link takes much less than these ten seconds.
+    let credentials = Credentials::make(&["uav1"], &["--days", &format!("{}", 10.0 / 86_400.0)]);
+    let mut ground = Router::ground(&credentials, &["uav1"]);
+    let mut aircraft = Router::aircraft(&credentials, "uav1", ground.link_address());
+    aircraft.process().wait_for("the link to ground-router is up");
+    for (side, peer) in [(&mut aircraft, "ground-router"), (&mut ground, "uav1-router")] {
+        side.process().wait_for(&format!("the link to {peer} is down"));
+        let said = side.process().wait_for(&format!("the link to {peer} has been down for"));
+        assert!(said.contains("certificate.pem is valid from") && said.contains("get another"), "{said}");
+        assert!(side.process().runs(), "and its own side is still served");
+    }
+}
