@@ -17,6 +17,8 @@ mod calls;
 mod delivery;
 mod machine;
 mod queue;
+#[cfg(test)]
+mod tests;
 
 use calls::Calls;
 use machine::Delays;
