@@ -21,7 +21,7 @@ use crate::config::Config;
 
 /// A way in straight legs.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Way {
+pub(crate) struct Way {
     /// From the start to the goal, both included.
     pub points: Vec<Ned>,
     /// When each point is reached, waits that are to be expected included.
@@ -33,7 +33,7 @@ pub struct Way {
 /// Why there is no way, for the mission report.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
-pub struct NoWay(pub String);
+pub(crate) struct NoWay(pub String);
 
 /// Where there is no way that keeps the margin, half of it is tried: two areas may be that close to each other.
 const MARGINS: [f64; 2] = [1.0, 0.5];
@@ -61,7 +61,7 @@ const PROHIBITIVE_MS: u64 = 10_000_000_000;
 
 /// The cheapest way from `from`, where the vehicle is in the air after `begins`, to `to`, for a plan that has asked for
 /// `asked` before.
-pub fn find(
+pub(crate) fn find(
     from: Ned,
     to: Ned,
     begins: Duration,
@@ -116,6 +116,9 @@ fn search(
     at.extend(way.iter().map(|(_, at)| *at));
     Some((Way { points, at, legs_out: out.len() }, entered))
 }
+
+/// The points with the times at which they are reached, and the zones entered.
+type TimedWay = (Vec<(Ned, Duration)>, Vec<usize>);
 
 /// The visibility graph: the two ends and the corners of the grown areas, with legs found when they are needed.
 struct Graph<'a> {
@@ -191,8 +194,8 @@ impl<'a> Graph<'a> {
         Graph { airspace, asked, open, config, begins, margin_m, zones, nodes, legs }
     }
 
-    /// A* by the least cost; the points with the times at which they are reached, and the zones entered.
-    fn search(&self) -> Option<(Vec<(Ned, Duration)>, Vec<usize>)> {
+    /// A* by the least cost.
+    fn search(&self) -> Option<TimedWay> {
         let start =
             Label { node: START, asked: Asked::new(), cost_ms: 0, at: self.begins, before: None, entered: Vec::new() };
         let mut labels = vec![start];
@@ -220,7 +223,7 @@ impl<'a> Graph<'a> {
         None
     }
 
-    fn way_to(&self, labels: &[Label], goal: usize) -> (Vec<(Ned, Duration)>, Vec<usize>) {
+    fn way_to(&self, labels: &[Label], goal: usize) -> TimedWay {
         let back = std::iter::successors(Some(goal), |index| labels[*index].before);
         let mut along: Vec<&Label> = back.map(|index| &labels[index]).collect();
         along.reverse();

@@ -217,6 +217,7 @@ fn utc_ms(text: &str) -> Option<i64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use domain::testing::check_mistake;
 
     fn parse(text: &str) -> Result<Tokens, Mistakes> {
         Tokens::parse(&Source { path: "tokens.toml".into(), text: text.into() })
@@ -237,16 +238,17 @@ mod tests {
 
     #[test]
     fn every_mistake_is_reported_with_its_place() {
-        #[track_caller]
-        fn check(text: &str, expected: &str) {
-            let error = parse(text).unwrap_err().to_string();
-            assert!(error.starts_with(expected), "expected `{expected}`, got `{error}`");
-        }
         let good = entry("anna", &[Role::Observer], "secret");
-        check(&good.replace("observer", "chief"), "tokens.toml:3:10: unknown variant `chief`");
-        check(&good.replace("sha256 = \"", "sha256 = \"x"), "tokens.toml:4:10: a SHA-256 hash has 64");
-        check(&format!("{good}{good}"), "tokens.toml:6:8: each token needs a name that no other token has");
-        check(&format!("{good}expires_utc = \"soon\""), "tokens.toml:5:15: expected a UTC date");
+        #[track_caller]
+        fn check(good: &str, find: &str, replace: &str, expected: &str) {
+            check_mistake(good, find, replace, parse, expected);
+        }
+        check(&good, "observer", "chief", "tokens.toml:3:10: unknown variant `chief`");
+        check(&good, "sha256 = \"", "sha256 = \"x", "tokens.toml:4:10: a SHA-256 hash has 64");
+        let twice = format!("{good}{good}");
+        check(&good, &good, &twice, "tokens.toml:6:8: each token needs a name that no other token has");
+        let expired = format!("{good}expires_utc = \"soon\"");
+        check(&good, &good, &expired, "tokens.toml:5:15: expected a UTC date");
     }
 
     #[test]
