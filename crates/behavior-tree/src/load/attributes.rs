@@ -20,7 +20,7 @@ use crate::xml::element::{Attribute, Element};
 const CONDITIONS: [&str; 8] =
     ["_failureIf", "_successIf", "_skipIf", "_while", "_onSuccess", "_onFailure", "_onHalted", "_post"];
 
-/// What editors and loggers write, and the engine need not understand.
+/// Attributes that editors and loggers write, and that the engine ignores.
 const OF_EDITORS: [&str; 3] = ["_description", "_uid", "_fullpath"];
 
 /// Reads the attributes of one node.
