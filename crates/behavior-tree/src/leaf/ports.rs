@@ -112,7 +112,8 @@ impl Ports<'_> {
     }
 
     /// Names the condition that did not hold, before this leaf returns failure: `battery above reserve`, the value
-    /// found, and the limit or value expected. Kept with the node, see [`Tree::last_failure`](crate::Tree::last_failure).
+    /// found, and the limit or value expected. Kept with the node, see
+    /// [`Tree::last_failure`](crate::Tree::last_failure).
     pub fn because(&mut self, condition: impl Into<SharedText>, value: impl Into<Value>, threshold: impl Into<Value>) {
         let (condition, value, threshold) = (condition.into(), Some(value.into()), Some(threshold.into()));
         self.board.cause = Some(Cause::Unmet { condition, value, threshold });
