@@ -58,6 +58,7 @@ fn read_behavior(config: &Config) -> Result<(LoadedTrees, Contingencies), Mistak
 
 /// The certificate and key of the gateway's connections, if they are encrypted. Read only by the processes that need
 /// them: the others may not be allowed to read the files.
+#[expect(clippy::disallowed_methods, reason = "certificates expire by UTC")]
 pub fn read_tls(config: &Config) -> Result<Option<Arc<ServerConfig>>, Outcome> {
     gateway::tls::server_config(&config.gateway, config.http, SystemTime::now()).map_err(|refusal| {
         output::error_line(refusal);

@@ -1,11 +1,12 @@
 //! The command line.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand};
 
-use crate::config::{Speed, VehicleName};
+use crate::config::VehicleName;
 use crate::operate::args::{MissionArgs, PermissionArgs, VehicleArgs};
 use crate::service::Service;
 use crate::settings::Settings;
@@ -50,66 +51,17 @@ pub enum Command {
     Mission(MissionArgs),
     /// List permissions or decide about them, over the gateway
     Permission(PermissionArgs),
-    /// Measure: fly real systems and print the reference's tables beside our figures
+    /// Measure: fly real systems and print the reference's tables beside our figures; starts `kittiwake-kpi`
+    #[command(disable_help_flag = true)]
     Kpi(KpiArgs),
-    /// One of the two bare processes of `kpi --floor`
-    #[command(hide = true)]
-    KpiFloor(KpiFloorArgs),
 }
 
 /// For `kittiwake kpi`.
 #[derive(Debug, Args)]
 pub struct KpiArgs {
-    /// The configuration file; the tables and missions of the measurements are in `kpi` beside it
-    #[arg(long, value_name = "FILE", default_value = "config/kittiwake.toml")]
-    pub config: PathBuf,
-    /// Fly the mission at least so often at each tick period; more flights follow until there are enough samples
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub runs: u32,
-    /// Tick periods of the mission manager, in milliseconds
-    #[arg(long, value_name = "MS", value_delimiter = ',', default_values_t = [10, 5, 1])]
-    pub tick_ms: Vec<u32>,
-    /// At least so many samples of each class of transition
-    #[arg(long, value_name = "N", default_value_t = 30)]
-    pub samples: usize,
-    /// Raise each of the sixteen flags at least so often
-    #[arg(long, value_name = "N", default_value_t = 20)]
-    pub raises: usize,
-    /// Mission time of the flights; tick period, transport and processing stay in wall time
-    #[arg(long, value_name = "N", default_value = "10")]
-    pub speed: Speed,
-    /// Measure the raw cost of the same hops between two bare processes, and the ratio
-    #[arg(long)]
-    pub floor: bool,
-    /// Also measure rates and load at real time, hovering for so many seconds and over a mission
-    #[arg(long, value_name = "SECONDS")]
-    pub load: Option<u32>,
-    /// Measure only what the gateway does for those who look on: a thousand event streams at real time
-    #[arg(long)]
-    pub operator: bool,
-    /// Write everything to this file as JSON
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
-    /// Draw the figures into this folder, as SVG
-    #[arg(long, value_name = "DIR")]
-    pub plots: Option<PathBuf>,
-}
-
-/// For one of the two bare processes.
-#[derive(Debug, Args)]
-pub struct KpiFloorArgs {
-    /// Plays the mission manager and the vehicle; else the skill manager
-    #[arg(long)]
-    pub far: bool,
-    /// The router's locator
-    #[arg(long, value_name = "LOCATOR")]
-    pub connect: Vec<String>,
-    /// The folder of the direct links
-    #[arg(long, value_name = "DIR")]
-    pub direct: PathBuf,
-    /// End when standard input ends
-    #[arg(long)]
-    pub exit_with_parent: bool,
+    /// Arguments of `kittiwake-kpi`; `--help` lists them
+    #[arg(value_name = "ARGS", trailing_var_arg = true, allow_hyphen_values = true)]
+    pub args: Vec<OsString>,
 }
 
 /// For `kittiwake up`.
@@ -352,6 +304,13 @@ mod tests {
     fn nothing_means_up() {
         let cli = Cli::parse_from(["kittiwake", "--exit-when-done"]);
         assert!(cli.command.is_none() && cli.up.exit_when_done);
+    }
+
+    #[test]
+    fn what_follows_kpi_is_handed_on_as_it_is() {
+        let cli = Cli::parse_from(["kittiwake", "kpi", "--floor", "--tick-ms", "10,5", "--help"]);
+        let Some(Command::Kpi(args)) = cli.command else { panic!("{cli:?}") };
+        assert_eq!(args.args, ["--floor", "--tick-ms", "10,5", "--help"]);
     }
 
     #[test]

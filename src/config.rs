@@ -37,12 +37,19 @@ pub struct Config {
     pub launcher: crate::up::Config,
     /// Where traces go.
     pub telemetry: crate::telemetry::Config,
+    /// The simulated vehicle and its autopilot.
     pub vehicle_sim: vehicle_sim::config::Config,
+    /// Skills and how they are flown.
     pub skill_manager: skill_manager::config::Config,
+    /// Rates, and the rules that raise flags.
     pub monitor: monitor::config::Config,
+    /// How objectives become plans.
     pub planner: planner::config::Config,
+    /// The mission and contingency manager.
     pub mcm: mcm::config::Config,
+    /// How permissions are answered.
     pub control_tower: control_tower::config::Config,
+    /// HTTP for operators, and recordings.
     pub gateway: gateway::config::Config,
 }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use bus::{Link, Scope, Stop};
 use domain::file::did_you_mean;
-use domain::time::{Now, Pace, Time};
+use domain::time::{Now, Time};
 use kittiwake_proto::topics::{Request, Response, Topic};
 use kittiwake_proto::v1::{FaultReply, FaultRequest, FlagEvent};
 use node::{CallId, Effect, Event, Node};
@@ -90,7 +90,7 @@ fn run(injector: &mut Injector, target: &Target) -> Result<String, String> {
     };
     let stop = Stop::new();
     end::stop_on_end(&stop, false).map_err(|it| it.to_string())?;
-    bus::run(injector, &link, Pace::REAL_TIME, &stop).map_err(|it| format!("unavailable: {it}"))?;
+    bus::Process::of(injector, &link).run(&stop).map_err(|it| format!("unavailable: {it}"))?;
     injector.result.take().unwrap_or_else(|| Err("interrupted".into()))
 }
 

@@ -1,61 +1,7 @@
-//! `kittiwake`: the whole system in one program, with a subcommand for each process.
-//!
-//! Which process does what is in [`service`]; `kittiwake up` starts them all, always of this same
-//! build, as children of one launcher.
+//! `kittiwake`: see the library of the same name.
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
-mod access;
-mod admit;
-mod certs;
-mod check_inputs;
-mod cli;
-mod config;
-mod end;
-mod health;
-mod http_client;
-mod inject;
-mod kept;
-mod kpi;
-mod operate;
-mod outcome;
-mod output;
-mod process;
-mod router;
-mod run_file;
-mod service;
-mod settings;
-mod state_folder;
-mod status;
-mod target;
-mod telemetry;
-mod up;
-mod watchdog;
-
 fn main() -> ExitCode {
-    let cli = cli::Cli::parse();
-    // All encryption in the process uses ring; fails only if that is settled already.
-    let _ = rustls::crypto::ring::default_provider().install_default();
-    let outcome = match cli.command {
-        None => up::up(&cli.up),
-        Some(cli::Command::Up(args)) => up::up(&args),
-        Some(cli::Command::Router(args)) => router::router(&args),
-        Some(cli::Command::Certs(args)) => certs::certs(&args),
-        Some(cli::Command::Service(command)) => {
-            let (service, args) = command.split();
-            process::run_service(service, &args)
-        }
-        Some(cli::Command::Inject(args)) => inject::inject(&args),
-        Some(cli::Command::Status(args)) => status::status(&args),
-        Some(cli::Command::Access(args)) => admit::access(&args),
-        Some(cli::Command::Health(args)) => health::health(&args),
-        Some(cli::Command::Vehicle(args)) => operate::vehicle(&args),
-        Some(cli::Command::Mission(args)) => operate::mission(&args),
-        Some(cli::Command::Permission(args)) => operate::permission(&args),
-        Some(cli::Command::Kpi(args)) => kpi::kpi(&args),
-        Some(cli::Command::KpiFloor(args)) => kpi::floor::run(&args),
-    };
-    ExitCode::from(u8::from(outcome))
+    kittiwake::run()
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use bus::{BusError, Direct, Link, Nudge, Stop};
+use bus::{BusError, Direct, Link, Nudge, Process, Stop};
 use control_tower::ControlTower;
 use gateway::Gateway;
 use gateway::process::{GatewayProcess, StartError};
@@ -74,7 +74,7 @@ fn run(
     let Inputs { config, mission, trees, contingencies, access, state } = inputs;
     let (pace, seed) = (config.speed.pace(), config.seed);
     let on_bus = |mut node: Box<dyn node::Node>| {
-        Ok(bus::run_linked(&mut Watched::new(node.as_mut()), link, direct, pace, stop)?)
+        Ok(Process { direct, pace, ..Process::of(&mut Watched::new(node.as_mut()), link) }.run(stop)?)
     };
     match service {
         Service::VehicleSim => on_bus(Box::new(VehicleSim::new(&config.vehicle_sim, pace, seed))),
@@ -106,13 +106,15 @@ fn run(
             let gateway = Gateway::new(&config.gateway, pace, access, contingencies.rows(), move || wake.wake());
             let process = GatewayProcess::bind(gateway, config.http, tls)?;
             output::line(process.url()?);
-            let run = |node: &mut Gateway| bus::run_nudged(&mut Watched::new(node), link, pace, stop, &nudge);
+            let run =
+                |node: &mut Gateway| Process { pace, nudge, ..Process::of(&mut Watched::new(node), link) }.run(stop);
             Ok(process.run(run)??)
         }
     }
 }
 
 /// Differs at each start of a process, so that a restarted one repeats none of its request ids.
+#[expect(clippy::disallowed_methods, reason = "no two processes start in the same nanosecond of UTC")]
 fn start_number() -> u64 {
     let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     since_epoch.as_nanos() as u64

@@ -8,12 +8,19 @@ use bus::{Direct, Scope};
 /// A process that the launcher starts. A new one is a variant here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Service {
+    /// The autopilot and its vehicle, simulated.
     VehicleSim,
+    /// Turns skills into commands to the autopilot.
     SkillManager,
+    /// Watches the vehicle's state and raises flags.
     Monitor,
+    /// Turns objectives into plans.
     Planner,
+    /// Decides what the vehicle does: mission and contingencies.
     Mcm,
+    /// Grants and denies permissions to enter areas.
     ControlTower,
+    /// Serves the operator over HTTP.
     Gateway,
 }
 

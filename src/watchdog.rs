@@ -33,6 +33,7 @@ impl Watchdog {
     }
 
     /// The loop has completed a turn.
+    #[expect(clippy::disallowed_methods, reason = "the supervisor waits on the wall clock")]
     pub fn turned(&mut self) {
         if let Some(sign) = self.sign(Instant::now())
             // A supervisor that has ended cannot be notified.
@@ -98,6 +99,7 @@ mod tests {
 
     /// Turns at these milliseconds; the notification at each: `R`eady, `W`atchdog, or nothing.
     #[track_caller]
+    #[expect(clippy::disallowed_methods, reason = "any moment to begin with")]
     fn check(patience_ms: Option<u64>, turns_ms: &[u64], expected: &str) {
         let period = patience_ms.map(|it| Duration::from_millis(it) / SIGNS);
         let mut watchdog = Watchdog { period, last_sign: None };

@@ -151,7 +151,7 @@ topics! {
     McmTiming "mcm/timing" Transition;
     /// The tree with its statuses, 2 Hz.
     TreeSnapshot "mcm/tree" State;
-    /// Each process's proof of progress, 2 Hz.
+    /// Each process's proof of progress, 4 Hz.
     Heartbeat "health" Transition;
     /// The ground is there and hears the vehicle, 2 Hz.
     GroundContact "ground/contact" Transition;

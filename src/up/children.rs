@@ -31,7 +31,11 @@ pub struct Children {
 impl Children {
     /// No child runs yet. They will run the same executable as this process.
     pub fn new(settings: &Settings, happenings: Sender<Happening>) -> io::Result<Children> {
-        let program = std::env::current_exe()?;
+        Children::of(std::env::current_exe()?, settings, happenings)
+    }
+
+    /// None runs yet. They will be of the executable `program`.
+    pub fn of(program: PathBuf, settings: &Settings, happenings: Sender<Happening>) -> io::Result<Children> {
         let sockets = RunFolder::create("links")?;
         Ok(Children { program, settings: settings.clone(), sockets, happenings, running: BTreeMap::new() })
     }

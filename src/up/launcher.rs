@@ -6,7 +6,6 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
 use bus::{Link, Scope, Stop};
-use domain::time::Pace;
 use kittiwake_proto::v1::MissionReport;
 use node::Event;
 
@@ -214,7 +213,7 @@ impl<'a> Launcher<'a> {
         };
         let (sender, stop) = (self.sender.clone(), self.bus.clone());
         std::thread::spawn(move || {
-            let result = bus::run(&mut Watch(sender.clone()), &link, Pace::REAL_TIME, &stop);
+            let result = bus::Process::of(&mut Watch(sender.clone()), &link).run(&stop);
             // Fails only while the launcher ends.
             let _ = sender.send(Happening::BusEnded(result));
         });

@@ -13,12 +13,12 @@ use crate::up::launcher::Launcher;
 use crate::up::supervise::Child;
 use crate::{check_inputs, end, output, telemetry};
 
-pub(crate) mod children;
+pub mod children;
 mod launcher;
 mod progress;
 mod report;
 mod screen;
-pub(crate) mod supervise;
+pub mod supervise;
 mod watch;
 
 /// `[launcher]` in the configuration file.
@@ -31,12 +31,22 @@ pub struct Config {
     pub restart: supervise::Policy,
 }
 
-/// An event for the launcher.
-pub(crate) enum Happening {
-    /// A child printed a line.
-    Line { child: Child, text: String },
-    /// A child logged a line.
-    Log { child: Child, text: String },
+/// Something the launcher hears of.
+pub enum Happening {
+    /// A child printed a line on standard output.
+    Line {
+        /// Which child.
+        child: Child,
+        /// The line, without its end.
+        text: String,
+    },
+    /// A child logged a line on standard error.
+    Log {
+        /// Which child.
+        child: Child,
+        /// The line, without its end.
+        text: String,
+    },
     /// A child ended.
     Ended(Child),
     /// A message from the bus.

@@ -3,6 +3,9 @@
 //! They need a container engine, and `KITTIWAKE_IMAGE` with the name of an image of this tree; without
 //! one of them they are skipped with a message. `.ci/run` builds the image.
 
+#![expect(clippy::disallowed_methods, reason = "stories wait for real processes, up to a limit")]
+#![expect(unreachable_pub, reason = "no other crate uses a test: here `pub` means outside of the module")]
+
 mod support;
 
 mod bad_input;

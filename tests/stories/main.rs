@@ -1,5 +1,8 @@
 //! Stories over real processes: what happens, from the outside.
 
+#![expect(clippy::disallowed_methods, reason = "stories wait for real processes, up to a limit")]
+#![expect(unreachable_pub, reason = "no other crate uses a test: here `pub` means outside of the module")]
+
 #[path = "../support/mod.rs"]
 mod support;
 
@@ -8,6 +11,7 @@ mod bad_messages;
 mod crowd;
 mod disturbances;
 mod ends;
+mod measured;
 mod missions;
 mod operate;
 mod operators;

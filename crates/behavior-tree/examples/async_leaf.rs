@@ -2,6 +2,8 @@
 //!
 //! `cargo run -p behavior-tree --example async_leaf`
 
+#![expect(clippy::disallowed_methods, reason = "it plays a service that takes some time")]
+
 use std::time::Duration;
 
 use behavior_tree::{Leaf, LeafResult, Library, NextTick, Port, Ports, Registry, Status, WakeSignal};

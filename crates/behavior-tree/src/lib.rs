@@ -88,8 +88,6 @@
 //! As in BehaviorTree.CPP, a child that takes over in a reactive node is started before the one it replaces is halted.
 //! Collect commands during a tick and send them afterwards, so that nothing outside sees the overlap.
 
-#![forbid(unsafe_code)]
-
 mod board;
 mod inspect;
 mod kind;

@@ -1,5 +1,7 @@
 //! Calls under way: sent, repeated while nobody serves them, ended by their deadline at the latest.
 
+#![expect(clippy::disallowed_methods, reason = "calls have deadlines on the wall clock")]
+
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
@@ -155,7 +157,7 @@ impl<'a> Calls<'a> {
                     Err(_) => Err(CallError::Malformed),
                 }),
                 Err(refusal) if refusal.payload().to_bytes().starts_with(LATE.as_bytes()) => outcome.refused += 1,
-                // Our own refusals of malformed requests, and zenoh's time-outs.
+                // Our own refusals of malformed requests, requests that the node left without a reply, and zenoh's time-outs.
                 Err(_) => outcome.answer(Err(CallError::Unanswered)),
             })
             .wait();
@@ -194,9 +196,9 @@ struct Outcome {
     mailbox: Mailbox,
     call: CallId,
     attempt: u32,
-    /// So many ways the request goes.
+    /// Ways that the request goes.
     copies: u32,
-    /// So many of them were refused as too late.
+    /// Copies that were refused because they were too old.
     refused: u32,
     answered: bool,
 }

@@ -1,4 +1,9 @@
-//! The one place that reads a clock.
+//! The time that nodes get, and the stamps on what they send.
+//!
+//! No node reads a clock. The rest of this crate reads the monotonic clock itself where it waits: for mail, for answers,
+//! for a router. The dates of certificates and the time windows of HTTP are read where they are checked.
+
+#![expect(clippy::disallowed_methods, reason = "the clock that every node gets its time from")]
 
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
@@ -33,7 +38,7 @@ impl Clock {
     }
 
     /// When `time` comes, as a moment of the monotonic clock.
-    pub fn instant_of(&self, time: Time) -> Instant {
+    pub(crate) fn instant_of(&self, time: Time) -> Instant {
         self.start + self.pace.to_wall(time.since_start())
     }
 

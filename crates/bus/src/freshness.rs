@@ -14,7 +14,7 @@ use node::VehicleId;
 
 /// What was said longer ago than this is not obeyed. (ENG: over a link with a round trip of 200 ms an
 /// order is obeyed within 150 ms; an operator who waits for half a second orders again.)
-pub const OBEYED_WITHIN: Duration = Duration::from_millis(500);
+pub(crate) const OBEYED_WITHIN: Duration = Duration::from_millis(500);
 
 /// How long a heartbeat speaks for a clock: two of these at most. Quartz drifts by a millisecond in that time.
 const WINDOW: Duration = Duration::from_secs(5);

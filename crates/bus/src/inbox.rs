@@ -14,7 +14,7 @@ use zenoh::{Session, Wait};
 use crate::clock::monotonic_ns;
 use crate::direct::Doubles;
 use crate::freshness::{self, Clocks, Late};
-use crate::mailbox::{Mail, Mailbox};
+use crate::mailbox::{Mail, Mailbox, Slot};
 use crate::outbox::goes_directly;
 use crate::{BusError, Scope, keys, trace};
 
@@ -112,13 +112,12 @@ pub(crate) fn watch_peers(session: &Session, scope: &Scope, mailbox: &Mailbox) -
             .callback(move |sample| {
                 let key = sample.key_expr().as_str();
                 if let Some((service, instance)) = keys::parse_alive(key) {
-                    let event = Event::Peer {
-                        vehicle: scope.vehicle_of(key),
-                        service: service.to_owned(),
-                        instance: instance.to_owned(),
-                        alive: sample.kind() == SampleKind::Put,
-                    };
-                    mailbox.push(Mail::Event(event, None));
+                    let vehicle = scope.vehicle_of(key);
+                    let (service, instance) = (service.to_owned(), instance.to_owned());
+                    let alive = sample.kind() == SampleKind::Put;
+                    let slot =
+                        Slot::Peer { vehicle: vehicle.clone(), service: service.clone(), instance: instance.clone() };
+                    mailbox.push_newest(slot, Mail::Event(Event::Peer { vehicle, service, instance, alive }, None));
                 }
             })
             .background()
@@ -181,7 +180,7 @@ fn subscribe(
             let vehicle = scope.vehicle_of(key);
             if topic.qos().keeps_newest_only() {
                 let event = Event::Message { vehicle: vehicle.clone(), message };
-                mailbox.push_newest(vehicle, topic, Mail::Event(event, None));
+                mailbox.push_newest(Slot::Sample(vehicle, topic), Mail::Event(event, None));
             } else {
                 if let Err(late) = in_time(&scope, attachment.said_receiver_monotonic_ns) {
                     return refuse_late(&mailbox, key, late);

@@ -19,20 +19,20 @@ mod nudge;
 mod outbox;
 pub mod papers;
 mod presence;
+mod process;
 pub mod router;
-mod run;
 mod session;
+mod shell;
 mod stop;
 mod tap;
 mod trace;
 
 pub use clock::{Clock, monotonic_ns};
 pub use direct::Direct;
-pub use freshness::OBEYED_WITHIN;
 pub use nudge::Nudge;
 pub use presence::{Presence, RouterView, look_at_router, look_for};
+pub use process::Process;
 pub use router::{run_linked_router, run_router};
-pub use run::{run, run_linked, run_nudged};
 pub use stop::Stop;
 pub use tap::{Tap, Tapped};
 

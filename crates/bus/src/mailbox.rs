@@ -1,7 +1,10 @@
 //! Where zenoh's threads leave what arrived and the loop picks it up.
 //!
-//! Of a telemetry topic only the newest sample is kept; everything else queues in order up to a
-//! bound, beyond which it is dropped and counted, since a blocked callback would stall the link.
+//! Of a telemetry topic, and of the liveliness of a process, only the newest is kept; everything else queues in order up
+//! to a bound, beyond which it is dropped and counted, since a blocked callback would stall the link. Liveliness is
+//! said once: if it were dropped, a process would count as there, or as gone, until it is started again.
+
+#![expect(clippy::disallowed_methods, reason = "the loop waits here, up to a deadline on the wall clock")]
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
@@ -16,13 +19,11 @@ use crate::trace::Parent;
 const CAPACITY: usize = 4096;
 
 /// Something for the loop.
-// Moved once into the queue and once out of it: cheaper than an allocation for each.
-#[allow(clippy::large_enum_variant)]
 #[derive(Debug)]
 pub(crate) enum Mail {
     /// An event for the node, and the trace it belongs to.
     Event(Event, Option<Parent>),
-    /// A request came in; its zenoh query waits in the inbox under the token.
+    /// A call of this process was answered, or failed.
     Answer { call: CallId, attempt: u32, result: Result<Event, CallError> },
     /// A query ended without any reply: nobody serves it at the moment.
     Unserved { call: CallId, attempt: u32 },
@@ -42,17 +43,25 @@ pub(crate) struct Mailbox(Arc<(Mutex<Inner>, Condvar)>);
 #[derive(Default)]
 struct Inner {
     queue: VecDeque<Entry>,
-    newest: HashMap<(VehicleId, Topic), Mail>,
+    newest: HashMap<Slot, Mail>,
     losses: Losses,
     stopped: bool,
     nudged: bool,
 }
 
-#[allow(clippy::large_enum_variant)]
 enum Entry {
     Mail(Mail),
-    /// Stands for the newest sample, in the place of the first unread one.
-    Newest(VehicleId, Topic),
+    /// Stands for the newest of a slot, in the place of the first unread one.
+    Newest(Slot),
+}
+
+/// What only the newest is kept of. There are as many as topics and processes: no bound is needed.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(crate) enum Slot {
+    /// Samples of a topic about a vehicle.
+    Sample(VehicleId, Topic),
+    /// Whether one start of a process is there.
+    Peer { vehicle: VehicleId, service: String, instance: String },
 }
 
 impl Mailbox {
@@ -68,16 +77,16 @@ impl Mailbox {
         true
     }
 
-    /// Keeps `mail` as the newest sample of its topic, in place of an unread older one.
-    pub(crate) fn push_newest(&self, vehicle: VehicleId, topic: Topic, mail: Mail) {
+    /// Keeps `mail` as the newest of `slot`, in place of an unread older one.
+    pub(crate) fn push_newest(&self, slot: Slot, mail: Mail) {
         let mut inner = self.lock();
-        if inner.newest.insert((vehicle.clone(), topic), mail).is_none() {
-            inner.queue.push_back(Entry::Newest(vehicle, topic));
+        if inner.newest.insert(slot.clone(), mail).is_none() {
+            inner.queue.push_back(Entry::Newest(slot));
             self.0.1.notify_one();
         }
     }
 
-    /// Counts a message that was refused; true for the first.
+    /// Counts a message that was refused as malformed; how many there were so far, with this one.
     pub(crate) fn refuse(&self) -> u64 {
         let mut inner = self.lock();
         inner.losses.malformed += 1;
@@ -123,7 +132,7 @@ impl Mailbox {
         while let Some(entry) = inner.queue.pop_front() {
             match entry {
                 Entry::Mail(mail) => batch.push(mail),
-                Entry::Newest(vehicle, topic) => batch.extend(inner.newest.remove(&(vehicle, topic))),
+                Entry::Newest(slot) => batch.extend(inner.newest.remove(&slot)),
             }
         }
         !inner.stopped
@@ -156,22 +165,40 @@ mod tests {
             .collect()
     }
 
-    #[test]
-    fn only_the_newest_sample_is_kept_in_the_place_of_the_first() {
-        let mailbox = Mailbox::default();
-        mailbox.push_newest("uav1".into(), Topic::BatteryStatus, peer("old"));
-        mailbox.push(peer("event"));
-        mailbox.push_newest("uav1".into(), Topic::BatteryStatus, peer("new"));
-        assert_eq!(names(&mailbox), ["new", "event"]);
-        assert!(names(&mailbox).is_empty());
+    fn battery(vehicle: &str) -> Slot {
+        Slot::Sample(vehicle.into(), Topic::BatteryStatus)
+    }
+
+    fn instance(name: &str) -> Slot {
+        Slot::Peer { vehicle: "uav1".into(), service: "mcm".into(), instance: name.into() }
     }
 
     #[test]
-    fn a_full_queue_drops_and_counts() {
+    fn of_a_slot_only_the_newest_is_kept_in_the_place_of_the_first() {
+        #[track_caller]
+        fn check(first: Slot, second: Slot, expected: &[&str]) {
+            let mailbox = Mailbox::default();
+            mailbox.push_newest(first, peer("old"));
+            mailbox.push(peer("event"));
+            mailbox.push_newest(second, peer("new"));
+            assert_eq!(names(&mailbox), expected);
+            assert!(names(&mailbox).is_empty());
+        }
+        check(battery("uav1"), battery("uav1"), &["new", "event"]);
+        check(battery("uav1"), battery("uav2"), &["old", "event", "new"]);
+        check(instance("1"), instance("1"), &["new", "event"]);
+        check(instance("1"), instance("2"), &["old", "event", "new"]);
+    }
+
+    #[test]
+    fn a_full_queue_drops_and_counts_and_still_takes_in_who_is_there() {
         let mailbox = Mailbox::default();
         (0..CAPACITY).for_each(|_| assert!(mailbox.push(peer("x"))));
         assert!(!mailbox.push(peer("one too many")));
+        mailbox.push_newest(instance("1"), peer("who is there"));
+        mailbox.push_newest(battery("uav1"), peer("sample"));
         assert_eq!(mailbox.losses().dropped, 1);
+        assert_eq!(names(&mailbox)[CAPACITY..], ["who is there", "sample"]);
     }
 
     #[test]

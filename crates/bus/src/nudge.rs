@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-/// Has the node of a [`crate::run_nudged`] act. Clones wake the same loop.
+/// Has the node of a [`crate::Process`] act. Clones wake the same loop.
 #[derive(Clone, Default)]
 pub struct Nudge(Arc<Mutex<State>>);
 

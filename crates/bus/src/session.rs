@@ -1,5 +1,10 @@
 //! Zenoh's settings, and opening a session with them.
 
+#![expect(
+    clippy::disallowed_methods,
+    reason = "opening a session is tried again until its time on the wall clock is up"
+)]
+
 use std::time::{Duration, Instant};
 
 use zenoh::{Config, Session, Wait};

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-/// Ends a [`crate::run`] or a [`crate::run_router`]. Clones stop the same loop.
+/// Ends a [`crate::Process`] or a [`crate::run_router`]. Clones stop the same loop.
 #[derive(Clone, Default)]
 pub struct Stop(Arc<Mutex<State>>);
 
@@ -26,11 +26,6 @@ impl Stop {
             std::mem::take(&mut state.on_stop)
         };
         hooks.into_iter().for_each(|hook| hook());
-    }
-
-    /// Whether it has been asked for.
-    pub fn is_stopped(&self) -> bool {
-        self.lock().stopped
     }
 
     /// Calls `hook` once the end is asked for; at once if it already was.

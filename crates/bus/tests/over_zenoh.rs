@@ -1,11 +1,13 @@
 //! Nodes over a real router: what one publishes the other gets, calls are answered or end, and a
 //! router that dies and comes back is only a pause.
 
+#![expect(clippy::disallowed_methods, reason = "a test waits for what other threads do, up to a limit")]
+
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
 
-use bus::{Direct, Link, Scope, Stop, run_linked, run_router};
-use domain::time::{Now, Pace, Time};
+use bus::{Direct, Link, Process, Scope, Stop, run_router};
+use domain::time::{Now, Time};
 use kittiwake_proto::topics::{Message, Request, Response, Service, Topic};
 use kittiwake_proto::v1;
 use node::{CallError, CallId, Effect, Event, Node};
@@ -114,7 +116,7 @@ impl World {
     fn run_linked(&mut self, scope: Scope, direct: Option<Direct>, mut node: impl Node + Send + 'static) {
         let link = Link { connect: vec![self.locator.clone()], scope, open_timeout: Duration::from_secs(20) };
         let stop = self.stop.clone();
-        let run = move || run_linked(&mut node, &link, direct.as_ref(), Pace::REAL_TIME, &stop).unwrap();
+        let run = move || Process { direct: direct.as_ref(), ..Process::of(&mut node, &link) }.run(&stop).unwrap();
         self.threads.push(std::thread::spawn(run));
     }
 }

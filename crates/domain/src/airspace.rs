@@ -44,12 +44,22 @@ pub struct Clock {
 /// How a way is flown.
 #[derive(Debug, Clone, Copy)]
 pub struct Motion {
-    /// When it begins, from now on.
+    /// When it begins, from now on. All times from now on are taken as 20 % sooner or 25 % and ten seconds later.
     pub begins: Duration,
-    /// Its speed. Times along the way are taken as up to 20 % earlier, and up to 25 % and ten seconds later.
+    /// Its speed.
     pub speed_m_s: f64,
     /// Whether the vehicle is in the air when it begins.
     pub airborne: bool,
+}
+
+/// What is planned to happen after this time happens no sooner than this: 20 % sooner.
+pub fn soonest(planned: Duration) -> Duration {
+    planned - planned / 5
+}
+
+/// What is planned to happen after this time happens no later than this: 25 % and ten seconds later.
+pub fn latest(planned: Duration) -> Duration {
+    planned.saturating_add(planned / 4).saturating_add(Duration::from_secs(10))
 }
 
 /// A place and time at which the rule is broken.
@@ -132,6 +142,13 @@ pub fn stays(area: &Area, from: Ned, to: Ned, vertical_margin_m: f64) -> Vec<Sta
     found
 }
 
+/// The part of the straight way from `from` to `to` that lies at the heights of `area`, those within `vertical_margin_m` of
+/// its floor and ceiling included.
+pub fn part_at_heights(area: &Area, from: Ned, to: Ned, vertical_margin_m: f64) -> Option<(Ned, Ned)> {
+    let (lowest, highest) = heights_within(area, from.height_m(), to.height_m(), vertical_margin_m);
+    (lowest <= highest).then(|| (from.towards(to, lowest), from.towards(to, highest)))
+}
+
 /// Whether the bounding boxes of the way and the area do not touch: a cheap check that settles most pairs.
 fn passes_beside(area: &Area, from: Ned, to: Ned) -> bool {
     let beside = |of: fn(&Ned) -> f64| {
@@ -195,17 +212,17 @@ impl<'a> Airspace<'a> {
             if leaving {
                 return None;
             }
-            let seconds = |it: f64| Duration::try_from_secs_f64(it).unwrap_or(Duration::MAX);
-            let soonest = seconds(0.8 * way_s * stay.enters);
-            let latest = seconds(1.25 * way_s * stay.leaves + 10.0);
-            let begins = motion.begins;
-            let (why, after) = self.bars(area, begins.saturating_add(soonest), begins.saturating_add(latest))?;
+            let planned = |fraction: f64| {
+                let flown = Duration::try_from_secs_f64(way_s * fraction).unwrap_or(Duration::MAX);
+                motion.begins.saturating_add(flown)
+            };
+            let (why, after) = self.bars(area, soonest(planned(stay.enters)), latest(planned(stay.leaves)))?;
             Some(Breach { area: area.name.clone(), why, at: from.towards(to, stay.enters), after })
         })
     }
 
     /// Why the vehicle must not stay in `area` between two moments, and from when on; `None`: it may.
-    fn bars(&self, area: &Area, from: Duration, until: Duration) -> Option<(Why, Duration)> {
+    pub fn bars(&self, area: &Area, from: Duration, until: Duration) -> Option<(Why, Duration)> {
         let (opens, closes) = self.applies(area)?;
         let stay = closes.map_or(until, |closes| until.min(closes));
         let needed = stay.saturating_add(self.lead);
@@ -225,7 +242,7 @@ impl<'a> Airspace<'a> {
     }
 
     /// From when to when an area applies, in mission time from now on; `None`: it no longer applies.
-    fn applies(&self, area: &Area) -> Option<(Duration, Option<Duration>)> {
+    pub fn applies(&self, area: &Area) -> Option<(Duration, Option<Duration>)> {
         let until = |utc_ms: i64| {
             let wall = Duration::from_millis(u64::try_from(utc_ms.saturating_sub(self.clock.utc_ms)).unwrap_or(0));
             self.clock.pace.wall(wall)

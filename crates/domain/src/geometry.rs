@@ -44,7 +44,7 @@ impl Ned {
     }
 
     /// Whether every coordinate is a number and within the reach of any aircraft (1,000 km).
-    pub fn is_sound(self) -> bool {
+    pub(crate) fn is_sound(self) -> bool {
         [self.north_m, self.east_m, self.down_m].iter().all(|it| it.abs() <= 1e6)
     }
 }
@@ -91,7 +91,7 @@ impl NedVelocity {
     }
 
     /// Whether every component is a number and below the speed of any aircraft (1,000 m/s).
-    pub fn is_sound(self) -> bool {
+    pub(crate) fn is_sound(self) -> bool {
         [self.north_m_s, self.east_m_s, self.down_m_s].iter().all(|it| it.abs() <= 1e3)
     }
 }

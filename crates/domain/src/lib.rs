@@ -8,7 +8,6 @@ pub mod airspace;
 pub mod area;
 pub mod contingency;
 pub mod corners;
-pub mod detour;
 pub mod file;
 pub mod fmu;
 pub mod geometry;

@@ -1,24 +1,11 @@
-//! Straight ways through the areas of a mission: which areas they enter, and how far the vehicle may fly without
-//! entering any.
-//!
-//! Shared by the planner, which asks for permissions, and the mission manager, which must not enter
-//! an area while it waits for them. Ways round areas are found elsewhere.
+//! Straight ways through the areas of a mission: where they enter one, and how a transition is limited. Ways round areas
+//! are found elsewhere.
 
-use crate::area::{Area, AreaKind};
+use crate::area::Area;
 use crate::geometry::Ned;
-use crate::skill::Goal;
 
 /// A transition shorter than this is not flown, in metres.
 pub const WORTH_FLYING_M: f64 = 1.0;
-
-/// The part of the vehicle's state on which a transition depends.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Whereabouts {
-    /// Its position.
-    pub position: Ned,
-    /// Whether it is in the air.
-    pub flying: bool,
-}
 
 /// How a transition is flown.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,52 +38,6 @@ pub fn entries(area: &Area, from: Ned, to: Ned) -> Vec<f64> {
     found
 }
 
-/// Whether the vehicle may fly straight from `from` to `to` now: no area that applies is entered
-/// except those whose permission is in `held`, and no keep-out area at all.
-pub fn way_is_clear(from: Ned, to: Ned, areas: &[Area], held: &[String], utc_ms: i64) -> bool {
-    barred(areas, held, utc_ms).all(|it| entries(it, from, to).is_empty())
-}
-
-/// The goal while no step is flown: in the direction of `step_goal`, slower, and only as far as
-/// the next border that may not be crossed; otherwise stop.
-///
-/// The position goal holds at its target, so that a transition never ends by itself.
-pub fn transition_goal(
-    vehicle: Whereabouts,
-    step_goal: &Goal,
-    areas: &[Area],
-    held: &[String],
-    utc_ms: i64,
-    limits: TransitionLimits,
-) -> Goal {
-    let Goal::Position { target, speed_limit_m_s, yaw_rad, .. } = *step_goal else { return Goal::Stop };
-    let from = vehicle.position;
-    // A vehicle inside an area without permission must not fly farther into it.
-    let trespassing = barred(areas, held, utc_ms).any(|it| it.contains(from));
-    if !vehicle.flying || trespassing {
-        return Goal::Stop;
-    }
-    let way_m = from.distance_m(target);
-    let border = barred(areas, held, utc_ms)
-        .filter_map(|it| entries(it, from, target).first().copied())
-        .map(|fraction| fraction * way_m - limits.stand_off_m);
-    let allowed_m = border.fold(way_m, f64::min);
-    if allowed_m < WORTH_FLYING_M {
-        return Goal::Stop;
-    }
-    Goal::Position {
-        target: from.towards(target, allowed_m / way_m),
-        speed_limit_m_s: limits.speed_m_s.min(speed_limit_m_s),
-        yaw_rad,
-        hold_at_target: true,
-    }
-}
-
-/// The areas that apply now and may not be entered.
-pub(crate) fn barred<'a>(areas: &'a [Area], held: &'a [String], utc_ms: i64) -> impl Iterator<Item = &'a Area> {
-    areas.iter().filter(move |it| it.is_active(utc_ms) && (it.kind == AreaKind::KeepOut || !held.contains(&it.name)))
-}
-
 /// Whether the bounding boxes do not touch: a cheap check that settles most pairs.
 fn passes_beside(area: &Area, from: Ned, to: Ned) -> bool {
     let beside = |of: fn(&Ned) -> f64| {
@@ -109,6 +50,7 @@ fn passes_beside(area: &Area, from: Ned, to: Ned) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::area::AreaKind;
 
     fn area(name: &str, kind: AreaKind, corners: &[(f64, f64)]) -> Area {
         Area {
@@ -160,43 +102,5 @@ mod tests {
         );
         check(&horseshoe, at(-100.0), at(500.0), &[100.0 / 600.0, 400.0 / 600.0]);
         check(&horseshoe, at(50.0), at(450.0), &[250.0 / 400.0]);
-    }
-
-    #[test]
-    fn a_way_is_clear_with_the_permission_or_once_the_area_no_longer_applies() {
-        #[track_caller]
-        fn check(kind: AreaKind, held: &[&str], utc_ms: i64, expected: bool) {
-            let areas = [Area { kind, ..square() }];
-            let held: Vec<String> = held.iter().map(|it| it.to_string()).collect();
-            assert_eq!(way_is_clear(at(0.0), at(400.0), &areas, &held, utc_ms), expected, "{kind:?} {held:?} {utc_ms}");
-        }
-        check(AreaKind::Permission, &[], 0, false);
-        check(AreaKind::Permission, &["A"], 0, true);
-        check(AreaKind::Permission, &[], 1_000, true);
-        check(AreaKind::KeepOut, &["A"], 0, false);
-    }
-
-    #[test]
-    fn a_transition_goes_on_slower_and_stops_short_of_the_border() {
-        const LIMITS: TransitionLimits = TransitionLimits { speed_m_s: 3.0, stand_off_m: 20.0 };
-        #[track_caller]
-        fn check(from: Ned, flying: bool, goal: Goal, held: &[String], expected: Option<Ned>) {
-            let vehicle = Whereabouts { position: from, flying };
-            let expected = expected.map_or(Goal::Stop, |it| position(it, 3.0, true));
-            assert_eq!(transition_goal(vehicle, &goal, &[square()], held, 0, LIMITS), expected, "from {from:?}");
-        }
-        fn position(target: Ned, speed_limit_m_s: f64, hold_at_target: bool) -> Goal {
-            Goal::Position { target, speed_limit_m_s, yaw_rad: None, hold_at_target }
-        }
-        let onward = position(at(400.0), 10.0, false);
-        check(at(0.0), true, onward, &[], Some(at(80.0)));
-        check(at(0.0), true, onward, &["A".into()], Some(at(400.0)));
-        check(at(0.0), false, onward, &[], None);
-        check(at(0.0), true, Goal::Land, &[], None);
-        // At the stand-off, beyond it, and inside without permission.
-        check(at(80.0), true, onward, &[], None);
-        check(at(95.0), true, onward, &[], None);
-        check(at(200.0), true, onward, &[], None);
-        check(at(400.0), true, onward, &[], None);
     }
 }

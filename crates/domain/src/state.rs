@@ -26,6 +26,8 @@ pub struct Tolerance {
     pub horizontal_m: f64,
     /// In height while in the air, in metres.
     pub vertical_m: f64,
+    /// In height on the ground, in metres.
+    pub ground_m: f64,
 }
 
 impl State {
@@ -34,13 +36,12 @@ impl State {
         State { position, flying, mode: None, permissions: BTreeSet::new() }
     }
 
-    /// Whether this state is `goal` within the tolerance. On the ground the height is that of the ground, so it
-    /// is not compared.
+    /// Whether this state is `goal` within the tolerance.
     pub fn matches(&self, goal: &State, tolerance: Tolerance) -> bool {
         let apart_m = (self.position.height_m() - goal.position.height_m()).abs();
         self.flying == goal.flying
             && self.is_over(goal, tolerance)
-            && (!self.flying || apart_m <= tolerance.vertical_m)
+            && apart_m <= if self.flying { tolerance.vertical_m } else { tolerance.ground_m }
             && goal.mode.is_none_or(|mode| self.mode == Some(mode))
     }
 
@@ -59,14 +60,15 @@ mod tests {
         #[track_caller]
         fn check(a: (f64, f64, bool), b: (f64, f64, bool), expected: bool) {
             let state = |(east, height, flying): (f64, f64, bool)| State::new(Ned::new(0.0, east, -height), flying);
-            let tolerance = Tolerance { horizontal_m: 3.0, vertical_m: 2.0 };
+            let tolerance = Tolerance { horizontal_m: 3.0, vertical_m: 2.0, ground_m: 5.0 };
             assert_eq!(state(a).matches(&state(b), tolerance), expected, "{a:?} {b:?}");
         }
         check((0.0, 10.0, true), (2.9, 11.9, true), true);
         check((0.0, 10.0, true), (3.1, 10.0, true), false);
         check((0.0, 10.0, true), (0.0, 12.1, true), false);
         check((0.0, 0.0, false), (0.0, 0.0, true), false);
-        // On the ground the height is the ground's.
-        check((0.0, 7.0, false), (0.0, 0.0, false), true);
+        // Ground is not level, but a deck is not the sea.
+        check((0.0, 4.0, false), (0.0, 0.0, false), true);
+        check((0.0, 0.0, false), (0.0, 30.0, false), false);
     }
 }

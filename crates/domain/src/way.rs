@@ -244,14 +244,14 @@ impl Search<'_> {
 /// Which ends of a leg may be nearer to a border than the margin, because they are given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Exempt {
-    /// The leg begins at the vehicle's position.
+    /// The leg begins where the vehicle is.
     pub start: bool,
-    /// The leg ends at the given place.
+    /// The leg ends where the way is to lead.
     pub end: bool,
 }
 
-/// Whether the level leg from `from` to `to` keeps `margin_m` from `area`, except within the first and last `margin_m`
-/// where these are exempt. Heights are not checked.
+/// Whether the level leg from `from` to `to` keeps `margin_m` from `area`, but for the first and last `margin_m` of it
+/// where those are exempt. Heights are not looked at.
 pub fn keeps_clear(area: &Area, from: Ned, to: Ned, margin_m: f64, exempt: Exempt) -> bool {
     let length_m = from.horizontal_distance_m(to);
     let (trim_start_m, trim_end_m) =

@@ -133,7 +133,7 @@ pub fn finite(field: &'static str, value: f64) -> Result<f64, InvalidMessage> {
 }
 
 /// `value` if it is finite and more than zero.
-pub fn positive(field: &'static str, value: f64) -> Result<f64, InvalidMessage> {
+pub(crate) fn positive(field: &'static str, value: f64) -> Result<f64, InvalidMessage> {
     if value.is_finite() && 0.0 < value { Ok(value) } else { Err(out_of_range(field, value, "more than zero")) }
 }
 

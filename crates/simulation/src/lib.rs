@@ -159,6 +159,14 @@ impl Simulation<'_> {
         self.request(Request::Fault(v1::FaultRequest { name: name.to_owned(), args }));
     }
 
+    /// Stops the process of this name for a while, as if it hung: it does nothing, and sends no heartbeat.
+    ///
+    /// # Panics
+    /// If there is no such process.
+    pub fn freeze(&mut self, process: &str, time: Duration) {
+        self.bus.freeze(process, time);
+    }
+
     /// Takes down a flag raised by hand.
     pub fn lower_flag(&mut self, name: &str) {
         let source = "injector".to_owned();

@@ -1,5 +1,7 @@
 //! One connection.
 
+#![expect(clippy::disallowed_methods, reason = "a certificate expires by UTC")]
+
 use std::net::{Shutdown, SocketAddr};
 use std::time::{Duration, SystemTime};
 

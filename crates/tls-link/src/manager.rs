@@ -1,5 +1,7 @@
 //! Calls and listens.
 
+#![expect(clippy::disallowed_methods, reason = "after an error of the operating system there is no event to wait for")]
+
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,5 +1,7 @@
 //! Two ends in one process, over real sockets, as zenoh uses them.
 
+#![expect(clippy::disallowed_methods, reason = "a test waits for what other threads do, up to a limit")]
+
 use std::collections::VecDeque;
 use std::net::SocketAddr;
 use std::path::PathBuf;

@@ -1,5 +1,7 @@
 //! A mission manager's tree of realistic size, for the benches and the allocation tests.
 
+#![expect(unreachable_pub, reason = "no other crate uses a test: here `pub` means outside of the module")]
+
 use std::fmt::Write;
 use std::time::{Duration, Instant};
 

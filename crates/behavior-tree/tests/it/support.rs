@@ -1,5 +1,7 @@
 //! Leaves that follow a script, and the story of a tree as one line of text.
 
+#![expect(unreachable_pub, reason = "no other crate uses a test: here `pub` means outside of the module")]
+
 use std::fmt::Write;
 use std::time::Duration;
 

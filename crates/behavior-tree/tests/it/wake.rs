@@ -1,5 +1,7 @@
 //! Wake-ups: an event ticks the tree at once, and a waiting tree costs nothing.
 
+#![expect(clippy::disallowed_methods, reason = "the threads of a test hold no more than it sends")]
+
 use std::sync::mpsc;
 use std::task::Waker;
 use std::time::Duration;

@@ -1,5 +1,7 @@
 //! Who is at the other end of the link, shown to others as liveliness tokens and told when it changes.
 
+#![expect(clippy::disallowed_methods, reason = "links are watched on the wall clock")]
+
 use std::collections::BTreeMap;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::{Duration, Instant};
@@ -15,7 +17,7 @@ use crate::{BusError, papers};
 const REMINDER: Duration = Duration::from_secs(30);
 /// Tells at least this often that it still routes.
 const TURN: Duration = Duration::from_millis(500);
-/// One that was never up is told first after so long: any that can be made is made sooner.
+/// A link that has never been up is reported for the first time after this long. One that can be made is up sooner.
 const FIRST_REMINDER: Duration = Duration::from_secs(5);
 
 /// What the router has heard.
@@ -137,11 +139,11 @@ fn token(session: &Session, key: String) -> Result<LivelinessToken, BusError> {
 }
 
 /// The liveliness token of a router; it does not cross the link.
-pub fn router_token(name: &str) -> String {
+pub(super) fn router_token(name: &str) -> String {
     format!("router/{name}")
 }
 
 /// The liveliness token that a router holds while its link to `peer` is up.
-pub fn link_token(name: &str, peer: &str) -> String {
+pub(super) fn link_token(name: &str, peer: &str) -> String {
     format!("router/{name}/link/{peer}")
 }

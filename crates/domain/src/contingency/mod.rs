@@ -183,10 +183,10 @@ pub const OPERATOR_LAND: &str = "operator_land";
 pub const OPERATOR_PAUSE: &str = "operator_pause";
 
 /// Flags whose rows bring the vehicle down, wherever it flies.
-pub const BRING_DOWN: [&str; 4] = [ENDED_IN_AIR, OPERATOR_ABORT, OPERATOR_RETURN, OPERATOR_LAND];
+pub(crate) const BRING_DOWN: [&str; 4] = [ENDED_IN_AIR, OPERATOR_ABORT, OPERATOR_RETURN, OPERATOR_LAND];
 
 /// Flags that the mission manager raises itself, so that each must have a row.
-pub const REQUIRED: [&str; 8] = [
+pub(crate) const REQUIRED: [&str; 8] = [
     TRANSITION_FAILED,
     INTROSPECTION_LOST,
     AREA_BREACHED,

@@ -147,4 +147,18 @@ pub enum DataSource {
     /// The link to the ground, by the ground's heartbeat: it must arrive, and report that the vehicle is heard. Its
     /// limit is in seconds of wall time at every speed factor; a link that never existed cannot be lost.
     GroundLink,
+    /// The heartbeats of the planner. A process that hangs sends none, like one that is gone. As for all processes the limit
+    /// is in seconds of wall time.
+    Planner,
+    /// The heartbeats of the skill manager.
+    SkillManager,
+    /// The heartbeats of the mission manager.
+    MissionManager,
+}
+
+impl DataSource {
+    /// Whether it is the heartbeats of a process, not something that the vehicle says.
+    pub fn is_process(self) -> bool {
+        matches!(self, DataSource::Planner | DataSource::SkillManager | DataSource::MissionManager)
+    }
 }

@@ -88,7 +88,7 @@ impl VirtualBus<'_> {
         let vehicle = self.nodes[node].scope.vehicle();
         if self.nodes[to].scope.covers(&vehicle) {
             let service = self.nodes[node].node.name().to_owned();
-            self.send(None, to, Event::Peer { vehicle, service, instance: format!("virtual-{node}"), alive });
+            self.send(None, to, Event::Peer { vehicle, service, instance: super::instance(node), alive });
         }
     }
 

@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::{Message, Request, Service};
+use kittiwake_proto::v1::Heartbeat;
 
 use crate::{Effect, Event, MessageKind, Node, Scope, Token, commands_first};
 
@@ -24,6 +25,9 @@ use queue::{Index, Queue};
 
 /// UTC at virtual time zero: 2026-01-01T00:00:00Z. A fixed date keeps runs identical.
 pub const UTC_START_MS: i64 = 1_767_225_600_000;
+
+/// Every node says this often that its loop makes progress, as over the real transport.
+const HEARTBEAT: Duration = Duration::from_millis(250);
 
 /// After this many turns at one moment of virtual time, nodes keep each other, or themselves, busy for ever.
 const LIVELOCK: u32 = 10_000;
@@ -50,9 +54,20 @@ struct Member<'a> {
     scope: Scope,
     /// When its next turn is at the earliest.
     free_from: Time,
+    next_heartbeat: Time,
+    handled: u64,
     has_ended: bool,
     /// Requests that it has taken in and not answered.
     open: Vec<(Token, Service)>,
+}
+
+/// What a node does next.
+#[derive(Debug, Clone, Copy)]
+enum Turn {
+    /// Takes in what has arrived, and acts.
+    Events(Index),
+    /// Says that its loop turns.
+    Heartbeat(Index),
 }
 
 impl<'a> VirtualBus<'a> {
@@ -74,7 +89,15 @@ impl<'a> VirtualBus<'a> {
     /// Adds a node; it sees the nodes in its scope, and they see it.
     pub fn add(&mut self, scope: Scope, node: impl Node + 'a) {
         let added = self.nodes.len();
-        let member = Member { node: Box::new(node), scope, free_from: self.now, has_ended: false, open: Vec::new() };
+        let member = Member {
+            node: Box::new(node),
+            scope,
+            free_from: self.now,
+            next_heartbeat: self.now,
+            handled: 0,
+            has_ended: false,
+            open: Vec::new(),
+        };
         self.nodes.push(member);
         for other in (0..added).filter(|it| !self.nodes[*it].has_ended).collect::<Vec<_>>() {
             self.announce(other, added, true);
@@ -114,6 +137,18 @@ impl<'a> VirtualBus<'a> {
         self.ask(None, &vehicle.into(), &request);
     }
 
+    /// Stops the process of the node called `name` for a while, as if it hung: it takes in nothing and sends nothing, not
+    /// even a heartbeat. What has arrived meanwhile is in its mailbox then, and calls that have ended are over.
+    ///
+    /// # Panics
+    /// If there is no such node.
+    pub fn freeze(&mut self, name: &str, time: Duration) {
+        let until = self.now + time;
+        let frozen = self.nodes.iter_mut().filter(|it| it.node.name() == name && !it.has_ended);
+        let count = frozen.map(|it| it.free_from = it.free_from.max(until)).count();
+        assert!(0 < count, "there is no node `{name}`");
+    }
+
     /// Runs until `done` says so or `limit` of virtual time has passed; whether `done` said so.
     ///
     /// # Panics
@@ -133,7 +168,8 @@ impl<'a> VirtualBus<'a> {
             turns = if self.now < at { 0 } else { turns + 1 };
             self.now = self.now.max(at);
             match turn {
-                Some(node) => {
+                Some(Turn::Heartbeat(node)) => self.beat(node),
+                Some(Turn::Events(node)) => {
                     let name = self.nodes[node].node.name();
                     assert!(turns < LIVELOCK, "time stands still: {name} acts again and again");
                     self.take_turn(node);
@@ -144,17 +180,36 @@ impl<'a> VirtualBus<'a> {
     }
 
     /// What comes next: when, and which node's turn; `None` when a call expires.
-    fn next(&self) -> Option<(Time, Option<Index>)> {
+    fn next(&self) -> Option<(Time, Option<Turn>)> {
         let arrival = self.queue.next(|node| self.nodes[node].free_from);
         // What has arrived comes first.
         if let Some((at, node)) = arrival.filter(|(at, _)| *at <= self.now) {
-            return Some((at, Some(node)));
+            return Some((at, Some(Turn::Events(node))));
         }
         let expiry = self.calls.deadline().map(|at| (at, None));
-        let arrival = arrival.map(|(at, node)| (at, Some(node)));
-        let present = self.nodes.iter().enumerate().filter(|(_, it)| !it.has_ended);
-        let deadlines = present.filter_map(|(index, it)| Some((it.node.deadline()?.max(it.free_from), Some(index))));
-        expiry.into_iter().chain(arrival).chain(deadlines).min_by_key(|(at, _)| *at)
+        let arrival = arrival.map(|(at, node)| (at, Some(Turn::Events(node))));
+        let present = || self.nodes.iter().enumerate().filter(|(_, it)| !it.has_ended);
+        let deadlines = present()
+            .filter_map(|(index, it)| Some((it.node.deadline()?.max(it.free_from), Some(Turn::Events(index)))));
+        let heartbeats =
+            present().map(|(index, it)| (it.next_heartbeat.max(it.free_from), Some(Turn::Heartbeat(index))));
+        expiry.into_iter().chain(arrival).chain(deadlines).chain(heartbeats).min_by_key(|(at, _)| *at)
+    }
+
+    /// A node says that its loop turns.
+    fn beat(&mut self, index: Index) {
+        let member = &mut self.nodes[index];
+        member.next_heartbeat = self.now + HEARTBEAT;
+        let heartbeat = Heartbeat {
+            service: member.node.name().to_owned(),
+            instance: instance(index),
+            uptime_s: self.now.as_secs_f64(),
+            handled: member.handled,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            ..Heartbeat::default()
+        };
+        let vehicle = member.scope.vehicle();
+        self.deliver(Some(index), vehicle, heartbeat.into());
     }
 
     /// A node takes in what has arrived, and acts.
@@ -162,6 +217,7 @@ impl<'a> VirtualBus<'a> {
         let now = self.moment();
         for event in self.queue.take(index, self.now) {
             let member = &mut self.nodes[index];
+            member.handled += 1;
             if let Event::Request { token, request, .. } = &event {
                 member.open.push((*token, request.service()));
             }
@@ -216,4 +272,9 @@ impl<'a> VirtualBus<'a> {
     fn moment(&self) -> Now {
         Now { time: self.now, utc_ms: UTC_START_MS + self.now.since_start().as_millis() as i64 }
     }
+}
+
+/// The start of the node at `index`, of which there is one.
+fn instance(index: Index) -> String {
+    format!("virtual-{index}")
 }

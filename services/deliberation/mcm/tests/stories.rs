@@ -247,14 +247,12 @@ fn a_landing_that_did_not_come_down_goes_elsewhere() {
 fn a_row_that_holds_never_lands_and_yields_to_what_demands_more() {
     let (mut rig, _) = under_way();
     rig.flag("obstacle", true);
-    let mut expected = vec!["start stop, giving up 1"];
     for _ in 0..3 {
         let stop = rig.execute();
         rig.end(&stop, Rejected, "no");
         rig.wait(4.1);
-        expected.push("start stop");
     }
-    expected[3] = "start fly 0 50 10";
+    let expected = ["start stop, giving up 1", "start stop", "start stop", "start fly 0 50 10"];
     assert_eq!(rig.story(), expected.join("\n"), "three tries, then another way to hold");
     rig.execute();
     rig.flag("operator_abort", true);

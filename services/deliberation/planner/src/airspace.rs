@@ -1,37 +1,39 @@
-//! The areas as one request for a plan sees them: which apply, and what it takes to enter each now.
+//! The areas as one request for a plan sees them: the airspace rule, and what it takes to get each permission.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
 
+use domain::airspace::{self, Clock, Grants, Motion, Stay, latest, soonest, stays};
 use domain::area::{Area, AreaKind};
 use domain::geometry::Ned;
-use domain::route;
+use domain::state::State;
 use domain::time::{Now, Pace};
 
 use crate::config::Config;
 use crate::permissions::{Permissions, Standing};
 
-/// An area that applies.
+/// An area, with what it takes to enter it while it applies.
 #[derive(Debug, Clone)]
 pub struct Zone<'a> {
     /// The area itself.
     pub area: &'a Area,
-    /// What it takes to enter it.
+    /// What it takes to get a permission that is not held for long enough.
     pub access: Access,
 }
 
-/// What it takes to enter an area now.
+/// What it takes to get a permission.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Access {
-    /// Nothing: its permission is held.
-    Held,
     /// Asking for it, and a wait that is to be expected.
     Ask {
         /// In seconds.
         wait_s: f64,
         /// It was denied when it was last asked for.
         denied: bool,
+        /// Longer than this it is not granted, as far as is known.
+        at_most: Option<Duration>,
     },
-    /// It is not entered.
+    /// It is not to be had, or the area is never entered.
     Closed {
         /// For the mission report.
         reason: String,
@@ -41,99 +43,127 @@ pub enum Access {
 /// Zones that a plan has asked for in an earlier step, by their index.
 pub type Asked = BTreeSet<usize>;
 
-/// Every area that applies.
+/// Areas that a request has found to be of no use, with the reason for the mission report.
+pub type Closures = BTreeMap<String, String>;
+
+/// Every area of the mission.
 #[derive(Debug, Clone)]
 pub struct Airspace<'a> {
+    /// The rule that the mission manager flies by.
+    pub rule: airspace::Airspace<'a>,
     /// In the mission's order.
     pub zones: Vec<Zone<'a>>,
 }
 
+/// The permissions that `state` holds; one of which no end is known holds forever.
+pub fn grants(state: &State, known: &Grants) -> Grants {
+    let endless = state.permissions.iter().map(|area| (area.clone(), Duration::MAX));
+    endless.chain(known.iter().map(|(area, remaining)| (area.clone(), *remaining))).collect()
+}
+
 impl<'a> Airspace<'a> {
-    /// The areas as they stand `now` for a vehicle that holds the permissions `held`.
+    /// The areas as they stand `now` for a vehicle that holds `grants`.
     pub fn new(
         areas: &'a [Area],
-        held: &BTreeSet<String>,
+        grants: &'a Grants,
         permissions: &Permissions,
-        now: Now,
-        pace: Pace,
+        closures: &Closures,
+        (now, pace): (Now, Pace),
         config: &Config,
     ) -> Airspace<'a> {
-        let look_ahead = pace.to_wall(config.window_look_ahead_s.seconds());
-        let soon_utc_ms = now.utc_ms.saturating_add(look_ahead.as_millis() as i64);
-        let applies = |it: &&Area| {
-            it.is_active(now.utc_ms) || it.from_utc_ms.is_some_and(|from| now.utc_ms < from && from <= soon_utc_ms)
+        let rule = airspace::Airspace {
+            areas,
+            grants,
+            clock: Clock { utc_ms: now.utc_ms, pace },
+            lead: config.grant_lead_s.seconds(),
+            vertical_margin_m: config.vertical_margin_m.get(),
         };
-        let zone = |area: &'a Area| Zone { area, access: access(area, held, permissions, now, config) };
-        Airspace { zones: areas.iter().filter(applies).map(zone).collect() }
+        let zone = |area: &'a Area| {
+            let closure = closures.get(&area.name).map(|reason| Access::Closed { reason: reason.clone() });
+            Zone { area, access: closure.unwrap_or_else(|| access(area, permissions, now, config)) }
+        };
+        Airspace { rule, zones: areas.iter().map(zone).collect() }
     }
 
-    /// The zones that must not be entered yet by a plan that has asked for `asked`.
-    pub fn barred(&self, asked: &Asked) -> impl Iterator<Item = (usize, &Zone<'a>)> {
-        self.zones.iter().enumerate().filter(move |(index, it)| it.access != Access::Held && !asked.contains(index))
+    /// Whether a vehicle in the air at `point` must leave an area now.
+    pub fn is_trespassed(&self, point: Ned) -> bool {
+        self.rule.trespassed(point).next().is_some()
     }
 
-    /// The barred zones that `point` is in.
-    pub fn trespassed(&self, point: Ned, asked: &Asked) -> Vec<&Zone<'a>> {
-        self.barred(asked).map(|(_, it)| it).filter(|it| it.area.contains(point)).collect()
+    /// Whether `zone` must not be stayed in between two moments by a plan that has asked for `asked`.
+    pub fn is_barred(&self, zone: usize, asked: &Asked, from: Duration, until: Duration) -> bool {
+        let Some(Zone { area, .. }) = self.zones.get(zone) else { return false };
+        let is_asked = area.kind == AreaKind::Permission && asked.contains(&zone);
+        !is_asked && self.rule.bars(area, from, until).is_some()
     }
 
-    /// Names of the areas that the way touches and that may be entered: those whose permission must
-    /// not be lost on it. One that is only being left is not among them.
-    pub fn needed(&self, from: Ned, to: Ned, asked: &Asked) -> Vec<String> {
-        let allowed = |(index, it): &(usize, &Zone)| it.access == Access::Held || asked.contains(index);
-        let touched = self.zones.iter().enumerate().filter(allowed).filter(|(_, it)| it.area.is_crossed(from, to));
-        touched.map(|(_, it)| it.area.name.clone()).collect()
-    }
-
-    /// The barred zones entered on the straight way, each with the fraction at which it first is, in
-    /// the order in which they are.
-    pub fn first_entries(&self, from: Ned, to: Ned, asked: &Asked) -> Vec<(f64, usize)> {
-        let mut found: Vec<_> = self
-            .barred(asked)
-            .filter_map(|(index, it)| Some((*route::entries(it.area, from, to).first()?, index)))
-            .collect();
+    /// The zones entered on the straight way that must not be entered yet by a plan that has asked for `asked`, each with
+    /// the fraction at which it first is, in the order in which they are.
+    pub fn first_entries(&self, from: Ned, to: Ned, motion: Motion, asked: &Asked) -> Vec<(f64, usize)> {
+        let way_m = from.distance_m(to);
+        let entry = |(index, zone): (usize, &Zone<'a>)| {
+            if zone.area.kind == AreaKind::Permission && asked.contains(&index) {
+                return None;
+            }
+            let alone = airspace::Airspace { areas: std::slice::from_ref(zone.area), ..self.rule };
+            let breach = alone.first_breach(from, to, motion)?;
+            Some((if way_m > 0.0 { from.distance_m(breach.at) / way_m } else { 0.0 }, index))
+        };
+        let mut found: Vec<_> = self.zones.iter().enumerate().filter_map(entry).collect();
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         found
     }
 
-    /// Whether the permission for `area` was refused and has not been granted since.
+    /// Names of the areas that the way touches while they apply, and that may be entered: those whose permission must not
+    /// be lost on it. One that is only being left is not among them.
+    pub fn needed(&self, from: Ned, to: Ned, motion: Motion, asked: &Asked) -> Vec<String> {
+        let nothing_held = Grants::new();
+        let without = airspace::Airspace { grants: &nothing_held, ..self.rule };
+        let is_needed = |&(index, zone): &(usize, &Zone<'a>)| {
+            let mut visits = self.visits(zone.area, from, to, motion).into_iter().peekable();
+            let is_permission = zone.area.kind == AreaKind::Permission;
+            is_permission
+                && visits.peek().is_some()
+                && visits.all(|(soonest, latest)| {
+                    without.bars(zone.area, soonest, latest).is_some() && !self.is_barred(index, asked, soonest, latest)
+                })
+        };
+        self.zones.iter().enumerate().filter(is_needed).map(|(_, zone)| zone.area.name.clone()).collect()
+    }
+
+    /// Between which moments the way is inside `area`.
+    fn visits(&self, area: &Area, from: Ned, to: Ned, motion: Motion) -> Vec<(Duration, Duration)> {
+        let way_s = from.distance_m(to) / motion.speed_m_s;
+        let at = |fraction: f64| {
+            motion.begins.saturating_add(Duration::try_from_secs_f64(way_s * fraction).unwrap_or(Duration::MAX))
+        };
+        let visit = |stay: Stay| (soonest(at(stay.enters)), latest(at(stay.leaves)));
+        stays(area, from, to, self.rule.vertical_margin_m).into_iter().map(visit).collect()
+    }
+
+    /// Whether the permission for `area` was refused or too short, and is not held.
     pub fn was_denied(&self, area: &str) -> bool {
-        self.zones.iter().filter(|it| it.area.name == area).any(|it| match it.access {
-            Access::Held => false,
-            Access::Ask { denied, .. } => denied,
+        self.zones.iter().filter(|zone| zone.area.name == area).any(|zone| match &zone.access {
+            _ if self.rule.bars(zone.area, Duration::ZERO, Duration::ZERO).is_none() => false,
+            Access::Ask { denied, at_most, .. } => *denied || at_most.is_some(),
             Access::Closed { .. } => true,
         })
     }
-
-    /// The same airspace as if closed zones could be entered at a price nobody would pay for a
-    /// detour; keep-out areas only if `keep_out_too`. For telling what is in the way.
-    pub fn opened(&self, keep_out_too: bool) -> Airspace<'a> {
-        const PROHIBITIVE_S: f64 = 1e7;
-        let mut opened = self.clone();
-        for zone in &mut opened.zones {
-            let is_open = keep_out_too || zone.area.kind == AreaKind::Permission;
-            if is_open && matches!(zone.access, Access::Closed { .. }) {
-                zone.access = Access::Ask { wait_s: PROHIBITIVE_S, denied: true };
-            }
-        }
-        opened
-    }
 }
 
-fn access(area: &Area, held: &BTreeSet<String>, permissions: &Permissions, now: Now, config: &Config) -> Access {
+fn access(area: &Area, permissions: &Permissions, now: Now, config: &Config) -> Access {
     let name = &area.name;
-    match area.kind {
-        AreaKind::KeepOut => {
-            Access::Closed { reason: format!("keep-out area {name}: it cannot be reached without entering it") }
-        }
-        AreaKind::Permission if held.contains(name) => Access::Held,
-        AreaKind::Permission => match permissions.standing(name) {
-            Standing::Open => Access::Ask { wait_s: config.expected_wait_s.get(), denied: false },
-            Standing::DeniedOnce { retry_at, .. } => Access::Ask {
-                wait_s: (retry_at - now.time).as_secs_f64() + config.expected_wait_after_denial_s.get(),
-                denied: true,
-            },
-            Standing::DeniedForGood { reason } => Access::Closed { reason: format!("area {name}: {reason}") },
+    if area.kind == AreaKind::KeepOut {
+        return Access::Closed { reason: format!("keep-out area {name}: it cannot be reached without entering it") };
+    }
+    let at_most = permissions.longest_grant(name);
+    match permissions.standing(name) {
+        Standing::Open => Access::Ask { wait_s: config.expected_wait_s.get(), denied: false, at_most },
+        Standing::DeniedOnce { retry_at, .. } => Access::Ask {
+            wait_s: (retry_at - now.time).as_secs_f64() + config.expected_wait_after_denial_s.get(),
+            denied: true,
+            at_most,
         },
+        Standing::DeniedForGood { reason } => Access::Closed { reason: format!("area {name}: {reason}") },
     }
 }

@@ -1,6 +1,6 @@
 //! From the objective back to the start: which actions, in which order. Knows no areas.
 
-use domain::state::State;
+use domain::state::{State, Tolerance};
 
 use crate::actions::{ACTIONS, Action};
 use crate::config::Config;
@@ -28,11 +28,11 @@ pub enum NoChain {
     TooDeep(u32),
 }
 
-/// The actions that lead from `start` to `goal`, last to fly first; none if `start` is there already.
-pub fn chain(start: &State, goal: &State, config: &Config) -> Result<Vec<Link>, NoChain> {
+/// The actions that lead from `start` to `goal`, last to fly first; none if `start` is there within the tolerance.
+pub fn chain(start: &State, goal: &State, tolerance: Tolerance, config: &Config) -> Result<Vec<Link>, NoChain> {
     let mut links: Vec<Link> = Vec::new();
     let mut current_goal = goal.clone();
-    while !start.matches(&current_goal, config.tolerance()) {
+    while !start.matches(&current_goal, tolerance) {
         if links.len() as u32 == config.depth_limit.get() {
             return Err(NoChain::TooDeep(config.depth_limit.get()));
         }
@@ -40,8 +40,8 @@ pub fn chain(start: &State, goal: &State, config: &Config) -> Result<Vec<Link>, 
         let best = ACTIONS
             .into_iter()
             .filter(|it| it.test(&current_goal, start, config))
-            .map(|it| (it, it.propagate_backwards(&current_goal, start, config)))
-            .min_by_key(|(_, from)| score(from, start, config.tolerance()));
+            .map(|it| (it, it.propagate_backwards(&current_goal, start, tolerance, config)))
+            .min_by_key(|(_, from)| score(from, start, tolerance));
         let (action, from) = best.ok_or(NoChain::NoAction)?;
         links.push(Link { action, from: from.clone(), to: current_goal });
         current_goal = from;
@@ -68,7 +68,7 @@ mod tests {
 
     #[track_caller]
     fn check(start: At, goal: At, expected: &str) {
-        let links = chain(&state(start), &state(goal), &Config::for_tests()).unwrap();
+        let links = chain(&state(start), &state(goal), Config::for_tests().tolerance(), &Config::for_tests()).unwrap();
         let text: Vec<_> = links
             .iter()
             .rev()
@@ -108,13 +108,17 @@ mod tests {
     #[test]
     fn what_no_action_reaches_has_no_chain() {
         let goal = State { mode: Some(FlightMode::Return), ..state((0.0, 10.0, true)) };
-        assert_eq!(chain(&state((0.0, 0.0, false)), &goal, &Config::for_tests()).unwrap_err(), NoChain::NoAction);
+        assert_eq!(
+            chain(&state((0.0, 0.0, false)), &goal, Config::for_tests().tolerance(), &Config::for_tests()).unwrap_err(),
+            NoChain::NoAction
+        );
     }
 
     #[test]
     fn the_depth_is_limited() {
         let config = Config { depth_limit: std::num::NonZeroU32::MIN, ..Config::for_tests() };
-        let error = chain(&state((0.0, 0.0, false)), &state((500.0, 0.0, false)), &config).unwrap_err();
+        let error =
+            chain(&state((0.0, 0.0, false)), &state((500.0, 0.0, false)), config.tolerance(), &config).unwrap_err();
         assert_eq!(error, NoChain::TooDeep(1));
     }
 }

@@ -1,9 +1,13 @@
 //! Where on a way to wait for which permissions: at a stand-off before each border that is entered
 //! without one, beginning with the border nearest the goal.
 
+use std::time::Duration;
+
+use domain::airspace::Motion;
 use domain::geometry::Ned;
 
 use crate::airspace::{Airspace, Asked};
+use crate::config::Config;
 use crate::routing::Way;
 
 /// A part of a way, flown as one step.
@@ -11,6 +15,8 @@ use crate::routing::Way;
 pub struct Section {
     /// Where it ends.
     pub to: Ned,
+    /// When it ends.
+    pub at: Duration,
     /// Zones to be asked for during it, in the order in which they are entered later.
     pub ask: Vec<usize>,
 }
@@ -19,14 +25,15 @@ pub struct Section {
 const SAME_PLACE_M: f64 = 1.0;
 
 /// `way` cut into sections, for a plan that has asked for `asked` before.
-pub fn sections(way: &Way, airspace: &Airspace, asked: &Asked, stand_off_m: f64) -> Vec<Section> {
+pub fn sections(way: &Way, airspace: &Airspace, asked: &Asked, config: &Config) -> Vec<Section> {
     let milestones = milestones(&way.points);
     // The vehicle does not wait on the way out of an area.
-    let earliest_m = if way.leads_out { milestones[1] } else { 0.0 };
-    let waits = group(borders(way, &milestones, airspace, asked), stand_off_m, earliest_m);
-    let mut sections: Vec<(f64, Section)> = std::iter::zip(&milestones, &way.points)
+    let earliest_m = milestones.get(way.legs_out).copied().unwrap_or(0.0);
+    let borders = borders(way, &milestones, airspace, asked, config);
+    let waits = group(borders, config.stand_off_m.get(), earliest_m);
+    let mut sections: Vec<(f64, Section)> = std::iter::zip(&milestones, std::iter::zip(&way.points, &way.at))
         .skip(1)
-        .map(|(at_m, to)| (*at_m, Section { to: *to, ask: Vec::new() }))
+        .map(|(at_m, (to, at))| (*at_m, Section { to: *to, at: *at, ask: Vec::new() }))
         .collect();
     for wait in waits {
         // The end of a section just before the wait serves as well, maybe for several waits.
@@ -34,9 +41,9 @@ pub fn sections(way: &Way, airspace: &Airspace, asked: &Asked, stand_off_m: f64)
         match sections.iter_mut().find(|(at_m, _)| is_here(*at_m)) {
             Some((_, section)) => _ = section.ask.splice(0..0, wait.ask),
             None => {
-                let section = Section { to: point_at(wait.at_m, way, &milestones), ask: wait.ask };
+                let (to, at) = point_at(wait.at_m, way, &milestones);
                 let position = sections.partition_point(|(at_m, _)| *at_m < wait.at_m);
-                sections.insert(position, (wait.at_m, section));
+                sections.insert(position, (wait.at_m, Section { to, at, ask: wait.ask }));
             }
         }
     }
@@ -62,11 +69,14 @@ struct Border {
 
 /// Where each barred zone is entered for the first time, in order. Once asked for, it may be left
 /// and entered again.
-fn borders(way: &Way, milestones: &[f64], airspace: &Airspace, asked: &Asked) -> Vec<Border> {
+fn borders(way: &Way, milestones: &[f64], airspace: &Airspace, asked: &Asked, config: &Config) -> Vec<Border> {
     let mut asked = asked.clone();
     let mut found = Vec::new();
-    for (leg, start_m) in std::iter::zip(way.points.windows(2), milestones) {
-        for (fraction, zone) in airspace.first_entries(leg[0], leg[1], &asked) {
+    let legs = std::iter::zip(way.points.windows(2), &way.at);
+    // Nothing is asked for to get out.
+    for ((leg, begins), start_m) in std::iter::zip(legs, milestones).skip(way.legs_out) {
+        let motion = Motion { begins: *begins, speed_m_s: config.cruise_speed_m_s.get(), airborne: true };
+        for (fraction, zone) in airspace.first_entries(leg[0], leg[1], motion, &asked) {
             asked.insert(zone);
             found.push(Border { at_m: start_m + fraction * leg[0].distance_m(leg[1]), zone });
         }
@@ -94,11 +104,13 @@ fn group(mut borders: Vec<Border>, stand_off_m: f64, earliest_m: f64) -> Vec<Wai
     waits
 }
 
-fn point_at(at_m: f64, way: &Way, milestones: &[f64]) -> Ned {
+fn point_at(at_m: f64, way: &Way, milestones: &[f64]) -> (Ned, Duration) {
     let leg = milestones.partition_point(|it| *it <= at_m).clamp(1, milestones.len() - 1);
     let (start_m, end_m) = (milestones[leg - 1], milestones[leg]);
     let fraction = if end_m > start_m { ((at_m - start_m) / (end_m - start_m)).clamp(0.0, 1.0) } else { 0.0 };
-    way.points[leg - 1].towards(way.points[leg], fraction)
+    let (before, after) = (way.at[leg - 1], way.at[leg]);
+    let at = before.saturating_add(after.saturating_sub(before).mul_f64(fraction));
+    (way.points[leg - 1].towards(way.points[leg], fraction), at)
 }
 
 #[cfg(test)]

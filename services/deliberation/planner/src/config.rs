@@ -1,9 +1,12 @@
 //! The planner's parameters.
 
 use std::num::NonZeroU32;
+use std::time::Duration;
 
 use domain::quantity::{Fraction, Positive};
+use domain::skill::Goal;
 use domain::state::Tolerance;
+use domain::way::FlightLimits;
 use serde::Deserialize;
 
 /// Section `[planner]` of the configuration. Durations are mission time.
@@ -28,15 +31,37 @@ pub struct Config {
     pub horizontal_tolerance_m: Positive,
     /// The same in height, while in the air. (ENG)
     pub vertical_tolerance_m: Positive,
+    /// The same in height, on the ground: ground is not level, and barometers drift. (ENG: less than the height of any
+    /// deck or roof.)
+    pub ground_tolerance_m: Positive,
     /// Actions in one plan, auxiliary steps not counted. (ENG: three reach any objective; more means
     /// that the actions lead in a circle.)
     pub depth_limit: NonZeroU32,
     /// A step that failed this number of times in a row without any progress of the vehicle counts as
     /// infeasible. (ENG)
     pub failures_at_most: NonZeroU32,
-    /// An area whose time window opens within this time already counts, in seconds. (ENG: longer
-    /// than the flight through the area.)
-    pub window_look_ahead_s: Positive,
+    /// After so many takeoffs in a row that failed the mission is given up. (ENG: a cause that passes, such as a
+    /// satellite fix that is not there yet, has passed by then.)
+    pub takeoffs_at_most: NonZeroU32,
+    /// After so many landings that failed an objective is given up. (ENG: each takes minutes and battery.)
+    pub landings_at_most: NonZeroU32,
+    /// How fast the vehicle climbs, in m/s. (PX4: MPC_Z_VEL_MAX_UP.)
+    pub climb_m_s: Positive,
+    /// How fast it descends, in m/s. (PX4: MPC_Z_VEL_MAX_DN.)
+    pub descent_m_s: Positive,
+    /// Lower than this above the take-off point the vehicle climbs before it leaves an area that it must not be in, in
+    /// metres. (ENG: as the mission manager's.)
+    pub least_height_m: Positive,
+    /// Over an area that it must not be in it leaves no higher than this, in metres above the take-off point. (ENG: as the
+    /// mission manager's.)
+    pub highest_m: Positive,
+    /// Heights this close to the floor or the ceiling of an area count as inside, in metres. (ENG: as the mission
+    /// manager's.)
+    pub vertical_margin_m: Positive,
+    /// A grant must outlast a stay by this, and an area that opens within this time applies already, in seconds. (ENG: the
+    /// mission manager's `permission_margin_s`, so that no plan relies on a permission that the manager no longer relies
+    /// on.)
+    pub grant_lead_s: Positive,
     /// Wait to be expected for a permission never asked for, in seconds: what a detour may cost at
     /// most. (ENG: a tower that grants does so at once.)
     pub expected_wait_s: Positive,
@@ -61,12 +86,43 @@ impl Config {
 
     /// How far apart two states may be and still count as one.
     pub(crate) fn tolerance(&self) -> Tolerance {
-        Tolerance { horizontal_m: self.horizontal_tolerance_m.get(), vertical_m: self.vertical_tolerance_m.get() }
+        Tolerance {
+            horizontal_m: self.horizontal_tolerance_m.get(),
+            vertical_m: self.vertical_tolerance_m.get(),
+            ground_m: self.ground_tolerance_m.get(),
+        }
     }
 
-    /// Flight time over a distance, in seconds.
+    /// Flight time over a distance at cruise speed, in seconds.
     pub(crate) fn flight_time_s(&self, distance_m: f64) -> f64 {
         distance_m / self.cruise_speed_m_s.get()
+    }
+
+    /// Flight time over a distance at cruise speed.
+    pub(crate) fn flight_time(&self, distance_m: f64) -> Duration {
+        Duration::try_from_secs_f64(self.flight_time_s(distance_m)).unwrap_or(Duration::MAX)
+    }
+
+    /// How fast `goal` is flown, in m/s.
+    pub(crate) fn speed_m_s(&self, goal: &Goal) -> f64 {
+        match goal {
+            Goal::Takeoff { .. } => self.climb_m_s.get(),
+            Goal::Land => self.descent_m_s.get(),
+            Goal::Stop | Goal::Position { .. } | Goal::Velocity { .. } => self.cruise_speed_m_s.get(),
+        }
+    }
+
+    /// How the vehicle flies out of an area.
+    pub(crate) fn flight_limits(&self) -> FlightLimits {
+        FlightLimits {
+            speed_m_s: self.cruise_speed_m_s.get(),
+            climb_m_s: self.climb_m_s.get(),
+            descent_m_s: self.descent_m_s.get(),
+            least_height_m: self.least_height_m.get(),
+            highest_m: self.highest_m.get(),
+            clearance_m: self.stand_off_m.get(),
+            margin_m: self.margin_m(),
+        }
     }
 }
 
@@ -86,9 +142,17 @@ impl Config {
             margin = 0.5
             horizontal_tolerance_m = 3.0
             vertical_tolerance_m = 2.0
+            ground_tolerance_m = 5.0
             depth_limit = 8
             failures_at_most = 5
-            window_look_ahead_s = 300.0
+            takeoffs_at_most = 5
+            landings_at_most = 3
+            climb_m_s = 3.0
+            descent_m_s = 1.5
+            least_height_m = 5.0
+            highest_m = 120.0
+            vertical_margin_m = 2.0
+            grant_lead_s = 30.0
             expected_wait_s = 2.0
             expected_wait_after_denial_s = 15.0
             retry_after_denial_s = 30.0

@@ -1,11 +1,14 @@
 //! The steps from a start to a goal: a chain of actions, a way for each that flies somewhere, and
 //! before each border a wait for its permission.
 
+use std::time::Duration;
+
+use domain::airspace::Motion;
 use domain::fmu::FlightMode;
 use domain::geometry::Ned;
-use domain::plan::Parameters;
+use domain::plan::{Parameters, PermissionNeed};
 use domain::skill::Goal;
-use domain::state::State;
+use domain::state::{State, Tolerance};
 
 use crate::actions::{Action, Waits, position::Position, stop::Stop};
 use crate::airspace::{Access, Airspace, Asked};
@@ -26,16 +29,32 @@ pub enum Unreachable {
     NoWay(#[from] NoWay),
 }
 
-/// Steps from `start` to `goal`, first to fly first. They have no ids yet.
-pub fn draft(start: &State, goal: &State, airspace: &Airspace, config: &Config) -> Result<Vec<Step>, Unreachable> {
-    let mut draft = Draft { airspace, config, asked: Asked::new(), steps: Vec::new() };
-    let links = back_chaining::chain(start, goal, config)?;
+/// Steps from `start` to `goal`, which is reached within `tolerance`; first to fly first. They have no ids yet, and what
+/// they ask for has no length yet.
+pub fn draft(
+    start: &State,
+    goal: &State,
+    tolerance: Tolerance,
+    airspace: &Airspace,
+    config: &Config,
+) -> Result<Vec<Step>, Unreachable> {
+    let mut draft = Draft { airspace, config, asked: Asked::new(), at: Duration::ZERO, steps: Vec::new() };
+    let mut links = back_chaining::chain(start, goal, tolerance, config)?;
     let flies_at_once = links.last().is_some_and(|it| it.action.waits() == Waits::BeforeEachBorder);
-    let is_trespassing = start.flying && !airspace.trespassed(start.position, &Asked::new()).is_empty();
+    let is_trespassing = start.flying && airspace.is_trespassed(start.position);
     if is_trespassing && !links.is_empty() && !flies_at_once {
         // Out of the area first, even where the landing is right below, and back with its permission.
         let there = State::new(start.position, true);
         draft.fly_waiting_before_each_border(&Link { action: &Position, from: start.clone(), to: there })?;
+    }
+    let low = State::new(start.position.at_height(config.least_height_m.get()), true);
+    let is_low = start.flying && start.position.height_m() < config.least_height_m.get();
+    if let Some(first) = links.last_mut().filter(|_| is_low && flies_at_once && !is_trespassing)
+        && low.position.height_m() <= first.to.position.height_m()
+    {
+        // What keeps it from landing here may stand beside it as well.
+        draft.fly_waiting_before_each_border(&Link { action: &Position, from: start.clone(), to: low.clone() })?;
+        first.from = low;
     }
     for link in links.iter().rev() {
         match link.action.waits() {
@@ -50,28 +69,33 @@ struct Draft<'a> {
     airspace: &'a Airspace<'a>,
     config: &'a Config,
     asked: Asked,
+    /// When the next step begins, from now on.
+    at: Duration,
     steps: Vec<Step>,
 }
 
 impl Draft<'_> {
     fn fly_waiting_before_each_border(&mut self, link: &Link) -> Result<(), NoWay> {
         let (from, to) = (link.from.position, link.to.position);
-        let way = routing::find(from, to, self.airspace, &self.asked, self.config)?;
+        let way = routing::find(from, to, self.at, self.airspace, &self.asked, self.config)?;
         let mut from = link.from.clone();
-        for Section { to, ask } in sections(&way, self.airspace, &self.asked, self.config.stand_off_m.get()) {
+        for Section { to, at, ask } in sections(&way, self.airspace, &self.asked, self.config) {
             let to = State { position: to, ..link.to.clone() };
             self.add(link.action, &from, to.clone(), ask);
-            from = to;
+            (self.at, from) = (at, to);
         }
         Ok(())
     }
 
     fn wait_and_fly(&mut self, link: &Link) -> Result<(), NoWay> {
-        let entries = self.airspace.first_entries(link.from.position, link.to.position, &self.asked);
+        let goal = link.action.set_parameters(&link.from, &link.to, self.config).goal;
+        let motion = self.motion(&goal, &link.from);
+        let entries = self.airspace.first_entries(link.from.position, link.to.position, motion, &self.asked);
         let ask: Vec<usize> = entries.into_iter().map(|(_, zone)| zone).collect();
         for zone in &ask {
-            if let Access::Closed { reason } = &self.airspace.zones[*zone].access {
-                return Err(NoWay(reason.clone()));
+            match &self.airspace.zones[*zone].access {
+                Access::Closed { reason } => return Err(NoWay(reason.clone())),
+                Access::Ask { wait_s, .. } => self.pass(*wait_s),
             }
         }
         if !ask.is_empty() {
@@ -79,19 +103,31 @@ impl Draft<'_> {
             self.add(&Stop, &link.from, State { mode, ..link.from.clone() }, ask);
         }
         self.add(link.action, &link.from, link.to.clone(), Vec::new());
+        self.pass(link.from.position.distance_m(link.to.position) / motion.speed_m_s);
         Ok(())
+    }
+
+    fn pass(&mut self, seconds: f64) {
+        self.at = self.at.saturating_add(Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX));
+    }
+
+    fn motion(&self, goal: &Goal, from: &State) -> Motion {
+        Motion { begins: self.at, speed_m_s: self.config.speed_m_s(goal), airborne: from.flying }
     }
 
     fn add(&mut self, action: &dyn Action, from: &State, mut to: State, ask: Vec<usize>) {
         let mut nominal = action.set_parameters(from, &to, self.config);
-        let needed = self.airspace.needed(from.position, to.position, &self.asked);
+        let motion = self.motion(&nominal.goal, from);
+        let needed = self.airspace.needed(from.position, to.position, motion, &self.asked);
         nominal.precondition.permissions = needed.clone();
         nominal.invariant.permissions = needed;
         let auxiliary = !ask.is_empty();
         hold(&mut nominal, auxiliary);
         self.asked.extend(&ask);
-        to.permissions = self.airspace.needed(to.position, to.position, &self.asked).into_iter().collect();
-        let ask = ask.into_iter().map(|zone| self.airspace.zones[zone].area.name.clone()).collect();
+        to.permissions = self.airspace.needed(to.position, to.position, motion, &self.asked).into_iter().collect();
+        let need =
+            |zone: usize| PermissionNeed { area: self.airspace.zones[zone].area.name.clone(), lasts: Duration::ZERO };
+        let ask = ask.into_iter().map(need).collect();
         self.steps.push(Step {
             id: None,
             action: ActionStep { name: action.name(), from: from.position, to, nominal },
@@ -102,7 +138,7 @@ impl Draft<'_> {
 
 impl Step {
     /// The same step as one that asks for the permissions of `ask`, or, if there are none, for nothing.
-    pub fn asking(mut self, ask: Vec<String>) -> Step {
+    pub fn asking(mut self, ask: Vec<PermissionNeed>) -> Step {
         let auxiliary = !ask.is_empty();
         hold(&mut self.action.nominal, auxiliary);
         self.communication = CommunicationStep { ask, auxiliary };
@@ -111,12 +147,24 @@ impl Step {
 
     /// How long it is flown at least, in seconds.
     pub fn flight_time_s(&self, config: &Config) -> f64 {
-        config.flight_time_s(self.action.from.distance_m(self.action.to.position))
+        self.action.from.distance_m(self.action.to.position) / config.speed_m_s(&self.action.nominal.goal)
+    }
+
+    /// How it moves if it begins at this time from now on.
+    pub fn motion(&self, begins: Duration, config: &Config) -> Motion {
+        let goal = &self.action.nominal.goal;
+        let airborne = !matches!(goal, Goal::Takeoff { .. });
+        Motion { begins, speed_m_s: config.speed_m_s(goal), airborne }
     }
 
     /// The straight way it is planned to take.
     pub fn way(&self) -> (Ned, Ned) {
         (self.action.from, self.action.to.position)
+    }
+
+    /// Whether it asks for `area`.
+    pub fn asks_for(&self, area: &str) -> bool {
+        self.communication.ask.iter().any(|need| need.area == area)
     }
 }
 

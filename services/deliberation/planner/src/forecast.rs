@@ -1,6 +1,8 @@
 //! What a mission needs, as far as it is known beforehand: each objective is planned from where the
 //! one before leaves the vehicle, as if every permission were granted.
 
+use std::time::Duration;
+
 use domain::airspace::Grants;
 use domain::mission::Progress;
 use domain::plan::{Plan, PlanRequest};
@@ -24,7 +26,7 @@ pub struct Forecast {
     pub plan: Option<Plan>,
     /// Areas to get permission for.
     pub permissions: Vec<String>,
-    /// At cruise speed, in seconds, waits not counted.
+    /// At the speeds that are planned with, in seconds, waits not counted.
     pub flight_time_s: f64,
     /// In metres.
     pub length_m: f64,
@@ -53,7 +55,8 @@ pub fn fly_through(mut planner: MissionPlanner, mut state: State, mut now: Now, 
                     forecast.plan = Some(planner.plan());
                     describe(forecast, &steps, config);
                 }
-                state.permissions.extend(steps.iter().flat_map(|it| it.communication.ask.iter().cloned()));
+                state.permissions.extend(steps.iter().flat_map(asked));
+                now = planner.after(now, flight_time(&steps, config));
                 state = State { permissions: state.permissions, ..last.action.to.clone() };
                 if last.id.is_none_or(|id| planner.step_done(id, &state).is_err()) {
                     break;
@@ -64,7 +67,7 @@ pub fn fly_through(mut planner: MissionPlanner, mut state: State, mut now: Now, 
                 if let Some(forecast) = forecasts.get_mut(planner.objectives().current_index()) {
                     forecast.wait = reason;
                 }
-                now.time = now.time + wait;
+                now = planner.after(now, wait);
             }
             Answer::Finished => break,
         }
@@ -93,7 +96,16 @@ fn blank(name: &str) -> Forecast {
 }
 
 fn describe(forecast: &mut Forecast, steps: &[Step], config: &Config) {
-    forecast.permissions = steps.iter().flat_map(|it| it.communication.ask.iter().cloned()).collect();
-    forecast.flight_time_s = steps.iter().map(|it| it.flight_time_s(config)).sum();
+    forecast.permissions = steps.iter().flat_map(asked).collect();
+    forecast.flight_time_s = flight_time(steps, config).as_secs_f64();
     forecast.length_m = steps.iter().map(|it| it.action.from.distance_m(it.action.to.position)).sum();
+}
+
+fn flight_time(steps: &[Step], config: &Config) -> Duration {
+    let seconds = steps.iter().map(|step| step.flight_time_s(config)).sum();
+    Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
+}
+
+fn asked(step: &Step) -> impl Iterator<Item = String> {
+    step.communication.ask.iter().map(|need| need.area.clone())
 }

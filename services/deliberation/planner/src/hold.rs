@@ -35,7 +35,7 @@ pub struct TooEarly {
 pub fn too_early(steps: &[Step], permissions: &Permissions, now: Time, config: &Config) -> Option<TooEarly> {
     let mut flown = Duration::ZERO;
     for (position, step) in steps.iter().enumerate() {
-        for area in &step.communication.ask {
+        for area in step.communication.ask.iter().map(|need| &need.area) {
             let Some((back_off, reason)) = permissions.back_off(area, now) else { continue };
             if flown < back_off {
                 let reason = format!("area {area}: denied by the control tower{}; asked once more", colon(reason));

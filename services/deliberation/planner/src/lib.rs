@@ -23,6 +23,7 @@ pub mod config;
 mod drafting;
 mod first_answers;
 mod forecast;
+mod grant_lengths;
 mod hold;
 mod mission_planner;
 mod mission_request;
@@ -34,7 +35,6 @@ mod repair;
 mod routing;
 mod score;
 mod stuck;
-mod way_out;
 mod wire;
 
 #[cfg(test)]

@@ -6,20 +6,21 @@ use std::time::Duration;
 
 use domain::area::Area;
 use domain::mission::{Mission, Progress};
-use domain::plan::{self, FailedStep, PlanRequest, PlannerStatus, StepId};
-use domain::state::State;
+use domain::plan::{self, DenialKind, FailedStep, PlanRequest, PlannerStatus, StepId};
+use domain::state::{State, Tolerance};
 use domain::time::{Now, Pace, Time};
 
-use crate::airspace::{Airspace, Asked};
+use crate::airspace::{self, Airspace, Closures};
 use crate::config::Config;
 use crate::drafting::{Unreachable, draft};
 use crate::forecast::{self, Forecast};
+use crate::grant_lengths::{self, TooShort};
 use crate::hold::{Hold, TooEarly, too_early, without_asking_at};
 use crate::objectives::Objectives;
-use crate::permissions::{Permissions, colon};
+use crate::permissions::Permissions;
 use crate::plan::{Plan, Step};
 use crate::repair::repair;
-use crate::stuck::Stuck;
+use crate::stuck::{Stuck, Verdict};
 
 /// The planner's state.
 #[derive(Debug)]
@@ -88,40 +89,64 @@ impl MissionPlanner {
     /// Replans: from the failed step's goal as long as what comes after it is still valid, else
     /// from the objective; objectives without a plan fail, and the next one is planned.
     pub fn replan(&mut self, request: PlanRequest, now: Now) -> Answer {
-        let PlanRequest { state, failed: failed_step, denials, .. } = request;
+        let PlanRequest { state, grants: known, failed: failed_step, denials, .. } = request;
         self.end_hold(now.time);
         self.note_granted(&state);
+        self.permissions.held(&known);
         for denial in denials.iter().filter(|it| self.mission.areas.iter().any(|area| area.name == it.area)) {
-            self.permissions.denied(denial, now.time, &self.config);
+            match (denial.kind, known.get(&denial.area)) {
+                (DenialKind::TooShort, Some(granted)) => self.permissions.too_short(&denial.area, *granted),
+                _ => self.permissions.denied(denial, now.time, &self.config),
+            }
         }
         let mut failed = self.take_failed(failed_step.as_ref().map(|step| step.id));
-        if let Some((Failed { step, .. }, FailedStep { reason: failure, .. })) = failed.as_ref().zip(failed_step)
+        if let Some((Failed { step, .. }, FailedStep { reason, .. })) = failed.as_ref().zip(failed_step)
             && denials.is_empty()
-            && !self.stuck.failed(step, &state, &self.config)
         {
-            let times = self.config.failures_at_most;
-            let reason = format!("{} failed {times} times in a row{}", step.action.name, colon(&failure));
-            self.conclude(Progress::Failure(reason));
+            match self.stuck.failed(step, &state, &reason, self.tolerance(), &self.config) {
+                Verdict::TryAgain => {}
+                Verdict::GiveUpObjective(reason) => {
+                    self.conclude(Progress::Failure(reason));
+                    failed = None;
+                }
+                Verdict::GiveUpMission(reason) => {
+                    self.objectives.give_up_rest(&reason);
+                    return Answer::Finished;
+                }
+            }
+        }
+        if denials.iter().any(|denial| denial.kind == DenialKind::TooShort) {
+            // The step that asked would only ask for the same again.
             failed = None;
         }
+        let grants = airspace::grants(&state, &known);
+        let mut closures = Closures::new();
         loop {
+            let tolerance = self.tolerance();
             let Some(objective) = self.objectives.current() else { return Answer::Finished };
             let goal = objective.goal.clone();
-            if state.matches(&goal, self.config.tolerance()) {
+            if state.matches(&goal, tolerance) {
                 self.conclude(Progress::Success);
                 continue;
             }
-            let airspace = self.airspace(&state, now);
-            let steps = match steps_to(&state, &goal, failed.take(), &airspace, &self.config) {
+            let areas: &[Area] = &self.mission.areas;
+            let airspace = Airspace::new(areas, &grants, &self.permissions, &closures, (now, self.pace), &self.config);
+            let mut steps = match steps_to(&state, &goal, failed.take(), tolerance, &airspace, &self.config) {
                 Ok(steps) => steps,
                 Err(unreachable) => {
                     self.conclude(Progress::Failure(unreachable.to_string()));
+                    closures.clear();
                     continue;
                 }
             };
+            grant_lengths::set(&mut steps, &airspace, &self.config);
+            if let Some(TooShort { area, reason }) = grant_lengths::too_short(&steps, &airspace) {
+                closures.insert(area, reason);
+                continue;
+            }
             let early = too_early(&steps, &self.permissions, now.time, &self.config);
             let Some(TooEarly { position, hold }) = early else { return self.adopt(steps) };
-            let is_trespassing = state.flying && !airspace.trespassed(state.position, &Asked::new()).is_empty();
+            let is_trespassing = state.flying && airspace.is_trespassed(state.position);
             if is_trespassing && steps.first().is_some_and(|it| it.flight_time_s(&self.config) > 0.0) {
                 // Not to be waited for in here: out first, and the rest once there.
                 return self.adopt(without_asking_at(steps, position));
@@ -148,16 +173,28 @@ impl MissionPlanner {
             return Err(UnknownStep(id));
         }
         self.note_granted(state);
-        if self.plan.drop_through(id).is_none() {
+        let Some(step) = self.plan.drop_through(id) else { return Ok(()) };
+        self.last_done = Some(id);
+        self.stuck.flown(&step);
+        if !self.plan.is_empty() {
             return Ok(());
         }
-        self.last_done = Some(id);
-        self.stuck.got_on();
-        let is_there = self.objectives.current().is_some_and(|it| state.matches(&it.goal, self.config.tolerance()));
-        if self.plan.is_empty() && is_there {
+        let tolerance = self.tolerance();
+        let Some(goal) = self.objectives.current().map(|it| it.goal.clone()) else { return Ok(()) };
+        if state.matches(&goal, tolerance) {
             self.conclude(Progress::Success);
+        } else if step.action.to.matches(&goal, tolerance)
+            && let Some(reason) = self.stuck.missed(state, &goal, tolerance, &self.config)
+        {
+            self.conclude(Progress::Failure(reason));
         }
         Ok(())
+    }
+
+    /// So much mission time after `now`.
+    pub fn after(&self, now: Now, time: Duration) -> Now {
+        let wall_ms = i64::try_from(self.pace.to_wall(time).as_millis()).unwrap_or(i64::MAX);
+        Now { time: now.time + time, utc_ms: now.utc_ms.saturating_add(wall_ms) }
     }
 
     /// The objectives and what became of them.
@@ -206,7 +243,7 @@ impl MissionPlanner {
             objective: self.objectives.current_index() as u32,
             reaches: step.action.to.clone(),
             nominal: step.action.nominal.clone(),
-            ask: step.communication.ask.iter().map(|area| need(area)).collect(),
+            ask: step.communication.ask.clone(),
             auxiliary: step.communication.auxiliary,
             text: step.to_string(),
         })
@@ -279,9 +316,9 @@ impl MissionPlanner {
         self.epoch += 1;
     }
 
-    fn airspace(&self, state: &State, now: Now) -> Airspace<'_> {
-        let areas: &[Area] = &self.mission.areas;
-        Airspace::new(areas, &state.permissions, &self.permissions, now, self.pace, &self.config)
+    /// How near to the current objective is there.
+    fn tolerance(&self) -> Tolerance {
+        self.objectives.tolerance(self.objectives.current_index(), self.config.tolerance())
     }
 
     fn note_granted(&mut self, state: &State) {
@@ -308,7 +345,7 @@ impl MissionPlanner {
         if let Some(objective) = self.objectives.current() {
             objective.progress = progress;
         }
-        self.stuck.got_on();
+        self.stuck.next_objective();
     }
 
     /// Makes `steps` the plan. Those without an id are new.
@@ -333,15 +370,12 @@ fn steps_to(
     state: &State,
     goal: &State,
     failed: Option<Failed>,
+    tolerance: Tolerance,
     airspace: &Airspace,
     config: &Config,
 ) -> Result<Vec<Step>, Unreachable> {
-    match failed.and_then(|it| repair(state, it.step, it.rest, airspace, config)) {
+    match failed.and_then(|it| repair(state, it.step, it.rest, tolerance, airspace, config)) {
         Some(steps) if !steps.is_empty() => Ok(steps),
-        _ => draft(state, goal, airspace, config),
+        _ => draft(state, goal, tolerance, airspace, config),
     }
-}
-
-fn need(area: &str) -> plan::PermissionNeed {
-    plan::PermissionNeed { area: area.to_owned(), lasts: Duration::ZERO }
 }

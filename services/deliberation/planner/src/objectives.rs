@@ -2,8 +2,9 @@
 
 use std::collections::BTreeSet;
 
+use domain::geometry::Ned;
 use domain::mission::{self, ObjectiveStatus, Progress};
-use domain::state::State;
+use domain::state::{State, Tolerance};
 
 use crate::plan::Step;
 
@@ -58,6 +59,15 @@ impl Objectives {
         }
     }
 
+    /// Gives up the current one, and with it all that are left.
+    pub fn give_up_rest(&mut self, reason: &str) {
+        let waiting = self.list.iter_mut().filter(|it| it.progress == Progress::Waiting);
+        for (index, objective) in waiting.enumerate() {
+            let reason = if index == 0 { reason.to_owned() } else { format!("not attempted: {reason}") };
+            objective.progress = Progress::Failure(reason);
+        }
+    }
+
     /// All of them, in order.
     pub fn all(&self) -> &[Objective] {
         &self.list
@@ -71,6 +81,41 @@ impl Objectives {
     /// The one worked on.
     pub fn current(&mut self) -> Option<&mut Objective> {
         self.list.iter_mut().find(|it| it.progress == Progress::Waiting)
+    }
+}
+
+/// Two objectives farther apart than this can be told from each other, in metres. (ENG: the position skill is content with
+/// one metre, and the estimate wanders a little.)
+const LEAST_TOLERANCE_M: f64 = 1.2;
+
+impl Objectives {
+    /// How near to the one at `index` is there: as configured, but no nearer to the objective before and after it, or to
+    /// the take-off point before the first, than half the distance.
+    pub fn tolerance(&self, index: usize, usual: Tolerance) -> Tolerance {
+        let Some(objective) = self.list.get(index) else { return usual };
+        let takeoff_point = State::new(Ned::default(), false);
+        let before =
+            index.checked_sub(1).and_then(|before| self.list.get(before)).map_or(&takeoff_point, |it| &it.goal);
+        let after = self.list.get(index + 1).map(|it| &it.goal);
+        std::iter::once(before).chain(after).fold(usual, |tolerance, other| apart(&objective.goal, other, tolerance))
+    }
+}
+
+/// `tolerance`, or a smaller one by which `a` and `b` are two.
+fn apart(a: &State, b: &State, tolerance: Tolerance) -> Tolerance {
+    let over_ground_m = a.position.horizontal_distance_m(b.position);
+    let height_m = (a.position.height_m() - b.position.height_m()).abs();
+    let usual_height_m = if a.flying { tolerance.vertical_m } else { tolerance.ground_m };
+    if a.flying != b.flying || usual_height_m < height_m {
+        return tolerance;
+    }
+    let half = |apart_m: f64, usual_m: f64| (apart_m / 2.0).max(LEAST_TOLERANCE_M).min(usual_m);
+    if LEAST_TOLERANCE_M < over_ground_m {
+        Tolerance { horizontal_m: half(over_ground_m, tolerance.horizontal_m), ..tolerance }
+    } else if a.flying && LEAST_TOLERANCE_M < height_m {
+        Tolerance { vertical_m: half(height_m, tolerance.vertical_m), ..tolerance }
+    } else {
+        tolerance
     }
 }
 
@@ -92,7 +137,7 @@ impl Objective {
         self.plans += 1;
         self.plan_steps += new_steps.len() as u32;
         let mut known: BTreeSet<String> = self.permissions.iter().cloned().collect();
-        let asked = new_steps.iter().flat_map(|it| &it.communication.ask);
+        let asked = new_steps.iter().flat_map(|it| &it.communication.ask).map(|need| &need.area);
         self.permissions.extend(asked.filter(|it| known.insert((*it).clone())).cloned());
     }
 
@@ -110,5 +155,37 @@ impl Objective {
     /// As a mission file has it.
     pub fn objective(&self) -> mission::Objective {
         mission::Objective { name: self.name.clone(), position: self.goal.position, flying: self.goal.flying }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn objectives_that_follow_each_other_closely_are_reached_more_exactly() {
+        /// `(east, height, flying)` of two objectives; the tolerances over ground and in height of the second one.
+        #[track_caller]
+        fn check(first: (f64, f64, bool), second: (f64, f64, bool), expected: (f64, f64)) {
+            let objective = |(east_m, height_m, flying): (f64, f64, bool)| mission::Objective {
+                name: String::new(),
+                position: Ned::new(0.0, east_m, -height_m),
+                flying,
+            };
+            let usual = Tolerance { horizontal_m: 3.0, vertical_m: 2.0, ground_m: 5.0 };
+            let objectives = Objectives::new(&[objective(first), objective(second)]);
+            let found = objectives.tolerance(1, usual);
+            assert_eq!((found.horizontal_m, found.vertical_m), expected, "{first:?} {second:?}");
+        }
+        check((100.0, 10.0, true), (200.0, 10.0, true), (3.0, 2.0));
+        check((100.0, 10.0, true), (102.5, 10.0, true), (1.25, 2.0));
+        check((100.0, 0.0, false), (104.0, 0.0, false), (2.0, 2.0));
+        // No vehicle is more exact.
+        check((100.0, 10.0, true), (101.5, 10.0, true), (1.2, 2.0));
+        // What differs otherwise is another state anyway.
+        check((100.0, 10.0, true), (102.5, 0.0, false), (3.0, 2.0));
+        check((100.0, 10.0, true), (102.5, 20.0, true), (3.0, 2.0));
+        check((100.0, 10.0, true), (100.0, 11.5, true), (3.0, 1.2));
+        check((100.0, 10.0, true), (100.0, 10.0, true), (3.0, 2.0));
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use domain::airspace::Grants;
 use domain::plan::{Denial, DenialKind};
 use domain::time::Time;
 
@@ -14,11 +15,16 @@ pub struct Permissions {
     records: BTreeMap<String, Record>,
 }
 
+/// Grants whose lengths differ by less than this are equally long: the younger one is nearer to its full length.
+const SAME_GRANT: Duration = Duration::from_secs(5);
+
 #[derive(Debug, Clone, Default)]
 struct Record {
     standing: Standing,
     /// Total time that the vehicle has held because of it; a grant does not reset it.
     held: Duration,
+    /// For so long it was granted when that was too short.
+    longest_grant: Option<Duration>,
 }
 
 /// Where the asking for an area stands.
@@ -52,6 +58,27 @@ impl Permissions {
         if let Some(record) = self.records.get_mut(area) {
             record.standing = Standing::Open;
         }
+    }
+
+    /// For how long it is granted at most, if a grant was too short and none was longer since.
+    pub fn longest_grant(&self, area: &str) -> Option<Duration> {
+        self.records.get(area)?.longest_grant
+    }
+
+    /// These are held, for so long from now on: one that holds for longer than the longest known ends what was known.
+    pub fn held(&mut self, grants: &Grants) {
+        for (area, remaining) in grants {
+            if let Some(record) = self.records.get_mut(area) {
+                record.longest_grant = record.longest_grant.filter(|longest| *remaining <= *longest + SAME_GRANT);
+            }
+        }
+    }
+
+    /// It was granted, and holds for no longer than this, which is too short.
+    pub fn too_short(&mut self, area: &str, granted: Duration) {
+        let record = self.records.entry(area.into()).or_default();
+        // In whole seconds, as the tower grants: a part of one has passed since.
+        record.longest_grant = Some(Duration::from_secs(granted.as_secs() + u64::from(granted.subsec_nanos() > 0)));
     }
 
     /// It was refused, or not answered.

@@ -4,7 +4,7 @@
 //! and its part in [`Step`].
 
 use domain::geometry::Ned;
-use domain::plan::{Parameters, StepId};
+use domain::plan::{Parameters, PermissionNeed, StepId};
 use domain::state::State;
 
 /// What one step has in each track, with the id that names it.
@@ -24,7 +24,10 @@ impl std::fmt::Display for Step {
         write!(f, "{}", self.action.nominal.goal)?;
         match self.communication.ask.as_slice() {
             [] => Ok(()),
-            areas => write!(f, ", asking {}", areas.join(" and ")),
+            needs => {
+                let areas: Vec<&str> = needs.iter().map(|need| need.area.as_str()).collect();
+                write!(f, ", asking {}", areas.join(" and "))
+            }
         }
     }
 }
@@ -39,15 +42,15 @@ pub struct ActionStep {
     /// The state it reaches.
     pub to: State,
     /// How it is flown when nothing is amiss. How it is flown while a new plan is made is computed
-    /// when that is needed, from where the vehicle is then: [`domain::route::transition_goal`].
+    /// when that is needed, from where the vehicle is then.
     pub nominal: Parameters,
 }
 
 /// What to ask the control tower during a step.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CommunicationStep {
-    /// Areas whose permission is to be got; empty for none.
-    pub ask: Vec<String>,
+    /// Permissions to be got, and how long each must hold; empty for none.
+    pub ask: Vec<PermissionNeed>,
     /// The communication plan added the step.
     pub auxiliary: bool,
 }

@@ -1,8 +1,11 @@
 //! A plan mended after a failure: a new way to the state the failed step was to reach, and the
 //! rest of the plan as it was.
 
+use std::time::Duration;
+
 use domain::geometry::Ned;
-use domain::state::State;
+use domain::plan::PermissionNeed;
+use domain::state::{State, Tolerance};
 
 use crate::airspace::{Airspace, Asked};
 use crate::config::Config;
@@ -11,26 +14,39 @@ use crate::plan::Step;
 
 /// Steps from `state` to the goal of `failed`, then `rest`; `None` if that is not valid any more,
 /// so that the objective itself has to be planned for.
-pub fn repair(state: &State, failed: Step, rest: Vec<Step>, airspace: &Airspace, config: &Config) -> Option<Vec<Step>> {
-    let is_held = |area: &String| state.permissions.contains(area);
-    let ask: Vec<String> = failed.communication.ask.iter().filter(|it| !is_held(it)).cloned().collect();
-    let asked_later = rest.iter().flat_map(|it| &it.communication.ask);
-    if ask.iter().chain(asked_later).any(|it| airspace.was_denied(it)) {
+///
+/// On the ground nothing is mended: the step's goal was computed from where the vehicle was thought to be, and flying
+/// there would be a way that nobody asked for.
+pub fn repair(
+    state: &State,
+    failed: Step,
+    rest: Vec<Step>,
+    tolerance: Tolerance,
+    airspace: &Airspace,
+    config: &Config,
+) -> Option<Vec<Step>> {
+    if !state.flying || failed.action.name == "takeoff" {
         return None;
     }
-    let mut steps = draft(state, &failed.action.to, airspace, config).ok()?;
-    if steps.is_empty() && !airspace.trespassed(state.position, &Asked::new()).is_empty() {
+    let is_held = |need: &&PermissionNeed| state.permissions.contains(&need.area);
+    let ask: Vec<PermissionNeed> = failed.communication.ask.iter().filter(|need| !is_held(need)).cloned().collect();
+    let asked_later = rest.iter().flat_map(|it| &it.communication.ask);
+    if ask.iter().chain(asked_later).any(|need| airspace.was_denied(&need.area)) {
+        return None;
+    }
+    let mut steps = draft(state, &failed.action.to, tolerance, airspace, config).ok()?;
+    if steps.is_empty() && airspace.is_trespassed(state.position) {
         // It is where it was to be, and must not stay there.
         return None;
     }
     if !ask.is_empty() {
         let last = steps.pop().unwrap_or_else(|| here(&failed, state.position));
-        let also = last.communication.ask.iter().filter(|it| !ask.contains(it));
+        let also = last.communication.ask.iter().filter(|need| ask.iter().all(|it| it.area != need.area));
         let ask = ask.iter().chain(also).cloned().collect();
         steps.push(last.asking(ask));
     }
-    let asked = asked_in(&steps, airspace);
-    is_valid(&rest, asked, airspace).then(|| steps.into_iter().chain(rest).collect())
+    steps.extend(rest);
+    is_valid(&steps, state.position, airspace, config).then_some(steps)
 }
 
 /// `failed` flown again by a vehicle that has reached its goal.
@@ -40,17 +56,23 @@ fn here(failed: &Step, position: Ned) -> Step {
     step
 }
 
-/// Whether no step touches an area that is not held, nor asked for in an earlier step.
-fn is_valid(steps: &[Step], mut asked: Asked, airspace: &Airspace) -> bool {
+/// Whether no step touches an area that may not be entered then, nor was asked for in an earlier step; what the vehicle
+/// at `here` is in may be left.
+fn is_valid(steps: &[Step], here: Ned, airspace: &Airspace, config: &Config) -> bool {
+    /// Only what begins now, and here, is leaving.
+    const LATER: Duration = Duration::from_millis(1);
+    let mut asked = Asked::new();
+    let mut begins = Duration::ZERO;
     steps.iter().all(|step| {
         let (from, to) = step.way();
-        let is_kept_out = airspace.barred(&asked).any(|(_, it)| it.area.is_crossed(from, to));
-        asked.extend(asked_in(std::slice::from_ref(step), airspace));
+        if from != here {
+            begins = begins.max(LATER);
+        }
+        let is_kept_out = !airspace.first_entries(from, to, step.motion(begins, config), &asked).is_empty();
+        let zones = airspace.zones.iter().enumerate();
+        asked.extend(zones.filter(|(_, zone)| step.asks_for(&zone.area.name)).map(|(index, _)| index));
+        let flight = Duration::try_from_secs_f64(step.flight_time_s(config)).unwrap_or(Duration::MAX);
+        begins = begins.saturating_add(flight);
         !is_kept_out
     })
-}
-
-fn asked_in(steps: &[Step], airspace: &Airspace) -> Asked {
-    let is_asked = |name: &String| steps.iter().any(|it| it.communication.ask.contains(name));
-    airspace.zones.iter().enumerate().filter(|(_, it)| is_asked(&it.area.name)).map(|(index, _)| index).collect()
 }

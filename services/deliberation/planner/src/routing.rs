@@ -1,28 +1,33 @@
-//! The cheapest way through the air: a visibility graph over the barred areas, grown by a margin,
+//! The cheapest way through the air: a visibility graph over the areas that apply, grown by a margin,
 //! searched for the least flight time plus expected wait for permissions.
 //!
-//! Costs are whole milliseconds and ties fall by the order of the areas, so the same request gives
-//! the same way. Areas are flown round, not over or under.
+//! Each leg is judged at the time when it is flown. Costs are whole milliseconds and ties fall by the
+//! order of the areas, so the same request gives the same way. Areas are flown round; the way out of one
+//! may lead over or under it.
 
 use std::cell::OnceCell;
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BinaryHeap};
+use std::time::Duration;
 
+use domain::airspace::{Stay, latest, part_at_heights, soonest, stays};
+use domain::area::{Area, AreaKind};
+use domain::corners::corners;
 use domain::geometry::Ned;
-use domain::route;
-use geo::{Distance, Euclidean, Line, Point, Polygon};
-use pathfinding::directed::astar::astar;
+use domain::way::{Exempt, footholds, keeps_clear, way_out};
 
 use crate::airspace::{Access, Airspace, Asked};
 use crate::config::Config;
-use crate::way_out::way_out;
-use domain::corners::corners;
 
 /// A way in straight legs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Way {
     /// From the start to the goal, both included.
     pub points: Vec<Ned>,
-    /// The first leg leads out of an area the vehicle is in without permission.
-    pub leads_out: bool,
+    /// When each point is reached, waits that are to be expected included.
+    pub at: Vec<Duration>,
+    /// So many legs lead out of an area that the vehicle must not be in.
+    pub legs_out: usize,
 }
 
 /// Why there is no way, for the mission report.
@@ -30,54 +35,101 @@ pub struct Way {
 #[error("{0}")]
 pub struct NoWay(pub String);
 
-/// Where two areas are closer to each other than twice the margin, these fractions of it are tried.
-const MARGINS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
+/// Where there is no way that keeps the margin, half of it is tried: two areas may be that close to each other.
+const MARGINS: [f64; 2] = [1.0, 0.5];
 
 /// The part of the margin that legs must keep; the corners lie a little farther out, so that rounding
 /// does not bar the leg along a side.
 const KEPT: f64 = 0.9;
 
-/// The cheapest way from `from` to `to` for a plan that has asked for `asked` before.
-pub fn find(from: Ned, to: Ned, airspace: &Airspace, asked: &Asked, config: &Config) -> Result<Way, NoWay> {
-    search(from, to, airspace, asked, config).ok_or_else(|| {
-        let blocker = [false, true].into_iter().find_map(|keep_out_too| {
-            let way = search(from, to, &airspace.opened(keep_out_too), asked, config)?;
-            let entered = way.points.windows(2).flat_map(|leg| airspace.first_entries(leg[0], leg[1], asked));
-            entered.map(|(_, index)| &airspace.zones[index].access).find_map(|it| match it {
+/// From a start and a goal whose heights differ by more than this, ways at both heights are tried, in metres.
+const SAME_HEIGHT_M: f64 = 1.0;
+
+/// A search that has looked at so many ways gives up: the mission manager awaits an answer within a second.
+const MOST_LABELS: usize = 200_000;
+
+/// What may be opened to find out what is in the way, at a price that nobody would pay for a detour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Open {
+    Nothing,
+    Permissions,
+    Everything,
+}
+
+/// Milliseconds.
+const PROHIBITIVE_MS: u64 = 10_000_000_000;
+
+/// The cheapest way from `from`, where the vehicle is in the air after `begins`, to `to`, for a plan that has asked for
+/// `asked` before.
+pub fn find(
+    from: Ned,
+    to: Ned,
+    begins: Duration,
+    airspace: &Airspace,
+    asked: &Asked,
+    config: &Config,
+) -> Result<Way, NoWay> {
+    let search = |open| search(from, to, begins, airspace, asked, open, config);
+    search(Open::Nothing).map(|(way, _)| way).ok_or_else(|| {
+        let closed = |open| {
+            let (_, entered) = search(open)?;
+            entered.into_iter().find_map(|zone| match &airspace.zones[zone].access {
                 Access::Closed { reason } => Some(reason.clone()),
-                Access::Held | Access::Ask { .. } => None,
+                Access::Ask { .. } => None,
             })
-        });
+        };
+        let blocker = [Open::Permissions, Open::Everything].into_iter().find_map(closed);
         NoWay(blocker.unwrap_or_else(|| "no way keeps clear of every area".into()))
     })
 }
 
-fn search(from: Ned, to: Ned, airspace: &Airspace, asked: &Asked, config: &Config) -> Option<Way> {
-    if airspace.trespassed(from, asked).is_empty() {
-        return Some(Way { points: search_from_outside(from, to, airspace, asked, config)?, leads_out: false });
+/// The way, and the zones that are entered on it after asking.
+fn search(
+    from: Ned,
+    to: Ned,
+    begins: Duration,
+    airspace: &Airspace,
+    asked: &Asked,
+    open: Open,
+    config: &Config,
+) -> Option<(Way, Vec<usize>)> {
+    let must_leave = begins.is_zero() && airspace.is_trespassed(from);
+    let out = if must_leave { way_out(from, &airspace.rule, &config.flight_limits())? } else { Vec::new() };
+    let (mut points, mut at) = (vec![from], vec![begins]);
+    let mut now = begins;
+    for leg in out.iter().scan(from, |here, there| Some((std::mem::replace(here, *there), *there))) {
+        now = now.saturating_add(config.flight_time(leg.0.distance_m(leg.1)));
+        points.push(leg.1);
+        at.push(now);
     }
-    let out = way_out(from, airspace, asked, config)?;
-    let mut points = search_from_outside(out, to, airspace, asked, config)?;
-    points.insert(0, from);
-    Some(Way { points, leads_out: true })
+    let start = points.pop()?;
+    at.pop();
+    // From over or under an area both heights are as good; else the goal's is preferred.
+    let heights = if out.is_empty() { [false, true] } else { [true, false] };
+    let (way, entered) = heights.into_iter().find_map(|both_heights| {
+        MARGINS.into_iter().find_map(|margin| {
+            let margin_m = margin * config.margin_m();
+            Graph::new(start, to, now, both_heights, airspace, asked, open, config, margin_m).search()
+        })
+    })?;
+    points.extend(way.iter().map(|(point, _)| *point));
+    at.extend(way.iter().map(|(_, at)| *at));
+    Some((Way { points, at, legs_out: out.len() }, entered))
 }
 
-fn search_from_outside(from: Ned, to: Ned, airspace: &Airspace, asked: &Asked, config: &Config) -> Option<Vec<Ned>> {
-    MARGINS.into_iter().find_map(|it| Graph::new(from, to, airspace, asked, config, it * config.margin_m()).search())
-}
-
-/// The visibility graph: the two ends and the corners of the grown areas, with edges found when
-/// they are needed.
+/// The visibility graph: the two ends and the corners of the grown areas, with legs found when they are needed.
 struct Graph<'a> {
     airspace: &'a Airspace<'a>,
+    asked: &'a Asked,
+    open: Open,
     config: &'a Config,
-    /// The barred zones at the heights that are flown.
-    barred: Vec<(usize, Polygon)>,
-    /// Legs keep this distance from what they do not enter.
-    kept_m: f64,
+    begins: Duration,
+    margin_m: f64,
+    /// Zones that may be in the way.
+    zones: Vec<usize>,
     /// [`START`], [`GOAL`], then the corners.
     nodes: Vec<Ned>,
-    edges: Vec<OnceCell<Vec<Edge>>>,
+    legs: Vec<OnceCell<Vec<Leg>>>,
 }
 
 /// The index of the start among the nodes.
@@ -85,107 +137,180 @@ const START: usize = 0;
 /// The index of the goal.
 const GOAL: usize = 1;
 
-struct Edge {
+/// What a leg has to do with the areas, whatever the time.
+struct Leg {
     to: usize,
-    flight_ms: u64,
-    /// Zones to be asked for on it.
-    enters: Vec<usize>,
-    /// Zones it passes nearer than the margin; allowed once they have been asked for.
-    grazes: Vec<usize>,
+    time: Duration,
+    /// Zones whose inside it touches.
+    stays: Vec<(usize, Vec<Stay>)>,
+    /// Zones that it passes nearer than the margin.
+    near: Vec<usize>,
 }
 
-enum Passage {
-    Clear,
-    Enters,
-    Grazes,
+/// A node that was reached, after asking for zones.
+struct Label {
+    node: usize,
+    asked: Asked,
+    cost_ms: u64,
+    at: Duration,
+    before: Option<usize>,
+    entered: Vec<usize>,
 }
 
 impl<'a> Graph<'a> {
-    fn new(from: Ned, to: Ned, airspace: &'a Airspace, asked: &Asked, config: &'a Config, margin_m: f64) -> Graph<'a> {
+    #[allow(clippy::too_many_arguments)]
+    fn new(
+        from: Ned,
+        to: Ned,
+        begins: Duration,
+        both_heights: bool,
+        airspace: &'a Airspace<'a>,
+        asked: &'a Asked,
+        open: Open,
+        config: &'a Config,
+        margin_m: f64,
+    ) -> Graph<'a> {
+        let differ = SAME_HEIGHT_M < (from.height_m() - to.height_m()).abs();
+        let mut heights = vec![to.height_m()];
         let mut nodes = vec![from, to];
-        let mut barred = Vec::new();
-        for (index, zone) in airspace.barred(asked) {
-            if !zone.area.touches_heights(from.height_m(), to.height_m()) {
+        if both_heights && differ {
+            heights.push(from.height_m());
+            nodes.extend([from.at_height(to.height_m()), to.at_height(from.height_m())]);
+        }
+        let is_asked = |zone: &usize| airspace.zones[*zone].area.kind == AreaKind::Permission && asked.contains(zone);
+        let touches = |zone: &usize| touches_heights(airspace, *zone, from, to);
+        let zones: Vec<usize> = (0..airspace.zones.len()).filter(|zone| !is_asked(zone) && touches(zone)).collect();
+        let areas: Vec<&Area> = zones.iter().map(|zone| airspace.zones[*zone].area).collect();
+        let turns: Vec<Ned> = areas.iter().flat_map(|area| corners(&area.corners, margin_m)).collect();
+        for height_m in heights {
+            nodes.extend(turns.iter().map(|turn| turn.at_height(height_m)));
+        }
+        nodes.extend(footholds(from, &areas, margin_m));
+        nodes.extend(footholds(to, &areas, margin_m));
+        let legs = nodes.iter().map(|_| OnceCell::new()).collect();
+        Graph { airspace, asked, open, config, begins, margin_m, zones, nodes, legs }
+    }
+
+    /// A* by the least cost; the points with the times at which they are reached, and the zones entered.
+    fn search(&self) -> Option<(Vec<(Ned, Duration)>, Vec<usize>)> {
+        let start =
+            Label { node: START, asked: Asked::new(), cost_ms: 0, at: self.begins, before: None, entered: Vec::new() };
+        let mut labels = vec![start];
+        let mut settled: BTreeMap<(usize, Asked), ()> = BTreeMap::new();
+        let mut open = BinaryHeap::from([Reverse((self.least_ms(START), 0))]);
+        while let Some(Reverse((_, index))) = open.pop() {
+            if MOST_LABELS < labels.len() {
+                return None;
+            }
+            let key = (labels[index].node, labels[index].asked.clone());
+            if settled.insert(key, ()).is_some() {
                 continue;
             }
-            nodes.extend(corners(&zone.area.corners, margin_m).into_iter().map(|it| it.at_height(to.height_m())));
-            barred.push((index, zone.area.polygon()));
-        }
-        let edges = nodes.iter().map(|_| OnceCell::new()).collect();
-        Graph { airspace, config, barred, kept_m: margin_m * KEPT, nodes, edges }
-    }
-
-    fn search(&self) -> Option<Vec<Ned>> {
-        let start = (START, Asked::new());
-        let to_goal_ms = |node: &usize| {
-            let distance_m = self.nodes[*node].distance_m(self.nodes[GOAL]);
-            (self.config.flight_time_s(distance_m) * 1e3).floor() as u64
-        };
-        let (path, _) = astar(
-            &start,
-            |(node, asked)| self.successors(*node, asked),
-            |(node, _)| to_goal_ms(node),
-            |(node, _)| *node == GOAL,
-        )?;
-        Some(path.into_iter().map(|(node, _)| self.nodes[node]).collect())
-    }
-
-    fn successors(&self, node: usize, asked: &Asked) -> Vec<((usize, Asked), u64)> {
-        let edges = self.edges[node].get_or_init(|| self.edges_from(node));
-        let usable = edges.iter().filter(|it| it.grazes.iter().all(|zone| asked.contains(zone)));
-        usable
-            .map(|it| {
-                let mut asked = asked.clone();
-                let newly = it.enters.iter().filter(|zone| asked.insert(**zone));
-                let wait_ms: u64 = newly.map(|zone| self.wait_ms(*zone)).sum();
-                ((it.to, asked), it.flight_ms + wait_ms)
-            })
-            .collect()
-    }
-
-    fn edges_from(&self, node: usize) -> Vec<Edge> {
-        (GOAL..self.nodes.len()).filter(|to| *to != node).filter_map(|to| self.edge(node, to)).collect()
-    }
-
-    /// `None` where a closed zone is in the way.
-    fn edge(&self, from: usize, to: usize) -> Option<Edge> {
-        let distance_m = self.nodes[from].distance_m(self.nodes[to]);
-        // A leg more costs something, so that no point is flown to without need.
-        let flight_ms = (self.config.flight_time_s(distance_m) * 1e3).ceil() as u64 + 1;
-        let mut edge = Edge { to, flight_ms, enters: Vec::new(), grazes: Vec::new() };
-        for (index, polygon) in &self.barred {
-            let is_closed = matches!(self.airspace.zones[*index].access, Access::Closed { .. });
-            match self.passage(*index, polygon, from, to) {
-                Passage::Clear => {}
-                Passage::Enters | Passage::Grazes if is_closed => return None,
-                Passage::Enters => edge.enters.push(*index),
-                Passage::Grazes => edge.grazes.push(*index),
+            if labels[index].node == GOAL {
+                return Some(self.way_to(&labels, index));
+            }
+            let legs = self.legs[labels[index].node].get_or_init(|| self.legs_from(labels[index].node));
+            for leg in legs {
+                if let Some(label) = self.fly(leg, &labels[index], index) {
+                    open.push(Reverse((label.cost_ms + self.least_ms(label.node), labels.len())));
+                    labels.push(label);
+                }
             }
         }
-        Some(edge)
+        None
     }
 
-    fn passage(&self, zone: usize, polygon: &Polygon, from: usize, to: usize) -> Passage {
+    fn way_to(&self, labels: &[Label], goal: usize) -> (Vec<(Ned, Duration)>, Vec<usize>) {
+        let back = std::iter::successors(Some(goal), |index| labels[*index].before);
+        let mut along: Vec<&Label> = back.map(|index| &labels[index]).collect();
+        along.reverse();
+        let points = along.iter().map(|label| (self.nodes[label.node], label.at)).collect();
+        (points, along.iter().flat_map(|label| label.entered.clone()).collect())
+    }
+
+    fn least_ms(&self, node: usize) -> u64 {
+        (self.config.flight_time_s(self.nodes[node].distance_m(self.nodes[GOAL])) * 1e3).floor() as u64
+    }
+
+    fn legs_from(&self, node: usize) -> Vec<Leg> {
+        (GOAL..self.nodes.len()).filter(|to| *to != node).map(|to| self.leg(node, to)).collect()
+    }
+
+    fn leg(&self, from: usize, to: usize) -> Leg {
         let (here, there) = (self.nodes[from], self.nodes[to]);
-        let area = self.airspace.zones[zone].area;
-        if !route::entries(area, here, there).is_empty() {
-            return Passage::Enters;
-        }
-        let over_ground = |it: Ned| Point::new(it.east_m, it.north_m);
-        let is_near = |it: Ned| Euclidean.distance(&over_ground(it), polygon) < self.kept_m;
+        let time = self.config.flight_time(here.distance_m(there));
         // Where it starts and where it is to go is not the way's choice, be it near a border.
-        let ends_near = (from == START && is_near(here)) || (to == GOAL && is_near(there));
-        let leg = Line::new(over_ground(here), over_ground(there));
-        let grazes = !ends_near
-            && area.touches_heights(here.height_m(), there.height_m())
-            && Euclidean.distance(&leg, polygon) < self.kept_m;
-        if grazes { Passage::Grazes } else { Passage::Clear }
+        let exempt = Exempt { start: from == START, end: to == GOAL };
+        let mut leg = Leg { to, time, stays: Vec::new(), near: Vec::new() };
+        for &zone in &self.zones {
+            let area = self.airspace.zones[zone].area;
+            let inside = stays(area, here, there, self.airspace.rule.vertical_margin_m);
+            if !inside.is_empty() {
+                leg.stays.push((zone, inside));
+            } else if let Some((low, high)) = part_at_heights(area, here, there, self.airspace.rule.vertical_margin_m) {
+                let exempt = Exempt { start: exempt.start && low == here, end: exempt.end && high == there };
+                if !keeps_clear(area, low, high, KEPT * self.margin_m, exempt) {
+                    leg.near.push(zone);
+                }
+            }
+        }
+        leg
     }
 
-    fn wait_ms(&self, zone: usize) -> u64 {
-        match self.airspace.zones[zone].access {
-            Access::Ask { wait_s, .. } => (wait_s * 1e3).ceil() as u64,
-            Access::Held | Access::Closed { .. } => 0,
+    /// The label at the end of `leg`; `None` if it must not be flown then.
+    fn fly(&self, leg: &Leg, from: &Label, index: usize) -> Option<Label> {
+        let at = |fraction: f64| from.at.saturating_add(leg.time.mul_f64(fraction));
+        let is_asked = |zone: usize| self.asked.contains(&zone) || from.asked.contains(&zone);
+        let bars = |zone: usize, enters: f64, leaves: f64| {
+            let area = self.airspace.zones[zone].area;
+            let is_free = area.kind == AreaKind::Permission && is_asked(zone);
+            !is_free && self.airspace.rule.bars(area, soonest(at(enters)), latest(at(leaves))).is_some()
+        };
+        if leg.near.iter().any(|zone| bars(*zone, 0.0, 1.0) && !self.opens(*zone)) {
+            return None;
+        }
+        let (mut wait_ms, mut wait_s, mut entered) = (0, 0.0_f64, Vec::new());
+        for (zone, stays) in &leg.stays {
+            if !stays.iter().any(|stay| bars(*zone, stay.enters, stay.leaves)) || from.asked.contains(zone) {
+                continue;
+            }
+            match self.airspace.zones[*zone].access {
+                Access::Ask { wait_s: expected_s, .. } => {
+                    wait_ms += (expected_s * 1e3).ceil() as u64;
+                    wait_s += expected_s;
+                }
+                Access::Closed { .. } if self.opens(*zone) => wait_ms += PROHIBITIVE_MS,
+                Access::Closed { .. } => return None,
+            }
+            entered.push(*zone);
+        }
+        let mut asked = from.asked.clone();
+        asked.extend(&entered);
+        // A leg more costs something, so that no point is flown to without need.
+        let flight_ms = (leg.time.as_secs_f64() * 1e3).ceil() as u64 + 1;
+        let wait = Duration::try_from_secs_f64(wait_s).unwrap_or(Duration::MAX);
+        Some(Label {
+            node: leg.to,
+            asked,
+            cost_ms: from.cost_ms + flight_ms + wait_ms,
+            at: at(1.0).saturating_add(wait),
+            before: Some(index),
+            entered,
+        })
+    }
+
+    /// Whether a closed zone counts as one that can be entered.
+    fn opens(&self, zone: usize) -> bool {
+        match self.open {
+            Open::Nothing => false,
+            Open::Permissions => self.airspace.zones[zone].area.kind == AreaKind::Permission,
+            Open::Everything => true,
         }
     }
+}
+
+fn touches_heights(airspace: &Airspace, zone: usize, a: Ned, b: Ned) -> bool {
+    let margin_m = airspace.rule.vertical_margin_m;
+    let (low_m, high_m) = (a.height_m().min(b.height_m()), a.height_m().max(b.height_m()));
+    airspace.zones[zone].area.touches_heights(low_m - margin_m, high_m + margin_m)
 }

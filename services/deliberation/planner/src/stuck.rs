@@ -1,16 +1,24 @@
-//! Notices a step that fails again and again while the vehicle gets nowhere.
+//! Notices that nothing comes of what is tried: a step that fails again and again while the vehicle gets nowhere, takeoffs
+//! that fail, landings that fail, and plans that end beside their objective.
 //!
 //! A failure that a permission explains does not count: the record of permissions ends those.
 
-use domain::state::State;
+use domain::state::{State, Tolerance};
 
 use crate::config::Config;
+use crate::permissions::colon;
 use crate::plan::Step;
 
-/// The last failure, and how often it came in a row.
+/// What was tried in vain.
 #[derive(Debug, Default)]
 pub struct Stuck {
     last: Option<Failure>,
+    /// Takeoffs that failed since a step was flown in the air.
+    takeoffs: u32,
+    /// Landings that failed for the present objective.
+    landings: u32,
+    /// Plans that were flown to their end for the present objective, and did not reach it.
+    misses: u32,
 }
 
 #[derive(Debug)]
@@ -21,22 +29,87 @@ struct Failure {
     count: u32,
 }
 
+/// What follows from a failure.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Verdict {
+    /// It may be tried again.
+    TryAgain,
+    /// The objective is given up, for this reason.
+    GiveUpObjective(String),
+    /// Nothing more is flown, for this reason.
+    GiveUpMission(String),
+}
+
 impl Stuck {
-    /// `step` failed with the vehicle in state `vehicle`. Whether it may be tried again.
-    pub fn failed(&mut self, step: &Step, vehicle: &State, config: &Config) -> bool {
-        let before = self.last.take().filter(|it| {
-            it.action == step.action.name
-                && it.goal.matches(&step.action.to, config.tolerance())
-                && vehicle.matches(&State { mode: None, ..it.vehicle.clone() }, config.tolerance())
-        });
-        let count = before.map_or(0, |it| it.count) + 1;
-        let vehicle = vehicle.clone();
-        self.last = Some(Failure { action: step.action.name, goal: step.action.to.clone(), vehicle, count });
-        count < config.failures_at_most.get()
+    /// `step` failed with the vehicle in state `vehicle`, for the reason `failure`.
+    pub fn failed(
+        &mut self,
+        step: &Step,
+        vehicle: &State,
+        failure: &str,
+        tolerance: Tolerance,
+        config: &Config,
+    ) -> Verdict {
+        let name = step.action.name;
+        let give_up = |times: u32| format!("{name} failed {times} times in a row{}", colon(failure));
+        match name {
+            "takeoff" => {
+                self.takeoffs += 1;
+                match config.takeoffs_at_most.get() <= self.takeoffs {
+                    true => Verdict::GiveUpMission(give_up(self.takeoffs)),
+                    false => Verdict::TryAgain,
+                }
+            }
+            "land" => {
+                self.landings += 1;
+                match config.landings_at_most.get() <= self.landings {
+                    true => Verdict::GiveUpObjective(give_up(self.landings)),
+                    false => Verdict::TryAgain,
+                }
+            }
+            _ => {
+                let before = self.last.take().filter(|last| {
+                    last.action == name
+                        && last.goal.matches(&step.action.to, tolerance)
+                        && vehicle.matches(&State { mode: None, ..last.vehicle.clone() }, tolerance)
+                });
+                let count = before.map_or(0, |last| last.count) + 1;
+                self.last =
+                    Some(Failure { action: name, goal: step.action.to.clone(), vehicle: vehicle.clone(), count });
+                match config.failures_at_most.get() <= count {
+                    true => Verdict::GiveUpObjective(give_up(count)),
+                    false => Verdict::TryAgain,
+                }
+            }
+        }
     }
 
-    /// A step was flown.
-    pub fn got_on(&mut self) {
+    /// `step` was flown.
+    pub fn flown(&mut self, step: &Step) {
         self.last = None;
+        if step.action.to.flying {
+            self.takeoffs = 0;
+        }
+    }
+
+    /// A plan was flown to its end and `vehicle` is not at `goal`; why the objective is given up, if it is.
+    pub fn missed(&mut self, vehicle: &State, goal: &State, tolerance: Tolerance, config: &Config) -> Option<String> {
+        self.misses += 1;
+        let higher_m = vehicle.position.height_m() - goal.position.height_m();
+        let has_landed_over_it = !vehicle.flying && !goal.flying && vehicle.is_over(goal, tolerance);
+        if has_landed_over_it {
+            // Another landing would find the same ground.
+            let word = if higher_m < 0.0 { "below" } else { "above" };
+            return Some(format!("the vehicle has landed {:.0} m {word} it", higher_m.abs()));
+        }
+        let apart_m = vehicle.position.horizontal_distance_m(goal.position);
+        let times = self.misses;
+        (config.failures_at_most.get() <= times)
+            .then(|| format!("{times} plans in a row have not reached it; the last one ended {apart_m:.1} m from it"))
+    }
+
+    /// Another objective is attempted.
+    pub fn next_objective(&mut self) {
+        *self = Stuck { takeoffs: self.takeoffs, ..Stuck::default() };
     }
 }

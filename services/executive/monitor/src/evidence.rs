@@ -132,5 +132,8 @@ fn source_words(source: DataSource) -> &'static str {
         DataSource::LandDetected => "land detector",
         DataSource::Battery => "battery status",
         DataSource::GroundLink => "the link to the ground",
+        DataSource::Planner => "the planner",
+        DataSource::SkillManager => "the skill manager",
+        DataSource::MissionManager => "the mission manager",
     }
 }

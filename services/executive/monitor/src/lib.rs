@@ -13,6 +13,9 @@
 //! - *absent*: never heard, so it has no value and no age. It counts as stale once others have been
 //!   heard for a while, and not before any was heard.
 //!
+//! It watches the heartbeats of the processes on board in the same way: one that hangs sends none, and is as silent as one
+//! that is gone.
+//!
 //! An event speaks for its own source: `monitor` for the rules, `injector` for flags raised by hand.
 //! A flag is up, in the introspection too, while the last event of either says so. Only flags that
 //! have a row in the table are listed; there is no response to any other.
@@ -98,6 +101,7 @@ impl Node for Monitor {
             Topic::VehicleLandDetected,
             Topic::BatteryStatus,
             Topic::GroundContact,
+            Topic::Heartbeat,
             Topic::FlagEvent,
         ]
     }

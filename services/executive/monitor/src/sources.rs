@@ -25,6 +25,12 @@ pub(crate) enum Sample {
     Battery(Battery),
     /// The ground is heard, and heard the vehicle this much wall time ago.
     GroundContact(Duration),
+    /// The loop of the planner turns.
+    Planner,
+    /// That of the skill manager does.
+    SkillManager,
+    /// That of the mission manager does.
+    MissionManager,
 }
 
 /// One source.
@@ -109,6 +115,10 @@ pub(crate) struct Sources {
     touchdown: Touchdown,
     /// When the ground and the vehicle last heard each other.
     contact: Option<Time>,
+    /// When each process was last heard.
+    planner: Option<Time>,
+    skill_manager: Option<Time>,
+    mission_manager: Option<Time>,
     first_heard: Option<Time>,
     pace: Pace,
 }
@@ -128,6 +138,9 @@ impl Sources {
             battery: Source::of_measurements(config.battery_frozen_samples, |a, b| a == b),
             touchdown: Touchdown::default(),
             contact: None,
+            planner: None,
+            skill_manager: None,
+            mission_manager: None,
             first_heard: None,
             pace,
         }
@@ -156,6 +169,10 @@ impl Sources {
                 self.contact = Some(Time::after(now.since_start().saturating_sub(self.pace.wall(ago))));
                 return;
             }
+            // What a process says of itself is no sign of the vehicle.
+            Sample::Planner => return self.planner = Some(now),
+            Sample::SkillManager => return self.skill_manager = Some(now),
+            Sample::MissionManager => return self.mission_manager = Some(now),
         }
         self.first_heard.get_or_insert(now);
     }
@@ -167,6 +184,7 @@ impl Sources {
 
     /// When `source` last brought something new; `None`: it was never heard.
     pub(crate) fn last_update(&self, source: DataSource) -> Option<Update> {
+        let heard = |at: Option<Time>| at.map(|at| Update { at, frozen: false });
         match source {
             DataSource::Status => self.status.last_update(),
             DataSource::Attitude => self.attitude.last_update(),
@@ -174,7 +192,10 @@ impl Sources {
             DataSource::GlobalPosition => self.global_position.last_update(),
             DataSource::LandDetected => self.land_detected.last_update(),
             DataSource::Battery => self.battery.last_update(),
-            DataSource::GroundLink => self.contact.map(|at| Update { at, frozen: false }),
+            DataSource::GroundLink => heard(self.contact),
+            DataSource::Planner => heard(self.planner),
+            DataSource::SkillManager => heard(self.skill_manager),
+            DataSource::MissionManager => heard(self.mission_manager),
         }
     }
 

@@ -27,6 +27,7 @@ pub(crate) fn sample(message: Message) -> Result<Option<Sample>, InvalidMessage>
         Message::VehicleLandDetected(it) => Sample::LandDetected(it.into()),
         Message::BatteryStatus(it) => Sample::Battery(it.try_into()?),
         Message::GroundContact(it) => ground_contact(it)?,
+        Message::Heartbeat(it) => return Ok(process(&it.service)),
         _ => return Ok(None),
     }))
 }
@@ -94,6 +95,16 @@ impl From<Derived> for v1::Derived {
 impl From<RaisedFlag<'_>> for v1::RaisedFlag {
     fn from(flag: RaisedFlag<'_>) -> v1::RaisedFlag {
         v1::RaisedFlag { name: flag.name.into(), since_s: flag.up_for.as_secs_f64(), reason: flag.reason.into() }
+    }
+}
+
+/// The process that a heartbeat is from; `None` for one that nothing on board waits for.
+fn process(service: &str) -> Option<Sample> {
+    match service {
+        "planner" => Some(Sample::Planner),
+        "skill-manager" => Some(Sample::SkillManager),
+        "mcm" => Some(Sample::MissionManager),
+        _ => None,
     }
 }
 

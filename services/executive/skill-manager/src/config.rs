@@ -48,13 +48,25 @@ pub struct Config {
     /// A takeoff that the autopilot ended by itself must be at its target height after this mission time.
     pub takeoff_settle_s: Positive,
 
+    /// A stop must have come to rest within this mission time, never less than one second of wall time.
+    pub stop_limit_s: Positive,
+    /// A landing must come down by `landing_least_descent_m` within this mission time, again and again until the land
+    /// detector reports the ground; never less than one second of wall time.
+    pub landing_stall_s: Positive,
+    /// By how much, in metres.
+    pub landing_least_descent_m: Positive,
+    /// The same time while the height is not known.
+    pub landing_blind_s: Positive,
+
     /// The vehicle's own speed limit over ground; a deadline never assumes more.
     pub vehicle_speed_m_s: Positive,
     /// The vehicle's own limit upwards.
     pub vehicle_climb_m_s: Positive,
     /// The vehicle's own limit downwards.
     pub vehicle_descent_m_s: Positive,
-    /// A position skill may take longer than distance over speed by this share (1: twice as long),
+    /// The vehicle's speed upwards in its takeoff mode.
+    pub vehicle_takeoff_m_s: Positive,
+    /// A position skill and a takeoff may take longer than distance over speed by this share (1: twice as long),
     pub deadline_slack: Fraction,
     /// and by this number of mission seconds, for speeding up, slowing down and settling.
     pub deadline_margin_s: Positive,

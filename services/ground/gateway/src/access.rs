@@ -52,7 +52,7 @@ pub struct Identity {
 
 impl Identity {
     /// Whether it has one of `roles`.
-    pub fn has_one_of(&self, roles: &[Role]) -> bool {
+    pub(crate) fn has_one_of(&self, roles: &[Role]) -> bool {
         roles.iter().any(|role| self.roles.contains(role))
     }
 

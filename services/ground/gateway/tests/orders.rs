@@ -1,5 +1,7 @@
 //! Who may give which order over HTTP, and what the outcome is.
 
+#![expect(clippy::disallowed_methods, reason = "a test waits for what other threads do, up to a limit")]
+
 use std::time::{Duration, Instant};
 
 use axum::body::Body;

@@ -1,5 +1,7 @@
 //! The gateway on real sockets, plain and encrypted: which connections it answers, and which it closes.
 
+#![expect(clippy::disallowed_methods, reason = "a test waits for what other threads do, up to a limit")]
+
 use std::net::SocketAddr;
 use std::path::Path;
 use std::sync::Arc;

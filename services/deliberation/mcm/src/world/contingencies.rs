@@ -28,6 +28,7 @@ impl World {
         self.watch_airspace();
         self.watch_for_the_ground();
         let lost_from = self.watch_the_monitor();
+        self.let_unanswered_flags_fall();
         self.say_what_waits();
         lost_from
     }

@@ -93,13 +93,16 @@ impl World {
         }
     }
 
-    /// Landing sites, nearest first: home, the operator's, and those of the mission, except those at which
-    /// a landing failed.
+    /// Landing sites, nearest first: home, the operator's, and those of the mission, except those at which a landing failed.
+    /// Once it has failed at all of them, those that are not here: a site may be free again.
     pub(crate) fn alternate_sites(&self) -> Vec<Ned> {
         let Some(vehicle) = &self.vehicle else { return Vec::new() };
         let is_blocked = |site: &Ned| self.blocked_sites.iter().any(|it| it.horizontal_distance_m(*site) < SAME_SITE_M);
-        let mut sites: Vec<Ned> = self.sites().filter(|it| !is_blocked(it)).collect();
         let distance_m = |site: &Ned| site.horizontal_distance_m(vehicle.position);
+        let mut sites: Vec<Ned> = self.sites().filter(|it| !is_blocked(it)).collect();
+        if sites.is_empty() {
+            sites = self.sites().filter(|it| SAME_SITE_M <= distance_m(it)).collect();
+        }
         sites.sort_by(|a, b| distance_m(a).total_cmp(&distance_m(b)));
         sites
     }

@@ -184,6 +184,22 @@ impl World {
         self.response = self.response.take().filter(|it| &**self.flags.name(it.row) != name);
     }
 
+    /// Takes down the flags whose condition has gone before their row had its turn: nothing is to be done about them any more.
+    pub(super) fn let_unanswered_flags_fall(&mut self) {
+        if !self.flags.any_is_up() {
+            return;
+        }
+        for row in 0..self.table.rows().len() {
+            let waits = self.table.rows()[row].clears == Clears::WithCondition && !self.is_under_way(row);
+            let name = self.flags.name(row);
+            if waits && self.flags.get(name).is_some_and(|flag| !flag.holds()) {
+                let name = name.clone();
+                self.lower(&name);
+                self.say("contingency", format!("`{name}` is over: what raised it is gone"));
+            }
+        }
+    }
+
     /// On the ground at rest: ends a response that ends the mission, and takes down flags that count only in the air.
     pub(super) fn let_flags_fall_on_ground(&mut self) {
         if !self.flags.any_is_up() {

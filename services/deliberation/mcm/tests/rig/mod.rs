@@ -1,5 +1,8 @@
 //! A manager whose surroundings are played by the test; its effects are written down in words.
 
+#![expect(clippy::disallowed_methods, reason = "the cost of a tick is measured on the wall clock")]
+#![expect(unreachable_pub, reason = "no other crate uses a test: here `pub` means outside of the module")]
+
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};

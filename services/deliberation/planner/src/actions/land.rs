@@ -3,7 +3,7 @@
 use domain::fmu::FlightMode;
 use domain::plan::{Condition, Parameters};
 use domain::skill::Goal;
-use domain::state::State;
+use domain::state::{State, Tolerance};
 
 use super::{Action, Waits};
 use crate::config::Config;
@@ -23,8 +23,8 @@ impl Action for Land {
 
     /// Airborne at the default height over the spot, or at the present height by a vehicle that is
     /// over the spot already: one that sinks need not climb again.
-    fn propagate_backwards(&self, goal: &State, start: &State, config: &Config) -> State {
-        if start.flying && start.is_over(goal, config.tolerance()) {
+    fn propagate_backwards(&self, goal: &State, start: &State, tolerance: Tolerance, config: &Config) -> State {
+        if start.flying && start.is_over(goal, tolerance) {
             return State::new(start.position, true);
         }
         State::new(goal.position.at_height(goal.position.height_m() + config.takeoff_height_m.get()), true)

@@ -4,7 +4,7 @@
 use std::fmt::Debug;
 
 use domain::plan::Parameters;
-use domain::state::State;
+use domain::state::{State, Tolerance};
 
 use crate::config::Config;
 
@@ -24,8 +24,8 @@ pub trait Action: Debug + Sync {
     /// Whether it can end in `goal`, on the way from `start`.
     fn test(&self, goal: &State, start: &State, config: &Config) -> bool;
 
-    /// The state closest to `start` from which it can reach `goal`.
-    fn propagate_backwards(&self, goal: &State, start: &State, config: &Config) -> State;
+    /// The state closest to `start` from which it can reach `goal`, which is reached within the tolerance.
+    fn propagate_backwards(&self, goal: &State, start: &State, tolerance: Tolerance, config: &Config) -> State;
 
     /// How it is flown from `from` to `goal`, and under which conditions. The permissions of the
     /// areas on its way are added later.

@@ -3,7 +3,7 @@
 use domain::fmu::FlightMode;
 use domain::plan::{Condition, Parameters};
 use domain::skill::Goal;
-use domain::state::State;
+use domain::state::{State, Tolerance};
 
 use super::{Action, Waits};
 use crate::config::Config;
@@ -23,7 +23,7 @@ impl Action for Position {
 
     /// The start itself if it flies, else over it at the goal's height; at the default height where
     /// the goal's is no climb from the ground the start stands on.
-    fn propagate_backwards(&self, goal: &State, start: &State, config: &Config) -> State {
+    fn propagate_backwards(&self, goal: &State, start: &State, _tolerance: Tolerance, config: &Config) -> State {
         if start.flying {
             return State::new(start.position, true);
         }

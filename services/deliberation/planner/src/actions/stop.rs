@@ -6,7 +6,7 @@
 use domain::fmu::FlightMode;
 use domain::plan::{Condition, Parameters};
 use domain::skill::Goal;
-use domain::state::State;
+use domain::state::{State, Tolerance};
 
 use super::{Action, Waits};
 use crate::config::Config;
@@ -25,7 +25,7 @@ impl Action for Stop {
         goal.mode == Some(FlightMode::Loiter)
     }
 
-    fn propagate_backwards(&self, goal: &State, _start: &State, _config: &Config) -> State {
+    fn propagate_backwards(&self, goal: &State, _start: &State, _tolerance: Tolerance, _config: &Config) -> State {
         State { mode: None, ..goal.clone() }
     }
 

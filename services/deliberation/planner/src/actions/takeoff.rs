@@ -2,7 +2,7 @@
 
 use domain::plan::{Condition, Parameters};
 use domain::skill::Goal;
-use domain::state::State;
+use domain::state::{State, Tolerance};
 
 use super::{Action, Waits};
 use crate::config::Config;
@@ -23,7 +23,7 @@ impl Action for Takeoff {
             && config.least_climb_m.get() <= goal.position.height_m() - ground_height_m(goal, start, config)
     }
 
-    fn propagate_backwards(&self, goal: &State, start: &State, config: &Config) -> State {
+    fn propagate_backwards(&self, goal: &State, start: &State, _tolerance: Tolerance, config: &Config) -> State {
         State::new(goal.position.at_height(ground_height_m(goal, start, config)), false)
     }
 

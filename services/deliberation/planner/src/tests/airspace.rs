@@ -67,22 +67,48 @@ fn only_the_heights_that_are_flown_count() {
     story.fly(2);
     check(
         &story.plan(),
-        "3 position 0 200 20, hold, ask approach
+        "3 position 0 274 42, hold, ask approach
          4 position 0 400 80, needs approach",
     );
 }
 
 #[test]
-fn only_a_time_window_that_is_open_or_opens_soon_counts() {
+fn an_area_counts_if_it_applies_when_it_is_flown_through() {
     #[track_caller]
     fn check_window(window: &str, expected_asked: bool) {
         let mut story = Story::of(&across(&area("A", "permission", [200.0, 300.0], window)));
         assert_eq!(story.plan().contains("ask A"), expected_asked, "{window}");
     }
+    // It is entered after 23 s and left after 33 s, as planned.
     check_window("until_utc = \"2025-12-31T23:59:00Z\"", false);
-    check_window("until_utc = \"2026-01-01T00:00:01Z\"", true);
-    check_window("from_utc = \"2026-01-01T00:04:00Z\"", true);
-    check_window("from_utc = \"2026-01-01T00:06:00Z\"", false);
+    check_window("until_utc = \"2026-01-01T00:00:15Z\"", false);
+    check_window("until_utc = \"2026-01-01T00:00:22Z\"", true);
+    check_window("from_utc = \"2026-01-01T00:00:40Z\"", true);
+    check_window("from_utc = \"2026-01-01T00:04:00Z\"", false);
+}
+
+#[test]
+fn a_keep_out_area_that_opens_on_the_way_is_flown_round() {
+    let wall = "[[area]]\nname = \"K\"\nkind = \"keep-out\"\n\
+                from_utc = \"2026-01-01T00:01:00Z\"\n\
+                corners_m = [[-90.0, 2000.0], [90.0, 2000.0], [90.0, 2100.0], [-90.0, 2100.0]]\n";
+    let far = across(wall).replace("east_m = 500", "east_m = 3000");
+    check(
+        &Story::of(&far).plan(),
+        "1 takeoff 10 m
+         2 position 100 1990 10
+         3 position 100 2110 10
+         4 position 0 3000 10
+         5 land",
+    );
+    // Gone through before it opens.
+    let late = far.replace("00:01:00Z", "00:06:00Z");
+    check(
+        &Story::of(&late).plan(),
+        "1 takeoff 10 m
+         2 position 0 3000 10
+         3 land",
+    );
 }
 
 #[test]
@@ -108,14 +134,67 @@ fn a_permission_for_a_takeoff_is_asked_for_on_the_ground() {
 }
 
 #[test]
-fn leaving_needs_no_permission_but_is_done_the_shortest_way() {
+fn leaving_needs_no_permission_but_is_done_the_quickest_way() {
+    let mut story = Story::of(&across(&area("A", "permission", [-100.0, 60.0], "")));
+    story.airborne_at([0.0, 0.0, 10.0]);
+    check(
+        &story.plan(),
+        "1 position 0 80 10
+         2 position 0 500 10
+         3 land",
+    );
+    let mut story = Story::of(&across(&area("A", "permission", [-100.0, 60.0], "ceiling_m = 12.0")));
+    story.airborne_at([0.0, 0.0, 10.0]);
+    check(
+        &story.plan(),
+        "1 position 0 0 15
+         2 position 0 500 10
+         3 land",
+    );
+}
+
+#[test]
+fn lifting_off_inside_an_area_is_entering_it() {
     check(
         &Story::of(&across(&area("A", "permission", [-100.0, 60.0], ""))).plan(),
-        "1 takeoff 10 m
-         2 position 0 80 10
-         3 position 0 500 10
+        "1 stop, ask A
+         2 takeoff 10 m, needs A
+         3 position 0 500 10, needs A
          4 land",
     );
+    let mut story = Story::of(&across(&area("A", "permission", [-100.0, 60.0], "")));
+    story.plan();
+    check(&story.fail(&[("A", None)]), "finished");
+    check(
+        &story.objectives(),
+        "there: failure (area A: no answer from the control tower), 4 steps, 0 replans, asked [A]",
+    );
+    let closed = area("K", "keep-out", [-100.0, 60.0], "until_utc = \"2026-01-01T00:10:00Z\"");
+    check(&Story::of(&across(&closed)).plan(), "finished");
+}
+
+#[test]
+fn a_way_along_a_border_keeps_its_margin_but_for_its_ends() {
+    // The start and the goal are 4 m from the border, which the straight way would follow all along.
+    let beside = "[[area]]\nname = \"K\"\nkind = \"keep-out\"\n\
+                  corners_m = [[4.0, -50.0], [90.0, -50.0], [90.0, 550.0], [4.0, 550.0]]\n\
+                  until_utc = \"2027-01-01T00:00:00Z\"\n";
+    check(
+        &Story::of(&across(beside)).plan(),
+        "1 takeoff 10 m
+         2 position -6 0 10
+         3 position -6 500 10
+         4 position 0 500 10
+         5 land",
+    );
+}
+
+#[test]
+fn twenty_permissions_are_asked_for_at_one_wait() {
+    let areas: String = (0..20).map(|it| area(&format!("A{it}"), "permission", [200.0, 700.0], "")).collect();
+    let mut story = Story::of(&across(&areas));
+    story.plan();
+    assert_eq!(story.steps[1].ask_permissions.len(), 20);
 }
 
 #[test]
@@ -123,12 +202,13 @@ fn borders_right_behind_a_way_out_share_its_end() {
     let areas = area("A", "permission", [-100.0, 60.0], "")
         + &area("B", "permission", [80.2, 90.0], "")
         + &area("C", "permission", [100.5, 200.0], "");
+    let mut story = Story::of(&across(&areas));
+    story.airborne_at([0.0, 0.0, 10.0]);
     check(
-        &Story::of(&across(&areas)).plan(),
-        "1 takeoff 10 m
-         2 position 0 80 10, hold, ask B C
-         3 position 0 500 10, needs B C
-         4 land",
+        &story.plan(),
+        "1 position 0 80 10, hold, ask B C
+         2 position 0 500 10, needs B C
+         3 land",
     );
 }
 

@@ -13,6 +13,7 @@ use crate::Planner;
 use crate::config::Config;
 
 mod airspace;
+mod giving_up;
 mod memory;
 mod operator;
 mod permissions;
@@ -33,6 +34,10 @@ struct Story {
     planner: Planner,
     now: Now,
     state: v1::PlanningState,
+    /// What is held, and for how long, where that is known.
+    held: Vec<v1::HeldPermission>,
+    /// The grants that failed a step were too short.
+    too_short: bool,
     requests: u64,
     steps: Vec<v1::PlanStep>,
 }
@@ -64,6 +69,8 @@ impl Story {
             planner: Planner::new(&Config::for_tests(), mission(mission_text), Pace::REAL_TIME),
             now: Now { time: Time::ZERO, utc_ms: UTC_START_MS },
             state: v1::PlanningState { position: Some(v1::Ned::default()), ..Default::default() },
+            held: Vec::new(),
+            too_short: false,
             requests: 0,
             steps: Vec::new(),
         }
@@ -113,7 +120,7 @@ impl Story {
             area: area.into(),
             silent: reason.is_none(),
             reason: reason.unwrap_or_default().into(),
-            too_short: false,
+            too_short: self.too_short && reason.is_some(),
         };
         let request = v1::ReplanRequest {
             request_id: format!("r{}", self.requests),
@@ -121,7 +128,7 @@ impl Story {
             failed_step_id,
             failure: "it failed".into(),
             denials: denials.iter().map(denial).collect(),
-            held: Vec::new(),
+            held: self.held.clone(),
         };
         let Some(Response::Replan(reply)) = self.request(Request::Replan(request)) else { panic!("no reply") };
         let text = render(&reply);

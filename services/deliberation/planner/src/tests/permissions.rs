@@ -176,3 +176,75 @@ fn holding_for_one_area_ends_after_its_limit() {
     let reason = "area W: denied by the control tower and not worth more than 120 s of waiting: busy";
     assert_eq!(story.status().objectives[0].reason, reason);
 }
+
+/// Asked for on the way, what each permission must hold for, in seconds.
+fn lengths(story: &Story) -> Vec<(String, f64)> {
+    let asked =
+        |it: &v1::PlanStep| std::iter::zip(it.ask_permissions.clone(), it.ask_for_s.clone()).collect::<Vec<_>>();
+    story.steps.iter().flat_map(asked).map(|(area, for_s)| (area, for_s.round())).collect()
+}
+
+#[test]
+fn a_permission_is_asked_for_as_long_as_the_crossing_and_the_way_out_may_take() {
+    let mut story = Story::of(REFERENCE);
+    story.plan();
+    // From the start of the flight to the border to the far border of A; from there on into B, to the ground.
+    assert_eq!(lengths(&story), [("A".into(), 79.0), ("B".into(), 102.0)]);
+}
+
+#[test]
+fn no_permission_need_outlast_the_window_of_its_area() {
+    let mut story =
+        Story::of(&across(&area("A", "permission", [200.0, 300.0], "until_utc = \"2026-01-01T00:00:30Z\"")));
+    story.plan();
+    assert_eq!(lengths(&story), [("A".into(), 57.0)]);
+}
+
+/// A tower has granted `W` for this time while the vehicle was on its way there; it waits 20 m before it.
+fn short_grant(mission_text: &str, granted_s: f64) -> Story {
+    let mut story = Story::of(mission_text);
+    story.plan();
+    story.fly(1);
+    story.airborne_at([0.0, 180.0, 10.0]);
+    story.held = vec![v1::HeldPermission { area: "W".into(), valid_for_s: granted_s }];
+    story.too_short = true;
+    story
+}
+
+#[test]
+fn a_grant_that_is_too_short_is_told_as_that_and_not_tried_again() {
+    let mut story = short_grant(&across(&area("W", "permission", [200.0, 700.0], "")), 49.9);
+    check(&story.fail(&[("W", Some("granted for 50 s, 110 s are needed"))]), "finished");
+    check(
+        story.objectives().lines().next().unwrap(),
+        "there: failure (the permission for area W holds for 50 s, 90 s are needed), 4 steps, 0 replans, asked [W]",
+    );
+}
+
+#[test]
+fn a_shorter_crossing_may_be_tried_with_a_grant_that_was_too_short_for_another() {
+    let mut story = short_grant(&wall(), 70.0);
+    check(
+        &story.fail(&[("W", Some("granted for 70 s, 73 s are needed"))]),
+        "5 position 0 500 10, needs W
+         6 land",
+    );
+}
+
+#[test]
+fn an_area_whose_grants_are_too_short_is_flown_round() {
+    let mut story = Story::of(REFERENCE);
+    story.plan();
+    story.fly(1);
+    story.airborne_at([0.0, 90.0, 10.0]);
+    story.held = vec![v1::HeldPermission { area: "A".into(), valid_for_s: 40.0 }];
+    story.too_short = true;
+    check(
+        &story.fail(&[("A", Some("granted for 40 s, 79 s are needed"))]),
+        "6 position 100 100 10
+         7 position 100 300 10
+         8 position 69 362 10, hold, ask B
+         9 position 0 500 10, needs B
+         10 land, needs B",
+    );
+}

@@ -5,14 +5,13 @@ use std::collections::BTreeSet;
 use domain::area::{Area, AreaKind};
 use domain::geometry::Ned;
 use domain::mission::Objective;
-use domain::route;
 use geo::ConvexHull;
 use proptest::prelude::*;
 
 use super::*;
 use crate::mission_planner::{Answer, MissionPlanner};
 use crate::plan::Step;
-use domain::airspace::Grants;
+use domain::airspace::{Grants, stays};
 use domain::plan::{Denial, DenialKind, FailedStep, PlanRequest};
 use domain::state::State;
 
@@ -60,28 +59,29 @@ fn from(position: Ned, held: &BTreeSet<String>) -> PlanRequest {
 }
 
 /// No step enters an area that is neither held nor asked for in an earlier step, or a keep-out
-/// area; only what the vehicle started in may be left.
+/// area; only what the vehicle started in may be left, by at most a climb and a leg.
 fn assert_allowed(steps: &[Step], areas: &[Area], held: &BTreeSet<String>) -> Result<(), TestCaseError> {
-    let (start, first_stop) = steps[0].way();
-    for area in areas.iter().filter(|it| it.kind == AreaKind::KeepOut || !held.contains(&it.name)) {
-        let is_trespassed = start.down_m != 0.0 && area.contains(start);
-        prop_assert!(!is_trespassed || !area.contains(first_stop), "{:?} does not lead out of {area:?}", steps[0]);
-    }
+    let margin_m = Config::for_tests().vertical_margin_m.get();
+    let start = steps[0].way().0;
+    let is_allowed =
+        |area: &Area, allowed: &BTreeSet<String>| area.kind == AreaKind::Permission && allowed.contains(&area.name);
+    let is_inside = |area: &Area, at: Ned| !stays(area, at, at, margin_m).is_empty();
+    let airborne = steps[0].action.name != "takeoff" && start.down_m != 0.0;
+    let trespassed: Vec<&Area> =
+        areas.iter().filter(|it| airborne && !is_allowed(it, held) && is_inside(it, start)).collect();
     let mut allowed = held.clone();
-    let mut leaving = true;
-    for step in steps {
+    let mut is_leaving = !trespassed.is_empty();
+    for (index, step) in steps.iter().enumerate() {
         let (from, to) = step.way();
-        for area in areas {
-            if area.kind == AreaKind::Permission && allowed.contains(&area.name) {
-                continue;
-            }
-            prop_assert!(route::entries(area, from, to).is_empty(), "{step:?} enters {area:?}");
-            let stays_inside = area.contains(from) && area.contains(to) && step.action.name == "position";
-            prop_assert!(!stays_inside, "{step:?} stays in {area:?}");
-            prop_assert!(leaving || !area.is_crossed(from, to), "{step:?} crosses {area:?}");
+        for area in areas.iter().filter(|it| !is_allowed(it, &allowed)) {
+            let is_left = is_leaving && trespassed.iter().any(|it| it.name == area.name);
+            let entered = stays(area, from, to, margin_m).into_iter().find(|stay| !is_left || stay.enters > 0.0);
+            let waits_below = step.action.name == "stop" && from.down_m == 0.0;
+            prop_assert!(waits_below || entered.is_none(), "{step:?} enters {area:?}");
         }
-        leaving &= step.action.name != "position";
-        allowed.extend(step.communication.ask.iter().cloned());
+        is_leaving &= trespassed.iter().any(|it| is_inside(it, to));
+        prop_assert!(!is_leaving || index == 0, "{step:?} does not lead out of {trespassed:?}");
+        allowed.extend(step.communication.ask.iter().map(|need| need.area.clone()));
     }
     Ok(())
 }
@@ -129,7 +129,7 @@ proptest! {
         let Answer::Plan(steps) = planner.replan(from(start, &held), Now::default()) else { return Ok(()) };
         let failing = failing.index(steps.len());
         for step in &steps[..failing] {
-            held.extend(step.communication.ask.iter().cloned());
+            held.extend(step.communication.ask.iter().map(|need| need.area.clone()));
             prop_assert!(planner.step_done(step.id.unwrap(), &step.action.to).is_ok());
         }
         let failed = &steps[failing];
@@ -137,7 +137,7 @@ proptest! {
         // Each asked area is granted, or denied, or was lost; one that was held may have been lost too.
         let bit = |index: usize| answers >> (index % 8) & 1 == 1;
         held = held.into_iter().enumerate().filter(|(it, _)| bit(*it)).map(|(_, it)| it).collect();
-        let denied = failed.communication.ask.iter().enumerate().filter(|(it, _)| bit(it + 4)).map(|(_, it)| it);
+        let denied = failed.communication.ask.iter().enumerate().filter(|(it, _)| bit(it + 4)).map(|(_, need)| &need.area);
         let denials = denied.map(|it| Denial { area: it.clone(), kind: if bit(2) { DenialKind::Silent } else { DenialKind::Refused }, reason: "busy".into() }).collect();
         let step = FailedStep { id: failed.id.unwrap(), reason: String::new() };
         let request = PlanRequest { failed: Some(step), denials, ..from(position, &held) };

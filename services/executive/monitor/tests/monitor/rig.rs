@@ -20,6 +20,9 @@ const CONFIG: &str = "
     battery_frozen_samples = 100
 ";
 
+/// The processes on board.
+const PROCESSES: [&str; 4] = ["mcm", "planner", "skill-manager", "vehicle-sim"];
+
 /// Between two samples of every source.
 const STEP: Duration = Duration::from_millis(10);
 
@@ -150,6 +153,8 @@ pub(crate) struct Vehicle {
     pub(crate) silent: Vec<Topic>,
     /// These topics arrive without noise.
     pub(crate) frozen: Vec<Topic>,
+    /// These processes do not turn.
+    pub(crate) hung: Vec<&'static str>,
     /// How long ago the ground heard it.
     pub(crate) unheard_s: f64,
     drawn: u32,
@@ -182,6 +187,7 @@ impl Default for Vehicle {
             battery: v1::BatteryStatus { voltage_v: 22.0, current_a: 10.0, remaining: 0.8, temperature_c: 20.0 },
             silent: Vec::new(),
             frozen: Vec::new(),
+            hung: Vec::new(),
             unheard_s: 0.0,
             drawn: 0,
         }
@@ -207,6 +213,8 @@ impl Vehicle {
         samples.push(v1::BatteryStatus { current_a, ..self.battery }.into());
         samples.push(v1::GroundContact { heard_age_wall_s: self.unheard_s }.into());
         samples.retain(|it| !self.silent.contains(&it.topic()));
+        let processes = PROCESSES.iter().filter(|it| !self.hung.contains(it));
+        samples.extend(processes.map(|it| v1::Heartbeat { service: (*it).into(), ..Default::default() }.into()));
         samples
     }
 }

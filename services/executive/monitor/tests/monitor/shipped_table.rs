@@ -22,7 +22,11 @@ fn every_row_with_a_rule_is_raised_once_and_cleared_again() {
     for (flag, rule) in rules {
         let mut rig = Rig::with(&table, Pace::REAL_TIME);
         rig.fly(2.0);
-        make_it_so(&mut rig, rule);
+        make_it_so(&mut rig.vehicle, rule);
+        if let Rule::Above { value: Quantity::TouchdownSpeed, .. } = rule {
+            rig.fly(0.1);
+            rig.vehicle.land_detected.landed = true;
+        }
         rig.fly(lasting_s(rule) + 0.1);
         rig.vehicle = Vehicle::default();
         rig.fly(0.1);
@@ -62,17 +66,19 @@ fn lasting_s(rule: Rule) -> f64 {
     }
 }
 
-fn make_it_so(rig: &mut Rig, rule: Rule) {
+fn make_it_so(vehicle: &mut Vehicle, rule: Rule) {
     match rule {
-        Rule::Below { value, threshold, .. } => measure(rig, value, threshold - 0.01),
-        Rule::Above { value, threshold, .. } => measure(rig, value, threshold + 0.01),
-        Rule::Reported { condition, .. } => rig.vehicle.status.failures.push(failure(condition) as i32),
-        Rule::Stale { source, .. } => rig.vehicle.silent.push(topic(source)),
+        Rule::Below { value, threshold, .. } => measure(vehicle, value, threshold - 0.01),
+        Rule::Above { value, threshold, .. } => measure(vehicle, value, threshold + 0.01),
+        Rule::Reported { condition, .. } => vehicle.status.failures.push(failure(condition) as i32),
+        Rule::Stale { source: DataSource::Planner, .. } => vehicle.hung.push("planner"),
+        Rule::Stale { source: DataSource::SkillManager, .. } => vehicle.hung.push("skill-manager"),
+        Rule::Stale { source: DataSource::MissionManager, .. } => vehicle.hung.push("mcm"),
+        Rule::Stale { source, .. } => vehicle.silent.push(topic(source)),
     }
 }
 
-fn measure(rig: &mut Rig, quantity: Quantity, value: f64) {
-    let vehicle = &mut rig.vehicle;
+fn measure(vehicle: &mut Vehicle, quantity: Quantity, value: f64) {
     let local = &mut vehicle.local_position;
     match quantity {
         Quantity::BatteryRemaining => vehicle.battery.remaining = value,
@@ -85,8 +91,6 @@ fn measure(rig: &mut Rig, quantity: Quantity, value: f64) {
         Quantity::GroundSpeed => local.velocity = Some(v1::NedVelocity { east_m_s: value, ..Default::default() }),
         Quantity::TouchdownSpeed => {
             local.velocity = Some(v1::NedVelocity { down_m_s: value, ..Default::default() });
-            rig.fly(0.1);
-            rig.vehicle.land_detected.landed = true;
         }
         Quantity::Tilt => (vehicle.attitude.q_x, vehicle.attitude.q_w) = (value / 2.0).sin_cos(),
     }
@@ -112,5 +116,6 @@ fn topic(source: DataSource) -> Topic {
         DataSource::LandDetected => Topic::VehicleLandDetected,
         DataSource::Battery => Topic::BatteryStatus,
         DataSource::GroundLink => Topic::GroundContact,
+        DataSource::Planner | DataSource::SkillManager | DataSource::MissionManager => Topic::Heartbeat,
     }
 }

@@ -191,7 +191,7 @@ fn a_limit_keeps_its_wall_clock_floor_when_mission_time_runs_fast() {
     let table = table(&[("watched", POSITION_STALE)]);
     let mut rig = Rig::with(&table, Pace::new(20.0).unwrap());
     rig.fly(1.0);
-    rig.wait(s(20.0));
+    rig.wait(s(12.0));
     assert_eq!(rig.story(), ["10.990 watched up: local position has been silent for 10.0 s, the limit is 10.0 s"]);
 }
 
@@ -238,4 +238,28 @@ fn a_link_is_lost_when_either_direction_is_lost_and_only_if_it_existed() {
     );
     check(1.0, |vehicle| vehicle.unheard_s = f64::NAN, 1.0, &[]);
     check(1.0, |vehicle| vehicle.unheard_s = -1.0, 1.0, &[]);
+}
+
+#[test]
+fn a_process_that_does_not_turn_is_silent_whatever_the_vehicle_and_the_others_say() {
+    const RULE: &str = "{ fact = 'stale', source = 'planner', after_s = 1.0, during = 'flying' }";
+    /// Flies for two seconds at this speed, and then while these processes hang.
+    #[track_caller]
+    fn check(speed: f64, hung: &[&'static str], seconds: f64, expected: &[&str]) {
+        let mut rig = Rig::with(&table(&[("watched", RULE)]), Pace::new(speed).unwrap());
+        rig.fly(2.0);
+        rig.vehicle.hung = hung.to_vec();
+        rig.fly(seconds);
+        rig.vehicle.hung.clear();
+        rig.fly(0.1);
+        assert_eq!(rig.story(), expected);
+    }
+    check(1.0, &["planner"], 0.9, &[]);
+    check(1.0, &["mcm", "skill-manager", "vehicle-sim"], 10.0, &[]);
+    let up = "2.990 watched up: the planner has been silent for 1.0 s, the limit is 1.0 s";
+    check(1.0, &["planner"], 3.0, &[up, "5.000 watched down: the planner is heard again"]);
+    // Its limit is in wall time.
+    check(20.0, &["planner"], 19.0, &[]);
+    let up = "21.990 watched up: the planner has been silent for 20.0 s, the limit is 20.0 s";
+    check(20.0, &["planner"], 30.0, &[up, "32.000 watched down: the planner is heard again"]);
 }

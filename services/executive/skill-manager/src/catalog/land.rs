@@ -1,16 +1,27 @@
 //! Land: descend where the vehicle is, until the land detector reports the ground.
 
 use domain::fmu::{Command, FlightMode, LocalPosition};
-use domain::time::Time;
-use kittiwake_proto::v1::SkillKind;
+use domain::time::{Pace, Time};
+use kittiwake_proto::v1::{SkillKind, SkillOutcome};
 
+use super::descent::Descent;
 use super::{Ready, Skill};
+use crate::config::Config;
 use crate::fsm::Ending;
 use crate::vehicle::View;
 
-/// Has no parameters.
+/// A landing, which has to come down all the time.
 #[derive(Debug)]
-pub(crate) struct Land;
+pub(crate) struct Land {
+    descent: Descent,
+}
+
+impl Land {
+    /// A landing.
+    pub(crate) fn new(config: &Config, pace: Pace) -> Land {
+        Land { descent: Descent::new(config, pace) }
+    }
+}
 
 impl Skill for Land {
     fn kind(&self) -> SkillKind {
@@ -37,8 +48,31 @@ impl Skill for Land {
         true
     }
 
-    fn progress(&mut self, view: &View, _now: Time) -> Option<Ending> {
-        (view.landed == Some(true)).then(Ending::success)
+    fn execute(&mut self, now: Time) {
+        self.descent.begin(now);
+    }
+
+    fn progress(&mut self, view: &View, now: Time) -> Option<Ending> {
+        if view.landed == Some(true) {
+            return Some(Ending::success());
+        }
+        let height_m = view.vertical.map(|it| it.position.height_m());
+        if !self.descent.has_stalled(now, height_m) {
+            return None;
+        }
+        if view.status.is_some_and(|it| !it.armed) {
+            // The land detector is silent or wrong: an autopilot stops the motors on the ground.
+            return Some(Ending::success());
+        }
+        let reason = match height_m {
+            Some(height_m) => format!("did not come down: still at a height of {height_m:.1} m"),
+            None => "did not come down as far as is known: the height is not".into(),
+        };
+        Some(Ending::because(SkillOutcome::TimedOut, reason))
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        self.descent.deadline()
     }
 
     fn distance_left_m(&self, motion: &LocalPosition) -> f64 {

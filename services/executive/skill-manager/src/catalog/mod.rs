@@ -9,6 +9,8 @@ use crate::config::Config;
 use crate::fsm::Ending;
 use crate::vehicle::View;
 
+mod deadline;
+mod descent;
 mod land;
 mod offboard;
 mod stop;
@@ -81,9 +83,9 @@ pub(crate) enum Ready {
 /// The skill that flies `goal`.
 pub(crate) fn skill_for(goal: Goal, config: &Config, pace: Pace) -> Box<dyn Skill> {
     match goal {
-        Goal::Land => Box::new(land::Land),
-        Goal::Takeoff { climb_m } => Box::new(takeoff::Takeoff::new(climb_m, config)),
-        Goal::Stop => Box::new(stop::Stop::new(config)),
+        Goal::Land => Box::new(land::Land::new(config, pace)),
+        Goal::Takeoff { climb_m } => Box::new(takeoff::Takeoff::new(climb_m, config, pace)),
+        Goal::Stop => Box::new(stop::Stop::new(config, pace)),
         Goal::Position { target, speed_limit_m_s, yaw_rad, hold_at_target } => {
             let setpoint = Setpoint::Position { target, speed_limit_m_s: Some(speed_limit_m_s), yaw_rad };
             let limits = offboard::Limits::new(config, pace, speed_limit_m_s);

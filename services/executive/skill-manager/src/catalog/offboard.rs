@@ -7,6 +7,7 @@ use domain::geometry::Ned;
 use domain::time::{Pace, Time};
 use kittiwake_proto::v1::{SkillKind, SkillOutcome};
 
+use super::deadline::Deadline;
 use super::{Ready, Skill};
 use crate::config::Config;
 use crate::fsm::Ending;
@@ -20,10 +21,8 @@ pub(crate) struct Position {
     hold_at_target: bool,
     limits: Limits,
     started: Option<Time>,
-    /// Known once the first position after the start has arrived.
-    deadline: Option<Time>,
-    /// The deadline came while the position was not known, and was postponed once for the next one.
-    postponed: bool,
+    /// Set once the first position after the start has arrived.
+    deadline: Deadline,
     /// It was at its target, and has no deadline since then.
     arrived: bool,
 }
@@ -68,16 +67,8 @@ impl Limits {
 impl Position {
     /// A flight to `target` by `setpoint`.
     pub(crate) fn new(target: Ned, setpoint: Setpoint, hold_at_target: bool, limits: Limits) -> Position {
-        Position {
-            target,
-            setpoint,
-            hold_at_target,
-            limits,
-            started: None,
-            deadline: None,
-            postponed: false,
-            arrived: false,
-        }
+        let deadline = Deadline::new(limits.data_wait);
+        Position { target, setpoint, hold_at_target, limits, started: None, deadline, arrived: false }
     }
 
     fn is_there(&self, motion: &LocalPosition) -> bool {
@@ -125,15 +116,12 @@ impl Skill for Position {
                     return Some(Ending::success());
                 }
             }
-            if self.deadline.is_none() {
-                let time = self.limits.time_for(motion.position, self.target);
-                self.deadline = self.started.zip(time).map(|(started, time)| started + time);
+            let time = self.limits.time_for(motion.position, self.target);
+            if let Some((started, time)) = self.started.zip(time) {
+                self.deadline.set(started + time);
             }
         }
-        let deadline = self.deadline().filter(|it| *it <= now)?;
-        if view.motion.is_none() && !self.postponed {
-            self.postponed = true;
-            self.deadline = Some(deadline.max(now) + self.limits.data_wait);
+        if self.arrived || !self.deadline.is_missed(now, view.motion.is_some()) {
             return None;
         }
         let reason = match view.motion {
@@ -144,7 +132,7 @@ impl Skill for Position {
     }
 
     fn deadline(&self) -> Option<Time> {
-        self.deadline.filter(|_| !self.arrived)
+        self.deadline.at().filter(|_| !self.arrived)
     }
 
     fn distance_left_m(&self, motion: &LocalPosition) -> f64 {

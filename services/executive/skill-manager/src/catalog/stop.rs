@@ -1,24 +1,33 @@
 //! Stop: come to rest and loiter. On the ground it leaves the armed state alone.
 
-use domain::fmu::{Command, FlightMode};
-use domain::time::Time;
-use kittiwake_proto::v1::SkillKind;
+use std::time::Duration;
 
+use domain::fmu::{Command, FlightMode};
+use domain::time::{Pace, Time};
+use kittiwake_proto::v1::{SkillKind, SkillOutcome};
+
+use super::deadline::Deadline;
 use super::{Ready, Skill};
 use crate::config::Config;
 use crate::fsm::Ending;
-use crate::vehicle::View;
+use crate::vehicle::{View, at_wall_rate};
 
-/// Its only parameter is the speed that counts as rest.
+/// A stop: the speed that counts as rest, and the time until then.
 #[derive(Debug)]
 pub(crate) struct Stop {
     speed_tolerance_m_s: f64,
+    limit: Duration,
+    deadline: Deadline,
 }
 
 impl Stop {
     /// A stop.
-    pub(crate) fn new(config: &Config) -> Stop {
-        Stop { speed_tolerance_m_s: config.speed_tolerance_m_s.get() }
+    pub(crate) fn new(config: &Config, pace: Pace) -> Stop {
+        Stop {
+            speed_tolerance_m_s: config.speed_tolerance_m_s.get(),
+            limit: pace.limit(config.stop_limit_s.seconds()),
+            deadline: Deadline::new(at_wall_rate(pace, config.data_wait_s.seconds())),
+        }
     }
 
     fn is_slow(&self, view: &View) -> bool {
@@ -52,7 +61,24 @@ impl Skill for Stop {
         FlightMode::Loiter
     }
 
-    fn progress(&mut self, view: &View, _now: Time) -> Option<Ending> {
-        self.is_slow(view).then(Ending::success)
+    fn execute(&mut self, now: Time) {
+        self.deadline.set(now + self.limit);
+    }
+
+    fn progress(&mut self, view: &View, now: Time) -> Option<Ending> {
+        if self.is_slow(view) {
+            return Some(Ending::success());
+        }
+        self.deadline.is_missed(now, view.motion.is_some()).then(|| {
+            let reason = match view.motion {
+                Some(it) => format!("not at rest: still {:.1} m/s", it.velocity.speed_m_s()),
+                None => "the vehicle's speed is not known".into(),
+            };
+            Ending::because(SkillOutcome::TimedOut, reason)
+        })
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        self.deadline.at()
     }
 }

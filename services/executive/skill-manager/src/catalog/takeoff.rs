@@ -4,13 +4,14 @@
 use std::time::Duration;
 
 use domain::fmu::{Command, FlightMode, LocalPosition};
-use domain::time::Time;
+use domain::time::{Pace, Time};
 use kittiwake_proto::v1::{SkillKind, SkillOutcome};
 
+use super::deadline::Deadline;
 use super::{Ready, Skill};
 use crate::config::Config;
 use crate::fsm::Ending;
-use crate::vehicle::View;
+use crate::vehicle::{View, at_wall_rate};
 
 /// A climb, with its target height once that is known.
 #[derive(Debug)]
@@ -25,11 +26,15 @@ pub(crate) struct Takeoff {
     arms: bool,
     /// When the autopilot ended the climb by itself.
     levelled_off: Option<Time>,
+    limit: Duration,
+    deadline: Deadline,
 }
 
 impl Takeoff {
     /// A takeoff by `climb_m`.
-    pub(crate) fn new(climb_m: f64, config: &Config) -> Takeoff {
+    pub(crate) fn new(climb_m: f64, config: &Config, pace: Pace) -> Takeoff {
+        let nominal_s = climb_m.abs() / config.vehicle_takeoff_m_s.get();
+        let limit_s = nominal_s * (1.0 + config.deadline_slack.get()) + config.deadline_margin_s.get();
         Takeoff {
             climb_m,
             height_tolerance_m: config.takeoff_tolerance_m.get(),
@@ -38,7 +43,14 @@ impl Takeoff {
             target_height_m: None,
             arms: true,
             levelled_off: None,
+            limit: pace.limit(Duration::try_from_secs_f64(limit_s).unwrap_or(Duration::MAX)),
+            deadline: Deadline::new(at_wall_rate(pace, config.data_wait_s.seconds())),
         }
+    }
+
+    /// When the vehicle must be at its target height, once the autopilot has ended the climb by itself.
+    fn settled_at(&self) -> Option<Time> {
+        self.levelled_off.map(|it| it + self.settle)
     }
 
     fn height_left_m(&self, motion: &LocalPosition) -> f64 {
@@ -82,6 +94,10 @@ impl Skill for Takeoff {
         Some(FlightMode::Loiter)
     }
 
+    fn execute(&mut self, now: Time) {
+        self.deadline.set(now + self.limit);
+    }
+
     fn progress(&mut self, view: &View, now: Time) -> Option<Ending> {
         let is_there = view.vertical.is_some_and(|it| {
             self.height_left_m(&it) < self.height_tolerance_m
@@ -99,18 +115,23 @@ impl Skill for Takeoff {
             Some(_) => self.levelled_off = None,
             None => {}
         }
-        self.deadline().filter(|it| *it <= now).map(|_| {
-            let target_m = self.target_height_m.unwrap_or(f64::NAN);
-            let reached = match view.vertical {
-                Some(it) => format!("at {:.1} m", it.position.height_m()),
-                None => "at an unknown height".into(),
-            };
-            Ending::because(SkillOutcome::Failed, format!("the climb to {target_m:.1} m ended {reached}"))
+        let target_m = self.target_height_m.unwrap_or(f64::NAN);
+        let reached = match view.vertical {
+            Some(it) => format!("at {:.1} m", it.position.height_m()),
+            None => "at an unknown height".into(),
+        };
+        if self.settled_at().is_some_and(|it| it <= now) {
+            let reason = format!("the climb to {target_m:.1} m ended {reached}");
+            return Some(Ending::because(SkillOutcome::Failed, reason));
+        }
+        let is_late = self.deadline.is_missed(now, view.vertical.is_some());
+        is_late.then(|| {
+            Ending::because(SkillOutcome::TimedOut, format!("did not climb to {target_m:.1} m: still {reached}"))
         })
     }
 
     fn deadline(&self) -> Option<Time> {
-        self.levelled_off.map(|it| it + self.settle)
+        self.settled_at().into_iter().chain(self.deadline.at()).min()
     }
 
     fn distance_left_m(&self, motion: &LocalPosition) -> f64 {

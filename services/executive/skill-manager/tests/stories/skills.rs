@@ -177,6 +177,80 @@ fn a_position_skill_that_does_not_reach_its_target_times_out() {
     assert_eq!((rig.now - started).as_secs_f64().round(), 40.0, "twice 10 s and 20 s");
 }
 
+/// Flies `goal` while something keeps the vehicle at a height, up to its outcome; how long that took, in seconds.
+fn kept_at(height_m: f64, autopilot: Autopilot, goal: Goal, speed: u32) -> (Rig, u64, f64) {
+    let mut rig = Rig::at_speed(speed, autopilot);
+    rig.run(f64::from(speed));
+    let skill = rig.start(goal);
+    let started = rig.now;
+    while rig.ending(skill).is_none() {
+        rig.autopilot.position.down_m = -height_m;
+        rig.run(0.1);
+    }
+    let took_s = (rig.now - started).as_secs_f64();
+    (rig, skill, took_s)
+}
+
+#[test]
+fn a_landing_that_does_not_come_down_times_out() {
+    #[track_caller]
+    fn check(speed: u32, limit_s: f64) {
+        let (mut rig, land, took_s) = kept_at(2.0, Autopilot::flying(), Goal::Land, speed);
+        assert_eq!(rig.outcome(land), TimedOut);
+        assert!(rig.reason(land).starts_with("did not come down: still at a height of 2.0"), "{}", rig.reason(land));
+        assert!((limit_s..limit_s + 1.0).contains(&took_s), "at speed {speed}: {took_s}");
+        for _ in 0..speed * 10 {
+            rig.autopilot.position.down_m = -2.0;
+            rig.run(0.1);
+        }
+        assert_eq!(rig.autopilot.actual(), FlightMode::Loiter, "nothing else flies it");
+    }
+    check(1, 10.0);
+    check(10, 10.0);
+    check(20, 20.0);
+}
+
+#[test]
+fn a_landing_that_comes_down_has_all_the_time_that_it_needs() {
+    let mut rig = Rig::new(Autopilot::flying());
+    rig.autopilot.position.down_m = -300.0;
+    rig.run(0.1);
+    let land = rig.start(Goal::Land);
+    assert_eq!(rig.outcome(land), Succeeded);
+    assert!(200.0 < rig.now.as_secs_f64(), "{:?}", rig.now);
+}
+
+#[test]
+fn a_landing_ends_by_the_motors_where_the_land_detector_is_silent() {
+    let mut rig = Rig::new(Autopilot::flying().silent_about(Source::Landed));
+    let land = rig.start(Goal::Land);
+    assert_eq!(rig.outcome(land), Succeeded);
+    assert!(!rig.autopilot.armed);
+}
+
+#[test]
+fn a_takeoff_that_does_not_climb_times_out() {
+    let (mut rig, takeoff, took_s) = kept_at(0.0, Autopilot::default(), Goal::Takeoff { climb_m: 9.0 }, 1);
+    assert_eq!(rig.outcome(takeoff), TimedOut);
+    assert!(rig.reason(takeoff).starts_with("did not climb to 9.0 m: still at 0."), "{}", rig.reason(takeoff));
+    assert_eq!(took_s.round(), 32.0, "twice 6 s and 20 s");
+}
+
+#[test]
+fn a_stop_that_does_not_come_to_rest_times_out() {
+    let mut rig = Rig::new(Autopilot::flying());
+    rig.autopilot.wind = NedVelocity::new(3.0, 0.0, 0.0);
+    rig.run(0.1);
+    let started = rig.now;
+    let stop = rig.start(Goal::Stop);
+    assert_eq!(rig.outcome(stop), TimedOut);
+    assert_eq!(rig.reason(stop), "not at rest: still 3.0 m/s");
+    assert_eq!((rig.now - started).as_secs_f64().round(), 10.0);
+    rig.autopilot.wind = NedVelocity::default();
+    let stop = rig.start(Goal::Stop);
+    assert_eq!(rig.outcome(stop), Succeeded);
+}
+
 #[test]
 fn a_position_skill_that_holds_its_target_goes_on_until_it_is_replaced() {
     let mut rig = Rig::new(Autopilot::flying());

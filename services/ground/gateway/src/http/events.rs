@@ -5,6 +5,8 @@
 //! take it, so that a client that does not read costs no memory; when the journal has dropped records after its cursor,
 //! the client gets a `resync`.
 
+#![expect(clippy::disallowed_methods, reason = "requests and their limits are on the wall clock")]
+
 use std::collections::VecDeque;
 use std::convert::Infallible;
 use std::sync::Arc;

@@ -1,6 +1,8 @@
 //! What every request passes on its way to its handler: who asks, how often, in which role, with command or
 //! without; and on the way back, the audit record of an order.
 
+#![expect(clippy::disallowed_methods, reason = "requests, their limits and the expiry of tokens are on the wall clock")]
+
 use std::time::{Duration, Instant, SystemTime};
 
 use axum::body::{Body, to_bytes};

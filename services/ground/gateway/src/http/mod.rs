@@ -1,5 +1,7 @@
 //! The HTTP half: the router, and the routes that only read.
 
+#![expect(clippy::disallowed_methods, reason = "requests and their limits are on the wall clock")]
+
 use std::sync::Arc;
 use std::time::Instant;
 

@@ -1,5 +1,7 @@
 //! The audit record of an order.
 
+#![expect(clippy::disallowed_methods, reason = "audit records carry UTC")]
+
 use std::time::SystemTime;
 
 use axum::response::Response;

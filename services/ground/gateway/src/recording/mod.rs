@@ -7,7 +7,7 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::Duration;
 
 use domain::time::{Now, Pace};
@@ -95,7 +95,7 @@ impl WriterThread {
     fn start(config: &Config, folder: PathBuf) -> WriterThread {
         let status = Arc::new(WriterStatus::default());
         let (sender, jobs) = sync_channel(CAPACITY);
-        let (is_done, done) = channel();
+        let (is_done, done) = sync_channel(0);
         let writer = Writer::new(folder, config.limits(), config.flush_s.seconds(), status.clone());
         let spawned = std::thread::Builder::new().name("recorder".into()).spawn(move || {
             writer::run(writer, &jobs);

@@ -3,6 +3,8 @@
 //! What cannot be written is counted, reported and tried again after a while. A disk that is full, or hangs, affects
 //! recordings only.
 
+#![expect(clippy::disallowed_methods, reason = "the disk is written to on the wall clock")]
+
 use std::collections::BTreeMap;
 use std::fs::{DirBuilder, File, OpenOptions};
 use std::io::{self, Write};

@@ -1,5 +1,7 @@
 //! Recorded missions over HTTP.
 
+#![expect(clippy::disallowed_methods, reason = "a test waits for what other threads do, up to a limit")]
+
 use std::time::{Duration, Instant};
 
 use axum::body::Body;

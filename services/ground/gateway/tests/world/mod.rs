@@ -1,5 +1,8 @@
 //! A gateway whose loop runs in a thread of its own; the test plays the services that it calls.
 
+#![expect(clippy::disallowed_methods, reason = "a test waits for what other threads do, up to a limit")]
+#![expect(unreachable_pub, reason = "no other crate uses a test: here `pub` means outside of the module")]
+
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex};
 

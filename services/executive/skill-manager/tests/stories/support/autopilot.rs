@@ -36,6 +36,8 @@ pub(crate) enum Source {
 pub(crate) struct Autopilot {
     pub(crate) position: Ned,
     pub(crate) velocity: NedVelocity,
+    /// What the wind adds to the velocity of a loiter.
+    pub(crate) wind: NedVelocity,
     pub(crate) armed: bool,
     pub(crate) landed: bool,
     pub(crate) intended: Mode,
@@ -64,6 +66,7 @@ impl Default for Autopilot {
         Autopilot {
             position: Ned::default(),
             velocity: NedVelocity::default(),
+            wind: NedVelocity::default(),
             armed: false,
             landed: true,
             intended: Mode::Loiter,
@@ -231,7 +234,7 @@ impl Autopilot {
                 }
                 _ => NedVelocity::default(),
             },
-            _ => NedVelocity::default(),
+            _ => self.wind,
         }
     }
 

@@ -1,5 +1,7 @@
 //! What operators, the tower and the safety pilot order over HTTP. Each handler answers what happened.
 
+#![expect(clippy::disallowed_methods, reason = "command authority is leased on the wall clock")]
+
 use std::time::Instant;
 
 use axum::Extension;

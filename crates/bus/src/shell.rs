@@ -1,95 +1,29 @@
 //! The loop that runs a node.
 
+#![expect(clippy::disallowed_methods, reason = "heartbeats and deadlines of calls are on the wall clock")]
+
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use domain::time::Pace;
-use kittiwake_proto::topics::{Message, Qos};
+use kittiwake_proto::topics::{Message, Service};
 use kittiwake_proto::v1::Heartbeat;
-use node::{Effect, Event, MessageKind, Node};
+use node::{Effect, Event, MessageKind, Node, Token, commands_first};
 use zenoh::Wait;
 
 use crate::calls::Calls;
-use crate::inbox::{self, OpenQueries};
+use crate::inbox::OpenQueries;
 use crate::mailbox::{Mail, Mailbox};
 use crate::outbox::Outbox;
 use crate::trace::Parent;
-use crate::{BusError, Clock, Direct, Link, Nudge, Stop, direct, keys, session, trace};
+use crate::{BusError, Clock, trace};
 
-/// Every process says at least this often that its own loop makes progress.
-const HEARTBEAT: Duration = Duration::from_millis(500);
+/// Every process says at least this often that its own loop makes progress: often enough that one that hangs is noticed
+/// within a second, although a heartbeat or two may be late.
+const HEARTBEAT: Duration = Duration::from_millis(250);
+/// What the caller of a request without a reply gets.
+const UNANSWERED: &str = "the service did not answer";
 
-/// Runs `node` on the bus until it is over or `stop` is asked for. Blocks the calling thread.
-pub fn run(node: &mut dyn Node, link: &Link, pace: Pace, stop: &Stop) -> Result<(), BusError> {
-    run_nudged(node, link, pace, stop, &Nudge::default())
-}
-
-/// The same with direct links to some processes of the same machine besides.
-pub fn run_linked(
-    node: &mut dyn Node,
-    link: &Link,
-    direct: Option<&Direct>,
-    pace: Pace,
-    stop: &Stop,
-) -> Result<(), BusError> {
-    run_with(node, link, direct, pace, stop, &Nudge::default())
-}
-
-/// The same for a node that has something to do besides what the bus brings: each `nudge` has it act.
-pub fn run_nudged(node: &mut dyn Node, link: &Link, pace: Pace, stop: &Stop, nudge: &Nudge) -> Result<(), BusError> {
-    run_with(node, link, None, pace, stop, nudge)
-}
-
-fn run_with(
-    node: &mut dyn Node,
-    link: &Link,
-    direct: Option<&Direct>,
-    pace: Pace,
-    stop: &Stop,
-    nudge: &Nudge,
-) -> Result<(), BusError> {
-    let session = session::open(link)?;
-    let direct = direct.map(|it| direct::open(it, &link.scope)).transpose()?;
-    let direct = direct.as_ref();
-    let mailbox = Mailbox::default();
-    let loop_of_it = mailbox.clone();
-    nudge.attach(move || loop_of_it.nudge());
-    let wake = mailbox.clone();
-    stop.on_stop(move || wake.stop());
-    let queries = inbox::declare(&session, direct, &link.scope, node, &mailbox)?;
-    inbox::watch_peers(&session, &link.scope, &mailbox)?;
-    let clocks = inbox::listen_to_clocks(&session, &link.scope)?;
-    let instance = session.zid().to_string();
-    // Last: who sees the token finds everything else declared.
-    let token_key = keys::alive(node.name(), &instance);
-    let token = session
-        .liveliness()
-        .declare_token(&token_key)
-        .wait()
-        .map_err(|cause| BusError::Declare { key: token_key, cause: cause.to_string() })?;
-    let mut shell = Shell {
-        clock: Clock::start(pace),
-        outbox: Outbox::new(&session, direct, &link.scope, clocks.clone()),
-        calls: Calls::new(&session, direct, &link.scope, mailbox.clone(), clocks),
-        queries,
-        mailbox,
-        instance,
-        handled: 0,
-        refusals: BTreeMap::new(),
-        next_heartbeat: Instant::now(),
-    };
-    let result = shell.run(node);
-    drop(shell);
-    // Gone from everybody's sight first, then the session; a close that hangs is the process's end anyway.
-    let _ = token.undeclare().wait();
-    let _ = session.close().wait();
-    if let Some(direct) = direct {
-        let _ = direct.close().wait();
-    }
-    result
-}
-
-struct Shell<'a> {
+pub(crate) struct Shell<'a> {
     clock: Clock,
     outbox: Outbox<'a>,
     calls: Calls<'a>,
@@ -99,11 +33,40 @@ struct Shell<'a> {
     handled: u64,
     /// Messages that the node refused because of their content, by kind.
     refusals: BTreeMap<MessageKind, u64>,
+    /// Requests of the batch at hand that the node has not answered yet.
+    open: Vec<(Token, Service)>,
+    /// Requests that the node left without a reply, by service.
+    unanswered: BTreeMap<Service, u64>,
     next_heartbeat: Instant,
 }
 
-impl Shell<'_> {
-    fn run(&mut self, node: &mut dyn Node) -> Result<(), BusError> {
+impl<'a> Shell<'a> {
+    /// For a process of this `instance`, whose mailbox and queries are declared already.
+    pub(crate) fn new(
+        clock: Clock,
+        outbox: Outbox<'a>,
+        calls: Calls<'a>,
+        queries: OpenQueries,
+        mailbox: Mailbox,
+        instance: String,
+    ) -> Shell<'a> {
+        Shell {
+            clock,
+            outbox,
+            calls,
+            queries,
+            mailbox,
+            instance,
+            handled: 0,
+            refusals: BTreeMap::new(),
+            open: Vec::new(),
+            unanswered: BTreeMap::new(),
+            next_heartbeat: Instant::now(),
+        }
+    }
+
+    /// Runs `node` until it is over or the mailbox is stopped.
+    pub(crate) fn run(&mut self, node: &mut dyn Node) -> Result<(), BusError> {
         let mut batch = Vec::new();
         let mut effects = Vec::new();
         loop {
@@ -125,6 +88,7 @@ impl Shell<'_> {
                 node.act(self.clock.now(), &mut effects);
                 self.perform(&mut effects)?;
             }
+            self.fail_unanswered();
             self.beat(node)?;
             if !go_on || node.is_over() {
                 return Ok(());
@@ -162,7 +126,10 @@ impl Shell<'_> {
             // Telemetry is not traced: hundreds a second, and nobody's decision.
             Event::Message { message, .. } if message.topic().qos().keeps_newest_only() => None,
             Event::Message { message, .. } => Some(message.topic().key()),
-            Event::Request { request, .. } => Some(request.service().key()),
+            Event::Request { request, token, .. } => {
+                self.open.push((*token, request.service()));
+                Some(request.service().key())
+            }
             Event::Reply { .. } | Event::Peer { .. } => None,
         };
         let _entered = what.map(|what| trace::span(what, parent.as_ref()).entered());
@@ -174,8 +141,7 @@ impl Shell<'_> {
     }
 
     fn perform(&mut self, effects: &mut Vec<Effect>) -> Result<(), BusError> {
-        // What the vehicle must do leaves before what others may read: each effect takes its time to be sent.
-        effects.sort_by_key(|it| !is_command(it));
+        commands_first(effects);
         for effect in effects.drain(..) {
             match effect {
                 Effect::Publish { vehicle, message } => self.outbox.publish(vehicle, &message)?,
@@ -187,6 +153,7 @@ impl Shell<'_> {
                     self.calls.call(call, vehicle, &request, Instant::now() + self.clock.to_wall(timeout))?;
                 }
                 Effect::Reply { token, response } => {
+                    self.open.retain(|(open, _)| *open != token);
                     if let Some(query) = self.queries.take(token)
                         && let Err(cause) = query.reply(query.key_expr(), response.encode()).wait()
                     {
@@ -204,6 +171,25 @@ impl Shell<'_> {
             }
         }
         Ok(())
+    }
+
+    /// The node has had its turn: requests that it has not answered never will be, and their callers hear of that.
+    fn fail_unanswered(&mut self) {
+        for (token, service) in std::mem::take(&mut self.open) {
+            let count = self.unanswered.entry(service).or_default();
+            *count += 1;
+            if *count == 1 {
+                tracing::error!(
+                    key = service.key(),
+                    "the node left a request without a reply; further ones are only counted"
+                );
+            }
+            if let Some(query) = self.queries.take(token)
+                && let Err(cause) = query.reply_err(UNANSWERED).wait()
+            {
+                tracing::warn!(key = query.key_expr().as_str(), %cause, "failure not sent");
+            }
+        }
     }
 
     fn beat(&mut self, node: &dyn Node) -> Result<(), BusError> {
@@ -224,11 +210,8 @@ impl Shell<'_> {
             pid: std::process::id(),
             late: losses.late,
             refused: self.refusals.values().sum(),
+            unanswered: self.unanswered.values().sum(),
         };
         self.outbox.publish(None, &Message::Heartbeat(heartbeat))
     }
-}
-
-fn is_command(effect: &Effect) -> bool {
-    matches!(effect, Effect::Publish { message, .. } if message.topic().qos() == Qos::Command)
 }

@@ -6,22 +6,22 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use bus::{Direct, Link, Scope, Stop, monotonic_ns};
-use domain::time::{Now, Pace, Time};
+use bus::{Direct, Link, Process, Scope, Stop, monotonic_ns};
+use domain::time::{Now, Time};
+use kittiwake::end::stop_on_end;
+use kittiwake::outcome::Outcome;
+use kittiwake::settings::Settings;
+use kittiwake::{output, telemetry};
 use kittiwake_proto::topics::{Message, Request, Response, Service, Topic};
 use kittiwake_proto::v1;
 use node::{CallId, Effect, Event, Node};
 
-use crate::cli::KpiFloorArgs;
-use crate::end::stop_on_end;
-use crate::kpi::analysis::{EXECUTOR, Samples, analyse};
-use crate::kpi::system::System;
-use crate::outcome::Outcome;
-use crate::settings::Settings;
-use crate::{output, telemetry};
+use crate::analysis::{EXECUTOR, Samples, analyse};
+use crate::args::FloorArgs;
+use crate::system::System;
 
 /// Its part of the keys.
-pub const VEHICLE: &str = "floor";
+const VEHICLE: &str = "floor";
 /// One round after the other, far enough apart not to meet.
 const PERIOD: Duration = Duration::from_millis(10);
 /// So many rounds.
@@ -30,7 +30,7 @@ const ROUNDS: usize = 1000;
 const LIMIT: Duration = Duration::from_secs(40);
 
 /// Runs one of the two processes.
-pub fn run(args: &KpiFloorArgs) -> Outcome {
+pub fn run(args: &FloorArgs) -> Outcome {
     let telemetry = telemetry::start("kpi-floor", VEHICLE, &telemetry::Config { otlp_endpoint: None });
     let link = Link {
         connect: args.connect.clone(),
@@ -43,7 +43,8 @@ pub fn run(args: &KpiFloorArgs) -> Outcome {
     let direct = Direct { folder: args.direct.clone(), listen: Some(own.to_owned()), connect };
     let mut node: Box<dyn Node> = if args.far { Box::new(Far::default()) } else { Box::new(Near::default()) };
     let result = stop_on_end(&stop, args.exit_with_parent).map_err(|it| it.to_string()).and_then(|()| {
-        bus::run_linked(node.as_mut(), &link, Some(&direct), Pace::REAL_TIME, &stop).map_err(|it| it.to_string())
+        let process = Process { direct: Some(&direct), ..Process::of(node.as_mut(), &link) };
+        process.run(&stop).map_err(|it| it.to_string())
     });
     telemetry.end();
     match result {
@@ -55,9 +56,9 @@ pub fn run(args: &KpiFloorArgs) -> Outcome {
     }
 }
 
-/// Measures the rounds.
-pub fn measure(config: &Path) -> Result<Samples, String> {
-    let system = System::start(&Settings::of_file(config), VEHICLE, &[])?;
+/// Measures the rounds, over the router of the executable `program`.
+pub(crate) fn measure(program: &Path, config: &Path) -> Result<Samples, String> {
+    let system = System::start(program, &Settings::of_file(config), VEHICLE, &[])?;
     let _bare = [Bare::start(&system, true)?, Bare::start(&system, false)?];
     let (mut heard, mut rounds) = (Vec::new(), 0);
     let complete = system.listen(LIMIT, &mut heard, |it| {
@@ -74,7 +75,7 @@ impl Bare {
     fn start(system: &System, far: bool) -> Result<Bare, String> {
         let program = std::env::current_exe().map_err(|it| it.to_string())?;
         let mut command = Command::new(program);
-        command.args(["kpi-floor", "--exit-with-parent"]).args(far.then_some("--far"));
+        command.args(["floor", "--exit-with-parent"]).args(far.then_some("--far"));
         command.arg("--direct").arg(system.sockets());
         for locator in &system.link().connect {
             command.args(["--connect", locator]);

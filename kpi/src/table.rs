@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use crate::kpi::analysis::{Class, Samples, Way};
-use crate::kpi::reference::{self, Row};
-use crate::kpi::statistics::{Statistics, at_rank};
-use crate::kpi::{Measured, Tick, cost, targets};
+use crate::analysis::{Class, Samples, Way};
+use crate::reference::{self, Row};
+use crate::statistics::{Statistics, at_rank};
+use crate::{Measured, Tick, cost, targets};
 
 /// A row of tables 5.1 and 5.2: its name, the reference's figures, and how ours are picked.
 type Kind = (&'static str, Row, fn(&Samples) -> Vec<f64>);

@@ -7,16 +7,16 @@ use std::time::Duration;
 
 use bus::Tapped;
 use control_tower::policy::Policy;
+use kittiwake::inject::Injector;
+use kittiwake::service::Service;
+use kittiwake::settings::Settings;
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::{FlagEvent, SkillKind, SkillState};
 use serde::Serialize;
 
-use crate::inject::Injector;
-use crate::kpi::load::{Load, Watch};
-use crate::kpi::rates::{self, Rate};
-use crate::kpi::system::{System, is_report};
-use crate::service::Service;
-use crate::settings::Settings;
+use crate::load::{Load, Watch};
+use crate::rates::{self, Rate};
+use crate::system::{System, is_report};
 
 /// By the process's name.
 pub type Loads = BTreeMap<&'static str, Load>;
@@ -41,12 +41,18 @@ const FLIGHT: Duration = Duration::from_secs(600);
 /// Holds until it is lowered.
 const PAUSE: &str = "operator_pause";
 
-/// Flies the mission once, with a hover on its way.
-pub fn measure(config: &Path, vehicle: &str, hover: Duration, say: impl Fn(&str)) -> Result<RealTime, String> {
+/// Flies the mission once with the executable `program`, with a hover on its way.
+pub fn measure(
+    program: &Path,
+    config: &Path,
+    vehicle: &str,
+    hover: Duration,
+    say: impl Fn(&str),
+) -> Result<RealTime, String> {
     let mut settings = Settings::of_file(config);
     settings.permissions = Some(Policy::Grant);
     settings.http = Some(([127, 0, 0, 1], 0).into());
-    let mut system = System::start(&settings, vehicle, &Service::ALL)?;
+    let mut system = System::start(program, &settings, vehicle, &Service::ALL)?;
     let mut heard = Vec::new();
     say("taking off");
     await_skill(&system, SkillKind::Offboard, SkillState::Execute, &mut heard)?;

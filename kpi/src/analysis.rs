@@ -27,10 +27,13 @@ pub enum Class {
 /// One transition inside the mission manager.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Transition {
+    /// Its class.
     pub class: Class,
-    /// Whether the action before, and the one after, is position control.
+    /// Whether the action before is position control.
     pub from_position: bool,
+    /// Whether the action after is position control.
     pub to_position: bool,
+    /// How long it took.
     pub took_s: f64,
 }
 
@@ -57,6 +60,7 @@ impl Way {
 /// One answered flag.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Reaction {
+    /// The flag's name in the contingency table.
     pub flag: String,
     /// From the beginning of the tick that sees the flag to the action's start, inside the mission manager.
     pub tick_to_action_s: f64,
@@ -67,11 +71,13 @@ pub struct Reaction {
 /// All that a flight showed.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Samples {
+    /// Inside the mission manager.
     pub transitions: Vec<Transition>,
     /// Skill result published to the next command received.
     pub felt_transitions: Vec<Way>,
     /// Transitions that no skill's end began (a permission did), or that needed no command.
     pub transitions_without_command: usize,
+    /// Answered flags.
     pub reactions: Vec<Reaction>,
     /// Ticks by their duration: element n counts those of 2^n ns to below 2^(n+1) ns.
     pub tick_histogram: Vec<u64>,

@@ -1,33 +1,33 @@
-//! `kittiwake kpi`: the reference's measurements on the real system, beside the reference's figures.
+//! The reference's measurements on the real system, beside the reference's figures: `kittiwake-kpi`.
 //!
-//! It starts the processes that `kittiwake up` starts, looks on from outside and puts the stamps that
-//! messages carry together: nothing is added to a message, and no process does more than it does in
-//! flight but for the mission manager, which publishes a record of its own in the few wakes in which
-//! something happens, after everything else has left.
+//! It starts the processes that `kittiwake up` starts, of the executable `kittiwake`, looks on from outside and puts the
+//! stamps that messages carry together: nothing is added to a message, and no process does more than it does in flight
+//! but for the mission manager, which publishes a record of its own in the few wakes in which something happens, after
+//! everything else has left.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use bus::Tapped;
 use control_tower::policy::Policy;
+use kittiwake::outcome::Outcome;
+use kittiwake::service::Service;
+use kittiwake::settings::Settings;
+use kittiwake::{check_inputs, output, telemetry};
 use kittiwake_proto::topics::Message;
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand::seq::SliceRandom;
 use serde::Serialize;
 
-use crate::check_inputs;
-use crate::cli::KpiArgs;
-use crate::kpi::analysis::{Class, Samples, analyse};
-use crate::kpi::injector::Injector;
-use crate::kpi::system::{System, is_report};
-use crate::kpi::variant::{Folder, Variant};
-use crate::outcome::Outcome;
-use crate::service::Service;
-use crate::settings::Settings;
-use crate::{output, telemetry};
+use crate::analysis::{Class, Samples, analyse};
+use crate::args::Args;
+use crate::injector::Injector;
+use crate::system::{System, is_report};
+use crate::variant::{Folder, Variant};
 
-mod analysis;
+pub mod analysis;
+pub mod args;
 mod audience;
 mod cost;
 pub mod floor;
@@ -46,14 +46,16 @@ mod variant;
 
 /// A flight at ten times real time takes half a minute; one that takes this long has gone wrong.
 const FLIGHT: Duration = Duration::from_secs(300);
-/// A class that is still short of samples after so many flights stays short, and the table says so.
+/// A class that is still short of samples after this many flights stays short, and the table says so.
 const MOST_FLIGHTS: u32 = 40;
 /// The reference's number of flags.
 const FLAGS: usize = 16;
+/// The program that is measured; it lies beside this one.
+const MEASURED: &str = "kittiwake";
 
 /// Everything that was measured.
 #[derive(Debug, Serialize)]
-pub struct Measured {
+struct Measured {
     machine: String,
     load_before: f64,
     load_after: f64,
@@ -66,7 +68,7 @@ pub struct Measured {
 
 /// At one tick period.
 #[derive(Debug, Serialize)]
-pub struct Tick {
+struct Tick {
     tick_ms: u32,
     mission: Samples,
     flat: Samples,
@@ -74,23 +76,42 @@ pub struct Tick {
 }
 
 /// Measures, and prints the tables.
-pub fn kpi(args: &KpiArgs) -> Outcome {
+pub fn run(args: &Args) -> Outcome {
     let inputs = match check_inputs::read_or_tell(&Settings::of_file(&args.config)) {
         Ok(inputs) => inputs,
         Err(outcome) => return outcome,
     };
-    let telemetry = telemetry::start("kpi", inputs.config.vehicle.as_str(), &inputs.config.telemetry);
-    if args.operator {
-        let result = operator::measure(args, inputs.config.vehicle.as_str()).and_then(|it| {
+    let program = match measured_program(args) {
+        Ok(program) => program,
+        Err(cause) => {
+            output::error_line(format_args!("kpi: {cause}"));
+            return Outcome::Unavailable;
+        }
+    };
+    let vehicle = inputs.config.vehicle.as_str();
+    let telemetry = telemetry::start("kpi", vehicle, &inputs.config.telemetry);
+    let result = match args.operator {
+        true => operator::measure(&program, &args.config, vehicle).and_then(|it| {
             output::line(operator::text(&it));
             write_json(args, &it)
-        });
-        telemetry.end();
-        return told(result);
-    }
-    let result = measure(args, inputs.config.vehicle.as_str()).and_then(|it| publish(args, &it));
+        }),
+        false => measure(&program, args, vehicle).and_then(|it| publish(args, &it)),
+    };
     telemetry.end();
     told(result)
+}
+
+/// The executable that is measured: the one that the arguments name, else the one beside this program.
+fn measured_program(args: &Args) -> Result<PathBuf, String> {
+    let beside = || std::env::current_exe().map(|own| own.with_file_name(MEASURED));
+    let program = args.program.clone().map_or_else(beside, Ok).map_err(|cause| cause.to_string())?;
+    match program.is_file() {
+        true => Ok(program),
+        false => Err(format!(
+            "{} is missing: build it with `cargo build --release`, or name another with --program",
+            program.display()
+        )),
+    }
 }
 
 fn told(result: Result<(), String>) -> Outcome {
@@ -103,7 +124,7 @@ fn told(result: Result<(), String>) -> Outcome {
     }
 }
 
-fn publish(args: &KpiArgs, measured: &Measured) -> Result<(), String> {
+fn publish(args: &Args, measured: &Measured) -> Result<(), String> {
     output::line(table::text(measured));
     write_json(args, measured)?;
     if let Some(folder) = &args.plots {
@@ -112,30 +133,30 @@ fn publish(args: &KpiArgs, measured: &Measured) -> Result<(), String> {
     Ok(())
 }
 
-fn write_json(args: &KpiArgs, measured: &impl Serialize) -> Result<(), String> {
+fn write_json(args: &Args, measured: &impl Serialize) -> Result<(), String> {
     let Some(path) = &args.json else { return Ok(()) };
     let json = serde_json::to_vec_pretty(measured).map_err(|it| it.to_string())?;
     std::fs::write(path, json).map_err(|it| format!("{}: {it}", path.display()))
 }
 
-fn measure(args: &KpiArgs, vehicle: &str) -> Result<Measured, String> {
+fn measure(program: &Path, args: &Args, vehicle: &str) -> Result<Measured, String> {
     let folder = Folder::new().map_err(|it| it.to_string())?;
     let load_before = load::load_average();
-    let flights = Flights { args, vehicle, folder: &folder };
+    let flights = Flights { program, args, vehicle, folder: &folder };
     let mut floor = args.floor.then(Samples::default);
     let mut ticks = Vec::new();
     for tick_ms in &args.tick_ms {
         // As close in time as can be to what is compared with it: the machine may have others to serve.
         if let Some(floor) = &mut floor {
             say("floor: two bare processes");
-            floor.add(floor::measure(&args.config)?);
+            floor.add(floor::measure(program, &args.config)?);
         }
         ticks.push(flights.at(*tick_ms)?);
     }
     let load = match args.load {
         Some(seconds) => {
             let hover = Duration::from_secs(seconds.into());
-            Some(real_time::measure(&args.config, vehicle, hover, |it| say(&format!("real time: {it}")))?)
+            Some(real_time::measure(program, &args.config, vehicle, hover, |it| say(&format!("real time: {it}")))?)
         }
         None => None,
     };
@@ -152,8 +173,18 @@ fn measure(args: &KpiArgs, vehicle: &str) -> Result<Measured, String> {
     })
 }
 
+/// Flies the mission with the executable `program` until each class of transitions has the samples that `args` wants.
+///
+/// # Errors
+/// If a process cannot be started or ends early, or a flight does not end.
+pub fn transitions(program: &Path, args: &Args, vehicle: &str, tick_ms: u32) -> Result<Samples, String> {
+    let folder = Folder::new().map_err(|cause| cause.to_string())?;
+    Flights { program, args, vehicle, folder: &folder }.missions(tick_ms)
+}
+
 struct Flights<'a> {
-    args: &'a KpiArgs,
+    program: &'a Path,
+    args: &'a Args,
     vehicle: &'a str,
     folder: &'a Folder,
 }
@@ -178,7 +209,7 @@ impl Flights<'_> {
             // One in three is not answered at all.
             let permissions = if flight % 3 == 0 { Policy::Silent } else { Policy::Random };
             let settings = self.settings(&config, permissions, flight.into());
-            let system = System::start(&settings, self.vehicle, &Service::ALL)?;
+            let system = System::start(self.program, &settings, self.vehicle, &Service::ALL)?;
             let mut heard = Vec::new();
             if !system.listen(FLIGHT, &mut heard, is_report)? {
                 return Err(format!("flight {flight} at {tick_ms} ms did not end"));
@@ -206,7 +237,7 @@ impl Flights<'_> {
         for flight in 1..=MOST_FLIGHTS {
             let missing = self.missing(&samples, flight.into());
             let settings = self.settings(&config, Policy::Grant, flight.into());
-            let system = System::start(&settings, self.vehicle, &Service::ALL)?;
+            let system = System::start(self.program, &settings, self.vehicle, &Service::ALL)?;
             let injector = system.join(Injector::new(missing.clone(), flight.into()));
             let (mut heard, mut answered) = (Vec::new(), 0);
             let ended = system.listen(FLIGHT, &mut heard, |it| {

@@ -3,11 +3,11 @@
 
 use std::fmt::Write;
 
-use crate::kpi::analysis::{Class, Samples};
-use crate::kpi::real_time::Loads;
-use crate::kpi::statistics::Statistics;
-use crate::kpi::table::{reaction_ways, totals};
-use crate::kpi::{Measured, Tick};
+use crate::analysis::{Class, Samples};
+use crate::real_time::Loads;
+use crate::statistics::Statistics;
+use crate::table::{reaction_ways, totals};
+use crate::{Measured, Tick};
 
 /// Found at each tick period, or once.
 struct Row {

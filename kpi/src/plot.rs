@@ -3,8 +3,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use crate::kpi::Measured;
-use crate::kpi::analysis::{Class, Samples};
+use crate::Measured;
+use crate::analysis::{Class, Samples};
 
 /// A set of points over numbered places.
 struct Series {

@@ -1,4 +1,4 @@
-//! `kittiwake kpi --operator`: what the gateway does for those who look on.
+//! `kittiwake-kpi --operator`: what the gateway does for those who look on.
 //!
 //! A vehicle flies its mission at real time while somebody in its namespace publishes decisions that
 //! carry the moment at which they were published. Event streams of the gateway are read by one client,
@@ -6,24 +6,24 @@
 
 use std::fmt::Write as _;
 use std::net::{SocketAddr, TcpListener};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use control_tower::policy::Policy;
 use domain::time::{Now, Time};
 use gateway::access::{Role, entry};
+use kittiwake::run_file::{self, RunFolder};
+use kittiwake::service::Service;
+use kittiwake::settings::Settings;
 use kittiwake_proto::topics::Topic;
 use kittiwake_proto::v1::DecisionRecord;
 use node::{Effect, Event, Node};
 use serde::Serialize;
 
-use crate::cli::KpiArgs;
-use crate::kpi::audience::{Audience, Count, MARK};
-use crate::kpi::load::{self, Watch};
-use crate::kpi::statistics::Statistics;
-use crate::kpi::system::System;
-use crate::run_file::{self, RunFolder};
-use crate::service::Service;
-use crate::settings::Settings;
+use crate::audience::{Audience, Count, MARK};
+use crate::load::{self, Watch};
+use crate::statistics::Statistics;
+use crate::system::System;
 
 const CLIENTS: u64 = 1000;
 /// Clients with the same token: each may make so many requests at once.
@@ -69,23 +69,23 @@ struct Try {
     latency_ms: Option<Statistics>,
 }
 
-/// Flies, and looks on.
-pub fn measure(args: &KpiArgs, vehicle: &str) -> Result<Operator, String> {
+/// Flies with the executable `program`, and looks on.
+pub fn measure(program: &Path, config: &Path, vehicle: &str) -> Result<Operator, String> {
     let load_before = load::load_average();
     gateway::sockets::make_room(2 * CLIENTS).map_err(|it| it.to_string())?;
     let badges = Badges::create().map_err(|it| it.to_string())?;
     let address = free_address().map_err(|it| it.to_string())?;
-    let mut settings = Settings::of_file(&args.config);
+    let mut settings = Settings::of_file(config);
     settings.permissions = Some(Policy::Grant);
     settings.http = Some(address);
     settings.access = Some(badges.folder.0.clone());
-    let system = System::start(&settings, vehicle, &Service::ALL)?;
+    let system = System::start(program, &settings, vehicle, &Service::ALL)?;
     let audience = Audience::new()?;
     let sight = Sight { system: &system, audience: &audience, address, vehicle };
-    super::say("operator: one client");
+    crate::say("operator: one client");
     sight.first(&badges.tokens[0])?;
     let (alone, latency_alone) = sight.watch(RATE_ALONE_HZ, MEASURE)?;
-    super::say(&format!("operator: {CLIENTS} clients"));
+    crate::say(&format!("operator: {CLIENTS} clients"));
     for number in 1..CLIENTS {
         let token = &badges.tokens[(number / CLIENTS_OF_A_TOKEN) as usize];
         audience.join(address, vehicle, token);
@@ -94,7 +94,7 @@ pub fn measure(args: &KpiArgs, vehicle: &str) -> Result<Operator, String> {
     let (crowd, latency_crowd) = sight.watch(RATE_CROWD_HZ, MEASURE)?;
     let mut tries = Vec::new();
     for published_hz in RATES_HZ {
-        super::say(&format!("operator: {published_hz} events a second to each"));
+        crate::say(&format!("operator: {published_hz} events a second to each"));
         let it = sight.attempt(published_hz)?;
         let held = it.is_held();
         tries.push(it);
@@ -285,7 +285,7 @@ impl Badges {
     fn create() -> std::io::Result<Badges> {
         let folder = RunFolder::create("kpi")?;
         let count = CLIENTS / CLIENTS_OF_A_TOKEN + 1;
-        let tokens: std::io::Result<Vec<_>> = (0..count).map(|_| crate::access::random_hex(32)).collect();
+        let tokens: std::io::Result<Vec<_>> = (0..count).map(|_| kittiwake::access::random_hex(32)).collect();
         let badges = Badges { folder, tokens: tokens? };
         let name = |number: usize| format!("client-{number}");
         let entries = badges.tokens.iter().enumerate().map(|(n, token)| entry(&name(n), &[Role::Observer], token));

@@ -5,16 +5,14 @@ use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-use bus::{Direct, Link, Scope, Stop, Tap, Tapped};
-use domain::time::Pace;
+use bus::{Direct, Link, Process, Scope, Stop, Tap, Tapped};
+use kittiwake::service::Service;
+use kittiwake::settings::Settings;
+use kittiwake::up::Happening;
+use kittiwake::up::children::Children;
+use kittiwake::up::supervise::Child;
 use kittiwake_proto::topics::{Message, Topic};
 use node::Node;
-
-use crate::service::Service;
-use crate::settings::Settings;
-use crate::up::Happening;
-use crate::up::children::Children;
-use crate::up::supervise::Child;
 
 /// A process that starts, or ends, takes no longer than this.
 const LIMIT: Duration = Duration::from_secs(10);
@@ -39,10 +37,10 @@ pub struct System {
 }
 
 impl System {
-    /// Starts the router, taps its bus, then starts `services`.
-    pub fn start(settings: &Settings, vehicle: &str, services: &[Service]) -> Result<System, String> {
+    /// Starts the router of the executable `program`, taps its bus, then starts `services`.
+    pub fn start(program: &Path, settings: &Settings, vehicle: &str, services: &[Service]) -> Result<System, String> {
         let (sender, happenings) = channel();
-        let mut children = Children::new(settings, sender).map_err(cannot_start)?;
+        let mut children = Children::of(program.to_owned(), settings, sender).map_err(cannot_start)?;
         children.start(Child::Router, None).map_err(cannot_start)?;
         let locator = loop {
             match happenings.recv_timeout(LIMIT) {
@@ -96,7 +94,8 @@ impl System {
         let direct = Direct { folder: self.sockets().to_owned(), listen: None, connect };
         let until = stop.clone();
         std::thread::spawn(move || {
-            if let Err(cause) = bus::run_linked(&mut node, &link, Some(&direct), Pace::REAL_TIME, &until) {
+            let process = Process { direct: Some(&direct), ..Process::of(&mut node, &link) };
+            if let Err(cause) = process.run(&until) {
                 tracing::warn!(%cause, "not on the bus");
             }
         });

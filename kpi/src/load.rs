@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
+use kittiwake::up::supervise::Child;
 use serde::Serialize;
 
-use crate::kpi::system::System;
-use crate::up::supervise::Child;
+use crate::system::System;
 
 /// Processor time that a process had used at a moment, and its memory.
 #[derive(Debug, Clone, Copy)]

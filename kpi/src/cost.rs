@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use crate::kpi::real_time::{Loads, RealTime};
-use crate::kpi::{Measured, Tick};
+use crate::real_time::{Loads, RealTime};
+use crate::{Measured, Tick};
 
 /// Ticks and, if they were measured, loads and rates.
 pub fn text(it: &Measured) -> String {

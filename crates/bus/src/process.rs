@@ -1,0 +1,71 @@
+//! A node put onto the bus: its session, its declarations, its liveliness token, and the loop between them.
+
+use domain::time::Pace;
+use node::Node;
+use zenoh::Wait;
+
+use crate::calls::Calls;
+use crate::mailbox::Mailbox;
+use crate::outbox::Outbox;
+use crate::shell::Shell;
+use crate::{BusError, Clock, Direct, Link, Nudge, Stop, direct, inbox, keys, session};
+
+/// A node, and how it gets onto the bus.
+pub struct Process<'a> {
+    /// What runs.
+    pub node: &'a mut dyn Node,
+    /// Its router, and where it stands.
+    pub link: &'a Link,
+    /// Direct links to some processes of the same machine, besides the router.
+    pub direct: Option<&'a Direct>,
+    /// How many times faster than the wall clock mission time runs.
+    pub pace: Pace,
+    /// Has the node act on something that the bus does not bring.
+    pub nudge: Nudge,
+}
+
+impl<'a> Process<'a> {
+    /// `node` at real time, over the router alone, with nothing to do besides what the bus brings.
+    pub fn of(node: &'a mut dyn Node, link: &'a Link) -> Process<'a> {
+        Process { node, link, direct: None, pace: Pace::REAL_TIME, nudge: Nudge::default() }
+    }
+
+    /// Runs until the node is over or `stop` is asked for. Blocks the calling thread.
+    ///
+    /// # Errors
+    /// If no router is reached within the link's limit, or zenoh refuses a declaration.
+    pub fn run(self, stop: &Stop) -> Result<(), BusError> {
+        let Process { node, link, direct, pace, nudge } = self;
+        let session = session::open(link)?;
+        let direct = direct.map(|it| direct::open(it, &link.scope)).transpose()?;
+        let direct = direct.as_ref();
+        let mailbox = Mailbox::default();
+        let nudged = mailbox.clone();
+        nudge.attach(move || nudged.nudge());
+        let stopped = mailbox.clone();
+        stop.on_stop(move || stopped.stop());
+        let queries = inbox::declare(&session, direct, &link.scope, node, &mailbox)?;
+        inbox::watch_peers(&session, &link.scope, &mailbox)?;
+        let clocks = inbox::listen_to_clocks(&session, &link.scope)?;
+        let instance = session.zid().to_string();
+        // Last: a process that sees the token finds everything else declared.
+        let token_key = keys::alive(node.name(), &instance);
+        let token = session
+            .liveliness()
+            .declare_token(&token_key)
+            .wait()
+            .map_err(|cause| BusError::Declare { key: token_key, cause: cause.to_string() })?;
+        let outbox = Outbox::new(&session, direct, &link.scope, clocks.clone());
+        let calls = Calls::new(&session, direct, &link.scope, mailbox.clone(), clocks);
+        let mut shell = Shell::new(Clock::start(pace), outbox, calls, queries, mailbox, instance);
+        let result = shell.run(node);
+        drop(shell);
+        // The token first, so that the others see it vanish, then the session. A close that hangs ends with the process.
+        let _ = token.undeclare().wait();
+        let _ = session.close().wait();
+        if let Some(direct) = direct {
+            let _ = direct.close().wait();
+        }
+        result
+    }
+}

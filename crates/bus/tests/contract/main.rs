@@ -1,0 +1,28 @@
+//! What a node may rely on, whichever shell it runs on: each story runs over the virtual bus and over zenoh.
+
+mod calls;
+mod messages;
+mod peers;
+mod probe;
+mod shell;
+
+/// Makes two tests of each story, one for each shell.
+macro_rules! over_both {
+    ($($story:path => $name:ident),* $(,)?) => {
+        mod over_the_virtual_bus {
+            $(#[test] fn $name() { $story(&mut crate::shell::Virtual::new()); })*
+        }
+        mod over_zenoh {
+            $(#[test] fn $name() { $story(&mut crate::shell::Real::start()); })*
+        }
+    };
+}
+
+over_both! {
+    crate::messages::newest_only => of_a_state_a_busy_node_gets_the_newest_for_each_vehicle,
+    crate::messages::commands_first => commands_leave_before_what_others_read,
+    crate::messages::in_order => events_of_one_sender_keep_their_order,
+    crate::calls::one_answer_each => each_request_gets_one_answer_or_the_reason_why_there_is_none,
+    crate::calls::server_comes_later => a_request_waits_for_a_node_that_serves_it,
+    crate::peers::not_lost => who_is_there_is_known_however_full_the_mailbox_is,
+}

@@ -1,0 +1,87 @@
+//! For how long the permissions that a plan asks for must hold: the flight from the asking to the last metre inside the
+//! area, later than planned by as much as the airspace rule allows for, and the way out.
+
+use std::time::Duration;
+
+use domain::airspace::{latest, soonest, stays};
+
+use crate::airspace::{Access, Airspace};
+use crate::config::Config;
+use crate::plan::Step;
+
+/// A permission that would have to hold for longer than it was ever granted.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TooShort {
+    /// For which area.
+    pub area: String,
+    /// For the mission report.
+    pub reason: String,
+}
+
+/// Sets the length of every permission that `steps` ask for, were the first of them begun now.
+pub fn set(steps: &mut [Step], airspace: &Airspace, config: &Config) {
+    let mut begins = Duration::ZERO;
+    for index in 0..steps.len() {
+        let lengths: Vec<Duration> = steps[index]
+            .communication
+            .ask
+            .iter()
+            .map(|need| length(&need.area, &steps[index..], begins, airspace, config))
+            .collect();
+        for (need, lasts) in steps[index].communication.ask.iter_mut().zip(lengths) {
+            need.lasts = lasts;
+        }
+        begins = begins.saturating_add(duration(&steps[index], airspace, config));
+    }
+}
+
+/// The first permission of `steps` that is not granted for long enough, as far as is known.
+pub fn too_short(steps: &[Step], airspace: &Airspace) -> Option<TooShort> {
+    let needs = steps.iter().flat_map(|step| &step.communication.ask);
+    needs.into_iter().find_map(|need| {
+        let zone = airspace.zones.iter().find(|zone| zone.area.name == need.area)?;
+        let Access::Ask { at_most: Some(granted), .. } = zone.access else { return None };
+        (granted < need.lasts).then(|| {
+            let (area, granted_s, needed_s) = (&need.area, granted.as_secs(), need.lasts.as_secs());
+            let reason = format!("the permission for area {area} holds for {granted_s} s, {needed_s} s are needed");
+            TooShort { area: area.clone(), reason }
+        })
+    })
+}
+
+/// For how long the permission for `area` must hold if it is asked for during the first of `steps`, which begins then.
+fn length(area: &str, steps: &[Step], begins: Duration, airspace: &Airspace, config: &Config) -> Duration {
+    let Some(zone) = airspace.zones.iter().find(|zone| zone.area.name == area) else { return Duration::ZERO };
+    let (mut flown, mut left) = (Duration::ZERO, Duration::ZERO);
+    for (index, step) in steps.iter().enumerate() {
+        if 0 < index && step.asks_for(area) {
+            break;
+        }
+        let (from, to) = step.way();
+        if let Some(stay) = stays(zone.area, from, to, airspace.rule.vertical_margin_m).last() {
+            left = flown.saturating_add(flight(step, config).mul_f64(stay.leaves));
+        }
+        flown = flown.saturating_add(duration(step, airspace, config));
+    }
+    let until = match airspace.rule.applies(zone.area) {
+        Some((_, Some(closes))) => latest(left).min(closes.saturating_sub(soonest(begins))),
+        _ => latest(left),
+    };
+    until.saturating_add(airspace.rule.lead)
+}
+
+fn flight(step: &Step, config: &Config) -> Duration {
+    Duration::try_from_secs_f64(step.flight_time_s(config)).unwrap_or(Duration::MAX)
+}
+
+/// The flight of `step`, and the wait for what it asks for.
+fn duration(step: &Step, airspace: &Airspace, config: &Config) -> Duration {
+    let waits = step.communication.ask.iter().filter_map(|need| {
+        match airspace.zones.iter().find(|zone| zone.area.name == need.area)?.access {
+            Access::Ask { wait_s, .. } => Some(wait_s),
+            Access::Closed { .. } => None,
+        }
+    });
+    let wait = Duration::try_from_secs_f64(waits.fold(0.0, f64::max)).unwrap_or(Duration::MAX);
+    flight(step, config).saturating_add(wait)
+}

@@ -1,0 +1,68 @@
+//! The whole system in one program, `kittiwake`, every process of it a subcommand.
+//!
+//! Which process does what is in [`service`]; `kittiwake up` starts them all, always of this same build, as children of
+//! one launcher. The modules that are public are for `kittiwake-kpi`, which starts the same processes to measure them:
+//! settings, children, exit codes and logs.
+
+#![expect(unreachable_pub, reason = "only `kittiwake-kpi` uses this library: here `pub` means outside of the module")]
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+pub mod access;
+mod admit;
+mod certs;
+pub mod check_inputs;
+mod cli;
+pub mod config;
+pub mod end;
+mod health;
+mod http_client;
+pub mod inject;
+mod kept;
+mod kpi;
+mod operate;
+pub mod outcome;
+pub mod output;
+mod process;
+mod router;
+pub mod run_file;
+pub mod service;
+pub mod settings;
+mod state_folder;
+mod status;
+mod target;
+pub mod telemetry;
+#[expect(
+    clippy::disallowed_methods,
+    reason = "processes live on the wall clock, and may not wait until their lines are read"
+)]
+pub mod up;
+mod watchdog;
+
+/// Does what the command line says, and returns the exit code.
+pub fn run() -> ExitCode {
+    let cli = cli::Cli::parse();
+    // Every TLS connection encrypts with ring. This fails only where a provider is installed already.
+    let _ = rustls::crypto::ring::default_provider().install_default();
+    let outcome = match cli.command {
+        None => up::up(&cli.up),
+        Some(cli::Command::Up(args)) => up::up(&args),
+        Some(cli::Command::Router(args)) => router::router(&args),
+        Some(cli::Command::Certs(args)) => certs::certs(&args),
+        Some(cli::Command::Service(command)) => {
+            let (service, args) = command.split();
+            process::run_service(service, &args)
+        }
+        Some(cli::Command::Inject(args)) => inject::inject(&args),
+        Some(cli::Command::Status(args)) => status::status(&args),
+        Some(cli::Command::Access(args)) => admit::access(&args),
+        Some(cli::Command::Health(args)) => health::health(&args),
+        Some(cli::Command::Vehicle(args)) => operate::vehicle(&args),
+        Some(cli::Command::Mission(args)) => operate::mission(&args),
+        Some(cli::Command::Permission(args)) => operate::permission(&args),
+        Some(cli::Command::Kpi(args)) => kpi::kpi(&args),
+    };
+    ExitCode::from(u8::from(outcome))
+}
