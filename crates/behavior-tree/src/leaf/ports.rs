@@ -1,4 +1,4 @@
-//! What a leaf can do during a tick: read and write its ports, ask for the next tick, say why it fails.
+//! What a leaf can do during a tick: read and write its ports, ask for the next tick, give the reason of a failure.
 
 use std::marker::PhantomData;
 use std::sync::Arc;

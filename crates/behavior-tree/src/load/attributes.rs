@@ -38,7 +38,7 @@ impl Attributes<'_> {
         binder.bind(self.element, tag, declared)
     }
 
-    /// What the ports of a built-in node say, except for [`Arguments::table`].
+    /// The values of the ports of a built-in node, except for [`Arguments::table`].
     pub(super) fn arguments(&mut self, ports: &[BuiltInPort], bindings: &[Binding]) -> Arguments {
         let mut arguments = Arguments { numbers: Vec::new(), script: NONE, status: Status::Failure, table: NONE };
         for (port, binding) in ports.iter().zip(bindings) {

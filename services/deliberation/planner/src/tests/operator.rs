@@ -190,7 +190,7 @@ fn each_change_in_each_state() {
         story.fail(&[("A", None)]);
         story
     };
-    check("while it is planned anew", waiting, open);
+    check("while a new plan is made", waiting, open);
     let delivered = || {
         let mut story = Story::of(REFERENCE);
         story.plan();
