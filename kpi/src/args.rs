@@ -40,7 +40,7 @@ pub struct Args {
     /// Tick periods of the mission manager, in milliseconds
     #[arg(long, value_name = "MS", value_delimiter = ',', default_values_t = [10, 5, 1])]
     pub tick_ms: Vec<u32>,
-    /// At least so many samples of each class of transition
+    /// At least this many samples of each class of transition
     #[arg(long, value_name = "N", default_value_t = 30)]
     pub samples: usize,
     /// Raise each of the sixteen flags at least so often
@@ -52,7 +52,7 @@ pub struct Args {
     /// Measure the raw cost of the same hops between two bare processes, and the ratio
     #[arg(long)]
     pub floor: bool,
-    /// Also measure rates and load at real time, hovering for so many seconds and over a mission
+    /// Also measure rates and load at real time, hovering for this many seconds and over a mission
     #[arg(long, value_name = "SECONDS")]
     pub load: Option<u32>,
     /// Measure only what the gateway does for those who look on: a thousand event streams at real time

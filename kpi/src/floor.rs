@@ -24,7 +24,7 @@ use crate::system::System;
 const VEHICLE: &str = "floor";
 /// One round after the other, far enough apart not to meet.
 const PERIOD: Duration = Duration::from_millis(10);
-/// So many rounds.
+/// The number of rounds.
 const ROUNDS: usize = 1000;
 /// They take ten seconds.
 const LIMIT: Duration = Duration::from_secs(40);

@@ -28,16 +28,16 @@ use crate::statistics::Statistics;
 use crate::system::System;
 
 const CLIENTS: u64 = 1000;
-/// Clients with the same token: each may make so many requests at once.
+/// Clients with the same token: each may make a limited number of requests at once.
 const CLIENTS_OF_A_TOKEN: u64 = 80;
 /// Events a second while latencies are measured, and for how long.
 const RATE_ALONE_HZ: u32 = 50;
 const RATE_CROWD_HZ: u32 = 5;
 const MEASURE: Duration = Duration::from_secs(12);
-/// Events a second that are tried with all clients, each for so long.
+/// Events a second that are tried with all clients, each for some seconds.
 const RATES_HZ: [u32; 6] = [10, 20, 40, 80, 160, 320];
 const TRY: Duration = Duration::from_secs(5);
-/// What has not arrived so long after the last one was published is late.
+/// An event that has not arrived this long after the last one was published is late.
 const LATE: Duration = Duration::from_secs(1);
 /// Whatever is waited for comes within this.
 const LIMIT: Duration = Duration::from_secs(30);
@@ -66,7 +66,7 @@ struct Try {
     /// Events that should have arrived, and that did, in time.
     wanted: u64,
     arrived: u64,
-    /// Clients that were told to start over.
+    /// Clients that had to start over.
     resyncs: u64,
     latency_ms: Option<Statistics>,
 }
@@ -190,7 +190,7 @@ impl Sight<'_> {
 
     /// Publishes for a while; what the gateway used meanwhile, and how late events came.
     fn watch(&self, rate_hz: u32, over: Duration) -> Result<(load::Load, Statistics), String> {
-        // Whoever has just come was told what had happened before.
+        // A client that has just come received what had happened before.
         self.audience.take_latencies_ms();
         let watch = Watch::begin(self.system);
         self.publish(rate_hz, over);

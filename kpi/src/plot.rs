@@ -48,7 +48,7 @@ fn by_flag(samples: &Samples) -> Vec<(f64, f64)> {
     samples.reactions.iter().map(|it| (number(&it.flag), it.tick_to_action_s * 1e6)).collect()
 }
 
-/// Side by side around `x`, so that equal ones can be told apart.
+/// Side by side around `x`, so that equal ones can be distinguished.
 fn spread(x: f64, values: Vec<f64>, unit: f64) -> impl Iterator<Item = (f64, f64)> {
     let count = values.len().max(1) as f64;
     values.into_iter().enumerate().map(move |(index, it)| (x + (index as f64 / count - 0.5) * 0.6, it * unit))

@@ -32,9 +32,9 @@ pub(crate) struct RealTime {
     pub rates: Vec<Rate>,
 }
 
-/// Rates are counted for so long.
+/// Rates are counted for this time.
 const RATES: Duration = Duration::from_secs(20);
-/// Landed, for so long.
+/// How long the landed system is measured.
 const LANDED: Duration = Duration::from_secs(20);
 /// A flight of the mission takes three minutes.
 const FLIGHT: Duration = Duration::from_secs(600);

@@ -1,7 +1,7 @@
 //! `kittiwake router`: the router that every process of a side connects to, with one end of the link.
 
 use bus::crossing::Crossing;
-use bus::papers;
+use bus::link_credentials;
 use bus::router::{LinkEnd, News, Way};
 use bus::{BusError, Stop, run_linked_router};
 use domain::file::Source;
@@ -73,9 +73,9 @@ fn link_end(args: &RouterArgs) -> Result<Option<LinkEnd>, String> {
         return Err(format!("router: found `{locator}`, expected `tls/HOST:PORT`: the link is always encrypted"));
     }
     // The command line requires both together with the way.
-    let (Some(table), Some(papers)) = (&args.link, &args.certificates) else { return Ok(None) };
+    let (Some(table), Some(credentials)) = (&args.link, &args.certificates) else { return Ok(None) };
     let table = Source::read(table).and_then(|it| Crossing::read(&it)).map_err(|it| it.to_string())?;
-    let link = LinkEnd { table, papers: papers.clone(), way };
-    papers::check(&link.papers, &link.name(), link.side()).map_err(|bad| format!("router: {bad}"))?;
+    let link = LinkEnd { table, credentials: credentials.clone(), way };
+    link_credentials::check(&link.credentials, &link.name(), link.side()).map_err(|bad| format!("router: {bad}"))?;
     Ok(Some(link))
 }

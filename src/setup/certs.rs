@@ -8,7 +8,7 @@ use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 use bus::crossing::aircraft_name;
-use bus::papers::{AUTHORITY, CERTIFICATE, KEY};
+use bus::link_credentials::{AUTHORITY, CERTIFICATE, KEY};
 use rcgen::{
     BasicConstraints, CertificateParams, DnType, ExtendedKeyUsagePurpose, IsCa, Issuer, KeyPair, KeyUsagePurpose,
 };
@@ -133,7 +133,7 @@ mod tests {
     use super::*;
     use crate::cli::{Cli, Command};
     use bus::crossing::Side;
-    use bus::papers::check;
+    use bus::link_credentials::check;
     use clap::Parser;
 
     fn run(folder: &Path, more: &[&str]) -> Result<Vec<PathBuf>, Failure> {

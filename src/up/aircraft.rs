@@ -9,7 +9,7 @@ use kittiwake_proto::topics::Message;
 
 /// What is older than this says nothing about the present. The autopilot speaks once a second at least.
 const STALE: Duration = Duration::from_secs(5);
-/// What a report tells is on its way from the aircraft, too: so long it is waited for without a word.
+/// The state that a report implies is still on its way from the aircraft: it is awaited this long without a message.
 const GRACE: Duration = Duration::from_secs(2);
 /// How often it is said again what is waited for.
 const AGAIN: Duration = Duration::from_secs(30);

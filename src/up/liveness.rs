@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use crate::up::supervise::Child;
 
-/// A launcher that has not looked for so long was itself held up, and has heard nobody.
+/// A launcher that has not looked for this time was itself held up, and has received nothing.
 const HELD_UP: Duration = Duration::from_secs(1);
 /// While one child is heard within this time, the router passes on what children say: four heartbeats.
 const ROUTER_TURNS: Duration = Duration::from_secs(1);

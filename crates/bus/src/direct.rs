@@ -41,9 +41,9 @@ pub(crate) fn open(direct: &Direct, scope: &Scope) -> Result<Session, BusError> 
 
 /// Tells the second copy of a message from the first.
 #[derive(Clone, Default)]
-pub(crate) struct Doubles(Arc<Mutex<HashMap<(u64, Topic), Window>>>);
+pub(crate) struct DuplicateFilter(Arc<Mutex<HashMap<(u64, Topic), Window>>>);
 
-/// Publishers come and go with their processes; when so many have been heard all are forgotten, and the copy of a
+/// Publishers come and go with their processes; when this many have been heard, all are forgotten, and the copy of a
 /// message that is just then under way passes for a new one.
 const MOST_REMEMBERED: usize = 256;
 
@@ -55,7 +55,7 @@ struct Window {
     seen: u64,
 }
 
-impl Doubles {
+impl DuplicateFilter {
     /// Whether this message has not been here before. A publisher without direct links has no number, and no copies.
     pub(crate) fn is_first(&self, publisher: u64, topic: Topic, sequence: u64) -> bool {
         if publisher == 0 {
@@ -96,8 +96,8 @@ mod tests {
     fn each_message_counts_once_whichever_way_it_comes_first() {
         #[track_caller]
         fn check(sequences: &[u64], expected: &[bool]) {
-            let doubles = Doubles::default();
-            let first: Vec<bool> = sequences.iter().map(|it| doubles.is_first(7, Topic::FlagEvent, *it)).collect();
+            let duplicates = DuplicateFilter::default();
+            let first: Vec<bool> = sequences.iter().map(|it| duplicates.is_first(7, Topic::FlagEvent, *it)).collect();
             assert_eq!(first, expected);
         }
         check(&[1, 1, 2, 2], &[true, false, true, false]);
@@ -109,10 +109,10 @@ mod tests {
 
     #[test]
     fn publishers_and_topics_count_for_themselves() {
-        let doubles = Doubles::default();
-        assert!(doubles.is_first(7, Topic::FlagEvent, 1));
-        assert!(doubles.is_first(8, Topic::FlagEvent, 1));
-        assert!(doubles.is_first(7, Topic::SkillEvent, 1));
-        assert!(doubles.is_first(0, Topic::FlagEvent, 1) && doubles.is_first(0, Topic::FlagEvent, 1));
+        let duplicates = DuplicateFilter::default();
+        assert!(duplicates.is_first(7, Topic::FlagEvent, 1));
+        assert!(duplicates.is_first(8, Topic::FlagEvent, 1));
+        assert!(duplicates.is_first(7, Topic::SkillEvent, 1));
+        assert!(duplicates.is_first(0, Topic::FlagEvent, 1) && duplicates.is_first(0, Topic::FlagEvent, 1));
     }
 }

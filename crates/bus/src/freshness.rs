@@ -19,7 +19,7 @@ pub(crate) const OBEYED_WITHIN: Duration = Duration::from_millis(500);
 /// How long a heartbeat speaks for a clock: two of these at most. Quartz drifts by a millisecond in that time.
 const WINDOW: Duration = Duration::from_secs(5);
 
-/// A clock that jumps back by more than any heartbeat is late has begun anew with its machine.
+/// A clock that jumps back by more than any heartbeat is late has started again with its machine.
 const RESTARTED: Duration = Duration::from_secs(10);
 
 /// The clocks of vehicles, as heard here.
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn a_machine_that_starts_anew_has_another_clock_at_once() {
+    fn a_machine_that_is_started_again_has_another_clock_at_once() {
         let (vehicle, mut clocks): (VehicleId, _) = ("uav1".into(), Clocks::default());
         clocks.heard(&vehicle, 5000 * S, S);
         clocks.heard(&vehicle, 20 * S, 2 * S);

@@ -12,7 +12,7 @@ use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
 use crate::clock::monotonic_ns;
-use crate::direct::Doubles;
+use crate::direct::DuplicateFilter;
 use crate::freshness::{self, Clocks, Late};
 use crate::mailbox::{Mail, Mailbox, Slot};
 use crate::outbox::goes_directly;
@@ -77,14 +77,14 @@ pub(crate) fn declare(
     node: &dyn Node,
     mailbox: &Mailbox,
 ) -> Result<OpenQueries, BusError> {
-    let doubles = Doubles::default();
+    let duplicates = DuplicateFilter::default();
     for &topic in node.subscriptions() {
         for session in direct.filter(|_| goes_directly(topic)).into_iter().chain([session]) {
-            subscribe(session, scope, topic, &scope.listen(topic.key()), mailbox, &doubles)?;
+            subscribe(session, scope, topic, &scope.listen(topic.key()), mailbox, &duplicates)?;
         }
         if topic == Topic::Heartbeat && *scope == Scope::Fleet {
             // Ground processes speak for themselves, outside any vehicle's namespace.
-            subscribe(session, scope, topic, topic.key(), mailbox, &doubles)?;
+            subscribe(session, scope, topic, topic.key(), mailbox, &duplicates)?;
         }
     }
     let queries = OpenQueries::default();
@@ -155,9 +155,9 @@ fn subscribe(
     topic: Topic,
     key: &str,
     mailbox: &Mailbox,
-    doubles: &Doubles,
+    duplicates: &DuplicateFilter,
 ) -> Result<(), BusError> {
-    let (scope, mailbox, doubles) = (scope.clone(), mailbox.clone(), doubles.clone());
+    let (scope, mailbox, duplicates) = (scope.clone(), mailbox.clone(), duplicates.clone());
     session
         .declare_subscriber(key)
         .callback(move |sample| {
@@ -170,7 +170,7 @@ fn subscribe(
                 true => Attachment::default(),
                 false => sample.attachment().and_then(|it| trace::read(&it.to_bytes())).unwrap_or_default(),
             };
-            if !doubles.is_first(attachment.publisher, topic, attachment.sequence) {
+            if !duplicates.is_first(attachment.publisher, topic, attachment.sequence) {
                 return;
             }
             let message = match Message::decode(topic, &payload.to_bytes()) {
@@ -251,7 +251,7 @@ fn refuse_late(mailbox: &Mailbox, key: &str, late: Late) {
 }
 
 fn refuse(mailbox: &Mailbox, key: &str, why: &str) {
-    // Said once per process: whoever sends garbage sends a lot of it. The heartbeat has the count.
+    // Said once per process: a sender of garbage sends a lot of it. The heartbeat has the count.
     if mailbox.refuse() == 1 {
         tracing::warn!(key, why, "message refused; further ones are only counted");
     }

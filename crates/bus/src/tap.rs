@@ -72,7 +72,7 @@ impl Tap {
 
 impl Drop for Tap {
     fn drop(&mut self) {
-        // A router that is gone already has nothing to be told.
+        // A router that has ended needs no event.
         let _ = self.session.close().wait();
     }
 }

@@ -37,7 +37,7 @@ pub(crate) fn current() -> Option<Parent> {
 }
 
 /// A `traceparent` of the W3C's trace context, version 00. The library's propagator does the same by way of a map
-/// made anew for each message, which shows in the way of a flag.
+/// made for each message, which shows in the way of a flag.
 fn parse(traceparent: &str) -> Option<SpanContext> {
     let mut parts = traceparent.split('-');
     let (version, trace, span, flags) = (parts.next()?, parts.next()?, parts.next()?, parts.next()?);

@@ -171,7 +171,7 @@ fn a_message_reaches_its_own_vehicle_and_the_ground_and_no_other() {
     let ground = world.run(Scope::Fleet, listen("gateway"));
     let other = world.run(uav("uav2"), listen("mcm"));
     let own = world.run(uav("uav1"), listen("mcm"));
-    // Whoever sees the others hears them: what is said once must not be said before.
+    // A process that sees the others hears them: what is said once must not be said before.
     let mut seen = std::collections::BTreeSet::new();
     wait_for("the ground to see both vehicles", &ground, |event| {
         if let Event::Peer { vehicle, alive: true, .. } = event {

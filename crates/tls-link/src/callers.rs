@@ -10,7 +10,7 @@ use tokio::task::{AbortHandle, JoinSet};
 const PLACES: usize = 64;
 
 /// Callers whose handshake is under way. There is always a place for the next one: who keeps places without using them
-/// loses them, and whoever has most of them first, so that nobody keeps out others from elsewhere.
+/// loses them, and the address with most of them first, so that nobody keeps out others from elsewhere.
 #[derive(Debug, Default)]
 pub(crate) struct Callers {
     tasks: JoinSet<()>,

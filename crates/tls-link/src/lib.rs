@@ -15,7 +15,7 @@
 //! | this cannot be turned off by a setting | `what_would_make_it_less_safe_is_refused` |
 //! | each end knows the common name at the other end, by which the bus grants access | `each_end_knows_the_others_name` |
 //! | a write ends once the kernel has taken it, so that urgent messages never wait in a buffer of the connection (zenoh's own link keeps up to 64 kB) | `what_was_written_is_out_of_our_hands` |
-//! | a link that is closed is closed at once, and what waits in it is thrown away | `whoever_writes_into_a_link_that_takes_nothing_is_let_go_when_it_is_closed` |
+//! | a link that is closed is closed at once, and what waits in it is thrown away | `a_writer_into_a_link_that_takes_nothing_is_let_go_when_it_is_closed` |
 //! | a link ends with the first message after a certificate at its other end has expired | `a_link_ends_with_the_certificate_at_its_other_end` |
 //! | callers that never finish their handshake keep out nobody else | `silent_callers_are_no_obstacle`, `who_keeps_calling_hangs_up_on_nobody_but_himself` |
 //!

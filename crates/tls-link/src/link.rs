@@ -25,7 +25,7 @@ pub(crate) struct TlsLink {
     // waits. The locks around them keep apart those who read, and those who write.
     reader: Mutex<ReadHalf<TlsStream<TcpStream>>>,
     writer: Mutex<WriteHalf<TlsStream<TcpStream>>>,
-    /// The same socket again, to end it under whoever waits for it.
+    /// The same socket again, to end it while a task waits for it.
     socket: Socket,
     own: Locator,
     other: Locator,
@@ -95,9 +95,9 @@ impl LinkUnicastTrait for TlsLink {
         read.map(drop).map_err(|cause| self.failed("read", cause))
     }
 
-    /// Whoever reads or writes at this moment is told that the connection is over.
+    /// A read or write of this moment ends: the connection is over.
     async fn close(&self) -> ZResult<()> {
-        // What waits in the kernel is thrown away: it would hold up whoever wants to call again, and arrive late.
+        // What waits in the kernel is thrown away: it would hold up the next call, and arrive late.
         self.socket.set_linger(Some(Duration::ZERO)).map_err(|cause| self.failed("close", cause))?;
         // One that the other end has ended already is what is wanted.
         let _ = self.socket.shutdown(Shutdown::Both);

@@ -15,7 +15,7 @@ use zenoh_link_commons::{ConfigurationInspector, LinkManagerUnicastTrait, LinkUn
 use zenoh_link_tls::{LinkManagerUnicastTls, TlsConfigurator};
 use zenoh_protocol::core::EndPoint;
 
-/// What should happen happens sooner; what lasts longer is told as stuck.
+/// What should happen happens sooner; what lasts longer counts as stuck.
 const LIMIT: Duration = Duration::from_secs(60);
 
 /// An authority with its certificates in a folder.
@@ -177,7 +177,7 @@ async fn stuck(writer: &LinkUnicast) -> (usize, tokio::task::JoinHandle<String>)
         }
     });
     let mut count = 0;
-    // It waits when it has waited for so long: the loopback takes nothing later than at once.
+    // After this time it counts as waiting: the loopback takes nothing later than at once.
     while timeout(Duration::from_millis(500), taken.recv_async()).await.is_ok() {
         count += 1;
     }
@@ -185,7 +185,7 @@ async fn stuck(writer: &LinkUnicast) -> (usize, tokio::task::JoinHandle<String>)
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn whoever_writes_into_a_link_that_takes_nothing_is_let_go_when_it_is_closed() {
+async fn a_writer_into_a_link_that_takes_nothing_is_let_go_when_it_is_closed() {
     let authority = Authority::new();
     let ground = Ground::listen(&authority, None).await;
     let (one, other) = ground.called_by(&authority, "uav1").await;

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::grants::Act;
 use super::{Crossing, Priority, Side, aircraft_name};
 use crate::keys::ROOT;
-use crate::papers;
+use crate::link_credentials;
 
 /// The link's protocol, and those of one's own side.
 const LINK: &[&str] = &["tls"];
@@ -21,12 +21,12 @@ pub(crate) type Setting = (&'static str, Value);
 
 impl Crossing {
     /// The settings of the router on `side`, for these vehicles: its own, or those that the ground lets
-    /// in. `papers` is the folder with its certificate.
-    pub(crate) fn settings(&self, side: Side, vehicles: &[String], papers: &Path) -> Vec<Setting> {
+    /// in. `credentials` is the folder with its certificate.
+    pub(crate) fn settings(&self, side: Side, vehicles: &[String], credentials: &Path) -> Vec<Setting> {
         let carrier = &self.carrier;
         let open_limit_ms = carrier.open_limit.as_millis() as u64;
         let batches = carrier.queue_batches;
-        let papers = papers::in_folder(papers);
+        let credentials = link_credentials::in_folder(credentials);
         let mut settings = vec![
             ("access_control", self.access(side, vehicles)),
             ("low_pass_filter", self.size_limit()),
@@ -46,11 +46,11 @@ impl Crossing {
             (
                 "transport/link/tls",
                 json!({
-                    "root_ca_certificate": papers.authority,
-                    "listen_certificate": papers.certificate,
-                    "listen_private_key": papers.key,
-                    "connect_certificate": papers.certificate,
-                    "connect_private_key": papers.key,
+                    "root_ca_certificate": credentials.authority,
+                    "listen_certificate": credentials.certificate,
+                    "listen_private_key": credentials.key,
+                    "connect_certificate": credentials.certificate,
+                    "connect_private_key": credentials.key,
                     "enable_mtls": true,
                     "verify_name_on_connect": true,
                     "close_link_on_expiration": true,
@@ -175,7 +175,7 @@ mod tests {
             [(Side::Aircraft, vec!["uav1".to_owned()]), (Side::Ground, vec!["uav1".into(), "uav2".into()])]
         {
             let mut config = config("router").unwrap();
-            for (path, value) in table.settings(side, &vehicles, Path::new("papers")) {
+            for (path, value) in table.settings(side, &vehicles, Path::new("credentials")) {
                 set_value(&mut config, path, &value).unwrap_or_else(|error| panic!("{error}"));
                 let read_back: Value = serde_json::from_str(&config.get_json(path).unwrap()).unwrap();
                 assert!(!read_back.is_null(), "{path}");

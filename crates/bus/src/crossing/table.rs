@@ -14,7 +14,7 @@ use super::{Carrier, Class, Crossing, Priorities, ServiceRow, Side, TopicRow};
 const FLIGHT_COMMANDS: &str = "fmu/in/";
 
 impl Crossing {
-    /// Parses and checks the table; every mistake that can be found is told at once.
+    /// Parses and checks the table; every mistake that can be found is reported at once.
     ///
     /// # Errors
     /// With the place of each mistake.
@@ -207,7 +207,7 @@ mod tests {
 
     #[test]
     fn every_mistake_is_reported_with_its_place() {
-        /// Replaces `find` and expects to be told so at the place of `at` in what took its place.
+        /// Replaces `find` and expects a mistake at the place of `at` in what took its place.
         #[track_caller]
         fn check(find: &str, replace: &str, at: &str, said: &str) {
             let text = SHIPPED.replacen(find, replace, 1);

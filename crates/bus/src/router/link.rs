@@ -15,7 +15,7 @@ pub struct LinkEnd {
     /// What crosses.
     pub table: Crossing,
     /// The folder with this router's certificate.
-    pub papers: PathBuf,
+    pub credentials: PathBuf,
     /// Where this end stands, and how the link is made.
     pub way: Way,
 }
@@ -71,7 +71,7 @@ pub(super) fn set_up(config: &mut Config, link: &LinkEnd) -> Result<(), BusError
         Way::Accept { vehicles, .. } => vehicles.clone(),
         Way::Dial { vehicle, .. } => vec![vehicle.clone()],
     };
-    for (key, value) in link.table.settings(link.side(), &vehicles, &link.papers) {
+    for (key, value) in link.table.settings(link.side(), &vehicles, &link.credentials) {
         set_value(config, key, &value)?;
     }
     if let Way::Dial { locator, .. } = &link.way {
@@ -91,7 +91,7 @@ pub(super) fn is_link(locator: &str) -> bool {
     locator.starts_with("tls/")
 }
 
-/// Has `told` hear of every connection over the link: the name at its other end, and whether it is up or down.
+/// Calls `told` for every connection over the link: the name at its other end, and whether it is up or down.
 pub(super) fn watch_links(
     session: &Session,
     told: impl Fn(String, bool) + Send + Sync + 'static,

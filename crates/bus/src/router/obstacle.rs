@@ -11,14 +11,14 @@ use std::time::Duration;
 use rustls::pki_types::ServerName;
 use rustls::{ClientConnection, Stream};
 
-use crate::papers;
+use crate::link_credentials;
 
 /// For each step. Whatever takes longer is too slow for the link as well.
 const LIMIT: Duration = Duration::from_secs(2);
 /// A refusal of our certificate comes after our part of the handshake is done.
 const SECOND_THOUGHTS: Duration = Duration::from_millis(500);
 
-/// Calls `address`, such as `ground-router:7448`, with the papers in `folder`; what went wrong, in words.
+/// Calls `address`, such as `ground-router:7448`, with the credentials in `folder`; what went wrong, in words.
 pub(super) fn obstacle(folder: &Path, address: &str) -> Option<String> {
     call(folder, address).err()
 }
@@ -32,7 +32,7 @@ fn call(folder: &Path, address: &str) -> Result<(), String> {
         TcpStream::connect_timeout(&target, LIMIT).map_err(|cause| format!("{address} does not answer: {cause}"))?;
     let limit = |it: &TcpStream, limit| it.set_read_timeout(Some(limit)).map_err(|cause| cause.to_string());
     limit(&stream, LIMIT)?;
-    let client = papers::in_folder(folder).client().map_err(|invalid| invalid.to_string())?;
+    let client = link_credentials::in_folder(folder).client().map_err(|invalid| invalid.to_string())?;
     let mut connection = ClientConnection::new(Arc::new(client), host).map_err(|cause| cause.to_string())?;
     while connection.is_handshaking() {
         connection.complete_io(&mut stream).map_err(|cause| words(&cause))?;

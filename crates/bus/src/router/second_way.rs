@@ -2,7 +2,7 @@
 //!
 //! Over one TCP connection a lost packet makes everything behind it late by a round trip and more, so of a link that
 //! loses one packet in fifty a few orders in a hundred are late. Orders and decisions therefore come twice, each copy with
-//! losses of its own. Whoever gets them knows them by their request ids: the later copy changes nothing, and its
+//! losses of its own. The receiver knows them by their request ids: the later copy changes nothing, and its
 //! answer is the same.
 
 use zenoh::query::{ConsolidationMode, Query, QueryTarget};

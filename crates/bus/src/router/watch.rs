@@ -1,4 +1,4 @@
-//! Who is at the other end of the link, shown to others as liveliness tokens and told when it changes.
+//! Who is at the other end of the link, shown to others as liveliness tokens, and reported when it changes.
 
 #![expect(clippy::disallowed_methods, reason = "links are watched on the wall clock")]
 
@@ -11,9 +11,9 @@ use zenoh::{Session, Wait};
 
 use super::obstacle::obstacle;
 use super::{LinkEnd, News, Way};
-use crate::{BusError, papers};
+use crate::{BusError, link_credentials};
 
-/// A link that is down is told again after so long.
+/// A link that is down is reported again after this time.
 const REMINDER: Duration = Duration::from_secs(30);
 /// Tells at least this often that it still routes.
 const TURN: Duration = Duration::from_millis(500);
@@ -26,7 +26,7 @@ pub(super) enum Heard {
     Stop,
 }
 
-/// Who is at the other end, shown to others as a liveliness token and told when it changes.
+/// Who is at the other end, shown to others as a liveliness token, and reported when it changes.
 pub(super) struct Watch {
     name: String,
     link: Option<LinkEnd>,
@@ -50,12 +50,13 @@ impl Watch {
         Watch { name, link: link.cloned(), peers, _alive: None }
     }
 
-    /// What stands in the way, as far as this end can tell: its own papers, or whoever it calls.
+    /// What stands in the way, as far as this end can tell: its own credentials, or the router that it calls.
     fn obstacle(&self) -> Option<String> {
         let link = self.link.as_ref()?;
-        let bad_papers = papers::check(&link.papers, &self.name, link.side()).err().map(|it| it.to_string());
-        bad_papers.or_else(|| match &link.way {
-            Way::Dial { locator, .. } => obstacle(&link.papers, locator.trim_start_matches("tls/")),
+        let invalid =
+            link_credentials::check(&link.credentials, &self.name, link.side()).err().map(|it| it.to_string());
+        invalid.or_else(|| match &link.way {
+            Way::Dial { locator, .. } => obstacle(&link.credentials, locator.trim_start_matches("tls/")),
             Way::Accept { .. } => None,
         })
     }

@@ -10,7 +10,7 @@ use simulation::{Machine, Setup, Simulation};
 const LIMIT: Duration = Duration::from_secs(1200);
 
 fn reference(permissions: Policy, seed: u64) -> Simulation<'static> {
-    let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config");
+    let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config");
     Simulation::new(&Setup { config: &config, mission: None, permissions, seed, machine: Machine::Ideal }).unwrap()
 }
 

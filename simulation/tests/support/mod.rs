@@ -13,7 +13,7 @@ use simulation::{Machine, Setup, Simulation};
 
 /// The shipped configuration.
 pub fn config() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../config")
 }
 
 /// A copy of the shipped configuration in which keys of `kittiwake.toml` have other values.

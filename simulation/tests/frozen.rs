@@ -10,7 +10,7 @@ use simulation::{Machine, Setup, Simulation};
 const LIMIT: Duration = Duration::from_secs(1500);
 
 fn simulation() -> Simulation<'static> {
-    let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config");
+    let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config");
     let permissions = Policy::Grant;
     let setup = Setup { config: &config, mission: None, permissions, seed: 1, machine: Machine::Ideal };
     Simulation::new(&setup).unwrap()

@@ -43,7 +43,7 @@ struct World {
 
 impl World {
     fn new() -> World {
-        let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config");
+        let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config");
         let setup =
             Setup { config: &config, mission: None, permissions: Policy::Grant, seed: 1, machine: Machine::Ideal };
         let text = entry("anna", &[Role::Operator], "token");

@@ -27,7 +27,7 @@ pub const KEY: &str = "key.pem";
 
 /// Why a router's certificate is not accepted.
 #[derive(Debug, thiserror::Error)]
-pub enum BadPapers {
+pub enum InvalidLinkCredentials {
     /// A file is missing or may not be read.
     #[error("{0}; `kittiwake certs` makes a set for a demonstration")]
     Unreadable(InvalidCredentials),
@@ -80,11 +80,11 @@ pub enum BadPapers {
     },
 }
 
-/// Checks the papers in `folder` of the router called `name`, which stands on `side`.
+/// Checks the credentials in `folder` of the router called `name`, which stands on `side`.
 ///
 /// # Errors
 /// With what is wrong first.
-pub fn check(folder: &Path, name: &str, side: Side) -> Result<(), BadPapers> {
+pub fn check(folder: &Path, name: &str, side: Side) -> Result<(), InvalidLinkCredentials> {
     let credentials = in_folder(folder);
     let path = credentials.certificate.clone();
     let roots = Arc::new(credentials.trusted()?);
@@ -92,7 +92,7 @@ pub fn check(folder: &Path, name: &str, side: Side) -> Result<(), BadPapers> {
     let [own, intermediates @ ..] = chain.as_slice() else { return Err(no_certificate(&path)) };
     check_name_and_time(&path, own, name)?;
     check_key(&credentials, &chain)?;
-    let refused = |cause: String| BadPapers::Refused { path: path.clone(), cause };
+    let refused = |cause: String| InvalidLinkCredentials::Refused { path: path.clone(), cause };
     let now = UnixTime::now();
     // The aircraft calls, the ground answers the call.
     let checked = match side {
@@ -118,25 +118,27 @@ pub(crate) fn in_folder(folder: &Path) -> Credentials {
     Credentials { authority: folder.join(AUTHORITY), certificate: folder.join(CERTIFICATE), key: folder.join(KEY) }
 }
 
-impl From<InvalidCredentials> for BadPapers {
-    fn from(invalid: InvalidCredentials) -> BadPapers {
+impl From<InvalidCredentials> for InvalidLinkCredentials {
+    fn from(invalid: InvalidCredentials) -> InvalidLinkCredentials {
         match invalid {
-            InvalidCredentials::Unreadable { .. } => BadPapers::Unreadable(invalid),
-            InvalidCredentials::Malformed { .. } | InvalidCredentials::Unusable { .. } => BadPapers::Invalid(invalid),
+            InvalidCredentials::Unreadable { .. } => InvalidLinkCredentials::Unreadable(invalid),
+            InvalidCredentials::Malformed { .. } | InvalidCredentials::Unusable { .. } => {
+                InvalidLinkCredentials::Invalid(invalid)
+            }
         }
     }
 }
 
-fn no_certificate(path: &Path) -> BadPapers {
+fn no_certificate(path: &Path) -> InvalidLinkCredentials {
     InvalidCredentials::Malformed { path: path.to_owned(), expected: "certificate" }.into()
 }
 
-fn check_name_and_time(path: &Path, der: &CertificateDer, name: &str) -> Result<(), BadPapers> {
+fn check_name_and_time(path: &Path, der: &CertificateDer, name: &str) -> Result<(), InvalidLinkCredentials> {
     let Ok((_, certificate)) = X509Certificate::from_der(der) else { return Err(no_certificate(path)) };
     let found = certificate.subject().iter_common_name().next().and_then(|it| it.as_str().ok()).unwrap_or_default();
     if found != name {
         let (found, expected) = (found.to_owned(), name.to_owned());
-        return Err(BadPapers::OtherName { path: path.to_owned(), found, expected });
+        return Err(InvalidLinkCredentials::OtherName { path: path.to_owned(), found, expected });
     }
     let validity = certificate.validity();
     if validity.is_valid() {
@@ -144,21 +146,21 @@ fn check_name_and_time(path: &Path, der: &CertificateDer, name: &str) -> Result<
     }
     let now = x509_parser::time::ASN1Time::now().to_string();
     let (from, until) = (validity.not_before.to_string(), validity.not_after.to_string());
-    Err(BadPapers::OutOfDate { path: path.to_owned(), from, until, now })
+    Err(InvalidLinkCredentials::OutOfDate { path: path.to_owned(), from, until, now })
 }
 
-fn check_key(credentials: &Credentials, chain: &[CertificateDer<'static>]) -> Result<(), BadPapers> {
+fn check_key(credentials: &Credentials, chain: &[CertificateDer<'static>]) -> Result<(), InvalidLinkCredentials> {
     let path = &credentials.key;
     let key = credentials.private_key()?;
     let mode = std::fs::metadata(path).map(|it| it.mode() & 0o777);
     let mode = mode.map_err(|source| InvalidCredentials::Unreadable { path: path.to_owned(), source })?;
     if mode & 0o077 != 0 {
-        return Err(BadPapers::OpenKey { path: path.to_owned(), mode });
+        return Err(InvalidLinkCredentials::OpenKey { path: path.to_owned(), mode });
     }
     let no_key = |_| InvalidCredentials::Malformed { path: path.to_owned(), expected: "private key" };
     let key = provider().key_provider.load_private_key(key).map_err(no_key)?;
     let certified = CertifiedKey::new(chain.to_vec(), key);
-    certified.keys_match().map_err(|_| BadPapers::OtherKey { path: path.to_owned() })
+    certified.keys_match().map_err(|_| InvalidLinkCredentials::OtherKey { path: path.to_owned() })
 }
 
 fn words(error: &rustls::Error) -> String {

@@ -62,7 +62,7 @@ impl Flight {
 }
 
 fn shipped() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../config")
 }
 
 /// The shipped configuration with one value changed.
