@@ -9,10 +9,10 @@ use tokio::net::TcpStream;
 use tokio::runtime::{Builder, Runtime};
 
 /// Marks a decision that was made for this measurement; its stamp follows.
-pub const MARK: &str = "operator-kpi ";
+pub(crate) const MARK: &str = "operator-kpi ";
 
 /// Clients that read as fast as they can. They leave with the value.
-pub struct Audience {
+pub(crate) struct Audience {
     runtime: Runtime,
     seen: Arc<Seen>,
 }
@@ -32,7 +32,7 @@ struct Seen {
 
 /// What was seen up to a moment.
 #[derive(Debug, Clone, Copy)]
-pub struct Count {
+pub(crate) struct Count {
     pub served: u64,
     pub gone: u64,
     pub events: u64,
@@ -41,13 +41,13 @@ pub struct Count {
 
 impl Audience {
     /// Nobody yet.
-    pub fn new() -> Result<Audience, String> {
+    pub(crate) fn new() -> Result<Audience, String> {
         let runtime = Builder::new_multi_thread().worker_threads(1).enable_all().build();
         Ok(Audience { runtime: runtime.map_err(|it| it.to_string())?, seen: Arc::default() })
     }
 
     /// One more client.
-    pub fn join(&self, address: SocketAddr, vehicle: &str, token: &str) {
+    pub(crate) fn join(&self, address: SocketAddr, vehicle: &str, token: &str) {
         let seen = self.seen.clone();
         let request = format!(
             "GET /api/v1/vehicles/{vehicle}/events HTTP/1.1\r\nHost: {address}\r\nAuthorization: Bearer {token}\r\n\r\n"
@@ -60,7 +60,7 @@ impl Audience {
     }
 
     /// So far.
-    pub fn count(&self) -> Count {
+    pub(crate) fn count(&self) -> Count {
         let seen = &self.seen;
         Count {
             served: seen.served.load(Relaxed),
@@ -71,7 +71,7 @@ impl Audience {
     }
 
     /// The latencies since the last time.
-    pub fn take_latencies_ms(&self) -> Vec<f64> {
+    pub(crate) fn take_latencies_ms(&self) -> Vec<f64> {
         std::mem::take(&mut *self.seen.latencies_ms.lock().unwrap_or_else(|poisoned| poisoned.into_inner()))
     }
 }

@@ -7,7 +7,7 @@ use crate::real_time::{Loads, RealTime};
 use crate::{Measured, Tick};
 
 /// Ticks and, if they were measured, loads and rates.
-pub fn text(it: &Measured) -> String {
+pub(crate) fn text(it: &Measured) -> String {
     let mut out = String::new();
     ticks(it, &mut out);
     if let Some(load) = &it.load {

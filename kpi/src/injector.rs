@@ -12,7 +12,7 @@ use rand::{Rng, SeedableRng};
 /// Raises the given flags one after the other, each a moment after the vehicle has begun to fly
 /// somewhere, so that there is something to stop; the moment is drawn, so that it falls anywhere in
 /// the tick period.
-pub struct Injector {
+pub(crate) struct Injector {
     flags: Vec<String>,
     next: usize,
     raised: Option<String>,
@@ -22,7 +22,7 @@ pub struct Injector {
 
 impl Injector {
     /// `flags` in the order in which they are raised.
-    pub fn new(flags: Vec<String>, seed: u64) -> Injector {
+    pub(crate) fn new(flags: Vec<String>, seed: u64) -> Injector {
         Injector { flags, next: 0, raised: None, due: None, chance: StdRng::seed_from_u64(seed) }
     }
 

@@ -1,5 +1,7 @@
 //! What the processes use: processor time and memory, as the operating system tells.
 
+#![expect(clippy::disallowed_methods, reason = "the load is measured over wall time")]
+
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -17,7 +19,7 @@ struct Use {
 
 /// What a process used over a while.
 #[derive(Debug, Clone, Copy, Serialize)]
-pub struct Load {
+pub(crate) struct Load {
     /// Of one core, 0 to 100 and more.
     pub cpu_percent: f64,
     /// Resident at the end, in megabytes.
@@ -25,20 +27,20 @@ pub struct Load {
 }
 
 /// A while that is being measured.
-pub struct Watch {
+pub(crate) struct Watch {
     start: Instant,
     before: BTreeMap<Child, (u32, Use)>,
 }
 
 impl Watch {
     /// Begins.
-    pub fn begin(system: &System) -> Watch {
+    pub(crate) fn begin(system: &System) -> Watch {
         let before = system.processes().into_iter().filter_map(|(child, pid)| Some((child, (pid, read(pid)?))));
         Watch { start: Instant::now(), before: before.collect() }
     }
 
     /// What each process that still runs has used since.
-    pub fn end(&self) -> BTreeMap<&'static str, Load> {
+    pub(crate) fn end(&self) -> BTreeMap<&'static str, Load> {
         let wall = self.start.elapsed().as_secs_f64();
         let load = |(child, (pid, before)): (&Child, &(u32, Use))| {
             let after = read(*pid)?;
@@ -63,13 +65,13 @@ fn read(pid: u32) -> Option<Use> {
 }
 
 /// Processes that run or wait to, averaged over the last minute.
-pub fn load_average() -> f64 {
+pub(crate) fn load_average() -> f64 {
     let text = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     text.split(' ').next().and_then(|it| it.parse().ok()).unwrap_or(f64::NAN)
 }
 
 /// The machine in a few words.
-pub fn machine() -> String {
+pub(crate) fn machine() -> String {
     let cores = std::thread::available_parallelism().map_or(1, |it| it.get());
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = info.lines().find_map(|it| it.strip_prefix("model name")?.split_once(": ").map(|it| it.1));

@@ -4,6 +4,8 @@
 //! carry the moment at which they were published. Event streams of the gateway are read by one client,
 //! then by a thousand, in this process: the figures hold for the machine with all of them on it.
 
+#![expect(clippy::disallowed_methods, reason = "what it measures is on the wall clock, and the clients are polled")]
+
 use std::fmt::Write as _;
 use std::net::{SocketAddr, TcpListener};
 use std::path::Path;
@@ -42,7 +44,7 @@ const LIMIT: Duration = Duration::from_secs(30);
 
 /// What was measured.
 #[derive(Debug, Serialize)]
-pub struct Operator {
+pub(crate) struct Operator {
     machine: String,
     load_before: f64,
     clients: u64,
@@ -70,7 +72,7 @@ struct Try {
 }
 
 /// Flies with the executable `program`, and looks on.
-pub fn measure(program: &Path, config: &Path, vehicle: &str) -> Result<Operator, String> {
+pub(crate) fn measure(program: &Path, config: &Path, vehicle: &str) -> Result<Operator, String> {
     let load_before = load::load_average();
     gateway::sockets::make_room(2 * CLIENTS).map_err(|it| it.to_string())?;
     let badges = Badges::create().map_err(|it| it.to_string())?;
@@ -117,7 +119,7 @@ pub fn measure(program: &Path, config: &Path, vehicle: &str) -> Result<Operator,
 }
 
 /// The figures for people.
-pub fn text(it: &Operator) -> String {
+pub(crate) fn text(it: &Operator) -> String {
     let latency = |it: &Statistics| {
         format!("median {:.2} ms, p99 {:.2} ms, max {:.2} ms of {} events", it.p50, it.p99, it.max, it.count)
     };

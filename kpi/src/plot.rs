@@ -16,7 +16,7 @@ struct Series {
 const COLOURS: [&str; 4] = ["#1b6ca8", "#d1495b", "#2e8b57", "#8a5a00"];
 
 /// Draws every figure into `folder`.
-pub fn draw(it: &Measured, folder: &Path) -> std::io::Result<()> {
+pub(crate) fn draw(it: &Measured, folder: &Path) -> std::io::Result<()> {
     std::fs::create_dir_all(folder)?;
     for (number, tick) in it.ticks.iter().enumerate() {
         let series = [("flat", &tick.flat), ("nested, 4 groups of 4", &tick.nested)];

@@ -1,5 +1,7 @@
 //! How often each topic comes, and how evenly, from the stamps of its publisher.
 
+#![expect(clippy::disallowed_methods, reason = "rates are measured over wall time, and all that comes is kept")]
+
 use std::collections::BTreeMap;
 use std::time::Duration;
 
@@ -8,7 +10,7 @@ use kittiwake_proto::topics::Topic;
 use serde::Serialize;
 
 /// A topic and its rate in the reference's table 4.1, or ours.
-pub const RATES: &[(Topic, f64)] = &[
+pub(crate) const RATES: &[(Topic, f64)] = &[
     (Topic::VehicleAttitude, 240.0),
     (Topic::VehicleLocalPosition, 123.0),
     (Topic::VehicleGlobalPosition, 123.0),
@@ -20,7 +22,7 @@ pub const RATES: &[(Topic, f64)] = &[
 
 /// What a topic achieved.
 #[derive(Debug, Clone, Serialize)]
-pub struct Rate {
+pub(crate) struct Rate {
     pub topic: &'static str,
     pub wanted_hz: f64,
     pub achieved_hz: f64,
@@ -32,7 +34,7 @@ pub struct Rate {
 }
 
 /// Listens to everything for a while. It loads the bus: nothing else should be measured meanwhile.
-pub fn measure(link: &Link, over: Duration) -> Result<Vec<Rate>, String> {
+pub(crate) fn measure(link: &Link, over: Duration) -> Result<Vec<Rate>, String> {
     let (hear, heard) = std::sync::mpsc::channel();
     let topics: Vec<Topic> = RATES.iter().map(|it| it.0).collect();
     let tap = Tap::open(link, &topics, move |it| {

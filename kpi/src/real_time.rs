@@ -19,11 +19,11 @@ use crate::rates::{self, Rate};
 use crate::system::{System, is_report};
 
 /// By the process's name.
-pub type Loads = BTreeMap<&'static str, Load>;
+pub(crate) type Loads = BTreeMap<&'static str, Load>;
 
 /// What was measured.
 #[derive(Debug, Serialize)]
-pub struct RealTime {
+pub(crate) struct RealTime {
     pub hover: Loads,
     pub mission: Loads,
     pub landed: Loads,
@@ -42,7 +42,7 @@ const FLIGHT: Duration = Duration::from_secs(600);
 const PAUSE: &str = "operator_pause";
 
 /// Flies the mission once with the executable `program`, with a hover on its way.
-pub fn measure(
+pub(crate) fn measure(
     program: &Path,
     config: &Path,
     vehicle: &str,

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 /// Figures of a set of samples, in its own unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Statistics {
+pub(crate) struct Statistics {
     pub count: usize,
     pub max: f64,
     pub min: f64,
@@ -17,7 +17,7 @@ pub struct Statistics {
 
 impl Statistics {
     /// `None` of nothing.
-    pub fn of(samples: &[f64]) -> Option<Statistics> {
+    pub(crate) fn of(samples: &[f64]) -> Option<Statistics> {
         let mut sorted = samples.to_vec();
         sorted.sort_by(f64::total_cmp);
         let (min, max) = (*sorted.first()?, *sorted.last()?);
@@ -36,7 +36,7 @@ fn rank(sorted: &[f64], share: f64) -> f64 {
 }
 
 /// The sample at the given share of the order by `key`; `None` of nothing.
-pub fn at_rank<T>(samples: &[T], share: f64, key: impl Fn(&T) -> f64) -> Option<&T> {
+pub(crate) fn at_rank<T>(samples: &[T], share: f64, key: impl Fn(&T) -> f64) -> Option<&T> {
     let mut order: Vec<&T> = samples.iter().collect();
     order.sort_by(|a, b| key(a).total_cmp(&key(b)));
     let index = (share * order.len() as f64).ceil() as usize;

@@ -1,5 +1,10 @@
 //! A system under measurement: the same children that `kittiwake up` starts, and a tap on their bus.
 
+#![expect(
+    clippy::disallowed_methods,
+    reason = "it waits for real processes up to a limit, and keeps all that it hears"
+)]
+
 use std::io;
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -18,7 +23,7 @@ use node::Node;
 const LIMIT: Duration = Duration::from_secs(10);
 
 /// Topics from which transitions and reactions are put together: a few dozen messages a second.
-pub const DECISIONS: &[Topic] = &[
+pub(crate) const DECISIONS: &[Topic] = &[
     Topic::McmTiming,
     Topic::McmStatus,
     Topic::SkillEvent,
@@ -28,7 +33,7 @@ pub const DECISIONS: &[Topic] = &[
 ];
 
 /// Runs until it is dropped.
-pub struct System {
+pub(crate) struct System {
     children: Children,
     happenings: Receiver<Happening>,
     tap: Option<Tap>,
@@ -38,7 +43,12 @@ pub struct System {
 
 impl System {
     /// Starts the router of the executable `program`, taps its bus, then starts `services`.
-    pub fn start(program: &Path, settings: &Settings, vehicle: &str, services: &[Service]) -> Result<System, String> {
+    pub(crate) fn start(
+        program: &Path,
+        settings: &Settings,
+        vehicle: &str,
+        services: &[Service],
+    ) -> Result<System, String> {
         let (sender, happenings) = channel();
         let mut children = Children::of(program.to_owned(), settings, sender).map_err(cannot_start)?;
         children.start(Child::Router, None).map_err(cannot_start)?;
@@ -66,29 +76,29 @@ impl System {
     }
 
     /// How to get onto its bus.
-    pub fn link(&self) -> &Link {
+    pub(crate) fn link(&self) -> &Link {
         &self.link
     }
 
     /// The processes with their ids.
-    pub fn processes(&self) -> Vec<(Child, u32)> {
+    pub(crate) fn processes(&self) -> Vec<(Child, u32)> {
         self.children.process_ids()
     }
 
     /// Ends some of the processes, in order.
-    pub fn end(&mut self, services: &[Service]) {
+    pub(crate) fn end(&mut self, services: &[Service]) {
         let which: Vec<Child> = services.iter().map(|it| Child::Service(*it)).collect();
         end(&mut self.children, &self.happenings, &which);
     }
 
     /// The folder of the direct links.
-    pub fn sockets(&self) -> &Path {
+    pub(crate) fn sockets(&self) -> &Path {
         self.children.sockets()
     }
 
     /// Runs `node` on its bus, on a thread of its own, until the stop is asked for. It reaches the mission manager as
     /// directly as the monitor does.
-    pub fn join(&self, mut node: impl Node + Send + 'static) -> Stop {
+    pub(crate) fn join(&self, mut node: impl Node + Send + 'static) -> Stop {
         let (stop, link) = (Stop::new(), self.link.clone());
         let connect = vec![Service::Mcm.name().to_owned(), Service::SkillManager.name().to_owned()];
         let direct = Direct { folder: self.sockets().to_owned(), listen: None, connect };
@@ -103,7 +113,7 @@ impl System {
     }
 
     /// Collects what passes by until `enough` says so or `limit` is over; false if it was over.
-    pub fn listen(
+    pub(crate) fn listen(
         &self,
         limit: Duration,
         heard: &mut Vec<Tapped>,
@@ -165,7 +175,7 @@ fn end(children: &mut Children, happenings: &Receiver<Happening>, which: &[Child
 }
 
 /// Whether the message says that the mission is over.
-pub fn is_report(it: &Tapped) -> bool {
+pub(crate) fn is_report(it: &Tapped) -> bool {
     matches!(&it.message, Message::McmStatus(status) if status.report.is_some())
 }
 

@@ -14,7 +14,7 @@ const MS: f64 = 1e3;
 const US: f64 = 1e6;
 
 /// Everything that was measured.
-pub fn text(it: &Measured) -> String {
+pub(crate) fn text(it: &Measured) -> String {
     let mut out = String::new();
     let _ = writeln!(
         out,
@@ -154,11 +154,11 @@ fn ways(it: &Measured, out: &mut String) {
 }
 
 /// From the first stamp to the last.
-pub fn totals(ways: &[Way]) -> Vec<f64> {
+pub(crate) fn totals(ways: &[Way]) -> Vec<f64> {
     ways.iter().map(Way::total_s).collect()
 }
 
 /// The ways of the flags that needed a command.
-pub fn reaction_ways(samples: &Samples) -> Vec<Way> {
+pub(crate) fn reaction_ways(samples: &Samples) -> Vec<Way> {
     samples.reactions.iter().filter_map(|it| it.felt).collect()
 }

@@ -18,7 +18,7 @@ struct Row {
 }
 
 /// The table; only of what was measured.
-pub fn text(it: &Measured) -> String {
+pub(crate) fn text(it: &Measured) -> String {
     let mut out = format!("\nAgainst the targets\n{:<52}{:>10}{:>22}\n", "", "target", "found (range)");
     for Row { name, unit, found, at_most } in rows(it).iter().filter(|it| !it.found.is_empty()) {
         let least = found.iter().copied().fold(f64::INFINITY, f64::min);

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 /// What differs from the given configuration.
 #[derive(Debug, Clone, Default)]
-pub struct Variant {
+pub(crate) struct Variant {
     /// The mission manager's tick period.
     pub tick_ms: Option<u32>,
     /// Another contingency table, in `kpi` beside the configuration.
@@ -14,18 +14,18 @@ pub struct Variant {
 }
 
 /// A folder for the files, removed with the value.
-pub struct Folder(PathBuf);
+pub(crate) struct Folder(PathBuf);
 
 impl Folder {
     /// One of this process's own.
-    pub fn new() -> std::io::Result<Folder> {
+    pub(crate) fn new() -> std::io::Result<Folder> {
         let path = std::env::temp_dir().join(format!("kittiwake-kpi-{}", std::process::id()));
         std::fs::create_dir_all(&path)?;
         Ok(Folder(path))
     }
 
     /// Writes the variant of `base` into the folder.
-    pub fn write(&self, base: &Path, variant: &Variant) -> Result<PathBuf, String> {
+    pub(crate) fn write(&self, base: &Path, variant: &Variant) -> Result<PathBuf, String> {
         let text = std::fs::read_to_string(base).map_err(|it| format!("{}: {it}", base.display()))?;
         let mut config: toml::Table = text.parse().map_err(|it| format!("{}: {it}", base.display()))?;
         let beside = base.canonicalize().map_err(|it| format!("{}: {it}", base.display()))?;

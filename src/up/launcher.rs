@@ -6,7 +6,6 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
 use bus::{Link, Scope, Stop};
-use domain::time::Pace;
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::MissionReport;
 use node::Event;

@@ -1,7 +1,7 @@
 //! The engine compared with BehaviorTree.CPP 4.10, on the tree of a mission manager.
 //!
 //! The table printed at the end uses the method of the figures for BehaviorTree.CPP: the median of a round, and of twenty
-//! rounds the least median, which is repeatable on a machine that does other things too.
+//! rounds the least median, which is repeatable on a machine that has other load.
 
 #![expect(clippy::disallowed_methods, reason = "a bench measures time")]
 

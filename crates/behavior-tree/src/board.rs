@@ -1,4 +1,4 @@
-//! The blackboard, and what else the nodes of a tree share during a tick.
+//! The blackboard, and the other data that the nodes of a tree share during a tick.
 
 use std::sync::Arc;
 use std::task::Waker;
@@ -27,9 +27,9 @@ pub(crate) struct Board {
     /// The time of the tick in nanoseconds.
     pub(crate) now: u64,
     pub(crate) schedule: Schedule,
-    /// Why the leaf that is being called is about to fail, as it said.
+    /// The reason for its failure that the called leaf has given.
     pub(crate) cause: Option<Cause>,
-    /// NodeErrors of the tree that the called leaf holds.
+    /// The errors of the tree that the called leaf holds.
     pub(crate) held_errors: NodeErrors,
     pub(crate) waker: Waker,
 }

@@ -2,7 +2,7 @@
 
 use crate::status::Status;
 
-/// Hands the table to another macro. A row is a kind of node, its parameters, and its file in `nodes/`.
+/// Passes the table to another macro. A row is a kind of node, its parameters, and its file in `nodes/`.
 macro_rules! with_node_kinds {
     ($callback:ident) => {
         $callback! {

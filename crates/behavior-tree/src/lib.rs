@@ -65,7 +65,7 @@
 //!
 //! | | here | there | because |
 //! |---|---|---|---|
-//! | an error in a leaf | fails the node and is recorded, the tree goes on | an exception leaves the tree as it is | in flight something must go on |
+//! | an error in a leaf | fails the node and is recorded, the tree goes on | an exception leaves the tree as it is | in flight the tree must go on |
 //! | wrong counts and thresholds | found when loading | thrown at a tick | |
 //! | types of keys, keys that nothing writes | found when loading, no conversion from text at run time | thrown at a tick | |
 //! | a condition that returns running | an error | allowed | it would never be halted |
@@ -78,7 +78,7 @@
 //! | numbers in expressions | integers stay integers, overflow is an error | all are doubles | a count is not 2.9999 |
 //! | assigning a double to an integer | found when loading | thrown if it does not fit | |
 //! | `<` and `&` in attributes | `&lt;` and `&amp;`, as XML requires | also bare | |
-//! | `SuccessIsRunning` | exists | does not exist | for work beside which something goes on |
+//! | `SuccessIsRunning` | exists | does not exist | for work that is done once, beside work that goes on |
 //! | `name` | once in a tree | any number of times | a log must say which node |
 //!
 //! Left out: `TryCatch`, `ManualSelector`, loops over queues, `SetBlackboard` and `UnsetBlackboard` (use `Script`), nodes

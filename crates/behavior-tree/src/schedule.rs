@@ -49,7 +49,7 @@ impl Schedule {
     }
 }
 
-/// A time as the engine keeps it. What does not fit, after 584 years, counts as the end of time.
+/// A time in nanoseconds. A time that does not fit, after 584 years, becomes the largest number.
 pub(crate) fn nanoseconds(time: Duration) -> u64 {
     u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
 }

@@ -65,7 +65,7 @@ impl<Ctx> Template<Ctx> {
     }
 }
 
-/// What the factory of a leaf learns.
+/// The description of a node for the factory of its leaf.
 pub(crate) fn spec_of<'a>(shape: &'a Shape, leaf: &'a LeafDef, waker: &'a Waker) -> NodeSpec<'a> {
     let label = &shape.labels[leaf.node as usize];
     NodeSpec { tag: &label.tag, name: &label.name, declared: &leaf.declared, bound: &leaf.bound, waker }

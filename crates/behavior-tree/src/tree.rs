@@ -49,7 +49,7 @@ impl<Ctx> Tree<Ctx> {
     /// Halts every running node and makes all nodes idle. Keys keep their values.
     pub fn halt(&mut self, now: Duration, ctx: &mut Ctx) {
         let mut run = self.run(now, ctx);
-        // From the root, and then every node by itself, because nodes that are not running may have counters to forget.
+        // From the root, and then every node by itself, because nodes that are not running may have counters to clear.
         for node in 0..run.shape.nodes.len() {
             run.halt(node);
         }
@@ -71,7 +71,7 @@ impl<Ctx> Tree<Ctx> {
         self.machine.errors.as_slice()
     }
 
-    /// The errors since the last call, and how many more there were than are kept.
+    /// The errors since the last call, and the number of errors that were dropped.
     pub fn take_errors(&mut self) -> (Vec<NodeError>, u64) {
         self.machine.errors.take()
     }
@@ -94,7 +94,7 @@ impl<Ctx> Tree<Ctx> {
         self.machine.changes = Some(ChangeRecorder::new(capacity, stamp));
     }
 
-    /// Hands over the status changes recorded since the last call, oldest first. Returns how many were lost because they
+    /// Passes the status changes since the last call to `take`, oldest first. Returns how many were lost because they
     /// were not taken in time.
     pub fn take_changes(&mut self, take: impl FnMut(StatusChange)) -> u64 {
         self.machine.changes.as_mut().map_or(0, |changes| changes.drain(take))

@@ -7,16 +7,14 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use credentials::{Credentials, InvalidCredentials, provider};
+use rustls::CertificateError;
 use rustls::client::WebPkiServerVerifier;
 use rustls::client::danger::ServerCertVerifier;
-use rustls::crypto::CryptoProvider;
-use rustls::pki_types::pem::PemObject;
-use rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName, UnixTime};
+use rustls::pki_types::{CertificateDer, ServerName, UnixTime};
 use rustls::server::WebPkiClientVerifier;
 use rustls::sign::CertifiedKey;
-use rustls::{CertificateError, RootCertStore};
 use x509_parser::prelude::{FromDer, X509Certificate};
-use zenoh_link_tls::Papers;
 
 use crate::crossing::Side;
 
@@ -31,21 +29,11 @@ pub const KEY: &str = "key.pem";
 #[derive(Debug, thiserror::Error)]
 pub enum BadPapers {
     /// A file is missing or may not be read.
-    #[error("cannot read {path}: {cause}; `kittiwake certs` makes a set for a demonstration")]
-    Unreadable {
-        /// The file.
-        path: PathBuf,
-        /// What the operating system said.
-        cause: std::io::Error,
-    },
+    #[error("{0}; `kittiwake certs` makes a set for a demonstration")]
+    Unreadable(InvalidCredentials),
     /// A file is not what its name says.
-    #[error("{path} holds no {expected} in PEM form")]
-    Malformed {
-        /// The file.
-        path: PathBuf,
-        /// What should be in it.
-        expected: &'static str,
-    },
+    #[error(transparent)]
+    Invalid(InvalidCredentials),
     /// Others may read the key.
     #[error("{path} may be read by others (mode {mode:o}): `chmod 600` it, and make another if it was seen")]
     OpenKey {
@@ -97,12 +85,13 @@ pub enum BadPapers {
 /// # Errors
 /// With what is wrong first.
 pub fn check(folder: &Path, name: &str, side: Side) -> Result<(), BadPapers> {
-    let path = folder.join(CERTIFICATE);
-    let roots = Arc::new(roots(folder)?);
-    let chain = certificates(&path)?;
-    let [own, intermediates @ ..] = chain.as_slice() else { return Err(malformed(&path)) };
+    let credentials = in_folder(folder);
+    let path = credentials.certificate.clone();
+    let roots = Arc::new(credentials.trusted()?);
+    let chain = credentials.chain()?;
+    let [own, intermediates @ ..] = chain.as_slice() else { return Err(no_certificate(&path)) };
     check_name_and_time(&path, own, name)?;
-    check_key(&folder.join(KEY), &chain)?;
+    check_key(&credentials, &chain)?;
     let refused = |cause: String| BadPapers::Refused { path: path.clone(), cause };
     let now = UnixTime::now();
     // The aircraft calls, the ground answers the call.
@@ -124,41 +113,26 @@ pub fn check(folder: &Path, name: &str, side: Side) -> Result<(), BadPapers> {
     checked.map_err(|error| refused(words(&error)))
 }
 
-/// Where the link finds what is in a folder.
-pub(crate) fn shown(folder: &Path) -> Papers {
-    Papers { authority: folder.join(AUTHORITY), certificate: folder.join(CERTIFICATE), key: folder.join(KEY) }
+/// The credentials in a folder.
+pub(crate) fn in_folder(folder: &Path) -> Credentials {
+    Credentials { authority: folder.join(AUTHORITY), certificate: folder.join(CERTIFICATE), key: folder.join(KEY) }
 }
 
-/// The one crypto provider of the program.
-fn provider() -> Arc<CryptoProvider> {
-    Arc::new(rustls::crypto::ring::default_provider())
-}
-
-fn read(path: &Path) -> Result<Vec<u8>, BadPapers> {
-    std::fs::read(path).map_err(|cause| BadPapers::Unreadable { path: path.to_owned(), cause })
-}
-
-fn malformed(path: &Path) -> BadPapers {
-    BadPapers::Malformed { path: path.to_owned(), expected: "certificate" }
-}
-
-fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, BadPapers> {
-    let pem = read(path)?;
-    let found: Result<Vec<_>, _> = CertificateDer::pem_slice_iter(&pem).collect();
-    found.ok().filter(|it| !it.is_empty()).ok_or_else(|| malformed(path))
-}
-
-fn roots(folder: &Path) -> Result<RootCertStore, BadPapers> {
-    let path = folder.join(AUTHORITY);
-    let mut roots = RootCertStore::empty();
-    for it in certificates(&path)? {
-        roots.add(it).map_err(|_| malformed(&path))?;
+impl From<InvalidCredentials> for BadPapers {
+    fn from(invalid: InvalidCredentials) -> BadPapers {
+        match invalid {
+            InvalidCredentials::Unreadable { .. } => BadPapers::Unreadable(invalid),
+            InvalidCredentials::Malformed { .. } | InvalidCredentials::Unusable { .. } => BadPapers::Invalid(invalid),
+        }
     }
-    Ok(roots)
+}
+
+fn no_certificate(path: &Path) -> BadPapers {
+    InvalidCredentials::Malformed { path: path.to_owned(), expected: "certificate" }.into()
 }
 
 fn check_name_and_time(path: &Path, der: &CertificateDer, name: &str) -> Result<(), BadPapers> {
-    let Ok((_, certificate)) = X509Certificate::from_der(der) else { return Err(malformed(path)) };
+    let Ok((_, certificate)) = X509Certificate::from_der(der) else { return Err(no_certificate(path)) };
     let found = certificate.subject().iter_common_name().next().and_then(|it| it.as_str().ok()).unwrap_or_default();
     if found != name {
         let (found, expected) = (found.to_owned(), name.to_owned());
@@ -173,24 +147,18 @@ fn check_name_and_time(path: &Path, der: &CertificateDer, name: &str) -> Result<
     Err(BadPapers::OutOfDate { path: path.to_owned(), from, until, now })
 }
 
-fn check_key(path: &Path, chain: &[CertificateDer<'static>]) -> Result<(), BadPapers> {
-    let key = key(path)?;
+fn check_key(credentials: &Credentials, chain: &[CertificateDer<'static>]) -> Result<(), BadPapers> {
+    let path = &credentials.key;
+    let key = credentials.private_key()?;
     let mode = std::fs::metadata(path).map(|it| it.mode() & 0o777);
-    let mode = mode.map_err(|cause| BadPapers::Unreadable { path: path.to_owned(), cause })?;
+    let mode = mode.map_err(|source| InvalidCredentials::Unreadable { path: path.to_owned(), source })?;
     if mode & 0o077 != 0 {
         return Err(BadPapers::OpenKey { path: path.to_owned(), mode });
     }
-    let key = provider().key_provider.load_private_key(key).map_err(|_| no_key(path))?;
+    let no_key = |_| InvalidCredentials::Malformed { path: path.to_owned(), expected: "private key" };
+    let key = provider().key_provider.load_private_key(key).map_err(no_key)?;
     let certified = CertifiedKey::new(chain.to_vec(), key);
     certified.keys_match().map_err(|_| BadPapers::OtherKey { path: path.to_owned() })
-}
-
-fn key(path: &Path) -> Result<PrivateKeyDer<'static>, BadPapers> {
-    PrivateKeyDer::from_pem_slice(&read(path)?).map_err(|_| no_key(path))
-}
-
-fn no_key(path: &Path) -> BadPapers {
-    BadPapers::Malformed { path: path.to_owned(), expected: "private key" }
 }
 
 fn words(error: &rustls::Error) -> String {

@@ -409,9 +409,7 @@ from_utc = "2026-05-01T08:00:00Z"
     fn every_mistake_is_reported_with_its_place() {
         #[track_caller]
         fn check(find: &str, replace: &str, expected: &str) {
-            assert!(GOOD.contains(find), "the test's own text lacks `{find}`");
-            let error = read(&GOOD.replacen(find, replace, 1)).unwrap_err().to_string();
-            assert!(error.starts_with(expected), "expected `{expected}`, got `{error}`");
+            check_mistake(GOOD, find, replace, read, expected);
         }
         check("east_m = 500.0\n", "", "m.toml:3:1: missing field `east_m`");
         check("flying = false", "flying = false\nspeed = 3", "m.toml:9:1: unknown field `speed`, expected one of");

@@ -33,7 +33,7 @@ fn in_a_mission_the_objective_fails_and_the_next_one_is_flown() {
     let mut simulation = simulation();
     assert!(simulation.fly_until("step 5 of 5: land", LIMIT));
     simulation.inject_fault("blocked_landing", &["on"]);
-    assert!(simulation.fly_until("fly to (0, 0, 10); land", LIMIT), "{}", simulation.decision_log());
+    assert!(simulation.fly_until("step 2 of 3: fly to (0, 0, 10)", LIMIT), "{}", simulation.decision_log());
     simulation.inject_fault("blocked_landing", &["off"]);
     let report = ends_at_home(&mut simulation, MissionOutcome::Failure);
     assert_eq!(report.objectives[0].state(), ObjectiveState::Failure);

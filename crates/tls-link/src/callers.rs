@@ -5,7 +5,8 @@ use std::net::IpAddr;
 
 use tokio::task::{AbortHandle, JoinSet};
 
-/// So many may be at it at once.
+/// Handshakes under way at once: more than there are vehicles that call the ground. How many links there may be
+/// afterwards is for zenoh and the bus to limit.
 const PLACES: usize = 64;
 
 /// Callers whose handshake is under way. There is always a place for the next one: who keeps places without using them

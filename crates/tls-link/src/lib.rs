@@ -1,21 +1,27 @@
 //! Zenoh's link over TLS, in place of zenoh's own.
 //!
-//! Zenoh reads and writes a link from two threads. Its own TLS link lets both into one rustls connection at once,
-//! which rustls does not allow (zenoh's issue 2557, open with 1.10.2): now and then a write finds the connection
-//! in the middle of a read and fails with "handshake not complete", and the link is made anew; worse, it writes into
-//! memory that the other is using, and the router is gone. Between two idle routers the first happened once in three
-//! minutes. This crate has the name and version of that one, so that the workspace's `[patch.crates-io]` puts it in its
-//! place; a test sees to it that it does. It is to be dropped when zenoh has mended its own.
+//! Zenoh reads and writes a link from two threads. Its own TLS link lets both into one rustls connection at once, which
+//! rustls does not allow (zenoh's issue 2557, open with 1.10.2): now and then a write finds the connection in the middle
+//! of a read and fails with "handshake not complete", and the link is made again; worse, it writes into memory that the
+//! other thread uses, and the router dies. Between two idle routers the first happened once in three minutes.
 //!
-//! It does less, and some things otherwise:
+//! Whatever replaces this crate, zenoh's own link once it is mended above all, must keep the following. The tests, in
+//! `tests/link.rs`, use nothing but zenoh's traits and settings, so that they can be run against the replacement.
 //!
-//! - Both ends show a certificate, always, and only the named authority is trusted. (Zenoh's trusts every
-//!   authority of the public web besides.)
-//! - A write ends when the kernel has taken it. Zenoh's leaves up to 64 kB in the connection's own buffer, where
-//!   what is urgent stands behind what is not.
-//! - A link that is closed is closed at once, and what waits in it is thrown away.
-//! - A link whose other end has a certificate that ran out ends with the next message, and zenoh says something
-//!   several times a second.
+//! | behaviour | test |
+//! |---|---|
+//! | one thread reads while another writes | `both_directions_are_used_at_once` |
+//! | both ends show a certificate of the named authority; no other authority is trusted (zenoh's own link trusts those of the public web besides) | `a_stranger_is_not_let_in_and_lets_nobody_in` |
+//! | this cannot be turned off by a setting | `what_would_make_it_less_safe_is_refused` |
+//! | each end knows the common name at the other end, by which the bus grants access | `each_end_knows_the_others_name` |
+//! | a write ends once the kernel has taken it, so that urgent messages never wait in a buffer of the connection (zenoh's own link keeps up to 64 kB) | `what_was_written_is_out_of_our_hands` |
+//! | a link that is closed is closed at once, and what waits in it is thrown away | `whoever_writes_into_a_link_that_takes_nothing_is_let_go_when_it_is_closed` |
+//! | a link ends with the first message after a certificate at its other end has expired | `a_link_ends_with_the_certificate_at_its_other_end` |
+//! | callers that never finish their handshake keep out nobody else | `silent_callers_are_no_obstacle`, `who_keeps_calling_hangs_up_on_nobody_but_himself` |
+//!
+//! This crate has the name and version of zenoh's, so that the workspace's `[patch.crates-io]` puts it in its place;
+//! `zenoh_uses_this_crate_and_not_its_own` makes sure that it does. Nothing of ours depends on it: who may do what, and
+//! whether a certificate is good enough to start with, is decided in the bus, and `credentials` reads the files.
 
 mod callers;
 mod link;
@@ -23,7 +29,7 @@ mod manager;
 mod settings;
 
 pub use manager::LinkManagerUnicastTls;
-pub use settings::{Papers, TlsConfigurator};
+pub use settings::TlsConfigurator;
 
 use zenoh_link_commons::LocatorInspector;
 use zenoh_protocol::core::Locator;

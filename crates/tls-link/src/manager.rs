@@ -1,4 +1,4 @@
-//! Calls and listens.
+//! Calls other ends and listens for calls.
 
 #![expect(clippy::disallowed_methods, reason = "after an error of the operating system there is no event to wait for")]
 
@@ -20,7 +20,7 @@ use zenoh_result::{ZResult, zerror};
 
 use crate::callers::Callers;
 use crate::link::TlsLink;
-use crate::settings::{Papers, socket};
+use crate::settings::{self, socket};
 
 /// A caller that takes longer to show its certificate is hung up on.
 const HANDSHAKE_LIMIT: Duration = Duration::from_secs(10);
@@ -45,8 +45,8 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
     /// Calls, for as long as zenoh waits for it.
     async fn new_link(&self, endpoint: EndPoint) -> ZResult<LinkUnicast> {
         let config = endpoint.config();
-        let papers = Papers::of_caller(&config)?;
-        let connector = TlsConnector::from(Arc::new(papers.client().map_err(|cause| zerror!("{cause}"))?));
+        let client = settings::of_caller(&config)?.client().map_err(|invalid| zerror!("{invalid}"))?;
+        let connector = TlsConnector::from(Arc::new(client));
         let name =
             ServerName::try_from(host_of(&endpoint.address())?.to_owned()).map_err(|cause| zerror!("{cause}"))?;
         let addresses = get_tcp_addrs(endpoint.address()).await?;
@@ -57,8 +57,8 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
 
     async fn new_listener(&self, endpoint: EndPoint) -> ZResult<Locator> {
         let config = endpoint.config();
-        let acceptor =
-            TlsAcceptor::from(Arc::new(Papers::of_listener(&config)?.server().map_err(|cause| zerror!("{cause}"))?));
+        let server = settings::of_listener(&config)?.server().map_err(|invalid| zerror!("{invalid}"))?;
+        let acceptor = TlsAcceptor::from(Arc::new(server));
         let (listener, bound) = socket(&config)?.new_listener(&address_of(&endpoint).await?)?;
         let host = host_of(&endpoint.address())?.to_owned();
         let locator = Locator::new(endpoint.protocol(), format!("{host}:{}", bound.port()), endpoint.metadata())?;

@@ -28,7 +28,7 @@ pub struct NodeView<'t> {
     pub parent: Option<NodeId>,
     /// Its status.
     pub status: NodeStatus,
-    /// Why it failed when it was last ticked, if it said so.
+    /// Why it failed in its last tick, if a reason is known.
     pub why: Option<&'t FailureRecord>,
 }
 
@@ -84,7 +84,7 @@ impl<Ctx> Tree<Ctx> {
         children.into_iter().flatten().map(NodeId::new)
     }
 
-    /// Why a node failed when it was last ticked, if it said so: the condition, the value and the limit it gave with
+    /// Why a node failed in its last tick, if a reason is known: the condition, the value and the limit it gave with
     /// [`Ports::because`](crate::Ports::because), the expression that decided, the error that a leaf returned.
     pub fn why(&self, node: NodeId) -> Option<&FailureRecord> {
         self.machine.failures.why(node)

@@ -1,11 +1,11 @@
-//! What a kind of leaf declares about itself and its ports.
+//! The declaration of a kind of leaf and of its ports.
 
 use crate::values::port_value::PortValue;
 use crate::values::types::Type;
 use crate::values::value::Value;
 use crate::xml::element::Element;
 
-/// What a leaf is for an editor, and whether it remembers that it has finished.
+/// The class of a leaf: what an editor calls it, and whether it remembers that it has finished.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LeafClass {
     /// Asks a question. Asked again at every tick.

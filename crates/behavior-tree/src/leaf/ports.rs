@@ -1,4 +1,4 @@
-//! What a leaf can do during a tick: read and write its ports, ask for the next tick, say why it fails.
+//! What a leaf can do during a tick: read and write its ports, ask for the next tick, give the reason of a failure.
 
 use std::marker::PhantomData;
 use std::sync::Arc;
@@ -101,18 +101,19 @@ impl Ports<'_> {
         self.board.schedule.tick_again();
     }
 
-    /// Asks for a tick at `time` on the clock of [`Ports::now`]: nothing changes for this leaf before.
+    /// Asks for a tick at `time` on the clock of [`Ports::now`]: nothing changes for this leaf before that time.
     pub fn tick_at(&mut self, time: Duration) {
         self.board.schedule.tick_at(nanoseconds(time));
     }
 
-    /// Wakes the caller that ticks this tree. Give it to the task or thread that will have news for this leaf.
+    /// Wakes the caller that ticks this tree. Give it to the task or thread that will have a result for this leaf.
     pub fn waker(&self) -> &Waker {
         &self.board.waker
     }
 
-    /// Says which condition did not hold, before this leaf returns failure: `battery above reserve`, the value found,
-    /// and the limit or value expected. Kept with the node, see [`Tree::last_failure`](crate::Tree::last_failure).
+    /// Names the condition that did not hold, before this leaf returns failure: `battery above reserve`, the value
+    /// found, and the limit or value expected. Kept with the node, see
+    /// [`Tree::last_failure`](crate::Tree::last_failure).
     pub fn because(&mut self, condition: impl Into<SharedText>, value: impl Into<Value>, threshold: impl Into<Value>) {
         let (condition, value, threshold) = (condition.into(), Some(value.into()), Some(threshold.into()));
         self.board.cause = Some(Cause::Unmet { condition, value, threshold });
@@ -123,13 +124,14 @@ impl Ports<'_> {
         self.board.cause = Some(Cause::Unmet { condition: condition.into(), value: None, threshold: None });
     }
 
-    /// Says in a sentence of its own why this leaf is about to return failure: what happened, not what was expected.
+    /// Gives the reason of a failure as a sentence, before this leaf returns failure: what happened, not what was
+    /// expected.
     pub fn explain(&mut self, reason: impl Into<SharedText>) {
         self.board.cause = Some(Cause::Happened(reason.into()));
     }
 
-    /// Why the node failed that decided the latest failure in this tree, if it said so. For a leaf that handles the
-    /// failure of the sibling before it in a `Fallback`.
+    /// Why the node that decided the latest failure in this tree failed, if a reason is known. For a leaf that
+    /// handles the failure of the sibling before it in a `Fallback`.
     pub fn last_failure(&self) -> Option<&Cause> {
         self.failures.why(NodeId::new(self.failures.decider())).map(|record| &record.cause)
     }

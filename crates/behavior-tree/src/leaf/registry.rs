@@ -1,4 +1,4 @@
-//! The kinds of leaf that a program brings.
+//! The kinds of leaf that a program registers.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

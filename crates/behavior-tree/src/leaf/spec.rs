@@ -1,4 +1,4 @@
-//! What a factory learns about the node that it builds.
+//! The description of a node, which a factory gets to build the leaf.
 
 use std::fmt;
 use std::task::Waker;

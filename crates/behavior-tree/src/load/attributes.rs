@@ -20,7 +20,7 @@ use crate::xml::element::{Attribute, Element};
 const CONDITIONS: [&str; 8] =
     ["_failureIf", "_successIf", "_skipIf", "_while", "_onSuccess", "_onFailure", "_onHalted", "_post"];
 
-/// What editors and loggers write, and the engine need not understand.
+/// Attributes that editors and loggers write, and that the engine ignores.
 const OF_EDITORS: [&str; 3] = ["_description", "_uid", "_fullpath"];
 
 /// Reads the attributes of one node.
@@ -38,7 +38,7 @@ impl Attributes<'_> {
         binder.bind(self.element, tag, declared)
     }
 
-    /// What the ports of a built-in node say, except for [`Arguments::table`].
+    /// The values of the ports of a built-in node, except for [`Arguments::table`].
     pub(super) fn arguments(&mut self, ports: &[BuiltInPort], bindings: &[Binding]) -> Arguments {
         let mut arguments = Arguments { numbers: Vec::new(), script: NONE, status: Status::Failure, table: NONE };
         for (port, binding) in ports.iter().zip(bindings) {

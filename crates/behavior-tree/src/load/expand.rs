@@ -122,7 +122,7 @@ impl<'f, Ctx> Expander<'_, 'f, Ctx> {
         self.builder.end_node(at, kind, children, built_in);
     }
 
-    /// Puts a tree in the place of the `SubTree` node `at`.
+    /// Expands the tree that the `SubTree` node `at` includes.
     fn sub_tree(&mut self, element: &'f Element, at: usize, position: Position) {
         let id = element.get("ID").unwrap_or_default();
         let Some(tree) = self.forest.tree(id) else {

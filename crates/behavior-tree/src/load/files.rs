@@ -1,4 +1,4 @@
-//! What tree files say about one another: includes, and the main tree.
+//! The references between tree files: includes, and the main tree.
 
 use std::collections::BTreeSet;
 

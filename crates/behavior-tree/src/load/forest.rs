@@ -16,7 +16,7 @@ const MAX_NODES: usize = u16::MAX as usize;
 /// The limit for all trees of a library together: a few lines of XML can describe any number of nodes.
 const MAX_NODES_IN_ALL: usize = 4 * MAX_NODES;
 
-/// What the trees of a library are made of.
+/// The elements and models that the trees of a library are expanded from.
 pub(crate) struct Forest<'a, Ctx> {
     registry: &'a Registry<Ctx>,
     /// Every `BehaviorTree` element by `ID`.

@@ -1,4 +1,4 @@
-//! What kind of node an element asks for.
+//! The kind of node that an element names.
 
 use std::ops::RangeInclusive;
 
@@ -15,13 +15,13 @@ use crate::nodes::built_in::{BuiltIn, BuiltInPort, Class};
 use crate::values::value::Value;
 use crate::xml::element::Element;
 
-/// What kind of node an element asks for.
+/// The kind of node that an element names.
 pub(super) enum Meaning<'r, Ctx> {
     BuiltIn(&'static BuiltIn),
     Leaf(&'r LeafKind<Ctx>),
 }
 
-/// The tag and the kind of node that an element asks for, in the short form `<Name/>` or the long one
+/// The tag and the kind of node that an element names, in the short form `<Name/>` or the long one
 /// `<Action ID="Name"/>`.
 pub(super) fn meaning<'e, 'r, Ctx>(
     element: &'e Element,
@@ -46,7 +46,7 @@ pub(super) fn meaning<'e, 'r, Ctx>(
         let built_ins = nodes::built_ins().map(|built_in| built_in.tag);
         let nearest = mistakes.nearest(tag, built_ins.chain(registry.kinds.keys().map(String::as_str)));
         mistakes.add(element.at, Mistake::UnknownNode { tag: tag.to_owned(), nearest });
-        // What is below the element cannot be checked, because nothing says what belongs there.
+        // What is below the element cannot be checked, because the node that it belongs to is unknown.
         return None;
     };
     if is_long_form && element.tag != class {

@@ -40,7 +40,7 @@ impl Mistakes {
     }
 
     /// The known name most similar to `name`. `None` once mistakes are only counted: a file with a thousand wrong names
-    /// must not cost a thousand searches.
+    /// must not cause a thousand searches.
     pub(super) fn nearest<'k>(&self, name: &str, known: impl IntoIterator<Item = &'k str>) -> Option<String> {
         if self.is_full() { None } else { nearest(name, known) }
     }

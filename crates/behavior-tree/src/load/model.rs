@@ -1,7 +1,7 @@
-//! What `TreeNodesModel` says about the ports of trees.
+//! The ports of trees, as `TreeNodesModel` declares them.
 //!
-//! Models of actions and conditions are for editors; the registry knows more about these. The model of a tree declares
-//! the keys that the tree takes from outside.
+//! Models of actions and conditions are for editors; the registry describes these in more detail. The model of a tree
+//! declares the keys that the tree takes from outside.
 
 use std::collections::BTreeMap;
 

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::xml::element::{Element, Place};
 
-/// Names that an earlier node of the tree has too.
+/// The names that an earlier node of the tree also has.
 pub(super) fn repeated_names(tree: &Element) -> Vec<(&str, Place)> {
     let (mut seen, mut repeated) = (HashMap::new(), Vec::new());
     collect_names(tree, &mut |name, at| {

@@ -1,6 +1,6 @@
 //! "Did you mean ..?"
 
-/// Hints are for names that people type. A longer one is not a typing mistake, and comparing it takes long.
+/// Hints are for names that people type. A longer name is hardly a typing mistake, and to compare it takes long.
 const LONGEST: usize = 64;
 
 /// The known name most similar to `name`, if it may have been meant. Capitals do not count.

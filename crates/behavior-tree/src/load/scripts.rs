@@ -31,7 +31,7 @@ pub(super) struct Scripts {
     uses: Vec<(Place, Purpose)>,
 }
 
-/// A chain of keys that get their types from one another may be this long.
+/// The longest chain of keys that get their types from one another.
 const MAX_PASSES: usize = 64;
 
 impl Scripts {

@@ -99,7 +99,7 @@ impl Slots {
         }
     }
 
-    /// An expression assigns a value of type `ty`. True if this says more about the key's type than was known.
+    /// An expression assigns a value of type `ty`. True if the key's type is now known more exactly.
     pub(super) fn infer(&mut self, slot: u32, ty: Type) -> bool {
         let slot = &mut self.0[slot as usize];
         if slot.declared.is_some() || slot.takes_anything || ty == Type::Any {

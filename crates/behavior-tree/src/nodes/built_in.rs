@@ -1,4 +1,4 @@
-//! What a built-in node declares about itself.
+//! The declarations of built-in nodes.
 
 use std::ops::RangeInclusive;
 
@@ -15,7 +15,7 @@ pub(crate) struct BuiltIn {
     pub(crate) class: Class,
     pub(crate) children: RangeInclusive<usize>,
     pub(crate) ports: &'static [BuiltInPort],
-    /// Makes the kind from what the ports of a node say.
+    /// Makes the kind from the values of the ports.
     pub(crate) kind: fn(&Arguments) -> Kind,
     /// A node that is halted goes on where it was; others start from the beginning.
     pub(crate) keeps_place: bool,
@@ -81,7 +81,7 @@ impl Class {
     }
 }
 
-/// What the ports of one node say.
+/// The values of the ports of one node.
 pub(crate) struct Arguments {
     /// Those of the ports that hold numbers, in the order of the declaration.
     pub(crate) numbers: Vec<Param>,

@@ -127,7 +127,7 @@ pub(super) fn compute<Ctx>(run: &mut Run<'_, Ctx>, script: u32) -> Result<Value,
     script.run(&mut scene(run)).map_err(|error| described(shape, script, &error))
 }
 
-/// What an expression says as a condition.
+/// The value of an expression as a condition.
 pub(super) struct Verdict {
     pub(super) holds: bool,
     /// The two sides of the last comparison, if there was one.

@@ -1,4 +1,4 @@
-//! The user's leaves: calling them, and containing what goes wrong in them.
+//! The user's leaves: calling them, and containing their errors and panics.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -48,7 +48,7 @@ pub(super) fn tick<Ctx>(run: &mut Run<'_, Ctx>, at: usize, leaf: u32) -> Status 
         Ok(Err(error)) => NodeErrorKind::returned(&*error),
         Err(payload) => NodeErrorKind::panic(&*payload),
     };
-    // The leaf may have started something before it went wrong.
+    // The leaf may have started something before its error.
     let status = run.fail_with(at, error);
     halt(run, at, leaf);
     status

@@ -1,4 +1,4 @@
-//! One tick, or one halt, on its way through a tree.
+//! The walk of one tick, or of one halt, through a tree.
 
 use std::time::Duration;
 
@@ -33,7 +33,7 @@ impl<'a, Ctx> Run<'a, Ctx> {
         }
         let has_decided = status == Status::Failure && self.decider() == at;
         if !has_decided && status != Status::Skipped {
-            // The reason of an earlier failure no longer counts.
+            // The reason of an earlier failure is out of date.
             self.machine.failures.forget(at);
         }
         match status {

@@ -1,4 +1,4 @@
-//! `SubTree`: puts another tree of the library in its place.
+//! `SubTree`: includes another tree of the library.
 //!
 //! `ID` names the tree. The other attributes connect its keys to those of this tree.
 //!

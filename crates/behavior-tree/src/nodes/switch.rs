@@ -1,6 +1,6 @@
 //! `Switch2` to `Switch6`: ticks the child whose case equals a variable.
 //!
-//! One child for each case, and a last child for everything else.
+//! It has one child for each case, and a last child for all other values.
 //!
 //! | port | type | |
 //! |---|---|---|

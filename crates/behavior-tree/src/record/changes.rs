@@ -47,7 +47,7 @@ impl ChangeRecorder {
         self.changes.push_back(StatusChange { at, stamp, node, from, to });
     }
 
-    /// Hands over all changes, oldest first. Returns how many were displaced.
+    /// Passes all changes to `take`, oldest first. Returns how many were displaced.
     pub(crate) fn drain(&mut self, take: impl FnMut(StatusChange)) -> u64 {
         self.changes.drain(..).for_each(take);
         std::mem::take(&mut self.lost)

@@ -1,4 +1,4 @@
-//! What went wrong in nodes: errors and panics of leaves, contained.
+//! Errors of nodes: errors and panics of leaves, and expressions that cannot be computed.
 
 use std::any::Any;
 use std::error::Error;
@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use crate::node_id::NodeId;
 
-/// A leaf, or a node's expression, went wrong. Its node failed, and the tree goes on.
+/// An error of a leaf, or of a node's expression. The node failed, and the tree goes on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeError {
     /// The node. For an error in a tree that a leaf holds, that leaf.
@@ -21,7 +21,7 @@ pub struct NodeError {
     pub kind: NodeErrorKind,
 }
 
-/// What went wrong in a node.
+/// The kind of an error.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NodeErrorKind {
     /// A leaf returned an error. The text includes the error's sources.
@@ -75,7 +75,7 @@ const MAX_ERRORS: usize = 64;
 #[derive(Default)]
 pub(crate) struct NodeErrors {
     kept: Vec<NodeError>,
-    /// How many more there were.
+    /// The number of errors that were dropped.
     lost: u64,
 }
 
@@ -101,7 +101,7 @@ impl NodeErrors {
         &self.kept
     }
 
-    /// The oldest errors, and how many more there were.
+    /// The oldest errors, and the number of errors that were dropped.
     pub(crate) fn take(&mut self) -> (Vec<NodeError>, u64) {
         (std::mem::take(&mut self.kept), std::mem::take(&mut self.lost))
     }

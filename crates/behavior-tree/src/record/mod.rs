@@ -1,4 +1,4 @@
-//! What a tree records: why nodes failed, what went wrong in leaves, which statuses changed.
+//! What a tree records: why nodes failed, errors of leaves, which statuses changed.
 
 pub(crate) mod cause;
 pub(crate) mod changes;

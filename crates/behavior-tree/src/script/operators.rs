@@ -71,7 +71,7 @@ fn is_text(value: &Value) -> bool {
     matches!(value, Value::Text(_))
 }
 
-/// Longer texts are refused, or a script in a loop would fill the memory.
+/// Longer texts are refused, because a script in a loop could fill the memory.
 const MAX_TEXT: usize = 64 * 1024;
 
 fn concatenated(left: &Value, right: &Value) -> Option<Value> {

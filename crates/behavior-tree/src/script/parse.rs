@@ -7,7 +7,7 @@ use crate::values::value::Value;
 /// Expressions nested deeper are refused, because checking and computing them recurses.
 const MAX_DEPTH: u32 = 100;
 
-/// Reads a script. `name` says what a name means: a key, or a number that has a name.
+/// Reads a script. `name` resolves a name: to a key, or to a number that has a name.
 pub(crate) fn parse(text: &str, name: &mut dyn FnMut(&str) -> Expr) -> Result<Vec<Expr>, SyntaxError> {
     let mut parser = Parser { rest: text, peeked: None, name };
     parser.advance()?;

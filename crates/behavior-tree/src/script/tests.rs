@@ -148,7 +148,7 @@ fn types_are_inferred() {
     check("b ? i : t", Err("`?:` cannot combine int and std::string"));
 }
 
-/// Parts of expressions, and a few that belong in none.
+/// Parts of expressions, and a few texts that belong in no expression.
 const PARTS: &[&str] = &[
     "a",
     "b",

@@ -4,7 +4,7 @@ use std::any::Any;
 use std::fmt;
 use std::sync::Arc;
 
-/// A type of the user's that may travel through ports.
+/// A type that the user of the engine defines and that ports can carry.
 ///
 /// ```
 /// #[derive(Clone, Debug)]

@@ -15,7 +15,7 @@ fn an_error_or_panic_fails_the_node_and_halts_what_it_started() {
 }
 
 #[test]
-fn faults_are_recorded_with_node_time_and_message() {
+fn errors_are_recorded_with_node_time_and_message() {
     let root = r#"<Sequence><ForceSuccess><L name="errs" id="1" s="E"/></ForceSuccess><L name="panics" id="2" s="P"/></Sequence>"#;
     let mut tree = tree_of(&registry(), &file(root, ""));
     assert_eq!(tree.tick_once(Duration::from_millis(7), &mut String::new()), Status::Failure);

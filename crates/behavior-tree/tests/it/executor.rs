@@ -81,15 +81,15 @@ impl Leaf<World> for Executor {
     }
 }
 
-/// Returns an error for `err`, and failure otherwise.
-struct Obedient(&'static str);
+/// Returns an error for the script `err`, and failure otherwise.
+struct Scripted(&'static str);
 
-impl Leaf<World> for Obedient {
+impl Leaf<World> for Scripted {
     fn tick(&mut self, _: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         match self.0 {
-            "err" => Err("out of luck".into()),
+            "err" => Err("no fix".into()),
             _ => {
-                ports.because("luck enough", 0.5, 0.7);
+                ports.because("battery above reserve", 0.5, 0.7);
                 Ok(Status::Failure)
             }
         }
@@ -136,16 +136,16 @@ fn an_executor_passes_ticks_and_halts_to_its_step() {
 #[test]
 fn failures_and_errors_of_a_step_are_passed_on() {
     for (result, why, errors) in [
-        ("fail", "not met: luck enough (found 0.5, limit 0.7)", [].as_slice()),
-        ("err", "out of luck", ["Executor > again/Obedient: out of luck"].as_slice()),
+        ("fail", "not met: battery above reserve (found 0.5, limit 0.7)", [].as_slice()),
+        ("err", "no fix", ["Executor > again/Scripted: no fix"].as_slice()),
     ] {
         let mut registry = Registry::new();
         registry.action("Executor", [], |_| Ok(Executor::default()));
-        registry.action("Obedient", [Port::inout::<Goal>("goal")], move |_| Ok(Obedient(result)));
+        registry.action("Scripted", [Port::inout::<Goal>("goal")], move |_| Ok(Scripted(result)));
         let trees = r#"<root BTCPP_format="4" main_tree_to_execute="Main">
           <BehaviorTree ID="Main"><Executor/></BehaviorTree>
           <BehaviorTree ID="Step"><SubTree ID="Inner" name="again" goal="{goal}"/></BehaviorTree>
-          <BehaviorTree ID="Inner"><Obedient goal="{goal}"/></BehaviorTree>
+          <BehaviorTree ID="Inner"><Scripted goal="{goal}"/></BehaviorTree>
           <TreeNodesModel><SubTree ID="Step"><input_port name="goal" type="Goal"/></SubTree></TreeNodesModel></root>"#;
         let library = Library::load(&registry, [("trees.xml", trees)]).unwrap_or_else(|errors| panic!("{errors}"));
         let mut world = World { next_goal: Some(Goal { north: 0.0 }), ..World::default() };

@@ -116,7 +116,7 @@ fn a_leaf_decides_for_all_its_parents() {
 }
 
 #[test]
-fn a_failure_that_a_fallback_made_up_for_does_not_decide() {
+fn a_failure_after_which_a_fallback_succeeded_does_not_decide() {
     let rescued = format!("<Fallback>{}{}</Fallback>", leaf("a", "F"), leaf("b", "S"));
     check(&format!("<Sequence>{rescued}{}</Sequence>", leaf("c", "F")), "c");
     check(&format!("<Sequence>{rescued}<Inverter>{}</Inverter></Sequence>", leaf("c", "S")), "Inverter");
@@ -146,7 +146,7 @@ fn a_parallel_names_the_child_whose_failure_ended_it() {
     let tolerant = |children: &str| format!("<Parallel failure_count=\"2\" success_count=\"1\">{children}</Parallel>");
     check(&tolerant(&(leaf("a", "F") + &leaf("b", "F") + &leaf("c", "R"))), "b");
     check(&tolerant(&(leaf("a", "RF") + &leaf("b", "F") + &leaf("c", "R"))), "running, a");
-    // No failure is tolerated at all, so no child is to blame.
+    // No failure is tolerated at all, so no child decided.
     let strict = format!("<Parallel name=\"p\" failure_count=\"0\">{}{}</Parallel>", leaf("a", "S"), leaf("b", "S"));
     check(&strict, "p");
     let ends = format!("<SuccessIsRunning>{}</SuccessIsRunning>", leaf("a", "S"));
@@ -246,7 +246,7 @@ fn a_tree_that_a_leaf_holds_passes_its_reason_on() {
     let because = |name: &str| format!(r#"<Because name="{name}" why="{name}"/>"#);
     let held = format!(
         "<ReactiveSequence><Fallback>{}<AlwaysSuccess/></Fallback>{}{}</ReactiveSequence>",
-        because("made up for"),
+        because("recovered"),
         leaf("b", "RS"),
         because("decides")
     );
@@ -277,7 +277,7 @@ fn a_leaf_learns_why_the_sibling_before_it_failed() {
         tree.tick_exactly_once(Duration::ZERO, &mut events);
         events
     };
-    let rescued = format!("<Fallback>{}<AlwaysSuccess/></Fallback>", because("made up for"));
+    let rescued = format!("<Fallback>{}<AlwaysSuccess/></Fallback>", because("recovered"));
     assert_eq!(reason(&format!("{rescued}{}", because("decides"))), "not met: decides");
     assert_eq!(reason(&format!("{rescued}<AlwaysFailure/>")), "no reason");
 }
@@ -292,7 +292,7 @@ fn an_error_is_the_reason_of_its_node() {
     let mut tree = tree_of(&leaves(), &file(&format!("<Parallel><BadHalt/>{}</Parallel>", leaf("a", "P")), ""));
     assert_eq!(deciders(&mut tree, 1), "a");
     assert_eq!(why(&tree).as_deref(), Some("panicked: the script says so"));
-    assert_eq!(tree.errors().len(), 2, "the halted leaf's panic is on record too");
+    assert_eq!(tree.errors().len(), 2, "the halted leaf's panic is recorded too");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use behavior_tree::Library;
 use crate::support::registry;
 use counting_allocator::peak;
 
-/// Parts of tree files, and a few that belong in none.
+/// Parts of tree files, and a few texts that belong in no tree file.
 const PARTS: &[&str] = &[
     "<root BTCPP_format=\"4\">",
     "</root>",

@@ -46,7 +46,7 @@ fn the_tree_a_leaf_holds_is_shown_below_it() {
 fn nodes_know_their_place() {
     let tree = example();
     let landing = tree.find("landing").expect("the node");
-    assert_eq!(tree.node(landing).expect("it is there").parent.map(NodeId::index), Some(0));
+    assert_eq!(tree.node(landing).expect("the node is in the tree").parent.map(NodeId::index), Some(0));
     let inside: Vec<_> = tree.children(landing).filter_map(|child| tree.node(child)).collect();
     assert_eq!((inside[0].tag, inside[0].path), ("Sequence", "landing"));
     assert_eq!(inside[0].parent, Some(landing), "an included tree is below the node that includes it");

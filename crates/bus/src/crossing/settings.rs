@@ -26,7 +26,7 @@ impl Crossing {
         let carrier = &self.carrier;
         let open_limit_ms = carrier.open_limit.as_millis() as u64;
         let batches = carrier.queue_batches;
-        let papers = papers::shown(papers);
+        let papers = papers::in_folder(papers);
         let mut settings = vec![
             ("access_control", self.access(side, vehicles)),
             ("low_pass_filter", self.size_limit()),

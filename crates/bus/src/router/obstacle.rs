@@ -32,8 +32,8 @@ fn call(folder: &Path, address: &str) -> Result<(), String> {
         TcpStream::connect_timeout(&target, LIMIT).map_err(|cause| format!("{address} does not answer: {cause}"))?;
     let limit = |it: &TcpStream, limit| it.set_read_timeout(Some(limit)).map_err(|cause| cause.to_string());
     limit(&stream, LIMIT)?;
-    let mut connection =
-        ClientConnection::new(Arc::new(papers::shown(folder).client()?), host).map_err(|cause| cause.to_string())?;
+    let client = papers::in_folder(folder).client().map_err(|invalid| invalid.to_string())?;
+    let mut connection = ClientConnection::new(Arc::new(client), host).map_err(|cause| cause.to_string())?;
     while connection.is_handshaking() {
         connection.complete_io(&mut stream).map_err(|cause| words(&cause))?;
     }

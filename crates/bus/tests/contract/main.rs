@@ -1,5 +1,7 @@
 //! What a node may rely on, whichever shell it runs on: each story runs over the virtual bus and over zenoh.
 
+#![expect(unreachable_pub, reason = "no other crate uses a test: here `pub` means outside of the module")]
+
 mod calls;
 mod messages;
 mod peers;

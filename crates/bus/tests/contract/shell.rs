@@ -1,5 +1,7 @@
 //! The two shells, each as a story sees it.
 
+#![expect(clippy::disallowed_methods, reason = "a test waits for what other threads do, up to a limit")]
+
 use std::sync::mpsc::channel;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};

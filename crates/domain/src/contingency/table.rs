@@ -284,7 +284,7 @@ then = "resume"
         check("priority = 40\n", "", "c.toml:14:1: missing field `priority`");
         check("priority = 40", "priority = 90", "c.toml:27:12: priority 90 is already that of `battery_low`");
         check("[\"return_home\"]", "[\"return_hom\"]", "c.toml:20:12: there is no action `return_hom`");
-        check("[action.land]", "[action.lan]", "c.toml:10:9: there is no action tree `lan`");
+        check("[action.land]", "[action.lan]", "c.toml:9:9: there is no action tree `lan`");
         check("tries = 2", "tries = 0", "c.toml:3:9: invalid value: integer `0`, expected a nonzero u32");
         check("[\"takeoff\", \"cruise\"]", "[]", "c.toml:19:10: this row never counts");
         check("\"cruise\"]", "\"cruising\"]", "c.toml:19:22: unknown variant `cruising`");

@@ -151,8 +151,6 @@ impl Node for Mcm {
 
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
         self.wake(now);
-        // Trees given up in earlier wakes; one given up now is dropped after the next one has started.
-        let discarded = self.world.take_discarded();
         self.tick();
         self.world.flush();
         self.reporter.report(&self.tree, &mut self.world, self.next_tick.is_none(), self.ticks);
@@ -161,7 +159,6 @@ impl Node for Mcm {
             self.world.publish(record);
         }
         self.world.drain_into(effects);
-        drop(discarded);
     }
 
     fn deadline(&self) -> Option<Time> {

@@ -14,7 +14,7 @@ use crate::permissions::{Permissions, Standing};
 
 /// An area, with what it takes to enter it while it applies.
 #[derive(Debug, Clone)]
-pub struct Zone<'a> {
+pub(crate) struct Zone<'a> {
     /// The area itself.
     pub area: &'a Area,
     /// What it takes to get a permission that is not held for long enough.
@@ -23,7 +23,7 @@ pub struct Zone<'a> {
 
 /// What it takes to get a permission.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Access {
+pub(crate) enum Access {
     /// Asking for it, and a wait that is to be expected.
     Ask {
         /// In seconds.
@@ -41,14 +41,14 @@ pub enum Access {
 }
 
 /// Zones that a plan has asked for in an earlier step, by their index.
-pub type Asked = BTreeSet<usize>;
+pub(crate) type Asked = BTreeSet<usize>;
 
 /// Areas that a request has found to be of no use, with the reason for the mission report.
-pub type Closures = BTreeMap<String, String>;
+pub(crate) type Closures = BTreeMap<String, String>;
 
 /// Every area of the mission.
 #[derive(Debug, Clone)]
-pub struct Airspace<'a> {
+pub(crate) struct Airspace<'a> {
     /// The rule that the mission manager flies by.
     pub rule: airspace::Airspace<'a>,
     /// In the mission's order.
@@ -56,14 +56,14 @@ pub struct Airspace<'a> {
 }
 
 /// The permissions that `state` holds; one of which no end is known holds forever.
-pub fn grants(state: &State, known: &Grants) -> Grants {
+pub(crate) fn grants(state: &State, known: &Grants) -> Grants {
     let endless = state.permissions.iter().map(|area| (area.clone(), Duration::MAX));
     endless.chain(known.iter().map(|(area, remaining)| (area.clone(), *remaining))).collect()
 }
 
 impl<'a> Airspace<'a> {
     /// The areas as they stand `now` for a vehicle that holds `grants`.
-    pub fn new(
+    pub(crate) fn new(
         areas: &'a [Area],
         grants: &'a Grants,
         permissions: &Permissions,
@@ -86,12 +86,12 @@ impl<'a> Airspace<'a> {
     }
 
     /// Whether a vehicle in the air at `point` must leave an area now.
-    pub fn is_trespassed(&self, point: Ned) -> bool {
+    pub(crate) fn is_trespassed(&self, point: Ned) -> bool {
         self.rule.trespassed(point).next().is_some()
     }
 
     /// Whether `zone` must not be stayed in between two moments by a plan that has asked for `asked`.
-    pub fn is_barred(&self, zone: usize, asked: &Asked, from: Duration, until: Duration) -> bool {
+    pub(crate) fn is_barred(&self, zone: usize, asked: &Asked, from: Duration, until: Duration) -> bool {
         let Some(Zone { area, .. }) = self.zones.get(zone) else { return false };
         let is_asked = area.kind == AreaKind::Permission && asked.contains(&zone);
         !is_asked && self.rule.bars(area, from, until).is_some()
@@ -99,7 +99,7 @@ impl<'a> Airspace<'a> {
 
     /// The zones entered on the straight way that must not be entered yet by a plan that has asked for `asked`, each with
     /// the fraction at which it first is, in the order in which they are.
-    pub fn first_entries(&self, from: Ned, to: Ned, motion: Motion, asked: &Asked) -> Vec<(f64, usize)> {
+    pub(crate) fn first_entries(&self, from: Ned, to: Ned, motion: Motion, asked: &Asked) -> Vec<(f64, usize)> {
         let way_m = from.distance_m(to);
         let entry = |(index, zone): (usize, &Zone<'a>)| {
             if zone.area.kind == AreaKind::Permission && asked.contains(&index) {
@@ -116,7 +116,7 @@ impl<'a> Airspace<'a> {
 
     /// Names of the areas that the way touches while they apply, and that may be entered: those whose permission must not
     /// be lost on it. One that is only being left is not among them.
-    pub fn needed(&self, from: Ned, to: Ned, motion: Motion, asked: &Asked) -> Vec<String> {
+    pub(crate) fn needed(&self, from: Ned, to: Ned, motion: Motion, asked: &Asked) -> Vec<String> {
         let nothing_held = Grants::new();
         let without = airspace::Airspace { grants: &nothing_held, ..self.rule };
         let is_needed = |&(index, zone): &(usize, &Zone<'a>)| {
@@ -142,7 +142,7 @@ impl<'a> Airspace<'a> {
     }
 
     /// Whether the permission for `area` was refused or too short, and is not held.
-    pub fn was_denied(&self, area: &str) -> bool {
+    pub(crate) fn was_denied(&self, area: &str) -> bool {
         self.zones.iter().filter(|zone| zone.area.name == area).any(|zone| match &zone.access {
             _ if self.rule.bars(zone.area, Duration::ZERO, Duration::ZERO).is_none() => false,
             Access::Ask { denied, at_most, .. } => *denied || at_most.is_some(),

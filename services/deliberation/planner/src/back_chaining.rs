@@ -8,7 +8,7 @@ use crate::score::score;
 
 /// An action between the state it starts from and the one it reaches.
 #[derive(Debug, Clone)]
-pub struct Link {
+pub(crate) struct Link {
     /// Which action.
     pub action: &'static dyn Action,
     /// Where it starts.
@@ -19,7 +19,7 @@ pub struct Link {
 
 /// Why no chain of actions leads from the start to the goal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum NoChain {
+pub(crate) enum NoChain {
     /// No action can reach the state that was to be reached next.
     #[error("no action leads to it")]
     NoAction,
@@ -29,7 +29,7 @@ pub enum NoChain {
 }
 
 /// The actions that lead from `start` to `goal`, last to fly first; none if `start` is there within the tolerance.
-pub fn chain(start: &State, goal: &State, tolerance: Tolerance, config: &Config) -> Result<Vec<Link>, NoChain> {
+pub(crate) fn chain(start: &State, goal: &State, tolerance: Tolerance, config: &Config) -> Result<Vec<Link>, NoChain> {
     let mut links: Vec<Link> = Vec::new();
     let mut current_goal = goal.clone();
     while !start.matches(&current_goal, tolerance) {

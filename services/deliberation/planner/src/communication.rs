@@ -12,7 +12,7 @@ use crate::routing::Way;
 
 /// A part of a way, flown as one step.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Section {
+pub(crate) struct Section {
     /// Where it ends.
     pub to: Ned,
     /// When it ends.
@@ -25,7 +25,7 @@ pub struct Section {
 const SAME_PLACE_M: f64 = 1.0;
 
 /// `way` cut into sections, for a plan that has asked for `asked` before.
-pub fn sections(way: &Way, airspace: &Airspace, asked: &Asked, config: &Config) -> Vec<Section> {
+pub(crate) fn sections(way: &Way, airspace: &Airspace, asked: &Asked, config: &Config) -> Vec<Section> {
     let milestones = milestones(&way.points);
     // The vehicle does not wait on the way out of an area.
     let earliest_m = milestones.get(way.legs_out).copied().unwrap_or(0.0);

@@ -20,7 +20,7 @@ use crate::routing::{self, NoWay};
 
 /// Why a goal cannot be reached, for the mission report.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum Unreachable {
+pub(crate) enum Unreachable {
     /// Independent of the areas.
     #[error(transparent)]
     NoChain(#[from] NoChain),
@@ -31,7 +31,7 @@ pub enum Unreachable {
 
 /// Steps from `start` to `goal`, which is reached within `tolerance`; first to fly first. They have no ids yet, and what
 /// they ask for has no length yet.
-pub fn draft(
+pub(crate) fn draft(
     start: &State,
     goal: &State,
     tolerance: Tolerance,
@@ -138,7 +138,7 @@ impl Draft<'_> {
 
 impl Step {
     /// The same step as one that asks for the permissions of `ask`, or, if there are none, for nothing.
-    pub fn asking(mut self, ask: Vec<PermissionNeed>) -> Step {
+    pub(crate) fn asking(mut self, ask: Vec<PermissionNeed>) -> Step {
         let auxiliary = !ask.is_empty();
         hold(&mut self.action.nominal, auxiliary);
         self.communication = CommunicationStep { ask, auxiliary };
@@ -146,24 +146,24 @@ impl Step {
     }
 
     /// How long it is flown at least, in seconds.
-    pub fn flight_time_s(&self, config: &Config) -> f64 {
+    pub(crate) fn flight_time_s(&self, config: &Config) -> f64 {
         self.action.from.distance_m(self.action.to.position) / config.speed_m_s(&self.action.nominal.goal)
     }
 
     /// How it moves if it begins at this time from now on.
-    pub fn motion(&self, begins: Duration, config: &Config) -> Motion {
+    pub(crate) fn motion(&self, begins: Duration, config: &Config) -> Motion {
         let goal = &self.action.nominal.goal;
         let airborne = !matches!(goal, Goal::Takeoff { .. });
         Motion { begins, speed_m_s: config.speed_m_s(goal), airborne }
     }
 
     /// The straight way it is planned to take.
-    pub fn way(&self) -> (Ned, Ned) {
+    pub(crate) fn way(&self) -> (Ned, Ned) {
         (self.action.from, self.action.to.position)
     }
 
     /// Whether it asks for `area`.
-    pub fn asks_for(&self, area: &str) -> bool {
+    pub(crate) fn asks_for(&self, area: &str) -> bool {
         self.communication.ask.iter().any(|need| need.area == area)
     }
 }

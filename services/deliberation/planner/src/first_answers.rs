@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 /// The answers to the last requests, by request id.
 #[derive(Debug)]
-pub struct FirstAnswers<R> {
+pub(crate) struct FirstAnswers<R> {
     newest_last: VecDeque<(String, R)>,
 }
 
@@ -19,12 +19,12 @@ impl<R> FirstAnswers<R> {
     const REMEMBERED: usize = 64;
 
     /// The answer that `request_id` was given.
-    pub fn get(&self, request_id: &str) -> Option<&R> {
+    pub(crate) fn get(&self, request_id: &str) -> Option<&R> {
         self.newest_last.iter().find(|(id, _)| id == request_id).map(|(_, reply)| reply)
     }
 
     /// Remembers the answer to `request_id`; one without an id cannot be repeated.
-    pub fn remember(&mut self, request_id: String, reply: R) {
+    pub(crate) fn remember(&mut self, request_id: String, reply: R) {
         if request_id.is_empty() {
             return;
         }

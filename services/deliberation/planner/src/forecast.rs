@@ -15,7 +15,7 @@ use crate::plan::Step;
 
 /// What one objective takes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Forecast {
+pub(crate) struct Forecast {
     /// Its name.
     pub objective: String,
     /// Why it cannot be reached, if so.
@@ -36,7 +36,12 @@ pub struct Forecast {
 const MOST_WAITS: usize = 16;
 
 /// Plans `planner`'s mission without flying it.
-pub fn fly_through(mut planner: MissionPlanner, mut state: State, mut now: Now, config: &Config) -> Vec<Forecast> {
+pub(crate) fn fly_through(
+    mut planner: MissionPlanner,
+    mut state: State,
+    mut now: Now,
+    config: &Config,
+) -> Vec<Forecast> {
     let mut forecasts: Vec<Forecast> = planner.objectives().all().iter().map(|it| blank(&it.name)).collect();
     let (mut waits, mut planned) = (0, 0);
     while planned < forecasts.len() && waits < MOST_WAITS {

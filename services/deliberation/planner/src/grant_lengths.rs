@@ -11,7 +11,7 @@ use crate::plan::Step;
 
 /// A permission that would have to hold for longer than it was ever granted.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TooShort {
+pub(crate) struct TooShort {
     /// For which area.
     pub area: String,
     /// For the mission report.
@@ -19,7 +19,7 @@ pub struct TooShort {
 }
 
 /// Sets the length of every permission that `steps` ask for, were the first of them begun now.
-pub fn set(steps: &mut [Step], airspace: &Airspace, config: &Config) {
+pub(crate) fn set(steps: &mut [Step], airspace: &Airspace, config: &Config) {
     let mut begins = Duration::ZERO;
     for index in 0..steps.len() {
         let lengths: Vec<Duration> = steps[index]
@@ -36,7 +36,7 @@ pub fn set(steps: &mut [Step], airspace: &Airspace, config: &Config) {
 }
 
 /// The first permission of `steps` that is not granted for long enough, as far as is known.
-pub fn too_short(steps: &[Step], airspace: &Airspace) -> Option<TooShort> {
+pub(crate) fn too_short(steps: &[Step], airspace: &Airspace) -> Option<TooShort> {
     let needs = steps.iter().flat_map(|step| &step.communication.ask);
     needs.into_iter().find_map(|need| {
         let zone = airspace.zones.iter().find(|zone| zone.area.name == need.area)?;

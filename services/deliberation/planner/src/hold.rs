@@ -10,7 +10,7 @@ use crate::plan::Step;
 
 /// Waiting for an area's back-off to end.
 #[derive(Debug, Clone)]
-pub struct Hold {
+pub(crate) struct Hold {
     /// Which area.
     pub area: String,
     /// When the hold began.
@@ -23,7 +23,7 @@ pub struct Hold {
 
 /// A step that would ask for an area too early.
 #[derive(Debug, Clone)]
-pub struct TooEarly {
+pub(crate) struct TooEarly {
     /// Which step of the plan.
     pub position: usize,
     /// The hold that avoids it.
@@ -32,7 +32,7 @@ pub struct TooEarly {
 
 /// The first of `steps` that would ask for an area before its back-off is over, if they were begun
 /// `now`. Permission is asked for when a step begins, so only the flight before it counts.
-pub fn too_early(steps: &[Step], permissions: &Permissions, now: Time, config: &Config) -> Option<TooEarly> {
+pub(crate) fn too_early(steps: &[Step], permissions: &Permissions, now: Time, config: &Config) -> Option<TooEarly> {
     let mut flown = Duration::ZERO;
     for (position, step) in steps.iter().enumerate() {
         for area in step.communication.ask.iter().map(|need| &need.area) {
@@ -50,7 +50,7 @@ pub fn too_early(steps: &[Step], permissions: &Permissions, now: Time, config: &
 }
 
 /// The steps before the one at `position`, or, if that is the first, that one without its asking.
-pub fn without_asking_at(mut steps: Vec<Step>, position: usize) -> Vec<Step> {
+pub(crate) fn without_asking_at(mut steps: Vec<Step>, position: usize) -> Vec<Step> {
     steps.truncate(position.max(1));
     if position == 0 { steps.into_iter().map(|it| it.asking(Vec::new())).collect() } else { steps }
 }

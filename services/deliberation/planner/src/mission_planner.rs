@@ -24,7 +24,7 @@ use crate::stuck::{Stuck, Verdict};
 
 /// The planner's state.
 #[derive(Debug)]
-pub struct MissionPlanner {
+pub(crate) struct MissionPlanner {
     config: Config,
     pace: Pace,
     mission: Mission,
@@ -42,7 +42,7 @@ pub struct MissionPlanner {
 
 /// What there is to fly.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Answer {
+pub(crate) enum Answer {
     /// These steps, first to fly first.
     Plan(Vec<Step>),
     /// Nothing now; ask again after the wait.
@@ -59,7 +59,7 @@ pub enum Answer {
 /// A step id that was never given out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("step {0} is not of any plan made here")]
-pub struct UnknownStep(pub StepId);
+pub(crate) struct UnknownStep(pub StepId);
 
 /// A step that failed, and the steps that were to follow it.
 struct Failed {
@@ -69,7 +69,7 @@ struct Failed {
 
 impl MissionPlanner {
     /// A planner that has not planned anything yet.
-    pub fn new(config: &Config, mission: Mission, pace: Pace) -> MissionPlanner {
+    pub(crate) fn new(config: &Config, mission: Mission, pace: Pace) -> MissionPlanner {
         MissionPlanner {
             config: config.clone(),
             pace,
@@ -88,7 +88,7 @@ impl MissionPlanner {
 
     /// Replans: from the failed step's goal as long as what comes after it is still valid, else
     /// from the objective; objectives without a plan fail, and the next one is planned.
-    pub fn replan(&mut self, request: PlanRequest, now: Now) -> Answer {
+    pub(crate) fn replan(&mut self, request: PlanRequest, now: Now) -> Answer {
         let PlanRequest { state, grants: known, failed: failed_step, denials, .. } = request;
         self.end_hold(now.time);
         self.note_granted(&state);
@@ -160,7 +160,7 @@ impl MissionPlanner {
     }
 
     /// The step to fly after step `id`, whether that one was flown already or not; the first one for `None`.
-    pub fn next_after(&self, id: Option<StepId>) -> Option<Step> {
+    pub(crate) fn next_after(&self, id: Option<StepId>) -> Option<Step> {
         match id {
             Some(id) if self.last_done != Some(id) => self.plan.after(id),
             _ => self.plan.steps().into_iter().next(),
@@ -168,7 +168,7 @@ impl MissionPlanner {
     }
 
     /// Step `id` was flown and left the vehicle in `state`. Said again, it changes nothing.
-    pub fn step_done(&mut self, id: StepId, state: &State) -> Result<(), UnknownStep> {
+    pub(crate) fn step_done(&mut self, id: StepId, state: &State) -> Result<(), UnknownStep> {
         if self.last_step_id < id.0 {
             return Err(UnknownStep(id));
         }
@@ -192,28 +192,28 @@ impl MissionPlanner {
     }
 
     /// So much mission time after `now`.
-    pub fn after(&self, now: Now, time: Duration) -> Now {
+    pub(crate) fn after(&self, now: Now, time: Duration) -> Now {
         let wall_ms = i64::try_from(self.pace.to_wall(time).as_millis()).unwrap_or(i64::MAX);
         Now { time: now.time + time, utc_ms: now.utc_ms.saturating_add(wall_ms) }
     }
 
     /// The objectives and what became of them.
-    pub fn objectives(&self) -> &Objectives {
+    pub(crate) fn objectives(&self) -> &Objectives {
         &self.objectives
     }
 
     /// The mission's name and areas.
-    pub fn mission(&self) -> &Mission {
+    pub(crate) fn mission(&self) -> &Mission {
         &self.mission
     }
 
     /// Of the steps given out so far.
-    pub fn last_step_id(&self) -> u64 {
+    pub(crate) fn last_step_id(&self) -> u64 {
         self.last_step_id
     }
 
     /// What is left of the present plan.
-    pub fn plan(&self) -> plan::Plan {
+    pub(crate) fn plan(&self) -> plan::Plan {
         plan::Plan {
             objective: self.objectives.current_index() as u32,
             steps: self.flyable_steps(),
@@ -223,7 +223,7 @@ impl MissionPlanner {
     }
 
     /// The planner's status.
-    pub fn status(&self) -> PlannerStatus {
+    pub(crate) fn status(&self) -> PlannerStatus {
         PlannerStatus {
             mission: self.mission.name.clone(),
             objectives: self.objectives.all().iter().map(|objective| objective.status()).collect(),
@@ -237,7 +237,7 @@ impl MissionPlanner {
     }
 
     /// `step` of the current objective's plan, as it is flown; `None` if it has no id yet.
-    pub fn flyable(&self, step: &Step) -> Option<plan::Step> {
+    pub(crate) fn flyable(&self, step: &Step) -> Option<plan::Step> {
         Some(plan::Step {
             id: step.id?,
             objective: self.objectives.current_index() as u32,
@@ -254,13 +254,20 @@ impl MissionPlanner {
     }
 
     /// Another planner has flown `mission` so far; no plan of its own is left.
-    pub fn go_on(&mut self, mission: Mission, objectives: Objectives, epoch: u64, revision: u64, last_step_id: u64) {
+    pub(crate) fn go_on(
+        &mut self,
+        mission: Mission,
+        objectives: Objectives,
+        epoch: u64,
+        revision: u64,
+        last_step_id: u64,
+    ) {
         (self.mission, self.objectives) = (mission, objectives);
         (self.epoch, self.revision, self.last_step_id) = (epoch, revision, last_step_id);
     }
 
     /// What `mission` would need from `state` on, if it were the mission now; nothing changes.
-    pub fn forecast(&self, mission: Mission, state: &State, now: Now) -> Vec<Forecast> {
+    pub(crate) fn forecast(&self, mission: Mission, state: &State, now: Now) -> Vec<Forecast> {
         let mut scratch = MissionPlanner::new(&self.config, mission, self.pace);
         scratch.permissions = self.permissions.clone();
         forecast::fly_through(scratch, state.clone(), now, &self.config)
@@ -268,14 +275,14 @@ impl MissionPlanner {
 
     /// Replaces the present mission by another one, of which nothing was attempted. Denials by the
     /// tower are remembered.
-    pub fn take_over(&mut self, mission: Mission) {
+    pub(crate) fn take_over(&mut self, mission: Mission) {
         self.objectives = Objectives::new(&mission.objectives);
         self.mission = mission;
         self.withdraw_plan();
     }
 
     /// Puts an objective in at `index`; see [`Objectives::insert`].
-    pub fn insert(&mut self, index: usize, objective: domain::mission::Objective) {
+    pub(crate) fn insert(&mut self, index: usize, objective: domain::mission::Objective) {
         let is_next = index == self.objectives.current_index();
         self.objectives.insert(index, &objective);
         if is_next {
@@ -284,7 +291,7 @@ impl MissionPlanner {
     }
 
     /// Takes out the objective at `index`, which is not settled.
-    pub fn remove(&mut self, index: usize) {
+    pub(crate) fn remove(&mut self, index: usize) {
         let was_current = index == self.objectives.current_index();
         self.objectives.remove(index);
         if was_current {
@@ -293,7 +300,7 @@ impl MissionPlanner {
     }
 
     /// Gives up the objective at `index`, which is not settled.
-    pub fn skip(&mut self, index: usize, reason: String) {
+    pub(crate) fn skip(&mut self, index: usize, reason: String) {
         let was_current = index == self.objectives.current_index();
         self.objectives.give_up(index, reason);
         if was_current {
@@ -302,7 +309,7 @@ impl MissionPlanner {
     }
 
     /// The mission as it would be put into a file now, with only what is still to be attempted.
-    pub fn rest_of_mission(&self) -> Mission {
+    pub(crate) fn rest_of_mission(&self) -> Mission {
         let waiting = self.objectives.all().iter().filter(|it| it.progress == Progress::Waiting);
         Mission { objectives: waiting.map(|it| it.objective()).collect(), ..self.mission.clone() }
     }

@@ -1,8 +1,8 @@
 //! What an operator asks about the mission: to read it, to try another one without flying it, to change it.
 //!
-//! A change is made whole or not at all: what cannot be flown is refused with its reason, and the
-//! present mission and plan stay as they are. One that touches the objective that is flown
-//! withdraws the plan (see [`MissionPlanner::epoch`]); any other does not disturb the flight.
+//! A change is made as a whole or not at all: a mission that cannot be flown is refused with the reason, and the
+//! present mission and plan stay as they are. A change that touches the present objective withdraws
+//! the plan (see [`MissionPlanner::epoch`]); any other change does not disturb the flight.
 
 use domain::file::Source;
 use domain::mission::{Mission, Objective, Progress};
@@ -12,9 +12,9 @@ use domain::time::Now;
 use crate::forecast::Forecast;
 use crate::mission_planner::MissionPlanner;
 
-/// No mission file that a human wrote is longer.
+/// The longest mission text, in bytes: no file that a human wrote is longer.
 const LONGEST_TEXT: usize = 64 * 1024;
-/// More objectives than a battery reaches.
+/// The most objectives of a mission: one battery does not last for more.
 const MOST_OBJECTIVES: usize = 100;
 
 /// What is asked.
@@ -32,9 +32,9 @@ pub(crate) enum MissionRequest {
     Remove(String),
     /// Give up the objective with this name.
     Skip {
-        /// Which one.
+        /// The name of the objective.
         objective: String,
-        /// For the report.
+        /// The operator's name, for the report.
         operator: String,
     },
 }
@@ -53,9 +53,9 @@ pub(crate) struct Done {
 pub(crate) struct Refusal {
     /// In words.
     pub(crate) text: String,
-    /// In the text of the mission, each with its line and column.
+    /// The mistakes in the text of the mission, each with its line and column.
     pub(crate) mistakes: Vec<String>,
-    /// What its objectives would take, where that was found out.
+    /// What its objectives would take, if that was computed.
     pub(crate) forecast: Vec<Forecast>,
 }
 
@@ -66,7 +66,7 @@ impl Done {
 }
 
 impl Refusal {
-    /// A refusal that is nothing but its reason.
+    /// A refusal with a reason only.
     pub(crate) fn new(text: impl Into<String>) -> Refusal {
         Refusal { text: text.into(), ..Refusal::default() }
     }
@@ -92,7 +92,7 @@ pub(crate) fn answer(
 /// The mission in `text` and what it takes.
 fn validate(planner: &MissionPlanner, text: &str, state: &State, now: Now) -> Result<(Mission, Done), Refusal> {
     if LONGEST_TEXT < text.len() {
-        return Err(Refusal::new(format!("the text has {} bytes, at most {LONGEST_TEXT} are taken", text.len())));
+        return Err(Refusal::new(format!("the text has {} bytes, more than the limit of {LONGEST_TEXT}", text.len())));
     }
     let mission = Mission::read(&Source { path: "mission".into(), text: text.to_owned() }).map_err(|mistakes| {
         let mistakes: Vec<String> = mistakes.0.iter().map(|mistake| mistake.to_string()).collect();
@@ -100,7 +100,7 @@ fn validate(planner: &MissionPlanner, text: &str, state: &State, now: Now) -> Re
         Refusal { text: format!("{} mistake{plural} in the text", mistakes.len()), mistakes, ..Refusal::default() }
     })?;
     if MOST_OBJECTIVES < mission.objectives.len() {
-        return Err(Refusal::new(format!("more than {MOST_OBJECTIVES} objectives")));
+        return Err(Refusal::new(format!("the mission has more than {MOST_OBJECTIVES} objectives")));
     }
     let forecast = planner.forecast(mission.clone(), state, now);
     if let Some(why) = unreachable(&forecast) {
@@ -138,7 +138,10 @@ fn insert(
         return Err(Refusal::new(text));
     }
     if all.len() < index || MOST_OBJECTIVES <= all.len() {
-        return Err(Refusal::new(format!("there are {} objectives, of at most {MOST_OBJECTIVES}", all.len())));
+        let count = all.len();
+        return Err(Refusal::new(format!(
+            "cannot insert at {index}: the mission has {count} objectives, and the limit is {MOST_OBJECTIVES}"
+        )));
     }
     if all.iter().any(|it| it.name == objective.name) {
         return Err(Refusal::new(format!("there is an objective `{}` already", objective.name)));

@@ -10,13 +10,13 @@ use crate::plan::Step;
 
 /// The objectives of the mission; the first that is not terminal is the current one.
 #[derive(Debug)]
-pub struct Objectives {
+pub(crate) struct Objectives {
     list: Vec<Objective>,
 }
 
 /// An objective and its course so far.
 #[derive(Debug)]
-pub struct Objective {
+pub(crate) struct Objective {
     /// Unique within the mission.
     pub name: String,
     /// The state to reach.
@@ -33,34 +33,34 @@ pub struct Objective {
 
 impl Objectives {
     /// Those of the mission, all waiting.
-    pub fn new(objectives: &[mission::Objective]) -> Objectives {
+    pub(crate) fn new(objectives: &[mission::Objective]) -> Objectives {
         Objectives { list: objectives.iter().map(Objective::waiting).collect() }
     }
 
     /// Those of a mission that was begun.
-    pub fn with_past(list: Vec<Objective>) -> Objectives {
+    pub(crate) fn with_past(list: Vec<Objective>) -> Objectives {
         Objectives { list }
     }
 
     /// Puts one in at `index`, which is no less than the current one's and no more than their number.
-    pub fn insert(&mut self, index: usize, objective: &mission::Objective) {
+    pub(crate) fn insert(&mut self, index: usize, objective: &mission::Objective) {
         self.list.insert(index.min(self.list.len()), Objective::waiting(objective));
     }
 
     /// Takes one out.
-    pub fn remove(&mut self, index: usize) {
+    pub(crate) fn remove(&mut self, index: usize) {
         self.list.remove(index);
     }
 
     /// Gives one up.
-    pub fn give_up(&mut self, index: usize, reason: String) {
+    pub(crate) fn give_up(&mut self, index: usize, reason: String) {
         if let Some(objective) = self.list.get_mut(index) {
             objective.progress = Progress::Failure(reason);
         }
     }
 
     /// Gives up the current one, and with it all that are left.
-    pub fn give_up_rest(&mut self, reason: &str) {
+    pub(crate) fn give_up_rest(&mut self, reason: &str) {
         let waiting = self.list.iter_mut().filter(|it| it.progress == Progress::Waiting);
         for (index, objective) in waiting.enumerate() {
             let reason = if index == 0 { reason.to_owned() } else { format!("not attempted: {reason}") };
@@ -69,17 +69,17 @@ impl Objectives {
     }
 
     /// All of them, in order.
-    pub fn all(&self) -> &[Objective] {
+    pub(crate) fn all(&self) -> &[Objective] {
         &self.list
     }
 
     /// The index of the one worked on; the number of objectives once all are terminal.
-    pub fn current_index(&self) -> usize {
+    pub(crate) fn current_index(&self) -> usize {
         self.list.iter().position(|it| it.progress == Progress::Waiting).unwrap_or(self.list.len())
     }
 
     /// The one worked on.
-    pub fn current(&mut self) -> Option<&mut Objective> {
+    pub(crate) fn current(&mut self) -> Option<&mut Objective> {
         self.list.iter_mut().find(|it| it.progress == Progress::Waiting)
     }
 }
@@ -91,7 +91,7 @@ const LEAST_TOLERANCE_M: f64 = 1.2;
 impl Objectives {
     /// How near to the one at `index` is there: as configured, but no nearer to the objective before and after it, or to
     /// the take-off point before the first, than half the distance.
-    pub fn tolerance(&self, index: usize, usual: Tolerance) -> Tolerance {
+    pub(crate) fn tolerance(&self, index: usize, usual: Tolerance) -> Tolerance {
         let Some(objective) = self.list.get(index) else { return usual };
         let takeoff_point = State::new(Ned::default(), false);
         let before =
@@ -121,7 +121,7 @@ fn apart(a: &State, b: &State, tolerance: Tolerance) -> Tolerance {
 
 impl Objective {
     /// An objective that was not attempted yet.
-    pub fn waiting(it: &mission::Objective) -> Objective {
+    pub(crate) fn waiting(it: &mission::Objective) -> Objective {
         Objective {
             name: it.name.clone(),
             goal: State::new(it.position, it.flying),
@@ -133,7 +133,7 @@ impl Objective {
     }
 
     /// A plan was made for it, of which `new_steps` were not in the one before.
-    pub fn planned(&mut self, new_steps: &[Step]) {
+    pub(crate) fn planned(&mut self, new_steps: &[Step]) {
         self.plans += 1;
         self.plan_steps += new_steps.len() as u32;
         let mut known: BTreeSet<String> = self.permissions.iter().cloned().collect();
@@ -142,7 +142,7 @@ impl Objective {
     }
 
     /// As in the planner's status.
-    pub fn status(&self) -> ObjectiveStatus {
+    pub(crate) fn status(&self) -> ObjectiveStatus {
         ObjectiveStatus {
             objective: self.objective(),
             progress: self.progress.clone(),
@@ -153,7 +153,7 @@ impl Objective {
     }
 
     /// As a mission file has it.
-    pub fn objective(&self) -> mission::Objective {
+    pub(crate) fn objective(&self) -> mission::Objective {
         mission::Objective { name: self.name.clone(), position: self.goal.position, flying: self.goal.flying }
     }
 }

@@ -11,7 +11,7 @@ use crate::config::Config;
 
 /// The record of every area that was ever refused or held for.
 #[derive(Debug, Clone, Default)]
-pub struct Permissions {
+pub(crate) struct Permissions {
     records: BTreeMap<String, Record>,
 }
 
@@ -29,7 +29,7 @@ struct Record {
 
 /// Where the asking for an area stands.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub enum Standing {
+pub(crate) enum Standing {
     /// Never refused since it was last granted.
     #[default]
     Open,
@@ -49,24 +49,24 @@ pub enum Standing {
 
 impl Permissions {
     /// Where the asking for `area` stands.
-    pub fn standing(&self, area: &str) -> Standing {
+    pub(crate) fn standing(&self, area: &str) -> Standing {
         self.records.get(area).map(|it| it.standing.clone()).unwrap_or_default()
     }
 
     /// It is held: a grant, however late, clears what was before.
-    pub fn granted(&mut self, area: &str) {
+    pub(crate) fn granted(&mut self, area: &str) {
         if let Some(record) = self.records.get_mut(area) {
             record.standing = Standing::Open;
         }
     }
 
     /// For how long it is granted at most, if a grant was too short and none was longer since.
-    pub fn longest_grant(&self, area: &str) -> Option<Duration> {
+    pub(crate) fn longest_grant(&self, area: &str) -> Option<Duration> {
         self.records.get(area)?.longest_grant
     }
 
     /// These are held, for so long from now on: one that holds for longer than the longest known ends what was known.
-    pub fn held(&mut self, grants: &Grants) {
+    pub(crate) fn held(&mut self, grants: &Grants) {
         for (area, remaining) in grants {
             if let Some(record) = self.records.get_mut(area) {
                 record.longest_grant = record.longest_grant.filter(|longest| *remaining <= *longest + SAME_GRANT);
@@ -75,14 +75,14 @@ impl Permissions {
     }
 
     /// It was granted, and holds for no longer than this, which is too short.
-    pub fn too_short(&mut self, area: &str, granted: Duration) {
+    pub(crate) fn too_short(&mut self, area: &str, granted: Duration) {
         let record = self.records.entry(area.into()).or_default();
         // In whole seconds, as the tower grants: a part of one has passed since.
         record.longest_grant = Some(Duration::from_secs(granted.as_secs() + u64::from(granted.subsec_nanos() > 0)));
     }
 
     /// It was refused, or not answered.
-    pub fn denied(&mut self, denial: &Denial, now: Time, config: &Config) {
+    pub(crate) fn denied(&mut self, denial: &Denial, now: Time, config: &Config) {
         let record = self.records.entry(denial.area.clone()).or_default();
         record.standing = match (std::mem::take(&mut record.standing), denial.kind == DenialKind::Silent) {
             (standing @ Standing::DeniedForGood { .. }, _) => standing,
@@ -102,7 +102,7 @@ impl Permissions {
     }
 
     /// How much longer `area` must not be asked for, and why.
-    pub fn back_off(&self, area: &str, now: Time) -> Option<(Duration, &str)> {
+    pub(crate) fn back_off(&self, area: &str, now: Time) -> Option<(Duration, &str)> {
         match &self.records.get(area)?.standing {
             Standing::DeniedOnce { reason, retry_at } if now < *retry_at => Some((*retry_at - now, reason)),
             _ => None,
@@ -110,14 +110,14 @@ impl Permissions {
     }
 
     /// The vehicle has held for this long because of `area`.
-    pub fn has_held(&mut self, area: &str, time: Duration) {
+    pub(crate) fn has_held(&mut self, area: &str, time: Duration) {
         let record = self.records.entry(area.into()).or_default();
         record.held = record.held.saturating_add(time);
     }
 
     /// Whether the vehicle may hold for another `wait` because of `area`; if not, the area is not
     /// asked for any more.
-    pub fn may_hold(&mut self, area: &str, wait: Duration, config: &Config) -> bool {
+    pub(crate) fn may_hold(&mut self, area: &str, wait: Duration, config: &Config) -> bool {
         let record = self.records.entry(area.into()).or_default();
         let limit = config.hold_at_most_s.seconds();
         if record.held.saturating_add(wait) <= limit {
@@ -135,7 +135,7 @@ impl Permissions {
 }
 
 /// `reason` as the end of a sentence.
-pub fn colon(reason: &str) -> String {
+pub(crate) fn colon(reason: &str) -> String {
     if reason.is_empty() { String::new() } else { format!(": {reason}") }
 }
 

@@ -9,7 +9,7 @@ use domain::state::State;
 
 /// What one step has in each track, with the id that names it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Step {
+pub(crate) struct Step {
     /// Unique among the steps of all plans; `None`: it is new, and has not been given one yet.
     pub id: Option<StepId>,
     /// Its part of the action track.
@@ -34,7 +34,7 @@ impl std::fmt::Display for Step {
 
 /// Something to fly.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ActionStep {
+pub(crate) struct ActionStep {
     /// Its name in the table of actions.
     pub name: &'static str,
     /// Where the plan has the vehicle when it starts.
@@ -48,7 +48,7 @@ pub struct ActionStep {
 
 /// What to ask the control tower during a step.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct CommunicationStep {
+pub(crate) struct CommunicationStep {
     /// Permissions to be got, and how long each must hold; empty for none.
     pub ask: Vec<PermissionNeed>,
     /// The communication plan added the step.
@@ -57,7 +57,7 @@ pub struct CommunicationStep {
 
 /// The steps that are still to be flown for the current objective.
 #[derive(Debug, Clone, Default)]
-pub struct Plan {
+pub(crate) struct Plan {
     ids: Track<Option<StepId>>,
     actions: Track<ActionStep>,
     communications: Track<CommunicationStep>,
@@ -76,7 +76,7 @@ impl<T> Default for Track<T> {
 
 impl Plan {
     /// A plan of `steps`, first to fly first.
-    pub fn new(steps: Vec<Step>) -> Plan {
+    pub(crate) fn new(steps: Vec<Step>) -> Plan {
         let mut plan = Plan::default();
         for step in steps.into_iter().rev() {
             plan.push(step);
@@ -101,7 +101,7 @@ impl Plan {
     }
 
     /// Whether nothing is left to fly.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.ids.stack.is_empty()
     }
 
@@ -111,20 +111,20 @@ impl Plan {
     }
 
     /// All steps, first to fly first.
-    pub fn steps(&self) -> Vec<Step> {
+    pub(crate) fn steps(&self) -> Vec<Step> {
         let mut rest = self.clone();
         std::iter::from_fn(|| rest.pop()).collect()
     }
 
     /// The step to fly after step `id`, if both are still to be flown.
-    pub fn after(&self, id: StepId) -> Option<Step> {
+    pub(crate) fn after(&self, id: StepId) -> Option<Step> {
         let mut rest = self.clone();
         rest.drop_through(id)?;
         rest.pop()
     }
 
     /// Step `id` has been flown, and so has what came before it. Returns it if it was still there.
-    pub fn drop_through(&mut self, id: StepId) -> Option<Step> {
+    pub(crate) fn drop_through(&mut self, id: StepId) -> Option<Step> {
         if !self.contains(id) {
             return None;
         }

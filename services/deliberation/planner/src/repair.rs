@@ -17,7 +17,7 @@ use crate::plan::Step;
 ///
 /// On the ground nothing is mended: the step's goal was computed from where the vehicle was thought to be, and flying
 /// there would be a way that nobody asked for.
-pub fn repair(
+pub(crate) fn repair(
     state: &State,
     failed: Step,
     rest: Vec<Step>,

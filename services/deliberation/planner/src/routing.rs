@@ -21,7 +21,7 @@ use crate::config::Config;
 
 /// A way in straight legs.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Way {
+pub(crate) struct Way {
     /// From the start to the goal, both included.
     pub points: Vec<Ned>,
     /// When each point is reached, waits that are to be expected included.
@@ -33,7 +33,7 @@ pub struct Way {
 /// Why there is no way, for the mission report.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
-pub struct NoWay(pub String);
+pub(crate) struct NoWay(pub String);
 
 /// Where there is no way that keeps the margin, half of it is tried: two areas may be that close to each other.
 const MARGINS: [f64; 2] = [1.0, 0.5];
@@ -56,12 +56,21 @@ enum Open {
     Everything,
 }
 
+/// Among which areas a way is searched, and by a plan that has asked for what before.
+#[derive(Debug, Clone, Copy)]
+struct Among<'a> {
+    airspace: &'a Airspace<'a>,
+    asked: &'a Asked,
+    open: Open,
+    config: &'a Config,
+}
+
 /// Milliseconds.
 const PROHIBITIVE_MS: u64 = 10_000_000_000;
 
 /// The cheapest way from `from`, where the vehicle is in the air after `begins`, to `to`, for a plan that has asked for
 /// `asked` before.
-pub fn find(
+pub(crate) fn find(
     from: Ned,
     to: Ned,
     begins: Duration,
@@ -69,7 +78,7 @@ pub fn find(
     asked: &Asked,
     config: &Config,
 ) -> Result<Way, NoWay> {
-    let search = |open| search(from, to, begins, airspace, asked, open, config);
+    let search = |open| search(from, to, begins, Among { airspace, asked, open, config });
     search(Open::Nothing).map(|(way, _)| way).ok_or_else(|| {
         let closed = |open| {
             let (_, entered) = search(open)?;
@@ -84,15 +93,8 @@ pub fn find(
 }
 
 /// The way, and the zones that are entered on it after asking.
-fn search(
-    from: Ned,
-    to: Ned,
-    begins: Duration,
-    airspace: &Airspace,
-    asked: &Asked,
-    open: Open,
-    config: &Config,
-) -> Option<(Way, Vec<usize>)> {
+fn search(from: Ned, to: Ned, begins: Duration, among: Among) -> Option<(Way, Vec<usize>)> {
+    let Among { airspace, config, .. } = among;
     let must_leave = begins.is_zero() && airspace.is_trespassed(from);
     let out = if must_leave { way_out(from, &airspace.rule, &config.flight_limits())? } else { Vec::new() };
     let (mut points, mut at) = (vec![from], vec![begins]);
@@ -109,7 +111,7 @@ fn search(
     let (way, entered) = heights.into_iter().find_map(|both_heights| {
         MARGINS.into_iter().find_map(|margin| {
             let margin_m = margin * config.margin_m();
-            Graph::new(start, to, now, both_heights, airspace, asked, open, config, margin_m).search()
+            Graph::new(start, to, now, both_heights, margin_m, among).search()
         })
     })?;
     points.extend(way.iter().map(|(point, _)| *point));
@@ -117,12 +119,12 @@ fn search(
     Some((Way { points, at, legs_out: out.len() }, entered))
 }
 
+/// The points with the times at which they are reached, and the zones entered.
+type TimedWay = (Vec<(Ned, Duration)>, Vec<usize>);
+
 /// The visibility graph: the two ends and the corners of the grown areas, with legs found when they are needed.
 struct Graph<'a> {
-    airspace: &'a Airspace<'a>,
-    asked: &'a Asked,
-    open: Open,
-    config: &'a Config,
+    among: Among<'a>,
     begins: Duration,
     margin_m: f64,
     /// Zones that may be in the way.
@@ -158,18 +160,8 @@ struct Label {
 }
 
 impl<'a> Graph<'a> {
-    #[allow(clippy::too_many_arguments)]
-    fn new(
-        from: Ned,
-        to: Ned,
-        begins: Duration,
-        both_heights: bool,
-        airspace: &'a Airspace<'a>,
-        asked: &'a Asked,
-        open: Open,
-        config: &'a Config,
-        margin_m: f64,
-    ) -> Graph<'a> {
+    fn new(from: Ned, to: Ned, begins: Duration, both_heights: bool, margin_m: f64, among: Among<'a>) -> Graph<'a> {
+        let Among { airspace, asked, .. } = among;
         let differ = SAME_HEIGHT_M < (from.height_m() - to.height_m()).abs();
         let mut heights = vec![to.height_m()];
         let mut nodes = vec![from, to];
@@ -188,11 +180,11 @@ impl<'a> Graph<'a> {
         nodes.extend(footholds(from, &areas, margin_m));
         nodes.extend(footholds(to, &areas, margin_m));
         let legs = nodes.iter().map(|_| OnceCell::new()).collect();
-        Graph { airspace, asked, open, config, begins, margin_m, zones, nodes, legs }
+        Graph { among, begins, margin_m, zones, nodes, legs }
     }
 
-    /// A* by the least cost; the points with the times at which they are reached, and the zones entered.
-    fn search(&self) -> Option<(Vec<(Ned, Duration)>, Vec<usize>)> {
+    /// A* by the least cost.
+    fn search(&self) -> Option<TimedWay> {
         let start =
             Label { node: START, asked: Asked::new(), cost_ms: 0, at: self.begins, before: None, entered: Vec::new() };
         let mut labels = vec![start];
@@ -220,7 +212,7 @@ impl<'a> Graph<'a> {
         None
     }
 
-    fn way_to(&self, labels: &[Label], goal: usize) -> (Vec<(Ned, Duration)>, Vec<usize>) {
+    fn way_to(&self, labels: &[Label], goal: usize) -> TimedWay {
         let back = std::iter::successors(Some(goal), |index| labels[*index].before);
         let mut along: Vec<&Label> = back.map(|index| &labels[index]).collect();
         along.reverse();
@@ -229,7 +221,7 @@ impl<'a> Graph<'a> {
     }
 
     fn least_ms(&self, node: usize) -> u64 {
-        (self.config.flight_time_s(self.nodes[node].distance_m(self.nodes[GOAL])) * 1e3).floor() as u64
+        (self.among.config.flight_time_s(self.nodes[node].distance_m(self.nodes[GOAL])) * 1e3).floor() as u64
     }
 
     fn legs_from(&self, node: usize) -> Vec<Leg> {
@@ -238,16 +230,18 @@ impl<'a> Graph<'a> {
 
     fn leg(&self, from: usize, to: usize) -> Leg {
         let (here, there) = (self.nodes[from], self.nodes[to]);
-        let time = self.config.flight_time(here.distance_m(there));
+        let time = self.among.config.flight_time(here.distance_m(there));
         // Where it starts and where it is to go is not the way's choice, be it near a border.
         let exempt = Exempt { start: from == START, end: to == GOAL };
         let mut leg = Leg { to, time, stays: Vec::new(), near: Vec::new() };
         for &zone in &self.zones {
-            let area = self.airspace.zones[zone].area;
-            let inside = stays(area, here, there, self.airspace.rule.vertical_margin_m);
+            let area = self.among.airspace.zones[zone].area;
+            let inside = stays(area, here, there, self.among.airspace.rule.vertical_margin_m);
             if !inside.is_empty() {
                 leg.stays.push((zone, inside));
-            } else if let Some((low, high)) = part_at_heights(area, here, there, self.airspace.rule.vertical_margin_m) {
+            } else if let Some((low, high)) =
+                part_at_heights(area, here, there, self.among.airspace.rule.vertical_margin_m)
+            {
                 let exempt = Exempt { start: exempt.start && low == here, end: exempt.end && high == there };
                 if !keeps_clear(area, low, high, KEPT * self.margin_m, exempt) {
                     leg.near.push(zone);
@@ -260,11 +254,11 @@ impl<'a> Graph<'a> {
     /// The label at the end of `leg`; `None` if it must not be flown then.
     fn fly(&self, leg: &Leg, from: &Label, index: usize) -> Option<Label> {
         let at = |fraction: f64| from.at.saturating_add(leg.time.mul_f64(fraction));
-        let is_asked = |zone: usize| self.asked.contains(&zone) || from.asked.contains(&zone);
+        let is_asked = |zone: usize| self.among.asked.contains(&zone) || from.asked.contains(&zone);
         let bars = |zone: usize, enters: f64, leaves: f64| {
-            let area = self.airspace.zones[zone].area;
+            let area = self.among.airspace.zones[zone].area;
             let is_free = area.kind == AreaKind::Permission && is_asked(zone);
-            !is_free && self.airspace.rule.bars(area, soonest(at(enters)), latest(at(leaves))).is_some()
+            !is_free && self.among.airspace.rule.bars(area, soonest(at(enters)), latest(at(leaves))).is_some()
         };
         if leg.near.iter().any(|zone| bars(*zone, 0.0, 1.0) && !self.opens(*zone)) {
             return None;
@@ -274,7 +268,7 @@ impl<'a> Graph<'a> {
             if !stays.iter().any(|stay| bars(*zone, stay.enters, stay.leaves)) || from.asked.contains(zone) {
                 continue;
             }
-            match self.airspace.zones[*zone].access {
+            match self.among.airspace.zones[*zone].access {
                 Access::Ask { wait_s: expected_s, .. } => {
                     wait_ms += (expected_s * 1e3).ceil() as u64;
                     wait_s += expected_s;
@@ -301,9 +295,9 @@ impl<'a> Graph<'a> {
 
     /// Whether a closed zone counts as one that can be entered.
     fn opens(&self, zone: usize) -> bool {
-        match self.open {
+        match self.among.open {
             Open::Nothing => false,
-            Open::Permissions => self.airspace.zones[zone].area.kind == AreaKind::Permission,
+            Open::Permissions => self.among.airspace.zones[zone].area.kind == AreaKind::Permission,
             Open::Everything => true,
         }
     }

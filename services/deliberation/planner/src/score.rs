@@ -1,8 +1,9 @@
-//! How near a back-propagated state comes to the start.
+//! How near a back-propagated state is to the start.
 
 use domain::state::{State, Tolerance};
 
-/// Less is nearer. Place goes before being in the air, for only flying changes the place; height comes last.
+/// A lower score is nearer. The place counts first, then whether the vehicle is in the air, because only flying changes
+/// the place. The height counts last.
 pub(crate) type Score = (u64, bool, u64);
 
 /// How near `state` comes to `start`.

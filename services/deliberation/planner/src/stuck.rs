@@ -11,7 +11,7 @@ use crate::plan::Step;
 
 /// What was tried in vain.
 #[derive(Debug, Default)]
-pub struct Stuck {
+pub(crate) struct Stuck {
     last: Option<Failure>,
     /// Takeoffs that failed since a step was flown in the air.
     takeoffs: u32,
@@ -31,7 +31,7 @@ struct Failure {
 
 /// What follows from a failure.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Verdict {
+pub(crate) enum Verdict {
     /// It may be tried again.
     TryAgain,
     /// The objective is given up, for this reason.
@@ -42,7 +42,7 @@ pub enum Verdict {
 
 impl Stuck {
     /// `step` failed with the vehicle in state `vehicle`, for the reason `failure`.
-    pub fn failed(
+    pub(crate) fn failed(
         &mut self,
         step: &Step,
         vehicle: &State,
@@ -85,7 +85,7 @@ impl Stuck {
     }
 
     /// `step` was flown.
-    pub fn flown(&mut self, step: &Step) {
+    pub(crate) fn flown(&mut self, step: &Step) {
         self.last = None;
         if step.action.to.flying {
             self.takeoffs = 0;
@@ -93,7 +93,13 @@ impl Stuck {
     }
 
     /// A plan was flown to its end and `vehicle` is not at `goal`; why the objective is given up, if it is.
-    pub fn missed(&mut self, vehicle: &State, goal: &State, tolerance: Tolerance, config: &Config) -> Option<String> {
+    pub(crate) fn missed(
+        &mut self,
+        vehicle: &State,
+        goal: &State,
+        tolerance: Tolerance,
+        config: &Config,
+    ) -> Option<String> {
         self.misses += 1;
         let higher_m = vehicle.position.height_m() - goal.position.height_m();
         let has_landed_over_it = !vehicle.flying && !goal.flying && vehicle.is_over(goal, tolerance);
@@ -109,7 +115,7 @@ impl Stuck {
     }
 
     /// Another objective is attempted.
-    pub fn next_objective(&mut self) {
+    pub(crate) fn next_objective(&mut self) {
         *self = Stuck { takeoffs: self.takeoffs, ..Stuck::default() };
     }
 }

@@ -2,7 +2,7 @@
 
 const TOKEN = "kittiwake.token";
 
-/** Moves the token out of the address, where the printed link has it, so that it does not stay in view. */
+/** Moves the token of the printed link out of the address, so that it does not stay visible. */
 export function adoptToken() {
   const given = new URLSearchParams(location.hash.slice(1)).get("token");
   if (!given) return;
@@ -15,7 +15,7 @@ export function keepToken(token) {
   sessionStorage.setItem(TOKEN, token.trim());
 }
 
-/** A request that was refused; status 0 when there was no answer. */
+/** A request that was refused; the status is 0 if there was no answer. */
 export class Refusal extends Error {
   constructor(status, detail, document = {}) {
     super(detail);

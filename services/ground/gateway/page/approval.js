@@ -14,7 +14,7 @@ export function approval() {
   const reject = h("button", { id: "reject", click: decide(false) }, "Reject plan");
   const approve = h("button", { id: "approve", class: "primary", click: decide(true) }, "Approve plan");
   const element = h("div", { class: "confirm", id: "approval", hidden: true }, words, reject, approve, left, steps);
-  /** The revision shown, and the most seconds it was seen to have left. */
+  /** The revision shown, and the longest time to the decision that was seen, in seconds. */
   let longest = { revision: null, seconds: 0 };
   const fill = () => {
     const asked = store.doc?.operator?.planApproval;

@@ -5,7 +5,7 @@ import { changed, has, inCommand, isStale, store } from "./store.js";
 import { command, Refusal } from "./api.js";
 import { announce } from "./orders.js";
 
-/** The vehicle that this session had command of at the last look, to notice when another operator takes it. */
+/** The vehicle that this session had command of at the last change, to notice when another operator takes command. */
 let had = null;
 
 export function mountCommandAuthority() {

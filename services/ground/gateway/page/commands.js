@@ -7,7 +7,7 @@ import { markPlace, pickPlace, stopPicking } from "./map-input.js";
 import { announce, ask, onWithdraw, order, orderElements, withdraw } from "./orders.js";
 import { approval } from "./approval.js";
 
-/** `safety`: the role safety gives it without command. `question`: the second step. */
+/** `safety`: the role safety may give the order without command. `question`: the second step. */
 const VERBS = [
   { verb: "start", label: "Start", help: "Start the mission", when: (o) => (o && !o.startAwaited ? "the mission does not wait for a start" : "") },
   { verb: "pause", label: "Hold", help: "Hold here until resumed", safety: true, when: (o) => (o?.paused ? "already holding" : "") },

@@ -40,7 +40,7 @@ export function mountInjection() {
       if (vehicle === asked) known = faults;
     } catch (refusal) {
       if (!(refusal instanceof api.Refusal)) throw refusal;
-      // The simulator does not answer: asked again when the panel is opened again.
+      // The simulator does not answer: the page asks again when the panel is opened again.
       if (vehicle === asked) [vehicle, known] = [null, []];
     }
     fillOptions(faults, known.map((it) => it.name), (it) => it);

@@ -28,7 +28,7 @@ export function aircraft(pen, { position, headingRad = 0, velocity = {} }) {
   context.stroke();
   context.restore();
   const height = store.doc.aircraft?.derived?.heightM;
-  label(pen, `${store.selected}  ${number(height)} m${stale ? "  old" : ""}`, x + 14, y - 10, stale ? "bad" : "ink");
+  label(pen, `${store.selected}  ${number(height)} m${stale ? "  stale" : ""}`, x + 14, y - 10, stale ? "bad" : "ink");
 }
 
 /** A diamond with the aircraft's height and velocity. */

@@ -4,7 +4,7 @@ import { changed } from "./store.js";
 import { STEP, follow, metres, pan, showAll, toGround, vehicle, zoom } from "./map-view.js";
 
 let canvas = null;
-/** The place that the operator is choosing, and what resolves it. */
+/** The place that the operator is choosing, and the function that completes the choice. */
 let picking = null;
 /** The place that was chosen, while the second step asks for confirmation. */
 let chosen = null;

@@ -17,7 +17,7 @@ export function label({ context, colour, font }, words, x, y, tone = "ink", weig
   context.fillText(words, x, y);
 }
 
-/** Stripes, since colour alone fails the colour-blind, and everybody in bright sun. */
+/** Stripes, because colour alone is not enough for colour-blind operators, and in bright sun. */
 export function hatch({ context, colour }, corners, tone, crossed) {
   context.save();
   line(context, corners);

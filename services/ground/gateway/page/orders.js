@@ -1,6 +1,6 @@
 // Giving an order: the second step of a hazardous one, the request, and its outcome.
 //
-// Every order passes here, so that all outcomes appear in one place.
+// Every order is given here, so that all outcomes appear in one place.
 
 import * as api from "./api.js";
 import { attribute, h, part, text } from "./dom.js";
@@ -69,7 +69,7 @@ async function run(it) {
     announce("good", `${it.name}: ${answer.text || "done"}`);
     return answer;
   } catch (refusal) {
-    // A fault of the page itself belongs on the console.
+    // An error of the page itself is shown on the console.
     if (!(refusal instanceof api.Refusal)) throw refusal;
     announce("bad", `${it.name}: ${refusal.status ? "refused" : "no answer"}: ${refusal.message}`, [0, 408, 503].includes(refusal.status));
     return null;

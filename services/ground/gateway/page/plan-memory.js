@@ -1,4 +1,5 @@
-// The steps of the present plan together with those already flown, which the vehicle's document no longer has.
+// The steps of the present plan together with those already flown, which the vehicle's document does not contain any
+// more.
 
 export function noPlan() {
   return { revision: null, steps: [], done: new Set(), longest: 0, current: null };

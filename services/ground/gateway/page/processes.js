@@ -5,7 +5,7 @@ import { isStale, silence, store } from "./store.js";
 import { age, clock } from "./words.js";
 
 /** Messages that a process did not handle, by the field of its heartbeat. */
-const LOSSES = { dropped: "dropped", malformed: "malformed", late: "too old", refused: "invalid" };
+const LOSSES = { dropped: "dropped", malformed: "malformed", late: "late", refused: "invalid" };
 const TONES = { alive: "good", stale: "warn", dead: "bad" };
 /** Joins for one message and leaves: its absence is normal. */
 const VISITOR = "injector";
@@ -24,7 +24,7 @@ function make({ service }) {
 }
 
 function fill(row, { health, wallAgeS, heartbeat }) {
-  // The gateway does not receive its own heartbeat: its status is its sign of life.
+  // The gateway does not receive its own heartbeat: its status events show that it is alive.
   const shown = row.dataset.key === "gateway" && !heartbeat ? (isStale() ? "silent" : "alive") : isStale() ? "unknown" : health;
   attribute(part(row, "lamp"), "data-tone", TONES[shown] ?? "none");
   attribute(part(row, "lamp"), "title", shown);

@@ -30,14 +30,14 @@ export function mountRecordings() {
     asked = now;
     text(note, why());
     attribute(note, "hidden", !why());
-    // A problem is not folded away.
+    // A problem opens the panel.
     if (answer?.state === "failing" && !failing) document.getElementById("recordings").open = true;
     failing = answer?.state === "failing";
     list(rows, answer?.recordings ?? [], (it) => it.id, make, fill);
   };
 }
 
-/** What to say besides the list. */
+/** The text beside the list. */
 function why() {
   if (!answer) return "";
   if (answer.state === "failing") return `Missions cannot be recorded: ${answer.problem}.`;

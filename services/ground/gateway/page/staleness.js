@@ -30,7 +30,7 @@ function unacknowledged() {
 function words(stale) {
   if (store.signIn) return "Not signed in: no data.";
   if (!store.doc) return "No data yet.";
-  if (stale) return `Connection lost. No data for ${age(silence())}: everything shown is old.`;
+  if (stale) return `Connection lost. No data for ${age(silence())}: everything shown is stale.`;
   const monitor = sourceAge("introspection");
-  return `No data from the vehicle's monitor for ${age(monitor)}: position, speed, battery and flags are old.`;
+  return `No data from the vehicle's monitor for ${age(monitor)}: position, speed, battery and flags are stale.`;
 }

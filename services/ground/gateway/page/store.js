@@ -1,25 +1,25 @@
-// What the page knows: the fleet, the selected vehicle, its events, and the age of its data.
+// The data of the page: the fleet, the selected vehicle, its events, and the age of its data.
 //
-// Written here and nowhere else. The parts of the page read it on every change.
+// Only this file changes them. The parts of the page read them on every change.
 
 import * as api from "./api.js";
 import { noPlan, rememberPlan } from "./plan-memory.js";
 
-/** Periods of the `status` event without one after which everything shown is stale. */
+/** Number of periods without a `status` event after which everything shown is stale. */
 const STALE_AFTER_PERIODS = 1.7;
 /** Published only after the first request to the control tower: until then its absence is normal. */
 const PUBLISHED_LATE = "permissionLedger";
 const RECONNECT_MS = 500;
 const FLEET_PERIOD_MS = 1000;
-/** Of the plots: five minutes at two statuses a second. */
+/** The most samples of the plots: five minutes at two statuses a second. */
 const SAMPLES = 600;
-/** More than a mission has. */
+/** The most events: more than a mission has. */
 const EVENTS = 2000;
-/** Of the trail on the map. */
+/** The most positions of the trail on the map. */
 const TRAIL = 5000;
 
 export const store = {
-  /** Who is signed in, and what clients need to know of the configuration. */
+  /** Who is signed in, and the part of the configuration that the page needs. */
   session: null,
   /** Why a token is needed, for the sign-in form; null when none is. */
   signIn: null,
@@ -50,7 +50,7 @@ export function onChange(listener) {
   listeners.add(listener);
 }
 
-/** Has the page show what changed, soon. */
+/** Shows what changed, soon. */
 export function changed() {
   if (scheduled) return;
   scheduled = true;
@@ -74,7 +74,7 @@ export function isStale() {
   return !store.session || silence() > STALE_AFTER_PERIODS / store.session.statusRateHz;
 }
 
-/** Wall seconds since the source's last data reached the gateway, counted on by this page's clock. */
+/** Wall seconds since the source's last data reached the gateway, continued by this page's clock. */
 export function sourceAge(source) {
   const age = store.doc?.sources?.[source]?.wallAgeS;
   return age == null ? null : age + silence();

@@ -48,7 +48,7 @@ function line({ id, type, data, at }, index) {
     case "flag":
       return as("contingency", `${flag(data.name)} ${data.raised ? "raised" : "cleared"}${data.reason ? `: ${data.reason}` : ""}`, data.raised ? "bad" : null);
     case "permission": {
-      // Decisions of the mission manager say what was granted; only this says what is lost later.
+      // Decisions of the mission manager report grants; only this event reports a permission that is lost later.
       const lost = ["PERMISSION_STATE_REVOKED", "PERMISSION_STATE_EXPIRED"].includes(data.state);
       return lost ? as("permission", `area ${data.area} is ${permission(data.state)}${data.reason ? `: ${data.reason}` : ""}`, "warn") : null;
     }

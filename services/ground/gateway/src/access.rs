@@ -30,7 +30,7 @@ impl Role {
     /// Every role.
     pub const ALL: [Role; 4] = [Role::Observer, Role::Operator, Role::Tower, Role::Safety];
 
-    /// As files and documents have it.
+    /// Its name in files and documents.
     pub fn name(self) -> &'static str {
         match self {
             Role::Observer => "observer",
@@ -44,9 +44,9 @@ impl Role {
 /// The person or program that a token belongs to.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Identity {
-    /// As it stands in audit records.
+    /// The name in audit records.
     pub name: Arc<str>,
-    /// In the order of [`Role::ALL`].
+    /// The roles, in the order of [`Role::ALL`].
     pub roles: Vec<Role>,
 }
 
@@ -62,7 +62,7 @@ impl Identity {
     }
 }
 
-/// The tokens that are let in.
+/// The valid tokens, with their identities.
 #[derive(Debug, Clone, Default)]
 pub struct Tokens(Vec<Token>);
 
@@ -77,11 +77,11 @@ struct Token {
 /// Why a file of the access folder is refused.
 #[derive(Debug)]
 pub enum InvalidTokens {
-    /// It cannot be read.
+    /// The file cannot be read.
     Unreadable(PathBuf, std::io::Error),
-    /// Others than its owner may read or write it; its mode.
+    /// Others than the owner may read or write the file; its mode.
     Exposed(PathBuf, u32),
-    /// Its text has mistakes.
+    /// The text of the file has mistakes.
     Mistakes(Mistakes),
 }
 
@@ -131,7 +131,7 @@ impl Tokens {
         Tokens::parse(&Source::read(path).map_err(InvalidTokens::Mistakes)?).map_err(InvalidTokens::Mistakes)
     }
 
-    /// The same from the file's text.
+    /// Reads the entries from the text of such a file.
     ///
     /// # Errors
     /// Every mistake, with its place.
@@ -171,8 +171,8 @@ impl Tokens {
         Mistakes(mistakes).or(Tokens(tokens))
     }
 
-    /// Whose token it is; `None` for one that is unknown or has expired. Every hash is compared, each in constant
-    /// time, so that the time taken reveals nothing.
+    /// The identity that `token` belongs to; `None` for a token that is unknown or has expired. Every hash is compared,
+    /// each in constant time, so that the time taken reveals nothing.
     pub fn identify(&self, token: &str, utc_ms: i64) -> Option<&Identity> {
         let hash = Sha256::digest(token.as_bytes());
         let mut found = None;
@@ -217,6 +217,7 @@ fn utc_ms(text: &str) -> Option<i64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use domain::testing::check_mistake;
 
     fn parse(text: &str) -> Result<Tokens, Mistakes> {
         Tokens::parse(&Source { path: "tokens.toml".into(), text: text.into() })
@@ -237,16 +238,17 @@ mod tests {
 
     #[test]
     fn every_mistake_is_reported_with_its_place() {
-        #[track_caller]
-        fn check(text: &str, expected: &str) {
-            let error = parse(text).unwrap_err().to_string();
-            assert!(error.starts_with(expected), "expected `{expected}`, got `{error}`");
-        }
         let good = entry("anna", &[Role::Observer], "secret");
-        check(&good.replace("observer", "chief"), "tokens.toml:3:10: unknown variant `chief`");
-        check(&good.replace("sha256 = \"", "sha256 = \"x"), "tokens.toml:4:10: a SHA-256 hash has 64");
-        check(&format!("{good}{good}"), "tokens.toml:6:8: each token needs a name that no other token has");
-        check(&format!("{good}expires_utc = \"soon\""), "tokens.toml:5:15: expected a UTC date");
+        #[track_caller]
+        fn check(good: &str, find: &str, replace: &str, expected: &str) {
+            check_mistake(good, find, replace, parse, expected);
+        }
+        check(&good, "observer", "chief", "tokens.toml:3:10: unknown variant `chief`");
+        check(&good, "sha256 = \"", "sha256 = \"x", "tokens.toml:4:10: a SHA-256 hash has 64");
+        let twice = format!("{good}{good}");
+        check(&good, &good, &twice, "tokens.toml:6:8: each token needs a name that no other token has");
+        let expired = format!("{good}expires_utc = \"soon\"");
+        check(&good, &good, &expired, "tokens.toml:5:15: expected a UTC date");
     }
 
     #[test]

@@ -1,7 +1,7 @@
-//! The audit log: who ordered what, when, and what came of it.
+//! The audit log: who ordered what, when, and the outcome.
 //!
-//! Lines of JSON in a file of bounded size, beside which the file before it is kept; the newest records
-//! also stay in memory for clients.
+//! The log is a file of JSON lines. When it reaches its size limit it is renamed, in place of the file
+//! that was renamed before, and a new file begins. The newest records also stay in memory for clients.
 
 use std::collections::VecDeque;
 use std::fs::{File, OpenOptions};
@@ -13,9 +13,9 @@ use std::sync::{Mutex, MutexGuard};
 use kittiwake_proto::json::to_json;
 use kittiwake_proto::v1::AuditRecord;
 
-/// Of a file: some ten thousand orders.
+/// The size limit of a file, in bytes: about ten thousand orders.
 const MAX_BYTES: u64 = 4 * 1024 * 1024;
-/// In memory.
+/// The most records in memory.
 const MAX_RECORDS: usize = 1000;
 
 /// The log, shared by every request.
@@ -39,7 +39,7 @@ struct BoundedFile {
 }
 
 impl Audit {
-    /// In memory only.
+    /// A log in memory only.
     pub fn in_memory() -> Audit {
         Audit(Mutex::new(Log { file: None, newest_last: VecDeque::new(), lost: 0 }))
     }
@@ -47,7 +47,7 @@ impl Audit {
     /// Appends to the file at `path`.
     ///
     /// # Errors
-    /// If it cannot be opened.
+    /// If the file cannot be opened.
     pub fn open(path: &Path) -> io::Result<Audit> {
         Audit::open_bounded(path, MAX_BYTES)
     }
@@ -83,7 +83,7 @@ impl Audit {
         self.lock().lost
     }
 
-    /// Plain data: a thread that panicked while it held the lock has left it whole.
+    /// The data are whole even if a thread panicked while it held the lock.
     fn lock(&self) -> MutexGuard<'_, Log> {
         self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }

@@ -10,8 +10,8 @@ use serde::Deserialize;
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
-    /// How often, at most, the state behind the HTTP answers is renewed, per second of wall time. Ours: what
-    /// an eye sees.
+    /// The highest rate at which the state behind the HTTP answers is renewed, per second of wall time. Ours: an eye
+    /// sees no faster changes.
     pub snapshot_rate_hz: Positive,
     /// `status` events per second of wall time on each event stream, and renewals of the state while nothing
     /// arrives. Ours: the rate of the mission manager's own status.
@@ -19,13 +19,13 @@ pub struct Config {
     /// Wall seconds without a heartbeat after which a process counts as stale. Heartbeats come at
     /// 2 Hz of wall time whatever the speed factor (`health.proto`); ours: four of them.
     pub heartbeat_stale_s: Positive,
-    /// Events kept for each vehicle. Ours: some missions' worth.
+    /// Events kept for each vehicle. Ours: enough for several missions.
     pub history_records: NonZeroU16,
     /// Event streams open at a time. Ours: far more than there are operators.
     pub max_event_streams: NonZeroU16,
-    /// Wall seconds after which a request that has no answer yet is given up. Ours.
+    /// Wall seconds after which a request without an answer fails. Ours.
     pub request_timeout_s: Positive,
-    /// Bytes of a request's body. Ours: a mission file's text.
+    /// The most bytes of a request's body. Ours: room for the text of a mission file.
     pub max_body_bytes: NonZeroU32,
     /// Requests per second of wall time that one token may make. Ours: ten times what a page in busy use needs.
     pub requests_per_s: Positive,
@@ -41,8 +41,8 @@ pub struct Config {
     pub tls_certificate: Option<PathBuf>,
     /// The certificate's private key as PEM.
     pub tls_key: Option<PathBuf>,
-    /// Whether plain HTTP is allowed on other addresses than the loopback's. Absent: it is not, since
-    /// anybody on the way could read tokens.
+    /// Whether plain HTTP is allowed on other addresses than the loopback's. Absent: it is not,
+    /// because others on the network could read tokens.
     #[serde(default)]
     pub plain_http_beyond_loopback: bool,
     /// Connections open at a time; more are closed at once. Ours: more than event streams.

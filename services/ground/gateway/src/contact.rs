@@ -1,7 +1,7 @@
-//! Publishes to each vehicle that the ground is there, and when it last heard the vehicle.
+//! Publishes to each vehicle that the ground is connected, and when the ground last heard the vehicle.
 //!
-//! The vehicle's monitor takes the link for lost when this stops arriving, and also when it arrives but says that
-//! the ground has heard nothing for long: a link that works in one direction only is no link.
+//! The vehicle's monitor regards the link as lost when these messages stop, and also when they report that the ground
+//! has heard nothing for long: a link that works in one direction only is not enough.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -11,7 +11,7 @@ use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::GroundContact;
 use node::{Effect, VehicleId};
 
-/// Of wall time: a twentieth of the ten seconds after which a link counts as lost.
+/// Wall time between two messages: a twentieth of the ten seconds after which a link counts as lost.
 const PERIOD: Duration = Duration::from_millis(500);
 
 /// When each vehicle was last heard.
@@ -59,7 +59,7 @@ mod tests {
     use kittiwake_proto::v1::{Introspection, PermissionLedger};
 
     #[test]
-    fn a_vehicle_learns_when_it_was_last_heard() {
+    fn each_vehicle_receives_the_time_at_which_it_was_last_heard() {
         let at = |s| Time::after(Duration::from_secs_f64(s));
         let (vehicle, mut contacts): (VehicleId, _) = ("uav1".into(), GroundContacts::new(Pace::new(2.0).unwrap()));
         let known = BTreeMap::from([(vehicle.clone(), ())]);

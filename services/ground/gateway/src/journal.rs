@@ -1,8 +1,8 @@
 //! The bounded journal of each vehicle's events, read by any number of clients at their own speed.
 //!
-//! A client is only a [`Cursor`]: it costs no memory, however slow it is. When events that it has not
-//! read are gone, the next batch says so. A client that comes back after a break, or after a restart
-//! of the gateway, is the same case.
+//! A client is only a [`Cursor`]: it costs no memory, even if it is slow. When events that it has not
+//! read are gone, the next batch reports the loss. This also serves a client that comes back after a
+//! break, or after a restart of the gateway.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
@@ -15,7 +15,8 @@ use node::VehicleId;
 use crate::fleet::occurrence::Occurrence;
 use crate::view;
 
-/// Of a journal's JSON, however long its records are: several times what thousands of ordinary records take.
+/// The size limit of a journal's JSON in bytes, for records of any length: several times the size of thousands of
+/// ordinary records.
 const MAX_BYTES: usize = 8 * 1024 * 1024;
 
 /// The journals of all vehicles.
@@ -29,7 +30,7 @@ pub(crate) struct Journals {
 
 #[derive(Debug, Default)]
 struct Journal {
-    /// Of the newest record; they count from 1.
+    /// The number of the newest record; records count from 1.
     newest: u64,
     records: VecDeque<Arc<Record>>,
     bytes: usize,
@@ -38,11 +39,11 @@ struct Journal {
 /// One event.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Record {
-    /// Its place.
+    /// The place in the journal.
     pub(crate) id: RecordId,
     /// The type of its server-sent event.
     pub(crate) kind: &'static str,
-    /// JSON.
+    /// The message as JSON.
     pub(crate) data: String,
 }
 
@@ -70,7 +71,7 @@ pub(crate) struct Batch {
     /// Whether records between the cursor and the first of these are gone, or the cursor belongs to another
     /// journal: the state that the client has derived from events may be wrong.
     pub(crate) lost: bool,
-    /// In order.
+    /// The records, in order.
     pub(crate) records: Vec<Arc<Record>>,
     /// How far the client has read after these.
     pub(crate) cursor: Cursor,
@@ -122,7 +123,7 @@ impl Journals {
 }
 
 impl Cursor {
-    /// After the record with this id, as a client sends it; the start, if the text is no id.
+    /// The cursor after the record with this id, as a client sends it; the start, if the text is not an id.
     pub(crate) fn after(id: &str) -> Cursor {
         id.parse().map_or(Cursor::Start, Cursor::After)
     }
@@ -195,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_text_that_is_no_id_starts_from_the_beginning() {
+    fn a_text_that_is_not_an_id_starts_from_the_beginning() {
         for id in ["", "7", "-", "1000-", "-x", "1000-18446744073709551616"] {
             assert_eq!(Cursor::after(id), Cursor::Start, "{id}");
         }

@@ -1,9 +1,9 @@
 //! HTTP for operators: each vehicle's live state as JSON, its events as a stream, and orders.
 //!
-//! Two halves that meet in two `watch` channels. [`Gateway`] is a node like any other: it folds
-//! what arrives into the state of each vehicle, and is the only writer. The HTTP half, [`http`],
+//! It has two halves, connected by two `watch` channels. [`Gateway`] is a node like any other: it
+//! folds messages into the state of each vehicle, and is the only writer. The HTTP half, [`http`],
 //! reads the newest snapshot and the journal of events. Neither a slow client nor a thousand of
-//! them hold up the node's loop.
+//! them delay the node's loop.
 //!
 //! Orders go the other way, through a bounded channel: the node makes a call of each order and
 //! hands the reply back. Every client needs a token ([`access`]), and every order leaves an audit
@@ -62,15 +62,15 @@ pub struct Gateway {
 
 /// Who may do what, and where orders are recorded.
 pub struct AccessControl {
-    /// The tokens that are let in.
+    /// The valid tokens.
     pub tokens: Tokens,
     /// Where orders are recorded.
     pub audit: Audit,
 }
 
 impl Gateway {
-    /// A gateway that has seen nothing, and its HTTP half. Clients learn the thresholds of `contingencies`, most
-    /// urgent first. HTTP calls `wake` when there is an order, to have the node act soon.
+    /// A gateway that has seen nothing, and its HTTP half. Clients receive the thresholds of `contingencies`, most
+    /// urgent first. HTTP calls `wake` when there is an order, so that the node handles it soon.
     pub fn new(
         config: &Config,
         pace: Pace,
@@ -78,7 +78,7 @@ impl Gateway {
         contingencies: &[Row],
         wake: impl Fn() + Send + Sync + 'static,
     ) -> (Gateway, Api) {
-        // Shorter than the limit of the request itself, so that the client learns what came of the call.
+        // Shorter than the limit of the request itself, so that the client gets the outcome of the call.
         let call_timeout = config.request_timeout_s.seconds().mul_f64(0.6);
         let (sender, receiver) = orders::channel(pace.wall(call_timeout), wake);
         let (snapshot, snapshots) = watch::channel(Arc::default());

@@ -27,7 +27,7 @@ pub(crate) enum Order {
 
 pub(crate) type CallResult = Result<Response, CallError>;
 
-/// The HTTP side's end.
+/// The end of the HTTP half.
 #[derive(Clone)]
 pub(crate) struct OrderSender {
     orders: mpsc::Sender<Order>,
@@ -48,7 +48,7 @@ pub(crate) struct OrderReceiver {
     call_timeout: Duration,
 }
 
-/// The two ends. `wake` has the node act; a call is given up after `call_timeout` of mission time.
+/// The two ends. `wake` makes the node handle its orders; a call fails after `call_timeout` of mission time.
 pub(crate) fn channel(call_timeout: Duration, wake: impl Fn() + Send + Sync + 'static) -> (OrderSender, OrderReceiver) {
     let (sender, orders) = mpsc::channel(CAPACITY);
     let receiver = OrderReceiver { orders, open_calls: BTreeMap::new(), last_call: 0, call_timeout };

@@ -79,7 +79,7 @@ impl GatewayProcess {
         }));
         let result = run_node(&mut self.node);
         drop(end);
-        // A client that keeps its stream open does not keep the process.
+        // An open stream does not keep the process alive.
         runtime.shutdown_background();
         Ok(result)
     }

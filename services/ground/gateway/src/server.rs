@@ -1,7 +1,7 @@
 //! Serves connections: a limited number at a time, encrypted where that is configured, and closed when the
 //! handshake or the head of a request takes too long.
 //!
-//! Nothing of a request is read here; what it may do is decided by the guard.
+//! The content of a request is not read here; the guard decides what the request may do.
 
 use std::future::Future;
 use std::io;
@@ -37,7 +37,7 @@ pub async fn serve(
     api: Api,
     shutdown: impl Future<Output = ()> + Send + 'static,
 ) -> io::Result<()> {
-    // For a handshake, and for the head of a request, counted from the end of the one before.
+    // The limit for a handshake, and for the head of a request from the end of the request before.
     let head_timeout = api.config.head_timeout_s.seconds();
     let connections = Arc::new(Semaphore::new(usize::from(api.config.max_connections.get())));
     let (close, closing) = watch::channel(());
@@ -111,7 +111,7 @@ where
     }
 }
 
-/// Answers the requests of one connection, and holds its permit as long as it is open.
+/// Answers the requests of one connection, and holds its permit while it is open.
 #[derive(Clone)]
 struct Connection {
     router: Router,

@@ -7,8 +7,8 @@ use std::os::fd::AsFd;
 use nix::sys::resource::{Resource, getrlimit, setrlimit};
 use nix::sys::socket::{setsockopt, sockopt};
 
-/// Bytes on their way to one client: some status events. The system sets aside twice as much; its own default
-/// holds megabytes for a client that does not read.
+/// Bytes buffered for one client: several status events. The system reserves twice this size; its default would hold
+/// megabytes for a client that does not read.
 const SEND_BUFFER: usize = 128 * 1024;
 /// Files and connections besides event streams.
 const OTHERS: u64 = 256;

@@ -1,6 +1,6 @@
 //! TLS towards operators: a certificate and its key from files, checked before the gateway listens.
 //!
-//! What clients would refuse later, and what would let others read along, is refused at the start with
+//! What clients would refuse later, and what would let others read the traffic, is refused at the start with
 //! one sentence: a file that is absent or of another kind, a certificate that is not valid now, a key that
 //! belongs to another certificate.
 
@@ -42,7 +42,7 @@ impl std::error::Error for Refusal {}
 /// only, or where the configuration says so.
 ///
 /// # Errors
-/// What is wrong with the files, or that others could read along.
+/// What is wrong with the files, or that others could read the traffic.
 pub fn server_config(
     config: &Config,
     address: SocketAddr,

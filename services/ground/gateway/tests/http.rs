@@ -23,8 +23,8 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
 use tower::ServiceExt as _;
 
-/// Few records and few streams, so that their limits are reached soon; the second status is far off, so that what
-/// follows the first is what the test made happen.
+/// Few records and few streams, so that their limits are reached soon; the second status comes late, so that only
+/// events that the test causes follow the first one.
 const CONFIG: &str = "
     snapshot_rate_hz = 20.0
     status_rate_hz = 0.001
@@ -292,7 +292,7 @@ async fn streams_are_counted_and_given_back() {
     let world = World::with_vehicle();
     let first = world.events(None).await;
     let _second = world.events(None).await;
-    world.get("/api/v1/vehicles/uav1/events").await.is_problem(503, "all 2 event streams are taken");
+    world.get("/api/v1/vehicles/uav1/events").await.is_problem(503, "all 2 event streams are in use");
     drop(first);
     world.events(None).await.expect(&["status"]).await;
 }

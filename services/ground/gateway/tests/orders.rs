@@ -1,4 +1,4 @@
-//! Who may order what over HTTP, and what comes of it.
+//! Who may give which order over HTTP, and what the outcome is.
 
 #![expect(clippy::disallowed_methods, reason = "a test waits for what other threads do, up to a limit")]
 
@@ -137,7 +137,7 @@ async fn each_order_reaches_the_service_it_is_for() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn an_order_says_who_what_and_under_which_trace() {
+async fn an_order_carries_its_operator_its_content_and_its_trace() {
     let (sender, calls) = std::sync::mpsc::channel();
     let world = World::with(move |call, trace| {
         sender.send((call.clone(), trace.to_owned())).unwrap();
@@ -333,7 +333,7 @@ async fn requests_without_a_valid_token_share_one_limit() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_session_tells_what_a_client_needs_to_know() {
+async fn a_session_has_the_configuration_that_a_client_needs() {
     let session = World::new().get("/api/v1/session", "operator").await.body;
     let expected = json!({
         "name": "operator", "roles": ["operator"], "simulation": true, "statusRateHz": 2.0, "thresholds": [],

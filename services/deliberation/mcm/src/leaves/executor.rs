@@ -19,7 +19,7 @@ pub(super) struct NominalExecutor {
 
 impl Leaf<World> for NominalExecutor {
     fn start(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
-        self.discard(world);
+        self.flown = None;
         let Some(step) = world.begin_step() else {
             ports.explain("there is no step to fly");
             return Ok(Status::Failure);
@@ -40,7 +40,7 @@ impl Leaf<World> for NominalExecutor {
             if let Some((_, subtree)) = &mut self.flown {
                 ports.halt_tree(subtree, world);
             }
-            self.discard(world);
+            self.flown = None;
             world.give_up_step(&reason);
             ports.explain(format!("given up: {reason}"));
             return Ok(Status::Failure);
@@ -59,21 +59,12 @@ impl Leaf<World> for NominalExecutor {
         if let Some((_, subtree)) = &mut self.flown {
             ports.halt_tree(subtree, world);
         }
-        self.discard(world);
+        self.flown = None;
         world.step_interrupted();
     }
 
     fn subtree(&self) -> Option<&Tree<World>> {
         self.flown.as_ref().map(|(_, subtree)| subtree)
-    }
-}
-
-impl NominalExecutor {
-    /// A tree that was given up is dropped after the next one has started.
-    fn discard(&mut self, world: &mut World) {
-        if let Some((_, subtree)) = self.flown.take() {
-            world.discard(subtree);
-        }
     }
 }
 

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use behavior_tree::{Library, Tree};
+use behavior_tree::Library;
 use domain::contingency::Contingencies;
 use domain::geometry::Ned;
 use domain::mission::{MissionOutcome, MissionReport};
@@ -85,8 +85,6 @@ pub(crate) struct World {
     in_transition: bool,
     outbox: Outbox,
     journal: Journal,
-    /// Subtrees that were given up, to be dropped when everything urgent has been decided.
-    discarded: Vec<Tree<World>>,
 }
 
 /// The mission as a whole.
@@ -140,7 +138,6 @@ impl World {
             in_transition: false,
             outbox: Outbox::default(),
             journal: Journal::default(),
-            discarded: Vec::new(),
         }
     }
 
@@ -182,16 +179,6 @@ impl World {
     /// Gives a skill up.
     pub(crate) fn halt_skill(&mut self, skill: Handle) {
         self.skills.halt(skill);
-    }
-
-    /// Keeps a tree that was given up until this wake has decided.
-    pub(crate) fn discard(&mut self, tree: Tree<World>) {
-        self.discarded.push(tree);
-    }
-
-    /// The trees that were given up in earlier wakes.
-    pub(crate) fn take_discarded(&mut self) -> Vec<Tree<World>> {
-        std::mem::take(&mut self.discarded)
     }
 
     /// The vehicle as it was heard last.

@@ -10,7 +10,7 @@ use crate::config::Config;
 
 /// See the module.
 #[derive(Debug)]
-pub struct Land;
+pub(crate) struct Land;
 
 impl Action for Land {
     fn name(&self) -> &'static str {

@@ -8,16 +8,16 @@ use domain::state::{State, Tolerance};
 
 use crate::config::Config;
 
-pub mod land;
-pub mod position;
-pub mod stop;
-pub mod takeoff;
+pub(crate) mod land;
+pub(crate) mod position;
+pub(crate) mod stop;
+pub(crate) mod takeoff;
 
 /// Every action, in the order that breaks ties between equal scores.
-pub const ACTIONS: [&dyn Action; 4] = [&land::Land, &takeoff::Takeoff, &stop::Stop, &position::Position];
+pub(crate) const ACTIONS: [&dyn Action; 4] = [&land::Land, &takeoff::Takeoff, &stop::Stop, &position::Position];
 
 /// One action of the table.
-pub trait Action: Debug + Sync {
+pub(crate) trait Action: Debug + Sync {
     /// Its name in plans and logs.
     fn name(&self) -> &'static str;
 
@@ -37,7 +37,7 @@ pub trait Action: Debug + Sync {
 
 /// Where the permissions an action needs are waited for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Waits {
+pub(crate) enum Waits {
     /// At a stand-off before each border on its way.
     BeforeEachBorder,
     /// In a stop before the action begins.

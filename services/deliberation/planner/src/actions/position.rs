@@ -10,7 +10,7 @@ use crate::config::Config;
 
 /// See the module.
 #[derive(Debug)]
-pub struct Position;
+pub(crate) struct Position;
 
 impl Action for Position {
     fn name(&self) -> &'static str {

@@ -13,7 +13,7 @@ use crate::config::Config;
 
 /// See the module.
 #[derive(Debug)]
-pub struct Stop;
+pub(crate) struct Stop;
 
 impl Action for Stop {
     fn name(&self) -> &'static str {

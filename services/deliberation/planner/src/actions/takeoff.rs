@@ -9,7 +9,7 @@ use crate::config::Config;
 
 /// See the module.
 #[derive(Debug)]
-pub struct Takeoff;
+pub(crate) struct Takeoff;
 
 impl Action for Takeoff {
     fn name(&self) -> &'static str {

@@ -131,7 +131,7 @@ fn what_makes_no_sense_changes_nothing() {
         check(ask, false, words, &["deliver", "return"], 0);
     }
     refused(remove("nowhere"), "there is no objective `nowhere`");
-    refused(insert(3, "look", 1.0), "there are 2 objectives, of at most 100");
+    refused(insert(3, "look", 1.0), "cannot insert at 3: the mission has 2 objectives, and the limit is 100");
     refused(insert(1, "deliver", 1.0), "there is an objective `deliver` already");
     refused(insert(1, "", 1.0), "an objective has a name of 1 to 100 characters");
     refused(insert(1, "x", 2e5), "objective `x` is farther than 100000 m from the origin, or higher than 10000 m");
@@ -194,7 +194,7 @@ fn each_change_in_each_state() {
         story.fail(&[("A", None)]);
         story
     };
-    check("while it is planned anew", waiting, open);
+    check("while a new plan is made", waiting, open);
     let delivered = || {
         let mut story = Story::of(REFERENCE);
         story.plan();

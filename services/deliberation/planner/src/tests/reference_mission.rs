@@ -52,7 +52,7 @@ fn a_permission_that_has_expired_is_asked_for_again_on_the_way_back() {
 }
 
 #[test]
-fn a_silent_tower_is_flown_round_until_the_goal_itself_needs_it() {
+fn areas_of_a_silent_tower_are_flown_round_until_the_goal_itself_needs_one() {
     let mut story = Story::of(REFERENCE);
     story.plan();
     story.fly(1);

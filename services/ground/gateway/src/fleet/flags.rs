@@ -1,9 +1,9 @@
 //! Which flags are up, from the events that raise and clear them and from the lists of the monitor and the
 //! mission manager.
 //!
-//! The monitor's list decides about the monitor's flags, so that an event lost with a process leaves no flag
-//! up. An injected flag is listed by the mission manager only: once the manager has listed it and lists it no
-//! more, it is down.
+//! The monitor's list decides about the monitor's flags, so that an event lost with a process leaves no flag up. An
+//! injected flag is listed by the mission manager only: it is down when the manager has listed it before and does not
+//! list it any more.
 
 use std::collections::BTreeMap;
 
@@ -19,10 +19,10 @@ const MONITOR: &str = "monitor";
 /// The flags of one vehicle.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Flags {
-    /// By the monitor.
+    /// The flags that the monitor lists.
     listed: Vec<v1::RaisedFlag>,
     listed_at: Option<Time>,
-    /// Raised by an event that no list has settled yet.
+    /// Flags raised by an event, about which no list has decided yet.
     raised: BTreeMap<String, Raised>,
 }
 
@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     enum Sign {
-        /// By its source.
+        /// Raised by this source.
         Raised(&'static str),
         Cleared(&'static str),
         /// Whether the monitor lists it.
@@ -97,7 +97,7 @@ mod tests {
     }
     use Sign::{Cleared, Listed, Raised, TakenUp};
 
-    /// Plays the signs of one flag and compares whether it is up.
+    /// Applies events and lists about one flag, and compares whether it is up afterwards.
     #[track_caller]
     fn check(signs: &[Sign], expected: bool) {
         let mut flags = Flags::default();

@@ -29,7 +29,7 @@ pub(crate) const MAX_VEHICLES: usize = 64;
 /// Every vehicle, and every process that belongs to none.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct FleetState {
-    /// By name.
+    /// The vehicles, by name.
     pub(crate) vehicles: BTreeMap<VehicleId, VehicleState>,
     /// Ground processes.
     pub(crate) ground: Processes,
@@ -81,7 +81,7 @@ pub(crate) struct Snapshot {
 }
 
 impl FleetState {
-    /// Takes in one event; `occurrences` receives what belongs into a vehicle's journal.
+    /// Takes in one event; `occurrences` receives what belongs in a vehicle's journal.
     pub(crate) fn fold(&mut self, now: Now, event: Event, occurrences: &mut Vec<(VehicleId, Occurrence)>) {
         match event {
             Event::Message { vehicle, message: Message::Heartbeat(heartbeat) } if vehicle.is_empty() => {
@@ -108,7 +108,8 @@ impl FleetState {
         }
     }
 
-    /// The vehicle's state, from its first sign on; `None` if it has no name or there are too many.
+    /// The vehicle's state, which begins with its first message; `None` if the name is empty or
+    /// there are too many vehicles.
     fn vehicle(&mut self, name: &VehicleId) -> Option<&mut VehicleState> {
         let known = self.vehicles.contains_key(name);
         let acceptable = !name.is_empty() && self.vehicles.len() < MAX_VEHICLES;
@@ -151,7 +152,7 @@ impl VehicleState {
             Message::TransponderReport(report) => self.on_traffic(now, report),
             Message::WindEstimate(wind) => self.wind = seen(now, wind),
             Message::Heartbeat(heartbeat) => self.processes.on_heartbeat(now, heartbeat),
-            // Not subscribed to: the monitor's aggregate has what these say, and no operator reads timing marks.
+            // Not subscribed to: the monitor's aggregate contains these data, and no operator reads timing marks.
             Message::McmTiming(_)
             | Message::GroundContact(_)
             | Message::VehicleCommand(_)
@@ -191,7 +192,7 @@ fn seen<M>(at: Time, message: M) -> Option<Seen<M>> {
 mod tests {
     use super::*;
 
-    /// The kinds of what occurred during these messages.
+    /// The kinds of the occurrences that these messages cause.
     fn occurrences(messages: impl IntoIterator<Item = Message>) -> Vec<&'static str> {
         let (mut fleet, mut occurred) = (FleetState::default(), Vec::new());
         for message in messages {

@@ -22,7 +22,7 @@ pub(crate) enum Occurrence {
     Objective(v1::Objective),
     /// The mission ended.
     Report(v1::MissionReport),
-    /// Something was ordered.
+    /// An order was given.
     Audit(v1::AuditRecord),
     /// Command was taken, released or offered.
     Command(v1::CommandAuthority),

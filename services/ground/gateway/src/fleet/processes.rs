@@ -1,6 +1,6 @@
 //! Which processes have a link, and which of them make progress.
 //!
-//! A liveliness token says that a process has a link, a heartbeat that its loop turns; a process
+//! A liveliness token says that a process has a link, a heartbeat that its loop runs; a process
 //! with a token and without heartbeats is stale, which is not the same as dead.
 
 use std::collections::BTreeMap;
@@ -18,12 +18,12 @@ const MAX_PROCESSES: usize = 64;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Processes(BTreeMap<String, Process>);
 
-/// The newest start of a process.
+/// The newest instance of a process.
 #[derive(Debug, Clone)]
 pub(crate) struct Process {
-    /// Unique to this start.
+    /// The id of the instance, unique to one start.
     pub(crate) instance: String,
-    /// Its last heartbeat and when that came.
+    /// The last heartbeat, and when it arrived.
     pub(crate) heartbeat: Option<(Time, v1::Heartbeat)>,
     link: Link,
     /// Whether its heartbeats never arrive here.
@@ -66,7 +66,7 @@ impl Processes {
             (Some(process), true) => process.link = Link::Up { since: now },
             (Some(process), false) => process.link = Link::Gone,
             (None, true) => self.start(now, service, instance),
-            // The end of an earlier start, heard late: the newer one lives on.
+            // The end of an earlier instance, reported late: the newer instance is still alive.
             (None, false) => {}
         }
     }
@@ -75,7 +75,7 @@ impl Processes {
     pub(crate) fn on_heartbeat(&mut self, now: Time, heartbeat: v1::Heartbeat) {
         let replaceable = self.0.get(&heartbeat.service).is_none_or(|it| matches!(it.link, Link::Gone));
         let same = self.0.get(&heartbeat.service).is_some_and(|it| it.instance == heartbeat.instance);
-        // The last heartbeat of an earlier start may arrive after the first sign of the newer one.
+        // The last heartbeat of an earlier instance may arrive after the first event of the newer one.
         if replaceable && !same {
             self.start(now, heartbeat.service.clone(), heartbeat.instance.clone());
         }
@@ -86,7 +86,7 @@ impl Processes {
         }
     }
 
-    /// By name, in alphabetical order.
+    /// The processes by name, in alphabetical order.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (&str, &Process)> {
         self.0.iter().map(|(service, process)| (service.as_str(), process))
     }
@@ -127,7 +127,8 @@ mod tests {
     }
     use Sign::{Beat, Gone, Up};
 
-    /// Plays the signs of the instances of one service, one a second, and compares `later` seconds after the last.
+    /// Applies events of the instances of one service, one a second, and compares the result `later` seconds after the
+    /// last.
     #[track_caller]
     fn check(signs: &[Sign], later: u64, expected: Option<(&str, Health)>) {
         let at = |s| Time::after(Duration::from_secs(s));
@@ -161,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn late_signs_of_an_earlier_start_change_nothing() {
+    fn late_events_of_an_earlier_instance_change_nothing() {
         check(&[Up("1"), Up("2"), Gone("1")], 0, Some(("2", Health::Alive)));
         check(&[Up("1"), Up("2"), Beat("1")], 0, Some(("2", Health::Alive)));
         check(&[Up("1"), Gone("1"), Beat("1")], 0, Some(("1", Health::Dead)));

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use kittiwake_proto::v1;
 
-/// A skill that flies, one that waits for its acknowledgement and one that is being aborted are three;
-/// more are there only because their last events were lost.
+/// At most three skills are active: one flies, one waits for its acknowledgement, one is being
+/// aborted. A vehicle has more only because their last events were lost.
 const MAX_ACTIVE: usize = 8;
 
 /// The skills of one vehicle.
@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn skills_whose_end_is_never_heard_do_not_pile_up() {
+    fn skills_whose_end_is_never_heard_do_not_accumulate() {
         let endless: Vec<_> = (0..100).map(|id| (id, Execute)).collect();
         check(&endless, Some(99));
         let mut skills = Skills::default();

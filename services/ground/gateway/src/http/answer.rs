@@ -16,7 +16,7 @@ use crate::view;
 /// What a handler returns.
 pub(crate) type Answer = Result<Response, Problem>;
 
-/// What came of an order, in words for the audit record; travels with the response.
+/// The outcome of an order in words, for the audit record; an extension of the response.
 #[derive(Debug, Clone)]
 pub(crate) struct Outcome(pub(crate) Arc<str>);
 
@@ -25,7 +25,7 @@ pub(crate) fn document<M: Message + Name>(message: &M) -> Response {
     json_document(to_json(message))
 }
 
-/// The same with `missionTimeS` and `utc`, for a message that does not have them.
+/// A message as a document with `missionTimeS` and `utc`, for a message that does not have them.
 pub(crate) fn stamped_document<M: Message + Name>(now: Now, message: &M) -> Response {
     json_document(view::stamped(now, to_json(message)))
 }

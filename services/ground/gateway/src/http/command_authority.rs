@@ -1,6 +1,6 @@
 //! Who has command of which vehicle: one operator at a time, who takes it and releases it or offers it to another.
 //!
-//! Command lapses when its holder has not been heard from for a while, so that an operator who has left does not
+//! Command lapses when its holder has made no request for a while, so that an operator who has left does not
 //! lock the others out.
 
 use std::collections::BTreeMap;
@@ -24,7 +24,7 @@ struct Held {
 }
 
 impl CommandAuthorities {
-    /// Nobody has command. Command lapses after `lease` without a sign of its holder.
+    /// Nobody has command. Command lapses after `lease` without a request of its holder.
     pub(crate) fn new(lease: Duration) -> CommandAuthorities {
         CommandAuthorities { lease, by_vehicle: Mutex::default() }
     }
@@ -39,7 +39,7 @@ impl CommandAuthorities {
         })
     }
 
-    /// A sign of `who`.
+    /// `who` has made a request or follows an event stream.
     pub(crate) fn heard_from(&self, who: &str, now: Instant) {
         self.lock().values_mut().filter(|held| &*held.holder == who).for_each(|held| held.heard = now);
     }
@@ -47,7 +47,7 @@ impl CommandAuthorities {
     /// Takes command, if nobody else has it or it was offered.
     ///
     /// # Errors
-    /// Who has it.
+    /// The operator who has command.
     pub(crate) fn take(&self, vehicle: &str, who: &Arc<str>, now: Instant) -> Result<(), String> {
         let mut all = self.lock();
         if let Some(held) = self.held(&mut all, vehicle, now) {
@@ -63,7 +63,7 @@ impl CommandAuthorities {
     /// Releases command.
     ///
     /// # Errors
-    /// Who has it instead.
+    /// The operator who has command instead.
     pub(crate) fn release(&self, vehicle: &str, who: &str, now: Instant) -> Result<(), String> {
         let mut all = self.lock();
         self.held_by(&mut all, vehicle, who, now)?;
@@ -74,7 +74,7 @@ impl CommandAuthorities {
     /// Lets `to` take command; the holder keeps it until then.
     ///
     /// # Errors
-    /// Who has it instead.
+    /// The operator who has command instead.
     pub(crate) fn hand_over(&self, vehicle: &str, who: &str, to: &str, now: Instant) -> Result<(), String> {
         self.held_by(&mut self.lock(), vehicle, who, now)?.offered_to = Some(to.to_owned());
         Ok(())
@@ -83,7 +83,7 @@ impl CommandAuthorities {
     /// Whether `who` has command.
     ///
     /// # Errors
-    /// Who has it instead.
+    /// The operator who has command instead.
     pub(crate) fn check(&self, vehicle: &str, who: &str, now: Instant) -> Result<(), String> {
         self.held_by(&mut self.lock(), vehicle, who, now).map(|_| ())
     }
@@ -106,7 +106,7 @@ impl CommandAuthorities {
         }
     }
 
-    /// Plain data: a thread that panicked while it held the lock has left it whole.
+    /// The data are whole even if a thread panicked while it held the lock.
     fn lock(&self) -> MutexGuard<'_, BTreeMap<String, Held>> {
         self.by_vehicle.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
@@ -134,7 +134,7 @@ mod tests {
         assert_eq!(all.take("uav2", &ben, start), Ok(()));
         assert_eq!(all.release("uav1", "ben", start), taken);
         assert_eq!(all.hand_over("uav1", "ben", "ben", start), taken);
-        // Offered, not given: the vehicle is never without a commander.
+        // Offered, not given: the vehicle always has an operator in command.
         assert_eq!(all.hand_over("uav1", "anna", "ben", start), Ok(()));
         assert_eq!(all.check("uav1", "anna", start), Ok(()));
         assert_eq!(all.take("uav1", &ben, start), Ok(()));

@@ -1,9 +1,9 @@
 //! One client's event stream: the journal, then events as they happen, and a `status` with the whole state at a
 //! fixed rate.
 //!
-//! A stream holds a cursor into the journal and no queue beyond one batch. Nothing is read ahead of what the
-//! connection takes, so that a client that does not read costs nothing; once the journal has moved past its cursor
-//! it gets a `resync`.
+//! A stream holds a cursor into the journal and no queue beyond one batch. Nothing is read before the connection can
+//! take it, so that a client that does not read costs no memory; when the journal has dropped records after its cursor,
+//! the client gets a `resync`.
 
 #![expect(clippy::disallowed_methods, reason = "requests and their limits are on the wall clock")]
 
@@ -29,7 +29,7 @@ const BATCH: usize = 64;
 
 /// What a stream needs.
 pub(crate) struct Client {
-    /// Whose events.
+    /// The vehicle whose events are sent.
     pub(crate) vehicle: VehicleId,
     /// The client's name.
     pub(crate) who: Arc<str>,
@@ -39,7 +39,7 @@ pub(crate) struct Client {
     pub(crate) journals: watch::Receiver<Journals>,
     pub(crate) snapshot: watch::Receiver<Arc<Snapshot>>,
     pub(crate) site: Site,
-    /// Given back when the client leaves.
+    /// The permit for the stream, released when the client leaves.
     pub(crate) _permit: OwnedSemaphorePermit,
 }
 
@@ -109,7 +109,7 @@ impl Reader {
     fn status(&self) -> Option<Event> {
         let snapshot = self.client.snapshot.borrow().clone();
         let (now, client, api) = (Instant::now(), &self.client, &self.client.site.api);
-        // A client that follows the stream is there.
+        // A client that reads the stream keeps its command.
         api.authorities.heard_from(&client.who, now);
         let authority = api.authorities.of(&client.vehicle, now);
         let text = api.statuses.text(&snapshot, &client.vehicle, api.ages, &authority)?;

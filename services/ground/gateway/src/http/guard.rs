@@ -33,7 +33,7 @@ pub(crate) struct AuthorizedRequest {
     /// The vehicle it is about, if its path names one.
     vehicle: Option<VehicleId>,
     pub(crate) body: Value,
-    /// Of an order that needs a key.
+    /// The id of an order that needs a key.
     pub(crate) id: Option<RequestId>,
     /// The W3C trace that the request belongs to; empty for one that begins here.
     pub(crate) trace: String,
@@ -64,7 +64,7 @@ pub(crate) async fn guard(site: Site, route: Route, request: Request, next: Next
     let who = match identify(&site, &parts.headers) {
         Ok(who) => who,
         Err(problem) => {
-            // A flood of them is not worth a record each.
+            // Beyond the limit they leave no audit record, so that a flood does not displace those of orders.
             if let Err(wait) = site.limiter.admit(UNIDENTIFIED, now) {
                 return too_many(wait);
             }
@@ -159,7 +159,7 @@ async fn authorize(
 async fn read_body(site: &Site, route: Route, body: Body) -> Result<Value, Problem> {
     let limit = site.api.config.max_body_bytes.get();
     let reading = to_bytes(body, usize::try_from(limit).unwrap_or(usize::MAX));
-    // Less than the whole request may take, so that the client learns why.
+    // Shorter than the limit of the whole request, so that the client gets the reason.
     let timeout = site.api.config.request_timeout_s.seconds().mul_f64(0.8);
     let bytes = match tokio::time::timeout(timeout, reading).await {
         Ok(Ok(bytes)) => bytes,

@@ -15,9 +15,9 @@ use crate::http::problem::Problem;
 use crate::http::routes::Route;
 use crate::http::target::Target;
 
-/// Answers kept: far more than are asked for again within a minute.
+/// The most answers kept: far more than are requested again within a minute.
 const CAPACITY: usize = 512;
-/// Of a key, in bytes.
+/// The longest key, in bytes.
 const MAX_KEY: usize = 64;
 
 /// Names an order among those of all operators: who gives it, and the key they chose.
@@ -44,19 +44,19 @@ impl RequestId {
     }
 }
 
-/// As the services receive it. A `:` in a name is escaped, so that no two ids have the same text.
+/// The id as the services receive it. A `:` in a name is escaped, so that no two ids have the same text.
 impl fmt::Display for RequestId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}:{}", self.who.replace('%', "%25").replace(':', "%3A"), self.key)
     }
 }
 
-/// What an order demands: a key that comes again with another one is misused.
+/// The content of an order as a hash. A key that is used again with another fingerprint is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Fingerprint([u8; 32]);
 
 impl Fingerprint {
-    /// Of an order.
+    /// The fingerprint of an order.
     pub(crate) fn of(route: &Route, target: &Target, body: &Value) -> Fingerprint {
         let text = format!("{:?} {} {:?} {body}", route.method, route.path, target.parameters);
         Fingerprint(Sha256::digest(text.as_bytes()).into())
@@ -87,7 +87,7 @@ impl AnswerCache {
         Some((known.status, [(CONTENT_TYPE, known.media_type.clone())], known.body.clone()).into_response())
     }
 
-    /// Keeps an answer that would be the same a second time, and passes it on.
+    /// Keeps an answer if a repetition of the order would get the same one, and returns it.
     pub(crate) async fn keep(&self, id: RequestId, fingerprint: Fingerprint, response: Response) -> Response {
         let status = response.status();
         let is_final = status.is_success() || matches!(status, StatusCode::CONFLICT | StatusCode::UNPROCESSABLE_ENTITY);
@@ -107,7 +107,7 @@ impl AnswerCache {
         Response::from_parts(head, Body::from(body))
     }
 
-    /// Plain data: a thread that panicked while it held the lock has left it whole.
+    /// The data are whole even if a thread panicked while it held the lock.
     fn lock(&self) -> MutexGuard<'_, VecDeque<CachedAnswer>> {
         self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }

@@ -30,9 +30,9 @@ impl RateLimiter {
     /// Takes one request out of `who`'s bucket.
     ///
     /// # Errors
-    /// How long to wait, when it is empty.
+    /// The time to wait, if the bucket is empty.
     pub(crate) fn admit(&self, who: &str, now: Instant) -> Result<(), Duration> {
-        // Plain data: a thread that panicked while it held the lock has left it whole.
+        // The data are whole even if a thread panicked while it held the lock.
         let mut buckets = self.buckets.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         let who = if buckets.len() < MAX_BUCKETS || buckets.contains_key(who) { who } else { "" };
         let bucket = buckets.entry(who.to_owned()).or_insert(Bucket { left: self.burst, at: now });

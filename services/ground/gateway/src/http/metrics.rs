@@ -1,5 +1,5 @@
-//! `/metrics` in OpenMetrics: what the processes report of themselves, and how old the known state is. Made when it
-//! is asked for, from the same snapshot as every other answer.
+//! `/metrics` in OpenMetrics: what the processes report of themselves, and how old the known state is. The text is made
+//! for each request, from the same snapshot as every other answer.
 
 use std::sync::atomic::AtomicU64;
 
@@ -15,7 +15,7 @@ use crate::fleet::{Seen, Snapshot, message_of};
 use crate::recording::status::WriterStatus;
 use crate::view::Ages;
 
-/// Of the text.
+/// The media type of the text.
 pub(crate) const CONTENT_TYPE: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 
 type Labels = Vec<(&'static str, String)>;
@@ -54,7 +54,7 @@ fn processes(registry: &mut Registry, snapshot: &Snapshot, ages: Ages) {
     let handled: Counters = family(registry, "process_handled", "Events that the process has handled");
     let dropped: Counters = family(registry, "process_dropped", "Messages dropped because its mailbox was full");
     let malformed: Counters = family(registry, "process_malformed", "Messages refused as malformed or too large");
-    let late: Counters = family(registry, "process_late", "Orders and messages from the ground refused as too old");
+    let late: Counters = family(registry, "process_late", "Orders and messages from the ground refused as late");
     let refused: Counters = family(registry, "process_refused", "Messages refused because their content is invalid");
     let now = snapshot.now.time;
     let export = |vehicle: &str, of: &Processes| {

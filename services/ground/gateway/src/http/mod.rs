@@ -104,13 +104,10 @@ fn add_to(routes: Routes) -> Routes {
         .add(read("/readyz", Anyone, readyz, Document(v1::Readiness::NAME)), self::readyz)
         .add(read("/metrics", READERS, "OpenMetrics", Media(metrics::CONTENT_TYPE)), metrics)
         .add(
-            read("/api/v1/session", READERS, "Who asks, and what clients need to know", Document(v1::Session::NAME)),
+            read("/api/v1/session", READERS, "The client's roles and configuration", Document(v1::Session::NAME)),
             session::session,
         )
-        .add(
-            read("/api/v1/audit", READERS, "What was ordered, and what came of it", Document(v1::AuditLog::NAME)),
-            audit,
-        )
+        .add(read("/api/v1/audit", READERS, "The orders and their outcomes", Document(v1::AuditLog::NAME)), audit)
         .add(read("/api/v1/vehicles", READERS, "The vehicles", Document(v1::Fleet::NAME)), vehicles)
         .add(
             read("/api/v1/vehicles/{id}", READERS, "The whole state of one vehicle", Document(v1::Vehicle::NAME)),
@@ -139,7 +136,7 @@ async fn audit(State(site): State<Site>, Query(count): Query<Count>) -> Response
 }
 
 async fn healthz(State(site): State<Site>) -> Answer {
-    // The sending half lives in the gateway's loop.
+    // The gateway's loop owns the sender.
     match site.api.snapshot.has_changed() {
         Ok(_) => {
             let recordings = site.api.recordings.state().to_owned();
@@ -169,7 +166,7 @@ async fn vehicle_events(
     Extension(request): Extension<AuthorizedRequest>,
     headers: HeaderMap,
 ) -> Answer {
-    let taken = |_| Problem::unavailable(format!("all {} event streams are taken", site.api.config.max_event_streams));
+    let taken = |_| Problem::unavailable(format!("all {} event streams are in use", site.api.config.max_event_streams));
     let permit = site.streams.clone().try_acquire_owned().map_err(taken)?;
     let id = headers.get("last-event-id").and_then(|it| it.to_str().ok());
     let client = Client {
@@ -193,7 +190,7 @@ async fn method_not_allowed(method: Method, uri: Uri) -> Problem {
     Problem::new(StatusCode::METHOD_NOT_ALLOWED, detail)
 }
 
-/// Refuses bodies that are too large, and gives up answers that take too long.
+/// Refuses bodies that are too large, and ends requests whose answer takes too long.
 async fn within_limits(State(site): State<Site>, request: Request, next: Next) -> Response {
     let config = &site.api.config;
     let limit = u64::from(config.max_body_bytes.get());

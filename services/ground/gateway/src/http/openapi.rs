@@ -46,7 +46,7 @@ fn operation(route: &Route) -> Value {
     if route.access.needs_key() {
         parameters.push(json!({
             "name": "Idempotency-Key", "in": "header", "required": true,
-            "description": "Chosen by the client: a request repeated with the same key gets the same answer and does nothing.",
+            "description": "Chosen by the client: a request repeated with the same key gets the same answer and has no second effect.",
             "schema": { "type": "string", "minLength": 1, "maxLength": 64 },
         }));
     }
@@ -55,7 +55,7 @@ fn operation(route: &Route) -> Value {
         "summary": route.summary,
         "parameters": parameters,
         "responses": { "200": reply(route.reply), "default": {
-            "description": "why not",
+            "description": "Why the request was not carried out.",
             "content": { "application/problem+json": { "schema": reference(v1::Problem::NAME) } },
         } },
         "security": match route.access {

@@ -1,7 +1,7 @@
 //! The operator's page: its files, built into the program, and the headers they are served with.
 //!
-//! The page is data to this crate. One policy says what it may do in a browser: load scripts and styles of
-//! its own, talk to its own origin, nothing inline and nothing from elsewhere.
+//! The page is data to this crate. One content security policy restricts it in a browser: scripts, styles and
+//! connections of its own origin, nothing inline and nothing from elsewhere.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -100,8 +100,7 @@ async fn file(Path(name): Path<String>, headers: HeaderMap) -> Response {
     serve(&name, &headers)
 }
 
-/// A browser asks each time whether its copy is still current, so that a page never meets the API of another
-/// build.
+/// A browser asks each time whether its copy is current, so that a page is never used with the API of another build.
 fn serve(name: &str, request: &HeaderMap) -> Response {
     let Some(file) = FILES.iter().find(|file| file.name == name) else {
         return Problem::new(StatusCode::NOT_FOUND, format!("the page has no file `{name}`")).into_response();
@@ -122,7 +121,7 @@ fn serve(name: &str, request: &HeaderMap) -> Response {
 }
 
 impl File {
-    /// Differs from that of another build's content; a few microseconds for a few kilobytes.
+    /// A hash of the content, which differs when another build has other content. It takes a few microseconds.
     fn tag(&self) -> String {
         let mut hasher = DefaultHasher::new();
         self.bytes.hash(&mut hasher);
@@ -160,7 +159,7 @@ mod tests {
         check("store.js", &request, StatusCode::OK, SCRIPT);
     }
 
-    /// The policy forbids both, and a browser would only say so on its console.
+    /// The policy forbids both, and a browser would report it on its console only.
     #[test]
     fn nothing_is_inline_and_nothing_comes_from_elsewhere() {
         for file in FILES {
@@ -171,7 +170,7 @@ mod tests {
         }
     }
 
-    /// A browser that misses one shows nothing at all.
+    /// A browser shows an empty page if one export is missing.
     #[test]
     fn every_import_names_what_a_file_of_the_page_exports() {
         for file in FILES {

@@ -40,13 +40,13 @@ impl Problem {
         Problem::new(StatusCode::NOT_FOUND, format!("vehicle `{name}` was never seen"))
     }
 
-    /// The same with a header.
+    /// This problem with a header.
     pub(crate) fn with_header(mut self, name: HeaderName, value: &str) -> Problem {
         self.header = Some((name, value.to_owned()));
         self
     }
 
-    /// The same with the members that `set` sets.
+    /// This problem with the members that `set` sets.
     pub(crate) fn with(mut self, set: impl FnOnce(&mut v1::Problem)) -> Problem {
         set(&mut self.document);
         self

@@ -74,7 +74,8 @@ mod tests {
 
     const STALE_AFTER: Duration = Duration::from_secs(2);
 
-    /// A complete system but for `without`, `later` seconds after its signs, of which `gone` has lost its link.
+    /// Compares the readiness of a system that is complete except for `without` and has lost `gone`, `later` seconds
+    /// after its last messages.
     #[track_caller]
     fn check(without: &str, later: u64, gone: &str, expected: Result<(), &[&str]>) {
         let mut snapshot = Snapshot::default();

@@ -18,11 +18,11 @@ use crate::http::site::Site;
 use crate::http::target::Target;
 use crate::orders::Order;
 
-/// Of arguments as text, in bytes; longer ones are recorded by their size and hash.
+/// The longest arguments as text, in bytes; longer ones are recorded by their size and hash.
 const MAX_ARGUMENTS: usize = 1024;
 
 impl Site {
-    /// Records an order and what came of it; `who` is `None` for a token that is not known.
+    /// Records an order and its outcome; `who` is `None` for an unknown token.
     pub(crate) fn record(
         &self,
         who: Option<&Identity>,

@@ -15,12 +15,12 @@ use crate::http::{guard, openapi};
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Route {
     pub(crate) method: Method,
-    /// With `{parameters}`.
+    /// The path, with `{parameters}`.
     pub(crate) path: &'static str,
     pub(crate) access: Access,
-    /// What it does, in a line.
+    /// What the route does, in a line.
     pub(crate) summary: &'static str,
-    /// The name of the message that its body is.
+    /// The name of the message in the body.
     pub(crate) body: Option<&'static str>,
     /// Whether the body may be left out.
     pub(crate) body_is_optional: bool,
@@ -47,7 +47,7 @@ pub(crate) enum Reply {
     Media(&'static str),
     /// The message of this name as JSON.
     Document(&'static str),
-    /// The same with `missionTimeS` and `utc` besides.
+    /// The message of this name as JSON, with `missionTimeS` and `utc` added.
     Stamped(&'static str),
 }
 
@@ -68,7 +68,7 @@ pub(crate) enum Access {
 pub(crate) const READERS: Access = Access::OneOf(&Role::ALL);
 
 impl Access {
-    /// The roles that are let in; one of them is enough.
+    /// The roles that may use the route; one of them is enough.
     pub(crate) fn roles(self) -> Vec<Role> {
         match self {
             Access::Anyone => Vec::new(),
@@ -93,7 +93,7 @@ impl Method {
         }
     }
 
-    /// As OpenAPI writes it.
+    /// Its name in OpenAPI.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Method::Get => "get",
@@ -137,7 +137,7 @@ impl Routes {
         self
     }
 
-    /// The router of all routes, of which one describes them.
+    /// The router of all routes, and of one that describes them.
     pub(crate) fn finish(self) -> Router<Site> {
         let reply = Reply::Media("application/json");
         let route = Route::read("/openapi.json", Access::Anyone, "The description of every route", reply);

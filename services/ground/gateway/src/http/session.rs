@@ -1,4 +1,4 @@
-//! Who asks, and what a client needs to know of the system's configuration.
+//! The client's name and roles, and the part of the configuration that it needs.
 
 use axum::Extension;
 use axum::extract::State;

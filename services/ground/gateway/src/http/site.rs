@@ -22,7 +22,7 @@ pub(crate) struct Site {
 }
 
 impl Site {
-    /// Taken out at once: a snapshot that stays borrowed would hold up the gateway's loop.
+    /// The newest snapshot, cloned at once: a snapshot that stays borrowed would block the gateway's loop.
     pub(crate) fn snapshot(&self) -> Arc<Snapshot> {
         self.api.snapshot.borrow().clone()
     }

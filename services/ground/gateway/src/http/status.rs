@@ -20,7 +20,7 @@ pub(crate) struct StatusCache(Mutex<BTreeMap<VehicleId, Made>>);
 
 #[derive(Debug)]
 struct Made {
-    /// What the text was made of.
+    /// The state that the text was made from.
     snapshot: Arc<Snapshot>,
     authority: CommandAuthority,
     text: Arc<str>,
@@ -35,8 +35,8 @@ impl StatusCache {
         ages: Ages,
         authority: &CommandAuthority,
     ) -> Option<Arc<str>> {
-        // Plain data: a thread that panicked while it held the lock has left it whole. A stream that waits here
-        // waits for the text that it needs.
+        // The data are whole even if a thread panicked while it held the lock. A stream that waits for the lock waits
+        // for the text that it needs.
         let mut made = self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         if let Some(known) = made.get(name)
             && Arc::ptr_eq(&known.snapshot, snapshot)

@@ -14,13 +14,13 @@ use crate::http::routes::Route;
 
 /// The parameter that names the vehicle.
 const VEHICLE: &str = "id";
-/// What paths about a vehicle begin with.
+/// The beginning of every path about a vehicle.
 const ABOUT_VEHICLE: &str = "/api/v1/vehicles/{id}/";
 
 /// What a request is about.
 #[derive(Debug)]
 pub(crate) struct Target {
-    /// By name, decoded.
+    /// The parameters of the path by name, decoded.
     pub(crate) parameters: BTreeMap<String, String>,
     /// The path below the vehicle, or the whole path of a request that is about none.
     pub(crate) what: String,
@@ -29,7 +29,7 @@ pub(crate) struct Target {
 }
 
 impl Target {
-    /// Of a request that `route` matches.
+    /// Reads the target of a request that `route` matches.
     pub(crate) async fn read(route: &Route, parts: &mut Parts) -> Target {
         match Path::<BTreeMap<String, String>>::from_request_parts(parts, &()).await {
             Ok(Path(parameters)) => {

@@ -16,20 +16,20 @@ use node::VehicleId;
 use crate::fleet::MAX_VEHICLES;
 use crate::recording::config::Config;
 
-/// Messages kept from before a mission: some seconds' worth, and so at least one of everything that is
-/// repeated.
+/// Messages kept from before a mission: several seconds of them, and so at least one of every topic
+/// that is repeated.
 const PREAMBLE: usize = 64;
 /// Wall time after the report in which the last messages arrive.
 const TAIL: Duration = Duration::from_secs(1);
 /// Wall time without a message after which a vehicle is gone.
 const GONE: Duration = Duration::from_secs(60);
 
-/// What distinguishes a recording from others.
+/// The data that distinguish a recording from others.
 #[derive(Debug, PartialEq)]
 pub(crate) struct RecordingHeader {
     /// Counts up from the gateway's start.
     pub(crate) number: u64,
-    /// Whose mission.
+    /// The vehicle that flies the mission.
     pub(crate) vehicle: VehicleId,
     /// When it began.
     pub(crate) began: Now,

@@ -21,8 +21,8 @@ pub struct Config {
     pub most_total_mb: NonZeroU32,
     /// Megabytes of one recording; messages beyond that are dropped.
     pub most_each_mb: NonZeroU32,
-    /// Wall seconds for which messages are collected before they are written together; a gateway that is killed
-    /// loses as much.
+    /// Wall seconds for which messages are collected before they are written together; a gateway that is killed loses
+    /// the messages of that time.
     pub flush_s: Positive,
     /// Messages recorded per second of wall time, by topic key; of a topic that is not named, all.
     pub most_hz: BTreeMap<TopicKey, Positive>,

@@ -16,9 +16,9 @@ use http_range_header::parse_range_header;
 
 use crate::http::problem::Problem;
 
-/// Registered for MCAP.
+/// The media type that is registered for MCAP.
 pub(crate) const MEDIA_TYPE: &str = "application/vnd.mcap";
-/// Read at a time.
+/// Bytes read at a time.
 const PIECE: usize = 64 * 1024;
 
 /// What is sent of a file.
@@ -32,9 +32,9 @@ enum Part {
 }
 
 impl Part {
-    /// What `headers` ask for of a file of `bytes` (RFC 9110, section 14). A range that is not understood, and several
-    /// ranges at once, may be answered with the whole file, and are. So is a range under `If-Range`, since the file has
-    /// no tag by which to tell whether it is still the same.
+    /// The part of a file of `bytes` that `headers` request (RFC 9110, section 14). As the RFC allows, the answer to a
+    /// range that is not understood, and to several ranges at once, is the whole file. So is the answer to a range
+    /// under `If-Range`, because the file has no tag that shows whether it has changed.
     fn requested(headers: &HeaderMap, bytes: u64) -> Part {
         let range = headers.get(RANGE).filter(|_| !headers.contains_key(IF_RANGE));
         let Some(Ok(ranges)) = range.and_then(|it| it.to_str().ok()).map(parse_range_header) else {

@@ -32,7 +32,7 @@ pub(crate) struct Encoder {
 
 struct Channel {
     id: u16,
-    /// Of the next message; they count from 0.
+    /// The number of the next message; messages count from 0.
     sequence: u32,
 }
 

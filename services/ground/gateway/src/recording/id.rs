@@ -7,9 +7,9 @@ use std::str::FromStr;
 use crate::recording::capture::RecordingHeader;
 use crate::view;
 
-/// Of the file.
+/// The extension of the file.
 const SUFFIX: &str = "mcap";
-/// Of a name, in characters.
+/// The longest name, in characters.
 const MAX_LENGTH: usize = 100;
 
 /// Letters, digits, `-` and `_`: nothing that has a meaning in a file system.
@@ -17,7 +17,7 @@ const MAX_LENGTH: usize = 100;
 pub(crate) struct RecordingId(String);
 
 impl RecordingId {
-    /// Of a recording; `attempt` counts from 1 while the name exists already.
+    /// The name of a recording; `attempt` counts from 1 while the name exists already.
     pub(crate) fn of(header: &RecordingHeader, attempt: usize) -> RecordingId {
         let began: String = view::utc(header.began.utc_ms).chars().filter(|it| it.is_ascii_alphanumeric()).collect();
         let safe = |it: char| if is_safe(it) { it } else { '_' };
@@ -26,7 +26,7 @@ impl RecordingId {
         RecordingId(format!("{began}-{vehicle}{again}"))
     }
 
-    /// Of a file in the folder; `None` if it is not named like a recording.
+    /// The name of a file in the folder; `None` if it is not named like a recording.
     pub(crate) fn of_file(path: &Path) -> Option<RecordingId> {
         if path.extension()? != SUFFIX {
             return None;

@@ -17,9 +17,10 @@ use crate::recording::config::Limits;
 use crate::recording::id::RecordingId;
 use crate::recording::reading::{self, Reading};
 
-/// Of a list: nobody looks at more.
+/// The most recordings in a list: nobody reads more.
 const MAX_SHOWN: usize = 1000;
-/// Of a recording that is being written a list reads only the beginning, which says whose it is.
+/// Bytes at the beginning of a recording, which name its vehicle. A list reads no more of a
+/// recording that is being written.
 const BEGINNING: u64 = 256 * 1024;
 
 /// The folder, and what is known of the files in it.
@@ -45,7 +46,7 @@ struct FileState {
     is_live: bool,
 }
 
-/// A recording as far as its removal is concerned.
+/// The data of a recording that decide about its removal.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Stored {
     /// Earlier recordings have smaller ids.
@@ -136,7 +137,7 @@ impl RecordingIndex {
     pub(crate) fn recording(&self, id: &RecordingId) -> Option<v1::Recording> {
         let file = self.open(id).ok()?;
         let state = FileState::of(&file).ok()?;
-        // Without what is added while it is read.
+        // The bytes that are added meanwhile are left out.
         let reading = reading::read(BufReader::new(file.take(state.bytes)));
         Some(reading.summary.recording(overview(id, state, &reading)))
     }
@@ -159,7 +160,7 @@ impl RecordingIndex {
         File::open(path)
     }
 
-    /// Plain data: a thread that panicked while it held the lock has left it whole.
+    /// The data are whole even if a thread panicked while it held the lock.
     fn cache(&self) -> MutexGuard<'_, BTreeMap<RecordingId, Cached>> {
         self.cache.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
@@ -168,7 +169,7 @@ impl RecordingIndex {
 impl FileState {
     fn of(file: &File) -> io::Result<FileState> {
         let is_live = matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock));
-        // Given back at once, so that it does not stand in a writer's way.
+        // Released at once, so that it does not block a writer.
         let _ = file.unlock();
         let metadata = file.metadata()?;
         Ok(FileState { bytes: metadata.len(), modified: metadata.modified().ok(), is_live })

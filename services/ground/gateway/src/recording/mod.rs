@@ -1,9 +1,9 @@
-//! Recorded missions: what the gateway hears of a vehicle from the start of its mission to the report, in one MCAP
-//! file.
+//! Recorded missions: the messages of a vehicle that the gateway receives from the start of its mission to the report,
+//! in one MCAP file.
 //!
-//! [`capture`] decides which message belongs to which recording, [`encoder`] makes bytes of it, [`summary`] sums a
-//! mission up; all three are pure. A thread of its own, [`writer`], has the files. The node's loop passes it jobs
-//! through a bounded queue and never waits: what does not fit is dropped and counted.
+//! [`capture`] decides which message belongs to which recording, [`encoder`] encodes it, [`summary`] summarises a
+//! mission; all three are pure. A thread of its own, [`writer`], owns the files. The node's loop passes it jobs through
+//! a bounded queue and never waits: a message that does not fit is dropped and counted.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -32,7 +32,7 @@ pub(crate) mod status;
 mod summary;
 mod writer;
 
-/// Jobs that may wait for the writer: several seconds' worth.
+/// The most jobs that wait for the writer: those of several seconds.
 const CAPACITY: usize = 4096;
 /// A disk that hangs delays the end of the process by no more than this.
 const GRACE_PERIOD: Duration = Duration::from_secs(1);

@@ -11,7 +11,7 @@ use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOp
 use crate::recording::encoder::METADATA;
 use crate::recording::summary::Summary;
 
-/// In bytes. No record of ours is nearly as long; a damaged length must not become an allocation.
+/// The longest record, in bytes. Our records are far shorter; a damaged length must not become an allocation.
 const MAX_RECORD: usize = 16 * 1024 * 1024;
 
 /// What was read of a file.
@@ -38,7 +38,7 @@ fn read_into(file: &mut impl Read, summary: &mut Summary) -> Result<(), McapErro
         .with_check_finishes_after_end_magic(true)
         .with_record_length_limit(MAX_RECORD);
     let mut reader = LinearReader::new_with_options(options);
-    // By their numbers in the file; `None`: a topic that is unknown.
+    // The topics of the channels, by their numbers in the file; `None` for an unknown topic.
     let mut channels: BTreeMap<u16, Option<Topic>> = BTreeMap::new();
     while let Some(event) = reader.next_event() {
         match event? {

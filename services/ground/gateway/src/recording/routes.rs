@@ -98,7 +98,7 @@ async fn file(
     downloads: Arc<Semaphore>,
 ) -> Answer {
     let (id, index) = (parse(id)?, site.api.recordings.index()?);
-    let taken = |_| Problem::unavailable(format!("all {MAX_DOWNLOADS} downloads are taken; try again"));
+    let taken = |_| Problem::unavailable(format!("all {MAX_DOWNLOADS} downloads are in use; try again"));
     let permit = downloads.try_acquire_owned().map_err(taken)?;
     let name = id.clone();
     let (file, bytes) = unblocked(move || index.file(&id)).await?.map_err(|cause| match cause.kind() {

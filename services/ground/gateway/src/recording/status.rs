@@ -57,7 +57,7 @@ impl WriterStatus {
         self.lock().clone()
     }
 
-    /// Plain data: a thread that panicked while it held the lock has left it whole.
+    /// The data are whole even if a thread panicked while it held the lock.
     fn lock(&self) -> MutexGuard<'_, Option<String>> {
         self.problem.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }

@@ -10,15 +10,15 @@ use kittiwake_proto::v1::recording as doc;
 use crate::fleet::occurrence::{self, Occurrence};
 use crate::view;
 
-/// Of each list; a mission has dozens of lines.
+/// The most lines of each list; a mission has dozens.
 const MAX_LINES: usize = 5000;
-/// Of all lists together.
+/// The most bytes of all lists together.
 const MAX_BYTES: usize = 4 * 1024 * 1024;
 
 /// What is known of a mission.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Summary {
-    /// Whose; empty if nothing says so.
+    /// The vehicle; empty if it is unknown.
     pub(crate) vehicle: String,
     /// The mission's name, as the planner had it last.
     pub(crate) mission: String,
@@ -49,7 +49,7 @@ struct Contingency {
 }
 
 impl Summary {
-    /// Of a vehicle's mission before its first message.
+    /// The summary of a vehicle's mission before its first message.
     pub(crate) fn of(vehicle: &str) -> Summary {
         Summary { vehicle: vehicle.to_owned(), ..Summary::default() }
     }
@@ -61,7 +61,7 @@ impl Summary {
         }
     }
 
-    /// The metadata record that says what is known.
+    /// The metadata record of what is known.
     pub(crate) fn metadata(&self) -> BTreeMap<String, String> {
         let outcome = self.report.as_ref().map(|report| report.outcome().as_str_name());
         let facts = [
@@ -135,7 +135,7 @@ impl Summary {
         has_room
     }
 
-    /// What a list shows of the mission; the fields of its file are left to the caller.
+    /// What a list shows of the mission; the caller sets the fields of its file.
     pub(crate) fn overview(&self) -> v1::RecordingSummary {
         v1::RecordingSummary {
             vehicle: self.vehicle.clone(),
@@ -148,7 +148,7 @@ impl Summary {
         }
     }
 
-    /// Everything, after what `overview` says.
+    /// The whole recording, with the fields of `overview`.
     pub(crate) fn recording(&self, overview: v1::RecordingSummary) -> v1::Recording {
         let mut contingencies: Vec<&Contingency> = self.contingencies.values().collect();
         contingencies.sort_by_key(|contingency| contingency.from_ms);
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mission_is_summed_up() {
+    fn a_mission_is_summarised() {
         let permission = |state: v1::PermissionState| {
             let permissions = vec![v1::Permission { area: "A".into(), state: state.into(), ..Default::default() }];
             Message::from(v1::PermissionLedger { permissions })

@@ -1,6 +1,6 @@
 //! Writes recordings into files. [`Writer`] does one job, [`run`] is the loop around it.
 //!
-//! What cannot be written is counted, reported and tried again after a while. A disk that is full, or hangs, costs
+//! What cannot be written is counted, reported and tried again after a while. A disk that is full, or hangs, affects
 //! recordings only.
 
 #![expect(clippy::disallowed_methods, reason = "the disk is written to on the wall clock")]
@@ -29,7 +29,7 @@ mod tests;
 
 /// Wall time after a failure before the next attempt.
 const BACK_OFF: Duration = Duration::from_secs(5);
-/// Bytes collected in memory after which they are written, however little time has passed.
+/// Bytes collected in memory after which they are written, even if little time has passed.
 const MAX_COLLECTED: usize = 1024 * 1024;
 /// Bytes written after which the folder's limits are checked again.
 const CHECK_EVERY: u64 = 8 * 1024 * 1024;
@@ -53,11 +53,11 @@ struct OpenRecording {
     summary: Summary,
     path: PathBuf,
     file: File,
-    /// Of the file.
+    /// Bytes of the file.
     bytes: u64,
-    /// Of the file before its first message.
+    /// Bytes of the file before its first message.
     head_bytes: u64,
-    /// In memory, not written yet.
+    /// Bytes in memory that are not written yet.
     collected: usize,
     flush_due: Instant,
 }

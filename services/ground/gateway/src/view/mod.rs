@@ -17,7 +17,7 @@ pub(crate) mod vehicle;
 /// How moments become ages.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ages {
-    /// Of the gateway's clock.
+    /// The pace of the gateway's clock.
     pub(crate) pace: Pace,
     /// Mission time without a sign of progress after which a process is stale.
     pub(crate) stale_after: Duration,

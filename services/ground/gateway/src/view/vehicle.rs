@@ -10,7 +10,7 @@ use crate::fleet::processes::{Process, Processes};
 use crate::fleet::{Seen, Snapshot, VehicleState, message_of};
 use crate::view::{Ages, stamp};
 
-/// Wall time after which the reported wind and traffic are no longer true: five of a receiver's reports.
+/// Wall time after which the reported wind and traffic are out of date: five periods of a receiver's reports.
 const REPORT_LIFETIME: Duration = Duration::from_secs(5);
 
 /// Everything about one vehicle; `None` if it was never seen.
@@ -169,8 +169,8 @@ fn processes(groups: &[&Processes], now: Time, ages: Ages) -> Vec<doc::Process> 
     groups.iter().flat_map(|group| group.iter()).map(process).collect()
 }
 
-/// What each source may be late by, in wall seconds: the slow ones are repeated at 1 or 2 Hz by the contract, the
-/// monitor's at 2 Hz over the link and faster on board.
+/// The sources with the wall seconds that each may be silent: the slow ones are repeated at 1 or 2 Hz by the contract,
+/// the monitor's at 2 Hz over the link and faster on board.
 fn sources(state: &VehicleState, now: Time, ages: Ages) -> doc::Sources {
     fn source<M>(seen: &Option<Seen<M>>, late_s: f64, now: Time, ages: Ages) -> Option<doc::Source> {
         Some(doc::Source {

@@ -30,7 +30,7 @@ async fn answer_once(world: &World, path: &str, ready: impl Fn(&Answer) -> bool)
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_mission_is_listed_summed_up_and_downloaded() {
+async fn a_mission_is_listed_summarised_and_downloaded() {
     let world = World::new();
     world.say(v1::PlannerStatus { mission: "reference".into(), ..Default::default() });
     world.say(v1::McmStatus::default());

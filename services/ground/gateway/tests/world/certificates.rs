@@ -7,7 +7,7 @@ use rcgen::{BasicConstraints, CertificateParams, IsCa, Issuer, KeyPair, date_tim
 
 pub struct Certificates {
     folder: tempfile::TempDir,
-    /// As PEM.
+    /// The CA's certificate as PEM.
     pub ca: String,
     issuer: Issuer<'static, KeyPair>,
 }

@@ -52,7 +52,7 @@ pub const CONFIG: &str = "
 /// A file in the folder of the recordings that is no recording.
 pub const RECORDING: &str = "not-a-recording";
 
-/// Plays the services: replies to a call, given its trace.
+/// Plays the services: gets a call with its trace, and returns the reply.
 type Play = Box<dyn FnMut(&Call, &str) -> Result<Response, CallError> + Send>;
 
 enum Input {

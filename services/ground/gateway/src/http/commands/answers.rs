@@ -111,7 +111,7 @@ impl Site {
     }
 }
 
-/// As the services receive it; empty for a request that needs no key.
+/// The request id as the services receive it; empty for a request that needs no key.
 fn wire_id(request: &AuthorizedRequest) -> String {
     request.id.as_ref().map(ToString::to_string).unwrap_or_default()
 }
@@ -120,7 +120,7 @@ pub(super) fn read<M: prost::Message + prost::Name + Default>(body: &Value) -> R
     from_json(body).map_err(|error| invalid_body(&error))
 }
 
-/// The same of a body that may be left out.
+/// Reads a body that may be left out.
 pub(super) fn read_optional<M: prost::Message + prost::Name + Default>(body: &Value) -> Result<M, Problem> {
     if body.is_null() { Ok(M::default()) } else { read(body) }
 }

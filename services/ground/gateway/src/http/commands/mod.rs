@@ -28,7 +28,7 @@ mod table;
 type Shared = State<Site>;
 type Authorized = Extension<AuthorizedRequest>;
 
-/// What a path names besides the vehicle.
+/// The thing that a path names besides the vehicle.
 #[derive(Deserialize)]
 struct Named {
     #[serde(alias = "area", alias = "flag")]
@@ -116,7 +116,7 @@ async fn skip(State(site): Shared, Path(it): Path<Named>, Extension(request): Au
     site.mission(&request, MissionCall::Skip(v1::SkipObjective { name: it.name })).await
 }
 
-/// The mission as it stands, from the planner itself.
+/// The present mission, from the planner itself.
 async fn read_mission(State(site): Shared, Extension(request): Authorized) -> Answer {
     let call = v1::MissionRequest { request: Some(MissionCall::Read(v1::ReadMission {})), ..Default::default() };
     match site.call(&request, Request::Mission(call)).await? {
@@ -141,7 +141,7 @@ async fn inject_flag(State(site): Shared, Extension(request): Authorized) -> Ans
     site.done(&request, "simulation/flags", text)
 }
 
-/// The simulator knows its faults: a request without a name asks for them.
+/// The faults of the simulator, which lists them in reply to a request without a name.
 async fn list_faults(State(site): Shared, Extension(request): Authorized) -> Answer {
     match site.call(&request, Request::Fault(v1::FaultRequest::default())).await? {
         Reply::Fault(reply) => {

@@ -81,7 +81,7 @@ pub(crate) fn add_to(routes: Routes, simulation: bool) -> Routes {
             decide_permission,
         )
         .add(
-            route!(Get "mission" READERS, "The mission as the planner has it",
+            route!(Get "mission" READERS, "The present mission, from the planner",
                 None => Reply::Stamped(v1::PlannerStatus::NAME)),
             read_mission,
         )

@@ -80,7 +80,7 @@ fn the_recording_of_a_killed_gateway_is_read_and_shown_as_damaged() {
     writer.on(decision(&first, "takeoff"), now);
     writer.flush_due(now + FLUSH);
     writer.on(decision(&first, "lost"), now);
-    // As a kill leaves it: what was collected is gone, and the lock with it.
+    // The state after a kill: the collected bytes and the lock are gone.
     drop(writer);
     let summary = recording(folder.path(), "20260101T000001000Z-uav1");
     assert_eq!(summary["state"], "damaged");
