@@ -50,6 +50,9 @@ const FAULTS: [(&str, &[&str], bool); 16] = [
     ("wind", &["6", "6", "2"], false),
 ];
 
+/// Processes that may hang. What the simulator and the ground do without is tested elsewhere.
+const PROCESSES: [&str; 4] = ["planner", "skill-manager", "mcm", "monitor"];
+
 /// A flight, and what happened in it so far.
 struct Flight {
     simulation: Simulation<'static>,
@@ -87,7 +90,12 @@ impl Flight {
 
     fn trouble(&mut self) -> String {
         let Flight { simulation, dice, areas, .. } = self;
-        match dice.below(4) {
+        match dice.below(5) {
+            4 => {
+                let (process, seconds) = (dice.one_of(&PROCESSES), dice.one_of(&[1, 4, 20]));
+                simulation.freeze(process, Duration::from_secs(seconds));
+                format!("{process} hangs for {seconds} s")
+            }
             0 => {
                 let (fault, arguments, harmless) = dice.one_of(&FAULTS);
                 self.knows_its_place &= harmless;

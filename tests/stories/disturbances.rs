@@ -108,6 +108,19 @@ fn a_flag_in_flight_stops_the_vehicle_and_the_mission_is_replanned() {
 }
 
 #[test]
+fn a_rejected_stop_is_tried_again_and_does_not_become_a_landing() {
+    let system = start();
+    wait_until_under_way(&system);
+    fault(&system, "reject_acks 1");
+    assert!(system.inject(&["flag", "obstacle"]).status.success());
+    let ending = system.end();
+    ending.expect(0, &["SUCCESS", "SUCCESS"]);
+    let parts =
+        ["`obstacle`: stop", "`obstacle`: stop failed (try 1 of 3)", "`obstacle` is over", "fly to (0, 500, 10)"];
+    in_order(&ending, &parts);
+}
+
+#[test]
 fn a_frozen_source_stops_the_vehicle_until_it_is_heard_again() {
     let system = start();
     wait_until_under_way(&system);
