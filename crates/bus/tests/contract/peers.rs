@@ -54,9 +54,7 @@ pub fn not_lost(shell: &mut dyn Shell) {
     shell.wait_for("others to see the change", &mut || changed(&witness));
     gate.open();
     shell.wait_for("the busy node to see the change", &mut || changed(&busy));
-    // Only a mailbox with a bound can be full, and it says so.
-    let is_bounded = witness.any(|event| matches!(event, Event::Message { message: Message::Heartbeat(_), .. }));
-    if is_bounded {
+    if shell.bounds_mailboxes() {
         shell.wait_for("the busy node to say that its mailbox was full", &mut || {
             witness.any(|event| match event {
                 Event::Message { message: Message::Heartbeat(it), .. } => it.service == "mcm" && 0 < it.dropped,

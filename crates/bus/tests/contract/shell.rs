@@ -25,6 +25,9 @@ pub trait Shell {
 
     /// A closed gate.
     fn gate(&self) -> Gate;
+
+    /// Whether a mailbox can be full.
+    fn bounds_mailboxes(&self) -> bool;
 }
 
 /// All nodes in one thread, on an ideal machine.
@@ -50,6 +53,10 @@ impl Shell for Virtual {
 
     fn gate(&self) -> Gate {
         Gate::without_threads()
+    }
+
+    fn bounds_mailboxes(&self) -> bool {
+        false
     }
 }
 
@@ -98,6 +105,10 @@ impl Shell for Real {
 
     fn gate(&self) -> Gate {
         Gate::closed()
+    }
+
+    fn bounds_mailboxes(&self) -> bool {
+        true
     }
 }
 
