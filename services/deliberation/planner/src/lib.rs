@@ -4,7 +4,7 @@
 //! never waits: where there is nothing to fly it says how long to hold. It does not fly, and it does
 //! not ask the control tower: the mission manager does both, step by step.
 //!
-//! Messages become domain types here and in [`wire`]; nothing below knows of them.
+//! Messages become domain types here and in `wire`; nothing below knows of them.
 
 use domain::geometry::Ned;
 use domain::mission::Mission;

@@ -1,7 +1,7 @@
 //! How requests are answered when no operator decides.
 //!
 //! A policy answers one request at a time. It does not know what was granted, nor to which vehicle
-//! (see [`ledger`](crate::ledger)).
+//! (see `ledger`).
 
 use std::fmt;
 use std::str::FromStr;
