@@ -5,6 +5,8 @@
 
 mod support;
 
+use std::path::PathBuf;
+use std::sync::LazyLock;
 use std::time::Duration;
 
 use control_tower::policy::Policy;
@@ -53,6 +55,12 @@ const FAULTS: [(&str, &[&str], bool); 16] = [
 /// Processes that may hang. What the simulator and the ground do without is tested elsewhere.
 const PROCESSES: [&str; 4] = ["planner", "skill-manager", "mcm", "monitor"];
 
+/// How long a grant is valid, in seconds, and a configuration that says so. Made once: tests run side by side.
+static SHORT_GRANTS: LazyLock<[(&str, PathBuf); 4]> = LazyLock::new(|| {
+    ["45.0", "90.0", "180.0", "900.0"]
+        .map(|grant| (grant, config_with(&format!("grants-of-{grant}"), &[("grant_valid_s", grant)])))
+});
+
 /// A flight, and what happened in it so far.
 struct Flight {
     simulation: Simulation<'static>,
@@ -80,10 +88,11 @@ impl Flight {
     fn random(seed: u64, machine: Machine) -> Flight {
         let mut dice = Dice(!seed);
         let (text, areas) = random_mission(&mut dice);
-        let path = mission_file(&format!("random-{seed}"), &text);
-        let (permissions, grant) = (dice.one_of(&POLICIES), dice.one_of(&["45.0", "90.0", "180.0", "900.0"]));
-        let config = config_with(&format!("grants-of-{grant}"), &[("grant_valid_s", grant)]);
-        let setup = Setup { config: &config, mission: Some(&path), permissions, seed, machine };
+        let machine_name = if matches!(machine, Machine::Ideal) { "ideal" } else { "busy" };
+        let path = mission_file(&format!("random-{machine_name}-{seed}"), &text);
+        let permissions = dice.one_of(&POLICIES);
+        let (grant, config) = &SHORT_GRANTS[dice.below(4) as usize];
+        let setup = Setup { config, mission: Some(&path), permissions, seed, machine };
         let script = vec![format!("seed {seed}: {permissions}, grants of {grant} s\n{text}")];
         Flight { simulation: Simulation::new(&setup).unwrap(), dice, areas, knows_its_place: true, script }
     }
