@@ -1,13 +1,16 @@
 //! Where and when the vehicle may be, in whole flights: no area is entered without its permission, at no time, and what is
 //! flown is what the mission says.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+mod support;
+
+use std::path::Path;
 use std::time::Duration;
 
 use control_tower::policy::Policy;
 use kittiwake_proto::v1::{self, MissionOutcome, MissionReport};
 use simulation::{Machine, Setup, Simulation};
+
+use support::{config, config_with, mission_file};
 
 const LIMIT: Duration = Duration::from_secs(3000);
 /// A window that is open during the flight and ends some day, so that the place is not refused when the file is read.
@@ -21,7 +24,7 @@ struct Flight {
 impl Flight {
     /// A mission of these `[north, east, height]`, 0 being the ground, and areas.
     fn of(name: &str, places: &[[f64; 3]], areas: &str, permissions: Policy) -> Flight {
-        Flight::with(&shipped(), name, places, areas, permissions)
+        Flight::with(&config(), name, places, areas, permissions)
     }
 
     fn with(config: &Path, name: &str, places: &[[f64; 3]], areas: &str, permissions: Policy) -> Flight {
@@ -33,8 +36,7 @@ impl Flight {
             )
         };
         let objectives: String = places.iter().enumerate().map(objective).collect();
-        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.toml"));
-        fs::write(&path, format!("name = \"{name}\"\n{objectives}{areas}")).unwrap();
+        let path = mission_file(name, &format!("name = \"{name}\"\n{objectives}{areas}"));
         let setup = Setup { config, mission: Some(&path), permissions, seed: 1, machine: Machine::Ideal };
         Flight { simulation: Simulation::new(&setup).unwrap_or_else(|mistakes| panic!("{mistakes}")) }
     }
@@ -59,23 +61,6 @@ impl Flight {
     fn plans(&self) -> Vec<String> {
         self.simulation.story(&["plan"]).into_iter().filter(|it| it.starts_with("plan ")).collect()
     }
-}
-
-fn shipped() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../config")
-}
-
-/// The shipped configuration with one value changed.
-fn config_with(name: &str, find: &str, replace: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    fs::create_dir_all(folder.join("trees")).unwrap();
-    for file in ["contingencies.toml", "trees/actions.xml", "trees/mission.xml", "trees/step.xml"] {
-        fs::copy(shipped().join(file), folder.join(file)).unwrap();
-    }
-    let text = fs::read_to_string(shipped().join("kittiwake.toml")).unwrap();
-    assert!(text.contains(find), "the configuration lacks `{find}`");
-    fs::write(folder.join("kittiwake.toml"), text.replace(find, replace)).unwrap();
-    folder
 }
 
 /// From 90 m south to 90 m north.
@@ -141,7 +126,7 @@ fn opening(areas: &str) -> String {
 
 #[test]
 fn a_grant_that_is_too_short_for_the_crossing_costs_a_way_round_and_no_zigzag() {
-    let short = config_with("short_grants", "grant_valid_s = 900.0", "grant_valid_s = 120.0");
+    let short = config_with("short_grants", &[("grant_valid_s", "120.0")]);
     let long = area("A", "permission", [100.0, 2300.0], "");
     let mut flight = Flight::with(&short, "short_round", &[[0.0, 2400.0, 0.0]], &long, Policy::Grant);
     flight.succeed();
@@ -156,7 +141,7 @@ fn a_grant_that_is_too_short_for_the_crossing_costs_a_way_round_and_no_zigzag() 
 
 #[test]
 fn a_grant_that_is_long_enough_is_used() {
-    let short = config_with("enough_grants", "grant_valid_s = 900.0", "grant_valid_s = 120.0");
+    let short = config_with("enough_grants", &[("grant_valid_s", "120.0")]);
     let narrow = area("A", "permission", [100.0, 400.0], "");
     let mut flight = Flight::with(&short, "short_through", &[[0.0, 500.0, 0.0]], &narrow, Policy::Grant);
     flight.succeed();
@@ -243,7 +228,7 @@ fn objectives_two_and_a_half_metres_apart_are_both_flown_to() {
 /// Where the planner is less careful than the mission manager, the manager refuses what it plans, again and again.
 #[test]
 fn the_planner_is_as_careful_as_the_mission_manager() {
-    let text = fs::read_to_string(shipped().join("kittiwake.toml")).unwrap();
+    let text = std::fs::read_to_string(config().join("kittiwake.toml")).unwrap();
     let config: toml::Table = toml::from_str(&text).unwrap();
     let number = |section: &str, key: &str| config[section][key].as_float().unwrap();
     for key in ["vertical_margin_m", "climb_m_s", "descent_m_s", "least_height_m", "highest_m"] {

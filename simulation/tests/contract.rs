@@ -2,7 +2,8 @@
 //!
 //! Requests go through the whole gateway except the socket; the virtual clock runs while they wait for their answers.
 
-use std::path::Path;
+mod support;
+
 use std::time::Duration;
 
 use axum::Router;
@@ -43,7 +44,7 @@ struct World {
 
 impl World {
     fn new() -> World {
-        let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config");
+        let config = support::config();
         let setup =
             Setup { config: &config, mission: None, permissions: Policy::Grant, seed: 1, machine: Machine::Ideal };
         let text = entry("anna", &[Role::Operator], "token");

@@ -1,6 +1,7 @@
 //! Whole flights on the virtual bus, as stories.
 
-use std::path::Path;
+mod support;
+
 use std::time::Duration;
 
 use control_tower::policy::Policy;
@@ -10,7 +11,7 @@ use simulation::{Machine, Setup, Simulation};
 const LIMIT: Duration = Duration::from_secs(1200);
 
 fn reference(permissions: Policy, seed: u64) -> Simulation<'static> {
-    let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config");
+    let config = support::config();
     Simulation::new(&Setup { config: &config, mission: None, permissions, seed, machine: Machine::Ideal }).unwrap()
 }
 

@@ -1,6 +1,7 @@
 //! Processes that hang: alive, and doing nothing.
 
-use std::path::Path;
+mod support;
+
 use std::time::Duration;
 
 use control_tower::policy::Policy;
@@ -10,7 +11,7 @@ use simulation::{Machine, Setup, Simulation};
 const LIMIT: Duration = Duration::from_secs(1500);
 
 fn simulation() -> Simulation<'static> {
-    let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config");
+    let config = support::config();
     let permissions = Policy::Grant;
     let setup = Setup { config: &config, mission: None, permissions, seed: 1, machine: Machine::Ideal };
     Simulation::new(&setup).unwrap()

@@ -1,6 +1,7 @@
 //! Whole flights with an operator's orders, on the virtual bus.
 
-use std::path::Path;
+mod support;
+
 use std::time::Duration;
 
 use control_tower::policy::Policy;
@@ -13,7 +14,7 @@ const LIMIT: Duration = Duration::from_secs(1200);
 
 /// On the way through area B, 10 s into the flight to the goal.
 fn under_way() -> Simulation<'static> {
-    let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config");
+    let config = support::config();
     let setup = Setup { config: &config, mission: None, permissions: Policy::Grant, seed: 1, machine: Machine::Ideal };
     let mut simulation = Simulation::new(&setup).unwrap();
     assert!(simulation.fly_until("step 4 of 5", LIMIT));
