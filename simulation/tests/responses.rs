@@ -193,3 +193,14 @@ fn a_motor_that_fails_is_a_crash_or_a_landing_and_never_a_takeoff_again() {
         assert_eq!(simulation.breaches(), [], "{log}");
     }
 }
+
+#[test]
+fn a_pause_that_outlasts_the_battery_ends_with_a_report() {
+    let mut simulation = under_way();
+    simulation.inject_fault("battery", &["0.07"]);
+    assert!(simulation.fly_until("`battery_critical`: land", LIMIT));
+    simulation.order(Verb::Pause(v1::PauseMission { overrides: true }));
+    // The autopilot lands it when the battery is nearly empty.
+    let report = end(&mut simulation, MissionOutcome::Failure);
+    assert!(report.reason.starts_with("landed because of `operator_pause`, and no operator"), "{report:?}");
+}
