@@ -238,3 +238,13 @@ fn the_planner_is_as_careful_as_the_mission_manager() {
     assert!(number("mcm", "leave_lead_s") <= number("planner", "grant_lead_s"));
     assert!(number("mcm", "margin_m") <= number("planner", "stand_off_m") * number("planner", "margin"));
 }
+
+#[test]
+fn a_takeoff_below_an_area_is_flown_to_its_height() {
+    // The takeoff ends at 10 m; heights from 11 m on count as inside.
+    let above = "[[area]]\nname = \"F\"\nkind = \"permission\"\nfloor_m = 13.0\n\
+                 corners_m = [[-500.0, -500.0], [500.0, -500.0], [500.0, 900.0], [-500.0, 900.0]]\n";
+    let mut flight = Flight::of("take_off_below", &[[0.0, 300.0, 0.0]], above, Policy::Deny);
+    flight.succeed();
+    assert_eq!(flight.plans().len(), 1, "{}", flight.simulation.decision_log());
+}

@@ -130,3 +130,27 @@ fn landed_in_an_area_that_is_revoked_it_does_not_take_off() {
     simulation.pass(Duration::from_secs(600));
     assert_eq!(simulation.breaches(), [], "{}", simulation.decision_log());
 }
+
+/// The climb before the way out may end a little below the least height of the flight.
+#[test]
+fn a_vehicle_that_is_low_inside_a_revoked_area_climbs_once_and_leaves() {
+    for height_m in [6.0, 4.5, 2.5] {
+        let mut simulation = simulation(None, Policy::Grant);
+        // In the middle of area B.
+        assert!(simulation.fly_until("step 5 of 5: land", LIMIT));
+        while simulation.position().is_none_or(|it| height_m < -it.down_m) {
+            simulation.pass(Duration::from_millis(100));
+        }
+        simulation.decide("B", Decision::Revoke);
+        simulation.pass(Duration::from_secs(40));
+        let is_outside = |it: v1::Ned| 90.0 < it.north_m.abs() || !(380.0..560.0).contains(&it.east_m);
+        let is_outside = simulation.position().is_some_and(is_outside);
+        assert!(is_outside, "{height_m} m, {:?}:\n{}", simulation.position(), simulation.decision_log());
+        let report = simulation.fly(LIMIT);
+        simulation.pass(Duration::from_secs(30));
+        let log = simulation.decision_log();
+        assert!(report.is_some() && simulation.is_on_ground(), "{log}");
+        assert_eq!(simulation.breaches(), [], "{log}");
+        assert!(log.matches("asking for area B").count() <= 3, "asked once, and once more after the denial: {log}");
+    }
+}

@@ -32,7 +32,7 @@ fn happens(trouble: &str, simulation: &mut Simulation<'_>) {
         "battery_low" => simulation.inject_fault("battery", &["0.2"]),
         "battery_critical" => simulation.inject_fault("battery", &["0.09"]),
         "estimator_lost" => simulation.inject_fault("estimator_invalid", &["on"]),
-        "link_lost" => simulation.inject_fault("link_loss", &["40"]),
+        "link_lost" => simulation.freeze("gateway", Duration::from_secs(40)),
         "local_position_stale" => simulation.inject_fault("drop", &["vehicle_local_position"]),
         "landing blocked" => simulation.inject_fault("blocked_landing", &["on"]),
         "pause" => simulation.order(Verb::Pause(v1::PauseMission { overrides: false })),

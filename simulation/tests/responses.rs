@@ -144,12 +144,12 @@ fn a_hold_blocks_nothing_that_demands_more() {
 fn a_lost_link_does_not_interrupt_a_landing() {
     let mut simulation = simulation(None, Policy::Grant);
     assert!(simulation.fly_until("step 5 of 5: land", LIMIT));
-    simulation.pass(Duration::from_secs(3));
-    simulation.inject_fault("link_loss", &["30"]);
+    // The ground's end of the link hangs.
+    simulation.freeze("gateway", Duration::from_secs(16));
     end(&mut simulation, MissionOutcome::Success);
     let log = simulation.decision_log();
     assert!(!log.contains("`link_lost`: stop"), "{log}");
-    in_order(&simulation, &["step 5 of 5: land", "step 5 succeeded"]);
+    in_order(&simulation, &["step 5 of 5: land", "`link_lost` does not count while landing", "step 5 succeeded"]);
 }
 
 #[test]
@@ -192,4 +192,15 @@ fn a_motor_that_fails_is_a_crash_or_a_landing_and_never_a_takeoff_again() {
         assert!(simulation.is_on_ground(), "{log}");
         assert_eq!(simulation.breaches(), [], "{log}");
     }
+}
+
+#[test]
+fn a_pause_that_outlasts_the_battery_ends_with_a_report() {
+    let mut simulation = under_way();
+    simulation.inject_fault("battery", &["0.07"]);
+    assert!(simulation.fly_until("`battery_critical`: land", LIMIT));
+    simulation.order(Verb::Pause(v1::PauseMission { overrides: true }));
+    // The autopilot lands it when the battery is nearly empty.
+    let report = end(&mut simulation, MissionOutcome::Failure);
+    assert!(report.reason.starts_with("landed because of `operator_pause`, and no operator"), "{report:?}");
 }

@@ -21,8 +21,8 @@ pub(crate) struct Section {
     pub ask: Vec<usize>,
 }
 
-/// Two points this close on a way are one, in metres.
-const SAME_PLACE_M: f64 = 1.0;
+/// Two points this close on a way are one, in metres: a step ends this near to its goal.
+pub(crate) const SAME_PLACE_M: f64 = 1.0;
 
 /// `way` cut into sections, for a plan that has asked for `asked` before.
 pub(crate) fn sections(way: &Way, airspace: &Airspace, asked: &Asked, config: &Config) -> Vec<Section> {

@@ -13,7 +13,7 @@ use domain::state::{State, Tolerance};
 use crate::actions::{Action, Waits, position::Position, stop::Stop};
 use crate::airspace::{Access, Airspace, Asked};
 use crate::back_chaining::{self, Link, NoChain};
-use crate::communication::{Section, sections};
+use crate::communication::{SAME_PLACE_M, Section, sections};
 use crate::config::Config;
 use crate::plan::{ActionStep, CommunicationStep, Step};
 use crate::routing::{self, NoWay};
@@ -48,9 +48,10 @@ pub(crate) fn draft(
         draft.fly_waiting_before_each_border(&Link { action: &Position, from: start.clone(), to: there })?;
     }
     let low = State::new(start.position.at_height(config.least_height_m.get()), true);
-    let is_low = start.flying && start.position.height_m() < config.least_height_m.get();
+    let is_low = start.flying && start.position.height_m() < config.least_height_m.get() - SAME_PLACE_M;
     if let Some(first) = links.last_mut().filter(|_| is_low && flies_at_once && !is_trespassing)
         && low.position.height_m() <= first.to.position.height_m()
+        && SAME_PLACE_M < low.position.distance_m(first.to.position)
     {
         // What keeps it from landing here may stand beside it as well.
         draft.fly_waiting_before_each_border(&Link { action: &Position, from: start.clone(), to: low.clone() })?;

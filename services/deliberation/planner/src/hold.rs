@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use domain::time::Time;
 
+use crate::communication::SAME_PLACE_M;
 use crate::config::Config;
 use crate::permissions::{Permissions, colon};
 use crate::plan::Step;
@@ -42,6 +43,11 @@ pub(crate) fn too_early(steps: &[Step], permissions: &Permissions, now: Time, co
                 let hold = Hold { area: area.clone(), since: now, wait: back_off - flown, reason };
                 return Some(TooEarly { position, hold });
             }
+        }
+        let (from, to) = step.way();
+        if from.distance_m(to) < SAME_PLACE_M {
+            // It ends at once.
+            continue;
         }
         let flight = Duration::try_from_secs_f64(step.flight_time_s(config));
         flown = flown.saturating_add(flight.unwrap_or(Duration::MAX));

@@ -71,6 +71,14 @@ impl FlyTo {
         Ok((site, way))
     }
 
+    /// The first point of the way that is not reached yet, and whether it is the last one. A way that is chosen where a leg has
+    /// ended may begin with the point of that leg, since a leg ends near its point; to fly there again would never end.
+    fn next_point(way: &[Ned], here: Ned, world: &World) -> Option<(Ned, bool)> {
+        let (last, turns) = way.split_last()?;
+        let is_ahead = |turn: &&Ned| world.limits().arrival_radius_m < turn.distance_m(here);
+        Some(turns.iter().find(is_ahead).map_or((*last, true), |turn| (*turn, false)))
+    }
+
     /// Chooses the way and flies its first leg, unless that is the one that is flown.
     fn fly(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         let Some(vehicle) = world.vehicle().copied() else {
@@ -88,7 +96,9 @@ impl FlyTo {
                 return Ok(Status::Failure);
             }
         };
-        let Some(&target) = way.first() else { return Ok(Status::Success) };
+        let Some((target, is_last)) = FlyTo::next_point(&way, vehicle.position, world) else {
+            return Ok(Status::Success);
+        };
         let run = match &self.leg {
             Some(leg) if leg.target.distance_m(target) < SAME_LEG_M && !leg.run.is_over(world) => leg.run,
             _ => {
@@ -98,7 +108,7 @@ impl FlyTo {
             }
         };
         let (chosen_by, look_again) = (world.what_may_be_entered(), world.next_look());
-        self.leg = Some(Leg { run, target, site, is_last: way.len() == 1, chosen_by, look_again });
+        self.leg = Some(Leg { run, target, site, is_last, chosen_by, look_again });
         Ok(Status::Running)
     }
 

@@ -93,7 +93,11 @@ impl World {
         let vehicle = self.vehicle?;
         let here = vehicle.position;
         let (to, speed_m_s) = match step.nominal.goal {
-            Goal::Takeoff { climb_m } => (here.at_height(here.height_m() + climb_m), self.limits.flight.climb_m_s),
+            // From the ground: where it is in the middle of the climb, the rest of it ends at the height of the plan.
+            Goal::Takeoff { climb_m } if !vehicle.flying => {
+                (here.at_height(here.height_m() + climb_m), self.limits.flight.climb_m_s)
+            }
+            Goal::Takeoff { .. } => (here.at_height(step.reaches.position.height_m()), self.limits.flight.climb_m_s),
             Goal::Position { target, speed_limit_m_s, .. } => (target, speed_limit_m_s),
             Goal::Land => (here.at_height(step.reaches.position.height_m()), self.limits.flight.descent_m_s),
             Goal::Stop | Goal::Velocity { .. } => return None,

@@ -41,6 +41,8 @@ impl World {
         self.at_rest_since = since(self.at_rest_since, is_at_rest);
         if self.has_settled() {
             self.let_flags_fall_on_ground();
+            // Also while a response holds, as an operator's pause does.
+            self.await_go_ahead();
         }
     }
 
