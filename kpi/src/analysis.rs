@@ -141,9 +141,9 @@ fn has_moved_on(record: &McmTiming) -> bool {
 
 /// The flags that were answered within the wake, and the time from the beginning of the tick to the action's start.
 fn answers(record: &McmTiming) -> impl Iterator<Item = (&str, f64)> {
-    let raised = record.changes.iter().filter(|it| it.kind == "FlagRaised" && it.after() == Success);
+    let raised = record.changes.iter().filter(|it| it.kind == "Responds" && it.after() == Success);
     raised.filter_map(|raised| {
-        let row = raised.path.strip_suffix("/FlagRaised")?;
+        let row = raised.path.strip_suffix("/Responds")?;
         let flag = row.rsplit('/').next()?;
         let response = format!("{row}/respond to {flag}/");
         let action = record.changes.iter().find(|it| it.after() == Running && it.path.starts_with(&response))?;
@@ -362,8 +362,8 @@ mod tests {
     #[test]
     fn a_flag_is_answered_by_the_first_leaf_below_its_response() {
         let changes = [
-            leaf("table/flag_01/FlagRaised", Idle, Failure, 1010),
-            leaf("table/flag_02/FlagRaised", Idle, Success, 1011),
+            leaf("table/flag_01/Responds", Idle, Failure, 1010),
+            leaf("table/flag_02/Responds", Idle, Success, 1011),
             leaf("table/flag_02/BeginResponse", Idle, Success, 1012),
             leaf("table/flag_02/respond to flag_02/stop/Stop", Idle, Running, 1025),
         ];

@@ -59,7 +59,7 @@ export function mountInjection() {
 
 /** The rows of the contingency table as they stand in the tree: each is a sequence that begins with its flag. */
 function flagsOf(nodes) {
-  return nodes.filter((_, index) => nodes[index + 1]?.kind === "FlagRaised").map((it) => it.name);
+  return nodes.filter((_, index) => nodes[index + 1]?.kind === "Responds").map((it) => it.name);
 }
 
 function fillOptions(select, values, words) {

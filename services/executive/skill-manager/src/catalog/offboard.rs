@@ -71,6 +71,11 @@ impl Position {
         Position { target, setpoint, hold_at_target, limits, started: None, deadline, arrived: false }
     }
 
+    /// Until when the first position is awaited: without one nothing says how long the flight may take.
+    fn blind_until(&self) -> Option<Time> {
+        Some(self.started? + seconds(self.limits.margin_s)?)
+    }
+
     fn is_there(&self, motion: &LocalPosition) -> bool {
         motion.position.distance_m(self.target) < self.limits.distance_m
             && motion.velocity.speed_m_s() < self.limits.speed_m_s
@@ -121,7 +126,8 @@ impl Skill for Position {
                 self.deadline.set(started + time);
             }
         }
-        if self.arrived || !self.deadline.is_missed(now, view.motion.is_some()) {
+        let is_blind = self.deadline.at().is_none() && self.blind_until().is_some_and(|until| until <= now);
+        if self.arrived || !(is_blind || self.deadline.is_missed(now, view.motion.is_some())) {
             return None;
         }
         let reason = match view.motion {
@@ -132,7 +138,7 @@ impl Skill for Position {
     }
 
     fn deadline(&self) -> Option<Time> {
-        self.deadline.at().filter(|_| !self.arrived)
+        self.deadline.at().or_else(|| self.blind_until()).filter(|_| !self.arrived)
     }
 
     fn distance_left_m(&self, motion: &LocalPosition) -> f64 {

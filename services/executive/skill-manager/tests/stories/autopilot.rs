@@ -119,6 +119,19 @@ fn stop_and_land_are_commanded_even_if_the_land_detector_is_silent() {
 }
 
 #[test]
+fn a_flight_without_a_known_position_ends() {
+    let mut rig = Rig::silent(Autopilot::flying().silent_about(Source::Position));
+    rig.run(1.0);
+    let position = rig.start(fly_to(50.0));
+    // 1.5 s for the data, and the margin of a deadline: 20 s.
+    rig.run(21.0);
+    assert!(rig.ending(position).is_none());
+    rig.run(2.0);
+    assert_eq!(rig.outcome(position), TimedOut);
+    assert_eq!(rig.reason(position), "the vehicle's position is not known");
+}
+
+#[test]
 fn a_position_that_the_estimator_does_not_vouch_for_does_not_count() {
     let mut rig = Rig::new(Autopilot::flying());
     let position = rig.start(fly_to(50.0));
