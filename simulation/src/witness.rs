@@ -70,6 +70,7 @@ pub(crate) struct Witness {
     hover: Option<(Ned, Time)>,
     /// As the land detector says; before its first message the vehicle stands on the ground.
     airborne: bool,
+    armed: bool,
 }
 
 /// How the vehicle is inside an area.
@@ -101,6 +102,7 @@ impl Witness {
                 }
                 self.airborne = !it.landed;
             }
+            Message::VehicleStatus(it) => self.armed = it.armed,
             Message::VehicleLocalPosition(it) => {
                 if let Some(Ok(position)) = it.position.map(Ned::try_from) {
                     self.moved(at, position);
@@ -111,9 +113,14 @@ impl Witness {
         }
     }
 
+    /// With its motors off the vehicle does not fly, although its land detector has fallen silent.
+    fn flies(&self) -> bool {
+        self.airborne && self.armed
+    }
+
     /// From the ground into the air is entering.
     fn moved(&mut self, at: Time, position: Ned) {
-        if !self.airborne {
+        if !self.flies() {
             self.inside.clear();
             return;
         }
@@ -154,7 +161,7 @@ impl Witness {
 
     /// Somebody must be bringing the vehicle down, or anywhere, as long as it flies.
     fn attended(&mut self, at: Time, position: Ned) {
-        let responds = !self.airborne || !self.manager.acting.is_empty();
+        let responds = !self.flies() || !self.manager.acting.is_empty();
         let phase = self.manager.phase();
         let is_over = matches!(phase, v1::MissionPhase::Ending | v1::MissionPhase::Over);
         self.unattended = (is_over && !responds).then(|| self.unattended.unwrap_or(at));

@@ -137,12 +137,12 @@ fn exit_along(from: Ned, direction: (f64, f64), clearance_m: f64, airspace: &Air
 pub fn way_to(from: Ned, to: Ned, preferred_m: f64, airspace: &Airspace, limits: &FlightLimits) -> Option<Vec<Ned>> {
     let out = way_out(from, airspace, limits)?;
     let start = out.last().copied().unwrap_or(from);
-    let needed_s = 2.0 * limits.time_s(start, to.at_height(preferred_m)) + 60.0;
-    let horizon = Duration::try_from_secs_f64(needed_s).unwrap_or(Duration::MAX);
-    // With the areas that open or expire during the flight; if that leaves no way, with those that are barred at this
-    // moment.
-    [horizon, Duration::ZERO].into_iter().find_map(|horizon| {
-        let barred = airspace.barred(horizon);
+    let flight_s = limits.time_s(start, to.at_height(preferred_m));
+    let descent_s = preferred_m.max(start.height_m()) / limits.descent_m_s;
+    // With the areas that open or expire until well after the landing; if that leaves no way, with those that do so until
+    // it. Times are taken as up to 25 % and ten seconds later, as in the airspace rule.
+    [2.0 * flight_s + 60.0, 1.25 * (flight_s + descent_s) + 10.0].into_iter().find_map(|horizon_s| {
+        let barred = airspace.barred(Duration::try_from_secs_f64(horizon_s).unwrap_or(Duration::MAX));
         let search = Search { barred: &barred, vertical_margin_m: airspace.vertical_margin_m, limits };
         let ways = search.heights(start, preferred_m).into_iter().filter_map(|height_m| {
             let penalty_s = if height_m == preferred_m { 0.0 } else { WORTH_ANOTHER_HEIGHT_S };

@@ -85,10 +85,14 @@ impl Vehicle {
             return Ok(None);
         };
         let age = duration("ages.status_s", age)?;
+        let land_detected_age_s = ages.as_ref().and_then(|it| it.land_detected_s);
+        let is_newer = land_detected_age_s.is_none_or(|it| age.as_secs_f64() < it);
+        // A vehicle whose motors stand does not fly, although its land detector has fallen silent.
+        let is_disarmed = !status.armed && is_newer;
         Ok(Some(Vehicle {
             position: place.position.ok_or(InvalidMessage::Missing("local_position.position"))?.try_into()?,
             velocity: place.velocity.ok_or(InvalidMessage::Missing("local_position.velocity"))?.try_into()?,
-            flying: !land_detected.landed,
+            flying: !land_detected.landed && !is_disarmed,
             armed: status.armed,
             mode: flight_mode(status.actual_mode()),
             status_at: Time::after(now.since_start().saturating_sub(age)),

@@ -141,6 +141,11 @@ impl<'a> Airspace<'a> {
         stays(area, from, to, self.rule.vertical_margin_m).into_iter().map(visit).collect()
     }
 
+    /// Whether the time window of `area` has closed, so that its permission is needed no more.
+    pub(crate) fn has_ended(&self, area: &str) -> bool {
+        self.zones.iter().any(|zone| zone.area.name == area && self.rule.applies(zone.area).is_none())
+    }
+
     /// Whether the permission for `area` was refused or too short, and is not held.
     pub(crate) fn was_denied(&self, area: &str) -> bool {
         self.zones.iter().filter(|zone| zone.area.name == area).any(|zone| match &zone.access {

@@ -31,7 +31,8 @@ pub(crate) fn repair(
     let is_held = |need: &&PermissionNeed| state.permissions.contains(&need.area);
     let ask: Vec<PermissionNeed> = failed.communication.ask.iter().filter(|need| !is_held(need)).cloned().collect();
     let asked_later = rest.iter().flat_map(|it| &it.communication.ask);
-    if ask.iter().chain(asked_later).any(|need| airspace.was_denied(&need.area)) {
+    let is_useless = |need: &PermissionNeed| airspace.was_denied(&need.area) || airspace.has_ended(&need.area);
+    if ask.iter().chain(asked_later).any(is_useless) {
         return None;
     }
     let mut steps = draft(state, &failed.action.to, tolerance, airspace, config).ok()?;
