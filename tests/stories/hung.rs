@@ -4,7 +4,7 @@ use nix::sys::signal::Signal;
 
 use crate::support::{Ending, System, wait_for};
 
-/// Fails unless these parts were told in this order.
+/// Fails unless these parts were recorded in this order.
 #[track_caller]
 fn in_order(ending: &Ending, parts: &[&str]) {
     let mut lines = ending.lines.iter();

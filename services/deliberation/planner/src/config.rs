@@ -40,10 +40,10 @@ pub struct Config {
     /// A step that failed this number of times in a row without any progress of the vehicle counts as
     /// infeasible. (ENG)
     pub failures_at_most: NonZeroU32,
-    /// After so many takeoffs in a row that failed the mission is given up. (ENG: a cause that passes, such as a
+    /// After this number of failed takeoffs in a row the mission is given up. (ENG: a cause that passes, such as a
     /// satellite fix that is not there yet, has passed by then.)
     pub takeoffs_at_most: NonZeroU32,
-    /// After so many landings that failed an objective is given up. (ENG: each takes minutes and battery.)
+    /// After this number of failed landings an objective is given up. (ENG: each takes minutes and battery.)
     pub landings_at_most: NonZeroU32,
     /// How fast the vehicle climbs, in m/s. (PX4: MPC_Z_VEL_MAX_UP.)
     pub climb_m_s: Positive,

@@ -191,7 +191,7 @@ impl MissionPlanner {
         Ok(())
     }
 
-    /// So much mission time after `now`.
+    /// This much mission time after `now`.
     pub(crate) fn after(&self, now: Now, time: Duration) -> Now {
         let wall_ms = i64::try_from(self.pace.to_wall(time).as_millis()).unwrap_or(i64::MAX);
         Now { time: now.time + time, utc_ms: now.utc_ms.saturating_add(wall_ms) }

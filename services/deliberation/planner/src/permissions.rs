@@ -23,7 +23,7 @@ struct Record {
     standing: Standing,
     /// Total time that the vehicle has held because of it; a grant does not reset it.
     held: Duration,
-    /// For so long it was granted when that was too short.
+    /// How long the grant was that was too short.
     longest_grant: Option<Duration>,
 }
 
@@ -65,7 +65,7 @@ impl Permissions {
         self.records.get(area)?.longest_grant
     }
 
-    /// These are held, for so long from now on: one that holds for longer than the longest known ends what was known.
+    /// These are held, each for this time from now on: one that holds for longer than the longest known ends what was known.
     pub(crate) fn held(&mut self, grants: &Grants) {
         for (area, remaining) in grants {
             if let Some(record) = self.records.get_mut(area) {

@@ -26,7 +26,7 @@ pub(crate) struct Way {
     pub points: Vec<Ned>,
     /// When each point is reached, waits that are to be expected included.
     pub at: Vec<Duration>,
-    /// So many legs lead out of an area that the vehicle must not be in.
+    /// The number of legs that lead out of an area in which the vehicle must not be.
     pub legs_out: usize,
 }
 
@@ -45,7 +45,7 @@ const KEPT: f64 = 0.9;
 /// From a start and a goal whose heights differ by more than this, ways at both heights are tried, in metres.
 const SAME_HEIGHT_M: f64 = 1.0;
 
-/// A search that has looked at so many ways gives up: the mission manager awaits an answer within a second.
+/// A search gives up after this number of ways: the mission manager awaits an answer within a second.
 const MOST_LABELS: usize = 200_000;
 
 /// What may be opened to find out what is in the way, at a price that nobody would pay for a detour.

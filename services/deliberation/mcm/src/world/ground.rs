@@ -47,7 +47,7 @@ impl World {
     }
 
     /// Whether the vehicle has settled on the ground: with its motors off for long enough that every process has
-    /// noticed, or on the ground for so long that it will not switch them off by itself.
+    /// noticed, or on the ground for longer than it takes to switch them off by itself.
     pub(crate) fn has_settled(&self) -> bool {
         let lasts = |since: Option<Time>, limit| since.is_some_and(|since| limit <= self.now.time - since);
         lasts(self.at_rest_since, self.limits.settle) || lasts(self.on_ground_since, DISARM_LIMIT)
