@@ -166,6 +166,19 @@ fn after_an_unplanned_landing_nothing_takes_off_before_an_operator_says_so() {
 }
 
 #[test]
+fn a_pause_in_the_last_metre_of_a_landing_is_ended_by_one_resume() {
+    let mut simulation = simulation(None, Policy::Grant);
+    assert!(simulation.fly_until("step 5 of 5: land", LIMIT));
+    while simulation.position().is_none_or(|it| it.down_m < -0.3) {
+        simulation.pass(Duration::from_millis(100));
+    }
+    simulation.order(PAUSE);
+    simulation.pass(Duration::from_secs(60));
+    simulation.order(Verb::Resume(v1::ResumeMission {}));
+    end(&mut simulation, MissionOutcome::Success);
+}
+
+#[test]
 fn the_pilot_in_command_overrides_what_the_table_answers_first() {
     let mut simulation = under_way();
     simulation.inject_fault("battery", &["0.2"]);

@@ -153,6 +153,10 @@ impl World {
     fn go_on(&mut self, ended: bool) -> Outcome {
         self.refuse_if_over(ended)?;
         if self.unplanned_landing.is_some() {
+            // One order is enough, also where the vehicle touched down during a pause.
+            if self.is_paused() {
+                self.no_longer_ordered(PAUSE);
+            }
             return self.start(ended);
         }
         if self.awaits_start() {
