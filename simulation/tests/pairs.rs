@@ -42,7 +42,7 @@ fn happens(trouble: &str, simulation: &mut Simulation<'_>) {
     }
 }
 
-/// Both happen on the way through an area, `gap` apart.
+/// Both happen on the way to the far end of the mission, `gap` apart.
 fn check(first: &str, second: &str, gap: Duration) {
     let mut simulation = simulation(None, Policy::Grant);
     assert!(simulation.fly_until("step 4 of 5", LIMIT));

@@ -101,7 +101,7 @@ impl Mcm {
         }
         self.ticks += 1;
         for error in self.tree.take_errors().0 {
-            self.world.say("mission", format!("a node of the tree failed by a fault: {}", error.kind));
+            self.world.say("mission", format!("a node of the tree failed by an error: {}", error.kind));
         }
         let periodic = now + self.world.limits().tick_period;
         self.next_tick = match (answer, self.tree.next_tick()) {
