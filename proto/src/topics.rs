@@ -241,6 +241,8 @@ services! {
     Permission "permission/request" PermissionRequest => PermissionReceipt;
     /// Decide about an area by hand.
     Decide "permission/decide" DecideRequest => DecideReply;
+    /// Let the tower grant again although it has lost decisions.
+    AcceptLoss "permission/accept_loss" AcceptLossRequest => AcceptLossReply;
     /// Inject a fault into the simulator.
     Fault "sim/fault" FaultRequest => FaultReply;
 }

@@ -55,6 +55,12 @@ impl Area {
             && self.polygon().contains(&geo::Point::new(point.east_m, point.north_m))
     }
 
+    /// Whether some of the area is at `point` or straight below it, down to any depth.
+    pub fn is_at_or_below(&self, point: Ned) -> bool {
+        self.touches_heights(point.height_m(), f64::NEG_INFINITY)
+            && self.polygon().contains(&geo::Point::new(point.east_m, point.north_m))
+    }
+
     /// Whether the straight way from `from` to `to` goes through the inside. Conservative in height:
     /// the whole leg counts as flown at all heights between its ends.
     pub fn is_crossed(&self, from: Ned, to: Ned) -> bool {

@@ -113,6 +113,16 @@ pub enum InvalidObjective {
     /// It lies out of range.
     #[error("objective `{0}` is farther than {FARTHEST_M} m from the origin, or higher than {HIGHEST_M} m")]
     TooFar(String),
+    /// It lies higher than responses fly.
+    #[error("objective `{name}` is at height {height_m} m, expected at most {most_m} m: responses fly no higher")]
+    TooHigh {
+        /// Its name.
+        name: String,
+        /// Above the take-off point.
+        height_m: f64,
+        /// The greatest height of such an objective.
+        most_m: f64,
+    },
     /// It lies below the take-off point, or is to be reached in flight at no height.
     #[error("objective `{name}` is inside the ground: its height is {height_m} m")]
     InTheGround {
@@ -140,6 +150,9 @@ impl Objective {
         }
         if height_m < 0.0 || (flying && height_m <= 0.0) {
             return Err(InvalidObjective::InTheGround { name, height_m });
+        }
+        if let Some(most_m) = sites::too_high(height_m, flying) {
+            return Err(InvalidObjective::TooHigh { name, height_m, most_m });
         }
         Ok(Objective { name, position, flying })
     }
@@ -194,6 +207,38 @@ impl Mission {
             check.sites(&file, &objectives, &areas);
         }
         Mistakes(check.mistakes).or(Mission { name: file.name, objectives, areas })
+    }
+
+    /// Why `objective`, which is to be inserted, cannot be flown to: too high, or by an area of this mission that always applies.
+    pub fn unfit_place(&self, objective: &Objective) -> Option<String> {
+        let height_m = objective.position.height_m();
+        if let Some(most_m) = sites::too_high(height_m, objective.flying) {
+            return Some(format!("objective `{}` is at {height_m} m, the highest is {most_m} m", objective.name));
+        }
+        let site = Site { position: objective.position, flying: objective.flying, is_end: false };
+        self.areas.iter().find_map(|area| {
+            let problem = sites::problem(site, area)?;
+            Some(format!("objective `{}` {}", objective.name, problem.in_words(&area.name)))
+        })
+    }
+
+    /// The places of this mission that a wind of `wind_m_s` brings too near to a border, a sentence for each. They are no
+    /// mistakes: the wind need not blow.
+    pub fn too_near_in_wind(&self, wind_m_s: f64) -> Vec<String> {
+        let start = ("the take-off point".to_owned(), Site { position: Ned::default(), flying: false, is_end: true });
+        let objectives = self.objectives.iter().map(|it| {
+            (format!("objective `{}`", it.name), Site { position: it.position, flying: it.flying, is_end: false })
+        });
+        let near = |(name, site): (String, Site)| {
+            self.areas.iter().filter_map(move |area| {
+                let near = sites::too_near_in_wind(site, area, wind_m_s)?;
+                Some(format!(
+                    "{name} lies {:.1} m from the border of area `{}`: less than the {:.0} m that a wind of {wind_m_s} m/s asks for",
+                    near.distance_m, area.name, near.expected_m
+                ))
+            }).collect::<Vec<_>>()
+        };
+        std::iter::once(start).chain(objectives).flat_map(near).collect()
     }
 }
 
@@ -257,6 +302,16 @@ impl Checker<'_> {
                 Some(it.height_m.span()),
                 message,
                 "a flying objective has a height above 0, the take-off point's",
+            );
+        } else if let Some(most_m) = sites::too_high(height_m, it.flying) {
+            let message = format!(
+                "objective `{}` is at height {height_m} m, expected at most {most_m} m: responses fly no higher",
+                it.name.as_ref()
+            );
+            self.say(
+                Some(it.height_m.span()),
+                message,
+                "lower it: every place of a mission can be left and reached by a response",
             );
         } else if !it.flying && height_m < 0.0 {
             let message =
@@ -418,6 +473,16 @@ from_utc = "2026-05-01T08:00:00Z"
         check("500.0", "nan", "m.toml:6:10: `east_m` is NaN, expected metres between");
         check("height_m = 0.0", "height_m = -2.0", "m.toml:7:12: objective `deliver` is inside the ground");
         check("flying = false", "flying = true", "m.toml:7:12: objective `deliver` is inside the ground");
+        check(
+            "height_m = 0.0\nflying = false",
+            "height_m = 300.0\nflying = true",
+            "m.toml:7:12: objective `deliver` is at height 300 m, expected at most 120 m: responses fly no higher",
+        );
+        check(
+            "height_m = 0.0",
+            "height_m = 115.0",
+            "m.toml:7:12: objective `deliver` is at height 115 m, expected at most 110 m",
+        );
         check("[90.0, 110.0], [90.0, 290.0]", "[90.0, 290.0], [90.0, 110.0]", "m.toml:12:13: area `A` crosses itself");
         check("2026-05-01T08:00:00Z", "tomorrow", "m.toml:13:12: found `tomorrow`, expected a UTC date");
         check("kind = \"permission\"", "kind = \"open\"", "m.toml:11:8: unknown variant `open`");
@@ -470,6 +535,27 @@ from_utc = "2026-05-01T08:00:00Z"
         check("corners_m = [[-90.0, 110.0], [90.0, 110.0]", "floor_m = 20.0\ncorners_m = [[-90.0, 4.0], [90.0, 4.0]");
         // It is brought down by a response.
         check("height_m = 0.0\nflying = false", "height_m = 10.0\nflying = true");
+    }
+
+    #[test]
+    fn a_place_that_wind_brings_too_near_to_a_border_is_told() {
+        #[track_caller]
+        fn check(east_m: &str, wind_m_s: f64, expected: &[&str]) {
+            let text = GOOD.replacen("east_m = 500.0", &format!("east_m = {east_m}"), 1);
+            assert_eq!(read(&text).unwrap().too_near_in_wind(wind_m_s), expected);
+        }
+        check("500.0", 8.0, &[]);
+        check("309.0", 8.0, &[]);
+        check(
+            "307.0",
+            8.0,
+            &[
+                "objective `deliver` lies 17.0 m from the border of area `A`: less than the 18 m that a wind of 8 m/s asks for",
+            ],
+        );
+        check("307.0", 6.0, &[]);
+        // Inside of the area there is nothing that it must not enter.
+        check("285.0", 8.0, &[]);
     }
 
     #[test]

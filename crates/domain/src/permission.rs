@@ -33,8 +33,12 @@ pub struct Permission {
     pub valid_for: Duration,
     /// The request that was answered.
     pub request_id: String,
-    /// Decisions on this area so far; a new decision has a higher number.
+    /// The number of the last decision on this area, zero before the first; a later one has a higher number.
     pub decision: u64,
+    /// The revision of the plan for which it was requested last; zero if it was decided without a request.
+    pub plan_revision: u64,
+    /// The tower's signature; empty without one. See the crate `signed-permissions`.
+    pub signature: Vec<u8>,
 }
 
 /// As in a decision record.

@@ -112,6 +112,8 @@ pub struct FailedStep {
     pub id: StepId,
     /// The reason.
     pub reason: String,
+    /// An operator's order came first: it was not the step that failed.
+    pub ordered: bool,
 }
 
 /// The mission manager asks for a plan.
@@ -127,6 +129,8 @@ pub struct PlanRequest {
     pub failed: Option<FailedStep>,
     /// Areas whose permission was denied during it.
     pub denials: Vec<Denial>,
+    /// The loss of the planner's memory that an operator has accepted; zero without one.
+    pub accepted_loss: u64,
 }
 
 /// The planner's answer.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::contingency::{BRING_DOWN, REQUIRED};
+use crate::contingency::{BRING_DOWN, REQUIRED, REQUIRED_RULES};
 use crate::file::Mistakes;
 
 /// The actions of [`table`]; each is also the name of a tree.
@@ -24,6 +24,18 @@ pub fn table(rows: &str) -> String {
             text,
             "[[contingency]]\nflag = \"{flag}\"\npriority = {priority}\nactions = [\"{action}\"]\n\
              emergency = \"{action}\"\nclears = \"after-action\"\nthen = \"{then}\""
+        );
+    }
+    let unwatched = REQUIRED_RULES.iter().enumerate().filter(|(_, (rule, _))| !rows.contains(rule));
+    for (number, (rule, _)) in unwatched {
+        // So late that no test meets it.
+        let limit = if rule.contains("stale") { "after_s" } else { "for_s" };
+        let priority = 2000 + number;
+        let _ = writeln!(
+            text,
+            "[[contingency]]\nflag = \"watched_{number}\"\npriority = {priority}\n\
+             raise = {{ {rule}, {limit} = 3600.0, during = \"flying\" }}\nactions = [\"stop\"]\n\
+             emergency = \"stop\"\nclears = \"with-condition\"\nthen = \"resume\""
         );
     }
     text

@@ -48,7 +48,8 @@ impl FlightLimits {
         vertical_s.max(from.horizontal_distance_m(to) / self.speed_m_s)
     }
 
-    fn time_along_s(&self, from: Ned, way: &[Ned]) -> f64 {
+    /// The time that it takes to fly these points, in seconds.
+    pub fn time_along_s(&self, from: Ned, way: &[Ned]) -> f64 {
         let starts = std::iter::once(&from).chain(way);
         starts.zip(way).map(|(from, to)| self.time_s(*from, *to)).sum()
     }
@@ -84,6 +85,21 @@ pub fn way_out(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Option<
         });
         quickest(sideways.chain(over_and_under(from, &trespassed, airspace, limits)).collect())
     })
+}
+
+/// The points to fly to from `from`, in the air, to a place where the vehicle may come straight down: nothing barred, or
+/// barred before it is down, is below it there. The descent need not end inside an area for that area to count: what may not be
+/// flown through is not landed in. Empty if that is here; `None` if there is no such place.
+pub fn way_to_free_ground(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Option<Vec<Ned>> {
+    let descent = Duration::try_from_secs_f64(from.height_m().max(0.0) / limits.descent_m_s).unwrap_or(Duration::MAX);
+    let top_m = from.height_m() + airspace.vertical_margin_m;
+    let reaches_down = |area: &Area| area.floor_m.is_none_or(|floor_m| floor_m <= top_m);
+    let down_to_the_ground = |area: &Area| match reaches_down(area) {
+        true => Area { floor_m: None, ceiling_m: None, ..area.clone() },
+        false => area.clone(),
+    };
+    let areas: Vec<Area> = airspace.areas.iter().map(down_to_the_ground).collect();
+    way_out(from, &Airspace { areas: &areas, lead: airspace.lead.saturating_add(descent), ..*airspace }, limits)
 }
 
 /// Straight up over all of `areas`, and straight down below them.
@@ -370,6 +386,22 @@ mod tests {
             ..area("R", AreaKind::KeepOut, &[(-5e3, -5e3), (5e3, -5e3), (5e3, 5e3), (-5e3, 5e3)])
         };
         check_way(&[Area { ceiling_m: None, ..roof }], at(0.0, 400.0, 8.0), 15.0, Some(&[(0.0, 0.0, 8.0)]));
+    }
+
+    #[test]
+    fn ground_is_free_where_nothing_barred_is_below() {
+        #[track_caller]
+        fn check(area: Area, from: Ned, expected: Option<&[(f64, f64, f64)]>) {
+            let (areas, grants) = ([area], Grants::new());
+            let way = way_to_free_ground(from, &airspace(&areas, &grants), &LIMITS);
+            assert_eq!(rounded(way).as_deref(), expected, "{from:?}");
+        }
+        let low = || Area { ceiling_m: Some(12.0), ..square(AreaKind::KeepOut) };
+        check(low(), at(0.0, 90.0, 40.0), Some(&[]));
+        check(low(), at(0.0, 140.0, 40.0), Some(&[(0.0, 80.0, 40.0)]));
+        let roof = || Area { floor_m: Some(60.0), ..square(AreaKind::KeepOut) };
+        check(Area { ceiling_m: None, ..roof() }, at(0.0, 200.0, 40.0), Some(&[]));
+        check(Area { ceiling_m: Some(90.0), ..roof() }, at(0.0, 140.0, 100.0), Some(&[(0.0, 80.0, 100.0)]));
     }
 
     #[test]

@@ -142,7 +142,7 @@ fn out_of_range(field: &'static str, value: impl std::fmt::Debug, expected: &'st
 }
 
 /// `text` if it is not empty.
-pub(crate) fn not_empty(field: &'static str, text: String) -> Result<String, InvalidMessage> {
+pub fn not_empty(field: &'static str, text: String) -> Result<String, InvalidMessage> {
     if text.is_empty() { Err(InvalidMessage::Missing(field)) } else { Ok(text) }
 }
 

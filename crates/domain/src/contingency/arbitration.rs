@@ -9,6 +9,8 @@ pub struct Raised {
     pub row: usize,
     /// An operator ordered it with override.
     pub overrides: bool,
+    /// It was up when an operator last ordered something with override, who knew of it.
+    pub is_overridden: bool,
     /// The severity of the action that its response has reached, if the response is under way.
     pub under_way: Option<Severity>,
 }
@@ -16,27 +18,26 @@ pub struct Raised {
 /// The row that responds: of the rows that count in this phase, the one with the most severe response; of equally
 /// severe ones, the one that is higher in the table. A response that is under way counts in every phase, with the
 /// severity of its present action if that is higher than that of its first one. An order with override comes before all
-/// rows that may be overridden.
+/// rows that were up when it was given and may be overridden, and before what is no more severe in their groups; whatever
+/// else rises later is answered as ever.
 ///
 /// So a hold never delays a landing, and never interrupts one.
-pub fn responder(rows: &[Row], raised: impl IntoIterator<Item = Raised>, phase: Phase) -> Option<usize> {
-    let (mut first, mut first_may_be_overridden, mut ordered) = (None, true, None);
-    for it in raised {
-        let Some(row) = rows.get(it.row) else { continue };
-        if it.under_way.is_none() && !it.overrides && !row.phases.contains(&phase) {
-            continue;
-        }
+pub fn responder(rows: &[Row], raised: impl IntoIterator<Item = Raised> + Clone, phase: Phase) -> Option<usize> {
+    let is_ordered = raised.clone().into_iter().any(|it| it.overrides);
+    let is_known = |row: &Row| {
+        raised.clone().into_iter().filter(|it| it.is_overridden).filter_map(|it| rows.get(it.row)).any(|known| {
+            known.flag == row.flag
+                || (known.group.is_some() && known.group == row.group && row.severity() <= known.severity())
+        })
+    };
+    let rank = |it: Raised| {
+        let row = rows.get(it.row)?;
+        let counts = it.under_way.is_some() || it.overrides || row.phases.contains(&phase);
+        let gives_way = is_ordered && row.may_be_overridden && !it.overrides && is_known(row);
         let severity = it.under_way.map_or(row.severity(), |reached| reached.max(row.severity()));
-        let rank = Some((severity, std::cmp::Reverse(row.priority), it.row));
-        if first < rank {
-            (first, first_may_be_overridden) = (rank, row.may_be_overridden);
-        }
-        if it.overrides {
-            ordered = ordered.max(rank);
-        }
-    }
-    let chosen = if first_may_be_overridden { ordered.or(first) } else { first };
-    chosen.map(|(.., row)| row)
+        (counts && !gives_way).then_some((severity, std::cmp::Reverse(row.priority), it.row))
+    };
+    raised.clone().into_iter().filter_map(rank).max().map(|(.., row)| row)
 }
 
 #[cfg(test)]
@@ -50,7 +51,8 @@ mod tests {
     use Severity::{Hold, Land, Leave, Return};
 
     fn row(priority: u32, severity: Severity, phases: &[Phase]) -> Row {
-        let action = Action { tree: "t".into(), severity, tries: 1, limit: Duration::from_secs(1) };
+        let action =
+            Action { tree: "t".into(), severity, tries: 1, limit: Duration::from_secs(1), wait: Duration::ZERO };
         Row {
             flag: format!("flag_{priority}"),
             priority,
@@ -65,7 +67,7 @@ mod tests {
     }
 
     fn up(row: usize) -> Raised {
-        Raised { row, overrides: false, under_way: None }
+        Raised { row, overrides: false, is_overridden: false, under_way: None }
     }
 
     #[test]
@@ -97,13 +99,21 @@ mod tests {
         // A return that has come to its landing is as severe as a landing.
         check(&rows, &[Raised { under_way: Some(Land), ..up(2) }, up(5)], cruise, Some(22));
         check(&rows, &[Raised { under_way: Some(Return), ..up(2) }, up(5)], cruise, Some(80));
-        // An order with override.
+        // An order with override comes before what was up when it was given.
         let ordered = Raised { overrides: true, ..up(1) };
-        check(&rows, &[up(0), ordered], cruise, Some(12));
+        let known = |row| Raised { is_overridden: true, ..up(row) };
+        check(&rows, &[known(0), ordered], cruise, Some(12));
+        check(&rows, &[known(0), up(2), ordered], cruise, Some(22));
+        check(&rows, &[up(0), ordered], cruise, Some(10));
+        check(&rows, &[known(0)], cruise, Some(10));
+        let mut of_one_group = rows.clone();
+        (of_one_group[0].group, of_one_group[2].group) = (Some("energy".into()), Some("energy".into()));
+        check(&of_one_group, &[known(0), up(2), ordered], cruise, Some(12));
+        check(&of_one_group, &[known(2), up(0), ordered], cruise, Some(10));
         let mut rows = rows;
         rows[0].may_be_overridden = false;
-        check(&rows, &[up(0), ordered], cruise, Some(10));
-        check(&rows, &[up(2), ordered], cruise, Some(12));
+        check(&rows, &[known(0), ordered], cruise, Some(10));
+        check(&rows, &[known(2), ordered], cruise, Some(12));
     }
 
     fn severity() -> impl Strategy<Value = Severity> {

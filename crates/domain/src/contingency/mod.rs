@@ -64,6 +64,11 @@ impl Row {
         self.actions.first().map_or(Severity::Hold, |action| action.severity)
     }
 
+    /// Whether it is raised because energy runs out, or may have: nothing waits then.
+    pub fn is_about_energy(&self) -> bool {
+        self.raise.is_some_and(|rule| rule.is_about_energy())
+    }
+
     /// Its actions in words: `return_home, else land`.
     pub fn response(&self) -> String {
         self.actions.iter().map(|action| action.tree.as_str()).collect::<Vec<_>>().join(", else ")
@@ -81,6 +86,8 @@ pub struct Action {
     pub tries: u32,
     /// How long one try may take, in mission time.
     pub limit: Duration,
+    /// For how long it holds while there is no way that may be flown, in mission time, before that counts as failed.
+    pub wait: Duration,
 }
 
 /// How severe an action is. Later variants are more severe.
@@ -173,6 +180,10 @@ pub const INTROSPECTION_LOST: &str = "introspection_lost";
 pub const AREA_BREACHED: &str = "area_breached";
 /// Raised by the mission manager when the mission is over and the vehicle is in the air.
 pub const ENDED_IN_AIR: &str = "ended_in_air";
+/// Raised by the mission manager when what it or the planner knew before a restart is lost.
+pub const MEMORY_UNUSABLE: &str = "memory_unusable";
+/// Raised by the mission manager when what it or the planner knows cannot be written.
+pub const MEMORY_UNWRITABLE: &str = "memory_unwritable";
 /// An operator's order to land here.
 pub const OPERATOR_ABORT: &str = "operator_abort";
 /// An operator's order to fly home.
@@ -186,13 +197,29 @@ pub const OPERATOR_PAUSE: &str = "operator_pause";
 pub(crate) const BRING_DOWN: [&str; 4] = [ENDED_IN_AIR, OPERATOR_ABORT, OPERATOR_RETURN, OPERATOR_LAND];
 
 /// Flags that the mission manager raises itself, so that each must have a row.
-pub(crate) const REQUIRED: [&str; 8] = [
+pub(crate) const REQUIRED: [&str; 10] = [
     TRANSITION_FAILED,
     INTROSPECTION_LOST,
     AREA_BREACHED,
     ENDED_IN_AIR,
+    MEMORY_UNUSABLE,
+    MEMORY_UNWRITABLE,
     OPERATOR_ABORT,
     OPERATOR_RETURN,
     OPERATOR_LAND,
     OPERATOR_PAUSE,
+];
+
+/// Whether a rule watches what it must.
+type IsWatching = fn(&Rule) -> bool;
+
+/// What the monitor must watch, so that each must have a row: the processes by whose heartbeats a hang is seen, and the land
+/// detector. (The monitor itself is watched by the mission manager: [`INTROSPECTION_LOST`].)
+pub(crate) const REQUIRED_RULES: [(&str, IsWatching); 4] = [
+    ("fact = \"stale\", source = \"planner\"", |it| it.watches(rule::DataSource::Planner)),
+    ("fact = \"stale\", source = \"skill-manager\"", |it| it.watches(rule::DataSource::SkillManager)),
+    ("fact = \"stale\", source = \"mission-manager\"", |it| it.watches(rule::DataSource::MissionManager)),
+    ("fact = \"reported\", condition = \"land-detector-contradicts\"", |it| {
+        matches!(it, Rule::Reported { condition: rule::Condition::LandDetectorContradicts, .. })
+    }),
 ];

@@ -54,6 +54,23 @@ pub enum Rule {
     },
 }
 
+impl Rule {
+    /// Whether it is raised by the silence of `source`.
+    pub fn watches(&self, source: DataSource) -> bool {
+        matches!(self, Rule::Stale { source: of_rule, .. } if *of_rule == source)
+    }
+
+    /// Whether it is about what the battery holds.
+    pub fn is_about_energy(&self) -> bool {
+        use Quantity::{BatteryRemaining, BatteryVoltage};
+        match self {
+            Rule::Below { value, .. } | Rule::Above { value, .. } => matches!(value, BatteryRemaining | BatteryVoltage),
+            Rule::Reported { condition, .. } => *condition == Condition::BatteryFailure,
+            Rule::Stale { source, .. } => *source == DataSource::Battery,
+        }
+    }
+}
+
 /// In which situation a fact counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -110,7 +127,7 @@ impl Quantity {
     }
 }
 
-/// A condition the vehicle itself reports.
+/// A condition that the vehicle itself reports, or that its reports show together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Condition {
@@ -126,6 +143,8 @@ pub enum Condition {
     BatteryFailure,
     /// The link to the ground was lost.
     GroundLinkLost,
+    /// The land detector says the opposite of what motors, height and speed show ([`crate::flight_state`]).
+    LandDetectorContradicts,
 }
 
 /// A stream of data from the vehicle.

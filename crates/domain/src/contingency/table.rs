@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::{Action, BRING_DOWN, Clears, Contingencies, Phase, REQUIRED, Row, Rule, Severity, Then};
+use super::{Action, BRING_DOWN, Clears, Contingencies, Phase, REQUIRED, REQUIRED_RULES, Row, Rule, Severity, Then};
 use crate::file::{Mistake, Mistakes, Source, did_you_mean};
 use crate::quantity::Positive;
 
@@ -29,6 +29,13 @@ impl Contingencies {
             if !entries.iter().any(|it| it.flag.as_ref() == required) {
                 let message = format!("no row for the flag `{required}`, which the mission manager raises itself");
                 mistakes.push(source.mistake(None, message, "add a [[contingency]] with this flag"));
+            }
+        }
+        for (rule, raises) in REQUIRED_RULES {
+            if !entries.iter().any(|it| it.raise.as_ref().is_some_and(|it| raises(it.as_ref()))) {
+                let message = format!("no row is raised by `{rule}`, which must be watched");
+                let help = "add a [[contingency]] whose `raise` begins with it";
+                mistakes.push(source.mistake(None, message, help));
             }
         }
         for entry in entries.iter().filter(|it| BRING_DOWN.contains(&it.flag.as_ref().as_str())) {
@@ -56,6 +63,8 @@ struct ActionEntry {
     tries: std::num::NonZeroU32,
     /// The limit of one try, in mission seconds.
     limit_s: Positive,
+    /// For how long it waits for a way, in mission seconds; without the key it does not wait.
+    wait_s: Option<Positive>,
 }
 
 type Actions = BTreeMap<Spanned<String>, ActionEntry>;
@@ -94,6 +103,7 @@ impl Entry {
                 severity: entry.severity,
                 tries: entry.tries.get(),
                 limit: entry.limit_s.seconds(),
+                wait: entry.wait_s.map_or(std::time::Duration::ZERO, |it| it.seconds()),
             })
         };
         let mut actions: Vec<Action> = self.chain().filter_map(action).collect();
@@ -299,6 +309,12 @@ then = "resume"
         check("\"never\"", "\"sometimes\"", "c.toml:22:10: unknown variant `sometimes`");
         check("\"obstacle\"", "\"battery_low\"", "c.toml:26:8: two rows for the flag `battery_low`");
         check("\"transition_failed\"", "\"trans\"", "c.toml: no row for the flag `transition_failed`");
+        check(
+            "source = \"planner\"",
+            "source = \"battery\"",
+            "c.toml: no row is raised by `fact = \"stale\", source = \"planner\"`, which must be watched",
+        );
+        check("land-detector-contradicts", "gnss-lost", "c.toml: no row is raised by `fact = \"reported\", condition");
         check("\"ended_in_air\"", "\"ended\"", "c.toml: no row for the flag `ended_in_air`");
         let ended = |change: &str| format!("flag = \"ended_in_air\"\n{change}");
         check(

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::FlightMode;
+
 /// Names a command in its acknowledgement. Chosen by the sender.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct CommandId(pub u64);
@@ -33,6 +35,19 @@ pub enum Command {
     Loiter,
     /// Set the mode offboard: follow the setpoints.
     Offboard,
+}
+
+impl Command {
+    /// The mode that it sets; `None` if it sets none.
+    pub fn mode(self) -> Option<FlightMode> {
+        match self {
+            Command::Arm | Command::Disarm => None,
+            Command::Takeoff { .. } => Some(FlightMode::Takeoff),
+            Command::Land => Some(FlightMode::Land),
+            Command::Loiter => Some(FlightMode::Loiter),
+            Command::Offboard => Some(FlightMode::Offboard),
+        }
+    }
 }
 
 /// The command as users read it: `takeoff to 10.0 m`.

@@ -8,8 +8,21 @@ use crate::geometry::Ned;
 /// Nearer than this to a border no place to fly to or to stand on may lie, in metres: wind would carry the vehicle over it.
 /// (The mission manager's `margin_m` and the planner's margin in `config/kittiwake.toml`.)
 const MARGIN_M: f64 = 10.0;
+/// For how long wind carries a vehicle before it is brought back, in seconds. (JARUS SORA, sizing of the contingency
+/// volume: a reaction without a pilot takes one second.)
+const REACTION_S: f64 = 1.0;
 /// From a place on the ground the vehicle climbs this high at least, in metres. (The planner's `takeoff_height_m`.)
 const CLIMB_M: f64 = 10.0;
+
+/// The highest that the vehicle flies, above the take-off point, in metres: what no response may fly over, no plan needs to
+/// fly at. (The mission manager's and the planner's `highest_m`.)
+const HIGHEST_FLIGHT_M: f64 = 120.0;
+
+/// The greatest height of such an objective, if it is higher: one on the ground is left by a climb.
+pub(super) fn too_high(height_m: f64, flying: bool) -> Option<f64> {
+    let most_m = if flying { HIGHEST_FLIGHT_M } else { HIGHEST_FLIGHT_M - CLIMB_M };
+    Some(most_m).filter(|most_m| *most_m < height_m)
+}
 
 /// A place that a mission uses.
 #[derive(Debug, Clone, Copy)]
@@ -54,12 +67,37 @@ impl SiteProblem {
     }
 }
 
-/// What is wrong with `site` because of `area`.
-pub(super) fn problem(site: Site, area: &Area) -> Option<SiteProblem> {
+/// How near `site` lies to `area`, in metres, if that is nearer than the margin and what a wind of `wind_m_s` adds to it.
+pub(super) fn too_near_in_wind(site: Site, area: &Area, wind_m_s: f64) -> Option<TooNearInWind> {
+    let expected_m = MARGIN_M + wind_m_s * REACTION_S;
+    let ground = Area { floor_m: None, ceiling_m: None, ..area.clone() };
+    if !is_at_heights_of(site, area) || ground.contains(site.position) {
+        return None;
+    }
+    let distance_m = area.distance_to_border_m(site.position);
+    (distance_m < expected_m).then_some(TooNearInWind { distance_m, expected_m })
+}
+
+/// A place that is fit in calm air, and nearer to a border than it should be in wind.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct TooNearInWind {
+    /// In metres.
+    pub(super) distance_m: f64,
+    /// The margin and what the wind adds to it, in metres.
+    pub(super) expected_m: f64,
+}
+
+/// Whether the vehicle is at heights of `area` when it is at `site`, or lifts off there.
+fn is_at_heights_of(site: Site, area: &Area) -> bool {
     let height_m = site.position.height_m();
     let highest_m = if site.flying { height_m } else { height_m + CLIMB_M };
+    area.is_simple() && area.touches_heights(height_m, highest_m)
+}
+
+/// What is wrong with `site` because of `area`.
+pub(super) fn problem(site: Site, area: &Area) -> Option<SiteProblem> {
     let always_applies = area.from_utc_ms.is_none() && area.until_utc_ms.is_none();
-    if !always_applies || !area.is_simple() || !area.touches_heights(height_m, highest_m) {
+    if !always_applies || !is_at_heights_of(site, area) {
         return None;
     }
     let ground = Area { floor_m: None, ceiling_m: None, ..area.clone() };

@@ -41,6 +41,8 @@ impl From<Permission> for v1::Permission {
             valid_for_s: permission.valid_for.as_secs_f64(),
             request_id: permission.request_id,
             decision: permission.decision,
+            plan_revision: permission.plan_revision,
+            signature: permission.signature,
         }
     }
 }
@@ -56,6 +58,8 @@ impl TryFrom<v1::Permission> for Permission {
             valid_for: duration("valid_for_s", permission.valid_for_s)?,
             request_id: permission.request_id,
             decision: permission.decision,
+            plan_revision: permission.plan_revision,
+            signature: permission.signature,
         })
     }
 }
@@ -80,16 +84,20 @@ mod tests {
     fn permission() -> impl Strategy<Value = Permission> {
         use PermissionState::*;
         let state = prop::sample::select(vec![Requested, Granted, Denied, Revoked, Expired]);
-        (name(), state, name(), any::<i64>(), 0..1_000_000u32, name(), any::<u64>()).prop_map(
-            |(area, state, reason, expires_utc_ms, valid_ms, request_id, decision)| Permission {
-                area,
-                state,
-                reason,
-                expires_utc_ms,
-                // Whole milliseconds are not changed by a floating-point number of seconds.
-                valid_for: Duration::from_millis(valid_ms.into()),
-                request_id,
-                decision,
+        (name(), state, name(), any::<i64>(), 0..1_000_000u32, name(), any::<(u64, u64, [u8; 4])>()).prop_map(
+            |(area, state, reason, expires_utc_ms, valid_ms, request_id, (decision, plan_revision, signature))| {
+                Permission {
+                    area,
+                    state,
+                    reason,
+                    expires_utc_ms,
+                    // Whole milliseconds are not changed by a floating-point number of seconds.
+                    valid_for: Duration::from_millis(valid_ms.into()),
+                    request_id,
+                    decision,
+                    plan_revision,
+                    signature: signature.to_vec(),
+                }
             },
         )
     }
@@ -108,8 +116,8 @@ mod tests {
             let good = v1::Permission { area: "A".into(), state: 2, valid_for_s: 1.0, ..Default::default() };
             let mut bad = good.clone();
             change(&mut bad);
-            assert!(ledger(v1::PermissionLedger { permissions: vec![good.clone()] }).is_ok());
-            assert!(ledger(v1::PermissionLedger { permissions: vec![good, bad] }).is_err());
+            assert!(ledger(v1::PermissionLedger { permissions: vec![good.clone()], ..Default::default() }).is_ok());
+            assert!(ledger(v1::PermissionLedger { permissions: vec![good, bad], ..Default::default() }).is_err());
         }
         check(|permission| permission.area.clear());
         check(|permission| permission.state = 77);

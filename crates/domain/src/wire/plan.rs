@@ -178,14 +178,17 @@ impl From<v1::Denial> for Denial {
 
 impl From<PlanRequest> for v1::ReplanRequest {
     fn from(request: PlanRequest) -> v1::ReplanRequest {
-        let (failed_step_id, failure) = request.failed.map_or((0, String::new()), |step| (step.id.0, step.reason));
+        let failed = request.failed.map(|step| (step.id.0, step.reason, step.ordered));
+        let (failed_step_id, failure, failed_by_order) = failed.unwrap_or_default();
         v1::ReplanRequest {
             request_id: request.request_id,
             state: Some(request.state.into()),
             failed_step_id,
             failure,
+            failed_by_order,
             denials: request.denials.into_iter().map(Into::into).collect(),
             held: request.grants.into_iter().map(held).collect(),
+            accepted_loss: request.accepted_loss,
         }
     }
 }
@@ -200,13 +203,18 @@ impl TryFrom<v1::ReplanRequest> for PlanRequest {
         Ok(PlanRequest {
             request_id: request.request_id,
             state: request.state.ok_or(InvalidMessage::Missing("state"))?.try_into()?,
-            failed: step_id(request.failed_step_id).map(|id| FailedStep { id, reason: request.failure }),
+            failed: step_id(request.failed_step_id).map(|id| FailedStep {
+                id,
+                reason: request.failure,
+                ordered: request.failed_by_order,
+            }),
             denials: request.denials.into_iter().map(Into::into).collect(),
             grants: request
                 .held
                 .into_iter()
                 .map(|held| Ok((held.area, duration("valid_for_s", held.valid_for_s)?)))
                 .collect::<Result<_, InvalidMessage>>()?,
+            accepted_loss: request.accepted_loss,
         })
     }
 }
@@ -269,6 +277,7 @@ impl From<PlannerStatus> for v1::PlannerStatus {
             current_objective: status.current_objective,
             hold: status.hold,
             epoch: status.epoch,
+            memory: None,
         }
     }
 }
@@ -349,12 +358,21 @@ mod tests {
     }
 
     fn request() -> impl Strategy<Value = PlanRequest> {
-        let failed = (1..u64::MAX, name()).prop_map(|(id, reason)| FailedStep { id: StepId(id), reason });
+        let failed = (1..u64::MAX, name(), any::<bool>());
+        let failed = failed.prop_map(|(id, reason, ordered)| FailedStep { id: StepId(id), reason, ordered });
         let kind = prop::sample::select(vec![DenialKind::Refused, DenialKind::Silent, DenialKind::TooShort]);
         let denial = (name(), kind, name()).prop_map(|(area, kind, reason)| Denial { area, kind, reason });
         let grants = prop::collection::btree_map(name(), (0..1_000_000u64).prop_map(Duration::from_millis), 0..3);
-        (name(), state(), grants, prop::option::of(failed), prop::collection::vec(denial, 0..3)).prop_map(
-            |(request_id, state, grants, failed, denials)| PlanRequest { request_id, state, grants, failed, denials },
+        let denials = prop::collection::vec(denial, 0..3);
+        (name(), state(), grants, prop::option::of(failed), denials, any::<u64>()).prop_map(
+            |(request_id, state, grants, failed, denials, accepted_loss)| PlanRequest {
+                request_id,
+                state,
+                grants,
+                failed,
+                denials,
+                accepted_loss,
+            },
         )
     }
 

@@ -1,0 +1,179 @@
+//! Whether the vehicle flies: one rule for every process that decides by it.
+//!
+//! A land detector is one statement of the autopilot, and it fails in both directions: it reports the ground during a whole
+//! takeoff and climb, it does not notice a touchdown, or it falls silent. (ArduPilot reports the ground after a forced
+//! disarming in the air; PX4's detector needs several stages, 0.7 s, and a height estimate that is up to 0.6 m wrong
+//! after a landing.) So it is one witness of three, beside whether the motors are armed, and the height above the
+//! place where the vehicle stood last:
+//!
+//! - Armed and far from that height, the vehicle flies, whatever the detector says.
+//! - With its motors off it does not, unless detector and height both say so.
+//! - At that height, armed, the detector decides; without one, or by one that has not noticed the flight, what was known last.
+//! - At the end of a landing an armed vehicle also stands if it no longer moves and either is back at the height at which it
+//!   stood before, or the detector says so that had noticed the beginning of the flight. That is how a landing on
+//!   a deck is seen, and a touchdown that the detector does not notice.
+
+use std::time::Duration;
+
+use crate::fmu::LocalPosition;
+use crate::time::{Pace, Time};
+
+/// An armed vehicle farther than this from the height at which it stood last flies. (ENG: more than twice the error of PX4's
+/// height after a landing, 0.6 m, and less than the lowest climb of a takeoff, 2 m.)
+pub const AWAY_FROM_GROUND_M: f64 = 1.5;
+/// Nearer than this to the height at which it stood last, it may stand there again. (ENG: above the same error, and
+/// below the height at which a landing stops over something that is in the way.)
+pub const AT_GROUND_M: f64 = 1.0;
+/// Slower than this it does not move. (ENG: half of PX4's MPC_LAND_SPEED, 0.7 m/s.)
+pub const AT_REST_M_S: f64 = 0.35;
+/// Time at rest in a landing after which it stands, by the detector's statement. (PX4: its detector takes 0.7 s.)
+const SETTLED: Duration = Duration::from_secs(1);
+/// The same against its statement, or without one. (ENG: longer than a landing hesitates, less than the time in which it must
+/// come down by half a metre.)
+const SETTLED_UNNOTICED: Duration = Duration::from_secs(5);
+/// A statement of the land detector that is older than this is none; wall time at speed factors above 1. (ENG: three of
+/// the simulator's 1 Hz; PX4 sends it at 1 Hz or more.)
+const DETECTOR_SILENT: Duration = Duration::from_secs(3);
+/// The same for a position. (ENG: 60 samples of PX4's 123 Hz.)
+const POSITION_SILENT: Duration = Duration::from_millis(500);
+
+/// The age from which on a statement of the land detector counts as none, at this pace.
+pub fn detector_limit(pace: Pace) -> Duration {
+    DETECTOR_SILENT.max(pace.wall(DETECTOR_SILENT))
+}
+
+/// What is known at one moment; `None` where nothing is, or nothing recent.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Evidence {
+    /// Whether the motors may turn.
+    pub armed: Option<bool>,
+    /// The autopilot flies its landing mode.
+    pub lands: bool,
+    /// Whether the land detector reports the ground.
+    pub landed: Option<bool>,
+    /// Height above the origin, in metres, if the estimator vouches for it.
+    pub height_m: Option<f64>,
+    /// Speed in any direction, in metres per second.
+    pub speed_m_s: Option<f64>,
+}
+
+/// What the status says: the motors and the mode count as they were reported last, however long ago.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Motors {
+    /// They may turn.
+    pub armed: bool,
+    /// The autopilot flies its landing mode.
+    pub lands: bool,
+}
+
+impl Evidence {
+    /// The newest of each source; for position and land detector with the age.
+    pub fn new(
+        pace: Pace,
+        status: Option<Motors>,
+        position: Option<(Duration, LocalPosition)>,
+        landed: Option<(Duration, bool)>,
+    ) -> Evidence {
+        let position = position.filter(|(age, it)| it.vertical_valid && *age <= pace.limit(POSITION_SILENT));
+        Evidence {
+            armed: status.map(|it| it.armed),
+            lands: status.is_some_and(|it| it.lands),
+            landed: landed.filter(|(age, _)| *age <= detector_limit(pace)).map(|(_, landed)| landed),
+            height_m: position.map(|(_, it)| it.position.height_m()),
+            speed_m_s: position.map(|(_, it)| it.velocity.speed_m_s()),
+        }
+    }
+}
+
+/// Whether the vehicle flies, as far as all evidence up to now shows.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FlightState {
+    flying: Option<bool>,
+    /// The height at which it stood last. Until it is seen to stand anywhere that is the origin, the take-off point.
+    ground_m: f64,
+    /// The land detector has reported the air since the vehicle stood, and not the ground while it flew.
+    noticed: bool,
+    at_rest_since: Option<Time>,
+    latest: Evidence,
+}
+
+impl FlightState {
+    /// Whether the vehicle flies; `None` while nothing shows it.
+    pub fn flying(&self) -> Option<bool> {
+        self.flying
+    }
+
+    /// Whether the land detector says the opposite; `None` while it says nothing.
+    pub fn contradicts_detector(&self) -> Option<bool> {
+        Some(self.latest.landed? == self.flying?)
+    }
+
+    /// Whether the vehicle stands still at the height of its ground, so that switching its motors off does no harm.
+    pub fn stands_still(&self) -> bool {
+        let is_slow = self.latest.speed_m_s.is_some_and(|it| it < AT_REST_M_S);
+        self.flying == Some(false) && is_slow && self.distance_m().is_some_and(|it| it < AT_GROUND_M / 2.0)
+    }
+
+    /// Takes in what is known now. To be called whenever anything changes, and at least once a second.
+    pub fn update(&mut self, now: Time, evidence: Evidence) {
+        self.latest = evidence;
+        let rests = evidence.speed_m_s.is_some_and(|it| it < AT_REST_M_S) && evidence.lands;
+        self.at_rest_since = self.at_rest_since.or(Some(now)).filter(|_| rests);
+        let was_flying = self.flying;
+        self.flying = self.judge(now);
+        let may_lift_off = evidence.armed != Some(false);
+        // One that reports the ground while the vehicle moves far above it is stuck.
+        let is_away = self.distance_m().is_some_and(|it| AWAY_FROM_GROUND_M < it);
+        let moves = evidence.speed_m_s.is_some_and(|it| AT_REST_M_S <= it);
+        let is_stuck = evidence.landed == Some(true) && is_away && moves;
+        let notices = (self.noticed && !is_stuck) || evidence.landed == Some(false);
+        self.noticed = self.flying == Some(true) && notices;
+        // While it is armed it may be lifting off.
+        let stands = self.flying == Some(false) && (!may_lift_off || was_flying != Some(false));
+        if let Some(height_m) = evidence.height_m.filter(|_| stands) {
+            self.ground_m = height_m;
+        }
+    }
+
+    fn judge(&self, now: Time) -> Option<bool> {
+        let Evidence { armed, landed, .. } = self.latest;
+        let is_away = self.distance_m().map(|it| AWAY_FROM_GROUND_M < it);
+        match (armed, landed, is_away) {
+            (Some(false), Some(false), Some(true)) => Some(true),
+            (Some(false), ..) => Some(false),
+            (Some(true), _, Some(true)) => Some(!self.has_settled_elsewhere(now)),
+            _ if self.has_settled_unnoticed(now) => Some(false),
+            // A detector that has not noticed the flight does not notice its end either: near the ground, or where the
+            // height is not known.
+            (_, Some(true), _) if self.flying == Some(true) && !self.noticed => Some(!self.has_settled_here(now)),
+            (_, Some(landed), _) => Some(!landed),
+            (_, None, _) => self.flying,
+        }
+    }
+
+    /// At rest in a landing at a height where it did not stand before, by a detector that has noticed the liftoff.
+    fn has_settled_elsewhere(&self, now: Time) -> bool {
+        self.noticed && self.latest.landed == Some(true) && self.rests_for(now, SETTLED)
+    }
+
+    /// At rest in a landing at the height at which it stood before, as the detector says.
+    fn has_settled_here(&self, now: Time) -> bool {
+        self.distance_m().is_some_and(|it| it < AT_GROUND_M) && self.rests_for(now, SETTLED)
+    }
+
+    /// At rest in a landing at the height at which it stood before, although the detector does not say so.
+    fn has_settled_unnoticed(&self, now: Time) -> bool {
+        self.distance_m().is_some_and(|it| it < AT_GROUND_M) && self.rests_for(now, SETTLED_UNNOTICED)
+    }
+
+    fn rests_for(&self, now: Time, time: Duration) -> bool {
+        self.at_rest_since.is_some_and(|since| time <= now - since)
+    }
+
+    fn distance_m(&self) -> Option<f64> {
+        Some((self.latest.height_m? - self.ground_m).abs())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,106 @@
+use super::*;
+
+/// On the ground, disarmed.
+const PARKED: Evidence =
+    Evidence { armed: Some(false), lands: false, landed: Some(true), height_m: Some(0.0), speed_m_s: Some(0.0) };
+const ARMED: Evidence = Evidence { armed: Some(true), ..PARKED };
+
+fn at(height_m: f64) -> Evidence {
+    Evidence { landed: Some(false), height_m: Some(height_m), speed_m_s: Some(2.0), ..ARMED }
+}
+
+/// Moves or rests in the landing mode at this height.
+fn landing(height_m: f64, landed: Option<bool>, speed_m_s: f64) -> Evidence {
+    Evidence { lands: true, landed, speed_m_s: Some(speed_m_s), ..at(height_m) }
+}
+
+/// What is seen, each for so many seconds, and whether the vehicle flies at the end.
+#[track_caller]
+fn check(seen: &[(u64, Evidence)], expected: Option<bool>) -> FlightState {
+    let mut state = FlightState::default();
+    let mut now = Time::ZERO;
+    for (seconds, evidence) in seen {
+        for _ in 0..seconds * 10 {
+            state.update(now, *evidence);
+            now = now + Duration::from_millis(100);
+        }
+    }
+    assert_eq!(state.flying(), expected, "{seen:?}");
+    state
+}
+
+#[test]
+fn each_combination_of_what_may_be_known_is_a_majority_of_three() {
+    let flown = [(1, PARKED), (5, at(10.0))];
+    for (armed, landed, height_m, expected) in [
+        (true, Some(true), 10.0, true),
+        (true, Some(false), 10.0, true),
+        (true, None, 10.0, true),
+        (true, Some(true), 0.3, false),
+        (true, Some(false), 0.3, true),
+        (true, None, 0.3, true),
+        (false, Some(true), 10.0, false),
+        (false, Some(false), 10.0, true),
+        (false, None, 10.0, false),
+        (false, Some(true), 0.3, false),
+        (false, Some(false), 0.3, false),
+        (false, None, 0.3, false),
+    ] {
+        let last = Evidence { armed: Some(armed), landed, ..at(height_m) };
+        check(&[flown[0], flown[1], (1, last)], Some(expected));
+    }
+}
+
+#[test]
+fn a_detector_that_is_stuck_at_landed_hides_no_flight() {
+    let stuck = |height_m| Evidence { landed: Some(true), ..at(height_m) };
+    let state = check(&[(1, PARKED), (1, ARMED), (1, stuck(0.5)), (1, stuck(1.4))], Some(false));
+    assert_eq!(state.contradicts_detector(), Some(false));
+    let state = check(&[(1, PARKED), (1, ARMED), (1, stuck(0.5)), (60, stuck(3.0))], Some(true));
+    assert_eq!(state.contradicts_detector(), Some(true));
+    // It hovers, also at the end of a landing that is blocked; it has never noticed the flight.
+    let flight = [(1, PARKED), (1, ARMED), (5, stuck(10.0))];
+    check(&[&flight[..], &[(60, Evidence { speed_m_s: Some(0.0), ..stuck(10.0) })]].concat(), Some(true));
+    check(&[&flight[..], &[(60, landing(2.0, Some(true), 0.0))]].concat(), Some(true));
+    // The estimator does not vouch for the height for a while.
+    check(&[&flight[..], &[(60, Evidence { height_m: None, ..stuck(10.0) })]].concat(), Some(true));
+    check(&[&flight[..], &[(5, landing(0.2, Some(true), 0.0))]].concat(), Some(false));
+    check(&[&flight[..], &[(5, PARKED)]].concat(), Some(false));
+}
+
+#[test]
+fn a_detector_that_is_stuck_at_flying_hides_no_landing() {
+    let flight = [(1, PARKED), (5, at(10.0)), (5, landing(5.0, Some(false), 0.7))];
+    check(&[&flight[..], &[(4, landing(0.4, Some(false), 0.0))]].concat(), Some(true));
+    let state = check(&[&flight[..], &[(6, landing(0.4, Some(false), 0.0))]].concat(), Some(false));
+    assert_eq!((state.contradicts_detector(), state.stands_still()), (Some(true), true));
+    // Not where something holds it up, not while it moves, and not in another mode.
+    check(&[&flight[..], &[(60, landing(2.0, Some(false), 0.0))]].concat(), Some(true));
+    check(&[&flight[..], &[(60, landing(0.4, Some(false), 0.7))]].concat(), Some(true));
+    check(&[&flight[..], &[(60, Evidence { lands: false, ..landing(0.4, Some(false), 0.0) })]].concat(), Some(true));
+}
+
+#[test]
+fn a_silent_detector_leaves_what_was_known_until_height_or_motors_show_more() {
+    let silent = |evidence| Evidence { landed: None, ..evidence };
+    check(&[(1, silent(PARKED)), (1, silent(ARMED))], Some(false));
+    check(&[(1, silent(PARKED)), (1, silent(ARMED)), (1, silent(at(3.0)))], Some(true));
+    check(&[(1, PARKED), (5, at(10.0)), (4, silent(landing(0.1, None, 0.0)))], Some(true));
+    check(&[(1, PARKED), (5, at(10.0)), (6, silent(landing(0.1, None, 0.0)))], Some(false));
+    check(&[(1, Evidence::default())], None);
+}
+
+#[test]
+fn a_deck_at_another_height_is_ground_by_a_detector_that_noticed_the_flight() {
+    let flight = [(1, PARKED), (5, at(40.0)), (5, landing(35.0, Some(false), 0.7))];
+    let down = landing(30.0, Some(true), 0.0);
+    let state = check(&[&flight[..], &[(2, down)]].concat(), Some(false));
+    assert_eq!(state.contradicts_detector(), Some(false));
+    // From there it takes off again.
+    let on_deck = Evidence { height_m: Some(30.0), ..ARMED };
+    check(&[&flight[..], &[(2, down), (2, on_deck)]].concat(), Some(false));
+    check(&[&flight[..], &[(2, down), (2, on_deck), (1, at(32.0))]].concat(), Some(true));
+    // A false report of the ground on the way is none.
+    check(&[&flight[..], &[(60, Evidence { lands: false, ..down })]].concat(), Some(true));
+    check(&[&flight[..], &[(60, landing(30.0, Some(true), 0.7))]].concat(), Some(true));
+}

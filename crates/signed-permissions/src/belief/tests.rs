@@ -1,0 +1,219 @@
+//! What is believed and what is not, case by case and for anything that may come.
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::key::SecretKey;
+
+const UTC_MS: i64 = 1_700_000_000_000;
+
+fn tower() -> SecretKey {
+    SecretKey::of_seed([1; 32]).expect("a seed of 32 bytes makes a key")
+}
+
+fn belief() -> Belief {
+    Belief::new("uav1", Some(tower().public()))
+}
+
+fn at(s: u64) -> Now {
+    Now { time: Time::after(Duration::from_secs(s)), utc_ms: UTC_MS + 1000 * s as i64 }
+}
+
+/// A grant for area A, given at 0 s for 900 s, for plan 3.
+fn grant(decision: u64) -> Permission {
+    Permission {
+        area: "A".into(),
+        state: PermissionState::Granted,
+        reason: String::new(),
+        expires_utc_ms: UTC_MS + 900_000,
+        valid_for: Duration::from_secs(900),
+        request_id: "mcm-1-p1".into(),
+        decision,
+        plan_revision: 3,
+        signature: Vec::new(),
+    }
+}
+
+fn signed(permission: Permission) -> Permission {
+    Permission { signature: tower().sign("uav1", &permission), ..permission }
+}
+
+fn state(state: PermissionState, decision: u64) -> Permission {
+    signed(Permission { state, expires_utc_ms: 0, valid_for: Duration::ZERO, ..grant(decision) })
+}
+
+/// Takes one line at `s` seconds.
+fn take(belief: &mut Belief, s: u64, line: Permission) -> Result<(), Refusal> {
+    let taken = belief.take(at(s), Pace::REAL_TIME, 3, vec![line]);
+    taken.refused.into_iter().next().map_or(Ok(()), |(_, refusal)| Err(refusal))
+}
+
+fn remaining_s(belief: &Belief, s: u64) -> Option<u64> {
+    belief.remaining("A", at(s).time).map(|it| it.as_secs())
+}
+
+#[test]
+fn what_the_tower_has_not_signed_for_this_vehicle_is_refused() {
+    #[track_caller]
+    fn check(line: Permission, expected: Result<(), Refusal>) {
+        let mut belief = belief();
+        assert_eq!(take(&mut belief, 0, line), expected);
+        assert_eq!(remaining_s(&belief, 0).is_some(), expected.is_ok());
+    }
+    check(signed(grant(5)), Ok(()));
+    check(grant(5), Err(Refusal::Unsigned));
+    let other_vehicle = Permission { signature: tower().sign("uav2", &grant(5)), ..grant(5) };
+    check(other_vehicle, Err(Refusal::NotTheTowers));
+    let other_key = SecretKey::of_seed([2; 32]).unwrap();
+    check(Permission { signature: other_key.sign("uav1", &grant(5)), ..grant(5) }, Err(Refusal::NotTheTowers));
+}
+
+#[test]
+fn a_line_that_was_changed_is_refused() {
+    #[track_caller]
+    fn check(change: impl Fn(&mut Permission)) {
+        let mut line = signed(grant(5));
+        change(&mut line);
+        assert_eq!(take(&mut belief(), 0, line), Err(Refusal::NotTheTowers));
+    }
+    check(|it| it.area = "B".into());
+    check(|it| it.state = PermissionState::Revoked);
+    check(|it| it.reason = "fog".into());
+    check(|it| it.expires_utc_ms += 1);
+    check(|it| it.request_id.push('1'));
+    check(|it| it.decision += 1);
+    check(|it| it.plan_revision -= 1);
+    check(|it| it.signature[10] ^= 1);
+    check(|it| it.signature.truncate(63));
+}
+
+#[test]
+fn a_grant_is_not_believed_after_a_later_decision_also_not_after_a_restart() {
+    for later in [PermissionState::Revoked, PermissionState::Denied] {
+        for restarts in [false, true] {
+            let mut vehicle = belief();
+            take(&mut vehicle, 0, signed(grant(5))).unwrap();
+            take(&mut vehicle, 1, state(later, 6)).unwrap();
+            if restarts {
+                let latest = vehicle.latest().clone();
+                vehicle = belief();
+                vehicle.restore(latest);
+            }
+            let refusal = take(&mut vehicle, 2, signed(grant(5))).unwrap_err();
+            assert_eq!(refusal.to_string(), "a later decision than number 5 is known: 6");
+            assert_eq!(remaining_s(&vehicle, 2), None);
+            take(&mut vehicle, 3, signed(grant(7))).unwrap();
+            assert_eq!(remaining_s(&vehicle, 3), Some(897));
+        }
+    }
+}
+
+#[test]
+fn a_grant_ends_with_its_window_however_often_and_late_it_is_sent() {
+    let mut belief = belief();
+    assert_eq!(take(&mut belief, 1000, signed(grant(5))), Err(Refusal::Expired { since_s: 100 }));
+    take(&mut belief, 10, Permission { valid_for: Duration::from_secs(5000), ..signed(grant(5)) }).unwrap();
+    assert_eq!(remaining_s(&belief, 10), Some(890), "`valid_for` is not signed, and bounded by what is");
+    take(&mut belief, 20, Permission { valid_for: Duration::from_secs(30), ..signed(grant(5)) }).unwrap();
+    take(&mut belief, 21, signed(grant(5))).unwrap();
+    assert_eq!(remaining_s(&belief, 21), Some(29), "a repetition prolongs nothing");
+    assert_eq!(take(&mut belief, 950, signed(grant(5))), Ok(()), "it is known, and has ended");
+    assert_eq!(remaining_s(&belief, 950), None);
+}
+
+#[test]
+fn a_grant_that_has_expired_for_the_tower_has_expired() {
+    let mut belief = belief();
+    take(&mut belief, 0, signed(grant(5))).unwrap();
+    take(&mut belief, 1, state(PermissionState::Expired, 5)).unwrap();
+    take(&mut belief, 2, signed(grant(5))).unwrap();
+    assert_eq!(remaining_s(&belief, 2), None);
+}
+
+#[test]
+fn a_grant_for_a_plan_that_was_never_made_is_refused() {
+    let line = signed(Permission { plan_revision: 4, ..grant(5) });
+    assert_eq!(take(&mut belief(), 0, line), Err(Refusal::UnknownPlan { found: 4, newest: 3 }));
+    assert_eq!(take(&mut belief(), 0, signed(Permission { plan_revision: 0, ..grant(5) })), Ok(()), "by hand");
+}
+
+#[test]
+fn a_request_that_a_new_tower_hears_takes_no_grant_away() {
+    let mut belief = belief();
+    take(&mut belief, 0, signed(grant(5))).unwrap();
+    take(&mut belief, 1, state(PermissionState::Requested, 0)).unwrap();
+    assert_eq!(remaining_s(&belief, 1), Some(899));
+}
+
+#[test]
+fn without_a_key_only_the_order_of_decisions_counts() {
+    let mut belief = Belief::new("uav1", None);
+    let line = Permission { expires_utc_ms: 0, plan_revision: 99, ..grant(5) };
+    assert_eq!(take(&mut belief, 0, line.clone()), Ok(()));
+    assert_eq!(
+        take(&mut belief, 1, Permission { decision: 4, ..line }),
+        Err(Refusal::Replayed { found: 4, latest: 5 })
+    );
+}
+
+#[test]
+fn names_from_the_network_do_not_fill_the_memory() {
+    let mut belief = Belief::new("uav1", None);
+    for n in 0..2 * MAX_AREAS {
+        let _ = take(&mut belief, 0, Permission { area: n.to_string(), ..grant(5) });
+    }
+    assert_eq!((belief.areas().count(), belief.latest().len()), (MAX_AREAS, MAX_AREAS));
+}
+
+fn any_permission() -> impl Strategy<Value = Permission> {
+    use PermissionState::*;
+    let state = prop::sample::select(vec![Requested, Granted, Denied, Revoked, Expired]);
+    let texts = ("[a-c]{0,3}", "[a-c]{0,3}", "[a-c]{0,3}");
+    (texts, state, any::<i64>(), any::<u32>(), any::<u64>(), any::<u64>()).prop_map(
+        |((area, reason, request_id), state, expires_utc_ms, valid_ms, decision, plan_revision)| Permission {
+            area,
+            state,
+            reason,
+            expires_utc_ms,
+            valid_for: Duration::from_millis(valid_ms.into()),
+            request_id,
+            decision,
+            plan_revision,
+            signature: Vec::new(),
+        },
+    )
+}
+
+proptest! {
+    #[test]
+    fn a_signature_is_under_one_statement_only(
+        (vehicle, first) in ("[a-c]{0,3}", any_permission()),
+        (other_vehicle, second) in ("[a-c]{0,3}", any_permission()),
+    ) {
+        let signature = tower().sign(&vehicle, &first);
+        let is_same = vehicle == other_vehicle
+            && first == Permission { valid_for: first.valid_for, ..second.clone() };
+        let verified = tower().public().verifies(&other_vehicle, &Permission { signature: signature.clone(), ..second });
+        prop_assert_eq!(verified, is_same);
+        let verified = tower().public().verifies(&vehicle, &Permission { signature, ..first });
+        prop_assert!(verified);
+    }
+
+    #[test]
+    fn a_signature_of_which_a_bit_was_changed_is_none(permission in any_permission(), bit in 0..512usize) {
+        let mut signature = tower().sign("uav1", &permission);
+        signature[bit / 8] ^= 1 << (bit % 8);
+        let verified = tower().public().verifies("uav1", &Permission { signature, ..permission });
+        prop_assert!(!verified);
+    }
+
+    #[test]
+    fn what_is_refused_is_not_held(permission in any_permission(), newest in any::<u64>(), s in 0..10_000u64) {
+        let line = Permission { area: "A".into(), ..permission };
+        let mut belief = belief();
+        let taken = belief.take(at(s), Pace::REAL_TIME, newest, vec![line.clone(), Permission { decision: 1, ..line }]);
+        prop_assert_eq!(taken.refused.len(), 2);
+        prop_assert_eq!(belief.remaining("A", at(s).time), None);
+        prop_assert!(belief.latest().is_empty());
+    }
+}

@@ -1,0 +1,5 @@
+//! What survives what.
+
+mod faults;
+mod files;
+mod flaky;

@@ -1,0 +1,236 @@
+//! Watches from outside that what must never happen does not.
+//!
+//! It knows no service and trusts none: it hears the areas, the permissions and what the mission manager says it does, as
+//! everybody does, and judges by where the simulated vehicle is. It reads no clock, so that it looks on in `simulation`'s
+//! virtual time as in the real time of a campaign.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use domain::area::{Area, AreaKind};
+use domain::geometry::Ned;
+use domain::time::{Now, Time};
+use kittiwake_proto::topics::Message;
+use kittiwake_proto::v1;
+
+/// Something that must never happen.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Breach {
+    /// The vehicle entered an area without a permission that was valid; from the ground into the air is entering.
+    Entered {
+        /// When.
+        at: Time,
+        /// Which area.
+        area: String,
+        /// How the permission stood.
+        permission: v1::PermissionState,
+    },
+    /// The area opened round the vehicle, or its permission ended, and the vehicle did not leave it.
+    Stayed {
+        /// When it should have been out at the latest.
+        at: Time,
+        /// Which area.
+        area: String,
+    },
+    /// The vehicle left the ground after the mission was over, or in answer to a flag.
+    TookOff {
+        /// When.
+        at: Time,
+    },
+    /// The vehicle is in the air and nothing brings it down or anywhere.
+    NoResponder {
+        /// When.
+        at: Time,
+        /// What the mission manager says it does.
+        phase: v1::MissionPhase,
+    },
+}
+
+/// Higher than this above the ground the vehicle flies, if it is armed.
+const HIGH_M: f64 = 1.0;
+/// Moving less than this is hovering.
+const HOVER_RADIUS_M: f64 = 5.0;
+/// The slowest that the way to an area's border is flown.
+const LEAVING_M_S: f64 = 1.0;
+
+/// How long what must not last may take, in mission time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// A takeoff that was under way when a flag rose may still lift off within this time.
+    pub under_way: Duration,
+    /// In the air after the end of the mission without a response. (A landing is seen by the land detector once a second.)
+    pub without_response: Duration,
+    /// In one place without a response and without an operator's pause: longer than the planner holds for a permission.
+    pub hover: Duration,
+    /// Time to notice that an area must be left, on a busy machine.
+    pub notice: Duration,
+}
+
+/// Those of a system whose processes live.
+impl Default for Limits {
+    fn default() -> Limits {
+        Limits {
+            under_way: Duration::from_secs(3),
+            without_response: Duration::from_secs(10),
+            hover: Duration::from_secs(200),
+            notice: Duration::from_secs(20),
+        }
+    }
+}
+
+/// Knows the areas and permissions as everybody hears of them, and where the vehicle says it is.
+#[derive(Debug, Default)]
+pub struct Witness {
+    limits: Limits,
+    breaches: Vec<Breach>,
+    areas: Vec<Area>,
+    permissions: BTreeMap<String, v1::Permission>,
+    inside: BTreeMap<String, Inside>,
+    manager: v1::McmStatus,
+    /// A flag is answered since then.
+    answering: Option<Time>,
+    /// The mission is over, the vehicle flies and nothing responds, since then.
+    unattended: Option<Time>,
+    hover: Option<(Ned, Time)>,
+    /// As the land detector says; before its first message the vehicle stands on the ground.
+    reported_airborne: bool,
+    /// As the height says. The simulated ground is at height 0.
+    is_high: bool,
+    airborne: bool,
+    armed: bool,
+}
+
+/// How the vehicle is inside an area.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Inside {
+    Permitted,
+    /// Not any more: it must be out by then.
+    Leaves(Time),
+    Reported,
+}
+
+impl Witness {
+    /// One with limits of its own, where processes die and come back.
+    pub fn with(limits: Limits) -> Witness {
+        Witness { limits, ..Witness::default() }
+    }
+
+    /// What it has seen so far, in order.
+    pub fn breaches(&self) -> &[Breach] {
+        &self.breaches
+    }
+
+    /// Whether the vehicle flies: armed, and in the air by its land detector or by its height.
+    pub fn is_airborne(&self) -> bool {
+        self.flies()
+    }
+
+    /// A message passes by at this time.
+    pub fn take_in(&mut self, now: Now, message: &Message) {
+        let at = now.time;
+        match message {
+            Message::PlannerStatus(it) => {
+                self.areas = it.areas.iter().cloned().filter_map(|it| it.try_into().ok()).collect();
+            }
+            Message::PermissionLedger(it) => {
+                self.permissions.extend(it.permissions.iter().map(|it| (it.area.clone(), it.clone())));
+            }
+            Message::McmStatus(it) => {
+                self.manager = it.clone();
+                self.answering = (!it.acting.is_empty()).then(|| self.answering.unwrap_or(at));
+            }
+            Message::VehicleLandDetected(it) => {
+                self.reported_airborne = !it.landed;
+                self.took_off(at);
+            }
+            Message::VehicleStatus(it) => {
+                self.armed = it.armed;
+                self.took_off(at);
+            }
+            Message::VehicleLocalPosition(it) => {
+                if let Some(Ok(position)) = it.position.map(Ned::try_from) {
+                    // A height that wavers about the limit is no takeoff.
+                    let limit_m = if self.is_high { HIGH_M / 2.0 } else { HIGH_M };
+                    self.is_high = limit_m < position.height_m();
+                    self.took_off(at);
+                    self.moved(now, position);
+                    self.attended(at, position);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Armed, and in the air by one of two witnesses: a land detector may be stuck, and a position too.
+    fn flies(&self) -> bool {
+        self.armed && (self.reported_airborne || self.is_high)
+    }
+
+    fn took_off(&mut self, at: Time) {
+        let flies = self.flies();
+        let was_airborne = std::mem::replace(&mut self.airborne, flies);
+        let answers = self.answering.is_some_and(|since| since + self.limits.under_way < at);
+        // A detector that is stuck in the air, or fell silent there, says nothing about a takeoff.
+        let lifts_off = !was_airborne && self.airborne && self.is_high;
+        if lifts_off && (self.manager.report.is_some() || answers) {
+            self.breaches.push(Breach::TookOff { at });
+        }
+    }
+
+    /// From the ground into the air is entering.
+    fn moved(&mut self, now: Now, position: Ned) {
+        if !self.flies() {
+            self.inside.clear();
+            return;
+        }
+        let Now { time: at, utc_ms } = now;
+        let lands = self.manager.skill() == v1::SkillKind::Land;
+        for area in &self.areas {
+            if !area.is_active(utc_ms) || !area.contains(position) {
+                self.inside.remove(&area.name);
+                continue;
+            }
+            let permission = self.permissions.get(&area.name);
+            let is_valid =
+                |it: &v1::Permission| it.state() == v1::PermissionState::Granted && utc_ms < it.expires_utc_ms;
+            let permitted = area.kind == AreaKind::Permission && permission.is_some_and(is_valid);
+            let opened_here = area.from_utc_ms.is_some_and(|it| (utc_ms - 1_000..=utc_ms).contains(&it));
+            let leave_by = || {
+                let way_out = Duration::from_secs_f64(area.distance_to_border_m(position) / LEAVING_M_S);
+                Inside::Leaves(at + self.limits.notice + way_out)
+            };
+            let stands = match self.inside.get(&area.name) {
+                _ if permitted => Inside::Permitted,
+                None if !opened_here => {
+                    let permission = permission.map(v1::Permission::state).unwrap_or_default();
+                    self.breaches.push(Breach::Entered { at, area: area.name.clone(), permission });
+                    Inside::Reported
+                }
+                None | Some(Inside::Permitted) => leave_by(),
+                // Down where it is comes before out of there.
+                Some(Inside::Leaves(by)) if *by < at && !lands => {
+                    self.breaches.push(Breach::Stayed { at, area: area.name.clone() });
+                    Inside::Reported
+                }
+                Some(before) => *before,
+            };
+            self.inside.insert(area.name.clone(), stands);
+        }
+    }
+
+    /// Somebody must be bringing the vehicle down, or anywhere, as long as it flies.
+    fn attended(&mut self, at: Time, position: Ned) {
+        let responds = !self.flies() || !self.manager.acting.is_empty();
+        let phase = self.manager.phase();
+        let is_over = matches!(phase, v1::MissionPhase::Ending | v1::MissionPhase::Over);
+        self.unattended = (is_over && !responds).then(|| self.unattended.unwrap_or(at));
+        let rests = |(place, _): &(Ned, Time)| place.distance_m(position) < HOVER_RADIUS_M;
+        self.hover = (!responds).then(|| self.hover.filter(rests).unwrap_or((position, at)));
+        let unattended = self.unattended.is_some_and(|since| since + self.limits.without_response < at);
+        let hovers = self.hover.is_some_and(|(_, since)| since + self.limits.hover < at);
+        if unattended || hovers {
+            self.breaches.push(Breach::NoResponder { at, phase });
+            (self.unattended, self.hover) = (None, None);
+        }
+    }
+}
