@@ -12,8 +12,9 @@ use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
 use crate::clock::monotonic_ns;
-use crate::direct::DuplicateFilter;
+use crate::duplicates::DuplicateFilter;
 use crate::freshness::{self, Clocks, Late};
+use crate::losses::Loss;
 use crate::mailbox::{Mail, Mailbox, Slot};
 use crate::outbox::goes_directly;
 use crate::{BusError, Scope, keys, trace};
@@ -170,10 +171,8 @@ fn subscribe(
                 true => Attachment::default(),
                 false => sample.attachment().and_then(|it| trace::read(&it.to_bytes())).unwrap_or_default(),
             };
-            if !duplicates.is_first(attachment.publisher, topic, attachment.sequence) {
-                return;
-            }
-            let message = match Message::decode(topic, &payload.to_bytes()) {
+            let payload = payload.to_bytes();
+            let message = match Message::decode(topic, &payload) {
                 Ok(message) => message,
                 Err(malformed) => return refuse(&mailbox, key, &malformed.cause),
             };
@@ -185,9 +184,13 @@ fn subscribe(
                 if let Err(late) = in_time(&scope, attachment.said_receiver_monotonic_ns) {
                     return refuse_late(&mailbox, key, late);
                 }
+                // Last: what is refused is no first copy.
+                if !duplicates.is_first(key, &attachment, &payload) {
+                    return;
+                }
                 let parent = Some(attachment.traceparent).filter(|it| !it.is_empty());
-                if !mailbox.push(Mail::Event(Event::Message { vehicle, message }, parent)) {
-                    tracing::error!(key, "queue full: message dropped");
+                if !mailbox.push_from(key, Mail::Event(Event::Message { vehicle, message }, parent)) {
+                    dropped(&mailbox, key);
                 }
             }
         })
@@ -227,7 +230,8 @@ fn serve(
             let parent = Some(attachment.traceparent).filter(|it| !it.is_empty());
             let token = queries.keep(query);
             let event = Event::Request { vehicle: scope.vehicle_of(&key), token, request };
-            if !mailbox.push(Mail::Event(event, parent)) {
+            if !mailbox.push_from(&key, Mail::Event(event, parent)) {
+                dropped(&mailbox, &key);
                 // Dropping the query tells the caller at once that nobody answers.
                 drop(queries.take(token));
             }
@@ -246,14 +250,24 @@ fn in_time(scope: &Scope, said: u64) -> Result<(), Late> {
 }
 
 fn refuse_late(mailbox: &Mailbox, key: &str, late: Late) {
-    mailbox.refuse_late();
-    tracing::warn!(key, %late, "not obeyed");
+    if let Some(it) = mailbox.lose(Loss::Late, key) {
+        tracing::warn!(key = it.sender, count = it.count, %late, "not obeyed; further ones are counted for a while");
+    }
 }
 
 fn refuse(mailbox: &Mailbox, key: &str, why: &str) {
-    // Said once per process: a sender of garbage sends a lot of it. The heartbeat has the count.
-    if mailbox.refuse() == 1 {
-        tracing::warn!(key, why, "message refused; further ones are only counted");
+    if let Some(it) = mailbox.lose(Loss::Malformed, key) {
+        tracing::warn!(key = it.sender, count = it.count, why, "message refused; further ones are counted for a while");
+    }
+}
+
+fn dropped(mailbox: &Mailbox, key: &str) {
+    if let Some(it) = mailbox.lose(Loss::Dropped, key) {
+        tracing::error!(
+            key = it.sender,
+            count = it.count,
+            "too many at once: dropped; further ones are counted for a while"
+        );
     }
 }
 

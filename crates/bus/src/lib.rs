@@ -11,18 +11,22 @@ mod calls;
 mod clock;
 pub mod crossing;
 mod direct;
+mod duplicates;
 mod freshness;
 mod inbox;
 mod keys;
 pub mod link_credentials;
+mod losses;
 mod mailbox;
 mod nudge;
+mod only_one;
 mod outbox;
 mod presence;
 mod process;
 pub mod router;
 mod session;
 mod shell;
+pub mod sockets;
 mod stop;
 mod tap;
 mod trace;
@@ -48,7 +52,7 @@ pub enum Scope {
 /// How to get onto the bus.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Link {
-    /// Locators of the router, such as `tcp/127.0.0.1:7447`; the first that answers is used.
+    /// Locators of the router, such as `unixsock-stream//run/kittiwake/router.sock`; the first that answers is used.
     pub connect: Vec<String>,
     /// Where the process stands.
     pub scope: Scope,
@@ -69,6 +73,9 @@ pub enum BusError {
         /// What zenoh said last.
         cause: String,
     },
+    /// A Unix socket that is not to be used.
+    #[error(transparent)]
+    Socket(#[from] sockets::InvalidSocket),
     /// The router could not listen.
     #[error("cannot listen on {locators}: {cause}")]
     Listen {
@@ -84,6 +91,16 @@ pub enum BusError {
         locator: String,
         /// What zenoh said.
         cause: String,
+    },
+    /// Another process of the same service has the same vehicle.
+    #[error(
+        "another {service} runs already for the same vehicle, on the same router (instance {instance}): end one of them"
+    )]
+    RunsAlready {
+        /// The service.
+        service: String,
+        /// The other process.
+        instance: String,
     },
     /// A declaration was refused.
     #[error("cannot declare `{key}`: {cause}")]

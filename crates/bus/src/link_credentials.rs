@@ -5,14 +5,10 @@
 
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use credentials::{Credentials, InvalidCredentials, provider};
+use credentials::{Credentials, End, InvalidCredentials, provider};
 use rustls::CertificateError;
-use rustls::client::WebPkiServerVerifier;
-use rustls::client::danger::ServerCertVerifier;
-use rustls::pki_types::{CertificateDer, ServerName, UnixTime};
-use rustls::server::WebPkiClientVerifier;
+use rustls::pki_types::{CertificateDer, ServerName};
 use rustls::sign::CertifiedKey;
 use x509_parser::prelude::{FromDer, X509Certificate};
 
@@ -24,6 +20,8 @@ pub const AUTHORITY: &str = "authority.pem";
 pub const CERTIFICATE: &str = "certificate.pem";
 /// The key to it.
 pub const KEY: &str = "key.pem";
+
+pub use credentials::REVOKED;
 
 /// Why a router's certificate is not accepted.
 #[derive(Debug, thiserror::Error)]
@@ -70,6 +68,12 @@ pub enum InvalidLinkCredentials {
         /// Whose it should be.
         expected: String,
     },
+    /// The authority has revoked it.
+    #[error("{path} is revoked, as {REVOKED} beside it says: get another, which `kittiwake certs renew` makes")]
+    Revoked {
+        /// The file.
+        path: PathBuf,
+    },
     /// It was not signed by the authority, or not for this purpose.
     #[error("{path} is not accepted: {cause}")]
     Refused {
@@ -87,30 +91,32 @@ pub enum InvalidLinkCredentials {
 pub fn check(folder: &Path, name: &str, side: Side) -> Result<(), InvalidLinkCredentials> {
     let credentials = in_folder(folder);
     let path = credentials.certificate.clone();
-    let roots = Arc::new(credentials.trusted()?);
+    // First, so that a file that is missing is named.
+    credentials.trusted()?;
     let chain = credentials.chain()?;
-    let [own, intermediates @ ..] = chain.as_slice() else { return Err(no_certificate(&path)) };
+    let [own, ..] = chain.as_slice() else { return Err(no_certificate(&path)) };
     check_name_and_time(&path, own, name)?;
     check_key(&credentials, &chain)?;
     let refused = |cause: String| InvalidLinkCredentials::Refused { path: path.clone(), cause };
-    let now = UnixTime::now();
     // The aircraft calls, the ground answers the call.
-    let checked = match side {
-        Side::Aircraft => WebPkiClientVerifier::builder_with_provider(roots, provider())
-            .build()
-            .map_err(|cause| refused(cause.to_string()))?
-            .verify_client_cert(own, intermediates, now)
-            .map(|_| ()),
-        Side::Ground => {
-            let host = ServerName::try_from(name.to_owned()).map_err(|cause| refused(cause.to_string()))?;
-            WebPkiServerVerifier::builder_with_provider(roots, provider())
-                .build()
-                .map_err(|cause| refused(cause.to_string()))?
-                .verify_server_cert(own, intermediates, &host, &[], now)
-                .map(|_| ())
-        }
+    let end = match side {
+        Side::Aircraft => End::Caller,
+        Side::Ground => End::Called(ServerName::try_from(name.to_owned()).map_err(|cause| refused(cause.to_string()))?),
     };
-    checked.map_err(|error| refused(words(&error)))
+    credentials.accepts(&chain, &end)?.map_err(|error| match error {
+        rustls::Error::InvalidCertificate(CertificateError::Revoked) => {
+            InvalidLinkCredentials::Revoked { path: path.clone() }
+        }
+        other => refused(words(&other)),
+    })
+}
+
+impl InvalidLinkCredentials {
+    /// Whether this comes about, or passes, with time alone and without anybody's mistake. A router that is started again
+    /// with such credentials serves its own side, as it did before; only the link is down.
+    pub fn comes_with_time(&self) -> bool {
+        matches!(self, InvalidLinkCredentials::OutOfDate { .. } | InvalidLinkCredentials::Revoked { .. })
+    }
 }
 
 /// The credentials in a folder.

@@ -13,10 +13,13 @@ use std::time::Instant;
 use kittiwake_proto::topics::Topic;
 use node::{CallError, CallId, Event, VehicleId};
 
+use crate::losses::{Loss, Losses, Report, Totals};
 use crate::trace::Parent;
 
 /// More than arrives in any burst that a healthy process lets pile up.
 const CAPACITY: usize = 4096;
+/// Part of it that one sender may take: a flood of one drops nothing of the others.
+const SHARE: usize = CAPACITY / 4;
 
 /// Something for the loop.
 #[derive(Debug)]
@@ -29,14 +32,6 @@ pub(crate) enum Mail {
     Unserved { call: CallId, attempt: u32 },
 }
 
-/// Counters of what did not get through.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Losses {
-    pub(crate) dropped: u64,
-    pub(crate) malformed: u64,
-    pub(crate) late: u64,
-}
-
 #[derive(Clone, Default)]
 pub(crate) struct Mailbox(Arc<(Mutex<Inner>, Condvar)>);
 
@@ -44,6 +39,8 @@ pub(crate) struct Mailbox(Arc<(Mutex<Inner>, Condvar)>);
 struct Inner {
     queue: VecDeque<Entry>,
     newest: HashMap<Slot, Mail>,
+    /// Messages that wait, by their key.
+    waiting: HashMap<String, usize>,
     losses: Losses,
     stopped: bool,
     nudged: bool,
@@ -65,12 +62,27 @@ pub(crate) enum Slot {
 }
 
 impl Mailbox {
-    /// Queues `mail`; false if it had to be dropped.
+    /// Queues what this process waits for itself; false, and counted, if there is no room.
     pub(crate) fn push(&self, mail: Mail) -> bool {
         let mut inner = self.lock();
         if CAPACITY <= inner.queue.len() {
-            inner.losses.dropped += 1;
+            inner.losses.count(Loss::Dropped, "(answers)", Instant::now());
             return false;
+        }
+        inner.queue.push_back(Entry::Mail(mail));
+        self.0.1.notify_one();
+        true
+    }
+
+    /// Queues what came in with the key `sender`; false if there is no room, or the sender has had its share of it.
+    pub(crate) fn push_from(&self, sender: &str, mail: Mail) -> bool {
+        let mut inner = self.lock();
+        if SHARE <= inner.waiting.get(sender).copied().unwrap_or(0) || CAPACITY <= inner.queue.len() {
+            return false;
+        }
+        match inner.waiting.get_mut(sender) {
+            Some(count) => *count += 1,
+            None => drop(inner.waiting.insert(sender.to_owned(), 1)),
         }
         inner.queue.push_back(Entry::Mail(mail));
         self.0.1.notify_one();
@@ -86,21 +98,14 @@ impl Mailbox {
         }
     }
 
-    /// Counts a message that was refused as malformed; how many there were so far, with this one.
-    pub(crate) fn refuse(&self) -> u64 {
-        let mut inner = self.lock();
-        inner.losses.malformed += 1;
-        inner.losses.malformed
-    }
-
-    /// Counts what came too late to be obeyed.
-    pub(crate) fn refuse_late(&self) {
-        self.lock().losses.late += 1;
+    /// Counts something of `sender` that does not get through; with what is to be logged about it, if anything.
+    pub(crate) fn lose(&self, loss: Loss, sender: &str) -> Option<Report> {
+        self.lock().losses.count(loss, sender, Instant::now())
     }
 
     /// What did not get through so far.
-    pub(crate) fn losses(&self) -> Losses {
-        self.lock().losses
+    pub(crate) fn losses(&self) -> Totals {
+        self.lock().losses.totals()
     }
 
     /// Ends [`Mailbox::wait`] for good.
@@ -129,6 +134,7 @@ impl Mailbox {
             };
         }
         inner.nudged = false;
+        inner.waiting.clear();
         while let Some(entry) = inner.queue.pop_front() {
             match entry {
                 Entry::Mail(mail) => batch.push(mail),
@@ -191,14 +197,34 @@ mod tests {
     }
 
     #[test]
-    fn a_full_queue_drops_and_counts_and_still_takes_in_who_is_there() {
+    fn a_flood_of_one_sender_takes_its_share_and_no_more() {
         let mailbox = Mailbox::default();
-        (0..CAPACITY).for_each(|_| assert!(mailbox.push(peer("x"))));
-        assert!(!mailbox.push(peer("one too many")));
+        (0..SHARE).for_each(|_| assert!(mailbox.push_from("kw/uav2/flood", peer("flood"))));
+        assert!(!mailbox.push_from("kw/uav2/flood", peer("one too many")));
+        assert!(mailbox.push_from("kw/uav1/event", peer("of another")));
+        assert!(mailbox.push(peer("an answer")));
+        assert_eq!(names(&mailbox)[SHARE..], ["of another", "an answer"]);
+        assert!(mailbox.push_from("kw/uav2/flood", peer("after it")), "what was taken out leaves room");
+    }
+
+    #[test]
+    fn a_full_queue_drops_and_still_takes_in_who_is_there() {
+        let mailbox = Mailbox::default();
+        for number in 0..CAPACITY {
+            assert!(mailbox.push_from(&(number / SHARE).to_string(), peer("x")));
+        }
+        assert!(!mailbox.push_from("another", peer("one too many")) && !mailbox.push(peer("one too many")));
         mailbox.push_newest(instance("1"), peer("who is there"));
         mailbox.push_newest(battery("uav1"), peer("sample"));
-        assert_eq!(mailbox.losses().dropped, 1);
         assert_eq!(names(&mailbox)[CAPACITY..], ["who is there", "sample"]);
+    }
+
+    #[test]
+    fn what_is_lost_is_counted() {
+        let mailbox = Mailbox::default();
+        assert!(mailbox.lose(Loss::Dropped, "kw/uav1/event").is_some());
+        assert!(mailbox.lose(Loss::Dropped, "kw/uav1/event").is_none(), "it has just been logged");
+        assert_eq!(mailbox.losses().dropped, 2);
     }
 
     #[test]

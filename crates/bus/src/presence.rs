@@ -44,6 +44,8 @@ pub struct RouterView {
     pub name: String,
     /// The routers to which its link is up.
     pub links: Vec<String>,
+    /// Those of them whose certificate seems to be used by another machine as well.
+    pub crowded: Vec<String>,
 }
 
 /// Looks at the router where `link` leads; `None` if it does not say who it is within `patience`.
@@ -57,14 +59,21 @@ pub fn look_at_router(link: &Link, patience: Duration) -> Result<Option<RouterVi
     Ok(view(&tokens?))
 }
 
-/// `router/NAME`, and `router/NAME/link/PEER` for each link that is up.
+/// `router/NAME`, `router/NAME/link/PEER` for each link that is up, and `router/NAME/crowd/PEER` for each peer with too many
+/// connections.
 fn view(tokens: &[String]) -> Option<RouterView> {
     let chunks: Vec<Vec<&str>> = tokens.iter().map(|it| it.split('/').collect()).collect();
     let name = chunks.iter().find_map(|it| if let ["router", name] = it[..] { Some(name.to_owned()) } else { None })?;
-    let peer = |it: &Vec<&str>| if let ["router", _, "link", peer] = it[..] { Some(peer.to_owned()) } else { None };
-    let mut links: Vec<_> = chunks.iter().filter_map(peer).collect();
-    links.sort();
-    Some(RouterView { name, links })
+    let peers = |what: &str| {
+        let peer = |it: &Vec<&str>| match it[..] {
+            ["router", _, said, peer] if said == what => Some(peer.to_owned()),
+            _ => None,
+        };
+        let mut peers: Vec<_> = chunks.iter().filter_map(peer).collect();
+        peers.sort();
+        peers
+    };
+    Some(RouterView { name, links: peers("link"), crowded: peers("crowd") })
 }
 
 /// A liveliness token says that the process has a link, a heartbeat that its loop turns.
@@ -98,7 +107,8 @@ fn listen(session: &Session) -> Result<mpsc::Receiver<Heartbeat>, BusError> {
     Ok(heartbeats)
 }
 
-fn instances(session: &Session, service: &str, until: Instant) -> Result<Vec<String>, BusError> {
+/// The processes of a service that are there.
+pub(crate) fn instances(session: &Session, service: &str, until: Instant) -> Result<Vec<String>, BusError> {
     let tokens = tokens(session, &keys::alive(service, "*"), until)?;
     Ok(tokens.iter().filter_map(|it| Some(keys::parse_alive(it)?.1.to_owned())).collect())
 }
@@ -122,20 +132,24 @@ mod tests {
     #[test]
     fn a_router_is_known_by_its_tokens() {
         #[track_caller]
-        fn check(tokens: &[&str], expected: Option<(&str, &[&str])>) {
+        fn check(tokens: &[&str], expected: Option<(&str, &[&str], &[&str])>) {
             let tokens: Vec<String> = tokens.iter().map(|it| (*it).to_owned()).collect();
             let found = view(&tokens);
-            let expected = expected.map(|(name, links)| {
-                let links = links.iter().map(|it| (*it).to_owned()).collect();
-                RouterView { name: name.into(), links }
+            let names = |it: &[&str]| it.iter().map(|it| (*it).to_owned()).collect();
+            let expected = expected.map(|(name, links, crowded)| RouterView {
+                name: name.into(),
+                links: names(links),
+                crowded: names(crowded),
             });
             assert_eq!(found, expected, "{tokens:?}");
         }
         check(&[], None);
-        check(&["router/router"], Some(("router", &[])));
+        check(&["router/router"], Some(("router", &[], &[])));
         let links =
             ["router/ground-router/link/uav2-router", "router/ground-router", "router/ground-router/link/uav1-router"];
-        check(&links, Some(("ground-router", &["uav1-router", "uav2-router"])));
+        check(&links, Some(("ground-router", &["uav1-router", "uav2-router"], &[])));
+        let crowd = ["router/ground-router", "router/ground-router/crowd/uav1-router"];
+        check(&crowd, Some(("ground-router", &[], &["uav1-router"])));
         check(&["router/ground-router/link/uav1-router"], None);
     }
 }

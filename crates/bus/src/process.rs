@@ -8,7 +8,7 @@ use crate::calls::Calls;
 use crate::mailbox::Mailbox;
 use crate::outbox::Outbox;
 use crate::shell::Shell;
-use crate::{BusError, Clock, Direct, Link, Nudge, Stop, direct, inbox, keys, session};
+use crate::{BusError, Clock, Direct, Link, Nudge, Stop, direct, inbox, keys, only_one, session};
 
 /// A node, and how it gets onto the bus.
 pub struct Process<'a> {
@@ -22,21 +22,26 @@ pub struct Process<'a> {
     pub pace: Pace,
     /// Has the node act on something that the bus does not bring.
     pub nudge: Nudge,
+    /// It ends if another process of the same service and vehicle is there.
+    pub is_only_one: bool,
 }
 
 impl<'a> Process<'a> {
     /// `node` at real time, over the router alone, with nothing to do besides what the bus brings.
     pub fn of(node: &'a mut dyn Node, link: &'a Link) -> Process<'a> {
-        Process { node, link, direct: None, pace: Pace::REAL_TIME, nudge: Nudge::default() }
+        Process { node, link, direct: None, pace: Pace::REAL_TIME, nudge: Nudge::default(), is_only_one: false }
     }
 
     /// Runs until the node is over or `stop` is asked for. Blocks the calling thread.
     ///
     /// # Errors
-    /// If no router is reached within the link's limit, or zenoh refuses a declaration.
+    /// If no router is reached within the link's limit, zenoh refuses a declaration, or another process is there.
     pub fn run(self, stop: &Stop) -> Result<(), BusError> {
-        let Process { node, link, direct, pace, nudge } = self;
+        let Process { node, link, direct, pace, nudge, is_only_one } = self;
         let session = session::open(link)?;
+        if is_only_one {
+            only_one::wait_to_be(&session, node.name())?;
+        }
         let direct = direct.map(|it| direct::open(it, &link.scope)).transpose()?;
         let direct = direct.as_ref();
         let mailbox = Mailbox::default();

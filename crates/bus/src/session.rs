@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use zenoh::{Config, Session, Wait};
 
-use crate::{BusError, Link, Scope};
+use crate::{BusError, Link, Scope, sockets};
 
 /// Settings of every session with their reasons. Whatever is not here is zenoh's default.
 const SETTINGS: &[(&str, &str, &str)] = &[
@@ -51,10 +51,13 @@ pub(crate) fn open(link: &Link) -> Result<Session, BusError> {
     set(&mut config, "connect/retry", "{ period_init_ms: 100, period_max_ms: 500, period_increase_factor: 2 }")?;
     let start = Instant::now();
     loop {
+        // Each time: a folder may be made meanwhile, by anybody.
+        link.connect.iter().filter_map(|it| sockets::path_in(it)).try_for_each(sockets::check_to_connect)?;
         match open_with(config.clone(), &link.scope) {
             Ok(session) => return Ok(session),
             Err(cause) if link.open_timeout <= start.elapsed() => {
                 let (locators, waited) = (link.connect.join(", "), link.open_timeout);
+                let cause = link.connect.iter().find_map(|it| sockets::why_unreachable(it)).unwrap_or(cause);
                 return Err(BusError::Unreachable { locators, waited, cause });
             }
             Err(_) => std::thread::sleep(Duration::from_millis(50)),

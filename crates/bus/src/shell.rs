@@ -33,7 +33,7 @@ pub(crate) struct Shell<'a> {
     handled: u64,
     /// Messages that the node refused because of their content, by kind.
     refusals: BTreeMap<MessageKind, u64>,
-    /// Requests of the batch at hand that the node has not answered yet.
+    /// Requests that the node has not answered yet: of the batch at hand, or answered later.
     open: Vec<(Token, Service)>,
     /// Requests that the node left without a reply, by service.
     unanswered: BTreeMap<Service, u64>,
@@ -88,7 +88,7 @@ impl<'a> Shell<'a> {
                 node.act(self.clock.now(), &mut effects);
                 self.perform(&mut effects)?;
             }
-            self.fail_unanswered();
+            self.fail_unanswered(node);
             self.beat(node)?;
             if !go_on || node.is_over() {
                 return Ok(());
@@ -173,9 +173,14 @@ impl<'a> Shell<'a> {
         Ok(())
     }
 
-    /// The node has had its turn: requests that it has not answered never will be, and their callers hear of that.
-    fn fail_unanswered(&mut self) {
+    /// The node has had its turn: requests that it has not answered, and will not answer later, never will be, and their
+    /// callers hear of that.
+    fn fail_unanswered(&mut self, node: &dyn Node) {
         for (token, service) in std::mem::take(&mut self.open) {
+            if node.answers_later(token) {
+                self.open.push((token, service));
+                continue;
+            }
             let count = self.unanswered.entry(service).or_default();
             *count += 1;
             if *count == 1 {

@@ -8,7 +8,7 @@ use node::VehicleId;
 use zenoh::{Session, Wait};
 
 use crate::clock::monotonic_ns;
-use crate::{BusError, Link, session, trace};
+use crate::{BusError, Link, Scope, session, trace};
 
 /// A message as it passed by.
 #[derive(Debug, Clone)]
@@ -42,9 +42,13 @@ impl Tap {
         heard: impl Fn(Tapped) + Clone + Send + Sync + 'static,
     ) -> Result<Tap, BusError> {
         let session = session::open(link)?;
-        for &topic in topics {
+        let keys = |topic: Topic| {
+            // As in a process's inbox: those on the ground belong to no vehicle.
+            let on_ground = topic == Topic::Heartbeat && link.scope == Scope::Fleet;
+            std::iter::once(link.scope.listen(topic.key())).chain(on_ground.then(|| topic.key().to_owned()))
+        };
+        for (topic, key) in topics.iter().flat_map(|&topic| keys(topic).map(move |key| (topic, key))) {
             let (scope, heard) = (link.scope.clone(), heard.clone());
-            let key = link.scope.listen(topic.key());
             session
                 .declare_subscriber(&key)
                 .callback(move |sample| {

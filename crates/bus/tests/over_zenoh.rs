@@ -288,6 +288,8 @@ fn a_direct_link_brings_each_message_once_and_goes_on_without_the_router() {
     let router = World::start();
     let mut on_board = World { locator: router.locator.clone(), stop: Stop::new(), threads: Vec::new() };
     let sockets = tempfile::tempdir().unwrap();
+    let private = std::os::unix::fs::PermissionsExt::from_mode(0o700);
+    std::fs::set_permissions(sockets.path(), private).unwrap();
     let direct = |name: &str, connect: &[&str]| Direct {
         folder: sockets.path().to_owned(),
         listen: Some(name.to_owned()),

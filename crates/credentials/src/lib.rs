@@ -5,13 +5,17 @@
 //! makes connections with them. Neither can ask the other: zenoh stands between them. What a certificate must say, and
 //! for how long, is for the bus to decide; this crate knows files and TLS only.
 
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use rustls::client::WebPkiServerVerifier;
+use rustls::client::danger::ServerCertVerifier;
 use rustls::crypto::{CryptoProvider, ring};
 use rustls::pki_types::pem::PemObject;
-use rustls::pki_types::{CertificateDer, PrivateKeyDer};
+use rustls::pki_types::{CertificateDer, CertificateRevocationListDer, PrivateKeyDer, ServerName, UnixTime};
 use rustls::server::WebPkiClientVerifier;
+use rustls::server::danger::ClientCertVerifier;
 use rustls::version::TLS13;
 use rustls::{ClientConfig, RootCertStore, ServerConfig};
 
@@ -26,6 +30,24 @@ pub struct Credentials {
     /// The key to it.
     pub key: PathBuf,
 }
+
+/// What the authority has revoked, beside its certificate, in PEM form. An authority without a list in it, and a machine
+/// without the file, count as if nothing were revoked. How old a list is does not matter: a machine that gets no new one, such
+/// as an aircraft far out, keeps its link.
+pub const REVOKED: &str = "revoked.pem";
+
+/// Which end of a connection shows a certificate.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum End {
+    /// The one that called.
+    Caller,
+    /// The one that was called, by this name.
+    Called(ServerName<'static>),
+}
+
+/// What the files were like when they were looked at. Another one means that a file has been replaced.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Stamp([Option<(u64, u64, i64, i64)>; 4]);
 
 /// Why credentials cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -90,6 +112,37 @@ impl Credentials {
         Ok(roots)
     }
 
+    /// Where the list of what the authority has revoked is, if there is one.
+    pub fn revoked(&self) -> PathBuf {
+        self.authority.with_file_name(REVOKED)
+    }
+
+    /// What the files are like now.
+    pub fn stamp(&self) -> Stamp {
+        let of = |path: &Path| {
+            let it = std::fs::metadata(path).ok()?;
+            Some((it.ino(), it.size(), it.mtime(), it.mtime_nsec()))
+        };
+        Stamp([of(&self.authority), of(&self.certificate), of(&self.key), of(&self.revoked())])
+    }
+
+    /// Whether `chain`, shown by that end, is accepted now: signed by the authority, in date and not revoked.
+    ///
+    /// # Errors
+    /// If a file cannot be used.
+    pub fn accepts(
+        &self,
+        chain: &[CertificateDer],
+        end: &End,
+    ) -> Result<Result<(), rustls::Error>, InvalidCredentials> {
+        let [own, intermediates @ ..] = chain else { return Ok(Err(rustls::Error::NoCertificatesPresented)) };
+        let now = UnixTime::now();
+        Ok(match end {
+            End::Caller => self.callers()?.verify_client_cert(own, intermediates, now).map(drop),
+            End::Called(host) => self.called()?.verify_server_cert(own, intermediates, host, &[], now).map(drop),
+        })
+    }
+
     /// TLS for the end that calls.
     ///
     /// # Errors
@@ -98,7 +151,7 @@ impl Credentials {
         ClientConfig::builder_with_provider(provider())
             .with_protocol_versions(&[&TLS13])
             .map_err(|cause| unusable(&self.certificate, cause))?
-            .with_root_certificates(self.trusted()?)
+            .with_webpki_verifier(self.called()?)
             .with_client_auth_cert(self.chain()?, self.private_key()?)
             .map_err(|cause| unusable(&self.certificate, cause))
     }
@@ -108,16 +161,41 @@ impl Credentials {
     /// # Errors
     /// If a file cannot be used.
     pub fn server(&self) -> Result<ServerConfig, InvalidCredentials> {
-        let callers = WebPkiClientVerifier::builder_with_provider(self.trusted()?.into(), provider()).build();
         let mut server = ServerConfig::builder_with_provider(provider())
             .with_protocol_versions(&[&TLS13])
             .map_err(|cause| unusable(&self.certificate, cause))?
-            .with_client_cert_verifier(callers.map_err(|cause| unusable(&self.authority, cause))?)
+            .with_client_cert_verifier(self.callers()?)
             .with_single_cert(self.chain()?, self.private_key()?)
             .map_err(|cause| unusable(&self.certificate, cause))?;
         // Every connection begins with both certificates, so tickets for a shorter handshake would only take up the link.
         server.send_tls13_tickets = 0;
         Ok(server)
+    }
+
+    /// Checks those who call.
+    fn callers(&self) -> Result<Arc<dyn ClientCertVerifier>, InvalidCredentials> {
+        let builder = WebPkiClientVerifier::builder_with_provider(self.trusted()?.into(), provider());
+        let builder = builder.with_crls(self.revocation_lists()?).allow_unknown_revocation_status();
+        builder.build().map_err(|cause| unusable(&self.authority, cause))
+    }
+
+    /// Checks those who are called.
+    fn called(&self) -> Result<Arc<WebPkiServerVerifier>, InvalidCredentials> {
+        let builder = WebPkiServerVerifier::builder_with_provider(self.trusted()?.into(), provider());
+        let builder = builder.with_crls(self.revocation_lists()?).allow_unknown_revocation_status();
+        builder.build().map_err(|cause| unusable(&self.authority, cause))
+    }
+
+    fn revocation_lists(&self) -> Result<Vec<CertificateRevocationListDer<'static>>, InvalidCredentials> {
+        let path = self.revoked();
+        let pem = match read(&path) {
+            Err(InvalidCredentials::Unreadable { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => {
+                return Ok(Vec::new());
+            }
+            pem => pem?,
+        };
+        let found: Result<Vec<_>, _> = CertificateRevocationListDer::pem_slice_iter(&pem).collect();
+        found.ok().filter(|it| !it.is_empty()).ok_or_else(|| malformed(&path, "revocation list"))
     }
 }
 
@@ -144,7 +222,10 @@ fn unusable(path: &Path, cause: impl ToString) -> InvalidCredentials {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rcgen::{CertificateParams, KeyPair};
+    use rcgen::{
+        BasicConstraints, CertificateParams, CertificateRevocationListParams, IsCa, Issuer, KeyIdMethod, KeyPair,
+        KeyUsagePurpose, RevokedCertParams, SerialNumber, date_time_ymd,
+    };
 
     /// Credentials in `folder`, of a certificate that is its own authority.
     fn made_in(folder: &Path) -> Credentials {
@@ -188,5 +269,66 @@ mod tests {
         let credentials = made_in(folder.path());
         std::fs::write(&credentials.key, other).unwrap();
         assert!(credentials.client().unwrap_err().to_string().contains("certificate.pem cannot be used"));
+    }
+
+    /// What `folder`, in which an authority has made a certificate for `router` and may have revoked it, says about that.
+    fn made_by_authority(revoke: bool) -> (tempfile::TempDir, Credentials) {
+        let folder = tempfile::tempdir().unwrap();
+        let made = made_in(folder.path());
+        let (key, own) = (KeyPair::generate().unwrap(), KeyPair::generate().unwrap());
+        let mut params = CertificateParams::new(Vec::new()).unwrap();
+        params.is_ca = IsCa::Ca(BasicConstraints::Unconstrained);
+        params.key_usages = vec![KeyUsagePurpose::KeyCertSign, KeyUsagePurpose::CrlSign];
+        std::fs::write(&made.authority, params.self_signed(&key).unwrap().pem()).unwrap();
+        let issuer = Issuer::new(params, key);
+        let mut params = CertificateParams::new(vec!["router".into()]).unwrap();
+        params.serial_number = Some(SerialNumber::from(77));
+        std::fs::write(&made.certificate, params.signed_by(&own, &issuer).unwrap().pem()).unwrap();
+        std::fs::write(&made.key, own.serialize_pem()).unwrap();
+        let revoked = |serial: u64| RevokedCertParams {
+            serial_number: SerialNumber::from(serial),
+            revocation_time: date_time_ymd(2026, 1, 1),
+            reason_code: None,
+            invalidity_date: None,
+        };
+        // A list that is old: it counts all the same.
+        let list = CertificateRevocationListParams {
+            this_update: date_time_ymd(2026, 1, 1),
+            next_update: date_time_ymd(2026, 1, 2),
+            crl_number: SerialNumber::from(1),
+            issuing_distribution_point: None,
+            revoked_certs: vec![revoked(if revoke { 77 } else { 78 })],
+            key_identifier_method: KeyIdMethod::Sha256,
+        };
+        std::fs::write(made.revoked(), list.signed_by(&issuer).unwrap().pem().unwrap()).unwrap();
+        (folder, made)
+    }
+
+    #[test]
+    fn a_revoked_certificate_is_accepted_at_neither_end() {
+        #[track_caller]
+        fn check(revoke: bool) {
+            let (_folder, credentials) = made_by_authority(revoke);
+            for end in [End::Caller, End::Called("router".try_into().unwrap())] {
+                let accepted = credentials.accepts(&credentials.chain().unwrap(), &end).unwrap();
+                let refusal = Err(rustls::Error::InvalidCertificate(rustls::CertificateError::Revoked));
+                assert_eq!(accepted, if revoke { refusal } else { Ok(()) }, "{end:?}");
+            }
+        }
+        check(true);
+        check(false);
+    }
+
+    #[test]
+    fn a_list_that_is_none_is_refused_and_a_replaced_one_is_noticed() {
+        let (_folder, credentials) = made_by_authority(false);
+        let before = credentials.stamp();
+        assert_eq!(before, credentials.stamp());
+        std::fs::write(credentials.revoked(), "garbage").unwrap();
+        assert_ne!(before, credentials.stamp());
+        let said = credentials.server().unwrap_err().to_string();
+        assert!(said.contains(REVOKED) && said.contains("holds no revocation list"), "{said}");
+        std::fs::remove_file(credentials.revoked()).unwrap();
+        assert!(credentials.server().is_ok() && credentials.client().is_ok());
     }
 }

@@ -23,7 +23,7 @@ pub type VehicleId = std::sync::Arc<str>;
 /// A service as its shell sees it.
 ///
 /// Every request is answered: a node that takes in an [`Event::Request`] gives one [`Effect::Reply`] with its token
-/// before the next [`Node::act`] returns. Work that takes longer is accepted or refused at once, and its result is
+/// before the next [`Node::act`] returns, unless it says [`Node::answers_later`]. Work that takes longer is accepted or refused at once, and its result is
 /// published. A request without a reply is a mistake in the node; the shell counts it, logs the first of each service,
 /// and the caller gets [`CallError::Unanswered`].
 pub trait Node {
@@ -45,6 +45,13 @@ pub trait Node {
     /// for decisions that look at everything at once.
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
         let _ = (now, effects);
+    }
+
+    /// Whether the reply to this request comes later than with the next [`Node::act`], because it must wait for something
+    /// outside of the node, such as a disk. What it waits for wakes the shell.
+    fn answers_later(&self, token: Token) -> bool {
+        let _ = token;
+        false
     }
 
     /// When [`Node::act`] is to be called even if no event arrives.

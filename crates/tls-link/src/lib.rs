@@ -17,6 +17,8 @@
 //! | a write ends once the kernel has taken it, so that urgent messages never wait in a buffer of the connection (zenoh's own link keeps up to 64 kB) | `what_was_written_is_out_of_our_hands` |
 //! | a link that is closed is closed at once, and what waits in it is thrown away | `a_writer_into_a_link_that_takes_nothing_is_let_go_when_it_is_closed` |
 //! | a link ends with the first message after a certificate at its other end has expired | `a_link_ends_with_the_certificate_at_its_other_end` |
+//! | a link ends within seconds when its other end is revoked or its authority replaced, and cannot be made again | `a_link_ends_when_its_other_end_is_revoked` |
+//! | a renewed certificate is used for the next connection, at both ends, without a restart | `a_renewed_certificate_is_used_for_the_next_connection` |
 //! | callers that never finish their handshake keep out nobody else | `silent_callers_are_no_obstacle`, `who_keeps_calling_hangs_up_on_nobody_but_himself` |
 //!
 //! This crate has the name and version of zenoh's, so that the workspace's `[patch.crates-io]` puts it in its place;
@@ -34,6 +36,9 @@ pub use settings::TlsConfigurator;
 use zenoh_link_commons::LocatorInspector;
 use zenoh_protocol::core::Locator;
 use zenoh_result::ZResult;
+
+/// Under this name it logs: what names itself zenoh is quiet by default.
+const LOG: &str = "tls_link";
 
 /// What locators of this link begin with.
 pub const TLS_LOCATOR_PREFIX: &str = "tls";

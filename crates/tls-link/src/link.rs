@@ -1,10 +1,12 @@
 //! One connection.
 
-#![expect(clippy::disallowed_methods, reason = "a certificate expires by UTC")]
+#![expect(clippy::disallowed_methods, reason = "a certificate expires by UTC, and files are looked at now and then")]
 
 use std::net::{Shutdown, SocketAddr};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, SystemTime};
 
+use credentials::{Credentials, End, Stamp};
 use rustls::pki_types::CertificateDer;
 use socket2::{SockRef, Socket};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, ReadHalf, WriteHalf};
@@ -17,7 +19,7 @@ use zenoh_protocol::core::{Locator, Priority};
 use zenoh_protocol::transport::BatchSize;
 use zenoh_result::{ZResult, bail, zerror};
 
-use crate::TLS_LOCATOR_PREFIX;
+use crate::{LOG, TLS_LOCATOR_PREFIX};
 
 /// A connection whose handshake is done.
 pub(crate) struct TlsLink {
@@ -33,7 +35,13 @@ pub(crate) struct TlsLink {
     peer: LinkAuthId,
     /// When the first certificate in the other end's chain runs out.
     until: SystemTime,
+    chain: Vec<CertificateDer<'static>>,
+    /// Why its other end is not accepted any more.
+    rejected: OnceLock<String>,
 }
+
+/// How often it is looked whether the authority, or its list of what is revoked, has been replaced.
+const LOOK: Duration = Duration::from_secs(1);
 
 impl TlsLink {
     /// Over a connection, with the addresses of its ends.
@@ -41,6 +49,7 @@ impl TlsLink {
         let (tcp, connection) = stream.get_ref();
         let Some(chain @ [leaf, ..]) = connection.peer_certificates() else { bail!("{other} shows no certificate") };
         let peer = LinkAuthId::Tls(Some(common_name(leaf)?));
+        let chain = chain.iter().map(|it| it.clone().into_owned()).collect::<Vec<_>>();
         let until = chain.iter().map(end_of).collect::<ZResult<Vec<_>>>()?.into_iter().min();
         let until = until.unwrap_or(SystemTime::UNIX_EPOCH);
         tcp.set_nodelay(true)?;
@@ -55,14 +64,61 @@ impl TlsLink {
             interfaces: get_ip_interface_names(&own),
             peer,
             until,
+            chain,
+            rejected: OnceLock::new(),
         })
+    }
+
+    /// Closes the link as soon as its other end, `end`, would not be let in any more, by `credentials` as they are from now
+    /// on; `seen` is what they were like before the handshake. Files that cannot be used change nothing: what is being copied
+    /// is not whole for a moment, and a link in flight must not end by that.
+    pub(crate) fn keep_checking(self: &Arc<TlsLink>, credentials: Credentials, mut seen: Stamp, end: End) {
+        let link = Arc::downgrade(self);
+        tokio::spawn(async move {
+            loop {
+                tokio::time::sleep(LOOK).await;
+                let Some(link) = link.upgrade() else { return };
+                let stamp = credentials.stamp();
+                if stamp == seen {
+                    continue;
+                }
+                match credentials.accepts(&link.chain, &end) {
+                    Ok(Ok(())) => {}
+                    Ok(Err(refusal)) => return link.reject(&refusal),
+                    Err(unusable) => {
+                        tracing::warn!(target: LOG, %unusable, "the link goes on with the credentials of before");
+                    }
+                }
+                seen = stamp;
+            }
+        });
+    }
+
+    fn reject(&self, refusal: &rustls::Error) {
+        let who = self.peer.get_cert_common_name().unwrap_or_default();
+        tracing::warn!(target: LOG, who, other = %self.other, %refusal, "its certificate is accepted no more: the link is closed");
+        let _ = self.rejected.set(refusal.to_string());
+        if let Err(cause) = self.shut() {
+            tracing::warn!(target: LOG, other = %self.other, %cause, "not closed");
+        }
+    }
+
+    fn shut(&self) -> ZResult<()> {
+        // What waits in the kernel is thrown away: it would hold up the next call, and arrive late.
+        self.socket.set_linger(Some(Duration::ZERO)).map_err(|cause| self.failed("close", cause))?;
+        // One that the other end has ended already is what is wanted.
+        let _ = self.socket.shutdown(Shutdown::Both);
+        Ok(())
     }
 
     fn failed(&self, what: &str, cause: std::io::Error) -> zenoh_result::Error {
         zerror!("{what} {} => {}: {cause}", self.own, self.other).into()
     }
 
-    fn in_date(&self) -> ZResult<()> {
+    fn is_accepted(&self) -> ZResult<()> {
+        if let Some(refusal) = self.rejected.get() {
+            bail!("{}: {refusal}", self.other);
+        }
         if self.until <= SystemTime::now() {
             bail!("{}: the certificate of the other end has run out", self.other);
         }
@@ -85,23 +141,19 @@ impl LinkUnicastTrait for TlsLink {
 
     async fn read(&self, buffer: &mut [u8], _: Option<Priority>) -> ZResult<usize> {
         let read = self.reader.lock().await.read(buffer).await;
-        self.in_date()?;
+        self.is_accepted()?;
         read.map_err(|cause| self.failed("read", cause))
     }
 
     async fn read_exact(&self, buffer: &mut [u8], _: Option<Priority>) -> ZResult<()> {
         let read = self.reader.lock().await.read_exact(buffer).await;
-        self.in_date()?;
+        self.is_accepted()?;
         read.map(drop).map_err(|cause| self.failed("read", cause))
     }
 
     /// A read or write of this moment ends: the connection is over.
     async fn close(&self) -> ZResult<()> {
-        // What waits in the kernel is thrown away: it would hold up the next call, and arrive late.
-        self.socket.set_linger(Some(Duration::ZERO)).map_err(|cause| self.failed("close", cause))?;
-        // One that the other end has ended already is what is wanted.
-        let _ = self.socket.shutdown(Shutdown::Both);
-        Ok(())
+        self.shut()
     }
 
     fn get_mtu(&self) -> BatchSize {

@@ -1,11 +1,15 @@
 //! Calls other ends and listens for calls.
 
-#![expect(clippy::disallowed_methods, reason = "after an error of the operating system there is no event to wait for")]
+#![expect(
+    clippy::disallowed_methods,
+    reason = "after an error of the operating system there is no event to wait for; refusals are counted by the minute"
+)]
 
 use std::net::SocketAddr;
-use std::sync::Arc;
-use std::time::Duration;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
+use credentials::{Credentials, End, Stamp};
 use rustls::pki_types::ServerName;
 use tokio::net::{TcpListener, TcpStream};
 use tokio_rustls::{TlsAcceptor, TlsConnector};
@@ -18,7 +22,8 @@ use zenoh_protocol::core::endpoint::Address;
 use zenoh_protocol::core::{EndPoint, Locator};
 use zenoh_result::{ZResult, zerror};
 
-use crate::callers::Callers;
+use crate::LOG;
+use crate::callers::{Callers, Refusals};
 use crate::link::TlsLink;
 use crate::settings::{self, socket};
 
@@ -45,26 +50,30 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
     /// Calls, for as long as zenoh waits for it.
     async fn new_link(&self, endpoint: EndPoint) -> ZResult<LinkUnicast> {
         let config = endpoint.config();
-        let client = settings::of_caller(&config)?.client().map_err(|invalid| zerror!("{invalid}"))?;
+        let credentials = settings::of_caller(&config)?;
+        // Before they are read: what is replaced from here on is noticed.
+        let stamp = credentials.stamp();
+        let client = credentials.client().map_err(|invalid| zerror!("{invalid}"))?;
         let connector = TlsConnector::from(Arc::new(client));
         let name =
             ServerName::try_from(host_of(&endpoint.address())?.to_owned()).map_err(|cause| zerror!("{cause}"))?;
         let addresses = get_tcp_addrs(endpoint.address()).await?;
         let (tcp, own, other) = socket(&config)?.new_link_first_reachable(addresses).await?;
-        let stream = connector.connect(name, tcp).await.map_err(|cause| zerror!("{endpoint}: {cause}"))?;
-        Ok(LinkUnicast::from(Arc::new(TlsLink::over(stream.into(), own, other)?) as Arc<dyn LinkUnicastTrait>))
+        let stream = connector.connect(name.clone(), tcp).await.map_err(|cause| zerror!("{endpoint}: {cause}"))?;
+        let link = Arc::new(TlsLink::over(stream.into(), own, other)?);
+        link.keep_checking(credentials, stamp, End::Called(name));
+        Ok(LinkUnicast::from(link as Arc<dyn LinkUnicastTrait>))
     }
 
     async fn new_listener(&self, endpoint: EndPoint) -> ZResult<Locator> {
         let config = endpoint.config();
-        let server = settings::of_listener(&config)?.server().map_err(|invalid| zerror!("{invalid}"))?;
-        let acceptor = TlsAcceptor::from(Arc::new(server));
+        let entrance = Entrance::open(settings::of_listener(&config)?)?;
         let (listener, bound) = socket(&config)?.new_listener(&address_of(&endpoint).await?)?;
         let host = host_of(&endpoint.address())?.to_owned();
         let locator = Locator::new(endpoint.protocol(), format!("{host}:{}", bound.port()), endpoint.metadata())?;
         let listening = EndPoint::new(locator.protocol(), locator.address(), locator.metadata(), endpoint.config())?;
         let stop = self.listeners.token.child_token();
-        let task = accept(listener, acceptor, stop.clone(), self.incoming.clone());
+        let task = accept(listener, entrance, stop.clone(), self.incoming.clone());
         self.listeners.add_listener(listening, bound, task, stop).await?;
         Ok(locator)
     }
@@ -86,14 +95,45 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
     }
 }
 
+/// What callers are let in by: the files as they are when a call comes.
+struct Entrance {
+    credentials: Credentials,
+    stamp: Stamp,
+    acceptor: TlsAcceptor,
+}
+
+impl Entrance {
+    fn open(credentials: Credentials) -> ZResult<Entrance> {
+        let stamp = credentials.stamp();
+        let server = credentials.server().map_err(|invalid| zerror!("{invalid}"))?;
+        Ok(Entrance { credentials, stamp, acceptor: TlsAcceptor::from(Arc::new(server)) })
+    }
+
+    /// Takes over files that have been replaced. Those that cannot be used change nothing, until they are replaced again.
+    fn renew(&mut self) {
+        let stamp = self.credentials.stamp();
+        if stamp == self.stamp {
+            return;
+        }
+        match self.credentials.server() {
+            Ok(server) => self.acceptor = TlsAcceptor::from(Arc::new(server)),
+            Err(unusable) => {
+                tracing::warn!(target: LOG, %unusable, "callers are let in by the credentials of before");
+            }
+        }
+        self.stamp = stamp;
+    }
+}
+
 /// Takes calls until stopped; nobody waits for another's handshake.
 async fn accept(
     listener: TcpListener,
-    acceptor: TlsAcceptor,
+    mut entrance: Entrance,
     stop: CancellationToken,
     incoming: NewLinkChannelSender,
 ) -> ZResult<()> {
     let mut callers = Callers::default();
+    let refusals = Arc::new(Mutex::new(Refusals::default()));
     loop {
         let call = tokio::select! {
             () = stop.cancelled() => return Ok(()),
@@ -101,10 +141,22 @@ async fn accept(
         };
         match call {
             Ok((tcp, other)) => {
-                let (acceptor, incoming) = (acceptor.clone(), incoming.clone());
+                entrance.renew();
+                let Entrance { credentials, stamp, acceptor } = &entrance;
+                let greeting = Greeting {
+                    other,
+                    acceptor: acceptor.clone(),
+                    credentials: credentials.clone(),
+                    stamp: stamp.clone(),
+                    incoming: incoming.clone(),
+                };
+                let refusals = refusals.clone();
                 callers.greet(other.ip(), async move {
-                    if let Err(cause) = greet(tcp, other, acceptor, incoming).await {
-                        tracing::debug!(%other, %cause, "not let in");
+                    if let Err(cause) = greeting.greet(tcp).await {
+                        let due = refusals.lock().unwrap_or_else(|it| it.into_inner()).count(Instant::now());
+                        if let Some(count) = due {
+                            tracing::warn!(target: LOG, %other, %cause, count, "not let in; further ones are counted for a while");
+                        }
                     }
                 });
             }
@@ -116,16 +168,23 @@ async fn accept(
     }
 }
 
-async fn greet(
-    tcp: TcpStream,
+/// A caller's handshake.
+struct Greeting {
     other: SocketAddr,
     acceptor: TlsAcceptor,
+    credentials: Credentials,
+    stamp: Stamp,
     incoming: NewLinkChannelSender,
-) -> ZResult<()> {
-    let own = tcp.local_addr()?;
-    let stream = tokio::time::timeout(HANDSHAKE_LIMIT, acceptor.accept(tcp)).await??;
-    let link: Arc<dyn LinkUnicastTrait> = Arc::new(TlsLink::over(stream.into(), own, other)?);
-    Ok(incoming.send_async(LinkUnicast::from(link)).await?)
+}
+
+impl Greeting {
+    async fn greet(self, tcp: TcpStream) -> ZResult<()> {
+        let own = tcp.local_addr()?;
+        let stream = tokio::time::timeout(HANDSHAKE_LIMIT, self.acceptor.accept(tcp)).await??;
+        let link = Arc::new(TlsLink::over(stream.into(), own, self.other)?);
+        link.keep_checking(self.credentials, self.stamp, End::Caller);
+        Ok(self.incoming.send_async(LinkUnicast::from(link as Arc<dyn LinkUnicastTrait>)).await?)
+    }
 }
 
 fn host_of<'a>(address: &'a Address) -> ZResult<&'a str> {

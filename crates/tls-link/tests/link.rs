@@ -2,13 +2,17 @@
 
 #![expect(clippy::disallowed_methods, reason = "a test waits for what other threads do, up to a limit")]
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::net::SocketAddr;
 use std::path::PathBuf;
+use std::sync::Mutex;
 use std::time::Duration;
 
 use flume::Receiver;
-use rcgen::{BasicConstraints, CertificateParams, DnType, IsCa, Issuer, KeyPair};
+use rcgen::{
+    BasicConstraints, CertificateParams, CertificateRevocationListParams, DnType, IsCa, Issuer, KeyIdMethod, KeyPair,
+    RevokedCertParams, SerialNumber, date_time_ymd,
+};
 use tokio::net::{TcpSocket, TcpStream};
 use tokio::time::timeout;
 use zenoh_link_commons::{ConfigurationInspector, LinkManagerUnicastTrait, LinkUnicast};
@@ -22,6 +26,8 @@ const LIMIT: Duration = Duration::from_secs(60);
 struct Authority {
     folder: tempfile::TempDir,
     issuer: Issuer<'static, KeyPair>,
+    /// The serial number of the newest certificate of each name.
+    serials: Mutex<BTreeMap<String, u64>>,
 }
 
 impl Authority {
@@ -31,25 +37,68 @@ impl Authority {
         let mut params = CertificateParams::new(Vec::new()).unwrap();
         params.is_ca = IsCa::Ca(BasicConstraints::Unconstrained);
         std::fs::write(folder.path().join("authority.pem"), params.self_signed(&key).unwrap().pem()).unwrap();
-        Authority { folder, issuer: Issuer::new(params, key) }
+        Authority { folder, issuer: Issuer::new(params, key), serials: Mutex::default() }
     }
 
     fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    /// The endpoint `locator` for somebody of this name, whose certificate is valid up to then.
-    fn endpoint(&self, locator: &str, name: &str, until: Option<Duration>) -> EndPoint {
+    /// Makes the certificate of `name` in its files, with this common name and valid up to then.
+    fn issue(&self, name: &str, common_name: &str, until: Option<Duration>) {
         let mut params = CertificateParams::new(vec!["localhost".to_owned()]).unwrap();
-        params.distinguished_name.push(DnType::CommonName, name);
+        params.distinguished_name.push(DnType::CommonName, common_name);
+        let serial = {
+            let mut serials = self.serials.lock().unwrap();
+            let serial = 1 + serials.values().max().copied().unwrap_or(0);
+            serials.insert(name.to_owned(), serial);
+            serial
+        };
+        params.serial_number = Some(SerialNumber::from(serial));
         if let Some(left) = until {
             params.not_after = (std::time::SystemTime::now() + left).into();
         }
         let key = KeyPair::generate().unwrap();
         let certificate = params.signed_by(&key, &self.issuer).unwrap();
+        self.replace(&format!("{name}.key"), &key.serialize_pem());
+        self.replace(&format!("{name}.pem"), &certificate.pem());
+    }
+
+    /// At once: nobody reads half of it.
+    fn replace(&self, file: &str, text: &str) {
+        let unfinished = self.path(&format!("{file}.part"));
+        std::fs::write(&unfinished, text).unwrap();
+        std::fs::rename(unfinished, self.path(file)).unwrap();
+    }
+
+    /// Revokes the newest certificates of these, and no others.
+    fn revoke(&self, names: &[&str]) {
+        let revoked = |name: &&str| RevokedCertParams {
+            serial_number: SerialNumber::from(self.serials.lock().unwrap()[*name]),
+            revocation_time: date_time_ymd(2026, 1, 1),
+            reason_code: None,
+            invalidity_date: None,
+        };
+        let list = CertificateRevocationListParams {
+            this_update: date_time_ymd(2026, 1, 1),
+            next_update: date_time_ymd(2036, 1, 1),
+            crl_number: SerialNumber::from(1),
+            issuing_distribution_point: None,
+            revoked_certs: names.iter().map(revoked).collect(),
+            key_identifier_method: KeyIdMethod::Sha256,
+        };
+        self.replace("revoked.pem", &list.signed_by(&self.issuer).unwrap().pem().unwrap());
+    }
+
+    /// The endpoint `locator` for somebody of this name, whose certificate is valid up to then.
+    fn endpoint(&self, locator: &str, name: &str, until: Option<Duration>) -> EndPoint {
+        self.issue(name, name, until);
+        self.endpoint_of(locator, name)
+    }
+
+    /// The same with the certificate that is there.
+    fn endpoint_of(&self, locator: &str, name: &str) -> EndPoint {
         let (certificate_path, key_path) = (self.path(&format!("{name}.pem")), self.path(&format!("{name}.key")));
-        std::fs::write(&certificate_path, certificate.pem()).unwrap();
-        std::fs::write(&key_path, key.serialize_pem()).unwrap();
         let mut config = zenoh_config::Config::default();
         let mut set = |key: &str, value: &PathBuf| {
             let key = format!("transport/link/tls/{key}");
@@ -244,6 +293,60 @@ async fn a_link_ends_with_the_certificate_at_its_other_end() {
     assert!(cause.contains("run out"), "{cause}");
     other.close().await.unwrap();
     timeout(LIMIT, says).await.expect("the other end hears of it").unwrap();
+}
+
+/// What the end that stays says when the other is revoked while the link is up.
+async fn cut_off(link: &LinkUnicast) {
+    let cause = timeout(LIMIT, link.read_exact(&mut [0], None)).await.expect("the link ends").unwrap_err().to_string();
+    assert!(cause.contains("Revoked"), "{cause}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_link_ends_when_its_other_end_is_revoked() {
+    let authority = Authority::new();
+    let ground = Ground::listen(&authority, None).await;
+    let (one, other) = ground.called_by(&authority, "uav1").await;
+    authority.revoke(&["uav1"]);
+    cut_off(&one).await;
+    assert!(timeout(LIMIT, other.read_exact(&mut [0], None)).await.expect("it hears of it").is_err());
+    // It cannot come back: the refusal is there when it reads.
+    let again = call(authority.endpoint_of(&ground.locator, "uav1")).await.unwrap();
+    let refusal = timeout(LIMIT, again.read_exact(&mut [0], None)).await.unwrap().unwrap_err().to_string();
+    assert!(refusal.contains("CertificateRevoked"), "{refusal}");
+    assert!(ground.callers.is_empty());
+    // Others can, and one of the name that has a new certificate; a list that is none ends no link.
+    for name in ["uav2", "uav1"] {
+        let (one, other) = ground.called_by(&authority, name).await;
+        authority.replace("revoked.pem", "half of a li");
+        say(one, 3).await;
+        hear(other, 3).await;
+        authority.revoke(&[]);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_caller_leaves_one_who_is_revoked_and_does_not_call_again() {
+    let authority = Authority::new();
+    let ground = Ground::listen(&authority, None).await;
+    let (_one, other) = ground.called_by(&authority, "uav1").await;
+    authority.revoke(&["ground"]);
+    cut_off(&other).await;
+    let refusal = call(authority.endpoint_of(&ground.locator, "uav1")).await.unwrap_err();
+    assert!(refusal.contains("Revoked"), "{refusal}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_renewed_certificate_is_used_for_the_next_connection() {
+    let authority = Authority::new();
+    let ground = Ground::listen(&authority, None).await;
+    let (before, _) = ground.called_by(&authority, "uav1").await;
+    authority.issue("ground", "ground, renewed", None);
+    authority.issue("uav1", "uav1, renewed", None);
+    let other = call(authority.endpoint_of(&ground.locator, "uav1")).await.unwrap();
+    let one = timeout(LIMIT, ground.callers.recv_async()).await.unwrap().unwrap();
+    assert_eq!(one.get_auth_id().get_cert_common_name(), Some("uav1, renewed"));
+    assert_eq!(other.get_auth_id().get_cert_common_name(), Some("ground, renewed"));
+    assert_eq!(before.get_auth_id().get_cert_common_name(), Some("uav1"), "the link of before is as it was");
 }
 
 #[test]

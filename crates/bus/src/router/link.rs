@@ -91,19 +91,32 @@ pub(super) fn is_link(locator: &str) -> bool {
     locator.starts_with("tls/")
 }
 
-/// Calls `told` for every connection over the link: the name at its other end, and whether it is up or down.
+/// A connection over the link.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Connection {
+    /// The name in the certificate at its other end.
+    pub(super) peer: String,
+    /// Zenoh's id of the other end: another one for each start of a process.
+    pub(super) id: String,
+    /// The address of the other end.
+    pub(super) from: String,
+}
+
+/// Calls `told` for every connection over the link, with whether it is up or down.
 pub(super) fn watch_links(
     session: &Session,
-    told: impl Fn(String, bool) + Send + Sync + 'static,
+    told: impl Fn(Connection, bool) + Send + Sync + 'static,
 ) -> Result<(), BusError> {
     session
         .info()
         .link_events_listener()
         .history(true)
         .callback(move |event| {
-            if is_link(event.link().src().as_str()) {
-                let peer = event.link().auth_identifier().unwrap_or_default().to_owned();
-                told(peer, event.kind() == SampleKind::Put);
+            let link = event.link();
+            if is_link(link.src().as_str()) {
+                let peer = link.auth_identifier().unwrap_or_default().to_owned();
+                let from = link.dst().as_str().trim_start_matches("tls/").to_owned();
+                told(Connection { peer, id: link.zid().to_string(), from }, event.kind() == SampleKind::Put);
             }
         })
         .background()

@@ -12,11 +12,13 @@ use std::time::Duration;
 use zenoh::Wait;
 
 use crate::session::{config, set};
-use crate::{BusError, Stop};
+use crate::{BusError, Stop, sockets};
 
 mod link;
 mod obstacle;
 mod second_way;
+#[cfg(test)]
+mod tests;
 mod watch;
 
 pub use link::{LinkEnd, Way};
@@ -42,6 +44,16 @@ pub enum News {
         why: Option<String>,
         /// For how long it has been.
         since: Duration,
+    },
+    /// There are more connections under the name of a peer than its machine makes, for longer than it takes a lost one to end:
+    /// another machine uses its certificate.
+    Crowded {
+        /// The name in the certificates.
+        peer: String,
+        /// How many there should be at most.
+        most: usize,
+        /// Where the connections come from.
+        from: Vec<String>,
     },
     /// It still routes: a question that went through its tables came back.
     Turned,
@@ -84,15 +96,15 @@ pub fn run_linked_router(
         return Err(listening("nothing was bound".into()));
     }
     let (sender, events) = mpsc::channel();
-    let told = sender.clone();
+    let (told, heard) = (sender.clone(), sender.clone());
     stop.on_stop(move || drop(told.send(Heard::Stop)));
-    watch_links(&session, move |peer, up| {
+    watch_links(&session, move |connection, up| {
         // The router is ending if nobody listens any more.
-        let _ = sender.send(Heard::Link { peer, up });
+        let _ = heard.send(Heard::Link { connection, up });
     })?;
     let second = link.map(|it| second_way::open(it, &session)).transpose()?.flatten();
     tell(News::Listening(bound));
-    let mut watch = Watch::new(link);
+    let mut watch = Watch::new(link, sender);
     watch.run(&session, &events, &mut tell)?;
     drop(watch);
     if let Some(second) = second {
@@ -105,6 +117,9 @@ pub fn run_linked_router(
 /// Whether the address of a locator is free, since zenoh's own words about one that is not are for
 /// its developers.
 fn try_out(locator: &str) -> Result<(), BusError> {
+    if let Some(path) = sockets::path_in(locator) {
+        return Ok(sockets::check_to_listen(path)?);
+    }
     let Some(("tcp" | "tls", address)) = locator.split_once('/') else { return Ok(()) };
     let address = address.split(['?', '#']).next().unwrap_or_default();
     let refused = |cause: std::io::Error| BusError::Listen { locators: locator.to_owned(), cause: cause.to_string() };

@@ -16,6 +16,15 @@ use crate::crossing::{Class, Crossing, Side};
 use crate::keys::ROOT;
 use crate::session::{config, set};
 
+/// Connections under one name that the router on `side` sees at the other end: an aircraft makes two, the ground takes part in
+/// both with one router.
+pub(super) fn connections(side: Side) -> usize {
+    match side {
+        Side::Ground => 2,
+        Side::Aircraft => 1,
+    }
+}
+
 /// On the aircraft: opens the second connection to the ground, and has it made again whenever it breaks.
 pub(super) fn open(link: &LinkEnd, own: &Session) -> Result<Option<Session>, BusError> {
     let Way::Dial { vehicle, locator } = &link.way else { return Ok(None) };

@@ -72,6 +72,10 @@ impl VirtualBus<'_> {
     /// The turn of `node` is over: requests that it has not answered never will be.
     pub(super) fn fail_unanswered(&mut self, node: Index) {
         for (token, service) in std::mem::take(&mut self.nodes[node].open) {
+            if self.nodes[node].node.answers_later(token) {
+                self.nodes[node].open.push((token, service));
+                continue;
+            }
             *self.unanswered.entry((self.nodes[node].node.name(), service)).or_default() += 1;
             self.answer(node, token, Err(CallError::Unanswered));
         }
