@@ -13,19 +13,21 @@ use control_tower::policy::Policy;
 use domain::contingency::Contingencies;
 use domain::file::{Mistakes, Source};
 use domain::mission::Mission;
-use domain::time::{Pace, Time};
+use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Message, Request, Service};
 use kittiwake_proto::v1;
 use node::Scope;
 pub use node::virtual_bus::Machine;
-use node::virtual_bus::VirtualBus;
+use node::virtual_bus::{UTC_START_MS, VirtualBus};
+use signed_permissions::key::SecretKey;
 
 mod files;
-mod witness;
 
 pub use witness::Breach;
 use witness::Witness;
 
+/// The ground of the simulated vehicle is at height 0; below this the vehicle may stand there.
+const LOW_M: f64 = 1.0;
 /// The vehicle that flies.
 const VEHICLE: &str = "uav1";
 
@@ -91,9 +93,10 @@ impl Simulation<'_> {
         bus.add(on_board(), skill_manager::SkillManager::new(&files.skill_manager, pace));
         bus.add(on_board(), monitor::Monitor::new(&files.monitor, &files.contingencies, pace));
         bus.add(on_board(), planner::Planner::new(&files.planner, files.mission, pace));
-        bus.add(on_board(), files.mcm);
-        let tower = control_tower::ControlTower::new(&files.control_tower, setup.permissions, setup.seed, pace);
-        bus.add(Scope::Fleet, tower);
+        let key = SecretKey::of_seed([1; 32]).expect("32 bytes make a key");
+        bus.add(on_board(), files.mcm.that_verifies_with(key.public()));
+        let tower = control_tower::ControlTower::new(&files.control_tower, setup.permissions, setup.seed, pace, 1);
+        bus.add(Scope::Fleet, tower.that_signs_with(key));
         let (gateway, api) = gateway::Gateway::new(&files.gateway, pace, access, files.contingencies.rows(), || {});
         bus.add(Scope::Fleet, gateway);
         Ok((Simulation { bus, seen }, api))
@@ -191,7 +194,7 @@ impl Simulation<'_> {
 
     /// The breaches that the witness has seen.
     pub fn breaches(&self) -> Vec<Breach> {
-        self.seen.borrow().witness.breaches.clone()
+        self.seen.borrow().witness.breaches().to_vec()
     }
 
     /// Requests without a reply: service, request, how often.
@@ -212,7 +215,9 @@ impl Simulation<'_> {
     /// Whether the vehicle stands on the ground, disarmed.
     pub fn is_on_ground(&self) -> bool {
         let seen = self.seen.borrow();
-        seen.landed && !seen.armed
+        let height_m = seen.aircraft.as_ref().and_then(|it| it.position).map(|it| -it.down_m);
+        let is_low = height_m.is_some_and(|it| it < LOW_M);
+        !seen.armed && (seen.landed || is_low)
     }
 
     /// The flag that is answered, empty if none is.
@@ -237,7 +242,8 @@ impl Simulation<'_> {
 
 impl Seen {
     fn take_in(&mut self, time: Time, message: &Message) {
-        self.witness.take_in(time, message);
+        let utc_ms = UTC_START_MS + time.since_start().as_millis() as i64;
+        self.witness.take_in(Now { time, utc_ms }, message);
         match message {
             Message::DecisionRecord(it) => self.decisions.push((time, it.clone())),
             Message::McmStatus(it) => {

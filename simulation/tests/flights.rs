@@ -229,7 +229,7 @@ fn a_fault_of_the_vehicle_is_seen_and_answered() {
     check("battery", &["0.2"], "battery_low", MissionOutcome::Emergency);
     check("battery", &["0.09"], "battery_critical", MissionOutcome::Emergency);
     check("estimator_invalid", &["on"], "estimator_lost", MissionOutcome::Emergency);
-    check("drop", &["battery_status"], "battery_stale", MissionOutcome::Emergency);
+    check("drop", &["battery_status"], "battery_gone", MissionOutcome::Emergency);
 }
 
 #[test]

@@ -7,16 +7,21 @@ use std::time::Duration;
 use control_tower::policy::Policy;
 use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, Decision};
-use simulation::Simulation;
+use simulation::{Machine, Setup, Simulation};
 
-use support::{mission_file, simulation};
+use support::{config, config_with, mission_file, simulation};
 
 const LIMIT: Duration = Duration::from_secs(2400);
 
 /// In the middle of area A of the reference mission: from 110 m to 290 m east, 90 m to either side.
 #[track_caller]
 fn inside() -> Simulation<'static> {
-    let mut simulation = simulation(None, Policy::Grant);
+    inside_of(simulation(None, Policy::Grant))
+}
+
+/// The same for this flight of the reference mission.
+#[track_caller]
+fn inside_of(mut simulation: Simulation<'static>) -> Simulation<'static> {
     assert!(simulation.fly_until("step 4 of 5", LIMIT));
     while simulation.position().is_none_or(|it| it.east_m < 180.0) {
         simulation.pass(Duration::from_millis(200));
@@ -65,6 +70,49 @@ fn a_paused_vehicle_is_out_before_its_permission_ends() {
     simulation.decide_for("A", Decision::Grant, Some(40.0));
     simulation.inject_fault("link_loss", &["400"]);
     leaves(&mut simulation, 60);
+}
+
+/// In the middle of area A, paused there, with grants of 150 s.
+#[track_caller]
+fn paused_inside_by_short_grants(name: &str) -> Simulation<'static> {
+    let (mission, config) =
+        (config().join("missions/reference.toml"), config_with(name, &[("grant_valid_s", "150.0")]));
+    let setup = Setup {
+        config: &config,
+        mission: Some(&mission),
+        permissions: Policy::Grant,
+        seed: 1,
+        machine: Machine::Ideal,
+    };
+    let mut simulation = inside_of(Simulation::new(&setup).unwrap());
+    simulation.order(Verb::Pause(v1::PauseMission { overrides: false }));
+    simulation
+}
+
+#[test]
+fn a_permission_is_renewed_before_the_vehicle_must_leave() {
+    let mut simulation = paused_inside_by_short_grants("renewed");
+    // Longer than three grants.
+    simulation.pass(Duration::from_secs(500));
+    let log = simulation.decision_log();
+    assert!(simulation.position().is_some_and(|it| it.east_m < 290.0), "it stays where it was paused: {log}");
+    let renewals = log.matches("asking for area A again before its permission expires").count();
+    assert!(3 <= renewals, "{renewals} renewals:\n{log}");
+    assert!(!log.contains("area_breached"), "nothing breaches meanwhile:\n{log}");
+    simulation.order(Verb::Resume(v1::ResumeMission {}));
+    let report = simulation.fly(LIMIT).expect("the mission ends");
+    assert_eq!(report.outcome(), v1::MissionOutcome::Success, "{}", simulation.decision_log());
+    assert_eq!(simulation.breaches(), []);
+}
+
+#[test]
+fn a_permission_whose_renewal_is_refused_is_left_before_it_expires() {
+    let mut simulation = paused_inside_by_short_grants("not_renewed");
+    // The operator sets an end that no further request moves.
+    simulation.decide_for("A", Decision::Grant, Some(60.0));
+    leaves(&mut simulation, 60);
+    let log = simulation.decision_log();
+    assert!(log.contains("asking for area A again before its permission expires"), "{log}");
 }
 
 #[test]

@@ -5,7 +5,7 @@ mod support;
 use std::time::Duration;
 
 use control_tower::policy::Policy;
-use kittiwake_proto::v1;
+use kittiwake_proto::v1::{self, Decision};
 use simulation::Simulation;
 use v1::MissionOutcome;
 use v1::operator_command::Verb;
@@ -66,6 +66,73 @@ fn a_mission_whose_last_objective_is_in_the_air_ends_at_home_on_the_ground() {
         &simulation,
         &["over: every objective was achieved", "flag `ended_in_air` raised", "`ended_in_air`: return_home"],
     );
+}
+
+/// In the air, outside of the area round its home, whose permission is revoked by then.
+#[track_caller]
+fn shut_out() -> Simulation<'static> {
+    let text = "name = \"shut-out\"\n\
+        [[objective]]\nname = \"look\"\nnorth_m = 0\neast_m = 400\nheight_m = 20\nflying = true\n\
+        [[area]]\nname = \"harbour\"\nkind = \"permission\"\n\
+        corners_m = [[-60, -60], [60, -60], [60, 60], [-60, 60]]\n";
+    let mission = mission_file("shut-out", text);
+    let mut simulation = simulation(Some(&mission), Policy::Grant);
+    while simulation.position().is_none_or(|it| it.east_m < 150.0) {
+        simulation.pass(Duration::from_millis(500));
+        assert!(simulation.now().as_secs_f64() < 200.0, "it does not fly:\n{}", simulation.decision_log());
+    }
+    simulation.decide("harbour", Decision::Revoke);
+    simulation
+}
+
+const WAITS: &str =
+    "`operator_return` waits: no way there that may be flown, area harbour is closed without permission";
+
+#[test]
+fn a_return_that_is_barred_for_the_moment_waits_and_is_flown_when_there_is_a_way() {
+    let mut simulation = shut_out();
+    simulation.order(RETURN);
+    simulation.pass(Duration::from_secs(100));
+    assert_eq!(simulation.responder(), "operator_return", "{}", simulation.decision_log());
+    assert!(!simulation.decision_log().contains("failed (try"), "{}", simulation.decision_log());
+    simulation.decide("harbour", Decision::Grant);
+    end(&mut simulation, MissionOutcome::Emergency);
+    assert!(distance_home_m(&simulation) < 5.0, "{}", simulation.decision_log());
+    in_order(&simulation, &[WAITS, "there is a way again after"]);
+}
+
+#[test]
+fn a_return_that_stays_barred_waits_no_longer_than_its_table_says() {
+    let mut simulation = shut_out();
+    simulation.order(RETURN);
+    end(&mut simulation, MissionOutcome::Emergency);
+    let failed = "`operator_return`: return_home failed (try 1 of 2): no way there that may be flown";
+    in_order(&simulation, &[WAITS, failed, "`operator_return`: land_elsewhere failed"]);
+}
+
+#[test]
+fn while_the_battery_is_low_a_return_waits_for_the_towers_answer_and_no_longer() {
+    let mut simulation = shut_out();
+    simulation.inject_fault("battery", &["0.2"]);
+    simulation.pass(Duration::from_secs(25));
+    in_order(
+        &simulation,
+        &[
+            "asking for area harbour, which the only way leads through",
+            "area harbour is closed without permission; holds for up to 10 s",
+            "`battery_low`: return_home failed (try 2 of 2): no way there that may be flown",
+        ],
+    );
+}
+
+#[test]
+fn a_crash_is_raised_once() {
+    let mut simulation = under_way();
+    simulation.inject_fault("motor_failure", &["2"]);
+    end(&mut simulation, MissionOutcome::Crash);
+    simulation.pass(Duration::from_secs(60));
+    let log = simulation.decision_log();
+    assert_eq!(log.matches("flag `crashed` raised").count(), 1, "{log}");
 }
 
 #[test]

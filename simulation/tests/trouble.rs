@@ -34,13 +34,16 @@ const POLICIES: [Policy; 5] = [Policy::Grant, Policy::Delay, Policy::Deny, Polic
 const FLAGS: [&str; 6] =
     ["obstacle", "operator_pause", "operator_return", "operator_land", "battery_low", "transition_failed"];
 /// Faults, and whether the vehicle still knows where it is and can fly there.
-const FAULTS: [(&str, &[&str], bool); 16] = [
+const FAULTS: [(&str, &[&str], bool); 19] = [
     ("reject_acks", &["1"], true),
     ("reject_acks", &["6"], true),
     ("swallow_acks", &["1"], true),
     ("swallow_acks", &["4"], true),
     ("freeze", &["vehicle_status"], true),
     ("drop", &["vehicle_land_detected"], true),
+    ("freeze", &["vehicle_land_detected"], true),
+    ("land_detector", &["landed"], true),
+    ("land_detector", &["flying"], true),
     ("drop", &["battery_status"], true),
     ("drop", &["vehicle_status"], true),
     ("battery", &["0.2"], true),
@@ -69,6 +72,15 @@ struct Flight {
     areas: Vec<String>,
     knows_its_place: bool,
     script: Vec<String>,
+}
+
+impl Drop for Flight {
+    /// A flight that panics tells its story, too.
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            println!("{}\n{}", self.script.join("\n"), self.simulation.decision_log());
+        }
+    }
 }
 
 impl Flight {

@@ -27,12 +27,18 @@ pub(crate) struct Flag {
     /// The sources that say that its condition still holds, each once.
     sources: Vec<String>,
     acknowledged_by: Option<String>,
+    overridden: bool,
 }
 
 impl Flag {
     /// Why it was raised.
     pub(crate) fn reason(&self) -> &str {
         &self.reason
+    }
+
+    /// Whether it was up when an operator last ordered something with override.
+    pub(crate) fn overridden(&self) -> bool {
+        self.overridden
     }
 
     /// The operator who has acknowledged it.
@@ -72,7 +78,7 @@ impl Flags {
     /// Raises a row's flag; true if it was down.
     pub(crate) fn raise(&mut self, now: Time, row: usize, source: String, reason: String) -> bool {
         let rose = !std::mem::replace(&mut self.up[row], true);
-        let fresh = || Flag { since: now, reason, sources: Vec::new(), acknowledged_by: None };
+        let fresh = || Flag { since: now, reason, sources: Vec::new(), acknowledged_by: None, overridden: false };
         let flag = self.rows[row].1.get_or_insert_with(fresh);
         if !flag.sources.contains(&source) {
             flag.sources.push(source);
@@ -88,9 +94,10 @@ impl Flags {
         reason: String,
         sources: Vec<String>,
         acknowledged_by: Option<String>,
+        overridden: bool,
     ) {
         self.up[row] = true;
-        self.rows[row].1 = Some(Flag { since: now, reason, sources, acknowledged_by });
+        self.rows[row].1 = Some(Flag { since: now, reason, sources, acknowledged_by, overridden });
     }
 
     /// By `source` the flag's condition no longer holds; the flag stays up until its row takes it down.
@@ -128,13 +135,23 @@ impl Flags {
         self.up[row]
     }
 
+    /// Whether a row's flag was up when an operator last ordered something with override.
+    pub(crate) fn is_overridden(&self, row: usize) -> bool {
+        self.rows[row].1.as_ref().is_some_and(|it| it.overridden)
+    }
+
+    /// An operator orders something with override, and knows of every flag that is up.
+    pub(crate) fn override_all(&mut self) {
+        self.rows.iter_mut().filter_map(|(_, flag)| flag.as_mut()).for_each(|flag| flag.overridden = true);
+    }
+
     /// Whether any flag is up.
     pub(crate) fn any_is_up(&self) -> bool {
         self.up.contains(&true)
     }
 
     /// The rows whose flags are up, most urgent first.
-    pub(crate) fn rows_up(&self) -> impl Iterator<Item = usize> {
+    pub(crate) fn rows_up(&self) -> impl Iterator<Item = usize> + Clone {
         self.up.iter().enumerate().filter(|(_, up)| **up).map(|(row, _)| row)
     }
 

@@ -2,11 +2,13 @@
 
 use behavior_tree::{NextTick, Status, Tree};
 use domain::contingency::Contingencies;
+use domain::memory::MemoryLoss;
 use domain::mission::Mission;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Request, Response, Service, Topic};
 use kittiwake_proto::v1;
 use node::{Effect, Event, Node};
+use signed_permissions::key::PublicKey;
 
 use crate::config::Config;
 use crate::timing::Timing;
@@ -59,6 +61,12 @@ impl Mcm {
         self
     }
 
+    /// Believes only permissions that the control tower has signed with the other half of this key.
+    pub fn that_verifies_with(mut self, key: PublicKey) -> Mcm {
+        self.world.verify_permissions_with(key);
+        self
+    }
+
     /// The persisted state, with which another process can continue.
     pub fn memory(&self) -> v1::McmMemory {
         self.world.persist(&self.configured)
@@ -70,6 +78,18 @@ impl Mcm {
     /// Why the state cannot be used; the manager then starts without it.
     pub fn resume(&mut self, memory: v1::McmMemory) -> Result<(), UnusableState> {
         self.world.resume(&self.configured, memory)
+    }
+
+    /// What a manager before has saved last is lost; to be called before anything else. See `memory_unusable` in the
+    /// contingency table.
+    pub fn memory_lost(&mut self, loss: MemoryLoss) {
+        self.world.memory_lost(loss);
+    }
+
+    /// The outcome of the newest attempt to save. `loss` names the loss that a failure is, as long as no attempt has
+    /// succeeded.
+    pub fn memory_written(&mut self, outcome: Result<(), String>, loss: Option<u64>) {
+        self.world.memory_written(outcome, loss);
     }
 
     /// Measures with `now_ns`, which reads nanoseconds of any one clock, and publishes on `mcm/timing`. Measurements

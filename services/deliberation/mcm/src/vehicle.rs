@@ -2,10 +2,11 @@
 
 use std::time::Duration;
 
-use domain::fmu::FlightMode;
+use domain::flight_state::{Evidence, FlightState, Motors};
+use domain::fmu::{FlightMode, LocalPosition};
 use domain::geometry::{Ned, NedVelocity};
 use domain::skill::{SkillEvent, SkillKind, SkillOutcome, SkillPhase};
-use domain::time::Time;
+use domain::time::{Pace, Time};
 use domain::wire::{InvalidMessage, duration, flight_mode};
 use kittiwake_proto::v1;
 
@@ -20,12 +21,28 @@ pub(crate) struct Vehicle {
     pub(crate) mode: Option<FlightMode>,
     /// When the status with that mode was sent, by its age.
     pub(crate) status_at: Time,
+    /// The battery was heard, however long ago.
+    pub(crate) battery_heard: bool,
     /// When this introspection arrived.
     pub(crate) seen_at: Time,
     /// When the position was measured, by the vehicle's clock.
     position_us: u64,
     /// When the land detector made its statement, by the same clock.
     landed_us: u64,
+}
+
+/// Whether the vehicle flies, by the rule that all processes share.
+#[derive(Debug)]
+pub(crate) struct FlightJudge {
+    state: FlightState,
+    pace: Pace,
+}
+
+impl FlightJudge {
+    /// Nothing is known yet.
+    pub(crate) fn new(pace: Pace) -> FlightJudge {
+        FlightJudge { state: FlightState::default(), pace }
+    }
 }
 
 /// The vehicle's state as confirmed by the last skill that succeeded. The skill manager hears the vehicle directly; an
@@ -63,7 +80,8 @@ impl ConfirmedState {
         if let Some((_, position)) = self.position.filter(|it| vehicle.position_us <= it.0) {
             vehicle.position = position;
         }
-        if let Some((_, flying)) = self.flying.filter(|it| vehicle.landed_us <= it.0) {
+        // Where the land detector was silent, motors or height have shown it: that cannot be compared.
+        if let Some((_, flying)) = self.flying.filter(|it| it.0 == 0 || vehicle.landed_us <= it.0) {
             vehicle.flying = flying;
         }
         vehicle
@@ -75,30 +93,39 @@ impl Vehicle {
     ///
     /// # Errors
     /// If the content of one of them makes no sense.
-    pub(crate) fn from_wire(now: Time, introspection: &v1::Introspection) -> Result<Option<Vehicle>, InvalidMessage> {
+    pub(crate) fn from_wire(
+        now: Time,
+        introspection: &v1::Introspection,
+        judge: &mut FlightJudge,
+    ) -> Result<Option<Vehicle>, InvalidMessage> {
         let v1::Introspection { status: Some(status), local_position: Some(place), land_detected, ages, .. } =
             introspection
         else {
             return Ok(None);
         };
-        let (Some(land_detected), Some(age)) = (land_detected, ages.as_ref().and_then(|it| it.status_s)) else {
-            return Ok(None);
-        };
-        let age = duration("ages.status_s", age)?;
-        let land_detected_age_s = ages.as_ref().and_then(|it| it.land_detected_s);
-        let is_newer = land_detected_age_s.is_none_or(|it| age.as_secs_f64() < it);
-        // A vehicle whose motors stand does not fly, although its land detector has fallen silent.
-        let is_disarmed = !status.armed && is_newer;
+        let ages = ages.unwrap_or_default();
+        let Some(status_age) = ages.status_s else { return Ok(None) };
+        let status_age = duration("ages.status_s", status_age)?;
+        let age = |field, seconds: Option<f64>| seconds.map_or(Ok(Duration::ZERO), |it| duration(field, it));
+        let place = LocalPosition::try_from(*place)?;
+        let mode = flight_mode(status.actual_mode());
+        let motors = Motors { armed: status.armed, lands: mode == Some(FlightMode::Land) };
+        let position = (age("ages.local_position_s", ages.local_position_s)?, place);
+        let landed_age = age("ages.land_detected_s", ages.land_detected_s)?;
+        let landed = land_detected.as_ref().map(|it| (landed_age, it.landed));
+        judge.state.update(now, Evidence::new(judge.pace, Some(motors), Some(position), landed));
+        let Some(flying) = judge.state.flying() else { return Ok(None) };
         Ok(Some(Vehicle {
-            position: place.position.ok_or(InvalidMessage::Missing("local_position.position"))?.try_into()?,
-            velocity: place.velocity.ok_or(InvalidMessage::Missing("local_position.velocity"))?.try_into()?,
-            flying: !land_detected.landed && !is_disarmed,
+            position: place.position,
+            velocity: place.velocity,
+            flying,
             armed: status.armed,
-            mode: flight_mode(status.actual_mode()),
-            status_at: Time::after(now.since_start().saturating_sub(age)),
+            mode,
+            status_at: Time::after(now.since_start().saturating_sub(status_age)),
+            battery_heard: ages.battery_s.is_some(),
             seen_at: now,
             position_us: place.timestamp_us,
-            landed_us: land_detected.timestamp_us,
+            landed_us: land_detected.as_ref().map_or(0, |it| it.timestamp_us),
         }))
     }
 }

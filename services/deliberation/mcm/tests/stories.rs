@@ -10,9 +10,11 @@ use kittiwake_proto::v1::operator_command::Verb;
 use node::CallError;
 
 mod interruptions;
+mod memory;
 mod orders;
 mod restarts;
 mod rig;
+mod signed;
 mod timing;
 use rig::{Rig, plan, step};
 
@@ -196,7 +198,7 @@ fn a_response_goes_down_its_chain_and_up_again_for_as_long_as_it_flies() {
     rig.flag("battery_critical", true);
     assert_eq!(rig.story(), "start land, giving up 1");
     // Two tries of each action, with growing pauses, and then all of them again.
-    let (land, home) = ("start land", "start fly 0 0 10");
+    let (land, home) = ("start land", "start fly 0 50 15");
     let expected =
         [(0.0, land), (0.6, home), (1.1, home), (2.1, land), (4.1, land), (8.1, land), (8.1, land), (8.1, home)];
     for (pause_s, next) in expected {
@@ -209,6 +211,10 @@ fn a_response_goes_down_its_chain_and_up_again_for_as_long_as_it_flies() {
         rig.wait(0.2_f64.min(pause_s));
         assert_eq!(rig.story(), next);
     }
+    let flown = rig.execute();
+    rig.vehicle(true, Offboard, (0.0, 50.0, 15.0));
+    rig.end(&flown, Succeeded, "");
+    assert_eq!(rig.story(), "start fly 0 0 15", "it has climbed to the height of returns");
     let flown = rig.execute();
     rig.end(&flown, Succeeded, "");
     assert_eq!(rig.story(), land);
@@ -371,7 +377,7 @@ fn the_wait_at_a_border_ends_with_the_grant() {
         decision: 1,
         ..Default::default()
     };
-    rig.say(v1::PermissionLedger { permissions: vec![granted] });
+    rig.say(v1::PermissionLedger { permissions: vec![granted], ..Default::default() });
     assert_eq!(rig.story(), "start fly 0 500 10, giving up 1\ndone 1");
 }
 
@@ -473,7 +479,7 @@ fn a_message_that_makes_no_sense_is_refused_and_changes_nothing() {
     }
     let granted = v1::Permission { area: "A".into(), state: 2, valid_for_s: f64::NAN, ..Default::default() };
     check(
-        v1::PermissionLedger { permissions: vec![granted] },
+        v1::PermissionLedger { permissions: vec![granted], ..Default::default() },
         "permission/ledger refused: `valid_for_s` is NaN, expected seconds, zero or more",
     );
     check(v1::SkillEvent { skill_id: 1, ..Default::default() }, "skill/event refused: `state` is missing");

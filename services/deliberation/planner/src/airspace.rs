@@ -141,15 +141,26 @@ impl<'a> Airspace<'a> {
         stays(area, from, to, self.rule.vertical_margin_m).into_iter().map(visit).collect()
     }
 
+    /// The areas whose window closes within `limit`, each with the time until then.
+    pub(crate) fn soon_over(&self, limit: Duration) -> Vec<(&'a Area, Duration)> {
+        let left = |zone: &Zone<'a>| match self.rule.applies(zone.area)? {
+            (_, Some(left)) if left <= limit => Some((zone.area, left)),
+            _ => None,
+        };
+        self.zones.iter().filter_map(left).collect()
+    }
+
     /// Whether the time window of `area` has closed, so that its permission is needed no more.
     pub(crate) fn has_ended(&self, area: &str) -> bool {
         self.zones.iter().any(|zone| zone.area.name == area && self.rule.applies(zone.area).is_none())
     }
 
-    /// Whether the permission for `area` was refused or too short, and is not held.
+    /// Whether the permission for `area` was refused or too short, and is not held; it may have been asked for before the
+    /// area applies.
     pub(crate) fn was_denied(&self, area: &str) -> bool {
-        self.zones.iter().filter(|zone| zone.area.name == area).any(|zone| match &zone.access {
-            _ if self.rule.bars(zone.area, Duration::ZERO, Duration::ZERO).is_none() => false,
+        let is_held = self.rule.grants.get(area).is_some_and(|remaining| self.rule.lead < *remaining);
+        let zone = self.zones.iter().find(|zone| zone.area.name == area).filter(|_| !is_held);
+        zone.is_some_and(|zone| match &zone.access {
             Access::Ask { denied, at_most, .. } => *denied || at_most.is_some(),
             Access::Closed { .. } => true,
         })

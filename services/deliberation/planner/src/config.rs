@@ -58,6 +58,9 @@ pub struct Config {
     /// Heights this close to the floor or the ceiling of an area count as inside, in metres. (ENG: as the mission
     /// manager's.)
     pub vertical_margin_m: Positive,
+    /// The strongest wind to plan for, gusts included, in m/s: a place that it may carry the vehicle from over a border is
+    /// reported. (ENG: a fresh breeze, Beaufort 5.)
+    pub wind_m_s: Positive,
     /// A grant must outlast a stay by this, and an area that opens within this time applies already, in seconds. (ENG: the
     /// mission manager's `permission_margin_s`, so that no plan relies on a permission that the manager no longer relies
     /// on.)
@@ -152,6 +155,7 @@ impl Config {
             least_height_m = 5.0
             highest_m = 120.0
             vertical_margin_m = 2.0
+            wind_m_s = 8.0
             grant_lead_s = 30.0
             expected_wait_s = 2.0
             expected_wait_after_denial_s = 15.0

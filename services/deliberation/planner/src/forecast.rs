@@ -51,6 +51,7 @@ pub(crate) fn fly_through(
             grants: Grants::new(),
             failed: None,
             denials: Vec::new(),
+            accepted_loss: 0,
         };
         match planner.replan(request, now) {
             Answer::Plan(steps) => {

@@ -6,12 +6,15 @@
 //!
 //! Messages become domain types here and in `wire`; nothing below knows of them.
 
+use std::time::Duration;
+
 use domain::geometry::Ned;
+use domain::memory::{MemoryHealth, MemoryLoss};
 use domain::mission::Mission;
 use domain::plan::{PlanReply, PlanRequest, StepDone, StepId};
 use domain::state::State;
 use domain::time::{Now, Pace, Time};
-use kittiwake_proto::topics::{Request, Response, Service, Topic};
+use kittiwake_proto::topics::{Message, Request, Response, Service, Topic};
 use kittiwake_proto::v1;
 use node::{Effect, Event, Node};
 
@@ -55,10 +58,16 @@ pub struct Planner {
     changes: FirstAnswers<v1::MissionReply>,
     /// The vehicle's state as it was heard last.
     state: State,
-    status_period: std::time::Duration,
+    status_period: Duration,
     /// When the status is due; at once after a change.
     status_at: Time,
+    memory: MemoryHealth,
+    /// Why the mission manager flies no objective any more, as it said last; empty while it does.
+    ends: String,
 }
+
+/// Without an operator's decision about a lost memory it is asked again after this, in mission time.
+const LOSS_PAUSE: Duration = Duration::from_secs(1);
 
 impl Planner {
     /// A planner for `mission`, nothing of which has been attempted.
@@ -69,14 +78,30 @@ impl Planner {
             plans: FirstAnswers::default(),
             changes: FirstAnswers::default(),
             state: State::new(Ned::default(), false),
+            ends: String::new(),
             status_period: pace.wall(config.status_rate_hz.period()),
             status_at: Time::ZERO,
+            memory: MemoryHealth::default(),
         }
     }
 
     /// What another planner needs to go on from here, should this process end.
     pub fn memory(&self) -> v1::PlannerMemory {
-        persisted::persist(&self.core, &self.configured).into()
+        let loss = self.memory.loss.clone().map(Into::into);
+        v1::PlannerMemory { loss, ..persisted::persist(&self.core, &self.configured).into() }
+    }
+
+    /// What a planner before has saved last is lost: nothing is planned until an operator has accepted that.
+    pub fn memory_lost(&mut self, loss: MemoryLoss) {
+        self.memory.loss = Some(loss);
+        self.status_at = Time::ZERO;
+    }
+
+    /// The outcome of the newest attempt to save. `loss` names the loss that a failure is, as long as no attempt has
+    /// succeeded.
+    pub fn memory_written(&mut self, outcome: Result<(), String>, loss: Option<u64>) {
+        self.memory.written(outcome, loss);
+        self.status_at = Time::ZERO;
     }
 
     /// Goes on where the planner of `memory` was; to be called before anything else.
@@ -87,7 +112,10 @@ impl Planner {
         if memory.configured != self.configured {
             return Err(UnusableState::OfAnotherMission);
         }
-        persisted::resume(&mut self.core, memory.try_into()?)
+        let loss = memory.loss.clone();
+        persisted::resume(&mut self.core, memory.try_into()?)?;
+        self.memory.loss = loss.map(Into::into);
+        Ok(())
     }
 
     fn replan(&mut self, now: Now, request: v1::ReplanRequest, effects: &mut Vec<Effect>) -> v1::ReplanReply {
@@ -103,6 +131,11 @@ impl Planner {
             Ok(request) => {
                 self.state = request.state.clone();
                 self.status_at = now.time;
+                if let Some(loss) = self.memory.loss.as_ref().filter(|it| it.id != request.accepted_loss) {
+                    let reason = format!("waits for an operator, since the planner's memory is unusable: {}", loss.why);
+                    return PlanReply::Hold { wait: LOSS_PAUSE, reason }.into();
+                }
+                self.memory.loss = None;
                 match self.core.replan(request, now) {
                     Answer::Plan(_) => PlanReply::Plan(self.core.plan()),
                     Answer::Hold { wait, reason } => PlanReply::Hold { wait, reason },
@@ -140,7 +173,8 @@ impl Planner {
         }
         let request_id = request.request_id.clone();
         let result = wire::mission_request(request).and_then(|(state, request)| {
-            mission_request::answer(&mut self.core, request, state.as_ref().unwrap_or(&self.state), now)
+            let state = state.as_ref().unwrap_or(&self.state);
+            mission_request::answer(&mut self.core, request, state, &self.ends, now)
         });
         let reply = wire::mission_reply(result, self.core.status());
         self.status_at = now.time;
@@ -155,7 +189,7 @@ impl Node for Planner {
     }
 
     fn subscriptions(&self) -> &'static [Topic] {
-        &[]
+        &[Topic::McmStatus]
     }
 
     fn serves(&self) -> &'static [Service] {
@@ -163,7 +197,11 @@ impl Node for Planner {
     }
 
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
-        let Event::Request { token, request, .. } = event else { return };
+        let (token, request) = match event {
+            Event::Request { token, request, .. } => (token, request),
+            Event::Message { message: Message::McmStatus(status), .. } => return self.ends = status.ends,
+            _ => return,
+        };
         let response = match request {
             Request::Replan(request) => Response::Replan(self.replan(now, request, effects)),
             Request::NextStep(request) => Response::NextStep(self.next_step(request)),
@@ -176,7 +214,8 @@ impl Node for Planner {
 
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
         if self.status_at <= now.time {
-            effects.push(Effect::publish(v1::PlannerStatus::from(self.core.status())));
+            let memory = Some(self.memory.clone().into());
+            effects.push(Effect::publish(v1::PlannerStatus { memory, ..self.core.status().into() }));
             self.status_at = now.time + self.status_period;
         }
     }

@@ -4,6 +4,7 @@
 
 use std::time::Duration;
 
+use domain::airspace::Grants;
 use domain::area::Area;
 use domain::mission::{Mission, Progress};
 use domain::plan::{self, DenialKind, FailedStep, PlanRequest, PlannerStatus, StepId};
@@ -21,6 +22,9 @@ use crate::permissions::Permissions;
 use crate::plan::{Plan, Step};
 use crate::repair::repair;
 use crate::stuck::{Stuck, Verdict};
+
+/// An area counts as over this long after its end.
+const OVER: Duration = Duration::from_secs(1);
 
 /// The planner's state.
 #[derive(Debug)]
@@ -100,7 +104,8 @@ impl MissionPlanner {
             }
         }
         let mut failed = self.take_failed(failed_step.as_ref().map(|step| step.id));
-        if let Some((Failed { step, .. }, FailedStep { reason, .. })) = failed.as_ref().zip(failed_step)
+        if let Some((Failed { step, .. }, FailedStep { reason, .. })) =
+            failed.as_ref().zip(failed_step.filter(|it| !it.ordered))
             && denials.is_empty()
         {
             match self.stuck.failed(step, &state, &reason, self.tolerance(), &self.config) {
@@ -134,6 +139,11 @@ impl MissionPlanner {
             let mut steps = match steps_to(&state, &goal, failed.take(), tolerance, &airspace, &self.config) {
                 Ok(steps) => steps,
                 Err(unreachable) => {
+                    if let Some(hold) = self.hold_until_over(&airspace, &state, &goal, &grants, now) {
+                        let Hold { wait, reason, .. } = hold.clone();
+                        self.hold = Some(hold);
+                        return Answer::Hold { wait, reason };
+                    }
                     self.conclude(Progress::Failure(unreachable.to_string()));
                     closures.clear();
                     continue;
@@ -273,6 +283,12 @@ impl MissionPlanner {
         forecast::fly_through(scratch, state.clone(), now, &self.config)
     }
 
+    /// `text`, and the places of `mission` that wind brings too near to a border.
+    pub(crate) fn with_wind(&self, text: String, mission: &Mission) -> String {
+        let near = mission.too_near_in_wind(self.config.wind_m_s.get());
+        std::iter::once(text).chain(near).collect::<Vec<_>>().join("; ")
+    }
+
     /// Replaces the present mission by another one, of which nothing was attempted. Denials by the
     /// tower are remembered.
     pub(crate) fn take_over(&mut self, mission: Mission) {
@@ -332,6 +348,32 @@ impl MissionPlanner {
         for area in &state.permissions {
             self.permissions.granted(area);
         }
+    }
+
+    /// The hold after which there is a way to `goal`, because areas that close it now are over soon; `None` if there is none then
+    /// either, or the vehicle must not wait where it is.
+    fn hold_until_over(
+        &self,
+        airspace: &Airspace,
+        state: &State,
+        goal: &State,
+        grants: &Grants,
+        now: Now,
+    ) -> Option<Hold> {
+        let soon = airspace.soon_over(self.config.hold_at_most_s.seconds());
+        let (last, wait) = soon.iter().max_by_key(|(_, left)| *left)?;
+        let wait = *wait + OVER;
+        let must_leave = state.flying && airspace.is_trespassed(state.position);
+        if must_leave || !self.permissions.may_still_hold(&last.name, wait, &self.config) {
+            return None;
+        }
+        let is_left = |area: &&Area| soon.iter().all(|(over, _)| over.name != area.name);
+        let areas: Vec<Area> = self.mission.areas.iter().filter(is_left).cloned().collect();
+        let closures = Closures::new();
+        let later = Airspace::new(&areas, grants, &self.permissions, &closures, (now, self.pace), &self.config);
+        steps_to(state, goal, None, self.tolerance(), &later, &self.config).ok()?;
+        let reason = format!("area {} is closed for {} s more", last.name, wait.as_secs());
+        Some(Hold { area: last.name.clone(), since: now.time, wait, reason })
     }
 
     fn end_hold(&mut self, now: Time) {

@@ -72,14 +72,18 @@ impl Refusal {
     }
 }
 
-/// Answers `request` for a vehicle in `state`.
+/// Answers `request` for a vehicle in `state`. `ends`: why nothing of the mission is flown any more, empty while it goes on.
 pub(crate) fn answer(
     planner: &mut MissionPlanner,
     request: MissionRequest,
     state: &State,
+    ends: &str,
     now: Now,
 ) -> Result<Done, Refusal> {
     match request {
+        MissionRequest::Upload(_) | MissionRequest::Insert(..) if !ends.is_empty() => {
+            Err(Refusal::new(format!("{ends}: nobody would fly it")))
+        }
         MissionRequest::Read => Ok(Done::new("the mission as it stands")),
         MissionRequest::Validate(text) => validate(planner, &text, state, now).map(|(_, done)| done),
         MissionRequest::Upload(text) => upload(planner, &text, state, now),
@@ -106,7 +110,7 @@ fn validate(planner: &MissionPlanner, text: &str, state: &State, now: Now) -> Re
     if let Some(why) = unreachable(&forecast) {
         return Err(Refusal { forecast, ..Refusal::new(why) });
     }
-    let text = format!("every objective of `{}` can be reached", mission.name);
+    let text = planner.with_wind(format!("every objective of `{}` can be reached", mission.name), &mission);
     Ok((mission, Done { text, forecast }))
 }
 
@@ -120,6 +124,7 @@ fn upload(planner: &mut MissionPlanner, text: &str, state: &State, now: Now) -> 
     refuse_if_over(planner)?;
     let (mission, done) = validate(planner, text, state, now)?;
     let text = format!("`{}` takes the place of `{}`", mission.name, planner.mission().name);
+    let text = planner.with_wind(text, &mission);
     planner.take_over(mission);
     Ok(Done { text, ..done })
 }
@@ -146,6 +151,9 @@ fn insert(
     if all.iter().any(|it| it.name == objective.name) {
         return Err(Refusal::new(format!("there is an objective `{}` already", objective.name)));
     }
+    if let Some(why) = planner.mission().unfit_place(&objective) {
+        return Err(Refusal::new(why));
+    }
     let mut mission = planner.rest_of_mission();
     let waiting_before = all[..index].iter().filter(|it| it.progress == Progress::Waiting).count();
     mission.objectives.insert(waiting_before, objective.clone());
@@ -153,7 +161,8 @@ fn insert(
     if let Some(why) = unreachable(&forecast[waiting_before..=waiting_before]) {
         return Err(Refusal::new(why));
     }
-    let text = format!("objective `{}` inserted at {index}", objective.name);
+    let inserted = Mission { objectives: vec![objective.clone()], ..planner.mission().clone() };
+    let text = planner.with_wind(format!("objective `{}` inserted at {index}", objective.name), &inserted);
     planner.insert(index, objective);
     Ok(Done { text, forecast })
 }

@@ -115,6 +115,12 @@ impl Permissions {
         record.held = record.held.saturating_add(time);
     }
 
+    /// Whether a hold of this length because of `area`, beside those before, is not too long.
+    pub(crate) fn may_still_hold(&self, area: &str, wait: Duration, config: &Config) -> bool {
+        let held = self.records.get(area).map_or(Duration::ZERO, |it| it.held);
+        held.saturating_add(wait) <= config.hold_at_most_s.seconds()
+    }
+
     /// Whether the vehicle may hold for another `wait` because of `area`; if not, the area is not
     /// asked for any more.
     pub(crate) fn may_hold(&mut self, area: &str, wait: Duration, config: &Config) -> bool {

@@ -7,7 +7,7 @@
 
 use std::cell::OnceCell;
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap};
+use std::collections::BinaryHeap;
 use std::time::Duration;
 
 use domain::airspace::{Stay, latest, part_at_heights, soonest, stays};
@@ -15,6 +15,7 @@ use domain::area::{Area, AreaKind};
 use domain::corners::corners;
 use domain::geometry::Ned;
 use domain::way::{Exempt, footholds, keeps_clear, way_out};
+use geo::{BoundingRect, Coord, Intersects, Line, Rect};
 
 use crate::airspace::{Access, Airspace, Asked};
 use crate::config::Config;
@@ -127,8 +128,8 @@ struct Graph<'a> {
     among: Among<'a>,
     begins: Duration,
     margin_m: f64,
-    /// Zones that may be in the way.
-    zones: Vec<usize>,
+    /// Zones that may be in the way, each with the rectangle outside of which a leg keeps the margin from it.
+    zones: Vec<(usize, Rect<f64>)>,
     /// [`START`], [`GOAL`], then the corners.
     nodes: Vec<Ned>,
     legs: Vec<OnceCell<Vec<Leg>>>,
@@ -180,6 +181,8 @@ impl<'a> Graph<'a> {
         nodes.extend(footholds(from, &areas, margin_m));
         nodes.extend(footholds(to, &areas, margin_m));
         let legs = nodes.iter().map(|_| OnceCell::new()).collect();
+        let bounded = |zone: usize| Some((zone, bounds(airspace.zones[zone].area, margin_m)?));
+        let zones = zones.into_iter().filter_map(bounded).collect();
         Graph { among, begins, margin_m, zones, nodes, legs }
     }
 
@@ -188,16 +191,17 @@ impl<'a> Graph<'a> {
         let start =
             Label { node: START, asked: Asked::new(), cost_ms: 0, at: self.begins, before: None, entered: Vec::new() };
         let mut labels = vec![start];
-        let mut settled: BTreeMap<(usize, Asked), ()> = BTreeMap::new();
+        let mut settled: Vec<Vec<usize>> = self.nodes.iter().map(|_| Vec::new()).collect();
         let mut open = BinaryHeap::from([Reverse((self.least_ms(START), 0))]);
         while let Some(Reverse((_, index))) = open.pop() {
             if MOST_LABELS < labels.len() {
                 return None;
             }
-            let key = (labels[index].node, labels[index].asked.clone());
-            if settled.insert(key, ()).is_some() {
+            let here = &mut settled[labels[index].node];
+            if here.iter().any(|other| self.is_as_good(&labels[*other], &labels[index])) {
                 continue;
             }
+            here.push(index);
             if labels[index].node == GOAL {
                 return Some(self.way_to(&labels, index));
             }
@@ -210,6 +214,17 @@ impl<'a> Graph<'a> {
             }
         }
         None
+    }
+
+    /// Whether no way on from `label` is cheaper than the same way on from `settled`, which is at the same node and was no
+    /// dearer: what only `label` has asked for can still be asked for on the way.
+    fn is_as_good(&self, settled: &Label, label: &Label) -> bool {
+        let wait_ms = |zone: &usize| match self.among.airspace.zones[*zone].access {
+            Access::Ask { wait_s, .. } => (wait_s * 1e3).ceil() as u64,
+            Access::Closed { .. } => PROHIBITIVE_MS,
+        };
+        let missing_ms: u64 = label.asked.difference(&settled.asked).map(wait_ms).sum();
+        settled.cost_ms + missing_ms <= label.cost_ms
     }
 
     fn way_to(&self, labels: &[Label], goal: usize) -> TimedWay {
@@ -234,8 +249,12 @@ impl<'a> Graph<'a> {
         // Where it starts and where it is to go is not the way's choice, be it near a border.
         let exempt = Exempt { start: from == START, end: to == GOAL };
         let mut leg = Leg { to, time, stays: Vec::new(), near: Vec::new() };
-        for &zone in &self.zones {
-            let area = self.among.airspace.zones[zone].area;
+        let line = Line::new((here.east_m, here.north_m), (there.east_m, there.north_m));
+        for (zone, bounds) in &self.zones {
+            if !bounds.intersects(&line) {
+                continue;
+            }
+            let (zone, area) = (*zone, self.among.airspace.zones[*zone].area);
             let inside = stays(area, here, there, self.among.airspace.rule.vertical_margin_m);
             if !inside.is_empty() {
                 leg.stays.push((zone, inside));
@@ -301,6 +320,13 @@ impl<'a> Graph<'a> {
             Open::Everything => true,
         }
     }
+}
+
+/// The rectangle around `area` and the margin.
+fn bounds(area: &Area, margin_m: f64) -> Option<Rect<f64>> {
+    let around = area.polygon().bounding_rect()?;
+    let margin = Coord { x: margin_m, y: margin_m };
+    Some(Rect::new(around.min() - margin, around.max() + margin))
 }
 
 fn touches_heights(airspace: &Airspace, zone: usize, a: Ned, b: Ned) -> bool {

@@ -65,6 +65,7 @@ impl From<Persisted> for v1::PlannerMemory {
             status: Some(persisted.status.into()),
             configured: persisted.configured,
             last_step_id: persisted.last_step_id,
+            loss: None,
         }
     }
 }

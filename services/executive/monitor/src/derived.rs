@@ -1,7 +1,7 @@
 //! Values that follow from the samples: those that rules compare with thresholds, and the
 //! conditions that the vehicle reports.
 
-use domain::contingency::rule::{Condition, DataSource, Quantity};
+use domain::contingency::rule::{Condition, Quantity};
 use domain::fmu::Failure;
 use domain::geometry::Ned;
 
@@ -23,14 +23,13 @@ pub(crate) struct Derived {
 pub(crate) fn derived(sources: &Sources) -> Option<Derived> {
     let local = sources.local_position.latest()?;
     let attitude = sources.attitude.latest()?;
-    sources.last_update(DataSource::LandDetected)?;
     Some(Derived {
         height_m: local.position.height_m(),
         ground_speed_m_s: local.velocity.ground_speed_m_s(),
         climb_rate_m_s: local.velocity.climb_rate_m_s(),
         distance_home_m: distance_home_m(local.position),
         tilt_rad: attitude.tilt_rad(),
-        flying: sources.flying(),
+        flying: sources.flying()?,
     })
 }
 
@@ -64,6 +63,7 @@ pub(crate) fn reported(condition: Condition, sources: &Sources) -> Option<bool> 
         Condition::MotorFailure => Failure::Motor,
         Condition::BatteryFailure => Failure::Battery,
         Condition::GroundLinkLost => Failure::GroundLinkLost,
+        Condition::LandDetectorContradicts => return sources.contradicts_detector(),
     };
     let flagged = sources.status.latest().map(|it| it.failures.contains(&failure));
     let doubtful = sources.local_position.latest().map(|it| !(it.horizontal_valid && it.vertical_valid));

@@ -120,6 +120,7 @@ fn condition_words(condition: Condition) -> (&'static str, &'static str) {
         Condition::MotorFailure => ("a motor", "failed"),
         Condition::BatteryFailure => ("the battery", "faulty"),
         Condition::GroundLinkLost => ("the ground link", "lost"),
+        Condition::LandDetectorContradicts => ("the land detector", "against motors and height"),
     }
 }
 

@@ -87,7 +87,7 @@ impl Fact {
         match self.during() {
             During::Always => true,
             During::Armed => sources.armed(),
-            During::Flying => sources.flying(),
+            During::Flying => sources.flying() == Some(true),
         }
     }
 

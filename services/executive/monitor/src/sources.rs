@@ -8,7 +8,8 @@ use std::num::NonZeroU32;
 use std::time::Duration;
 
 use domain::contingency::rule::DataSource;
-use domain::fmu::{Attitude, Battery, GlobalPosition, LandDetected, LocalPosition, Status};
+use domain::flight_state::{Evidence, FlightState, Motors};
+use domain::fmu::{Attitude, Battery, FlightMode, GlobalPosition, LandDetected, LocalPosition, Status};
 use domain::time::{Pace, Time};
 
 use crate::config::Config;
@@ -112,6 +113,7 @@ pub(crate) struct Sources {
     pub(crate) global_position: Source<GlobalPosition>,
     pub(crate) land_detected: Source<LandDetected>,
     pub(crate) battery: Source<Battery>,
+    flight: FlightState,
     touchdown: Touchdown,
     /// When the ground and the vehicle last heard each other.
     contact: Option<Time>,
@@ -136,6 +138,7 @@ impl Sources {
             global_position: Source::of_measurements(config.position_frozen_samples, |a, b| place(a) == place(b)),
             land_detected: Source::of_states(),
             battery: Source::of_measurements(config.battery_frozen_samples, |a, b| a == b),
+            flight: FlightState::default(),
             touchdown: Touchdown::default(),
             contact: None,
             planner: None,
@@ -159,10 +162,7 @@ impl Sources {
                 self.local_position.take(now, it, armed);
             }
             Sample::GlobalPosition(it) => self.global_position.take(now, it, armed),
-            Sample::LandDetected(it) => {
-                self.touchdown.land_detected(it.landed);
-                self.land_detected.take(now, it, armed);
-            }
+            Sample::LandDetected(it) => self.land_detected.take(now, it, armed),
             Sample::Battery(it) => self.battery.take(now, it, armed),
             // The newest contact counts: had the ground heard the vehicle later, it would say so.
             Sample::GroundContact(ago) => {
@@ -175,6 +175,19 @@ impl Sources {
             Sample::MissionManager => return self.mission_manager = Some(now),
         }
         self.first_heard.get_or_insert(now);
+        self.judge_flight(now);
+    }
+
+    fn judge_flight(&mut self, now: Time) {
+        let lands = |it: &Status| it.actual == Some(FlightMode::Land);
+        let status = self.status.latest().map(|it| Motors { armed: it.armed, lands: lands(it) });
+        let age = |update: Option<Update>| update.map_or(Duration::MAX, |it| now - it.at);
+        let position = self.local_position.latest().map(|it| (age(self.local_position.last_update()), *it));
+        let landed = self.land_detected.latest().map(|it| (age(self.land_detected.last_update()), it.landed));
+        self.flight.update(now, Evidence::new(self.pace, status, position, landed));
+        if let Some(flying) = self.flight.flying() {
+            self.touchdown.flies(flying);
+        }
     }
 
     /// When the first of the vehicle's sources was first heard.
@@ -209,9 +222,14 @@ impl Sources {
         self.status.latest().is_some_and(|it| it.armed)
     }
 
-    /// In the air, by the newest statement of the land detector.
-    pub(crate) fn flying(&self) -> bool {
-        self.land_detected.latest().is_some_and(|it| !it.landed)
+    /// Whether the vehicle flies, by the rule that all processes share; `None` while nothing shows it.
+    pub(crate) fn flying(&self) -> Option<bool> {
+        self.flight.flying()
+    }
+
+    /// Whether the land detector says the opposite; `None` while it says nothing.
+    pub(crate) fn contradicts_detector(&self) -> Option<bool> {
+        self.flight.contradicts_detector()
     }
 }
 

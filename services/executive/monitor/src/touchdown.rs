@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use domain::time::Time;
 
-/// The fastest descent in the last one to two of these before the land detector reports the ground counts as the touchdown.
+/// The fastest descent in the last one to two of these before the vehicle counts as on the ground counts as the touchdown.
 /// (PX4's land detector takes about a second: LNDMC_TRIG_TIME.)
 const WINDOW: Duration = Duration::from_millis(1500);
 
@@ -29,14 +29,14 @@ impl Touchdown {
         self.this_window_m_s = self.this_window_m_s.max(speed_m_s);
     }
 
-    /// The land detector has spoken.
-    pub(crate) fn land_detected(&mut self, landed: bool) {
-        if !landed {
+    /// The vehicle flies, or stands on the ground.
+    pub(crate) fn flies(&mut self, flying: bool) {
+        if flying {
             self.speed_m_s = Some(0.0);
         } else if self.flying {
             self.speed_m_s = Some(self.this_window_m_s.max(self.last_window_m_s));
         }
-        self.flying = !landed;
+        self.flying = flying;
     }
 
     /// The speed of the last touchdown, 0 in the air; `None` where none was seen.
@@ -55,15 +55,15 @@ mod tests {
         #[track_caller]
         fn check(descents_m_s: &[f64], expected_m_s: f64) {
             let mut touchdown = Touchdown::default();
-            touchdown.land_detected(true);
+            touchdown.flies(false);
             assert_eq!(touchdown.speed_m_s(), None, "it has not come down yet");
-            touchdown.land_detected(false);
+            touchdown.flies(true);
             assert_eq!(touchdown.speed_m_s(), Some(0.0));
             for (index, speed_m_s) in descents_m_s.iter().enumerate() {
                 touchdown.descends(Time::after(Duration::from_millis(100) * index as u32), *speed_m_s);
             }
-            touchdown.land_detected(true);
-            touchdown.land_detected(true);
+            touchdown.flies(false);
+            touchdown.flies(false);
             assert_eq!(touchdown.speed_m_s(), Some(expected_m_s));
         }
         check(&[0.7; 40], 0.7);

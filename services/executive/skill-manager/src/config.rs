@@ -26,9 +26,6 @@ pub struct Config {
     /// A vehicle status older than this is not used; three periods of 2 Hz, which keeps to the
     /// wall clock, and so does this.
     pub status_age_limit_s: Positive,
-    /// A land detection older than this is not used; three periods of 1 Hz, which keeps to the
-    /// wall clock, and so does this.
-    pub landed_age_limit_s: Positive,
     /// How long a request waits for the data that it depends on, in wall time. After that a takeoff
     /// fails, and every other skill is commanded: the autopilot judges it.
     pub data_wait_s: Positive,

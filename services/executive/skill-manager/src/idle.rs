@@ -72,18 +72,18 @@ mod tests {
     #[test]
     fn loiter_is_commanded_unless_the_vehicle_is_safe_without() {
         #[track_caller]
-        fn check(landed: Option<bool>, status: Option<FlightStatus>, expected: bool) {
-            assert_eq!(needs_loiter(&View { landed, status, ..View::default() }), expected);
+        fn check(flying: Option<bool>, status: Option<FlightStatus>, expected: bool) {
+            assert_eq!(needs_loiter(&View { flying, status, ..View::default() }), expected);
         }
         let flies =
             |intended, actual| Some(FlightStatus { armed: true, intended, actual, failsafe: intended != actual });
         use FlightMode::{Loiter, Offboard, Return, Takeoff};
-        check(Some(false), flies(Offboard, Offboard), true);
-        check(Some(false), flies(Takeoff, Takeoff), true);
-        check(Some(false), flies(Loiter, Loiter), false);
-        check(Some(false), flies(Offboard, Return), false);
-        check(Some(true), flies(Loiter, Loiter), false);
+        check(Some(true), flies(Offboard, Offboard), true);
         check(Some(true), flies(Takeoff, Takeoff), true);
+        check(Some(true), flies(Loiter, Loiter), false);
+        check(Some(true), flies(Offboard, Return), false);
+        check(Some(false), flies(Loiter, Loiter), false);
+        check(Some(false), flies(Takeoff, Takeoff), true);
         check(None, None, true);
     }
 

@@ -6,7 +6,7 @@
 
 use std::time::Duration;
 
-use domain::fmu::Command;
+use domain::fmu::{Command, CommandResult};
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::v1::SkillOutcome;
 
@@ -77,7 +77,12 @@ impl Resource {
     /// Does what is due.
     pub(crate) fn time_passed(&mut self, now: Now) {
         if let Some(command) = self.commands.give_up(now.time) {
-            self.settled(command, &Acknowledgement::Missing, now);
+            // An acknowledgement may be lost on its way; what the vehicle does counts more.
+            let ack = match self.vehicle.obeys(command.command) {
+                true => Acknowledgement::Answered(CommandResult::Accepted),
+                false => Acknowledgement::Missing,
+            };
+            self.settled(command, &ack, now);
         }
         self.proceed(now);
         self.refresh_setpoint(now.time);

@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use domain::fmu::{FlightMode, LandDetected, LocalPosition, Status};
+use domain::flight_state::{Evidence, FlightState, Motors, detector_limit};
+use domain::fmu::{Command, FlightMode, LandDetected, LocalPosition, Status};
 use domain::time::{Pace, Time};
 use domain::wire::InvalidMessage;
 
@@ -40,8 +41,12 @@ pub(crate) struct Vehicle {
     position: Option<(Time, LocalPosition)>,
     status: Option<(Time, FlightStatus)>,
     landed: Option<(Time, LandDetected)>,
+    flight: FlightState,
+    pace: Pace,
     /// The status came after the newest command was settled.
     status_is_settled: bool,
+    /// The newest status that came while a command was in flight.
+    during_command: Option<FlightStatus>,
 }
 
 #[derive(Debug)]
@@ -60,9 +65,11 @@ pub(crate) struct View {
     pub(crate) vertical: Option<LocalPosition>,
     /// The status, if it is newer than the answer to the newest command.
     pub(crate) status: Option<FlightStatus>,
-    /// Whether the land detector reports the ground.
-    pub(crate) landed: Option<bool>,
-    /// When it did so, by the vehicle's clock; 0 for never.
+    /// Whether the vehicle flies, by the rule that all processes share.
+    pub(crate) flying: Option<bool>,
+    /// It stands still on the ground, motors on or off.
+    pub(crate) stands_still: bool,
+    /// When the land detector spoke last, by the vehicle's clock; 0 while it is silent.
     pub(crate) landed_timestamp_us: u64,
 }
 
@@ -72,30 +79,61 @@ impl Vehicle {
         let limits = AgeLimits {
             position: pace.limit(config.position_age_limit_s.seconds()),
             status: at_wall_rate(pace, config.status_age_limit_s.seconds()),
-            landed: at_wall_rate(pace, config.landed_age_limit_s.seconds()),
+            landed: detector_limit(pace),
         };
-        Vehicle { limits, position: None, status: None, landed: None, status_is_settled: false }
+        let flight = FlightState::default();
+        Vehicle {
+            limits,
+            position: None,
+            status: None,
+            landed: None,
+            flight,
+            pace,
+            status_is_settled: false,
+            during_command: None,
+        }
     }
 
     /// A position has arrived.
     pub(crate) fn moved(&mut self, position: LocalPosition, now: Time) {
         self.position = Some((now, position));
+        self.judge_flight(now);
     }
 
     /// A status has arrived, while a command was in flight or not.
     pub(crate) fn reported(&mut self, status: FlightStatus, command_in_flight: bool, now: Time) {
         self.status = Some((now, status));
         self.status_is_settled = !command_in_flight;
+        self.during_command = Some(status).filter(|_| command_in_flight);
+        self.judge_flight(now);
     }
 
     /// A statement of the land detector has arrived.
     pub(crate) fn land_detected(&mut self, landed: LandDetected, now: Time) {
         self.landed = Some((now, landed));
+        self.judge_flight(now);
+    }
+
+    fn judge_flight(&mut self, now: Time) {
+        let status = self.status.map(|(_, it)| Motors { armed: it.armed, lands: it.actual == FlightMode::Land });
+        let position = self.position.map(|(at, it)| (now - at, it));
+        let landed = self.landed.map(|(at, it)| (now - at, it.landed));
+        self.flight.update(now, Evidence::new(self.pace, status, position, landed));
     }
 
     /// A command is sent: the mode in the newest status will soon be out of date.
     pub(crate) fn commanded(&mut self) {
         self.status_is_settled = false;
+        self.during_command = None;
+    }
+
+    /// Whether a status that came since `command` was sent shows that the vehicle does what it says.
+    pub(crate) fn obeys(&self, command: Command) -> bool {
+        let Some(FlightStatus { armed, intended, actual, .. }) = self.during_command else { return false };
+        match command.mode() {
+            Some(mode) => intended == mode && actual == mode,
+            None => armed == (command == Command::Arm),
+        }
     }
 
     /// The data that are recent enough at this moment.
@@ -107,7 +145,8 @@ impl Vehicle {
             motion: position.filter(|it| it.horizontal_valid && it.vertical_valid),
             vertical: position.filter(|it| it.vertical_valid),
             status: status.filter(|_| self.status_is_settled),
-            landed: landed.map(|it| it.landed),
+            flying: self.flight.flying(),
+            stands_still: self.flight.stands_still(),
             landed_timestamp_us: landed.map_or(0, |it| it.timestamp_us),
         }
     }
@@ -117,12 +156,16 @@ impl View {
     /// Whether the vehicle is on the ground and nothing is about to lift it; `None` when that is not
     /// known.
     ///
-    /// The land detector alone does not show it: it still reports the ground while a takeoff spools up.
+    /// That it does not fly is not enough: so it stands while a takeoff spools up.
     pub(crate) fn at_rest_on_ground(&self) -> Option<bool> {
-        if !self.landed? {
+        if self.flying == Some(true) {
             return Some(false);
         }
         let status = self.status?;
+        if self.flying.is_none() {
+            // With its motors on it may fly.
+            return status.armed.then_some(false);
+        }
         Some(!status.armed || !matches!(status.intended, FlightMode::Takeoff | FlightMode::Offboard))
     }
 }

@@ -66,6 +66,14 @@ pub(crate) fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
             vehicle.site_blocked = on;
             format!("the landing site is {}", if on { "blocked" } else { "free" })
         }
+        Fault::LandDetector(stuck) => {
+            vehicle.detector_stuck = stuck;
+            match stuck {
+                Some(true) => "the land detector is stuck at the ground".into(),
+                Some(false) => "the land detector is stuck in the air".into(),
+                None => "the land detector works".into(),
+            }
+        }
         Fault::Intruder { north_m, east_m, height_m, north_m_s, east_m_s } => {
             let from = Ned::new(north_m, east_m, 0.0).at_height(height_m);
             let id = traffic.appear(from, NedVelocity::new(north_m_s, east_m_s, 0.0), now);
@@ -80,6 +88,7 @@ pub(crate) fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
             vehicle.wind.set(0.0, 0.0, 0.0);
             vehicle.link_lost_until = now;
             vehicle.site_blocked = false;
+            vehicle.detector_stuck = None;
             "all faults are over".into()
         }
     }

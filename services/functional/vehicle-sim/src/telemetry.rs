@@ -124,7 +124,8 @@ fn wind(vehicle: &Vehicle) -> Wind {
 
 fn land_detected(vehicle: &Vehicle, now: Time) -> LandDetected {
     let detector = vehicle.land_detector();
-    let (landed, ground_contact) = (detector.landed(), detector.ground_contact());
+    let landed = vehicle.detector_stuck.unwrap_or(detector.landed());
+    let ground_contact = vehicle.detector_stuck.unwrap_or(detector.ground_contact());
     LandDetected { landed, ground_contact, timestamp_us: microseconds(now) }
 }
 

@@ -49,6 +49,8 @@ pub(crate) struct Vehicle {
     pub(crate) motors_lost: u8,
     /// Whether a landing is blocked above the ground.
     pub(crate) site_blocked: bool,
+    /// What the land detector reports, whatever is true.
+    pub(crate) detector_stuck: Option<bool>,
     /// Until when the ground station is not heard.
     pub(crate) link_lost_until: Time,
     gusts: Noise,
@@ -74,6 +76,7 @@ impl Vehicle {
             offboard: Offboard::new(pace.limit(config.offboard_loss_s.seconds())),
             motors_lost: 0,
             site_blocked: false,
+            detector_stuck: None,
             link_lost_until: Time::ZERO,
             gusts: Noise::new(seed, NoiseStream::Wind),
             crashed: false,
@@ -233,7 +236,9 @@ impl Vehicle {
             self.disarm();
         }
         let ramping = matches!(self.liftoff, Liftoff::Ramp { .. });
-        if self.arming.on(self.land_detector.landed(), ramping, self.clock) {
+        // An autopilot whose detector has not noticed the landing does not disarm by itself.
+        let seems_landed = self.land_detector.landed() && self.detector_stuck != Some(false);
+        if self.arming.on(seems_landed, ramping, self.clock) {
             self.disarm();
         }
     }

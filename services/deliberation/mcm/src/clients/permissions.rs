@@ -1,15 +1,17 @@
 //! Permissions as the control tower's ledger has them, and the requests for them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use domain::airspace::Grants;
 use domain::permission::{Permission, PermissionState};
 use domain::plan::{Denial, DenialKind, PermissionNeed, StepId};
-use domain::time::Time;
+use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::Request;
 use kittiwake_proto::v1;
 use node::CallError;
+use signed_permissions::belief::{Belief, Refusal, Taken};
+use signed_permissions::key::PublicKey;
 
 use crate::config::Limits;
 use crate::outbox::{Outbox, Purpose};
@@ -25,23 +27,35 @@ pub(crate) enum Asking {
     Denied,
 }
 
-/// The newest ledger, and the requests that are under way.
-#[derive(Debug, Default)]
+/// What is believed of the ledgers, and the requests that are under way.
+#[derive(Debug)]
 pub(crate) struct Permissions {
-    ledger: BTreeMap<String, Entry>,
+    belief: Belief,
     requests: BTreeMap<String, PermissionRequest>,
     /// Areas that were asked for again in flight; no further request before this time.
     renewals: BTreeMap<String, Time>,
     last_request: u64,
+    /// The start of the tower whose ledger came last; zero before the first.
+    tower_start: u64,
+    /// Areas that were granted by a tower that is gone, and were not asked for since.
+    of_former_tower: BTreeSet<String>,
+    /// Areas with why a line of the ledger was refused: each is said once.
+    refused: BTreeSet<(String, Refusal)>,
     /// Makes request ids unique among starts of this process.
     instance: u64,
     revision: u64,
 }
 
-#[derive(Debug, Clone, PartialEq)]
-struct Entry {
-    permission: Permission,
-    expires: Time,
+/// Refusals that are said one by one; what a forger invents beyond that is only counted.
+const MAX_REFUSALS: usize = 64;
+
+/// What an area is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct NeededBy {
+    /// The step during which it is asked for.
+    pub(crate) step: StepId,
+    /// The revision of the plan.
+    pub(crate) plan_revision: u64,
 }
 
 /// A grant that is shorter by up to this much, because of its way here, counts as long enough.
@@ -51,14 +65,40 @@ const GRANT_AGE: Duration = Duration::from_secs(2);
 #[derive(Debug)]
 enum PermissionRequest {
     /// Sent this many times, and not answered yet.
-    Sent { tries: u32, answer_by: Time, after_decision: u64, step: StepId, undelivered: Option<CallError> },
+    Sent { tries: u32, answer_by: Time, after_decision: u64, by: NeededBy, undelivered: Option<CallError> },
     /// Denied; kept until the failed step has been reported.
     Denied(Denial),
 }
 
 impl Permissions {
-    pub(crate) fn new(instance: u64) -> Permissions {
-        Permissions { instance, ..Permissions::default() }
+    /// Of `vehicle`; `instance` makes request ids unique among restarts.
+    pub(crate) fn new(vehicle: &str, instance: u64) -> Permissions {
+        Permissions {
+            belief: Belief::new(vehicle, None),
+            requests: BTreeMap::new(),
+            renewals: BTreeMap::new(),
+            last_request: 0,
+            tower_start: 0,
+            of_former_tower: BTreeSet::new(),
+            refused: BTreeSet::new(),
+            instance,
+            revision: 0,
+        }
+    }
+
+    /// Only what this key verifies is believed from now on.
+    pub(crate) fn verify_with(&mut self, key: PublicKey) {
+        self.belief.verify_with(key);
+    }
+
+    /// The last decision on each area: to be stored, and restored at the next start.
+    pub(crate) fn latest_decisions(&self) -> &BTreeMap<String, u64> {
+        self.belief.latest()
+    }
+
+    /// Continues after a restart.
+    pub(crate) fn restore(&mut self, latest: impl IntoIterator<Item = (String, u64)>) {
+        self.belief.restore(latest);
     }
 
     /// Whether `area` may be entered and stayed in now, with a margin before the expiry.
@@ -68,18 +108,17 @@ impl Permissions {
 
     /// The areas whose permission is held now, with a margin before the expiry.
     pub(crate) fn held(&self, now: Time, margin: Duration) -> Vec<String> {
-        self.ledger.keys().filter(|it| self.holds(it, now, margin)).cloned().collect()
+        self.belief.areas().filter(|it| self.holds(it, now, margin)).cloned().collect()
     }
 
     /// How long each permission is held from now on.
     pub(crate) fn grants(&self, now: Time) -> Grants {
-        self.ledger.keys().filter_map(|area| Some((area.clone(), self.remaining(area, now)?))).collect()
+        self.belief.areas().filter_map(|area| Some((area.clone(), self.remaining(area, now)?))).collect()
     }
 
     /// How long the permission for `area` is held from now on; `None`: it is not held.
     fn remaining(&self, area: &str, now: Time) -> Option<Duration> {
-        let entry = self.ledger.get(area).filter(|it| it.permission.state == PermissionState::Granted)?;
-        Some(entry.expires - now).filter(|it| !it.is_zero())
+        self.belief.remaining(area, now)
     }
 
     /// Counts decisions that changed something, so that a plan that waits for one notices it.
@@ -87,39 +126,53 @@ impl Permissions {
         self.revision
     }
 
-    /// Takes in the tower's ledger; returns the tower's decisions since the last one.
-    pub(crate) fn on_ledger(&mut self, now: Time, ledger: Vec<Permission>) -> Vec<Permission> {
-        let mut decided = Vec::new();
-        for permission in ledger {
-            let entry = Entry { expires: now + permission.valid_for, permission: permission.clone() };
-            let before = self.ledger.insert(permission.area.clone(), entry).map(|entry| entry.permission);
-            let changed = before.is_none_or(|it| (it.state, it.decision) != (permission.state, permission.decision));
-            if changed && permission.state != PermissionState::Requested {
-                self.revision += 1;
-                decided.push(permission);
-            }
+    /// Whether `area` is held by the word of a tower that is gone, so that it is to be asked for again.
+    pub(crate) fn is_of_former_tower(&self, area: &str) -> bool {
+        self.of_former_tower.contains(area)
+    }
+
+    /// Hears which tower there is; returns whether it is another one than before, which may know less.
+    pub(crate) fn on_tower(&mut self, now: Time, start: u64) -> bool {
+        let before = std::mem::replace(&mut self.tower_start, start);
+        let is_another = ![0, start].contains(&before);
+        if is_another {
+            self.of_former_tower = self.held(now, Duration::ZERO).into_iter().collect();
         }
-        decided
+        is_another
+    }
+
+    /// Takes in a ledger. Returns the tower's decisions since the last one, and what is not believed. `newest_plan` is the
+    /// revision of the plan that was adopted last.
+    pub(crate) fn on_ledger(&mut self, now: Now, pace: Pace, newest_plan: u64, ledger: Vec<Permission>) -> Taken {
+        let taken = self.belief.take(now, pace, newest_plan, ledger);
+        self.revision += taken.decided.len() as u64;
+        taken
+    }
+
+    /// Whether a refusal is to be said: each one once for an area, and not more of them than [`MAX_REFUSALS`].
+    pub(crate) fn is_news(&mut self, area: &str, refusal: &Refusal) -> bool {
+        self.refused.len() < MAX_REFUSALS && self.refused.insert((area.to_owned(), refusal.clone()))
     }
 
     /// Asks for the permissions that `step` needs, unless a request is under way already.
-    pub(crate) fn ask(&mut self, now: Time, area: &str, step: StepId, limits: &Limits, outbox: &mut Outbox) {
+    pub(crate) fn ask(&mut self, now: Time, area: &str, by: NeededBy, limits: &Limits, outbox: &mut Outbox) {
         if !matches!(self.requests.get(area), Some(PermissionRequest::Sent { .. })) {
-            let after_decision = self.ledger.get(area).map_or(0, |entry| entry.permission.decision);
-            let request = PermissionRequest::Sent { tries: 0, answer_by: now, after_decision, step, undelivered: None };
+            let after_decision = self.belief.permission(area).map_or(0, |it| it.decision);
+            let request = PermissionRequest::Sent { tries: 0, answer_by: now, after_decision, by, undelivered: None };
             self.requests.insert(area.to_owned(), request);
         }
         self.send_if_overdue(now, area, limits, outbox);
     }
 
-    /// Asks again for `area`, whose permission is held and will expire; returns whether a request was sent. Answers are
+    /// Asks again for `area`, whose permission is held and will expire, or is of a tower that is gone; returns whether a request was sent. Answers are
     /// overdue as for any other request, but silence is no denial here: the flight reacts to the expiry itself.
-    pub(crate) fn renew(&mut self, now: Time, area: &str, step: StepId, limits: &Limits, outbox: &mut Outbox) -> bool {
+    pub(crate) fn renew(&mut self, now: Time, area: &str, by: NeededBy, limits: &Limits, outbox: &mut Outbox) -> bool {
         if self.requests.contains_key(area) || self.renewals.get(area).is_some_and(|until| now < *until) {
             return false;
         }
         self.renewals.insert(area.to_owned(), now + limits.permission_answer);
-        self.send(area, step, limits, outbox);
+        self.of_former_tower.remove(area);
+        self.send(area, by, limits, outbox);
         true
     }
 
@@ -133,8 +186,7 @@ impl Permissions {
         let &PermissionRequest::Sent { tries, answer_by, after_decision, undelivered, .. } = request else {
             return Asking::Denied;
         };
-        let decided = self.ledger.get(area).map(|entry| &entry.permission);
-        let decided = decided.filter(|permission| after_decision < permission.decision);
+        let decided = self.belief.permission(area).filter(|permission| after_decision < permission.decision);
         let (kind, reason) = match decided.map(|permission| (permission.state, permission)) {
             Some((PermissionState::Denied | PermissionState::Revoked, permission)) => {
                 (DenialKind::Refused, permission.reason.clone())
@@ -196,20 +248,21 @@ impl Permissions {
     }
 
     fn send_if_overdue(&mut self, now: Time, area: &str, limits: &Limits, outbox: &mut Outbox) {
-        let Some(PermissionRequest::Sent { tries, answer_by, step, .. }) = self.requests.get_mut(area) else { return };
+        let Some(PermissionRequest::Sent { tries, answer_by, by, .. }) = self.requests.get_mut(area) else { return };
         if now < *answer_by {
             return;
         }
         *tries += 1;
         *answer_by = now + limits.permission_answer;
-        let step = *step;
-        self.send(area, step, limits, outbox);
+        let by = *by;
+        self.send(area, by, limits, outbox);
     }
 
-    fn send(&mut self, area: &str, step: StepId, limits: &Limits, outbox: &mut Outbox) {
+    fn send(&mut self, area: &str, by: NeededBy, limits: &Limits, outbox: &mut Outbox) {
         self.last_request += 1;
         let request_id = format!("mcm-{:x}-p{}", self.instance, self.last_request);
-        let request = v1::PermissionRequest { request_id, area: area.to_owned(), step_id: step.0 };
+        let NeededBy { step, plan_revision } = by;
+        let request = v1::PermissionRequest { request_id, area: area.to_owned(), step_id: step.0, plan_revision };
         outbox.call(Purpose::Permission(area.to_owned()), Request::Permission(request), limits.permission_answer);
     }
 }

@@ -1,13 +1,17 @@
-//! The end: on the ground, disarmed, with a report. An end in the air is a flag with a row of its own.
+//! The end: on the ground, disarmed, with a report, which says so if the vehicle cannot be disarmed. An end in the air is a flag with a row of its own.
 
 use behavior_tree::{Leaf, LeafResult, Ports, Status};
 use domain::mission::MissionOutcome;
+use domain::skill::Goal;
 
+use super::skill_run::SkillRun;
 use crate::world::World;
 
 #[derive(Default)]
 pub(super) struct EndMission {
     has_said: bool,
+    /// The vehicle stands armed on the ground: a landing there disarms it.
+    disarming: Option<SkillRun>,
 }
 
 impl Leaf<World> for EndMission {
@@ -35,6 +39,10 @@ impl Leaf<World> for EndMission {
             return Ok(Status::Running);
         }
         if vehicle.armed {
+            let run = *self.disarming.get_or_insert_with(|| SkillRun::start(world, Goal::Land));
+            if !run.is_over(world) {
+                return Ok(Status::Running);
+            }
             world.say("mission", "the vehicle is on the ground and still armed");
         }
         world.make_report();

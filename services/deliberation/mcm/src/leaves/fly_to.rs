@@ -1,6 +1,8 @@
 //! Flies without a plan: to over a landing site, or out of an area, round, over or under areas that may not be entered.
 //! On the ground it succeeds at once, so that a response never lifts off.
 
+use std::time::Duration;
+
 use behavior_tree::{Leaf, LeafResult, Ports, Status};
 use domain::geometry::Ned;
 use domain::skill::Goal;
@@ -14,12 +16,14 @@ use crate::world::{WhatMayBeEntered, World};
 pub(super) enum Destination {
     /// Over the take-off point, at the height of returns or higher.
     Home,
-    /// Over the operator's landing site; where the vehicle is, if there is none.
+    /// Over the operator's landing site, at the height that the operator saw; where the vehicle is, if there is none.
     LandingSite,
-    /// Over the nearest landing site at which no landing has failed.
+    /// Over the nearest landing site at which no landing has failed, at the height of returns or higher.
     AlternateSite,
     /// Out of every area in which the vehicle must not be.
     OutOfArea,
+    /// Over the nearest place where no area forbids to come straight down.
+    FreeGround,
 }
 
 /// Flies leg by leg; each is chosen when it begins, and again when the airspace rule forbids the rest of it.
@@ -30,6 +34,8 @@ pub(super) struct FlyTo {
 
 struct Leg {
     run: SkillRun,
+    /// It is no leg: there is no way, and the vehicle holds, or leaves an area, by this goal.
+    waits: Option<Goal>,
     /// The end of the leg, and the end of the way.
     target: Ned,
     site: Option<Ned>,
@@ -38,6 +44,16 @@ struct Leg {
     look_again: Time,
 }
 
+/// Why there is no way, and the place to which there is none.
+struct NoWay {
+    to: Option<Ned>,
+    why: &'static str,
+}
+
+const NO_WAY: &str = "no way there that may be flown";
+/// While there is no way it is looked for again this often, and whenever the airspace changes. (ENG: windows and
+/// permissions are seconds to minutes long.)
+const LOOK_AGAIN: Duration = Duration::from_secs(2);
 /// Two legs whose ends are nearer to each other than this are the same.
 const SAME_LEG_M: f64 = 1.0;
 
@@ -48,25 +64,27 @@ impl FlyTo {
     }
 
     /// The destination and the points on the way there, or why there is none. A destination that was chosen is kept.
-    fn choose(&self, from: Ned, world: &World) -> Result<(Option<Ned>, Vec<Ned>), &'static str> {
-        const NO_WAY: &str = "no way there that may be flown";
-        let clear_m = world.clear_height_m(from);
+    fn choose(&self, from: Ned, world: &World) -> Result<(Option<Ned>, Vec<Ned>), NoWay> {
+        let height_m = world.transit_height_m(from);
+        let way_to = |site, height_m| world.way_to(site, height_m).ok_or(NoWay { to: Some(site), why: NO_WAY });
         let (site, way) = match self.destination {
-            Destination::Home => {
-                let height_m = clear_m.max(world.limits().return_height_m);
-                (Some(Ned::default()), world.way_to(Ned::default(), height_m).ok_or(NO_WAY)?)
-            }
+            Destination::Home => (Some(Ned::default()), way_to(Ned::default(), height_m)?),
             Destination::LandingSite => {
                 let site = world.landing_site().unwrap_or(from);
-                (Some(site), world.way_to(site, clear_m).ok_or(NO_WAY)?)
+                (Some(site), way_to(site, world.clear_height_m(from))?)
             }
             Destination::AlternateSite => {
                 let kept = self.leg.as_ref().and_then(|leg| leg.site);
                 let sites = kept.into_iter().chain(world.alternate_sites());
-                let mut reachable = sites.filter_map(|site| Some((Some(site), world.way_to(site, clear_m)?)));
-                reachable.next().ok_or("no other place to land at can be reached")?
+                let mut reachable = sites.filter_map(|site| Some((Some(site), world.way_to(site, height_m)?)));
+                reachable.next().ok_or(NoWay { to: None, why: "no other place to land at can be reached" })?
             }
-            Destination::OutOfArea => (None, world.way_out().ok_or("no way out that may be flown")?),
+            Destination::OutOfArea => {
+                (None, world.way_out().ok_or(NoWay { to: None, why: "no way out that may be flown" })?)
+            }
+            Destination::FreeGround => {
+                (None, world.way_to_free_ground().ok_or(NoWay { to: None, why: "no free ground near" })?)
+            }
         };
         Ok((site, way))
     }
@@ -84,23 +102,36 @@ impl FlyTo {
         let Some(vehicle) = world.vehicle().copied() else {
             // The manager was started again during a response and does not know yet where the vehicle is.
             ports.explain("the vehicle's position is not known");
-            return Ok(Status::Running);
+            // A landing does not wait for it.
+            let is_needed = self.destination != Destination::FreeGround;
+            return Ok(if is_needed { Status::Running } else { Status::Failure });
         };
         if !vehicle.flying {
             return Ok(Status::Success);
         }
         let (site, way) = match self.choose(vehicle.position, world) {
             Ok(chosen) => chosen,
-            Err(why) => {
+            Err(NoWay { to: Some(site), why })
+                if world.may_wait_for_way(site, world.transit_height_m(vehicle.position), why) =>
+            {
+                self.wait(vehicle.position, site, world, ports);
+                return Ok(Status::Running);
+            }
+            Err(NoWay { why, .. }) => {
                 ports.explain(why);
                 return Ok(Status::Failure);
             }
         };
+        world.has_found_way();
         let Some((target, is_last)) = FlyTo::next_point(&way, vehicle.position, world) else {
             return Ok(Status::Success);
         };
         let run = match &self.leg {
-            Some(leg) if leg.target.distance_m(target) < SAME_LEG_M && !leg.run.is_over(world) => leg.run,
+            Some(leg)
+                if leg.waits.is_none() && leg.target.distance_m(target) < SAME_LEG_M && !leg.run.is_over(world) =>
+            {
+                leg.run
+            }
             _ => {
                 self.halt(world, ports);
                 let speed_limit_m_s = world.limits().flight.speed_m_s;
@@ -108,8 +139,34 @@ impl FlyTo {
             }
         };
         let (chosen_by, look_again) = (world.what_may_be_entered(), world.next_look());
-        self.leg = Some(Leg { run, target, site, is_last, chosen_by, look_again });
+        self.leg = Some(Leg { run, waits: None, target, site, is_last, chosen_by, look_again });
         Ok(Status::Running)
+    }
+
+    /// Holds until there may be a way; out of an area in which the vehicle must not be.
+    fn wait(&mut self, here: Ned, site: Ned, world: &mut World, ports: &mut Ports<'_>) {
+        let speed_limit_m_s = world.limits().flight.speed_m_s;
+        let out = world.way_out().and_then(|way| FlyTo::next_point(&way, here, world));
+        let goal = out.map_or(Goal::Stop, |(target, _)| Goal::Position {
+            target,
+            speed_limit_m_s,
+            yaw_rad: None,
+            hold_at_target: false,
+        });
+        let run = match &self.leg {
+            Some(leg) if leg.waits == Some(goal) => leg.run,
+            _ => {
+                self.halt(world, ports);
+                SkillRun::start(world, goal)
+            }
+        };
+        let (chosen_by, look_again) = (world.what_may_be_entered(), world.now() + LOOK_AGAIN);
+        self.leg =
+            Some(Leg { run, waits: Some(goal), target: site, site: Some(site), is_last: false, chosen_by, look_again });
+    }
+
+    fn is_at_end(&self) -> bool {
+        self.leg.as_ref().is_some_and(|leg| leg.is_last)
     }
 
     /// Whether the way must be chosen again.
@@ -122,6 +179,9 @@ impl FlyTo {
         if world.now() < leg.look_again {
             return false;
         }
+        if leg.waits.is_some() {
+            return true;
+        }
         leg.look_again = world.next_look();
         world.breach_towards(leg.target, world.limits().flight.speed_m_s).is_some()
     }
@@ -130,13 +190,25 @@ impl FlyTo {
 impl Leaf<World> for FlyTo {
     fn start(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         self.leg = None;
-        self.fly(world, ports)
+        let status = self.fly(world, ports)?;
+        if self.destination == Destination::FreeGround && status != Status::Success {
+            world.say_what_forbids_landing(status == Status::Running);
+        }
+        Ok(status)
     }
 
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         let Some(leg) = &self.leg else { return self.fly(world, ports) };
         match leg.run.poll(world, ports)? {
-            Status::Success if !leg.is_last => self.fly(world, ports),
+            // What holds the vehicle has come to rest.
+            Status::Success if leg.waits.is_some() && !self.is_doubtful(world) => Ok(Status::Running),
+            Status::Success if !self.is_at_end() => match self.fly(world, ports)? {
+                Status::Running => Ok(Status::Running),
+                status => {
+                    self.halt(world, ports);
+                    Ok(status)
+                }
+            },
             Status::Running if self.is_doubtful(world) => match self.fly(world, ports)? {
                 Status::Running => Ok(Status::Running),
                 status => {

@@ -12,7 +12,6 @@ use domain::plan::{Step, StepId};
 use domain::route::{TransitionLimits, WORTH_FLYING_M};
 use domain::skill::Goal;
 use domain::time::Time;
-use domain::way;
 
 use super::{SELF, World};
 
@@ -62,12 +61,12 @@ impl World {
         WhatMayBeEntered { held: self.held(), areas: self.planner.areas().clone() }
     }
 
-    fn grants(&self) -> Grants {
+    pub(super) fn grants(&self) -> Grants {
         self.permissions.grants(self.now.time)
     }
 
     /// The airspace as it is now, with this lead.
-    fn airspace<'a>(&'a self, grants: &'a Grants, lead: Duration) -> Airspace<'a> {
+    pub(super) fn airspace<'a>(&'a self, grants: &'a Grants, lead: Duration) -> Airspace<'a> {
         Airspace {
             areas: self.planner.areas(),
             grants,
@@ -157,47 +156,38 @@ impl World {
     }
 
     /// The areas around the vehicle, whether or not it may be there.
-    fn areas_around(&self, here: Ned) -> impl Iterator<Item = &Area> {
+    pub(super) fn areas_around(&self, here: Ned) -> impl Iterator<Item = &Area> {
         self.planner.areas().iter().filter(move |it| it.is_active(self.now.utc_ms) && it.contains(here))
     }
 
-    fn time_to_leave(&self, area: &Area, here: Ned) -> Duration {
+    pub(super) fn time_to_leave(&self, area: &Area, here: Ned) -> Duration {
         let distance_m = area.distance_to_border_m(here);
         TURN + Duration::try_from_secs_f64(1.25 * distance_m / self.limits.flight.speed_m_s).unwrap_or(Duration::MAX)
     }
 
-    /// Asks for the permissions of areas around the vehicle that would expire before it has left them.
+    /// Asks for the permissions of areas around the vehicle that would expire before it has left them, and for those that a
+    /// tower has given that is gone.
     fn renew_permissions(&mut self, here: Ned) {
         let inside = self.areas_around(here).filter(|it| it.kind == AreaKind::Permission);
         let due = |area: &&Area| {
+            if self.permissions.is_of_former_tower(&area.name) {
+                return true;
+            }
             let leave_by = self.time_to_leave(area, here) + self.limits.leave_lead + RENEWAL_LEAD;
             self.permissions.holds(&area.name, self.now.time, Duration::ZERO)
                 && !self.permissions.holds(&area.name, self.now.time, leave_by)
         };
         let names: BTreeSet<String> = inside.filter(due).map(|it| it.name.clone()).collect();
-        let step = self.planner.step().map_or(StepId(0), |(step, ..)| step.id);
+        let by = self.needed_by();
         for area in names {
-            if self.permissions.renew(self.now.time, &area, step, &self.limits, &mut self.outbox) {
-                self.say("permission", format!("asking for area {area} again before its permission expires"));
+            let why = match self.permissions.is_of_former_tower(&area) {
+                true => "because the control tower was started again",
+                false => "before its permission expires",
+            };
+            if self.permissions.renew(self.now.time, &area, by, &self.limits, &mut self.outbox) {
+                self.say("permission", format!("asking for area {area} again {why}"));
             }
         }
-    }
-
-    /// The points to fly to, to leave every area in which the vehicle must not be; empty if it is in none, `None` if
-    /// there is no way out.
-    pub(crate) fn way_out(&self) -> Option<Vec<Ned>> {
-        let here = self.vehicle?.position;
-        let leaving = self.areas_around(here).map(|area| self.time_to_leave(area, here)).max().unwrap_or_default();
-        let grants = self.grants();
-        way::way_out(here, &self.airspace(&grants, self.limits.leave_lead + leaving), &self.limits.flight)
-    }
-
-    /// The points to fly to, the last one over `to`, preferably at this height; `None` if there is no way.
-    pub(crate) fn way_to(&self, to: Ned, preferred_height_m: f64) -> Option<Vec<Ned>> {
-        let here = self.vehicle?.position;
-        let grants = self.grants();
-        let airspace = self.airspace(&grants, self.limits.leave_lead);
-        way::way_to(here, to, preferred_height_m, &airspace, &self.limits.flight)
     }
 
     /// The goal while there is no plan: in the direction of the step that failed, slower, and only as far as the next

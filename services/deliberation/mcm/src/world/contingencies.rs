@@ -1,6 +1,7 @@
 //! Flags: what raises them, and what is recorded about them.
 
-use domain::contingency::INTROSPECTION_LOST;
+use domain::contingency::{INTROSPECTION_LOST, Then};
+use domain::mission::MissionOutcome;
 use domain::time::Time;
 
 use super::{SELF, World};
@@ -47,6 +48,8 @@ impl World {
     pub(super) fn raise(&mut self, name: &str, source: impl Into<String>, reason: impl Into<String>) {
         match self.flags.number(name) {
             None => self.say("contingency", format!("flag `{name}` has no row in the table: not acted on")),
+            // The touchdown that it is about stays what it was.
+            Some(row) if self.table.rows()[row].then == Then::Crashed && self.has_crashed() => {}
             Some(row) => {
                 let reason = reason.into();
                 if self.flags.raise(self.now.time, row, source.into(), reason.clone()) {
@@ -54,6 +57,10 @@ impl World {
                 }
             }
         }
+    }
+
+    fn has_crashed(&self) -> bool {
+        self.mission.over.as_ref().is_some_and(|over| over.outcome == MissionOutcome::Crash)
     }
 
     /// A transition action flies, or no longer does.

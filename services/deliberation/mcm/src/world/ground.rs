@@ -1,5 +1,6 @@
 //! Landings: planned, at the end of the mission, or unexpected.
 
+use std::f64::consts::TAU;
 use std::time::Duration;
 
 use domain::mission::MissionOutcome;
@@ -15,6 +16,10 @@ use crate::config::Start;
 const DISARM_LIMIT: Duration = Duration::from_secs(10);
 /// A place nearer than this to a failed landing counts as the same place.
 const SAME_SITE_M: f64 = 20.0;
+/// Where the only landing site is blocked, a landing is tried this far beside it, in so many directions. (ENG: beyond what counts as
+/// the same place.)
+const ASIDE_M: [f64; 3] = [30.0, 60.0, 90.0];
+const DIRECTIONS: u32 = 8;
 /// The height of a landing site nearer than this counts for the least height of a flight.
 const NEAR_SITE_M: f64 = 50.0;
 
@@ -23,6 +28,15 @@ const NEAR_SITE_M: f64 = 50.0;
 pub(super) struct UnplannedLanding {
     pub(super) since: Time,
     pub(super) why: String,
+}
+
+/// Places all round `here`, near ones first.
+fn aside(here: Ned) -> impl Iterator<Item = Ned> {
+    let place = move |distance_m: f64, direction: u32| {
+        let (east, north) = (TAU * f64::from(direction) / f64::from(DIRECTIONS)).sin_cos();
+        Ned::new(here.north_m + distance_m * north, here.east_m + distance_m * east, 0.0)
+    };
+    ASIDE_M.into_iter().flat_map(move |distance_m| (0..DIRECTIONS).map(move |it| place(distance_m, it)))
 }
 
 impl World {
@@ -36,9 +50,9 @@ impl World {
             self.touched_down();
         }
         let since = |before: Option<Time>, holds: bool| before.or(Some(self.now.time)).filter(|_| holds);
-        self.on_ground_since = since(self.on_ground_since, self.is_on_ground());
-        let is_at_rest = self.vehicle.is_some_and(|it| !it.flying && !it.armed);
-        self.at_rest_since = since(self.at_rest_since, is_at_rest);
+        let stands = |armed| self.vehicle.is_some_and(|it| !it.flying && it.armed == armed);
+        self.armed_on_ground_since = since(self.armed_on_ground_since, stands(true));
+        self.at_rest_since = since(self.at_rest_since, stands(false));
         if self.has_settled() {
             self.let_flags_fall_on_ground();
             // Also while a response holds, as an operator's pause does.
@@ -47,19 +61,21 @@ impl World {
     }
 
     /// Whether the vehicle has settled on the ground: with its motors off for long enough that every process has
-    /// noticed, or on the ground for longer than it takes to switch them off by itself.
+    /// noticed, or with them on for longer than it takes to switch them off by itself.
     pub(crate) fn has_settled(&self) -> bool {
         let lasts = |since: Option<Time>, limit| since.is_some_and(|since| limit <= self.now.time - since);
-        lasts(self.at_rest_since, self.limits.settle) || lasts(self.on_ground_since, DISARM_LIMIT)
+        lasts(self.at_rest_since, self.limits.settle) || lasts(self.armed_on_ground_since, DISARM_LIMIT)
     }
 
     fn touched_down(&mut self) {
+        // Not who responds from now on, on the ground: who did until now.
+        let brought_down = self.responding();
         let is_planned =
-            self.responder().is_none() && self.planner.step().is_some_and(|(step, ..)| step.nominal.goal == Goal::Land);
+            brought_down.is_none() && self.planner.step().is_some_and(|(step, ..)| step.nominal.goal == Goal::Land);
         if is_planned || self.mission.over.is_some() {
             return;
         }
-        let why = match self.answered_flag() {
+        let why = match brought_down.map(|row| self.flags.name(row)) {
             Some(flag) => format!("landed because of `{flag}`"),
             None => "landed although nothing had ordered it".to_owned(),
         };
@@ -72,7 +88,9 @@ impl World {
     pub(crate) fn awaits_start(&self) -> bool {
         let is_not_started =
             self.limits.start == Start::Operator && !self.operator.has_started() && self.mission.started.is_none();
-        self.mission.over.is_none() && !self.is_flying() && (is_not_started || self.unplanned_landing.is_some())
+        self.mission.over.is_none()
+            && !self.is_flying()
+            && (is_not_started || self.unplanned_landing.is_some() || self.memory.is_lost())
     }
 
     /// When a mission that waits to be resumed after an unplanned landing is given up; gives it up if that is now.
@@ -105,8 +123,17 @@ impl World {
         if sites.is_empty() {
             sites = self.sites().filter(|it| SAME_SITE_M <= distance_m(it)).collect();
         }
+        if sites.is_empty() {
+            // Nowhere else to go: beside the blocked place, since to hover over it ends with the battery.
+            sites = aside(vehicle.position).filter(|it| !is_blocked(it)).collect();
+        }
         sites.sort_by(|a, b| distance_m(a).total_cmp(&distance_m(b)));
         sites
+    }
+
+    /// The height at which a response flies home or to another place to land at: that of returns, or higher where the vehicle is higher.
+    pub(crate) fn transit_height_m(&self, here: Ned) -> f64 {
+        self.clear_height_m(here).max(self.limits.return_height_m)
     }
 
     /// The height to fly at from `here`: the present one, or more where that is low over the origin or a landing site.

@@ -5,9 +5,10 @@ use domain::permission::Permission;
 use domain::plan::{PlanReply, PlannerStatus, Step};
 use domain::skill::SkillEvent;
 use domain::wire::{InvalidMessage, finite, permission};
-use kittiwake_proto::topics::{Message, Response, Service};
+use kittiwake_proto::topics::{Message, Response, Service, Topic};
 use kittiwake_proto::v1;
 use node::{CallError, CallId};
+use signed_permissions::belief::Taken;
 
 use super::World;
 use super::news::FlagNews;
@@ -29,7 +30,7 @@ impl World {
         let now = self.now.time;
         match message {
             Message::Introspection(introspection) => {
-                let vehicle = Vehicle::from_wire(now, &introspection);
+                let vehicle = Vehicle::from_wire(now, &introspection, &mut self.flight);
                 let flags = introspection.flags.into_iter();
                 self.news.list(flags.map(|flag| (flag.name, flag.reason)).collect());
                 if let Some(vehicle) = vehicle? {
@@ -52,18 +53,33 @@ impl World {
                 self.skills.on_feedback(now, feedback.skill_id, distance_left_m);
             }
             Message::PermissionLedger(ledger) => {
+                let tower_start = ledger.tower_start;
                 let ledger: Vec<Permission> = permission::ledger(ledger)?;
-                for decided in self.permissions.on_ledger(now, ledger) {
+                if self.permissions.on_tower(now, tower_start) {
+                    self.airspace_watch.invalidate();
+                    self.say("permission", "the control tower was started again".to_owned());
+                }
+                let (pace, plan) = (self.limits.pace, self.planner.revision());
+                let Taken { decided, refused } = self.permissions.on_ledger(self.now, pace, plan, ledger);
+                for decided in decided {
                     self.airspace_watch.invalidate();
                     self.say("permission", decided.to_string());
+                }
+                for (area, refusal) in refused {
+                    self.outbox.refuse(Topic::PermissionLedger, format_args!("area {area}: {refusal}"));
+                    if self.permissions.is_news(&area, &refusal) {
+                        self.say("permission", format!("area {area}: a permission is not believed: {refusal}"));
+                    }
                 }
             }
             Message::PlannerStatus(status) => {
                 let areas = self.planner.areas().clone();
+                let memory = status.memory.clone().unwrap_or_default();
                 self.planner.on_status(PlannerStatus::try_from(status)?);
                 if !std::sync::Arc::ptr_eq(&areas, self.planner.areas()) {
                     self.airspace_watch.invalidate();
                 }
+                self.planner_memory(memory.into());
             }
             _ => {}
         }

@@ -23,13 +23,14 @@ use crate::config::Limits;
 use crate::flags::Flags;
 use crate::journal::{Decision, Journal};
 use crate::outbox::Outbox;
-use crate::vehicle::{ConfirmedState, Vehicle};
+use crate::vehicle::{ConfirmedState, FlightJudge, Vehicle};
 
 mod airspace;
 mod conditions;
 mod contingencies;
 mod ground;
 mod intake;
+mod memory;
 mod news;
 mod operator;
 pub(crate) mod persisted;
@@ -37,10 +38,12 @@ mod plans;
 mod responses;
 mod status;
 mod steps;
+mod ways;
 
 use airspace::AirspaceWatch;
 pub(crate) use airspace::WhatMayBeEntered;
 use ground::UnplannedLanding;
+use memory::Memory;
 use news::News;
 use operator::Operator;
 pub(crate) use plans::PlanProgress;
@@ -61,6 +64,7 @@ pub(crate) struct World {
     /// Messages that the monitor leaf has not taken in yet.
     news: News,
     vehicle: Option<Vehicle>,
+    flight: FlightJudge,
     confirmed: ConfirmedState,
     flags: Flags,
     skills: Skills,
@@ -68,6 +72,7 @@ pub(crate) struct World {
     permissions: Permissions,
     mission: Mission,
     operator: Operator,
+    memory: Memory,
     airspace_watch: AirspaceWatch,
     /// The response that is under way.
     response: Option<ActiveResponse>,
@@ -75,8 +80,8 @@ pub(crate) struct World {
     waits: BTreeMap<usize, Waits>,
     /// Whether the vehicle was in the air at the last check.
     was_flying: bool,
-    /// Since when it is on the ground, and since when with its motors off.
-    on_ground_since: Option<Time>,
+    /// Since when it is on the ground, with its motors on and with its motors off.
+    armed_on_ground_since: Option<Time>,
     at_rest_since: Option<Time>,
     unplanned_landing: Option<UnplannedLanding>,
     /// Where landings have failed.
@@ -121,17 +126,19 @@ impl World {
             library,
             news: News::default(),
             vehicle: None,
+            flight: FlightJudge::new(limits.pace),
             confirmed: ConfirmedState::default(),
             skills: Skills::new(instance),
             planner: Planner::new(instance),
-            permissions: Permissions::new(instance),
+            permissions: Permissions::new(vehicle_name, instance),
             mission: Mission { vehicle_name: vehicle_name.to_owned(), ..Mission::default() },
             operator: Operator::default(),
+            memory: Memory::default(),
             airspace_watch: AirspaceWatch::default(),
             response: None,
             waits: BTreeMap::new(),
             was_flying: false,
-            on_ground_since: None,
+            armed_on_ground_since: None,
             at_rest_since: None,
             unplanned_landing: None,
             blocked_sites: Vec::new(),
@@ -196,9 +203,10 @@ impl World {
         self.vehicle.is_some_and(|it| !it.flying)
     }
 
-    /// The state that plans are made from; `None` until the vehicle is known.
+    /// The state that plans are made from; `None` until the vehicle is known, on the ground with its battery: nothing takes off
+    /// without.
     fn planning_state(&self) -> Option<State> {
-        let vehicle = self.vehicle?;
+        let vehicle = self.vehicle.filter(|it| it.flying || it.battery_heard)?;
         Some(State {
             position: vehicle.position,
             flying: vehicle.flying,

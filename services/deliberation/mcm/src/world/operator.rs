@@ -6,9 +6,11 @@
 
 use std::collections::VecDeque;
 
+use domain::contingency::Clears;
 use domain::contingency::OPERATOR_RETURN as RETURN;
 use domain::contingency::{OPERATOR_ABORT as ABORT, OPERATOR_LAND as LAND, OPERATOR_PAUSE as PAUSE};
 use domain::geometry::Ned;
+use domain::skill::Goal;
 use domain::wire::InvalidMessage;
 use kittiwake_proto::v1;
 use v1::operator_command::Verb;
@@ -31,7 +33,6 @@ const FARTHEST_M: f64 = 100_000.0;
 pub(super) struct Operator {
     has_started: bool,
     landing_site: Option<Ned>,
-    /// The flag of an order with override.
     overriding: Option<String>,
     answers: VecDeque<(String, v1::OperatorReply)>,
 }
@@ -49,7 +50,7 @@ impl Operator {
 
     /// Whether `flag` is that of an order with override.
     pub(super) fn overrides(&self, flag: &str) -> bool {
-        self.overriding.as_deref() == Some(flag)
+        self.overriding() == Some(flag)
     }
 
     /// `flag` is down, or no longer ordered.
@@ -66,6 +67,11 @@ impl Operator {
     pub(super) fn landing_site(&self) -> Option<Ned> {
         self.landing_site
     }
+}
+
+/// Whether `flag` is that of an operator's order.
+pub(super) fn is_order(flag: &str) -> bool {
+    ORDERS.contains(&flag)
 }
 
 type Outcome = Result<String, String>;
@@ -138,6 +144,7 @@ impl World {
         if !self.awaits_start() {
             return Err("the mission has started already".into());
         }
+        self.accept_loss()?;
         self.operator.has_started = true;
         self.go_ahead();
         Ok("the mission starts".into())
@@ -151,7 +158,10 @@ impl World {
     }
 
     fn go_on(&mut self, ended: bool) -> Outcome {
-        self.refuse_if_over(ended)?;
+        // In the air a response goes on after the pause, also when the mission is over.
+        if !(self.is_flying() && self.is_paused()) {
+            self.refuse_if_over(ended)?;
+        }
         if self.unplanned_landing.is_some() {
             // One order is enough, also where the vehicle touched down during a pause.
             if self.is_paused() {
@@ -162,12 +172,20 @@ impl World {
         if self.awaits_start() {
             return Err("the mission has not started".into());
         }
-        if !self.is_paused() {
+        if !self.is_paused() && !self.memory.is_lost() {
             return Err("it does not hold for an operator".into());
         }
-        self.no_longer_ordered(PAUSE);
-        Ok(match self.responder().filter(|it| self.flags.number(PAUSE) != Some(*it)) {
+        self.accept_loss()?;
+        if self.is_paused() {
+            self.no_longer_ordered(PAUSE);
+        }
+        let is_over = |row: &usize| {
+            let holds = self.flags.get(self.flags.name(*row)).is_some_and(|it| it.holds());
+            self.table.rows()[*row].clears == Clears::WithCondition && !holds
+        };
+        Ok(match self.responder().filter(|it| !is_over(it)) {
             None => "goes on with a new plan".into(),
+            Some(other) if self.over().is_some() => format!("no longer holds; {} goes on", self.what_it_does(other)),
             Some(other) => format!("goes on once `{}` is over", self.flags.name(other)),
         })
     }
@@ -180,12 +198,28 @@ impl World {
         self.order(ABORT, order, "ends the mission on the ground")
     }
 
+    /// An order to come down, to a vehicle that is about to lift off: it does not.
+    fn stay_down(&mut self, order: Order) -> Outcome {
+        self.refuse_if_over(order.ended)?;
+        self.order(ABORT, order, "has not lifted off yet: stays, and ends the mission on the ground")
+    }
+
+    fn lifts_off(&self) -> bool {
+        !self.is_flying() && matches!(self.skills.present(), Some((Goal::Takeoff { .. }, _)))
+    }
+
     fn return_home(&mut self, order: Order) -> Outcome {
+        if self.lifts_off() {
+            return self.stay_down(order);
+        }
         self.refuse_on_ground(order.ended)?;
         self.order(RETURN, order, "flies home, lands and ends the mission")
     }
 
     fn land_at(&mut self, request: v1::LandAt, order: Order) -> Outcome {
+        if self.lifts_off() {
+            return self.stay_down(order);
+        }
         self.refuse_on_ground(order.ended)?;
         let site = landing_site(request).map_err(|invalid| format!("`position`: {invalid}"))?;
         if FARTHEST_M < site.horizontal_distance_m(Ned::default()) {
@@ -256,13 +290,15 @@ impl World {
         let without_override = self.responder().filter(|it| *it != row);
         if order.overrides {
             self.operator.overriding = Some(flag.to_owned());
+            self.flags.override_all();
         }
         let first = self.responder().filter(|it| *it != row);
         if let (Some(other), None) = (without_override, first) {
             let other = self.flags.name(other).clone();
             self.say("operator", format!("{}: `{flag}` overrides `{other}`", order.by));
         }
-        if is_up && (overrides_already || !order.overrides) {
+        let changes_nothing = first == without_override && (overrides_already || !order.overrides);
+        if is_up && changes_nothing {
             return Err(match first {
                 None => format!("`{flag}` is under way already"),
                 Some(other) => format!("ordered already; it waits behind {}", self.what_it_does(other)),

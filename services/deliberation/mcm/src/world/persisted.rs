@@ -9,6 +9,7 @@ use domain::mission::{MissionOutcome, MissionReport};
 use domain::wire::InvalidMessage;
 use kittiwake_proto::v1;
 
+use super::memory::Memory;
 use super::news::MONITOR;
 use super::operator::{self, Operator};
 use super::{Over, SELF, UnplannedLanding, World};
@@ -24,6 +25,10 @@ pub enum UnusableState {
     InvalidMessage(#[from] InvalidMessage),
 }
 
+fn area_decision((area, decision): (&String, &u64)) -> v1::AreaDecision {
+    v1::AreaDecision { area: area.clone(), decision: *decision }
+}
+
 impl World {
     /// The state of this manager, which was started with the mission of identity `configured`.
     pub(crate) fn persist(&self, configured: &str) -> v1::McmMemory {
@@ -32,6 +37,7 @@ impl World {
             reason: flag.reason().to_owned(),
             sources: flag.sources().map(str::to_owned).collect(),
             acknowledged_by: flag.acknowledged_by().unwrap_or_default().to_owned(),
+            overridden: flag.overridden(),
         };
         let (outcome, reason) = match self.mission.over.clone() {
             Some(over) => (over.outcome.into(), over.reason),
@@ -47,14 +53,21 @@ impl World {
             report: self.mission.report.clone().map(Into::into),
             unplanned_landing: self.unplanned_landing.as_ref().map(|it| it.why.clone()).unwrap_or_default(),
             overriding: self.operator.overriding().unwrap_or_default().to_owned(),
+            loss: self.memory.own().loss.clone().map(Into::into),
+            accepted_planner_loss: self.memory.accepted_loss(),
+            decisions: self.permissions.latest_decisions().iter().map(area_decision).collect(),
+            plan_revision: self.planner.revision(),
         }
     }
 
-    /// Continues from `memory`; to be called before anything else.
+    /// Continues from `memory`; to be called before anything else. What the control tower has decided counts for another
+    /// mission as well.
     ///
     /// # Errors
-    /// Why the state cannot be used; nothing is changed then.
+    /// Why the rest of the state cannot be used; nothing else is changed then.
     pub(crate) fn resume(&mut self, configured: &str, memory: v1::McmMemory) -> Result<(), UnusableState> {
+        self.permissions.restore(memory.decisions.iter().map(|it| (it.area.clone(), it.decision)));
+        self.planner.restore_revision(memory.plan_revision);
         if memory.configured != configured {
             return Err(UnusableState::OfAnotherMission);
         }
@@ -75,6 +88,8 @@ impl World {
         for flag in memory.flags {
             self.restore_flag(flag);
         }
+        self.memory = Memory::restored(memory.loss.map(Into::into), memory.accepted_planner_loss);
+        self.show_memory();
         Ok(())
     }
 
@@ -93,6 +108,6 @@ impl World {
         let text = format!("flag `{}` is up since before the mission manager was started again", flag.name);
         self.say("contingency", text);
         let acknowledged_by = Some(flag.acknowledged_by).filter(|it| !it.is_empty());
-        self.flags.restore(self.now.time, row, flag.reason, flag.sources, acknowledged_by);
+        self.flags.restore(self.now.time, row, flag.reason, flag.sources, acknowledged_by, flag.overridden);
     }
 }

@@ -60,7 +60,13 @@ impl World {
         }
         let grants = self.permissions.grants(now);
         if let Some(state) = self.planning_state()
-            && self.planner.ask_for_plan(state, grants, self.limits.request_timeout, &mut self.outbox)
+            && self.planner.ask_for_plan(
+                state,
+                grants,
+                self.memory.accepted_loss(),
+                self.limits.request_timeout,
+                &mut self.outbox,
+            )
         {
             self.mission.started.get_or_insert(now);
         }

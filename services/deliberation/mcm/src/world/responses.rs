@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use domain::contingency::{Clears, Phase, Raised, Severity, Then, responder};
+use domain::geometry::Ned;
 use domain::mission::MissionOutcome;
 use domain::skill::Goal;
 use domain::time::Time;
@@ -36,6 +37,8 @@ pub(super) struct ActiveResponse {
     not_before: Time,
     /// Since when no action is left to fly.
     flown: Option<Time>,
+    /// Since when the action holds because there is no way that may be flown.
+    waits_since: Option<Time>,
 }
 
 /// What was recorded about a flag that is up and not answered.
@@ -71,9 +74,19 @@ impl World {
         let raised = self.flags.rows_up().map(|row| Raised {
             row,
             overrides: self.operator.overrides(self.flags.name(row)),
+            is_overridden: self.flags.is_overridden(row),
             under_way: self.response.as_ref().filter(|it| it.row == row).map(|it| self.severity(it)),
         });
         responder(self.table.rows(), raised, self.flight_phase())
+    }
+
+    /// Why no objective is flown any more; `None` while the mission goes on.
+    pub(super) fn ending(&self) -> Option<String> {
+        if let Some(over) = &self.mission.over {
+            return Some(format!("the mission is over: {}", over.reason));
+        }
+        let row = self.responding().filter(|row| self.table.rows()[*row].then != Then::Resume)?;
+        Some(format!("`{}` ends the mission", self.flags.name(row)))
     }
 
     /// The name of the flag that is answered.
@@ -102,8 +115,15 @@ impl World {
 
     /// The response of a row begins.
     pub(crate) fn begin_response(&mut self, row: usize) {
-        self.response =
-            Some(ActiveResponse { row, action: 0, tries: 0, failures: 0, not_before: self.now.time, flown: None });
+        self.response = Some(ActiveResponse {
+            row,
+            action: 0,
+            tries: 0,
+            failures: 0,
+            not_before: self.now.time,
+            flown: None,
+            waits_since: None,
+        });
         self.journal.decided(self.now.time, Decision::Responding(row));
     }
 
@@ -121,10 +141,40 @@ impl World {
     pub(crate) fn await_try(&mut self, action: usize) -> Time {
         let Some(response) = &mut self.response else { return self.now.time };
         if response.action != action {
-            (response.action, response.tries) = (action, 0);
+            (response.action, response.tries, response.waits_since) = (action, 0, None);
         }
         response.flown = None;
         response.not_before
+    }
+
+    /// There is no way to `site` now, for the reason `why`. Asks for the permissions that there may be one with. Returns whether the
+    /// response holds until then, as long as its table says; while energy runs out, only until the tower must have
+    /// answered: that there is none is no failure of what was tried.
+    pub(crate) fn may_wait_for_way(&mut self, site: Ned, height_m: f64, why: &str) -> bool {
+        let now = self.now.time;
+        let is_asked = self.ask_for_way(site, height_m);
+        let runs_out = self.flags.rows_up().any(|row| self.table.rows()[row].is_about_energy());
+        let Some(response) = self.response.as_mut().filter(|_| is_asked || !runs_out) else { return false };
+        let Some(action) = self.table.rows()[response.row].actions.get(response.action) else { return false };
+        let limit = if runs_out { action.wait.min(self.limits.permission_answer) } else { action.wait };
+        let since = *response.waits_since.get_or_insert(now);
+        if since == now && !limit.is_zero() {
+            let (flag, limit_s) = (self.flags.name(response.row).clone(), limit.as_secs());
+            let closed = self.what_closes_the_way(site).map(|it| format!(", {it}")).unwrap_or_default();
+            let text = format!("`{flag}` waits: {why}{closed}; holds for up to {limit_s} s");
+            self.say("contingency", text);
+            return true;
+        }
+        now - since < limit
+    }
+
+    /// There is a way again.
+    pub(crate) fn has_found_way(&mut self) {
+        let waited = self.response.as_mut().and_then(|it| it.waits_since.take());
+        if let Some(since) = waited {
+            let waited_s = (self.now.time - since).as_secs();
+            self.say("contingency", format!("there is a way again after {waited_s} s"));
+        }
     }
 
     /// A try has failed, for this reason.
@@ -141,6 +191,10 @@ impl World {
         let flag = self.flags.name(row);
         let when = if pause.is_zero() { "next".to_owned() } else { format!("in {:.1} s", pause.as_secs_f64()) };
         let text = format!("`{flag}`: {} failed (try {tries} of {}): {why}; {when}: {next}", flown.tree, flown.tries);
+        if flown.tries <= tries {
+            // The next one may be the same action, which then has all its tries again.
+            response.tries = 0;
+        }
         self.say("contingency", text);
     }
 

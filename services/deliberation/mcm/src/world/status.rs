@@ -142,6 +142,8 @@ impl World {
             start_awaited: headline.start_awaited,
             paused: headline.paused,
             plan_approval,
+            memory: Some(self.memory.own().clone().into()),
+            ends: self.ending().unwrap_or_default(),
             ..v1::McmStatus::default()
         }
     }

@@ -3,12 +3,14 @@
 use std::sync::Arc;
 
 use domain::geometry::Ned;
-use domain::plan::{PermissionNeed, Step};
+use domain::plan::{PermissionNeed, Step, StepId};
 use domain::skill::Goal;
 use domain::time::Time;
+use signed_permissions::key::PublicKey;
 
 use super::World;
-use crate::clients::permissions::Asking;
+use super::operator::is_order;
+use crate::clients::permissions::{Asking, NeededBy};
 use crate::clients::planner::Next;
 
 /// Whether the plan continues after the step that was flown.
@@ -47,7 +49,7 @@ impl World {
     /// The present step was flown.
     pub(crate) fn step_flown(&mut self, step: &Step) {
         if let Some(state) = self.planning_state() {
-            self.planner.flown(step.id, state);
+            self.planner.flown(self.now.time, step.id, state, self.limits.retry_pause);
         }
         self.say("step", format!("step {} succeeded", self.step_number()));
     }
@@ -61,11 +63,11 @@ impl World {
 
     /// The present step is given up because another behavior comes first.
     pub(crate) fn step_interrupted(&mut self) {
-        let reason = match self.answered_flag() {
-            Some(flag) => ["interrupted by `", flag, "`"].concat(),
-            None => "interrupted".to_owned(),
+        let (reason, by_order) = match self.answered_flag() {
+            Some(flag) => (["interrupted by `", flag, "`"].concat(), is_order(flag)),
+            None => ("interrupted".to_owned(), false),
         };
-        self.planner.interrupt(reason);
+        self.planner.interrupt(reason, by_order);
     }
 
     fn step_number(&self) -> u32 {
@@ -99,9 +101,21 @@ impl World {
             return;
         }
         self.say("permission", format!("asking for area {}", need.area));
-        if let Some((step, ..)) = self.planner.step() {
-            self.permissions.ask(self.now.time, &need.area, step.id, &self.limits, &mut self.outbox);
+        if self.planner.step().is_some() {
+            let by = self.needed_by();
+            self.permissions.ask(self.now.time, &need.area, by, &self.limits, &mut self.outbox);
         }
+    }
+
+    /// Only what this key verifies is believed from now on.
+    pub(crate) fn verify_permissions_with(&mut self, key: PublicKey) {
+        self.permissions.verify_with(key);
+    }
+
+    /// What a permission that is asked for now is needed for.
+    pub(super) fn needed_by(&self) -> NeededBy {
+        let step = self.planner.step().map_or(StepId(0), |(step, ..)| step.id);
+        NeededBy { step, plan_revision: self.planner.revision() }
     }
 
     /// The state of the request for a permission.

@@ -5,6 +5,7 @@ use kittiwake_proto::topics::Request;
 use kittiwake_proto::v1;
 use kittiwake_proto::v1::FlightMode::{Loiter, Offboard};
 use kittiwake_proto::v1::SkillOutcome::{Failed, Rejected, Succeeded};
+use kittiwake_proto::v1::operator_command::Verb;
 use node::CallError;
 
 use crate::rig::{Rig, plan, step};
@@ -22,7 +23,7 @@ fn area_a() -> v1::Area {
 
 fn ledger(state: v1::PermissionState, valid_for_s: f64, decision: u64) -> v1::PermissionLedger {
     let entry = v1::Permission { area: "A".into(), state: state as i32, valid_for_s, decision, ..Default::default() };
-    v1::PermissionLedger { permissions: vec![entry] }
+    v1::PermissionLedger { permissions: vec![entry], ..Default::default() }
 }
 
 /// A transition through area A is flown, with the permission; the planner has said to hold.
@@ -45,6 +46,24 @@ fn under_way_to(east_m: f64) -> (Rig, String) {
     rig.vehicle(true, Offboard, (0.0, 50.0, 10.0));
     rig.story();
     (rig, skill)
+}
+
+#[test]
+fn an_order_that_interrupts_a_step_is_no_failure_of_it() {
+    #[track_caller]
+    fn check(interrupt: fn(&mut Rig), by_order: bool) {
+        let (mut rig, _) = under_way();
+        interrupt(&mut rig);
+        let stop = rig.execute();
+        rig.end(&stop, Succeeded, "");
+        rig.command(Verb::Resume(v1::ResumeMission {}));
+        rig.wait(0.2);
+        let told = rig.open().find_map(|it| if let Request::Replan(it) = it { Some(it.clone()) } else { None });
+        let told = told.expect("a plan is asked for");
+        assert_eq!((told.failed_step_id, told.failed_by_order), (1, by_order), "{}", told.failure);
+    }
+    check(|rig| assert!(rig.command(Verb::Pause(v1::PauseMission { overrides: false })).done), true);
+    check(|rig| rig.flag("obstacle", true), false);
 }
 
 #[test]
@@ -247,5 +266,55 @@ fn the_mission_does_not_end_on_the_ground_as_long_as_nobody_says_that_it_is_ther
     assert_eq!(rig.story(), "start land\nstart land");
     rig.vehicle(true, Loiter, (0.0, 40.0, 10.0));
     rig.wait(0.6);
-    assert_eq!(rig.story(), "start fly 0 0 10");
+    assert_eq!(rig.story(), "start fly 0 40 15");
+}
+
+/// The vehicle is in the middle of area A, with a grant of the tower that began first.
+fn inside_a(decision: u64) -> Rig {
+    let (mut rig, _) = under_way_to(500.0);
+    rig.say(v1::PermissionLedger { tower_start: 1, ..ledger(v1::PermissionState::Granted, 900.0, decision) });
+    rig.say(v1::PlannerStatus { areas: vec![area_a()], ..Default::default() });
+    rig.vehicle(true, Offboard, (0.0, 200.0, 10.0));
+    rig.story();
+    rig
+}
+
+#[test]
+fn another_tower_is_asked_once_again_for_what_the_vehicle_flies_in() {
+    #[track_caller]
+    fn check(tower_start: u64, permissions: Vec<v1::Permission>, expected: &str) {
+        let mut rig = inside_a(5);
+        for _ in 0..2 {
+            rig.say(v1::PermissionLedger { tower_start, permissions: permissions.clone(), ..Default::default() });
+            rig.wait(0.5);
+        }
+        assert_eq!(rig.story(), expected);
+    }
+    let known = ledger(v1::PermissionState::Granted, 850.0, 5).permissions;
+    check(1, known.clone(), "");
+    check(2, known, "ask A");
+    // It has lost everything: what was granted holds until it expires or is decided about.
+    check(2, Vec::new(), "ask A");
+    check(2, ledger(v1::PermissionState::Requested, 0.0, 0).permissions, "ask A");
+}
+
+#[test]
+fn an_older_decision_changes_nothing_and_a_repeated_one_prolongs_nothing() {
+    #[track_caller]
+    fn check(lines: &[(v1::PermissionState, f64, u64)], is_held_after_a_minute: bool) {
+        let mut rig = inside_a(5);
+        for (state, valid_for_s, decision) in lines {
+            rig.say(v1::PermissionLedger { tower_start: 1, ..ledger(*state, *valid_for_s, *decision) });
+        }
+        rig.wait(60.0);
+        let is_held = rig.status().contingencies.is_empty();
+        assert_eq!(is_held, is_held_after_a_minute, "{lines:?}");
+    }
+    use v1::PermissionState::{Denied, Expired, Granted, Revoked};
+    check(&[(Revoked, 0.0, 6)], false);
+    check(&[(Revoked, 0.0, 6), (Granted, 900.0, 5)], false);
+    check(&[(Revoked, 0.0, 6), (Granted, 900.0, 7)], true);
+    check(&[(Denied, 0.0, 4), (Revoked, 0.0, 3)], true);
+    check(&[(Granted, 30.0, 5), (Granted, 900.0, 5)], false);
+    check(&[(Expired, 0.0, 5), (Granted, 900.0, 5)], false);
 }

@@ -236,8 +236,23 @@ fn the_pilot_in_command_may_override_what_may_be_overridden() {
         assert_eq!(rig.story(), story);
     }
     check("battery_low", "holds until resumed", "start stop, giving up 2");
-    let refused = "holds until resumed, but not before `estimator_lost` (land): that may not be overridden";
+    let refused = "holds until resumed, but not before `estimator_lost` (land_now): that may not be overridden";
     check("estimator_lost", refused, "");
+}
+
+#[test]
+fn an_override_does_not_outlast_what_it_has_overridden() {
+    let (mut rig, _) = under_way();
+    rig.flag("battery_low", true);
+    rig.execute();
+    let pause = || Verb::Pause(v1::PauseMission { overrides: true });
+    assert!(rig.command(pause()).done);
+    rig.story();
+    // Nobody knew of this one.
+    rig.flag("battery_critical", true);
+    assert_eq!(rig.story(), "start land, giving up 2");
+    // Known, it may be overridden as well.
+    assert_eq!(rig.command(pause()).text, "holds until resumed");
 }
 
 #[test]

@@ -15,6 +15,7 @@ use kittiwake_proto::v1;
 use mcm::config::Config;
 use mcm::{Mcm, Trees};
 use node::{CallError, CallId, Effect, Event, Node, Token};
+use signed_permissions::key::PublicKey;
 
 const CONFIG: &str = r#"
 tick_period_ms = 10.0
@@ -149,6 +150,11 @@ impl Rig {
         rig
     }
 
+    /// It believes only permissions that are signed with the other half of this key.
+    pub fn that_verifies_with(self, key: PublicKey) -> Rig {
+        Rig { mcm: self.mcm.that_verifies_with(key), ..self }
+    }
+
     /// The monitor reports the state of the vehicle.
     pub fn vehicle(&mut self, flying: bool, mode: v1::FlightMode, at: (f64, f64, f64)) {
         (self.flying, self.mode) = (flying, mode);
@@ -170,7 +176,7 @@ impl Rig {
                 ..Default::default()
             }),
             land_detected: Some(v1::VehicleLandDetected { landed: !flying, timestamp_us, ..Default::default() }),
-            ages: Some(v1::SourceAges { status_s: Some(0.0), ..Default::default() }),
+            ages: Some(v1::SourceAges { status_s: Some(0.0), battery_s: Some(0.0), ..Default::default() }),
             flags: self.listed.clone(),
             ..Default::default()
         }

@@ -46,6 +46,24 @@ fn a_keep_out_area_is_flown_round_on_the_shorter_side() {
     );
 }
 
+/// A hundred small areas side by side, every third to be asked for: a plan that tried what asking for each set of them costs
+/// would never be made.
+#[test]
+fn a_way_through_a_crowd_of_areas_is_found() {
+    let one = |number: i32| {
+        let kind = if number % 3 == 0 { "permission" } else { "keep-out" };
+        let (south, west) = (f64::from(number * 37 % 400 - 200), f64::from(60 + number * 4));
+        let (north, east) = (south + 30.0, west + 4.0);
+        format!(
+            "[[area]]\nname = \"a{number}\"\nkind = \"{kind}\"\n\
+             corners_m = [[{south}.0, {west}.0], [{north}.0, {west}.0], [{north}.0, {east}.0], [{south}.0, {east}.0]]\n"
+        )
+    };
+    let crowd: String = (0..100).map(one).collect();
+    let plan = Story::of(&across(&crowd)).plan();
+    assert!(plan.starts_with("1 takeoff 10 m\n") && plan.ends_with("land\n"), "{plan}");
+}
+
 #[test]
 fn a_goal_in_a_keep_out_area_is_given_up_with_the_reason() {
     let window = "until_utc = \"2027-01-01T00:00:00Z\"";

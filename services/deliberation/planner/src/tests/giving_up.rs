@@ -43,6 +43,20 @@ fn a_mission_whose_takeoff_fails_again_and_again_is_given_up() {
 }
 
 #[test]
+fn a_step_that_an_order_interrupts_has_not_failed() {
+    let mut story = Story::of(REFERENCE);
+    story.plan();
+    story.ordered = true;
+    for drift in 1..20 {
+        story.state.position = Some(v1::Ned { north_m: 10.0 * f64::from(drift), ..Default::default() });
+        assert!(story.fail(&[]).contains("takeoff"), "interrupted {drift} times");
+    }
+    // A failure of its own is still the first one.
+    story.ordered = false;
+    assert!(story.fail(&[]).contains("takeoff"));
+}
+
+#[test]
 fn a_landing_that_fails_again_and_again_is_given_up_and_the_next_objective_is_begun_with_a_climb() {
     let mut story = Story::of(KEEP_OUT.replace("flying = true", "flying = false").as_str());
     story.plan();

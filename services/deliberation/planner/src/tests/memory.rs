@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::UnusableState;
+use domain::memory::MemoryLoss;
 use v1::mission_request::Request as Ask;
 
 impl Story {
@@ -68,4 +69,32 @@ fn a_memory_that_makes_no_sense_changes_nothing() {
     check(|it| it.status.as_mut().unwrap().objectives[0].position = None, "`position`");
     check(|it| it.status.as_mut().unwrap().objectives[0].name.clear(), "a name of 1 to");
     check(|it| it.status.as_mut().unwrap().areas[0].kind = 0, "kind");
+}
+
+#[test]
+fn without_its_memory_it_plans_nothing_until_an_operator_has_accepted_that() {
+    let mut story = Story::of(REFERENCE);
+    story.planner.memory_lost(MemoryLoss { id: 3, why: "planner.0 is garbled".into() });
+    let told = |story: &mut Story| story.status().memory.unwrap();
+    let words = "waits for an operator, since the planner's memory is unusable: planner.0 is garbled";
+    for (accepted, waits) in [(0, true), (2, true), (3, false), (0, false)] {
+        story.accepted_loss = accepted;
+        assert_eq!(story.plan().contains(words), waits, "accepted {accepted}");
+        assert_eq!(told(&mut story).loss.is_some(), waits);
+        // Another planner that continues from here has not forgotten the loss either.
+        story.restart(REFERENCE).unwrap();
+        assert_eq!(told(&mut story).loss.is_some(), waits);
+    }
+}
+
+#[test]
+fn a_first_write_that_fails_is_a_loss_and_a_later_one_is_only_shown() {
+    let mut story = Story::of(REFERENCE);
+    story.planner.memory_written(Ok(()), Some(3));
+    story.planner.memory_written(Err("no space".into()), None);
+    let memory = story.status().memory.unwrap();
+    assert_eq!((memory.loss, &*memory.failing), (None, "no space"));
+    let mut story = Story::of(REFERENCE);
+    story.planner.memory_written(Err("no space".into()), Some(3));
+    assert_eq!(story.status().memory.unwrap().loss.unwrap().id, 3);
 }

@@ -38,6 +38,10 @@ struct Story {
     held: Vec<v1::HeldPermission>,
     /// The grants that failed a step were too short.
     too_short: bool,
+    /// The loss of memory that the operator has accepted.
+    accepted_loss: u64,
+    /// An operator's order interrupted the step.
+    ordered: bool,
     requests: u64,
     steps: Vec<v1::PlanStep>,
 }
@@ -71,6 +75,8 @@ impl Story {
             state: v1::PlanningState { position: Some(v1::Ned::default()), ..Default::default() },
             held: Vec::new(),
             too_short: false,
+            accepted_loss: 0,
+            ordered: false,
             requests: 0,
             steps: Vec::new(),
         }
@@ -129,6 +135,8 @@ impl Story {
             failure: "it failed".into(),
             denials: denials.iter().map(denial).collect(),
             held: self.held.clone(),
+            accepted_loss: self.accepted_loss,
+            failed_by_order: self.ordered,
         };
         let Some(Response::Replan(reply)) = self.request(Request::Replan(request)) else { panic!("no reply") };
         let text = render(&reply);

@@ -116,12 +116,19 @@ fn what_cannot_be_flown_does_not_take_the_place_of_what_can() {
 
 #[test]
 fn a_change_to_what_is_flown_withdraws_the_plan_any_other_does_not() {
-    check(insert(2, "look", 100.0), true, "objective `look` inserted at 2", &["deliver", "return", "look"], 0);
-    check(insert(0, "look", 100.0), true, "objective `look` inserted at 0", &["look", "deliver", "return"], 1);
+    check(insert(2, "look", 90.0), true, "objective `look` inserted at 2", &["deliver", "return", "look"], 0);
+    check(insert(0, "look", 90.0), true, "objective `look` inserted at 0", &["look", "deliver", "return"], 1);
     check(remove("return"), true, "objective `return` removed", &["deliver"], 0);
     check(remove("deliver"), true, "objective `deliver` removed", &["return"], 1);
     check(skip("return"), true, "objective `return` skipped", &["deliver", "return (skipped by anna)"], 0);
     check(skip("deliver"), true, "objective `deliver` skipped", &["deliver (skipped by anna)", "return"], 1);
+}
+
+#[test]
+fn a_place_that_wind_brings_too_near_to_a_border_is_told_when_it_is_inserted() {
+    let mut story = Story::under_way(REFERENCE);
+    let reply = story.ask(insert(1, "look", 95.0));
+    assert!(reply.accepted && reply.text.contains("lies 15.0 m from the border of area `A`"), "{}", reply.text);
 }
 
 #[test]
@@ -132,6 +139,10 @@ fn what_makes_no_sense_changes_nothing() {
     }
     refused(remove("nowhere"), "there is no objective `nowhere`");
     refused(insert(3, "look", 1.0), "cannot insert at 3: the mission has 2 objectives, and the limit is 100");
+    refused(
+        insert(1, "look", 104.0),
+        "objective `look` lies 6.0 m from the border of area `A`, expected at least 10 m",
+    );
     refused(insert(1, "deliver", 1.0), "there is an objective `deliver` already");
     refused(insert(1, "", 1.0), "an objective has a name of 1 to 100 characters");
     refused(insert(1, "x", 2e5), "objective `x` is farther than 100000 m from the origin, or higher than 10000 m");
@@ -145,9 +156,9 @@ fn what_makes_no_sense_changes_nothing() {
 #[test]
 fn a_change_that_is_repeated_is_made_once() {
     let mut story = Story::under_way(REFERENCE);
-    let first = story.ask_as("k1", insert(2, "look", 100.0));
+    let first = story.ask_as("k1", insert(2, "look", 90.0));
     assert!(first.accepted);
-    assert_eq!(story.ask_as("k1", insert(2, "look", 100.0)), first);
+    assert_eq!(story.ask_as("k1", insert(2, "look", 90.0)), first);
     assert_eq!(story.status().objectives.len(), 3);
 }
 
@@ -169,8 +180,8 @@ fn each_change_in_each_state() {
         let changes = [
             Ask::Validate(text(KEEP_OUT)),
             Ask::Upload(text(KEEP_OUT)),
-            insert(1, "look", 100.0),
-            insert(0, "look", 100.0),
+            insert(1, "look", 90.0),
+            insert(0, "look", 90.0),
             remove("deliver"),
             skip("return"),
         ];

@@ -41,6 +41,38 @@ fn a_hold_lasts_until_the_area_may_be_asked_again() {
     );
 }
 
+/// It would be asked for without end, at one moment: the tower answers at once.
+#[test]
+fn an_area_denied_twice_before_it_applies_is_not_asked_for_a_third_time() {
+    let mut story = Story::of(&across(
+        "[[area]]\nname = \"W\"\nkind = \"permission\"\nfrom_utc = \"2026-01-01T00:01:05Z\"\n\
+         corners_m = [[-9000.0, 200.0], [9000.0, 200.0], [9000.0, 480.0], [-9000.0, 480.0]]\n",
+    ));
+    story.airborne_at([0.0, 180.0, 10.0]);
+    check(
+        &story.plan(),
+        "1 position 0 180 10, hold, ask W
+         2 position 0 500 10, needs W
+         3 land",
+    );
+    let hold = "hold 30 s: area W: denied by the control tower: busy; asked once more";
+    check(&story.fail(&[("W", Some("busy"))]), hold);
+    story.wait(30);
+    check(
+        &story.plan(),
+        "4 position 0 180 10, hold, ask W
+         5 position 0 500 10, needs W
+         6 land",
+    );
+    check(
+        &story.fail(&[("W", Some("busy"))]),
+        "7 position 9010 190 10
+         8 position 9010 490 10
+         9 position 0 500 10
+         10 land",
+    );
+}
+
 #[test]
 fn a_late_grant_clears_the_denial() {
     let mut story = Story::of(&wall());

@@ -55,7 +55,14 @@ fn planner(areas: &[Area], goal: Ned) -> MissionPlanner {
 
 fn from(position: Ned, held: &BTreeSet<String>) -> PlanRequest {
     let state = State { permissions: held.clone(), ..State::new(position, position.down_m != 0.0) };
-    PlanRequest { request_id: String::new(), state, grants: Grants::new(), failed: None, denials: Vec::new() }
+    PlanRequest {
+        request_id: String::new(),
+        state,
+        grants: Grants::new(),
+        failed: None,
+        denials: Vec::new(),
+        accepted_loss: 0,
+    }
 }
 
 /// No step enters an area that is neither held nor asked for in an earlier step, or a keep-out
@@ -139,7 +146,7 @@ proptest! {
         held = held.into_iter().enumerate().filter(|(it, _)| bit(*it)).map(|(_, it)| it).collect();
         let denied = failed.communication.ask.iter().enumerate().filter(|(it, _)| bit(it + 4)).map(|(_, need)| &need.area);
         let denials = denied.map(|it| Denial { area: it.clone(), kind: if bit(2) { DenialKind::Silent } else { DenialKind::Refused }, reason: "busy".into() }).collect();
-        let step = FailedStep { id: failed.id.unwrap(), reason: String::new() };
+        let step = FailedStep { id: failed.id.unwrap(), reason: String::new(), ordered: false };
         let request = PlanRequest { failed: Some(step), denials, ..from(position, &held) };
         if let Answer::Plan(steps) = planner.replan(request, Now::default()) {
             assert_allowed(&steps, &areas, &held)?;

@@ -195,11 +195,23 @@ impl Default for Vehicle {
 }
 
 impl Vehicle {
+    /// It stands on the ground, by every source.
+    pub(crate) fn touch_down(&mut self) {
+        self.land_detected.landed = true;
+        self.local_position.position = Some(v1::Ned { north_m: 30.0, east_m: 40.0, down_m: 0.0 });
+    }
+
+    /// It flies again.
+    pub(crate) fn lift_off(&mut self) {
+        let Vehicle { land_detected, local_position, .. } = Vehicle::default();
+        (self.land_detected, self.local_position) = (land_detected, local_position);
+    }
+
     fn samples(&mut self) -> Vec<Message> {
         self.drawn += 1;
         let drawn = f64::from(self.drawn);
         let noise = |topic| if self.frozen.contains(&topic) { 0.0 } else { 1e-9 * drawn };
-        let mut samples: Vec<Message> = vec![self.status.clone().into(), self.land_detected.into()];
+        let mut samples: Vec<Message> = vec![self.status.clone().into()];
         let roll_rate_rad_s = self.attitude.roll_rate_rad_s + noise(Topic::VehicleAttitude);
         samples.push(v1::VehicleAttitude { roll_rate_rad_s, ..self.attitude }.into());
         let velocity = self
@@ -207,6 +219,8 @@ impl Vehicle {
             .velocity
             .map(|it| v1::NedVelocity { north_m_s: it.north_m_s + noise(Topic::VehicleLocalPosition), ..it });
         samples.push(v1::VehicleLocalPosition { velocity, ..self.local_position }.into());
+        // A land detector follows what the position shows.
+        samples.push(self.land_detected.into());
         let latitude_deg = self.global_position.latitude_deg + noise(Topic::VehicleGlobalPosition);
         samples.push(v1::VehicleGlobalPosition { latitude_deg, ..self.global_position }.into());
         let current_a = self.battery.current_a + noise(Topic::BatteryStatus);

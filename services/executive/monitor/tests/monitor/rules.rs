@@ -108,10 +108,10 @@ fn a_rule_applies_in_its_situation_only() {
         &[
             |it| {
                 it.battery.remaining = 0.1;
-                it.land_detected.landed = true;
+                it.touch_down();
             },
-            |it| it.land_detected.landed = false,
-            |it| it.land_detected.landed = true,
+            Vehicle::lift_off,
+            Vehicle::touch_down,
         ],
         &[
             "3.000 watched up: battery remaining 0.10, below 0.20 for 1.0 s",

@@ -25,7 +25,7 @@ fn every_row_with_a_rule_is_raised_once_and_cleared_again() {
         make_it_so(&mut rig.vehicle, rule);
         if let Rule::Above { value: Quantity::TouchdownSpeed, .. } = rule {
             rig.fly(0.1);
-            rig.vehicle.land_detected.landed = true;
+            rig.vehicle.touch_down();
         }
         rig.fly(lasting_s(rule) + 0.1);
         rig.vehicle = Vehicle::default();
@@ -45,8 +45,8 @@ fn a_battery_that_runs_empty_raises_its_flags_in_order() {
     }
     rig.vehicle.silent = vec![Topic::BatteryStatus];
     rig.wait(s(0.005));
-    rig.fly(3.0);
-    rig.vehicle.land_detected.landed = true;
+    rig.fly(16.0);
+    rig.vehicle.touch_down();
     rig.fly(0.1);
     assert_eq!(
         rig.story(),
@@ -54,7 +54,8 @@ fn a_battery_that_runs_empty_raises_its_flags_in_order() {
             "3.000 battery_low up: battery remaining 0.20, below 0.25 for 1.0 s",
             "4.500 battery_critical up: battery remaining 0.09, below 0.10 for 0.5 s",
             "7.990 battery_stale up: battery status has been silent for 2.0 s, the limit is 2.0 s",
-            "9.005 battery_stale down: the vehicle is no longer flying",
+            "20.990 battery_gone up: battery status has been silent for 15.0 s, the limit is 15.0 s",
+            "22.005 battery_gone down: the vehicle is no longer flying",
         ]
     );
 }
@@ -70,6 +71,7 @@ fn make_it_so(vehicle: &mut Vehicle, rule: Rule) {
     match rule {
         Rule::Below { value, threshold, .. } => measure(vehicle, value, threshold - 0.01),
         Rule::Above { value, threshold, .. } => measure(vehicle, value, threshold + 0.01),
+        Rule::Reported { condition: Condition::LandDetectorContradicts, .. } => vehicle.land_detected.landed = true,
         Rule::Reported { condition, .. } => vehicle.status.failures.push(failure(condition) as i32),
         Rule::Stale { source: DataSource::Planner, .. } => vehicle.hung.push("planner"),
         Rule::Stale { source: DataSource::SkillManager, .. } => vehicle.hung.push("skill-manager"),
@@ -104,6 +106,7 @@ fn failure(condition: Condition) -> FailureFlag {
         Condition::MotorFailure => FailureFlag::Motor,
         Condition::BatteryFailure => FailureFlag::Battery,
         Condition::GroundLinkLost => FailureFlag::GroundLinkLost,
+        Condition::LandDetectorContradicts => unreachable!("no failure that the vehicle reports"),
     }
 }
 

@@ -1,4 +1,5 @@
-//! Land: descend where the vehicle is, until the land detector reports the ground.
+//! Land: descend where the vehicle is, until it stands on the ground, by the rule that all processes share
+//! ([`domain::flight_state`]). One that stands there already is disarmed.
 
 use domain::fmu::{Command, FlightMode, LocalPosition};
 use domain::time::{Pace, Time};
@@ -14,12 +15,14 @@ use crate::vehicle::View;
 #[derive(Debug)]
 pub(crate) struct Land {
     descent: Descent,
+    /// It stands on the ground with its motors on: there is nothing to come down from.
+    disarms: bool,
 }
 
 impl Land {
     /// A landing.
     pub(crate) fn new(config: &Config, pace: Pace) -> Land {
-        Land { descent: Descent::new(config, pace) }
+        Land { descent: Descent::new(config, pace), disarms: false }
     }
 }
 
@@ -29,15 +32,20 @@ impl Skill for Land {
     }
 
     fn ready(&mut self, view: &View) -> Ready {
+        // Once commanded it may lift off; an autopilot refuses to disarm then, and the next try lands.
+        let is_armed = view.status.is_some_and(|it| it.armed);
+        self.disarms = view.stands_still && is_armed;
         match view.at_rest_on_ground() {
-            Some(true) => Ready::AlreadyTrue,
-            Some(false) => Ready::Command,
+            Some(true) if !is_armed => Ready::AlreadyTrue,
+            // It has landed, and is not where it stood before.
+            Some(true) if !self.disarms => Ready::AlreadyTrue,
+            Some(_) => Ready::Command,
             None => Ready::Await("land detector and vehicle status"),
         }
     }
 
     fn command(&self, accepted: usize) -> Option<Command> {
-        (accepted == 0).then_some(Command::Land)
+        (accepted == 0).then_some(if self.disarms { Command::Disarm } else { Command::Land })
     }
 
     fn mode(&self) -> FlightMode {
@@ -53,16 +61,15 @@ impl Skill for Land {
     }
 
     fn progress(&mut self, view: &View, now: Time) -> Option<Ending> {
-        if view.landed == Some(true) {
+        if self.disarms {
+            return view.status.is_some_and(|it| !it.armed).then(Ending::success);
+        }
+        if view.flying == Some(false) {
             return Some(Ending::success());
         }
         let height_m = view.vertical.map(|it| it.position.height_m());
         if !self.descent.has_stalled(now, height_m) {
             return None;
-        }
-        if view.status.is_some_and(|it| !it.armed) {
-            // The land detector is silent or wrong: an autopilot stops the motors on the ground.
-            return Some(Ending::success());
         }
         let reason = match height_m {
             Some(height_m) => format!("did not come down: still at a height of {height_m:.1} m"),

@@ -109,7 +109,7 @@ impl Skill for Takeoff {
         // Once the autopilot loiters it climbs no further. It counts in the air only: the mode before
         // the climb may have been loiter, too.
         match view.status.map(|it| it.actual) {
-            Some(FlightMode::Loiter) if view.landed == Some(false) => {
+            Some(FlightMode::Loiter) if view.flying == Some(true) => {
                 self.levelled_off.get_or_insert(now);
             }
             Some(_) => self.levelled_off = None,

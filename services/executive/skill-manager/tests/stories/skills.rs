@@ -114,6 +114,28 @@ fn a_vehicle_that_is_about_to_lift_off_does_not_count_as_landed() {
 }
 
 #[test]
+fn a_landing_of_a_vehicle_that_stands_armed_disarms_it() {
+    let mut rig = Rig::new(Autopilot::default().armed());
+    let land = rig.start(Goal::Land);
+    assert_eq!(rig.outcome(land), Succeeded);
+    assert!(!rig.autopilot.armed);
+    rig.run(3.0).check("land 1 process_request\ncommand disarm\nland 1 execute\nland 1 succeeded");
+}
+
+/// From before the takeoff to the end of the landing.
+#[test]
+fn a_land_detector_that_never_notices_the_flight_hides_neither_takeoff_nor_landing() {
+    let mut rig = Rig::new(Autopilot::default());
+    rig.run(0.1);
+    rig.autopilot.frozen = vec![Source::Landed];
+    let takeoff = rig.start(Goal::Takeoff { climb_m: 10.0 });
+    assert_eq!(rig.outcome(takeoff), Succeeded);
+    let land = rig.start(Goal::Land);
+    assert_eq!(rig.outcome(land), Succeeded);
+    assert!(!rig.autopilot.armed && rig.autopilot.landed);
+}
+
+#[test]
 fn stop_ends_when_the_vehicle_is_slow() {
     let mut rig = Rig::new(Autopilot::flying());
     let velocity = rig.start(drift(None));

@@ -58,6 +58,16 @@ impl<'a> Arguments<'a> {
         }
     }
 
+    /// What a land detector is stuck at.
+    pub(crate) fn detector(&mut self) -> Result<Option<bool>, String> {
+        match self.next() {
+            Some("landed") => Ok(Some(true)),
+            Some("flying") => Ok(Some(false)),
+            Some("works") => Ok(None),
+            other => Err(format!("found `{}`, expected landed, flying or works", other.unwrap_or_default())),
+        }
+    }
+
     /// One of the topics that the vehicle sends, by the last part of its key.
     pub(crate) fn topic(&mut self) -> Result<Topic, String> {
         let name = self.next().ok_or("TOPIC is missing")?;

@@ -106,6 +106,12 @@ const CATALOGUE: &[CatalogueEntry] = &[
         parse: |it| Ok(Fault::BlockedLanding(it.switch()?)),
     },
     CatalogueEntry {
+        name: "land_detector",
+        arguments: "landed|flying|works",
+        effect: "the land detector reports the ground, or the air, whatever is true; in the air it never disarms by itself",
+        parse: |it| Ok(Fault::LandDetector(it.detector()?)),
+    },
+    CatalogueEntry {
         name: "intruder",
         arguments: "NORTH EAST HEIGHT VNORTH VEAST",
         effect: "another aircraft appears at NORTH EAST HEIGHT (m) and flies straight and level at VNORTH VEAST (m/s)",

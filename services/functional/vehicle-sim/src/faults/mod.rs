@@ -48,6 +48,8 @@ pub(crate) enum Fault {
     LinkLoss(f64),
     /// A landing stops above the ground.
     BlockedLanding(bool),
+    /// The land detector is stuck at the ground (true) or in the air (false), or works.
+    LandDetector(Option<bool>),
     /// Another aircraft appears, and flies straight and level.
     Intruder {
         /// Metres north of the origin.
@@ -133,6 +135,9 @@ mod tests {
         check("wind 3 -4", Ok(Fault::Wind { north_m_s: 3.0, east_m_s: -4.0, gust_m_s: 0.0 }));
         check("wind 3 -4 1.5", Ok(Fault::Wind { north_m_s: 3.0, east_m_s: -4.0, gust_m_s: 1.5 }));
         check("link_loss 30", Ok(Fault::LinkLoss(30.0)));
+        check("land_detector landed", Ok(Fault::LandDetector(Some(true))));
+        check("land_detector flying", Ok(Fault::LandDetector(Some(false))));
+        check("land_detector works", Ok(Fault::LandDetector(None)));
         check("blocked_landing", Ok(Fault::BlockedLanding(true)));
         check(
             "intruder 1 2 3 4 5",

@@ -64,6 +64,8 @@ pub(crate) enum Event {
     Dropped,
     /// The present step has failed, for this reason and because of these denials.
     Failed(String, Vec<Denial>),
+    /// An operator's order came first.
+    Ordered(String),
     /// The present step is to be given up, for this reason.
     Withdrawn(String),
     /// The step is given up, and the planner need not know why.
@@ -102,8 +104,12 @@ impl Flight {
             }
             (F::Flying { .. }, E::Advanced | E::Dropped) => F::Idle,
             (F::Flying { step, .. }, E::Failed(reason, denials)) => {
-                let failed = Some(FailedStep { id: step.id, reason });
+                let failed = Some(FailedStep { id: step.id, reason, ordered: false });
                 F::Interrupted { goal: step.nominal.goal, failed, denials }
+            }
+            (F::Flying { step, .. }, E::Ordered(reason)) => {
+                let failed = Some(FailedStep { id: step.id, reason, ordered: true });
+                F::Interrupted { goal: step.nominal.goal, failed, denials: Vec::new() }
             }
             (F::Flying { step, number, count, next, .. }, E::Withdrawn(reason)) => {
                 F::Flying { step, number, count, next, withdrawn: Some(reason) }

@@ -9,9 +9,9 @@ use super::*;
 
 /// One row per state, one column per event, in the order of [`events`]. A cell is the next state; `=` where
 /// nothing changes.
-const TABLE: &[(&str, [&str; 11])] = &[
-    // adopted, asked, known, lost, advanced, dropped, failed, withdrawn, given up, denials heard, finished
-    ("idle", ["7 1/1 ?", "=", "=", "=", "=", "=", "=", "=", "=", "=", "="]),
+const TABLE: &[(&str, [&str; 12])] = &[
+    // adopted, asked, known, lost, advanced, dropped, failed, withdrawn, given up, denials heard, finished, ordered
+    ("idle", ["7 1/1 ?", "=", "=", "=", "=", "=", "=", "=", "=", "=", "=", "="]),
     (
         "1 2/3 ?",
         [
@@ -26,6 +26,7 @@ const TABLE: &[(&str, [&str; 11])] = &[
             "given up",
             "=",
             "=",
+            "ordered 1: why",
         ],
     ),
     (
@@ -42,6 +43,7 @@ const TABLE: &[(&str, [&str; 11])] = &[
             "given up",
             "=",
             "=",
+            "ordered 1: why",
         ],
     ),
     (
@@ -58,6 +60,7 @@ const TABLE: &[(&str, [&str; 11])] = &[
             "given up",
             "=",
             "=",
+            "ordered 1: why",
         ],
     ),
     (
@@ -74,6 +77,7 @@ const TABLE: &[(&str, [&str; 11])] = &[
             "given up",
             "=",
             "=",
+            "ordered 1: why",
         ],
     ),
     (
@@ -90,11 +94,12 @@ const TABLE: &[(&str, [&str; 11])] = &[
             "given up",
             "=",
             "=",
+            "ordered 1: why",
         ],
     ),
-    ("failed 1: why, A denied", ["7 1/1 ?", "=", "=", "=", "=", "=", "=", "=", "=", "failed 1: why", "given up"]),
-    ("failed 1: why", ["7 1/1 ?", "=", "=", "=", "=", "=", "=", "=", "=", "=", "given up"]),
-    ("given up", ["7 1/1 ?", "=", "=", "=", "=", "=", "=", "=", "=", "=", "="]),
+    ("failed 1: why, A denied", ["7 1/1 ?", "=", "=", "=", "=", "=", "=", "=", "=", "failed 1: why", "given up", "="]),
+    ("failed 1: why", ["7 1/1 ?", "=", "=", "=", "=", "=", "=", "=", "=", "=", "given up", "="]),
+    ("given up", ["7 1/1 ?", "=", "=", "=", "=", "=", "=", "=", "=", "=", "=", "="]),
 ];
 
 fn step(id: u64) -> Step {
@@ -112,7 +117,7 @@ fn flying(next: Next, withdrawn: Option<&str>) -> Flight {
 }
 
 fn states() -> [Flight; 9] {
-    let failed = Some(FailedStep { id: StepId(1), reason: "why".into() });
+    let failed = Some(FailedStep { id: StepId(1), reason: "why".into(), ordered: false });
     [
         Flight::Idle,
         flying(Next::Unknown(Time::ZERO), None),
@@ -126,7 +131,7 @@ fn states() -> [Flight; 9] {
     ]
 }
 
-fn events() -> [Event; 11] {
+fn events() -> [Event; 12] {
     [
         Event::Adopted(Plan { objective: 0, steps: vec![step(7)], revision: 1, epoch: 0 }),
         Event::NextAsked,
@@ -139,6 +144,7 @@ fn events() -> [Event; 11] {
         Event::GivenUp,
         Event::DenialsHeard,
         Event::Finished,
+        Event::Ordered("why".into()),
     ]
 }
 
@@ -156,9 +162,10 @@ fn name(flight: &Flight) -> String {
             let withdrawn = if withdrawn.is_some() { " withdrawn" } else { "" };
             format!("{} {number}/{count} {next}{withdrawn}", step.id)
         }
-        Flight::Interrupted { failed: Some(FailedStep { id, reason }), denials, .. } => {
+        Flight::Interrupted { failed: Some(FailedStep { id, reason, ordered }), denials, .. } => {
             let denied: String = denials.iter().map(|it| format!(", {} denied", it.area)).collect();
-            format!("failed {id}: {reason}{denied}")
+            let word = if *ordered { "ordered" } else { "failed" };
+            format!("{word} {id}: {reason}{denied}")
         }
         Flight::Interrupted { failed: None, .. } => "given up".into(),
     }

@@ -63,8 +63,9 @@ pub(crate) struct Planner {
     pauses: Pauses,
     status: Option<PlannerStatus>,
     areas: Arc<[Area]>,
-    /// The revision of the plan that was adopted last.
+    /// The epoch and the revision of the plan that was adopted last.
     epoch: u64,
+    revision: u64,
     /// The objective of the last plan.
     planned_for: Option<u32>,
 }
@@ -81,6 +82,7 @@ impl Planner {
             status: None,
             areas: Arc::new([]),
             epoch: 0,
+            revision: 0,
             planned_for: None,
         }
     }
@@ -88,6 +90,16 @@ impl Planner {
     /// The step that is flown, its place in the plan from 1, and the number of steps in the plan.
     pub(crate) fn step(&self) -> Option<(&Arc<Step>, u32, u32)> {
         self.flight.step()
+    }
+
+    /// The revision of the plan that was adopted last; zero before the first.
+    pub(crate) fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// Continues after a restart.
+    pub(crate) fn restore_revision(&mut self, revision: u64) {
+        self.revision = revision;
     }
 
     /// What is known about the step after the present one.
@@ -130,6 +142,7 @@ impl Planner {
         &mut self,
         state: State,
         grants: Grants,
+        accepted_loss: u64,
         timeout: Duration,
         outbox: &mut Outbox,
     ) -> bool {
@@ -145,6 +158,7 @@ impl Planner {
             grants,
             failed: failed.cloned(),
             denials: denials.to_vec(),
+            accepted_loss,
         };
         self.request.on(RequestEvent::Sent(request_id.clone()));
         outbox.call(Purpose::Replan(request_id), Request::Replan(request.into()), timeout);
@@ -171,23 +185,20 @@ impl Planner {
     }
 
     /// The present step was flown; it is reported to the planner until the planner acknowledges it.
-    pub(crate) fn flown(&mut self, id: StepId, state: State) {
-        self.pauses.end();
+    pub(crate) fn flown(&mut self, now: Time, id: StepId, state: State, first_pause: Duration) {
+        self.pauses.end(now, first_pause);
         self.reports.on(ReportEvent::Flown(StepDone { id, state }));
     }
 
     /// The present step failed by itself.
     pub(crate) fn fail(&mut self, now: Time, reason: String, denials: Vec<Denial>, first_pause: Duration) {
-        // After a denial the planner decides about the pause.
-        if denials.is_empty() {
-            self.pauses.begin(now, first_pause);
-        }
+        self.pauses.begin(now, first_pause);
         self.flight.on(FlightEvent::Failed(reason, denials));
     }
 
     /// The present step is given up because of something else.
-    pub(crate) fn interrupt(&mut self, reason: String) {
-        self.flight.on(FlightEvent::Failed(reason, Vec::new()));
+    pub(crate) fn interrupt(&mut self, reason: String, by_order: bool) {
+        self.flight.on(if by_order { FlightEvent::Ordered(reason) } else { FlightEvent::Failed(reason, Vec::new()) });
     }
 
     /// The present step must not begin, or was flown and no next step is known.
@@ -213,7 +224,7 @@ impl Planner {
 
     /// Flies `plan`.
     pub(crate) fn adopt(&mut self, plan: Plan) {
-        self.epoch = plan.epoch;
+        (self.epoch, self.revision) = (plan.epoch, plan.revision);
         self.planned_for = Some(plan.objective);
         self.flight.on(FlightEvent::Adopted(plan));
         self.request.on(RequestEvent::Adopted);

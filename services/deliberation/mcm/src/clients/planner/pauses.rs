@@ -1,6 +1,7 @@
 //! Pauses before a plan is asked for again, growing with each failure.
 //!
-//! So a short disturbance does not use up every try, and a contingency can respond first.
+//! So a short disturbance does not use up every try, a contingency can respond first, and manager, planner and tower never ask
+//! each other without end at one moment.
 
 use std::time::Duration;
 
@@ -14,12 +15,15 @@ const PAUSES: [u32; 5] = [0, 1, 2, 4, 8];
 pub(crate) struct Pauses {
     failures: usize,
     unusable_answers: usize,
+    /// When the last failure was, and until when no plan is asked for.
+    last: Time,
     until: Time,
 }
 
 impl Pauses {
     /// A step failed.
     pub(crate) fn begin(&mut self, now: Time, first_pause: Duration) {
+        self.last = now;
         self.until = now + first_pause * PAUSES[self.failures.min(PAUSES.len() - 1)];
         self.failures += 1;
     }
@@ -29,9 +33,12 @@ impl Pauses {
         self.until
     }
 
-    /// A step was flown.
-    pub(crate) fn end(&mut self) {
-        (self.failures, self.until) = (0, Time::ZERO);
+    /// A step was flown. One that is over within the first pause after a failure proves no progress.
+    pub(crate) fn end(&mut self, now: Time, first_pause: Duration) {
+        if self.last + first_pause <= now {
+            self.failures = 0;
+        }
+        self.until = Time::ZERO;
     }
 
     /// Something other than a failure asks for a plan.
@@ -64,9 +71,12 @@ mod tests {
             pauses.until().as_secs_f64()
         };
         assert_eq!([next(), next(), next(), next(), next(), next()], [0.0, 1.0, 2.0, 4.0, 8.0, 8.0]);
-        pauses.end();
+        pauses.end(Time::ZERO, second);
         pauses.begin(Time::ZERO, second);
-        assert_eq!(pauses.until(), Time::ZERO);
+        assert_eq!(pauses.until().as_secs_f64(), 8.0, "a step that ends at once proves nothing");
+        pauses.end(Time::after(second), second);
+        pauses.begin(Time::after(second), second);
+        assert_eq!(pauses.until(), Time::after(second));
         assert_eq!([0; 3].map(|_| pauses.unusable_answer(second).as_secs()), [1, 2, 4]);
         pauses.answered();
         assert_eq!(pauses.unusable_answer(second), second);

@@ -12,7 +12,6 @@ loiter_after_s = 0.2
 loiter_tries = 3
 position_age_limit_s = 0.5
 status_age_limit_s = 1.5
-landed_age_limit_s = 3.0
 data_wait_s = 1.5
 mode_timeout_s = 3.0
 position_tolerance_m = 1.0

@@ -1,0 +1,105 @@
+//! What is known about the manager's own memory and the planner's: one that is lost waits for an operator, one that cannot
+//! be written prevents a takeoff. Which files there are, and how they are written, is the shell's business.
+
+use domain::contingency::{MEMORY_UNUSABLE, MEMORY_UNWRITABLE};
+use domain::memory::{MemoryHealth, MemoryLoss};
+
+use super::{SELF, World};
+
+/// The source of these flags where it is the planner's memory.
+const PLANNER: &str = "planner";
+
+/// Both memories.
+#[derive(Debug, Default)]
+pub(super) struct Memory {
+    own: MemoryHealth,
+    planner: MemoryHealth,
+    /// The loss of the planner's memory that an operator has accepted; zero without one.
+    accepted: u64,
+}
+
+impl Memory {
+    /// The persisted part of it.
+    pub(super) fn restored(loss: Option<MemoryLoss>, accepted: u64) -> Memory {
+        Memory { own: MemoryHealth { loss, failing: None }, planner: MemoryHealth::default(), accepted }
+    }
+
+    /// The manager's own.
+    pub(super) fn own(&self) -> &MemoryHealth {
+        &self.own
+    }
+
+    /// The loss of the planner's memory that an operator has accepted; zero without one.
+    pub(super) fn accepted_loss(&self) -> u64 {
+        self.accepted
+    }
+
+    /// What is lost waits for an operator.
+    pub(super) fn is_lost(&self) -> bool {
+        self.own.loss.is_some() || self.planner_loss().is_some()
+    }
+
+    /// Why one of them cannot be written.
+    fn failing(&self) -> Option<&str> {
+        self.own.failing.as_deref().or(self.planner.failing.as_deref())
+    }
+
+    fn planner_loss(&self) -> Option<&MemoryLoss> {
+        self.planner.loss.as_ref().filter(|it| it.id != self.accepted)
+    }
+}
+
+impl World {
+    /// What a manager before has saved last is lost.
+    pub(crate) fn memory_lost(&mut self, loss: MemoryLoss) {
+        self.memory.own.loss = Some(loss);
+        self.show_memory();
+    }
+
+    /// The outcome of the newest attempt to save.
+    pub(crate) fn memory_written(&mut self, outcome: Result<(), String>, loss: Option<u64>) {
+        self.memory.own.written(outcome, loss);
+        self.show_memory();
+    }
+
+    /// The planner tells about its memory.
+    pub(super) fn planner_memory(&mut self, health: MemoryHealth) {
+        if self.memory.planner != health {
+            self.memory.planner = health;
+            self.show_memory();
+        }
+    }
+
+    /// An operator lets the mission begin or go on without what is lost.
+    ///
+    /// # Errors
+    /// If what follows could not be remembered either; on the ground nothing begins then.
+    pub(super) fn accept_loss(&mut self) -> Result<(), String> {
+        if let Some(why) = self.memory.failing().filter(|_| !self.is_flying()) {
+            return Err(format!("what happens could not be remembered: {why}; make it writable, then start"));
+        }
+        self.memory.own.loss = None;
+        self.memory.accepted = self.memory.planner.loss.as_ref().map_or(self.memory.accepted, |it| it.id);
+        self.show_memory();
+        Ok(())
+    }
+
+    /// Puts the flags up or down.
+    pub(super) fn show_memory(&mut self) {
+        let Memory { own, planner, .. } = &self.memory;
+        let planner_loss = self.memory.planner_loss().map(|it| format!("the planner's: {}", it.why));
+        let planner_failing = planner.failing.as_ref().map(|why| format!("the planner's: {why}"));
+        let flags = [
+            (MEMORY_UNUSABLE, SELF, own.loss.as_ref().map(|it| it.why.clone())),
+            (MEMORY_UNUSABLE, PLANNER, planner_loss),
+            (MEMORY_UNWRITABLE, SELF, own.failing.clone()),
+            (MEMORY_UNWRITABLE, PLANNER, planner_failing),
+        ];
+        for (flag, source, why) in flags {
+            match why {
+                Some(why) => self.raise(flag, source, why),
+                None => self.flags.condition_gone(flag, source),
+            }
+        }
+    }
+}

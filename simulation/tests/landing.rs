@@ -1,0 +1,168 @@
+//! Where the vehicle comes down when it must not go on: not in what is closed below it, not on a wrong word.
+
+mod support;
+
+use std::time::Duration;
+
+use control_tower::policy::Policy;
+use kittiwake_proto::v1::operator_command::Verb;
+use kittiwake_proto::v1::{self, Decision, MissionOutcome};
+use simulation::Simulation;
+
+use support::{config, mission_file, simulation};
+
+const LIMIT: Duration = Duration::from_secs(2400);
+
+/// A flight to a place 600 m east, among `areas`.
+fn among(name: &str, areas: &str, policy: Policy) -> Simulation<'static> {
+    let text = format!(
+        "name = \"{name}\"\n[[objective]]\nname = \"far\"\nnorth_m = 0.0\neast_m = 600.0\nheight_m = 0.0\n\
+         flying = false\n{areas}"
+    );
+    let path = mission_file(&format!("landing-{name}"), &text);
+    simulation(Some(&path), policy)
+}
+
+/// 80 m to either side of the way from 100 m to 500 m east.
+fn area(kind: &str, more: &str) -> String {
+    format!(
+        "[[area]]\nname = \"K\"\nkind = \"{kind}\"\n{more}\n\
+         corners_m = [[-80.0, 100.0], [80.0, 100.0], [80.0, 500.0], [-80.0, 500.0]]\n"
+    )
+}
+
+/// Over the middle of the area.
+#[track_caller]
+fn over_the_middle(simulation: &mut Simulation<'_>) {
+    while simulation.position().is_none_or(|it| it.east_m < 250.0) {
+        simulation.pass(Duration::from_millis(200));
+        assert!(simulation.now().as_secs_f64() < 900.0, "it never gets there:\n{}", simulation.decision_log());
+    }
+}
+
+#[track_caller]
+fn ends_outside(simulation: &mut Simulation<'_>) {
+    simulation.fly(LIMIT).unwrap_or_else(|| panic!("no end:\n{}", simulation.decision_log()));
+    simulation.pass(Duration::from_secs(30));
+    let at = simulation.position().expect("a position");
+    let is_inside = (100.0..500.0).contains(&at.east_m) && at.north_m.abs() < 80.0;
+    assert!(simulation.is_on_ground() && !is_inside, "{at:?}\n{}", simulation.decision_log());
+    assert_eq!(simulation.breaches(), [], "{}", simulation.decision_log());
+}
+
+const ABORT: Verb = Verb::Abort(v1::AbortMission { overrides: false });
+
+#[test]
+fn a_landing_in_answer_to_a_flag_goes_aside_of_a_keep_out_area_below() {
+    for (name, answer) in [("battery", "`battery_critical`: land"), ("abort", "`operator_abort`: land")] {
+        let mut simulation = among(name, &area("keep-out", "ceiling_m = 5.0"), Policy::Grant);
+        over_the_middle(&mut simulation);
+        match name {
+            "abort" => simulation.order(ABORT),
+            _ => simulation.inject_fault("battery", &["0.09"]),
+        }
+        assert!(simulation.fly_until(answer, LIMIT), "{}", simulation.decision_log());
+        ends_outside(&mut simulation);
+        let log = simulation.decision_log();
+        assert!(log.contains("no landing here, in or over K: flies aside first"), "{log}");
+    }
+}
+
+#[test]
+fn an_order_to_land_where_it_is_goes_aside_of_a_keep_out_area_below() {
+    let mut simulation = among("ordered", &area("keep-out", "ceiling_m = 5.0"), Policy::Grant);
+    over_the_middle(&mut simulation);
+    simulation.order(Verb::LandAt(v1::LandAt { position: None, overrides: false }));
+    ends_outside(&mut simulation);
+}
+
+#[test]
+fn where_no_ground_is_free_near_by_it_lands_and_says_so() {
+    let everywhere = "[[area]]\nname = \"K\"\nkind = \"keep-out\"\nceiling_m = 5.0\n\
+                      corners_m = [[-2000.0, 50.0], [2000.0, 50.0], [2000.0, 550.0], [-2000.0, 550.0]]\n\
+                      [[area]]\nname = \"L\"\nkind = \"keep-out\"\nceiling_m = 5.0\n\
+                      corners_m = [[-2000.0, 650.0], [2000.0, 650.0], [2000.0, 5000.0], [-2000.0, 5000.0]]\n";
+    let mut simulation = among("nowhere", everywhere, Policy::Grant);
+    over_the_middle(&mut simulation);
+    simulation.order(ABORT);
+    let report = simulation.fly(LIMIT).unwrap_or_else(|| panic!("no end:\n{}", simulation.decision_log()));
+    assert_eq!(report.outcome(), MissionOutcome::Emergency);
+}
+
+#[test]
+fn a_motor_failure_looks_for_no_other_place() {
+    let mut simulation = among("motor", &area("keep-out", "ceiling_m = 5.0"), Policy::Grant);
+    over_the_middle(&mut simulation);
+    simulation.inject_fault("motor_failure", &["1"]);
+    simulation.fly(LIMIT).unwrap_or_else(|| panic!("no end:\n{}", simulation.decision_log()));
+    let log = simulation.decision_log();
+    assert!(log.contains("`motor_failure`: land_now") && !log.contains("flies aside"), "{log}");
+}
+
+#[test]
+fn a_return_asks_for_the_permission_that_its_only_way_needs() {
+    // All round the start, and granted for the way out only.
+    let harbour = "[[area]]\nname = \"harbour\"\nkind = \"permission\"\n\
+                   corners_m = [[-100.0, -100.0], [100.0, -100.0], [100.0, 100.0], [-100.0, 100.0]]\n";
+    let mut simulation = among("harbour", harbour, Policy::Grant);
+    over_the_middle(&mut simulation);
+    simulation.decide_for("harbour", Decision::Grant, Some(1.0));
+    simulation.pass(Duration::from_secs(5));
+    simulation.order(Verb::Return(v1::ReturnHome { overrides: false }));
+    simulation.fly(LIMIT).unwrap_or_else(|| panic!("no end:\n{}", simulation.decision_log()));
+    let (at, log) = (simulation.position().expect("a position"), simulation.decision_log());
+    assert!(at.north_m.hypot(at.east_m) < 5.0, "not home, {at:?}: {log}");
+    assert!(log.contains("asking for area harbour, which the only way leads through"), "{log}");
+    assert_eq!(simulation.breaches(), [], "{log}");
+}
+
+#[test]
+fn a_gap_in_all_telemetry_is_held_through() {
+    let mut simulation = simulation(None, Policy::Grant);
+    assert!(simulation.fly_until("step 4 of 5", LIMIT));
+    simulation.pass(Duration::from_secs(10));
+    let topics =
+        ["battery_status", "vehicle_local_position", "vehicle_status", "vehicle_attitude", "vehicle_land_detected"];
+    topics.iter().for_each(|it| simulation.inject_fault("drop", &[it]));
+    simulation.pass(Duration::from_secs(5));
+    simulation.inject_fault("clear", &[]);
+    let report = simulation.fly(LIMIT).unwrap_or_else(|| panic!("no end:\n{}", simulation.decision_log()));
+    assert_eq!(report.outcome(), MissionOutcome::Success, "{}", simulation.decision_log());
+}
+
+#[test]
+fn nothing_lifts_off_before_the_battery_was_heard() {
+    let mut simulation = simulation(None, Policy::Grant);
+    simulation.inject_fault("drop", &["battery_status"]);
+    simulation.pass(Duration::from_secs(120));
+    let log = simulation.decision_log();
+    assert!(simulation.is_on_ground() && log.contains("flag `battery_stale` raised"), "{log}");
+    simulation.inject_fault("clear", &[]);
+    let report = simulation.fly(LIMIT).unwrap_or_else(|| panic!("no end:\n{}", simulation.decision_log()));
+    assert_eq!(report.outcome(), MissionOutcome::Success, "{}", simulation.decision_log());
+}
+
+#[test]
+fn a_swallowed_acknowledgement_is_no_failure_of_what_is_flown() {
+    let mut simulation = simulation(None, Policy::Grant);
+    simulation.inject_fault("swallow_acks", &["1000"]);
+    let report = simulation.fly(LIMIT).unwrap_or_else(|| panic!("no end:\n{}", simulation.decision_log()));
+    let log = simulation.decision_log();
+    assert_eq!(report.outcome(), MissionOutcome::Success, "{log}");
+    assert!(!log.contains("failed"), "{log}");
+}
+
+#[test]
+fn a_mission_that_nobody_will_fly_is_refused() {
+    let mut simulation = simulation(None, Policy::Grant);
+    assert!(simulation.fly_until("step 4 of 5", LIMIT));
+    simulation.order(Verb::Return(v1::ReturnHome { overrides: false }));
+    simulation.pass(Duration::from_secs(2));
+    let text = std::fs::read_to_string(config().join("missions/keep_out.toml")).expect("it is shipped");
+    let upload = || v1::mission_request::Request::Upload(v1::MissionText { text: text.clone() });
+    simulation.ask(upload());
+    simulation.pass(Duration::from_secs(1));
+    let report = simulation.fly(LIMIT).unwrap_or_else(|| panic!("no end:\n{}", simulation.decision_log()));
+    let objectives: Vec<&str> = report.objectives.iter().map(|it| it.name.as_str()).collect();
+    assert!(!objectives.is_empty() && !text.contains(&format!("name = \"{}\"", objectives[0])), "{objectives:?}");
+}

@@ -1,0 +1,349 @@
+//! A model of how permissions travel: the tower itself, what vehicles believe, and between them a bus that loses, repeats,
+//! reorders, delays, misdirects and changes messages, while both ends are killed and started again.
+//!
+//! Whatever happens, a vehicle believes no grant but one that the tower has given for that area, vehicle, window and plan, and
+//! none about which it has heard a later decision. And a tower that is started again knows every grant that is out.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
+
+use control_tower::ControlTower;
+use control_tower::policy::Policy;
+use domain::memory::MemoryLoss;
+use domain::permission::{Permission, PermissionState};
+use domain::time::{Now, Pace, Time};
+use domain::wire::permission::ledger;
+use kittiwake_proto::topics::{Message, Request};
+use kittiwake_proto::v1;
+use node::{Effect, Event, Node, Token};
+use proptest::prelude::*;
+use signed_permissions::belief::Belief;
+use signed_permissions::key::SecretKey;
+
+const VEHICLES: [&str; 2] = ["uav1", "uav2"];
+const AREAS: [&str; 2] = ["A", "B"];
+const CONFIG: &str = "
+    delay_s = 5.0
+    random_denial = 0.5
+    denial_reason = 'closed'
+    grant_valid_s = 60.0
+    ledger_rate_hz = 1.0
+";
+
+/// What happens next.
+#[derive(Debug, Clone)]
+enum Step {
+    /// The vehicle asks for an area with its present plan.
+    Ask {
+        vehicle: usize,
+        area: usize,
+    },
+    /// An operator decides.
+    Decide {
+        vehicle: usize,
+        area: usize,
+        decision: i32,
+    },
+    /// The disk has taken what the tower knows.
+    Store,
+    /// The tower is killed, and the next one reads the disk.
+    KillTower,
+    /// The same, but the disk is empty, or what is on it cannot be used.
+    LoseLedger {
+        is_noticed: bool,
+    },
+    AcceptLoss,
+    /// A ledger that was ever published, counted from the newest, reaches a vehicle, as it is or changed.
+    Deliver {
+        message: usize,
+        vehicle: usize,
+        change: Option<Change>,
+    },
+    /// The vehicle is killed, and continues with what it has stored.
+    KillVehicle {
+        vehicle: usize,
+    },
+    NewPlan {
+        vehicle: usize,
+    },
+    Pass {
+        s: u64,
+    },
+}
+
+/// What is done to each line of a ledger.
+#[derive(Debug, Clone, Copy)]
+enum Change {
+    Area,
+    Granted,
+    Window,
+    Length,
+    Number(i8),
+    Plan,
+    Unsigned,
+    OtherKey,
+}
+
+fn step() -> impl Strategy<Value = Step> {
+    use Step as S;
+    let (vehicle, area) = (0..VEHICLES.len(), 0..AREAS.len());
+    let change = prop_oneof![
+        Just(Change::Area),
+        Just(Change::Granted),
+        Just(Change::Window),
+        Just(Change::Length),
+        any::<i8>().prop_map(Change::Number),
+        Just(Change::Plan),
+        Just(Change::Unsigned),
+        Just(Change::OtherKey),
+    ];
+    let deliver = (0..12usize, vehicle.clone(), prop::option::weighted(0.3, change));
+    prop_oneof![
+        3 => (vehicle.clone(), area.clone()).prop_map(|(vehicle, area)| S::Ask { vehicle, area }),
+        3 => (vehicle.clone(), area, 1..4).prop_map(|(vehicle, area, decision)| S::Decide { vehicle, area, decision }),
+        4 => Just(S::Store),
+        1 => Just(S::KillTower),
+        1 => any::<bool>().prop_map(|is_noticed| S::LoseLedger { is_noticed }),
+        1 => Just(S::AcceptLoss),
+        12 => deliver.prop_map(|(message, vehicle, change)| S::Deliver { message, vehicle, change }),
+        1 => vehicle.clone().prop_map(|vehicle| S::KillVehicle { vehicle }),
+        1 => vehicle.prop_map(|vehicle| S::NewPlan { vehicle }),
+        2 => (1..40u64).prop_map(|s| S::Pass { s }),
+    ]
+}
+
+/// What a grant was given for; besides, its number.
+type Given = (String, String, u64, i64, u64);
+
+struct Model {
+    now: Now,
+    tower: ControlTower,
+    starts: u64,
+    requests: u64,
+    disk: Option<v1::TowerMemory>,
+    /// Every ledger that was ever published, and for which vehicle.
+    published: Vec<(String, v1::PermissionLedger)>,
+    given: BTreeSet<Given>,
+    beliefs: Vec<Belief>,
+    plans: Vec<u64>,
+    /// The highest number of a decision other than a grant that the vehicle has heard from the tower.
+    refused: BTreeMap<(String, String), u64>,
+    believed: usize,
+}
+
+fn key() -> SecretKey {
+    SecretKey::of_seed([1; 32]).expect("32 bytes make a key")
+}
+
+fn belief(vehicle: usize) -> Belief {
+    Belief::new(VEHICLES[vehicle], Some(key().public()))
+}
+
+impl Model {
+    fn new() -> Model {
+        let mut model = Model {
+            now: Now { time: Time::ZERO, utc_ms: 1_700_000_000_000 },
+            tower: tower(0),
+            starts: 0,
+            requests: 0,
+            disk: None,
+            published: Vec::new(),
+            given: BTreeSet::new(),
+            beliefs: (0..VEHICLES.len()).map(belief).collect(),
+            plans: vec![1; VEHICLES.len()],
+            refused: BTreeMap::new(),
+            believed: 0,
+        };
+        model.store();
+        model
+    }
+
+    fn take(&mut self, step: &Step) {
+        match step {
+            Step::Ask { vehicle, area } => {
+                self.requests += 1;
+                self.send(
+                    *vehicle,
+                    Request::Permission(v1::PermissionRequest {
+                        request_id: self.requests.to_string(),
+                        area: AREAS[*area].into(),
+                        step_id: 1,
+                        plan_revision: self.plans[*vehicle],
+                    }),
+                );
+            }
+            Step::Decide { vehicle, area, decision } => {
+                let (area, decision) = (AREAS[*area].into(), *decision);
+                self.send(*vehicle, Request::Decide(v1::DecideRequest { area, decision, ..Default::default() }));
+            }
+            Step::Store => self.store(),
+            Step::KillTower => self.restart(|tower, disk| {
+                if let Some(memory) = disk {
+                    tower.resume(memory).expect("it was stored like this");
+                }
+            }),
+            Step::LoseLedger { is_noticed } => {
+                self.disk = None;
+                let is_noticed = *is_noticed;
+                self.restart(|tower, _| {
+                    if is_noticed {
+                        tower.memory_lost(MemoryLoss { id: 1, why: "garbled".into() });
+                    }
+                });
+            }
+            Step::AcceptLoss => self.send(0, Request::AcceptLoss(v1::AcceptLossRequest::default())),
+            Step::Deliver { message, vehicle, change } => self.deliver(*message, *vehicle, *change),
+            Step::KillVehicle { vehicle } => {
+                let latest = self.beliefs[*vehicle].latest().clone();
+                self.beliefs[*vehicle] = belief(*vehicle);
+                self.beliefs[*vehicle].restore(latest);
+            }
+            Step::NewPlan { vehicle } => self.plans[*vehicle] += 1,
+            Step::Pass { s } => self.pass(*s),
+        }
+        self.act();
+    }
+
+    fn send(&mut self, vehicle: usize, request: Request) {
+        let event = Event::Request { vehicle: VEHICLES[vehicle].into(), token: Token(1), request };
+        self.tower.on(self.now, event, &mut Vec::new());
+    }
+
+    fn pass(&mut self, s: u64) {
+        let time = self.now.time + Duration::from_secs(s);
+        self.now = Now { time, utc_ms: self.now.utc_ms + 1000 * s as i64 };
+    }
+
+    fn store(&mut self) {
+        let memory = self.tower.memory();
+        self.disk = Some(memory.clone());
+        self.tower.memory_saved(&memory);
+    }
+
+    fn restart(&mut self, prepare: impl FnOnce(&mut ControlTower, Option<v1::TowerMemory>)) {
+        self.starts += 1;
+        // No tower starts within the millisecond in which the one before has decided: a number is not given out twice.
+        self.pass(1);
+        self.tower = tower(self.starts);
+        prepare(&mut self.tower, self.disk.clone());
+        // As the shell does at each start.
+        self.store();
+    }
+
+    fn act(&mut self) {
+        let mut effects = Vec::new();
+        self.tower.act(self.now, &mut effects);
+        for effect in effects {
+            let Effect::Publish { vehicle: Some(vehicle), message: Message::PermissionLedger(ledger) } = effect else {
+                continue;
+            };
+            for it in ledger.permissions.iter().filter(|it| it.state() == v1::PermissionState::Granted) {
+                let (area, number) = (it.area.clone(), it.decision);
+                let stored = self.disk.as_ref().map_or(0, |it| it.last_decision);
+                assert!(number <= stored, "grant {number} is out, and the disk knows those up to {stored}");
+                self.given.insert((vehicle.to_string(), area, number, it.expires_utc_ms, it.plan_revision));
+            }
+            self.published.push((vehicle.to_string(), ledger));
+        }
+    }
+
+    fn deliver(&mut self, message: usize, vehicle: usize, change: Option<Change>) {
+        let Some((of, wire)) = self.published.iter().rev().nth(message).cloned() else { return };
+        let mut lines = ledger(wire).expect("what the tower publishes makes sense");
+        match change {
+            Some(change) => lines.iter_mut().for_each(|it| change.of(it, VEHICLES[vehicle])),
+            None if of == VEHICLES[vehicle] => self.note_refusals(&of, &lines),
+            None => {}
+        }
+        let (now, plan) = (self.now, self.plans[vehicle]);
+        self.beliefs[vehicle].take(now, Pace::REAL_TIME, plan, lines);
+    }
+
+    fn note_refusals(&mut self, vehicle: &str, lines: &[Permission]) {
+        use PermissionState::{Denied, Revoked};
+        for it in lines.iter().filter(|it| [Denied, Revoked].contains(&it.state)) {
+            let known = self.refused.entry((vehicle.to_owned(), it.area.clone())).or_default();
+            *known = it.decision.max(*known);
+        }
+    }
+
+    fn check(&mut self) -> Result<(), TestCaseError> {
+        for (vehicle, belief) in self.beliefs.iter().enumerate() {
+            let name = VEHICLES[vehicle].to_owned();
+            for area in ["A", "B", "AA", "BA"] {
+                let Some(remaining) = belief.remaining(area, self.now.time) else { continue };
+                self.believed += 1;
+                let it = belief.permission(area).expect("it is believed");
+                let given = (name.clone(), area.to_owned(), it.decision, it.expires_utc_ms, it.plan_revision);
+                prop_assert!(self.given.contains(&given), "{given:?} was never given");
+                let left_ms = it.expires_utc_ms - self.now.utc_ms;
+                prop_assert!(remaining.as_millis() as i64 <= left_ms, "{remaining:?} of {left_ms} ms");
+                prop_assert!(it.plan_revision <= self.plans[vehicle]);
+                let refused = self.refused.get(&(name.clone(), area.to_owned())).copied().unwrap_or_default();
+                prop_assert!(refused < it.decision, "{given:?} is believed after decision {refused}");
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Change {
+    fn of(self, line: &mut Permission, vehicle: &str) {
+        match self {
+            Change::Area => line.area.push('A'),
+            Change::Granted => line.state = PermissionState::Granted,
+            Change::Window => line.expires_utc_ms += 1_000_000,
+            // Not signed, and bounded by what is.
+            Change::Length => line.valid_for += Duration::from_secs(1000),
+            Change::Number(by) => line.decision = line.decision.saturating_add_signed(by.into()),
+            Change::Plan => line.plan_revision = line.plan_revision.saturating_sub(1),
+            Change::Unsigned => line.signature.clear(),
+            Change::OtherKey => {
+                line.state = PermissionState::Granted;
+                line.signature = SecretKey::of_seed([2; 32]).expect("a key").sign(vehicle, line);
+            }
+        }
+    }
+}
+
+fn tower(start: u64) -> ControlTower {
+    let config = toml::from_str(CONFIG).expect("it is a configuration");
+    let tower = ControlTower::new(&config, Policy::Grant, 1, Pace::REAL_TIME, 1 + start);
+    tower.that_is_stored().that_signs_with(key())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn a_vehicle_believes_only_what_the_tower_has_given_and_not_taken_back(
+        steps in prop::collection::vec(step(), 1..120),
+    ) {
+        let mut model = Model::new();
+        for step in &steps {
+            model.take(step);
+            model.check()?;
+        }
+    }
+}
+
+#[test]
+fn without_an_adversary_a_grant_is_believed_until_it_is_revoked_over_restarts_of_both() {
+    let mut model = Model::new();
+    let deliver = Step::Deliver { message: 0, vehicle: 0, change: None };
+    let mut held_after = |steps: &[Step]| {
+        steps.iter().for_each(|it| model.take(it));
+        model.check().unwrap();
+        model.beliefs[0].remaining("A", model.now.time).is_some()
+    };
+    let ask = Step::Ask { vehicle: 0, area: 0 };
+    assert!(!held_after(&[ask, deliver.clone()]), "it is not on the disk yet");
+    assert!(held_after(&[Step::Store, deliver.clone()]));
+    assert!(held_after(&[Step::KillTower, deliver.clone()]));
+    assert!(held_after(&[Step::KillVehicle { vehicle: 0 }, deliver.clone()]));
+    let revoke = Step::Decide { vehicle: 0, area: 0, decision: v1::Decision::Revoke as i32 };
+    assert!(!held_after(&[revoke, deliver.clone()]));
+    let late = |message| Step::Deliver { message, vehicle: 0, change: None };
+    assert!(!held_after(&[Step::KillVehicle { vehicle: 0 }, late(1), late(2), late(3)]));
+    assert!(0 < model.believed);
+}
