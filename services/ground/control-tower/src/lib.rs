@@ -6,27 +6,40 @@
 //! denied or revoked is denied to every later request until an operator grants it, and the expiry that an
 //! operator has set is not moved by another request.
 //!
+//! What it decides is stored, and a grant is published only once it is on the disk: a tower that is killed and started again
+//! knows every grant that is out. A tower that has lost decisions grants nothing until an operator has accepted that; until
+//! then every area can be revoked.
+//!
 //! The tower does not know where areas or vehicles are, and calls no other service.
 
 use std::collections::BTreeMap;
 
+use domain::memory::MemoryLoss;
+use domain::permission::Permission;
 use domain::quantity::Positive;
 use domain::time::{Now, Pace, Time};
+use domain::wire::InvalidMessage;
 use kittiwake_proto::topics::{Request, Response, Service, Topic};
 use kittiwake_proto::v1;
 use node::{Effect, Event, Node, VehicleId};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use signed_permissions::key::SecretKey;
 
 use crate::config::Config;
-use crate::ledger::{Ledger, expiry};
-use crate::permission::Ruling;
+use crate::ledger::Ledger;
+use crate::numbers::Numbers;
+use crate::permission::{Expiry, Ruling};
 use crate::policy::Policy;
+use crate::stored::Stored;
 
 pub mod config;
 mod ledger;
+mod numbers;
 mod permission;
+mod persisted;
 pub mod policy;
+mod stored;
 
 /// More vehicles than one tower is meant for; the names come from the network.
 const MAX_VEHICLES: usize = 64;
@@ -37,6 +50,14 @@ pub struct ControlTower {
     policy: Policy,
     chance: ChaCha8Rng,
     pace: Pace,
+    /// Differs at each start.
+    start: u64,
+    numbers: Numbers,
+    stored: Stored,
+    /// Signs what is published.
+    key: Option<SecretKey>,
+    /// What a process before has decided, until the first moment at which there is a time.
+    restored: Option<Vec<v1::LedgerMemory>>,
     vehicles: BTreeMap<VehicleId, Vehicle>,
 }
 
@@ -47,39 +68,132 @@ struct Vehicle {
 }
 
 impl ControlTower {
-    /// A tower that has decided nothing yet. `seed` drives [`Policy::Random`].
-    pub fn new(config: &Config, policy: Policy, seed: u64, pace: Pace) -> ControlTower {
+    /// A tower that has decided nothing yet. `seed` drives [`Policy::Random`]; `start` differs at each start.
+    pub fn new(config: &Config, policy: Policy, seed: u64, pace: Pace, start: u64) -> ControlTower {
         ControlTower {
             config: config.clone(),
             policy,
             chance: ChaCha8Rng::seed_from_u64(seed),
             pace,
+            start,
+            numbers: Numbers::default(),
+            stored: Stored::default(),
+            key: None,
+            restored: None,
             vehicles: BTreeMap::new(),
         }
     }
 
-    fn request(&mut self, now: Now, id: VehicleId, request: &v1::PermissionRequest) -> v1::PermissionReceipt {
-        let fresh = expiry(now, self.config.grant_valid_s.seconds(), self.pace);
+    /// What it decides is stored: no grant is published before [`ControlTower::memory_saved`] has named it.
+    pub fn that_is_stored(mut self) -> ControlTower {
+        self.stored.begin();
+        self
+    }
+
+    /// It signs every permission.
+    pub fn that_signs_with(mut self, key: SecretKey) -> ControlTower {
+        self.key = Some(key);
+        self
+    }
+
+    /// The persisted state, with which another process can continue.
+    pub fn memory(&self) -> v1::TowerMemory {
+        let present = || self.vehicles.iter().filter(|(_, it)| !it.ledger.is_empty());
+        let present = || present().map(|(id, it)| persisted::to_memory(id, &it.ledger)).collect();
+        v1::TowerMemory {
+            ledgers: self.restored.clone().unwrap_or_else(present),
+            last_decision: self.numbers.last(),
+            loss: self.stored.health().loss.clone().map(Into::into),
+        }
+    }
+
+    /// Continues from `memory`; to be called before anything else.
+    ///
+    /// # Errors
+    /// Why the state cannot be used; nothing is changed then.
+    pub fn resume(&mut self, memory: v1::TowerMemory) -> Result<(), InvalidMessage> {
+        persisted::restored(Now::default(), self.pace, &memory.ledgers)?;
+        self.numbers = Numbers::after(memory.last_decision);
+        self.restored = Some(memory.ledgers);
+        if let Some(loss) = memory.loss {
+            self.stored.lost(loss.into());
+        }
+        Ok(())
+    }
+
+    /// What a tower before has decided last is lost: nothing is granted until an operator accepts that.
+    pub fn memory_lost(&mut self, loss: MemoryLoss) {
+        self.stored.lost(loss);
+    }
+
+    /// The outcome of the newest attempt to save. `loss` names the loss that a failure is, as long as none has succeeded.
+    pub fn memory_written(&mut self, outcome: Result<(), String>, loss: Option<u64>) {
+        self.stored.written(outcome, loss);
+    }
+
+    /// This state is on the disk.
+    pub fn memory_saved(&mut self, memory: &v1::TowerMemory) {
+        self.stored.saved(memory.last_decision);
+    }
+
+    /// Takes up what a process before has decided. The policy decides again what was not decided.
+    fn wake(&mut self, now: Now) {
+        let Some(ledgers) = self.restored.take() else { return };
+        // It made sense when the tower was made to continue from it, so it still does.
+        for (id, ledger) in persisted::restored(now, self.pace, &ledgers).unwrap_or_default() {
+            self.vehicles.insert(id, Vehicle { ledger, publish_at: now.time });
+        }
+        self.ask_policy_again(now);
+    }
+
+    fn ask_policy_again(&mut self, now: Now) {
+        if self.stored.health().loss.is_some() {
+            return;
+        }
         let (config, policy, chance) = (&self.config, self.policy, &mut self.chance);
-        let answer = || policy.answer(config, chance);
+        for vehicle in self.vehicles.values_mut() {
+            vehicle.ledger.ask_again(now, || policy.answer(config, chance));
+        }
+    }
+
+    fn request(&mut self, now: Now, id: &VehicleId, request: &v1::PermissionRequest) -> v1::PermissionReceipt {
+        let fresh = Expiry::after(now, self.config.grant_valid_s.seconds(), self.pace);
+        let (config, policy, chance) = (&self.config, self.policy, &mut self.chance);
+        let knows_all = self.stored.health().loss.is_none();
+        let answer = || if knows_all { policy.answer(config, chance) } else { None };
+        let numbers = &mut self.numbers;
+        let was_known = self.vehicles.contains_key(id);
         let taken = vehicle(&mut self.vehicles, now, id)
-            .and_then(|vehicle| vehicle.ledger.request(now, request, fresh, answer).map_err(|it| it.to_string()));
-        self.forget_empty_ledgers();
+            .and_then(|it| it.ledger.request(now, numbers, request, fresh, answer).map_err(|it| it.to_string()));
+        self.forget_if_empty(id, was_known);
         v1::PermissionReceipt { received: taken.is_ok(), refusal: taken.err().unwrap_or_default() }
     }
 
-    fn decide(&mut self, now: Now, id: VehicleId, request: &v1::DecideRequest) -> v1::DecideReply {
-        let decided = self.ruling(now, &id, request).and_then(|ruling| {
-            let vehicle = vehicle(&mut self.vehicles, now, id)?;
-            vehicle.ledger.rule(&request.area, ruling).map_err(|it| it.to_string())
+    fn decide(&mut self, now: Now, id: &VehicleId, request: &v1::DecideRequest) -> v1::DecideReply {
+        let may_be_granted = self.stored.health().loss.is_some();
+        let was_known = self.vehicles.contains_key(id);
+        let decided = self.ruling(now, id, request).and_then(|ruling| {
+            let numbers = &mut self.numbers;
+            let ledger = &mut vehicle(&mut self.vehicles, now, id)?.ledger;
+            ledger.rule(now, numbers, &request.area, ruling, may_be_granted).map_err(|it| it.to_string())
         });
-        self.forget_empty_ledgers();
+        self.forget_if_empty(id, was_known);
         v1::DecideReply { accepted: decided.is_ok(), refusal: decided.err().unwrap_or_default() }
     }
 
-    /// A refused request leaves nothing behind: a vehicle has a ledger from its first permission on.
-    fn forget_empty_ledgers(&mut self) {
-        self.vehicles.retain(|_, vehicle| !vehicle.ledger.is_empty());
+    /// A refused request leaves no vehicle behind.
+    fn forget_if_empty(&mut self, id: &VehicleId, was_known: bool) {
+        self.vehicles.retain(|known, it| was_known || known != id || !it.ledger.is_empty());
+    }
+
+    /// An operator lets the tower grant again.
+    fn accept_loss(&mut self, now: Now) -> v1::AcceptLossReply {
+        let accepted = self.stored.accept_loss();
+        if accepted.is_ok() {
+            self.ask_policy_again(now);
+            self.vehicles.values_mut().for_each(|it| it.publish_at = now.time);
+        }
+        v1::AcceptLossReply { accepted: accepted.is_ok(), refusal: accepted.err().unwrap_or_default() }
     }
 
     /// The request as a ruling, or why it is invalid.
@@ -90,9 +204,10 @@ impl ControlTower {
         let reason = request.reason.clone();
         match v1::Decision::try_from(request.decision) {
             Ok(v1::Decision::Grant) => {
+                self.stored.may_grant()?;
                 let valid = request.valid_for_s.map(Positive::try_from).transpose();
                 let valid = valid.map_err(|it| format!("`valid_for_s`: {it}"))?.unwrap_or(self.config.grant_valid_s);
-                Ok(Ruling::Grant { expiry: expiry(now, valid.seconds(), self.pace) })
+                Ok(Ruling::Grant { expiry: Expiry::after(now, valid.seconds(), self.pace) })
             }
             Ok(v1::Decision::Deny) => Ok(Ruling::Deny { reason }),
             Ok(v1::Decision::Revoke) => Ok(Ruling::Revoke { reason }),
@@ -102,12 +217,26 @@ impl ControlTower {
     }
 }
 
-/// The vehicle, known or new; an error if there are too many.
-fn vehicle(vehicles: &mut BTreeMap<VehicleId, Vehicle>, now: Now, id: VehicleId) -> Result<&mut Vehicle, String> {
-    if MAX_VEHICLES <= vehicles.len() && !vehicles.contains_key(&id) {
-        return Err(format!("{MAX_VEHICLES} vehicles have asked already, the most that are served"));
+/// The vehicle, known or new; an error if there are too many. One that has no permission makes room.
+fn vehicle<'a>(
+    vehicles: &'a mut BTreeMap<VehicleId, Vehicle>,
+    now: Now,
+    id: &VehicleId,
+) -> Result<&'a mut Vehicle, String> {
+    if MAX_VEHICLES <= vehicles.len() && !vehicles.contains_key(id) {
+        vehicles.retain(|_, it| !it.ledger.is_empty());
+        if MAX_VEHICLES <= vehicles.len() {
+            return Err(format!("{MAX_VEHICLES} vehicles have asked already, the most that are served"));
+        }
     }
-    Ok(vehicles.entry(id).or_insert_with(|| Vehicle { ledger: Ledger::default(), publish_at: now.time }))
+    Ok(vehicles.entry(id.clone()).or_insert_with(|| Vehicle { ledger: Ledger::default(), publish_at: now.time }))
+}
+
+fn sign(key: &SecretKey, vehicle: &VehicleId, permission: &mut v1::Permission) {
+    // What a tower publishes always makes sense; if it did not, no vehicle would believe it without a signature.
+    if let Ok(statement) = Permission::try_from(permission.clone()) {
+        permission.signature = key.sign(vehicle, &statement);
+    }
 }
 
 impl Node for ControlTower {
@@ -120,27 +249,45 @@ impl Node for ControlTower {
     }
 
     fn serves(&self) -> &'static [Service] {
-        &[Service::Permission, Service::Decide]
+        &[Service::Permission, Service::Decide, Service::AcceptLoss]
     }
 
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
-        let Event::Request { vehicle, token, request } = event else { return };
+        self.wake(now);
+        let (vehicle, token, request) = match event {
+            Event::Request { vehicle, token, request } => (vehicle, token, request),
+            // It hears from the tower before it asks for anything, so that it knows which tower there is.
+            Event::Peer { vehicle: id, alive: true, .. } if !id.is_empty() => {
+                // One too many is served once it asks, if there is room by then.
+                let _ = vehicle(&mut self.vehicles, now, &id);
+                return;
+            }
+            Event::Peer { .. } | Event::Message { .. } | Event::Reply { .. } => return,
+        };
         let response = match request {
-            Request::Permission(it) => Response::Permission(self.request(now, vehicle, &it)),
-            Request::Decide(it) => Response::Decide(self.decide(now, vehicle, &it)),
-            // The bus delivers no request that `serves` does not name.
+            Request::Permission(it) => Response::Permission(self.request(now, &vehicle, &it)),
+            Request::Decide(it) => Response::Decide(self.decide(now, &vehicle, &it)),
+            Request::AcceptLoss(_) => Response::AcceptLoss(self.accept_loss(now)),
             _ => return,
         };
         effects.push(Effect::Reply { token, response });
     }
 
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
-        let fresh = expiry(now, self.config.grant_valid_s.seconds(), self.pace);
+        self.wake(now);
+        let fresh = Expiry::after(now, self.config.grant_valid_s.seconds(), self.pace);
         for (id, vehicle) in &mut self.vehicles {
-            vehicle.ledger.advance(now, fresh);
+            vehicle.ledger.advance(now, &mut self.numbers, fresh);
+            vehicle.ledger.settle(|decision| self.stored.has(decision));
             if vehicle.ledger.take_changed() || vehicle.publish_at <= now.time {
                 vehicle.publish_at = now.time + self.pace.wall(self.config.ledger_rate_hz.period());
-                effects.push(Effect::publish_to(id, vehicle.ledger.to_wire(now.time)));
+                let mut permissions = vehicle.ledger.to_wire(now.time);
+                if let Some(key) = &self.key {
+                    permissions.iter_mut().for_each(|it| sign(key, id, it));
+                }
+                let memory = self.stored.health().clone().into();
+                let ledger = v1::PermissionLedger { permissions, tower_start: self.start, memory: Some(memory) };
+                effects.push(Effect::publish_to(id, ledger));
             }
         }
     }

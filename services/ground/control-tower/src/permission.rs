@@ -1,6 +1,8 @@
 //! A vehicle's permission for one area: its states, and what every event does in every state.
 
-use domain::time::Time;
+use std::time::Duration;
+
+use domain::time::{Now, Pace, Time};
 
 use crate::policy::{Answer, Verdict};
 
@@ -11,6 +13,24 @@ pub(crate) struct Expiry {
     pub(crate) at: Time,
     /// The same moment, milliseconds since the Unix epoch, UTC.
     pub(crate) utc_ms: i64,
+    /// For how long it was granted, in mission time.
+    pub(crate) granted_for: Duration,
+}
+
+impl Expiry {
+    /// Of a grant given now that is valid for `valid` of mission time.
+    pub(crate) fn after(now: Now, valid: Duration, pace: Pace) -> Expiry {
+        let wall_ms = i64::try_from(pace.to_wall(valid).as_millis()).unwrap_or(i64::MAX);
+        Expiry { at: now.time + valid, utc_ms: now.utc_ms.saturating_add(wall_ms), granted_for: valid }
+    }
+
+    /// Of a grant that another process gave: it lasts until the same moment, and never longer than it was given for, so
+    /// that a clock that stands in the past after a restart of the machine does not prolong it.
+    pub(crate) fn restored(now: Now, utc_ms: i64, granted_for: Duration, pace: Pace) -> Expiry {
+        let left_ms = u64::try_from(utc_ms.saturating_sub(now.utc_ms)).unwrap_or_default();
+        let left = pace.wall(Duration::from_millis(left_ms)).min(granted_for);
+        Expiry { at: now.time + left, utc_ms, granted_for }
+    }
 }
 
 /// Who decided. No policy changes the decision of an operator.
@@ -95,10 +115,17 @@ pub(crate) fn on_time(before: &Standing, now: Time, fresh: Expiry) -> Option<Nex
     }
 }
 
-/// An operator decides.
-pub(crate) fn on_ruling(before: Option<&Standing>, ruling: Ruling) -> Result<Next, NotGranted> {
+/// The policy is asked about a request that nothing was to answer: the process that was to do it may be gone.
+pub(crate) fn on_question(before: &Standing, now: Time, answer: impl FnOnce() -> Option<Answer>) -> Option<Next> {
+    let Standing::Requested { due: None } = before else { return None };
+    let (after, verdict) = answer().map(|it| (it.after, it.verdict))?;
+    Some(undecided(Standing::Requested { due: Some((now + after, verdict)) }))
+}
+
+/// An operator decides. `may_be_granted`: decisions were lost, so a grant may be out that nobody knows of.
+pub(crate) fn on_ruling(before: Option<&Standing>, ruling: Ruling, may_be_granted: bool) -> Result<Next, NotGranted> {
     use Standing as S;
-    let granted = matches!(before, Some(S::Granted { .. }));
+    let granted = may_be_granted || matches!(before, Some(S::Granted { .. }));
     Ok(decided(match ruling {
         Ruling::Grant { expiry } => S::Granted { expiry, by: By::Operator },
         // The loss of a grant is always a revocation, also when the operator denies: the vehicle may be
@@ -130,14 +157,13 @@ fn undecided(standing: Standing) -> Next {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::time::Duration;
 
     fn at(s: u64) -> Time {
         Time::after(Duration::from_secs(s))
     }
 
     fn until(s: u64) -> Expiry {
-        Expiry { at: at(s), utc_ms: s as i64 * 1000 }
+        Expiry { at: at(s), utc_ms: s as i64 * 1000, granted_for: Duration::from_secs(s) }
     }
 
     const NOW_S: u64 = 10;
@@ -217,7 +243,7 @@ mod tests {
                 "deny" => Ruling::Deny { reason },
                 _ => Ruling::Revoke { reason },
             };
-            same(on_ruling(named(before).as_ref(), ruling).ok(), expected.map(|it| (it, true)));
+            same(on_ruling(named(before).as_ref(), ruling, false).ok(), expected.map(|it| (it, true)));
         }
         for before in ["unknown", "unanswered", "grant later", "denied", "hand-denied", "revoked", "expired"] {
             check(before, "grant", Some("hand-granted afresh"));
@@ -229,5 +255,42 @@ mod tests {
             check(before, "deny", Some("revoked"));
             check(before, "revoke", Some("revoked"));
         }
+    }
+    #[test]
+    fn where_decisions_were_lost_everything_can_be_revoked() {
+        for before in ["unknown", "unanswered", "denied", "granted", "expired"] {
+            let ruling = Ruling::Revoke { reason: "closed".into() };
+            same(on_ruling(named(before).as_ref(), ruling, true).ok(), Some(("revoked", true)));
+        }
+    }
+
+    #[test]
+    fn only_what_nothing_was_to_answer_is_asked_again() {
+        #[track_caller]
+        fn check(before: &str, expected: Option<&str>) {
+            let answer = || Some(Answer { after: Duration::from_secs(5), verdict: Verdict::Grant });
+            same(on_question(&named(before).unwrap(), at(NOW_S), answer), expected.map(|it| (it, false)));
+        }
+        check("unanswered", Some("grant later"));
+        for before in ["grant due", "granted", "hand-granted", "denied", "hand-denied", "revoked", "expired"] {
+            check(before, None);
+        }
+    }
+
+    #[test]
+    fn a_grant_of_a_process_before_lasts_no_longer_than_it_was_given_for() {
+        #[track_caller]
+        fn check(utc_s: i64, speed: f64, expected_left_s: f64) {
+            let now = Now { time: at(7), utc_ms: utc_s * 1000 };
+            let pace = Pace::new(speed).unwrap();
+            let restored = Expiry::restored(now, 1_000_000, Duration::from_secs(900), pace);
+            assert_eq!((restored.at - at(7)).as_secs_f64(), expected_left_s, "at {utc_s} s");
+            assert_eq!(restored.utc_ms, 1_000_000);
+        }
+        check(900, 1.0, 100.0);
+        check(990, 20.0, 200.0);
+        check(1000, 1.0, 0.0);
+        check(2000, 1.0, 0.0);
+        check(-5_000_000, 1.0, 900.0);
     }
 }

@@ -1,10 +1,12 @@
 //! What the tower publishes and when, as a log of its ledgers and replies.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use control_tower::ControlTower;
 use control_tower::config::Config;
 use control_tower::policy::Policy;
+use domain::memory::MemoryLoss;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Message, Request, Response};
 use kittiwake_proto::v1;
@@ -25,12 +27,21 @@ struct Story {
     log: Vec<String>,
     last_ledger: String,
     published: usize,
+    /// The numbers of the decisions about each area of each vehicle.
+    numbers: BTreeMap<(String, String), BTreeSet<u64>>,
 }
 
 impl Story {
     fn with(policy: Policy, seed: u64, pace: Pace) -> Story {
-        let tower = ControlTower::new(&toml::from_str::<Config>(CONFIG).unwrap(), policy, seed, pace);
-        Story { tower, now: Now::default(), log: Vec::new(), last_ledger: String::new(), published: 0 }
+        let tower = ControlTower::new(&toml::from_str::<Config>(CONFIG).unwrap(), policy, seed, pace, 1);
+        Story {
+            tower,
+            now: Now::default(),
+            log: Vec::new(),
+            last_ledger: String::new(),
+            published: 0,
+            numbers: BTreeMap::new(),
+        }
     }
 
     fn of(policy: Policy) -> Story {
@@ -39,7 +50,7 @@ impl Story {
 
     /// The vehicle asks for an area.
     fn ask(mut self, id: &str, area: &str) -> Story {
-        let request = v1::PermissionRequest { request_id: id.into(), area: area.into(), step_id: 1 };
+        let request = v1::PermissionRequest { request_id: id.into(), area: area.into(), step_id: 1, plan_revision: 1 };
         self.send("uav1", Request::Permission(request));
         self
     }
@@ -78,7 +89,8 @@ impl Story {
     }
 
     fn go_to(&mut self, time: Time) {
-        self.now = Now { time, utc_ms: time.since_start().as_millis() as i64 };
+        let passed_ms = (time - self.now.time).as_millis() as i64;
+        self.now = Now { time, utc_ms: self.now.utc_ms + passed_ms };
     }
 
     fn note(&mut self, effects: Vec<Effect>) {
@@ -87,10 +99,13 @@ impl Story {
                 Effect::Reply { response: Response::Permission(it), .. } if it.received => continue,
                 Effect::Reply { response: Response::Permission(it), .. } => format!("refused: {}", it.refusal),
                 Effect::Reply { response: Response::Decide(it), .. } if it.accepted => continue,
+                Effect::Reply { response: Response::AcceptLoss(it), .. } if it.accepted => continue,
+                Effect::Reply { response: Response::AcceptLoss(it), .. } => format!("refused: {}", it.refusal),
                 Effect::Reply { response: Response::Decide(it), .. } => format!("refused: {}", it.refusal),
                 Effect::Publish { vehicle, message: Message::PermissionLedger(it) } => {
                     self.published += 1;
-                    let ledger = format!("{}: {}", vehicle.expect("the tower belongs to no vehicle"), text(&it));
+                    let vehicle = vehicle.expect("the tower belongs to no vehicle");
+                    let ledger = format!("{vehicle}: {}", self.text(&vehicle, &it));
                     if ledger == self.last_ledger {
                         continue;
                     }
@@ -99,24 +114,59 @@ impl Story {
                 }
                 other => panic!("unexpected {other:?}"),
             };
-            self.log.push(format!("{:.0} {line}", self.now.time.as_secs_f64()));
+            self.log.push(format!("{} {line}", self.now.utc_ms / 1000));
         }
+    }
+
+    /// A line for each area; decisions by how many there were, since their numbers are times.
+    fn text(&mut self, vehicle: &str, ledger: &v1::PermissionLedger) -> String {
+        let permission = |it: &v1::Permission| {
+            let state = it.state().as_str_name().trim_start_matches("PERMISSION_STATE_").to_lowercase();
+            let until =
+                if 0 < it.expires_utc_ms { format!(" until {}", it.expires_utc_ms / 1000) } else { String::new() };
+            let reason = if it.reason.is_empty() { String::new() } else { format!(" ({})", it.reason) };
+            let known = self.numbers.entry((vehicle.to_owned(), it.area.clone())).or_default();
+            assert!(known.last().is_none_or(|last| *last <= it.decision), "{} comes after {known:?}", it.decision);
+            if 0 < it.decision {
+                known.insert(it.decision);
+            }
+            let count = if it.decision == 0 { 0 } else { known.len() };
+            format!("{} {state}{until}{reason} [{}, decision {count}]", it.area, it.request_id)
+        };
+        let lines: Vec<_> = ledger.permissions.iter().map(permission).collect();
+        let lost = ledger.memory.as_ref().and_then(|it| it.loss.as_ref());
+        lines.join("; ") + &lost.map(|it| format!(" LOST: {}", it.why)).unwrap_or_default()
+    }
+
+    /// The tower is killed, and started again with what it has stored, `after_s` later.
+    fn restart(mut self, policy: Policy, after_s: i64, change: impl FnOnce(&mut ControlTower)) -> Story {
+        let memory = self.tower.memory();
+        let config = toml::from_str::<Config>(CONFIG).unwrap();
+        self.tower = ControlTower::new(&config, policy, 1, Pace::REAL_TIME, 2).that_is_stored();
+        self.tower.resume(memory).unwrap();
+        change(&mut self.tower);
+        self.now = Now { time: Time::ZERO, utc_ms: self.now.utc_ms + 1000 * after_s };
+        self.stored().act()
+    }
+
+    /// What was decided is on the disk.
+    fn stored(mut self) -> Story {
+        let memory = self.tower.memory();
+        self.tower.memory_saved(&memory);
+        self
+    }
+
+    fn act(mut self) -> Story {
+        let mut effects = Vec::new();
+        self.tower.act(self.now, &mut effects);
+        self.note(effects);
+        self
     }
 
     #[track_caller]
     fn expect_log(self, expected: &[&str]) {
         assert_eq!(self.log, expected);
     }
-}
-
-fn text(ledger: &v1::PermissionLedger) -> String {
-    let permission = |it: &v1::Permission| {
-        let state = it.state().as_str_name().trim_start_matches("PERMISSION_STATE_").to_lowercase();
-        let until = if 0 < it.expires_utc_ms { format!(" until {}", it.expires_utc_ms / 1000) } else { String::new() };
-        let reason = if it.reason.is_empty() { String::new() } else { format!(" ({})", it.reason) };
-        format!("{} {state}{until}{reason} [{}, decision {}]", it.area, it.request_id, it.decision)
-    };
-    ledger.permissions.iter().map(permission).collect::<Vec<_>>().join("; ")
 }
 
 #[test]
@@ -267,7 +317,7 @@ fn an_invalid_request_is_refused_with_the_reason() {
 #[test]
 fn vehicles_beyond_the_limit_are_refused_with_the_reason() {
     let mut story = Story::of(Policy::Grant);
-    let request = || v1::PermissionRequest { request_id: "1".into(), area: "a".into(), step_id: 1 };
+    let request = || v1::PermissionRequest { request_id: "1".into(), area: "a".into(), step_id: 1, plan_revision: 1 };
     for n in 0..65 {
         story.send(&format!("uav{n}"), Request::Permission(request()));
     }
@@ -281,7 +331,7 @@ fn vehicles_beyond_the_limit_are_refused_with_the_reason() {
 #[test]
 fn each_vehicle_has_its_own_ledger() {
     let mut story = Story::of(Policy::Grant).ask("1", "a");
-    let request = v1::PermissionRequest { request_id: "1".into(), area: "b".into(), step_id: 1 };
+    let request = v1::PermissionRequest { request_id: "1".into(), area: "b".into(), step_id: 1, plan_revision: 1 };
     story.send("uav2", Request::Permission(request));
     let request = v1::DecideRequest { vehicle: "uav1".into(), area: "b".into(), decision: 2, ..Default::default() };
     story.send("uav2", Request::Decide(request));
@@ -290,4 +340,101 @@ fn each_vehicle_has_its_own_ledger() {
         "0 uav2: b granted until 900 [1, decision 1]",
         "0 refused: sent to vehicle `uav2`, but names `uav1`",
     ]);
+}
+
+#[test]
+fn a_tower_that_was_killed_goes_on_with_what_it_has_decided() {
+    let killed = || Story::of(Policy::Grant).ask("1", "a").decide(v1::Decision::Deny, "b").wait(10.0);
+    let before = "0 uav1: a granted until 900 [1, decision 1]; b denied (by hand) [, decision 1]";
+    let first = "0 uav1: a granted until 900 [1, decision 1]";
+    killed().restart(Policy::Grant, 20, |_| {}).ask("2", "b").wait(1.0).decide(v1::Decision::Revoke, "a").expect_log(
+        &[
+            first,
+            before,
+            "30 uav1: a granted until 900 [1, decision 1]; b denied (by hand) [2, decision 2]",
+            "31 uav1: a revoked (by hand) [1, decision 2]; b denied (by hand) [2, decision 2]",
+        ],
+    );
+    killed().restart(Policy::Grant, 2000, |_| {}).wait(1.0).expect_log(&[
+        first,
+        before,
+        "2010 uav1: a expired [1, decision 1]; b denied (by hand) [, decision 1]",
+    ]);
+}
+
+#[test]
+fn a_request_that_was_not_decided_yet_is_decided_by_the_next_tower() {
+    Story::of(Policy::Delay)
+        .ask("1", "a")
+        .wait(3.0)
+        .restart(Policy::Delay, 4, |_| {})
+        .wait(6.0)
+        .stored()
+        .act()
+        .expect_log(&["0 uav1: a requested [1, decision 0]", "13 uav1: a granted until 912 [1, decision 1]"]);
+}
+
+#[test]
+fn a_grant_is_published_once_it_is_on_the_disk_and_a_revocation_at_once() {
+    let story = Story::of(Policy::Grant).restart(Policy::Grant, 1, |_| {});
+    let story = story.ask("1", "a").wait(3.0).stored().act().decide(v1::Decision::Revoke, "a");
+    story.expect_log(&[
+        "1 uav1: ",
+        "4 uav1: a granted until 901 [1, decision 1]",
+        "4 uav1: a revoked (by hand) [1, decision 2]",
+    ]);
+}
+
+#[test]
+fn a_tower_that_has_lost_its_decisions_grants_nothing_until_an_operator_accepts_that() {
+    let lose = |tower: &mut ControlTower| tower.memory_lost(MemoryLoss { id: 7, why: "garbled".into() });
+    let story = Story::of(Policy::Grant).ask("1", "a").wait(3.0).restart(Policy::Grant, 1, lose);
+    let mut story =
+        story.ask("2", "b").decide(v1::Decision::Grant, "b").decide(v1::Decision::Revoke, "c").stored().act();
+    story.send("uav1", Request::AcceptLoss(v1::AcceptLossRequest::default()));
+    story.send("uav1", Request::AcceptLoss(v1::AcceptLossRequest::default()));
+    let refused = "4 refused: earlier decisions of the tower are lost (garbled): nothing is granted before an operator accepts \
+                   that with `kittiwake permission accept-loss`";
+    story.stored().act().expect_log(&[
+        "0 uav1: a granted until 900 [1, decision 1]",
+        "4 uav1:  LOST: garbled",
+        "4 uav1: b requested [2, decision 0] LOST: garbled",
+        refused,
+        "4 uav1: b requested [2, decision 0]; c revoked (by hand) [, decision 1] LOST: garbled",
+        "4 uav1: a granted until 900 [1, decision 1]; b requested [2, decision 0]; c revoked (by hand) [, decision 1]",
+        "4 refused: nothing to accept: the tower knows its earlier decisions",
+        "4 uav1: a granted until 900 [1, decision 1]; b granted until 904 [2, decision 1]; c revoked (by hand) [, decision 1]",
+    ]);
+}
+
+#[test]
+fn a_vehicle_hears_from_the_tower_before_it_asks_for_anything() {
+    let mut story = Story::of(Policy::Grant);
+    let peer = |vehicle: &str| Event::Peer {
+        vehicle: vehicle.into(),
+        service: "mcm".into(),
+        instance: "1".into(),
+        alive: true,
+    };
+    for vehicle in ["uav1", ""] {
+        story.tower.on(story.now, peer(vehicle), &mut Vec::new());
+    }
+    story.act().expect_log(&["0 uav1: "]);
+}
+
+#[test]
+fn a_memory_that_makes_no_sense_is_refused_and_changes_nothing() {
+    #[track_caller]
+    fn check(change: fn(&mut v1::PermissionMemory)) {
+        let mut story = Story::of(Policy::Grant).ask("1", "a");
+        let mut memory = story.tower.memory();
+        change(&mut memory.ledgers[0].permissions[0]);
+        let before = story.tower.memory();
+        assert!(story.tower.resume(memory).is_err());
+        assert_eq!(story.tower.memory(), before);
+    }
+    check(|it| it.permission = None);
+    check(|it| it.granted_for_s = f64::NAN);
+    check(|it| it.permission.as_mut().unwrap().area.clear());
+    check(|it| it.permission.as_mut().unwrap().state = 0);
 }

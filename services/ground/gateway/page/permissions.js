@@ -19,12 +19,22 @@ export function mountPermissions() {
   const body = document.querySelector("#permissions .body");
   const cards = h("ul", { class: "cards" });
   const none = h("p", { class: "empty" }, "No area of this mission needs a permission.");
-  body.append(none, cards);
+  const accept = h("button", { id: "accept-loss", class: "hazard", click: () => ask("Let the control tower grant again without its earlier decisions, for every vehicle?", "Accept the loss", () => order("permission", "permissions/accept-loss")) }, "Accept the loss");
+  const stale = h("p", { class: "reason", id: "permissions-stale", role: "status" }, "");
+  body.append(stale, accept, none, cards);
   return () => {
+    text(stale, staleness() && `Stale: ${staleness()}. Nobody knows whether these still hold.`);
+    attribute(stale, "hidden", !staleness());
+    attribute(accept, "hidden", !store.doc?.tower?.memory?.loss || !has("tower"));
     const items = cardsOf(store.doc);
     attribute(none, "hidden", !store.doc || items.length > 0);
     list(cards, items, (it) => it.area, make, fill);
   };
+}
+
+/** Why the tower's decisions may be others by now; empty while they are fresh. */
+export function staleness() {
+  return store.doc?.tower?.stale ?? "";
 }
 
 function cardsOf(doc) {
@@ -64,14 +74,18 @@ function make({ area }) {
 
 function fill(card, it) {
   const state = short(it.state);
-  text(part(card, "state"), permission(it.state));
-  attribute(part(card, "state"), "data-tone", TONES[state] ?? "none");
+  const stale = staleness() !== "";
+  text(part(card, "state"), permission(it.state) + (stale ? ", stale" : ""));
+  attribute(part(card, "state"), "data-tone", stale ? TONES.EXPIRED : TONES[state] ?? "none");
+  attribute(card, "data-stale", stale ? "" : null);
   attribute(card, "data-state", state.toLowerCase());
   text(part(card, "until"), state === "GRANTED" && it.validForS ? `for ${clock(it.validForS)} more` : "");
   text(part(card, "reason"), sentence(it.reason));
   attribute(part(card, "buttons"), "hidden", !has("tower"));
   for (const button of card.querySelectorAll("[data-decision]")) {
-    const wrong = { DECISION_GRANT: state === "GRANTED", DECISION_DENY: state === "DENIED" || state === "GRANTED", DECISION_REVOKE: state !== "GRANTED" };
+    // Of a tower that has lost its decisions nothing is granted, and everything can be revoked.
+    const lost = Boolean(store.doc?.tower?.memory?.loss);
+    const wrong = lost ? { DECISION_GRANT: true } : { DECISION_GRANT: state === "GRANTED", DECISION_DENY: state === "DENIED" || state === "GRANTED", DECISION_REVOKE: state !== "GRANTED" };
     attribute(button, "hidden", wrong[button.dataset.decision]);
     disabledFor(button, isStale() ? "not connected" : "");
   }

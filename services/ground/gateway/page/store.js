@@ -7,7 +7,7 @@ import { noPlan, rememberPlan } from "./plan-memory.js";
 
 /** Number of periods without a `status` event after which everything shown is stale. */
 const STALE_AFTER_PERIODS = 1.7;
-/** Published only after the first request to the control tower: until then its absence is normal. */
+/** Published once the control tower has heard of the vehicle: until then its absence is normal. */
 const PUBLISHED_LATE = "permissionLedger";
 const RECONNECT_MS = 500;
 const FLEET_PERIOD_MS = 1000;

@@ -21,6 +21,8 @@ pub struct Config {
     pub heartbeat_stale_s: Positive,
     /// Events kept for each vehicle. Ours: enough for several missions.
     pub history_records: NonZeroU16,
+    /// Files of the audit trail: days on which something was ordered. Ours: a year.
+    pub audit_files: NonZeroU16,
     /// Event streams open at a time. Ours: far more than there are operators.
     pub max_event_streams: NonZeroU16,
     /// Wall seconds after which a request without an answer fails. Ours.
@@ -45,11 +47,33 @@ pub struct Config {
     /// because others on the network could read tokens.
     #[serde(default)]
     pub plain_http_beyond_loopback: bool,
-    /// Connections open at a time; more are closed at once. Ours: more than event streams.
+    /// Connections open at a time, those of strangers included. Ours: more than event streams.
     pub max_connections: NonZeroU16,
+    /// What one client may take of these.
+    pub clients: Clients,
     /// Wall seconds that a client may take for a TLS handshake, and for the head of a request. A
     /// connection without a request is closed after the same time. Ours.
     pub head_timeout_s: Positive,
     /// How missions are recorded.
     pub recording: crate::recording::config::Config,
+}
+
+/// The section `[gateway.clients]`: what strangers, and the holder of one token, may take.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Clients {
+    /// Connections that have shown no valid token, at a time; the oldest makes place for a newcomer. The others are kept for
+    /// token holders. Ours: a tenth of all.
+    pub strangers: NonZeroU16,
+    /// Of those, from one IPv4 address or one IPv6 network of 64 bits. Ours: several browsers.
+    pub strangers_per_address: NonZeroU16,
+    /// Connections of one token, its event streams included. Ours: a wall of screens.
+    pub connections_per_token: NonZeroU16,
+    /// Event streams of one token.
+    pub streams_per_token: NonZeroU16,
+    /// Downloads of recordings of one token at a time, of 16 in all.
+    pub downloads_per_token: NonZeroU16,
+    /// Wall seconds after which a client that takes no byte of what waits for it is disconnected. Ours: a network that
+    /// changes over; a page then connects again and goes on where it was.
+    pub write_timeout_s: Positive,
 }

@@ -9,13 +9,15 @@ use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
 
+use axum::body::Bytes;
 use domain::time::Now;
 use node::VehicleId;
 
 use crate::fleet::occurrence::Occurrence;
+use crate::http::events;
 use crate::view;
 
-/// The size limit of a journal's JSON in bytes, for records of any length: several times the size of thousands of
+/// The size limit of a journal's events in bytes, for records of any length: several times the size of thousands of
 /// ordinary records.
 const MAX_BYTES: usize = 8 * 1024 * 1024;
 
@@ -41,10 +43,8 @@ struct Journal {
 pub(crate) struct Record {
     /// The place in the journal.
     pub(crate) id: RecordId,
-    /// The type of its server-sent event.
-    pub(crate) kind: &'static str,
-    /// The message as JSON.
-    pub(crate) data: String,
+    /// Its server-sent event, with the message as JSON; shared by all clients that get it.
+    pub(crate) frame: Bytes,
 }
 
 /// A record's place in a vehicle's journal, as text `<epoch>-<sequence>`.
@@ -86,20 +86,21 @@ impl Journals {
     /// Adds what happened to a vehicle's journal; the oldest record goes when there are too many.
     pub(crate) fn push(&mut self, now: Now, vehicle: &VehicleId, occurrence: &Occurrence) {
         let data = view::stamped(now, occurrence.to_json()).to_string();
-        self.push_record(now.utc_ms, vehicle, occurrence.kind(), data);
+        self.push_record(now.utc_ms, vehicle, occurrence.kind(), &data);
     }
 
-    fn push_record(&mut self, utc_ms: i64, vehicle: &VehicleId, kind: &'static str, data: String) {
+    fn push_record(&mut self, utc_ms: i64, vehicle: &VehicleId, kind: &'static str, data: &str) {
         let epoch = *self.epoch.get_or_insert(utc_ms);
         let journal = self.by_vehicle.entry(vehicle.clone()).or_default();
         journal.newest += 1;
-        journal.bytes += data.len();
+        let id = RecordId { epoch, sequence: journal.newest };
+        let frame = events::frame(Some(&id.to_string()), kind, data);
+        journal.bytes += frame.len();
         while self.capacity <= journal.records.len() || MAX_BYTES < journal.bytes {
             let Some(oldest) = journal.records.pop_front() else { break };
-            journal.bytes -= oldest.data.len();
+            journal.bytes -= oldest.frame.len();
         }
-        let id = RecordId { epoch, sequence: journal.newest };
-        journal.records.push_back(Arc::new(Record { id, kind, data }));
+        journal.records.push_back(Arc::new(Record { id, frame }));
     }
 
     /// The records after the cursor, at most `count`.
@@ -151,15 +152,19 @@ mod tests {
     /// A journal with room for five records to which `count` were added.
     fn journal(count: usize) -> Journals {
         let mut journals = Journals::new(5);
-        (1..=count).for_each(|n| journals.push_record(1000, &"uav1".into(), "flag", n.to_string()));
+        (1..=count).for_each(|n| journals.push_record(1000, &"uav1".into(), "flag", &n.to_string()));
         journals
     }
 
     #[track_caller]
     fn check(count: usize, cursor: Cursor, at_most: usize, expected: (bool, &[&str])) {
         let batch = journal(count).read("uav1", cursor, at_most);
-        let data: Vec<_> = batch.records.iter().map(|it| it.data.as_str()).collect();
-        assert_eq!((batch.lost, data.as_slice()), expected);
+        let data = |it: &Arc<Record>| {
+            let text = String::from_utf8_lossy(&it.frame).into_owned();
+            text.split_once("\nevent: flag\ndata: ").and_then(|it| it.1.strip_suffix("\n\n").map(str::to_owned))
+        };
+        let data: Vec<_> = batch.records.iter().filter_map(data).collect();
+        assert_eq!((batch.lost, data.iter().map(String::as_str).collect::<Vec<_>>().as_slice()), expected);
     }
 
     #[test]
@@ -190,9 +195,9 @@ mod tests {
     fn long_records_take_the_place_of_several() {
         let mut journals = Journals::new(5);
         for _ in 0..5 {
-            journals.push_record(1000, &"uav1".into(), "flag", "x".repeat(MAX_BYTES / 3));
+            journals.push_record(1000, &"uav1".into(), "flag", &"x".repeat(MAX_BYTES / 4));
         }
-        assert_eq!(journals.read("uav1", Cursor::Start, 9).records.len(), 3);
+        assert_eq!(journals.read("uav1", Cursor::Start, 9).records.len(), 3, "each is a little longer than its data");
     }
 
     #[test]

@@ -33,6 +33,7 @@ use crate::view::Ages;
 pub mod access;
 pub mod audit;
 pub mod config;
+mod connection;
 mod contact;
 mod fleet;
 pub mod http;
@@ -40,7 +41,9 @@ mod journal;
 mod orders;
 pub mod process;
 mod recording;
+mod seats;
 pub mod server;
+mod shares;
 pub mod sockets;
 pub mod tls;
 mod view;
@@ -205,7 +208,8 @@ mod tests {
         status_rate_hz = 2.0
         heartbeat_stale_s = 2.0
         history_records = 8
-        max_event_streams = 2
+        audit_files = 9
+    max_event_streams = 2
         request_timeout_s = 5.0
         max_body_bytes = 1000
         requests_per_s = 50.0
@@ -214,7 +218,14 @@ mod tests {
         simulation = true
         max_connections = 10
         head_timeout_s = 5.0
-        [recording]
+        [clients]
+    strangers = 4
+    strangers_per_address = 4
+    connections_per_token = 2000
+    streams_per_token = 2000
+    downloads_per_token = 2
+    write_timeout_s = 60.0
+    [recording]
         most_files = 0
         most_total_mb = 1
         most_each_mb = 1

@@ -2,6 +2,7 @@
 
 use std::io;
 use std::net::{SocketAddr, TcpListener};
+use std::num::NonZeroU16;
 use std::sync::Arc;
 
 use rustls::ServerConfig;
@@ -45,14 +46,16 @@ impl GatewayProcess {
     /// # Errors
     /// When the operating system refuses the address or the sockets.
     pub fn bind(
-        (node, api): (Gateway, Api),
+        (node, mut api): (Gateway, Api),
         address: SocketAddr,
         tls: Option<Arc<ServerConfig>>,
     ) -> Result<GatewayProcess, StartError> {
         let listener = TcpListener::bind(address).map_err(|cause| StartError::Listen { address, cause })?;
         listener.set_nonblocking(true)?;
         sockets::bound(&listener)?;
-        sockets::make_room(api.config.max_event_streams.get().into())?;
+        let room = sockets::make_room(api.config.max_connections.get().into())?;
+        let room = u16::try_from(room).ok().and_then(NonZeroU16::new);
+        api.config.max_connections = room.ok_or_else(|| io::Error::other("it allows too few open files"))?;
         Ok(GatewayProcess { node, api, listener, tls })
     }
 

@@ -1,7 +1,8 @@
-//! Serves connections: a limited number at a time, encrypted where that is configured, and closed when the
+//! Serves connections: those that have a seat (`seats`), encrypted where that is configured, and closed when the
 //! handshake or the head of a request takes too long.
 //!
-//! The content of a request is not read here; the guard decides what the request may do.
+//! The content of a request is not read here; the guard decides what the request may do. The memory of a connection is
+//! bounded: what waits for a client that does not read is some kilobytes of its own, and texts that all share.
 
 use std::future::Future;
 use std::io;
@@ -12,19 +13,24 @@ use std::task::{Context, Poll};
 use std::time::Duration;
 
 use axum::Router;
-use axum_server::accept::{Accept, NoDelayAcceptor};
+use axum_server::accept::Accept;
 use axum_server::tls_rustls::{RustlsAcceptor, RustlsConfig};
 use axum_server::{Handle, Server};
 use hyper_util::rt::TokioTimer;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, watch};
+use tokio::sync::watch;
 use tower_service::Service;
 
+use crate::connection::Connection;
+use crate::http::caller::Caller;
 use crate::http::{self, Api};
+use crate::seats::Seats;
 
 /// A client that does not read delays the end of the server by no more than this.
 const GRACE_PERIOD: Duration = Duration::from_secs(1);
+/// Bytes of a connection's buffers, for the head of a request and for what waits to be sent.
+const BUFFER: usize = 16 * 1024;
 
 /// Answers on `listener` until `shutdown` completes; open event streams are then ended. Connections are
 /// encrypted with `tls`, if there is any.
@@ -39,7 +45,8 @@ pub async fn serve(
 ) -> io::Result<()> {
     // The limit for a handshake, and for the head of a request from the end of the request before.
     let head_timeout = api.config.head_timeout_s.seconds();
-    let connections = Arc::new(Semaphore::new(usize::from(api.config.max_connections.get())));
+    let seats = Seats::new(api.config.max_connections.get().into(), &api.config.clients);
+    let seating = Seating { seats, write_timeout: api.config.clients.write_timeout_s.seconds() };
     let (close, closing) = watch::channel(());
     let router = http::router(api, closing);
     let shutdown = async move {
@@ -47,11 +54,10 @@ pub async fn serve(
         drop(close);
     };
     match tls {
-        None => run(listener, router, Limited { connections, acceptor: NoDelayAcceptor }, head_timeout, shutdown).await,
+        None => run(listener, router, seating, head_timeout, shutdown).await,
         Some(config) => {
             let acceptor = RustlsAcceptor::new(RustlsConfig::from_config(config)).handshake_timeout(head_timeout);
-            let acceptor = acceptor.acceptor(NoDelayAcceptor);
-            run(listener, router, Limited { connections, acceptor }, head_timeout, shutdown).await
+            run(listener, router, Bounded(acceptor.acceptor(seating)), head_timeout, shutdown).await
         }
     }
 }
@@ -59,12 +65,12 @@ pub async fn serve(
 async fn run<A>(
     listener: TcpListener,
     router: Router,
-    acceptor: Limited<A>,
+    acceptor: A,
     head_timeout: Duration,
     shutdown: impl Future<Output = ()> + Send + 'static,
 ) -> io::Result<()>
 where
-    A: Accept<TcpStream, Router, Service = Router> + Clone + Send + Sync + 'static,
+    A: Accept<TcpStream, Router, Service = Seated> + Clone + Send + Sync + 'static,
     A::Stream: AsyncRead + AsyncWrite + Unpin + Send + 'static,
     A::Future: Send + 'static,
 {
@@ -77,48 +83,61 @@ where
     let server = Server::<SocketAddr>::from_listener(listener).acceptor(acceptor);
     // HTTP/1.1 only: a server that also speaks HTTP/2 waits without a limit for the client's first bytes.
     let mut server = server.handle(handle).http1_only();
-    server.http_builder().http1().timer(TokioTimer::new()).header_read_timeout(head_timeout);
+    let mut builder = server.http_builder().http1();
+    builder.timer(TokioTimer::new()).header_read_timeout(head_timeout).max_buf_size(BUFFER);
     let served = server.serve(router.into_make_service()).await;
     watch.abort();
     served
 }
 
-/// Accepts connections while there are permits; more are closed at once.
+/// Gives each connection a seat.
 #[derive(Clone)]
-struct Limited<A> {
-    connections: Arc<Semaphore>,
-    acceptor: A,
+struct Seating {
+    seats: Arc<Seats>,
+    write_timeout: Duration,
 }
 
-impl<A> Accept<TcpStream, Router> for Limited<A>
-where
-    A: Accept<TcpStream, Router, Service = Router>,
-    A::Future: Send + 'static,
-{
-    type Stream = A::Stream;
-    type Service = Connection;
-    type Future = Pin<Box<dyn Future<Output = io::Result<(A::Stream, Connection)>> + Send>>;
+impl Accept<TcpStream, Router> for Seating {
+    type Stream = Connection;
+    type Service = Seated;
+    type Future = std::future::Ready<io::Result<(Connection, Seated)>>;
 
-    fn accept(&self, stream: TcpStream, service: Router) -> Self::Future {
-        let Ok(permit) = self.connections.clone().try_acquire_owned() else {
-            return Box::pin(async { Err(io::Error::other("the limit of open connections is reached")) });
-        };
-        let accepting = self.acceptor.accept(stream, service);
+    fn accept(&self, stream: TcpStream, router: Router) -> Self::Future {
+        std::future::ready(stream.set_nodelay(true).and_then(|()| stream.peer_addr()).map(|peer| {
+            let (seat, close) = self.seats.take(peer.ip());
+            let seated = Seated { router, caller: Caller(Some(Arc::new(seat))) };
+            (Connection::new(stream, close, self.write_timeout), seated)
+        }))
+    }
+}
+
+/// Bounds what TLS buffers for a client that does not read.
+#[derive(Clone)]
+struct Bounded(RustlsAcceptor<Seating>);
+
+impl Accept<TcpStream, Router> for Bounded {
+    type Stream = tokio_rustls::server::TlsStream<Connection>;
+    type Service = Seated;
+    type Future = Pin<Box<dyn Future<Output = io::Result<(Self::Stream, Seated)>> + Send>>;
+
+    fn accept(&self, stream: TcpStream, router: Router) -> Self::Future {
+        let accepting = self.0.accept(stream, router);
         Box::pin(async {
-            let (stream, router) = accepting.await?;
-            Ok((stream, Connection { router, _permit: Arc::new(permit) }))
+            let (mut stream, seated) = accepting.await?;
+            stream.get_mut().1.set_buffer_limit(Some(BUFFER));
+            Ok((stream, seated))
         })
     }
 }
 
-/// Answers the requests of one connection, and holds its permit while it is open.
+/// Answers the requests of one connection, and has its seat while it is open.
 #[derive(Clone)]
-struct Connection {
+struct Seated {
     router: Router,
-    _permit: Arc<OwnedSemaphorePermit>,
+    caller: Caller,
 }
 
-impl<B> Service<axum::http::Request<B>> for Connection
+impl<B> Service<axum::http::Request<B>> for Seated
 where
     Router: Service<axum::http::Request<B>>,
 {
@@ -130,7 +149,8 @@ where
         self.router.poll_ready(context)
     }
 
-    fn call(&mut self, request: axum::http::Request<B>) -> Self::Future {
+    fn call(&mut self, mut request: axum::http::Request<B>) -> Self::Future {
+        request.extensions_mut().insert(self.caller.clone());
         self.router.call(request)
     }
 }

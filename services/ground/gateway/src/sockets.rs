@@ -7,27 +7,27 @@ use std::os::fd::AsFd;
 use nix::sys::resource::{Resource, getrlimit, setrlimit};
 use nix::sys::socket::{setsockopt, sockopt};
 
-/// Bytes buffered for one client: several status events. The system reserves twice this size; its default would hold
-/// megabytes for a client that does not read.
-const SEND_BUFFER: usize = 128 * 1024;
-/// Files and connections besides event streams.
+/// Bytes that the system buffers for one client in each direction: a status event. It reserves twice this size, which counts
+/// as this process's memory in a container; its default would be megabytes for a client that does not read.
+const BUFFER: usize = 16 * 1024;
+/// Files, and connections to the bus.
 const OTHERS: u64 = 256;
 
-/// Raises this process's limit of open files so that it can hold `streams` event streams, as far as the system
-/// allows: a process often starts with a limit of a thousand files and may ask for more.
+/// Raises this process's limit of open files so that it can hold `connections`, as far as the system allows: a process
+/// often starts with a limit of a thousand files and may ask for more. Returns the number of connections that it can hold.
 ///
 /// # Errors
 /// When the limit cannot be read or raised.
-pub fn make_room(streams: u64) -> io::Result<()> {
+pub fn make_room(connections: u64) -> io::Result<u64> {
     let (soft, hard) = getrlimit(Resource::RLIMIT_NOFILE)?;
-    let wanted = (streams + OTHERS).min(hard);
+    let wanted = (connections + OTHERS).min(hard);
     if soft < wanted {
         setrlimit(Resource::RLIMIT_NOFILE, wanted, hard)?;
     }
-    if wanted < streams + OTHERS {
-        tracing::warn!(streams, files = hard, "the system allows fewer files than there may be event streams");
+    if wanted < connections + OTHERS {
+        tracing::warn!(connections, files = hard, "the system allows fewer files than there may be connections");
     }
-    Ok(())
+    Ok(wanted.max(soft).saturating_sub(OTHERS).min(connections))
 }
 
 /// Bounds the memory that the system holds for each client of `listener`.
@@ -35,8 +35,9 @@ pub fn make_room(streams: u64) -> io::Result<()> {
 /// # Errors
 /// When the system does not take the option.
 pub(crate) fn bound(listener: &TcpListener) -> io::Result<()> {
-    // Accepted sockets inherit it.
-    Ok(setsockopt(&listener.as_fd(), sockopt::SndBuf, &SEND_BUFFER)?)
+    // Accepted sockets inherit both.
+    setsockopt(&listener.as_fd(), sockopt::SndBuf, &BUFFER)?;
+    Ok(setsockopt(&listener.as_fd(), sockopt::RcvBuf, &BUFFER)?)
 }
 
 #[cfg(test)]
@@ -50,14 +51,18 @@ mod tests {
         bound(&listener).unwrap();
         let _client = std::net::TcpStream::connect(listener.local_addr().unwrap()).unwrap();
         let (served, _) = listener.accept().unwrap();
-        let buffer = getsockopt(&served.as_fd(), sockopt::SndBuf).unwrap();
-        assert!(SEND_BUFFER <= buffer && buffer <= 2 * SEND_BUFFER, "{buffer}");
+        let sent = getsockopt(&served.as_fd(), sockopt::SndBuf).unwrap();
+        let received = getsockopt(&served.as_fd(), sockopt::RcvBuf).unwrap();
+        for buffer in [sent, received] {
+            assert!(BUFFER <= buffer && buffer <= 2 * BUFFER, "{buffer}");
+        }
     }
 
     #[test]
     fn the_limit_of_open_files_is_raised_as_far_as_the_system_allows() {
-        make_room(2000).unwrap();
+        let room = make_room(2000).unwrap();
         let (soft, hard) = getrlimit(Resource::RLIMIT_NOFILE).unwrap();
         assert!((2000 + OTHERS).min(hard) <= soft);
+        assert!(room <= 2000 && room + OTHERS <= soft.max(OTHERS));
     }
 }

@@ -30,6 +30,7 @@ const CONFIG: &str = "
     status_rate_hz = 0.001
     heartbeat_stale_s = 2.0
     history_records = 8
+    audit_files = 9
     max_event_streams = 2
     request_timeout_s = 5.0
     max_body_bytes = 1000
@@ -39,6 +40,13 @@ const CONFIG: &str = "
     simulation = true
     max_connections = 10
     head_timeout_s = 0.5
+    [clients]
+    strangers = 4
+    strangers_per_address = 4
+    connections_per_token = 2000
+    streams_per_token = 2000
+    downloads_per_token = 2
+    write_timeout_s = 60.0
     [recording]
     most_files = 0
     most_total_mb = 1
@@ -174,11 +182,30 @@ impl Events {
 #[tokio::test(flavor = "multi_thread")]
 async fn the_gateway_is_healthy_while_its_loop_runs() {
     let world = World::empty();
-    assert_eq!(world.get("/healthz").await.body, json!({ "status": "ok", "recordings": "off" }));
+    let healthy = json!({ "status": "ok", "recordings": "off", "audit": "ok", "problems": [] });
+    assert_eq!(world.get("/healthz").await.body, healthy);
     let World { gateway, router, .. } = world;
     drop(gateway);
     let response = router.oneshot(Request::get("/healthz").body(Body::empty()).unwrap()).await.unwrap();
     assert_eq!(response.status(), StatusCode::SERVICE_UNAVAILABLE);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_state_that_was_lost_or_cannot_be_saved_shows_in_the_health() {
+    let mut world = World::empty();
+    let loss = Some(v1::MemoryLoss { id: 1, why: "mcm.0 is garbled".into() });
+    let memory = |loss, failing: &str| Some(v1::MemoryHealth { loss, failing: failing.into() });
+    world.say(v1::McmStatus { memory: memory(loss, ""), ..Default::default() });
+    world.say(v1::PlannerStatus { memory: memory(None, "no space"), ..Default::default() });
+    let body = world.get("/healthz").await.body;
+    let expected = [
+        "uav1/mcm: waits for an operator, what was saved is unusable: mcm.0 is garbled",
+        "uav1/planner: cannot be saved: no space",
+    ];
+    assert_eq!((&body["status"], &body["problems"]), (&json!("degraded"), &json!(expected)));
+    world.say(v1::McmStatus { memory: memory(None, ""), ..Default::default() });
+    world.say(v1::PlannerStatus::default());
+    assert_eq!(world.get("/healthz").await.body["status"], "ok");
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -247,7 +274,10 @@ async fn a_stream_replays_the_journal_and_goes_on_live() {
     world.decide("two");
     world.say(v1::SkillEvent { skill_id: 7, ..Default::default() });
     world.say(v1::FlagEvent { name: "wind".into(), raised: true, ..Default::default() });
-    world.say(v1::PermissionLedger { permissions: vec![v1::Permission { area: "a".into(), ..Default::default() }] });
+    world.say(v1::PermissionLedger {
+        permissions: vec![v1::Permission { area: "a".into(), ..Default::default() }],
+        ..Default::default()
+    });
     world.say(v1::PlannerStatus { objectives: vec![v1::Objective::default()], ..Default::default() });
     world.say(v1::McmStatus { report: Some(v1::MissionReport::default()), ..Default::default() });
     events.expect(&["decision two", "skill", "flag", "permission", "objective", "report"]).await;
@@ -292,7 +322,7 @@ async fn streams_are_counted_and_given_back() {
     let world = World::with_vehicle();
     let first = world.events(None).await;
     let _second = world.events(None).await;
-    world.get("/api/v1/vehicles/uav1/events").await.is_problem(503, "all 2 event streams are in use");
+    world.get("/api/v1/vehicles/uav1/events").await.is_problem(503, "all 2 event streams are in use; try again");
     drop(first);
     world.events(None).await.expect(&["status"]).await;
 }

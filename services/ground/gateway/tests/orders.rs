@@ -11,6 +11,7 @@ use kittiwake_proto::v1;
 use node::CallError;
 use serde_json::{Value, json};
 
+mod audit;
 mod recordings;
 mod world;
 use world::World;
@@ -47,7 +48,7 @@ async fn operations(world: &World) -> Vec<(String, String, Vec<String>, String)>
 
 #[tokio::test(flavor = "multi_thread")]
 async fn every_route_lets_in_the_roles_of_its_description_and_no_others() {
-    let world = World::new();
+    let world = World::configured("requests_at_once = 1000.0", "requests_at_once = 9000.0");
     let operations = operations(&world).await;
     assert!(30 <= operations.len(), "{operations:?}");
     for (method, path, roles, body) in operations {
@@ -55,14 +56,19 @@ async fn every_route_lets_in_the_roles_of_its_description_and_no_others() {
         if open {
             assert!(!path.starts_with("/api") && path != "/metrics", "{path} is open to everybody");
         }
-        let mut expected_records = 0;
+        let counts = || async {
+            let orders =
+                world.get("/api/v1/audit?limit=1000", "observer").await.body["records"].as_array().unwrap().len();
+            let refusals = world.get("/api/v1/audit/refusals", "observer").await.body["counts"].clone();
+            let count = |it: &Value| it["count"].as_str().unwrap().parse::<usize>().unwrap();
+            (orders, refusals.as_array().unwrap().iter().map(count).sum::<usize>())
+        };
         for token in ["", "wrong", "old", "observer", "operator", "tower", "safety"] {
             if token == "operator" {
                 world.post(&format!("{UAV}/command/take"), "operator", "").await;
             }
             world.heard();
-            let before =
-                world.get("/api/v1/audit?limit=1000", "observer").await.body["records"].as_array().unwrap().len();
+            let before = counts().await;
             let answer = world.send(&method, &path, token, &format!("{token}{path}"), &body).await;
             let status = answer.status.as_u16();
             let what = format!("{method} {path} by `{token}`: {status} {}", answer.text);
@@ -73,23 +79,19 @@ async fn every_route_lets_in_the_roles_of_its_description_and_no_others() {
                 true if !role_fits => assert_eq!(status, 403, "{what}"),
                 true => assert!(![401, 403, 404, 405].contains(&status), "{what}"),
             }
-            if status == 401 || status == 403 {
+            let is_refused = status == 401 || status == 403;
+            if is_refused {
                 assert!(world.heard().is_empty(), "{what} reached the bus");
             }
             // The flag leaves after its answer: it must not count as the next order's.
             if path.ends_with("/simulation/flags") && status == 200 {
                 assert_eq!(world.heard_at_last().await, ["monitor/flag"], "{what}");
             }
-            let after =
-                world.get("/api/v1/audit?limit=1000", "observer").await.body["records"].as_array().unwrap().len();
-            if method != "GET" {
-                expected_records += 1;
-                assert_eq!(after, before + 1, "{what} left no record, or several");
-            } else {
-                assert_eq!(after, before, "{what}");
-            }
+            let after = counts().await;
+            let is_order = method != "GET" && !is_refused;
+            assert_eq!(after.0, before.0 + usize::from(is_order), "an order leaves one record: {what}");
+            assert_eq!(after.1, before.1 + usize::from(is_refused), "a refusal is counted: {what}");
         }
-        assert!(method == "GET" || expected_records == 7);
     }
 }
 
@@ -158,8 +160,8 @@ async fn an_order_carries_its_operator_its_content_and_its_trace() {
         (Some(v1::operator_command::Verb::Abort(v1::AbortMission { overrides: false })), trace)
     );
     let record = &world.get("/api/v1/audit", "observer").await.body["records"][0];
-    let facts = ["who", "vehicle", "what", "requestId", "outcome"].map(|it| record[it].as_str().unwrap());
-    assert_eq!(facts, ["safety", "uav1", "abort", "k1", "done"]);
+    let facts = ["who", "vehicle", "what", "requestId", "outcome", "stage"].map(|it| record[it].as_str().unwrap());
+    assert_eq!(facts, ["safety", "uav1", "abort", "k1", "done", "AUDIT_STAGE_ENDED"]);
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -319,6 +321,19 @@ async fn guard_handler_and_record_see_the_same_vehicle_however_its_name_is_escap
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn the_pages_run_nothing_but_their_own_scripts() {
+    use tower::ServiceExt as _;
+    let world = World::new();
+    for path in ["/", "/docs", "/page/docs.html", "/page/docs.js"] {
+        let request = Request::get(path).body(Body::empty()).unwrap();
+        let response = world.router.clone().oneshot(request).await.unwrap();
+        assert_eq!(response.status(), 200);
+        let policy = response.headers()["content-security-policy"].to_str().unwrap();
+        assert!(policy.contains("default-src 'none'") && !policy.contains("unsafe"), "{path}: {policy}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn requests_without_a_valid_token_share_one_limit() {
     let world = World::configured("requests_at_once = 1000.0", "requests_at_once = 5.0");
     let mut statuses = Vec::new();
@@ -327,9 +342,12 @@ async fn requests_without_a_valid_token_share_one_limit() {
         statuses.push(world.send(method, &path, token, "k", "").await.status.as_u16());
     }
     assert_eq!(statuses, [401, 401, 401, 401, 401, 429, 429, 429, 429, 429]);
-    // A client with a token of its own is not limited by them, and a flood is not recorded.
-    let records = world.get("/api/v1/audit", "observer").await.body["records"].clone();
-    assert_eq!(records.as_array().map(Vec::len), Some(2), "{records}");
+    // A client with a token of its own is not limited by them, and a flood is counted and not recorded.
+    let refused = world.get("/api/v1/audit/refusals", "observer").await.body;
+    let counts: Vec<_> = refused["counts"].as_array().unwrap().iter().map(|it| (&it["reason"], &it["count"])).collect();
+    assert_eq!(counts, [(&json!("Too Many Requests"), &json!("5")), (&json!("Unauthorized"), &json!("5"))]);
+    assert_eq!(refused["records"].as_array().map(Vec::len), Some(5), "{refused}");
+    assert_eq!(world.get("/api/v1/audit", "observer").await.body["records"], json!([]));
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -366,6 +384,12 @@ async fn metrics_are_open_metrics() {
     let text = world.get("/metrics", "observer").await.text;
     assert!(text.ends_with("# EOF\n"), "{text}");
     assert!(text.contains("kittiwake_source_age_wall_seconds{vehicle=\"uav1\",source=\"vehicle_status\"}"), "{text}");
+    world.say(v1::Heartbeat { service: "mcm".into(), unanswered: 3, ..Default::default() });
+    let unanswered = "kittiwake_process_unanswered_total{vehicle=\"uav1\",service=\"mcm\"} 3";
+    let limit = Instant::now() + Duration::from_secs(20);
+    while !world.get("/metrics", "observer").await.text.contains(unanswered) {
+        assert!(Instant::now() < limit, "no {unanswered}");
+    }
 }
 
 #[tokio::test(flavor = "multi_thread")]

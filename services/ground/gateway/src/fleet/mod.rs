@@ -208,7 +208,7 @@ mod tests {
         let ledger = |state: v1::PermissionState, valid_for_s| {
             let permission =
                 v1::Permission { area: "a".into(), state: state.into(), valid_for_s, ..Default::default() };
-            Message::from(v1::PermissionLedger { permissions: vec![permission] })
+            Message::from(v1::PermissionLedger { permissions: vec![permission], ..Default::default() })
         };
         let planner = |step_id, state: v1::ObjectiveState| {
             let steps = vec![v1::PlanStep { id: step_id, ..Default::default() }];

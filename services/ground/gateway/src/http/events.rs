@@ -1,9 +1,9 @@
 //! One client's event stream: the journal, then events as they happen, and a `status` with the whole state at a
 //! fixed rate.
 //!
-//! A stream holds a cursor into the journal and no queue beyond one batch. Nothing is read before the connection can
-//! take it, so that a client that does not read costs no memory; when the journal has dropped records after its cursor,
-//! the client gets a `resync`.
+//! A stream holds a cursor into the journal and no queue beyond one batch, and sends texts that all streams share. Nothing
+//! is read before the connection can take it, so that a client that does not read costs hardly any memory; when the journal
+//! has dropped records after its cursor, the client gets a `resync`.
 
 #![expect(clippy::disallowed_methods, reason = "requests and their limits are on the wall clock")]
 
@@ -12,20 +12,21 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::Instant;
 
-use axum::response::sse::Event;
+use axum::body::Bytes;
 use futures_util::Stream;
 use node::VehicleId;
 use serde_json::json;
-use tokio::sync::{OwnedSemaphorePermit, watch};
+use tokio::sync::watch;
 use tokio::time::{Interval, MissedTickBehavior};
 
 use crate::fleet::Snapshot;
 use crate::http::site::Site;
 use crate::journal::{Batch, Cursor, Journals, Record};
+use crate::shares::Share;
 use crate::view;
 
-/// Records read at a time.
-const BATCH: usize = 64;
+/// Records read at a time: those that a stream keeps from being dropped with the journal's oldest.
+const BATCH: usize = 8;
 
 /// What a stream needs.
 pub(crate) struct Client {
@@ -39,12 +40,12 @@ pub(crate) struct Client {
     pub(crate) journals: watch::Receiver<Journals>,
     pub(crate) snapshot: watch::Receiver<Arc<Snapshot>>,
     pub(crate) site: Site,
-    /// The permit for the stream, released when the client leaves.
-    pub(crate) _permit: OwnedSemaphorePermit,
+    /// The client's share of all streams, given back when it leaves.
+    pub(crate) _share: Share,
 }
 
 /// The client's events until it leaves, the server stops or the gateway's loop ends.
-pub(crate) fn stream(client: Client) -> impl Stream<Item = Result<Event, Infallible>> {
+pub(crate) fn stream(client: Client) -> impl Stream<Item = Result<Bytes, Infallible>> {
     let mut status = tokio::time::interval(client.site.api.ages.status_period);
     status.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let reader = Reader { client, status, ready: VecDeque::new() };
@@ -60,7 +61,13 @@ struct Reader {
     ready: VecDeque<Ready>,
 }
 
-/// What the client gets next; its text is made when the connection takes it.
+/// An event as server-sent events have it. `data` has no line feed, and so is one line.
+pub(crate) fn frame(id: Option<&str>, kind: &str, data: &str) -> Bytes {
+    let id = id.map(|it| format!("id: {it}\n")).unwrap_or_default();
+    format!("{id}event: {kind}\ndata: {data}\n\n").into()
+}
+
+/// What the client gets next.
 enum Ready {
     /// Events were lost.
     Resync,
@@ -68,7 +75,7 @@ enum Ready {
 }
 
 impl Reader {
-    async fn next(&mut self) -> Option<Event> {
+    async fn next(&mut self) -> Option<Bytes> {
         loop {
             if let Some(ready) = self.ready.pop_front() {
                 return Some(self.event(&ready));
@@ -94,25 +101,24 @@ impl Reader {
         self.ready.extend(batch.records.into_iter().map(Ready::Happened));
     }
 
-    fn event(&self, ready: &Ready) -> Event {
+    fn event(&self, ready: &Ready) -> Bytes {
         match ready {
             Ready::Resync => {
                 let now = self.client.snapshot.borrow().now;
                 let advice = json!({ "detail": "events were lost; fetch the vehicle's state again" });
-                Event::default().event("resync").data(view::stamped(now, advice).to_string())
+                frame(None, "resync", &view::stamped(now, advice).to_string())
             }
-            Ready::Happened(record) => Event::default().id(record.id.to_string()).event(record.kind).data(&record.data),
+            Ready::Happened(record) => record.frame.clone(),
         }
     }
 
     /// Without an id: a client that comes back resumes after the last record it has seen.
-    fn status(&self) -> Option<Event> {
+    fn status(&self) -> Option<Bytes> {
         let snapshot = self.client.snapshot.borrow().clone();
         let (now, client, api) = (Instant::now(), &self.client, &self.client.site.api);
         // A client that reads the stream keeps its command.
         api.authorities.heard_from(&client.who, now);
         let authority = api.authorities.of(&client.vehicle, now);
-        let text = api.statuses.text(&snapshot, &client.vehicle, api.ages, &authority)?;
-        Some(Event::default().event("status").data(&*text))
+        api.statuses.frame(&snapshot, &client.vehicle, api.ages, &authority)
     }
 }

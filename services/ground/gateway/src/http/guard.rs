@@ -1,5 +1,5 @@
-//! What every request passes on its way to its handler: who asks, how often, in which role, with command or
-//! without; and on the way back, the audit record of an order.
+//! What every request passes on its way to its handler: who asks, how often, from where, in which role, about which vehicle.
+//! An order goes on to [`order`]; a refusal is recorded here.
 
 #![expect(clippy::disallowed_methods, reason = "requests, their limits and the expiry of tokens are on the wall clock")]
 
@@ -8,20 +8,21 @@ use std::time::{Duration, Instant, SystemTime};
 use axum::body::{Body, to_bytes};
 use axum::extract::Request;
 use axum::http::header::{AUTHORIZATION, RETRY_AFTER, WWW_AUTHENTICATE};
+use axum::http::request::Parts;
 use axum::http::{HeaderMap, StatusCode};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use node::VehicleId;
 use serde_json::Value;
-use tracing::Instrument;
 
 use crate::access::Identity;
-use crate::http::idempotency::{Fingerprint, RequestId};
+use crate::http::caller::Caller;
+use crate::http::idempotency::RequestId;
+use crate::http::order;
 use crate::http::problem::Problem;
 use crate::http::routes::{Access, Method, Route};
 use crate::http::site::Site;
 use crate::http::target::Target;
-use crate::http::trace;
 
 /// All requests without a valid token share one rate limit.
 const UNIDENTIFIED: &str = "";
@@ -30,8 +31,8 @@ const UNIDENTIFIED: &str = "";
 #[derive(Debug, Clone)]
 pub(crate) struct AuthorizedRequest {
     pub(crate) who: Identity,
-    /// The vehicle it is about, if its path names one.
-    vehicle: Option<VehicleId>,
+    pub(crate) caller: Caller,
+    pub(crate) target: Target,
     pub(crate) body: Value,
     /// The id of an order that needs a key.
     pub(crate) id: Option<RequestId>,
@@ -43,7 +44,7 @@ impl AuthorizedRequest {
     /// The vehicle that the path names.
     pub(crate) fn vehicle(&self) -> Result<&VehicleId, Problem> {
         let none = || Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "the route names no vehicle");
-        self.vehicle.as_ref().ok_or_else(none)
+        self.target.vehicle.as_ref().ok_or_else(none)
     }
 
     /// The client's own key; empty if it needs none.
@@ -58,64 +59,33 @@ pub(crate) async fn guard(site: Site, route: Route, request: Request, next: Next
         return next.run(request).await;
     }
     let now = Instant::now();
-    let is_order = route.method != Method::Get;
     let (mut parts, body) = request.into_parts();
-    let target = Target::read(&route, &mut parts).await;
-    let who = match identify(&site, &parts.headers) {
-        Ok(who) => who,
-        Err(problem) => {
-            // Beyond the limit they leave no audit record, so that a flood does not displace those of orders.
-            if let Err(wait) = site.limiter.admit(UNIDENTIFIED, now) {
-                return too_many(wait);
-            }
-            let response = problem.into_response();
-            if is_order {
-                site.record(None, &target, None, &Value::Null, &response);
-            }
-            return response;
-        }
+    let (caller, who) = (Caller::of(&parts), identify(&site, &parts.headers));
+    if let Err(wait) = site.limiter.admit(who.as_ref().map_or(UNIDENTIFIED, |who| &who.name), now) {
+        let problem = too_many(wait);
+        // Only counted, so that a flood does not displace what is known of others.
+        site.refused_too_many(&caller, &problem);
+        return problem.into_response();
+    }
+    let known = who.as_ref().ok().cloned();
+    if let Some(who) = &known {
+        site.api.authorities.heard_from(&who.name, now);
+    }
+    let authorized = match who {
+        Ok(who) => authorize(&site, route, who, &caller, &mut parts, body).await,
+        Err(problem) => Err(problem),
     };
-    if let Err(wait) = site.limiter.admit(&who.name, now) {
-        return too_many(wait);
-    }
-    site.api.authorities.heard_from(&who.name, now);
-    let mut authorized = match authorize(&site, route, &who, &target, &parts.headers, body).await {
-        Ok(authorized) => authorized,
+    match authorized {
         Err(problem) => {
-            let response = problem.into_response();
-            if is_order {
-                site.record(Some(&who), &target, None, &Value::Null, &response);
-            }
-            return response;
+            site.refused(known.as_ref(), &caller, &parts, &problem);
+            problem.into_response()
         }
-    };
-    if !is_order {
-        parts.extensions.insert(authorized);
-        return next.run(Request::from_parts(parts, Body::empty())).await;
-    }
-    let (id, arguments) = (authorized.id.clone(), authorized.body.clone());
-    let fingerprint = Fingerprint::of(&route, &target, &arguments);
-    if let Some(known) = id.as_ref().and_then(|id| site.answers.get(id, fingerprint)) {
-        return known;
-    }
-    let span = trace::span(&route.method.name().to_uppercase(), route.path, &parts.headers);
-    if let Some(traceparent) = trace::traceparent(&span) {
-        authorized.trace = traceparent;
-    }
-    let response = match has_command(&site, route.access, &authorized, now) {
-        Err(problem) => problem.into_response(),
-        Ok(()) => {
+        Ok(authorized) if route.method == Method::Get => {
             parts.extensions.insert(authorized);
-            let response = next.run(Request::from_parts(parts, Body::empty())).instrument(span.clone()).await;
-            match &id {
-                Some(id) => site.answers.keep(id.clone(), fingerprint, response).await,
-                None => response,
-            }
+            next.run(Request::from_parts(parts, Body::empty())).await
         }
-    };
-    trace::answered(&span, response.status().as_u16());
-    site.record(Some(&who), &target, id.as_ref(), &arguments, &response);
-    response
+        Ok(authorized) => order::carry_out(site, route, authorized, parts, next).await,
+    }
 }
 
 fn identify(site: &Site, headers: &HeaderMap) -> Result<Identity, Problem> {
@@ -129,31 +99,29 @@ fn identify(site: &Site, headers: &HeaderMap) -> Result<Identity, Problem> {
     })
 }
 
-/// Checks role and vehicle, and for an order key and body.
+/// Checks seat, role and vehicle, and for an order key and body.
 async fn authorize(
     site: &Site,
     route: Route,
-    who: &Identity,
-    target: &Target,
-    headers: &HeaderMap,
+    who: Identity,
+    caller: &Caller,
+    parts: &mut Parts,
     body: Body,
 ) -> Result<AuthorizedRequest, Problem> {
+    caller.identified_as(&who.name)?;
     let roles = route.access.roles();
     if !who.has_one_of(&roles) {
         let needs: Vec<String> = roles.iter().map(|role| role.name().to_owned()).collect();
         let detail = format!("{} may not do this; it needs the role {}", who.name, needs.join(" or "));
         return Err(Problem::new(StatusCode::FORBIDDEN, detail).with(|it| it.needs = needs));
     }
-    let vehicle = target.vehicle(&site.snapshot())?;
-    let trace = headers.get("traceparent").and_then(|it| it.to_str().ok()).unwrap_or_default().to_owned();
-    let mut authorized = AuthorizedRequest { who: who.clone(), vehicle, body: Value::Null, id: None, trace };
-    if route.method != Method::Get {
-        if route.access.needs_key() {
-            authorized.id = Some(RequestId::read(&who.name, headers)?);
-        }
-        authorized.body = read_body(site, route, body).await?;
-    }
-    Ok(authorized)
+    let target = Target::read(&route, parts, &site.snapshot()).await?;
+    let trace = parts.headers.get("traceparent").and_then(|it| it.to_str().ok()).unwrap_or_default().to_owned();
+    let is_order = route.method != Method::Get;
+    let needs_key = is_order && route.access.needs_key();
+    let id = needs_key.then(|| RequestId::read(&who.name, &parts.headers)).transpose()?;
+    let body = if is_order { read_body(site, route, body).await? } else { Value::Null };
+    Ok(AuthorizedRequest { who, caller: caller.clone(), target, body, id, trace })
 }
 
 async fn read_body(site: &Site, route: Route, body: Body) -> Result<Value, Problem> {
@@ -179,24 +147,8 @@ async fn read_body(site: &Site, route: Route, body: Body) -> Result<Value, Probl
     }
 }
 
-/// Whether the client has command of the vehicle, where the route needs that. The refusal says who has it, so that a
-/// program can tell it from a refusal by the vehicle.
-fn has_command(site: &Site, access: Access, request: &AuthorizedRequest, now: Instant) -> Result<(), Problem> {
-    match access {
-        Access::InCommand(or) if !request.who.has_one_of(or) => {
-            let vehicle = request.vehicle()?;
-            site.api.authorities.check(vehicle, &request.who.name, now).map_err(|refusal| {
-                let authority = site.api.authorities.of(vehicle, now);
-                Problem::new(StatusCode::CONFLICT, refusal).with(|it| it.command = Some(authority))
-            })
-        }
-        _ => Ok(()),
-    }
-}
-
-fn too_many(wait: Duration) -> Response {
+fn too_many(wait: Duration) -> Problem {
     let seconds = wait.as_secs_f64().ceil().max(1.0) as u64;
     Problem::new(StatusCode::TOO_MANY_REQUESTS, format!("too many requests; wait {seconds} s"))
         .with_header(RETRY_AFTER, &seconds.to_string())
-        .into_response()
 }

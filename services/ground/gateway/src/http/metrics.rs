@@ -40,7 +40,11 @@ fn gateway(registry: &mut Registry, audit: &Audit, writer: Option<&WriterStatus>
     let dropped: Counters = family(registry, "recording_dropped", "Messages that could not be recorded");
     let waiting: Gauges = family(registry, "recording_waiting_bytes", "Bytes that wait to be written");
     let failing: Gauges = family(registry, "recording_failing", "1 while missions cannot be recorded");
+    let refused: Counters = family(registry, "refused_requests", "Requests that were refused, besides orders");
     audit_lost.get_or_create(&Vec::new()).inc_by(audit.lost());
+    for (reason, count) in audit.refusals.by_reason() {
+        refused.get_or_create(&vec![("reason", reason)]).inc_by(count);
+    }
     if let Some(writer) = writer {
         dropped.get_or_create(&Vec::new()).inc_by(writer.dropped());
         waiting.get_or_create(&Vec::new()).set(writer.waiting() as f64);
@@ -56,6 +60,7 @@ fn processes(registry: &mut Registry, snapshot: &Snapshot, ages: Ages) {
     let malformed: Counters = family(registry, "process_malformed", "Messages refused as malformed or too large");
     let late: Counters = family(registry, "process_late", "Orders and messages from the ground refused as late");
     let refused: Counters = family(registry, "process_refused", "Messages refused because their content is invalid");
+    let unanswered: Counters = family(registry, "process_unanswered", "Requests that the process left without a reply");
     let now = snapshot.now.time;
     let export = |vehicle: &str, of: &Processes| {
         for (service, process) in of.iter() {
@@ -69,6 +74,7 @@ fn processes(registry: &mut Registry, snapshot: &Snapshot, ages: Ages) {
                 malformed.get_or_create(&labels).inc_by(heartbeat.malformed);
                 late.get_or_create(&labels).inc_by(heartbeat.late);
                 refused.get_or_create(&labels).inc_by(heartbeat.refused);
+                unanswered.get_or_create(&labels).inc_by(heartbeat.unanswered);
             }
         }
     };

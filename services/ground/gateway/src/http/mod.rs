@@ -5,15 +5,16 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use axum::body::Body;
 use axum::extract::{Query, Request, State};
-use axum::http::header::{CONTENT_LENGTH, CONTENT_TYPE};
+use axum::http::header::{CACHE_CONTROL, CONTENT_LENGTH, CONTENT_TYPE};
 use axum::http::{HeaderMap, Method, StatusCode, Uri};
 use axum::middleware::{Next, from_fn_with_state};
-use axum::response::{Html, IntoResponse, Response, Sse};
+use axum::response::{IntoResponse, Response};
 use axum::{Extension, Router};
 use kittiwake_proto::v1;
 use prost::Name;
-use tokio::sync::{Semaphore, watch};
+use tokio::sync::watch;
 
 use crate::access::Tokens;
 use crate::audit::Audit;
@@ -32,17 +33,21 @@ use crate::http::status::StatusCache;
 use crate::journal::{Cursor, Journals};
 use crate::orders::OrderSender;
 use crate::recording::{self, Recordings};
+use crate::shares::Shares;
 use crate::view::{self, Ages};
 
 pub(crate) mod answer;
+pub(crate) mod caller;
 pub(crate) mod command_authority;
 mod commands;
-mod events;
-mod guard;
+pub(crate) mod events;
+pub(crate) mod guard;
+mod health;
 mod idempotency;
 mod limit;
 mod metrics;
 mod openapi;
+mod order;
 mod page;
 pub(crate) mod problem;
 mod readiness;
@@ -53,8 +58,6 @@ pub(crate) mod site;
 mod status;
 mod target;
 mod trace;
-
-const DOCS: &str = include_str!("docs.html");
 
 /// What the gateway's loop shares with the HTTP half.
 #[derive(Debug, Clone)]
@@ -75,15 +78,16 @@ pub struct Api {
 /// Every route; event streams end when the sender of `closing` is dropped.
 pub fn router(api: Api, closing: watch::Receiver<()>) -> Router {
     let (config, simulation) = (&api.config, api.config.simulation);
+    let downloads_per_token = usize::from(config.clients.downloads_per_token.get());
     let site = Site {
         closing,
-        streams: Arc::new(Semaphore::new(usize::from(config.max_event_streams.get()))),
+        streams: Shares::new(config.max_event_streams.get().into(), config.clients.streams_per_token.get().into()),
         limiter: Arc::new(RateLimiter::new(config.requests_per_s.get(), config.requests_at_once.get())),
         answers: Arc::default(),
         api,
     };
     let routes = page::add_to(Routes::new(site.clone()));
-    let routes = recording::routes::add_to(add_to(routes));
+    let routes = recording::routes::add_to(add_to(routes), downloads_per_token);
     commands::add_to(routes, simulation)
         .finish()
         .fallback(no_such_route)
@@ -99,7 +103,6 @@ fn add_to(routes: Routes) -> Routes {
     let events = "Its events as server-sent events, and its state as `status` at a fixed rate; Last-Event-ID resumes";
     let readyz = "Whether every service and its data were seen, or what is missing";
     routes
-        .add(read("/docs", Anyone, "The OpenAPI document, to browse", Media("text/html")), docs)
         .add(read("/healthz", Anyone, "Whether the gateway's loop runs", Document(v1::GatewayHealth::NAME)), healthz)
         .add(read("/readyz", Anyone, readyz, Document(v1::Readiness::NAME)), self::readyz)
         .add(read("/metrics", READERS, "OpenMetrics", Media(metrics::CONTENT_TYPE)), metrics)
@@ -108,16 +111,16 @@ fn add_to(routes: Routes) -> Routes {
             session::session,
         )
         .add(read("/api/v1/audit", READERS, "The orders and their outcomes", Document(v1::AuditLog::NAME)), audit)
+        .add(
+            read("/api/v1/audit/refusals", READERS, "The requests that were refused", Document(v1::RefusalLog::NAME)),
+            refusals,
+        )
         .add(read("/api/v1/vehicles", READERS, "The vehicles", Document(v1::Fleet::NAME)), vehicles)
         .add(
             read("/api/v1/vehicles/{id}", READERS, "The whole state of one vehicle", Document(v1::Vehicle::NAME)),
             vehicle,
         )
         .add(read("/api/v1/vehicles/{id}/events", READERS, events, Media("text/event-stream")), vehicle_events)
-}
-
-async fn docs() -> Html<&'static str> {
-    Html(DOCS)
 }
 
 async fn metrics(State(site): State<Site>) -> Response {
@@ -135,12 +138,20 @@ async fn audit(State(site): State<Site>, Query(count): Query<Count>) -> Response
     document(&v1::AuditLog { records: site.api.audit.newest(count.limit.unwrap_or(100)) })
 }
 
+async fn refusals(State(site): State<Site>, Query(count): Query<Count>) -> Response {
+    document(&site.api.audit.refusals.newest(count.limit.unwrap_or(100)))
+}
+
 async fn healthz(State(site): State<Site>) -> Answer {
     // The gateway's loop owns the sender.
     match site.api.snapshot.has_changed() {
         Ok(_) => {
             let recordings = site.api.recordings.state().to_owned();
-            Ok(document(&v1::GatewayHealth { status: "ok".into(), recordings }))
+            let audit = site.api.audit.state().to_owned();
+            let problems = health::memory_problems(&site.snapshot());
+            // Still 200: starting the gateway again would remedy nothing.
+            let status = if problems.is_empty() { "ok" } else { "degraded" }.to_owned();
+            Ok(document(&v1::GatewayHealth { status, recordings, audit, problems }))
         }
         Err(_) => Err(Problem::unavailable("the gateway's loop has ended")),
     }
@@ -166,8 +177,7 @@ async fn vehicle_events(
     Extension(request): Extension<AuthorizedRequest>,
     headers: HeaderMap,
 ) -> Answer {
-    let taken = |_| Problem::unavailable(format!("all {} event streams are in use", site.api.config.max_event_streams));
-    let permit = site.streams.clone().try_acquire_owned().map_err(taken)?;
+    let share = site.streams.take(&request.who.name).map_err(|taken| taken.problem("event streams"))?;
     let id = headers.get("last-event-id").and_then(|it| it.to_str().ok());
     let client = Client {
         vehicle: request.vehicle()?.clone(),
@@ -176,9 +186,10 @@ async fn vehicle_events(
         journals: site.api.journals.clone(),
         snapshot: site.api.snapshot.clone(),
         site,
-        _permit: permit,
+        _share: share,
     };
-    Ok(Sse::new(events::stream(client)).into_response())
+    let headers = [(CONTENT_TYPE, "text/event-stream"), (CACHE_CONTROL, "no-cache")];
+    Ok((headers, Body::from_stream(events::stream(client))).into_response())
 }
 
 async fn no_such_route(uri: Uri) -> Problem {

@@ -44,6 +44,9 @@ static FILES: &[File] = files![
     "commands.css": STYLE,
     "commands.js": SCRIPT,
     "contingencies.js": SCRIPT,
+    "docs.css": STYLE,
+    "docs.html": HTML,
+    "docs.js": SCRIPT,
     "dom.js": SCRIPT,
     "editor.css": STYLE,
     "editor.js": SCRIPT,
@@ -85,15 +88,20 @@ static FILES: &[File] = files![
     "words.js": SCRIPT,
 ];
 
-/// `/` and `/page/{file}`. Neither needs a token, since the page is the place to enter one.
+/// `/`, `/docs` and `/page/{file}`. None needs a token, since the page is the place to enter one.
 pub(crate) fn add_to(routes: Routes) -> Routes {
     routes
         .add(Route::read("/", Access::Anyone, "The operator's page", Reply::Media("text/html")), index)
+        .add(Route::read("/docs", Access::Anyone, "The OpenAPI document, to browse", Reply::Media("text/html")), docs)
         .add(Route::read("/page/{file}", Access::Anyone, "A file of the page", Reply::Media("*/*")), file)
 }
 
 async fn index(headers: HeaderMap) -> Response {
     serve("index.html", &headers)
+}
+
+async fn docs(headers: HeaderMap) -> Response {
+    serve("docs.html", &headers)
 }
 
 async fn file(Path(name): Path<String>, headers: HeaderMap) -> Response {

@@ -40,6 +40,16 @@ impl Problem {
         Problem::new(StatusCode::NOT_FOUND, format!("vehicle `{name}` was never seen"))
     }
 
+    /// The title of its status.
+    pub(crate) fn title(&self) -> &str {
+        &self.document.title
+    }
+
+    /// What happened.
+    pub(crate) fn detail(&self) -> &str {
+        &self.document.detail
+    }
+
     /// This problem with a header.
     pub(crate) fn with_header(mut self, name: HeaderName, value: &str) -> Problem {
         self.header = Some((name, value.to_owned()));

@@ -1,54 +1,70 @@
-//! The audit record of an order.
+//! What is recorded of requests: of an order before it is sent and after it has ended, of a refusal once.
 
-#![expect(clippy::disallowed_methods, reason = "audit records carry UTC")]
-
-use std::time::SystemTime;
-
+use axum::http::request::Parts;
 use axum::response::Response;
 use kittiwake_proto::json::any;
-use kittiwake_proto::v1::AuditRecord;
+use kittiwake_proto::v1::{AuditRecord, RefusalRecord};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
 use crate::access::{Identity, to_hex};
 use crate::fleet::occurrence::Occurrence;
 use crate::http::answer::Outcome;
-use crate::http::idempotency::RequestId;
+use crate::http::caller::Caller;
+use crate::http::guard::AuthorizedRequest;
+use crate::http::problem::Problem;
 use crate::http::site::Site;
-use crate::http::target::Target;
 use crate::orders::Order;
 
 /// The longest arguments as text, in bytes; longer ones are recorded by their size and hash.
 const MAX_ARGUMENTS: usize = 1024;
 
+impl AuthorizedRequest {
+    /// The order as the audit trail has it.
+    pub(crate) fn record(&self) -> AuditRecord {
+        AuditRecord {
+            who: Some(self.who.name.to_string()),
+            roles: self.who.role_names(),
+            vehicle: self.target.vehicle.as_ref().map(ToString::to_string).unwrap_or_default(),
+            what: self.target.what.clone(),
+            request_id: self.key(),
+            arguments: Some(any(&bounded(&self.body))),
+            address: self.caller.address(),
+            ..Default::default()
+        }
+    }
+}
+
 impl Site {
-    /// Records an order and its outcome; `who` is `None` for an unknown token.
-    pub(crate) fn record(
-        &self,
-        who: Option<&Identity>,
-        target: &Target,
-        id: Option<&RequestId>,
-        arguments: &Value,
-        response: &Response,
-    ) {
+    /// Records what came of an order, also in the journal of its vehicle.
+    pub(crate) fn ended(&self, asked: u64, record: AuditRecord, order: &AuthorizedRequest, response: &Response) {
         let outcome = response.extensions().get::<Outcome>();
-        let record = AuditRecord {
-            utc: humantime::format_rfc3339_millis(SystemTime::now()).to_string(),
-            who: who.map(|it| it.name.to_string()),
-            roles: who.map(Identity::role_names).unwrap_or_default(),
-            vehicle: target.vehicle_name().to_owned(),
-            what: target.what.clone(),
-            request_id: id.map(|it| it.key().to_owned()).unwrap_or_default(),
-            arguments: Some(any(&bounded(arguments))),
-            status: response.status().as_u16().into(),
-            outcome: outcome.map(|it| it.0.to_string()).unwrap_or_default(),
-        };
-        self.api.audit.record(record.clone());
-        if who.is_some()
-            && let Ok(Some(vehicle)) = target.vehicle(&self.snapshot())
-        {
+        let (status, outcome) = (response.status().as_u16().into(), outcome.map(|it| it.0.to_string()));
+        let outcome = outcome.unwrap_or_default();
+        let record = self.api.audit.ended(asked, AuditRecord { status, outcome, ..record });
+        if let Some(vehicle) = order.target.vehicle.clone() {
             self.api.orders.send(Order::Journal { vehicle, occurrence: Occurrence::Audit(record) });
         }
+        // The client need not wait until the disk has it.
+        let audit = self.api.audit.clone();
+        tokio::task::spawn_blocking(move || audit.sync());
+    }
+
+    /// Records a request that was refused before anything was asked.
+    pub(crate) fn refused(&self, who: Option<&Identity>, caller: &Caller, parts: &Parts, problem: &Problem) {
+        self.api.audit.refusals.record(RefusalRecord {
+            reason: problem.title().to_owned(),
+            address: caller.network(),
+            who: who.map(|it| it.name.to_string()),
+            what: format!("{} {}", parts.method, parts.uri.path()),
+            detail: problem.detail().to_owned(),
+            ..Default::default()
+        });
+    }
+
+    /// Counts a request of a client that asks too often.
+    pub(crate) fn refused_too_many(&self, caller: &Caller, problem: &Problem) {
+        self.api.audit.refusals.count(problem.title(), &caller.network());
     }
 }
 

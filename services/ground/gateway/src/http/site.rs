@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use tokio::sync::{Semaphore, watch};
+use tokio::sync::watch;
 
 use crate::fleet::Snapshot;
 use crate::http::Api;
 use crate::http::idempotency::AnswerCache;
 use crate::http::limit::RateLimiter;
+use crate::shares::Shares;
 
 /// What all handlers share.
 #[derive(Clone)]
@@ -15,8 +16,8 @@ pub(crate) struct Site {
     pub(crate) api: Api,
     /// Its sender is dropped when the server stops.
     pub(crate) closing: watch::Receiver<()>,
-    /// As many permits as there may be event streams.
-    pub(crate) streams: Arc<Semaphore>,
+    /// The event streams.
+    pub(crate) streams: Arc<Shares>,
     pub(crate) limiter: Arc<RateLimiter>,
     pub(crate) answers: Arc<AnswerCache>,
 }

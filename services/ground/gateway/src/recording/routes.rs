@@ -3,14 +3,15 @@
 use std::io;
 use std::sync::Arc;
 
+use axum::Extension;
 use axum::extract::rejection::PathRejection;
 use axum::extract::{Path, State};
 use axum::http::{HeaderMap, StatusCode};
 use kittiwake_proto::v1;
 use prost::Name;
-use tokio::sync::Semaphore;
 
 use crate::http::answer::{Answer, document};
+use crate::http::guard::AuthorizedRequest;
 use crate::http::problem::Problem;
 use crate::http::routes::{READERS, Reply, Route, Routes};
 use crate::http::site::Site;
@@ -18,13 +19,17 @@ use crate::recording::Recordings;
 use crate::recording::download::{self, MEDIA_TYPE};
 use crate::recording::id::RecordingId;
 use crate::recording::index::RecordingIndex;
+use crate::shares::Shares;
 
 /// Downloads at a time: each holds a file open until its client has it.
 const MAX_DOWNLOADS: usize = 16;
 
-/// Adds the routes.
-pub(crate) fn add_to(routes: Routes) -> Routes {
-    let downloads = Arc::new(Semaphore::new(MAX_DOWNLOADS));
+/// The name in a path, which may not decode.
+type Id = Result<Path<String>, PathRejection>;
+
+/// Adds the routes; a token may have `per_token` downloads at a time.
+pub(crate) fn add_to(routes: Routes, per_token: usize) -> Routes {
+    let downloads = Shares::new(MAX_DOWNLOADS, per_token);
     let list_of = Reply::Document(v1::RecordingList::NAME);
     let one = Reply::Document(v1::Recording::NAME);
     routes
@@ -45,8 +50,8 @@ pub(crate) fn add_to(routes: Routes) -> Routes {
                 "The recording itself, for Foxglove and other readers of MCAP",
                 Reply::Media(MEDIA_TYPE),
             ),
-            move |site: State<Site>, id: Result<Path<String>, PathRejection>, headers: HeaderMap| {
-                file(site, id, headers, downloads.clone())
+            move |site: State<Site>, request: Extension<AuthorizedRequest>, id: Id, headers: HeaderMap| {
+                file(site, request, id, headers, downloads.clone())
             },
         )
 }
@@ -84,7 +89,7 @@ async fn list(State(site): State<Site>) -> Answer {
     }))
 }
 
-async fn recording(State(site): State<Site>, id: Result<Path<String>, PathRejection>) -> Answer {
+async fn recording(State(site): State<Site>, id: Id) -> Answer {
     let (id, index) = (parse(id)?, site.api.recordings.index()?);
     let name = id.clone();
     let found = unblocked(move || index.recording(&id)).await?;
@@ -93,19 +98,19 @@ async fn recording(State(site): State<Site>, id: Result<Path<String>, PathReject
 
 async fn file(
     State(site): State<Site>,
-    id: Result<Path<String>, PathRejection>,
+    Extension(request): Extension<AuthorizedRequest>,
+    id: Id,
     headers: HeaderMap,
-    downloads: Arc<Semaphore>,
+    downloads: Arc<Shares>,
 ) -> Answer {
     let (id, index) = (parse(id)?, site.api.recordings.index()?);
-    let taken = |_| Problem::unavailable(format!("all {MAX_DOWNLOADS} downloads are in use; try again"));
-    let permit = downloads.try_acquire_owned().map_err(taken)?;
+    let share = downloads.take(&request.who.name).map_err(|taken| taken.problem("downloads"))?;
     let name = id.clone();
     let (file, bytes) = unblocked(move || index.file(&id)).await?.map_err(|cause| match cause.kind() {
         io::ErrorKind::NotFound => no_such_recording(&name),
         _ => unreadable(&cause),
     })?;
-    Ok(download::answer(file, bytes, &name.file_name(), &headers, permit))
+    Ok(download::answer(file, bytes, &name.file_name(), &headers, share))
 }
 
 /// Work that waits for a disk is done beside the threads that answer.
@@ -114,7 +119,7 @@ async fn unblocked<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static)
     tokio::task::spawn_blocking(work).await.map_err(failed)
 }
 
-fn parse(id: Result<Path<String>, PathRejection>) -> Result<RecordingId, Problem> {
+fn parse(id: Id) -> Result<RecordingId, Problem> {
     let Path(id) = id.map_err(|rejection| Problem::new(rejection.status(), rejection.body_text()))?;
     id.parse().map_err(|expected: String| Problem::new(StatusCode::BAD_REQUEST, expected))
 }

@@ -227,7 +227,7 @@ mod tests {
     fn a_mission_is_summarised() {
         let permission = |state: v1::PermissionState| {
             let permissions = vec![v1::Permission { area: "A".into(), state: state.into(), ..Default::default() }];
-            Message::from(v1::PermissionLedger { permissions })
+            Message::from(v1::PermissionLedger { permissions, ..Default::default() })
         };
         let report = v1::MissionReport { outcome: v1::MissionOutcome::Success.into(), ..Default::default() };
         let objectives = vec![v1::Objective { name: "deliver".into(), ..Default::default() }];

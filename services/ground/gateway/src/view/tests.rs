@@ -48,7 +48,7 @@ fn planner(step_ids: &[u64], state: v1::ObjectiveState) -> Message {
 
 fn ledger(state: v1::PermissionState, valid_for_s: f64) -> Message {
     let permission = v1::Permission { area: "a".into(), state: state as i32, valid_for_s, ..Default::default() };
-    v1::PermissionLedger { permissions: vec![permission] }.into()
+    v1::PermissionLedger { permissions: vec![permission], ..Default::default() }.into()
 }
 
 #[test]

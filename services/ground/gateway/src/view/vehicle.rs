@@ -6,12 +6,15 @@ use domain::time::Time;
 use kittiwake_proto::v1;
 use kittiwake_proto::v1::vehicle as doc;
 
-use crate::fleet::processes::{Process, Processes};
+use crate::fleet::processes::{Health, Process, Processes};
 use crate::fleet::{Seen, Snapshot, VehicleState, message_of};
 use crate::view::{Ages, stamp};
 
 /// Wall time after which the reported wind and traffic are out of date: five periods of a receiver's reports.
 const REPORT_LIFETIME: Duration = Duration::from_secs(5);
+
+/// Wall seconds for which the control tower's ledger may be silent: it is repeated at 1 Hz, and one may be lost.
+const LEDGER_LATE_S: f64 = 2.5;
 
 /// Everything about one vehicle; `None` if it was never seen.
 pub(crate) fn vehicle(
@@ -44,6 +47,7 @@ pub(crate) fn vehicle(
         report: mcm.and_then(|it| it.report.clone()),
         processes: processes(&[&state.processes, &snapshot.fleet.ground], now, ages),
         sources: Some(sources(state, now, ages)),
+        tower: tower(state, &snapshot.fleet.ground, now, ages),
     })
 }
 
@@ -169,6 +173,21 @@ fn processes(groups: &[&Processes], now: Time, ages: Ages) -> Vec<doc::Process> 
     groups.iter().flat_map(|group| group.iter()).map(process).collect()
 }
 
+/// Why the permissions may not be the tower's present decisions.
+fn tower(state: &VehicleState, ground: &Processes, now: Time, ages: Ages) -> Option<doc::Tower> {
+    let seen = state.ledger.as_ref()?;
+    let memory = seen.message.memory.clone().unwrap_or_default();
+    let age_s = ages.wall(seen, now).as_secs_f64();
+    let health = ground.get("control-tower").map(|it| it.health(now, ages.stale_after));
+    let stale = match (&memory.loss, health) {
+        (_, Some(Health::Dead)) => "the control tower is gone".to_owned(),
+        _ if LEDGER_LATE_S < age_s => format!("the control tower was heard last {age_s:.0} s ago"),
+        (Some(loss), _) => format!("the control tower has lost earlier decisions: {}", loss.why),
+        (None, _) => String::new(),
+    };
+    Some(doc::Tower { stale, memory: Some(memory) })
+}
+
 /// The sources with the wall seconds that each may be silent: the slow ones are repeated at 1 or 2 Hz by the contract,
 /// the monitor's at 2 Hz over the link and faster on board.
 fn sources(state: &VehicleState, now: Time, ages: Ages) -> doc::Sources {
@@ -183,7 +202,7 @@ fn sources(state: &VehicleState, now: Time, ages: Ages) -> doc::Sources {
         introspection: source(&state.introspection, 0.4, now, ages),
         planner_status: source(&state.planner, 2.5, now, ages),
         mcm_status: source(&state.mcm, 1.5, now, ages),
-        permission_ledger: source(&state.ledger, 2.5, now, ages),
+        permission_ledger: source(&state.ledger, LEDGER_LATE_S, now, ages),
         tree_snapshot: source(&state.tree, 1.5, now, ages),
     }
 }

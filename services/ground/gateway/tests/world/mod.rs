@@ -26,12 +26,16 @@ use tower::ServiceExt as _;
 
 #[allow(dead_code)]
 pub mod certificates;
+pub mod description;
+
+use description::Description;
 
 pub const CONFIG: &str = "
     snapshot_rate_hz = 20.0
     status_rate_hz = 2.0
     heartbeat_stale_s = 2.0
     history_records = 100
+    audit_files = 9
     max_event_streams = 2000
     request_timeout_s = 5.0
     max_body_bytes = 10000
@@ -41,6 +45,13 @@ pub const CONFIG: &str = "
     simulation = true
     max_connections = 10
     head_timeout_s = 0.5
+    [clients]
+    strangers = 4
+    strangers_per_address = 4
+    connections_per_token = 2000
+    streams_per_token = 2000
+    downloads_per_token = 2
+    write_timeout_s = 60.0
     [recording]
     most_files = 9
     most_total_mb = 1
@@ -66,6 +77,8 @@ pub struct World {
     #[allow(dead_code)]
     pub api: Api,
     inputs: Sender<Input>,
+    /// What the gateway says of its answers; each is compared with it.
+    description: tokio::sync::OnceCell<Description>,
     /// The keys of what reached the bus: calls, and messages published.
     pub heard: Arc<Mutex<Vec<String>>>,
     /// The folder of the recordings.
@@ -94,6 +107,16 @@ impl World {
     pub fn configured(from: &str, to: &str) -> World {
         assert!(CONFIG.contains(from), "{from}");
         World::playing(&CONFIG.replace(from, to), Box::new(|call, _| Ok(obedient(call))))
+    }
+
+    /// With several changes.
+    #[allow(dead_code)]
+    pub fn configured_with(changes: &[(&str, &str)]) -> World {
+        let change = |config: String, (from, to): &(&str, &str)| {
+            assert!(config.contains(from), "{from}");
+            config.replace(from, to)
+        };
+        World::playing(&changes.iter().fold(CONFIG.to_owned(), change), Box::new(|call, _| Ok(obedient(call))))
     }
 
     fn playing(config: &str, mut play: Play) -> World {
@@ -146,7 +169,7 @@ impl World {
                 turn(input, now);
             }
         });
-        World { router, api, inputs, heard, recordings, _closing: closing }
+        World { router, api, inputs, description: Default::default(), heard, recordings, _closing: closing }
     }
 
     /// uav1 publishes a message.
@@ -175,15 +198,27 @@ impl World {
     }
 
     pub async fn request(&self, request: Request<Body>) -> Answer {
+        let (method, path) = (request.method().to_string(), request.uri().path().to_owned());
+        let (media_type, answer) = self.answer(request).await;
+        let description = self.description.get_or_init(|| async {
+            let request = Request::get("/openapi.json").body(Body::empty()).unwrap();
+            Description::new(self.answer(request).await.1.body)
+        });
+        description.await.check(&method, &path, answer.status.as_u16(), &media_type, &answer.body);
+        answer
+    }
+
+    async fn answer(&self, request: Request<Body>) -> (String, Answer) {
         let response = self.router.clone().oneshot(request).await.unwrap();
         let status = response.status();
-        let kind = response.headers().get("content-type").map(|it| it.to_str().unwrap().to_owned());
-        if kind.as_deref() == Some("text/event-stream") {
-            return Answer { status, body: Value::Null, text: String::new() };
+        let media_type = response.headers().get("content-type").and_then(|it| it.to_str().ok()).unwrap_or_default();
+        let media_type = media_type.split(';').next().unwrap_or_default().to_owned();
+        if media_type == "text/event-stream" {
+            return (media_type, Answer { status, body: Value::Null, text: String::new() });
         }
         let bytes = response.into_body().collect().await.unwrap().to_bytes();
         let text = String::from_utf8_lossy(&bytes).into_owned();
-        Answer { status, body: serde_json::from_str(&text).unwrap_or(Value::Null), text }
+        (media_type, Answer { status, body: serde_json::from_str(&text).unwrap_or(Value::Null), text })
     }
 
     /// The same, once there is something: a published message leaves after its answer.
@@ -213,6 +248,7 @@ pub fn obedient(call: &Call) -> Response {
             ..Default::default()
         }),
         Call::Decide(_) => Response::Decide(v1::DecideReply { accepted: true, ..Default::default() }),
+        Call::AcceptLoss(_) => Response::AcceptLoss(v1::AcceptLossReply { accepted: true, ..Default::default() }),
         Call::Fault(_) => {
             Response::Fault(v1::FaultReply { accepted: true, detail: "done".into(), ..Default::default() })
         }

@@ -96,6 +96,17 @@ async fn decide_permission(State(site): Shared, Path(it): Path<Named>, Extension
     }
 }
 
+async fn accept_loss(State(site): Shared, Extension(request): Authorized) -> Answer {
+    let vehicle = request.vehicle()?.to_string();
+    match site.call(&request, Request::AcceptLoss(v1::AcceptLossRequest { vehicle })).await? {
+        Reply::AcceptLoss(reply) if reply.accepted => {
+            site.done(&request, "permission", "the control tower grants again, for every vehicle".to_owned())
+        }
+        Reply::AcceptLoss(reply) => Err(refused(&request, "permission", reply.refusal)),
+        _ => Err(invalid_reply()),
+    }
+}
+
 async fn validate(State(site): Shared, Extension(request): Authorized) -> Answer {
     site.mission(&request, MissionCall::Validate(read(&request.body)?)).await
 }

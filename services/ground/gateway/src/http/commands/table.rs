@@ -4,8 +4,8 @@ use kittiwake_proto::v1;
 use prost::Name;
 
 use super::{
-    abort, acknowledge, decide_permission, decide_plan, hand_over, inject_fault, inject_flag, insert, land_at,
-    list_faults, pause, read_mission, release, remove, replan, resume, return_home, skip, start, take, upload,
+    abort, accept_loss, acknowledge, decide_permission, decide_plan, hand_over, inject_fault, inject_flag, insert,
+    land_at, list_faults, pause, read_mission, release, remove, replan, resume, return_home, skip, start, take, upload,
     validate,
 };
 use crate::access::Role;
@@ -79,6 +79,11 @@ pub(crate) fn add_to(routes: Routes, simulation: bool) -> Routes {
             route!(Post "permissions/{area}/decision" TOWER, "Grant, deny or revoke a permission by hand",
                 Some(v1::DecideRequest::NAME) => DONE),
             decide_permission,
+        )
+        .add(
+            route!(Post "permissions/accept-loss" TOWER,
+                "Let the control tower grant again although it has lost earlier decisions", None => DONE),
+            accept_loss,
         )
         .add(
             route!(Get "mission" READERS, "The present mission, from the planner",

@@ -1,0 +1,32 @@
+// Shows the OpenAPI document.
+const element = (tag, text, parent) => {
+  const it = document.createElement(tag)
+  it.textContent = text ?? ""
+  parent?.append(it)
+  return it
+}
+const fold = (title, value, parent) => {
+  const details = element("details", "", parent)
+  const summary = element("summary", "", details)
+  title(summary)
+  element("pre", JSON.stringify(value, null, 2), details)
+}
+const show = (api) => {
+  const main = document.getElementById("operations")
+  main.textContent = ""
+  for (const [path, operations] of Object.entries(api.paths)) {
+    for (const [method, operation] of Object.entries(operations)) {
+      fold((summary) => {
+        element("span", method, summary).className = "method"
+        element("code", path, summary)
+        element("span", ` ${operation.summary} `, summary)
+        const roles = operation.security.flatMap((it) => it.bearer)
+        element("span", roles.length ? `(${roles.join(", ")})` : "", summary).className = "roles"
+      }, operation, main)
+    }
+  }
+  for (const [name, schema] of Object.entries(api.components.schemas)) {
+    fold((summary) => element("code", name, summary), schema, document.getElementById("schemas"))
+  }
+}
+fetch("/openapi.json").then((it) => it.json()).then(show)

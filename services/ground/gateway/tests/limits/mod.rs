@@ -1,0 +1,154 @@
+//! What strangers and the holders of one token may take of the gateway, and what is left for the others.
+
+#![expect(clippy::disallowed_methods, reason = "a test waits for what other threads do, up to a limit")]
+
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+
+use crate::world::{self, World};
+use crate::{LIMIT, Served, read_to_end, request};
+
+/// Between two requests that ask whether something has changed.
+const ASK_AGAIN: std::time::Duration = std::time::Duration::from_millis(50);
+
+/// A world whose gateway has these limits instead, and is in no hurry.
+fn with_limits(limits: &[(&str, &str)]) -> World {
+    let patient = ("head_timeout_s = 0.5", "head_timeout_s = 60.0");
+    World::configured_with(&[&[patient], limits].concat())
+}
+
+/// An answer to a request on a connection that stays open: what has arrived once `part` is in it, or the end.
+async fn ask(stream: &mut TcpStream, path: &str, token: &str, part: &str) -> String {
+    let request = format!("GET {path} HTTP/1.1\r\nhost: x\r\nauthorization: Bearer {token}\r\n\r\n");
+    let _ = stream.write_all(request.as_bytes()).await;
+    let mut seen = Vec::new();
+    let reading = async {
+        while !String::from_utf8_lossy(&seen).contains(part) {
+            match stream.read_buf(&mut seen).await {
+                Ok(0) | Err(_) => break,
+                Ok(_) => {}
+            }
+        }
+    };
+    tokio::time::timeout(LIMIT, reading).await.expect("neither an answer nor an end");
+    String::from_utf8_lossy(&seen).into_owned()
+}
+
+const VEHICLE: &str = "/api/v1/vehicles/uav1";
+const EVENTS: &str = "/api/v1/vehicles/uav1/events";
+
+/// Strangers take every seat that there is for them, again and again; an operator is served each time.
+#[tokio::test(flavor = "multi_thread")]
+async fn strangers_in_every_seat_keep_no_operator_out() {
+    for encrypted in [false, true] {
+        let served = Served::start(with_limits(&[]), encrypted).await;
+        let mut sitting = Vec::new();
+        for _ in 0..25 {
+            sitting.push(served.tcp().await);
+            assert!(served.answer(request(&format!("GET {VEHICLE}"), "").as_bytes()).await.contains(" 200 OK"));
+        }
+        // The strangers who came first had to leave, one for each newcomer.
+        for stream in &mut sitting[..20] {
+            assert_eq!(read_to_end(stream).await, "");
+        }
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn who_has_shown_a_token_is_not_displaced() {
+    let served = Served::start(with_limits(&[]), false).await;
+    let mut operator = served.tcp().await;
+    assert!(ask(&mut operator, VEHICLE, "operator-token", "200 OK").await.contains("200 OK"));
+    let _strangers: Vec<_> = {
+        let mut all = Vec::new();
+        for _ in 0..30 {
+            all.push(served.tcp().await);
+        }
+        // The last one is answered: all have been let in.
+        assert!(ask(all.last_mut().unwrap(), "/healthz", "", "200 OK").await.contains("200 OK"));
+        all
+    };
+    assert!(ask(&mut operator, VEHICLE, "operator-token", "200 OK").await.contains("200 OK"));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn one_token_has_a_number_of_connections_and_streams_and_others_are_served() {
+    let limits = [
+        ("connections_per_token = 2000", "connections_per_token = 3"),
+        ("streams_per_token = 2000", "streams_per_token = 2"),
+    ];
+    let served = Served::start(with_limits(&limits), false).await;
+    let mut streams = [served.tcp().await, served.tcp().await, served.tcp().await];
+    for stream in &mut streams[..2] {
+        assert!(ask(stream, EVENTS, "observer-token", "event: status").await.contains("200 OK"));
+    }
+    let refused = ask(&mut streams[2], EVENTS, "observer-token", "}").await;
+    let why = "observer has 2 event streams open, the most that one token may have; close one of them";
+    assert!(refused.starts_with("HTTP/1.1 429") && refused.contains(why), "{refused}");
+    // The fourth connection is refused; another token's is not.
+    let mut fourth = served.tcp().await;
+    let refused = ask(&mut fourth, VEHICLE, "observer-token", "}").await;
+    assert!(refused.starts_with("HTTP/1.1 429") && refused.contains("3 connections open"), "{refused}");
+    assert!(ask(&mut fourth, EVENTS, "operator-token", "event: status").await.contains("200 OK"));
+    // A stream that is closed is free again.
+    let [first, ..] = streams;
+    drop(first);
+    let start = std::time::Instant::now();
+    while !ask(&mut served.tcp().await, EVENTS, "observer-token", "}").await.contains("200 OK") {
+        assert!(start.elapsed() < LIMIT, "a stream that was closed still counts");
+        tokio::time::sleep(ASK_AGAIN).await;
+    }
+}
+
+/// A recording that fits in no buffer.
+fn write_large_file(world: &World) -> &'static str {
+    std::fs::write(world.recordings.path().join(format!("{}.mcap", world::RECORDING)), vec![7; 8 << 20]).unwrap();
+    "/api/v1/recordings/not-a-recording/file"
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn downloads_that_nobody_reads_do_not_keep_others_from_theirs() {
+    let world = with_limits(&[]);
+    let file = write_large_file(&world);
+    let served = Served::start(world, false).await;
+    let mut idle = [served.tcp().await, served.tcp().await, served.tcp().await];
+    for stream in &mut idle[..2] {
+        assert!(ask(stream, file, "observer-token", "\r\n\r\n").await.contains("200 OK"));
+    }
+    let refused = ask(&mut idle[2], file, "observer-token", "}").await;
+    assert!(refused.starts_with("HTTP/1.1 429") && refused.contains("observer has 2 downloads open"), "{refused}");
+    assert!(ask(&mut served.tcp().await, file, "operator-token", "\r\n\r\n").await.contains("200 OK"));
+}
+
+/// Neither a download nor an event stream is kept for a client that takes nothing: it is disconnected, its share is free.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_client_that_takes_nothing_of_what_is_sent_is_disconnected() {
+    for encrypted in [false, true] {
+        let world = with_limits(&[("write_timeout_s = 60.0", "write_timeout_s = 0.3")]);
+        let file = write_large_file(&world);
+        let served = Served::start(world, encrypted).await;
+        let mut idle = Vec::new();
+        for _ in 0..2 {
+            let mut stream = served.connect().await;
+            stream.write_all(request(&format!("GET {file}"), "").as_bytes()).await.unwrap();
+            let mut first = [0; 12];
+            stream.read_exact(&mut first).await.unwrap();
+            assert_eq!(&first, b"HTTP/1.1 200");
+            idle.push(stream);
+        }
+        // Both shares of this token are taken until the gateway gives up on their clients.
+        let start = std::time::Instant::now();
+        loop {
+            let mut stream = served.connect().await;
+            stream.write_all(request(&format!("GET {file}"), "").as_bytes()).await.unwrap();
+            let mut first = [0; 12];
+            stream.read_exact(&mut first).await.unwrap();
+            if &first == b"HTTP/1.1 200" {
+                break;
+            }
+            assert!(start.elapsed() < LIMIT, "a client that takes nothing keeps its download");
+            // More requests in a row than the gateway lets one token make would be refused for that.
+            tokio::time::sleep(ASK_AGAIN).await;
+        }
+    }
+}
