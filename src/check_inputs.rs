@@ -29,6 +29,10 @@ pub struct Inputs {
     pub access: Option<PathBuf>,
     /// The folder of the persisted state; without one nothing is persisted.
     pub state: Option<PathBuf>,
+    /// The file with the public key of the control tower; without one no signature is verified.
+    pub tower_key: Option<PathBuf>,
+    /// The file with the tower's own key; without one it has one in the folder of its state.
+    pub tower_secret: Option<PathBuf>,
 }
 
 /// Reads all inputs; every mistake in any of them is reported at once.
@@ -39,12 +43,21 @@ pub fn read(settings: &Settings) -> Result<Inputs, Mistakes> {
     match (mission, behavior) {
         (Ok(mission), Ok((trees, contingencies))) => {
             let (access, state) = (settings.access.clone(), settings.state.clone());
-            Ok(Inputs { config, mission, trees, contingencies, access, state })
+            let (tower_key, tower_secret) = (settings.tower_key.clone(), settings.tower_secret.clone());
+            Ok(Inputs { config, mission, trees, contingencies, access, state, tower_key, tower_secret })
         }
         (mission, behavior) => {
             let mistakes = [mission.err(), behavior.err()].into_iter().flatten().flat_map(|it| it.0);
             Err(Mistakes(mistakes.collect()))
         }
+    }
+}
+
+impl Inputs {
+    /// What is no mistake and should be known before the flight, a line for each.
+    pub fn notes(&self) -> Vec<String> {
+        let near = self.mission.too_near_in_wind(self.config.planner.wind_m_s.get());
+        near.into_iter().map(|it| format!("note: {}: {it}", self.config.mission.display())).collect()
     }
 }
 

@@ -7,7 +7,8 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand};
 
 use crate::config::VehicleName;
-use crate::operate::args::{MissionArgs, PermissionArgs, VehicleArgs};
+use crate::operate::args::{AuditArgs, MissionArgs, PermissionArgs, VehicleArgs};
+use crate::run::run_file;
 use crate::service::Service;
 use crate::settings::Settings;
 
@@ -35,7 +36,7 @@ pub enum Command {
     Check(CheckArgs),
     /// The router that every process connects to; prints where it listens
     Router(RouterArgs),
-    /// Make certificates for the routers at both ends of the link, for a demonstration
+    /// Make, revoke or renew the certificates of the routers at both ends of the link
     Certs(CertsArgs),
     #[command(flatten)]
     Service(ServiceCommand),
@@ -53,15 +54,21 @@ pub enum Command {
     Mission(MissionArgs),
     /// List permissions or decide about them, over the gateway
     Permission(PermissionArgs),
+    /// Check the files in which a gateway records orders
+    Audit(AuditArgs),
     /// Measure: fly real systems and print the reference's tables beside our figures; starts `kittiwake-kpi`
     #[command(disable_help_flag = true)]
-    Kpi(KpiArgs),
+    Kpi(CompanionArgs),
+    /// Trouble: fly real systems while processes die, hang and lose their state, and judge them by where the vehicle is; starts
+    /// `kittiwake-chaos`
+    #[command(disable_help_flag = true)]
+    Chaos(CompanionArgs),
 }
 
-/// For `kittiwake kpi`.
+/// For `kittiwake kpi` and `kittiwake chaos`.
 #[derive(Debug, Args)]
-pub struct KpiArgs {
-    /// Arguments of `kittiwake-kpi`; `--help` lists them
+pub struct CompanionArgs {
+    /// Arguments of the program that is started; `--help` lists them
     #[arg(value_name = "ARGS", trailing_var_arg = true, allow_hyphen_values = true)]
     pub args: Vec<OsString>,
 }
@@ -72,6 +79,10 @@ pub struct KpiArgs {
 pub struct UpArgs {
     #[command(flatten)]
     pub settings: Settings,
+    /// Where the router listens; without it on a socket that only this user can reach. With `tcp/127.0.0.1:0` every user of
+    /// this machine can fly
+    #[arg(long, value_name = "LOCATOR")]
+    pub listen: Option<String>,
     /// End once the mission is over, with an exit code that says how it ended
     #[arg(long)]
     pub exit_when_done: bool,
@@ -108,9 +119,9 @@ pub struct CheckArgs {
 /// For `kittiwake router`.
 #[derive(Debug, Args)]
 pub struct RouterArgs {
-    /// Where to listen, such as `tcp/127.0.0.1:7447`; port 0 takes a free one. Every process that connects here
-    /// is trusted: only the router's own side may reach the address
-    #[arg(long, value_name = "LOCATOR", default_value = "tcp/127.0.0.1:7447")]
+    /// Where to listen: `unixsock-stream/PATH`, a socket in a folder that only this user may enter, or an address such as
+    /// `tcp/127.0.0.1:7447`, where port 0 takes a free one. Every process that connects here is trusted
+    #[arg(long, value_name = "LOCATOR", default_values_t = [run_file::router_locator()])]
     pub listen: Vec<String>,
     /// On the ground: listen for aircraft here, such as `tls/0.0.0.0:7448`
     #[arg(long, value_name = "LOCATOR", conflicts_with = "dial", requires_all = ["certificates", "vehicle"])]
@@ -139,10 +150,14 @@ fn days(text: &str) -> Result<f64, String> {
 
 /// For `kittiwake certs`.
 #[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct CertsArgs {
+    /// What to do; nothing means to make them.
+    #[command(subcommand)]
+    pub command: Option<CertsCommand>,
     /// Where to write them: a folder for each router, to be copied to its machine, and one for the authority
-    #[arg(value_name = "DIR")]
-    pub folder: PathBuf,
+    #[arg(value_name = "DIR", required = true)]
+    pub folder: Option<PathBuf>,
     /// A vehicle; may be given several times
     #[arg(long, value_name = "NAME", default_value = "uav1")]
     pub vehicle: Vec<VehicleName>,
@@ -158,6 +173,43 @@ pub struct CertsArgs {
     /// Accept a complete set that exists already, and leave it as it is
     #[arg(long)]
     pub keep: bool,
+}
+
+/// What `kittiwake certs` does besides making a set.
+#[derive(Debug, Subcommand)]
+pub enum CertsCommand {
+    /// Revoke every certificate that a router has had: its links are cut once the others have the new list
+    Revoke(RevokeArgs),
+    /// Make a router's certificate and key anew, under the same authority, for the same name and hosts
+    Renew(RenewArgs),
+}
+
+/// For `kittiwake certs revoke`.
+#[derive(Debug, Args)]
+pub struct RevokeArgs {
+    /// The folder that `kittiwake certs` has made; `revoked.pem` in each router's folder is to be copied to its machine
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// The router, such as `uav1-router`
+    #[arg(value_name = "NAME")]
+    pub name: String,
+    /// Only those that have been renewed since
+    #[arg(long)]
+    pub former: bool,
+}
+
+/// For `kittiwake certs renew`.
+#[derive(Debug, Args)]
+pub struct RenewArgs {
+    /// The folder that `kittiwake certs` has made; the router's own folder is to be copied to its machine
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// The router, such as `uav1-router`
+    #[arg(value_name = "NAME")]
+    pub name: String,
+    /// Days for which it is valid; fractions are allowed
+    #[arg(long, value_name = "N", default_value_t = 30.0, value_parser = days)]
+    pub days: f64,
 }
 
 /// The services, one process each.
@@ -200,7 +252,7 @@ pub struct ProcessArgs {
     #[command(flatten)]
     pub settings: Settings,
     /// The router's locator; the first that answers is used
-    #[arg(long, value_name = "LOCATOR", default_value = "tcp/127.0.0.1:7447")]
+    #[arg(long, value_name = "LOCATOR", default_values_t = [run_file::router_locator()])]
     pub connect: Vec<String>,
     /// The folder of the direct links: sockets between the processes on board, in addition to the router
     #[arg(long, value_name = "DIR")]
@@ -270,7 +322,7 @@ pub struct HealthArgs {
     #[arg(long, value_name = "NAME", value_parser = processes())]
     pub process: Option<String>,
     /// The locator of the router that the process is connected to
-    #[arg(long, value_name = "LOCATOR", default_value = "tcp/127.0.0.1:7447", requires = "process")]
+    #[arg(long, value_name = "LOCATOR", default_values_t = [run_file::router_locator()], requires = "process")]
     pub connect: Vec<String>,
     /// The vehicle that the process belongs to
     #[arg(long, value_name = "NAME", requires = "process")]
@@ -324,10 +376,13 @@ mod tests {
     }
 
     #[test]
-    fn what_follows_kpi_is_handed_on_as_it_is() {
+    fn what_follows_a_companion_is_handed_on_as_it_is() {
         let cli = Cli::parse_from(["kittiwake", "kpi", "--floor", "--tick-ms", "10,5", "--help"]);
         let Some(Command::Kpi(args)) = cli.command else { panic!("{cli:?}") };
         assert_eq!(args.args, ["--floor", "--tick-ms", "10,5", "--help"]);
+        let cli = Cli::parse_from(["kittiwake", "chaos", "--runs", "3"]);
+        let Some(Command::Chaos(args)) = cli.command else { panic!("{cli:?}") };
+        assert_eq!(args.args, ["--runs", "3"]);
     }
 
     #[test]

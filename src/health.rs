@@ -91,17 +91,19 @@ fn judge(found: Result<Presence, BusError>) -> Verdict {
 /// A router is healthy if it routes. A link that is down is printed, and is no reason to restart the router.
 fn judge_router(found: Result<Option<RouterView>, BusError>, peers: &[String]) -> Verdict {
     let (healthy, said) = match found {
-        Ok(Some(it)) => (true, format!("{} listens{}", it.name, links(&it.links, peers))),
+        Ok(Some(it)) => (true, format!("{} listens{}", it.name, links(&it, peers))),
         Ok(None) => (false, format!("listens, but did not give its name within {PATIENCE:?}")),
         Err(cause) => (false, cause.to_string()),
     };
     Verdict { healthy, said }
 }
 
-fn links(up: &[String], expected: &[String]) -> String {
-    let down: Vec<_> = expected.iter().filter(|it| !up.contains(it)).cloned().collect();
-    let told = [("up", up), ("down", down.as_slice())].into_iter().filter(|(_, names)| !names.is_empty());
-    told.map(|(state, names)| format!("; link {state}: {}", names.join(", "))).collect()
+fn links(view: &RouterView, expected: &[String]) -> String {
+    let down: Vec<_> = expected.iter().filter(|it| !view.links.contains(it)).cloned().collect();
+    let told =
+        [("link up", &view.links), ("link down", &down), ("more connections than one machine makes", &view.crowded)];
+    let told = told.into_iter().filter(|(_, names)| !names.is_empty());
+    told.map(|(state, names)| format!("; {state}: {}", names.join(", "))).collect()
 }
 
 #[cfg(test)]
@@ -128,16 +130,17 @@ mod tests {
     #[test]
     fn a_router_is_healthy_with_any_state_of_its_link() {
         #[track_caller]
-        fn check(up: &[&str], expected: &[&str], said: &str) {
+        fn check(up: &[&str], crowded: &[&str], expected: &[&str], said: &str) {
             let names = |it: &[&str]| it.iter().map(|it| (*it).to_owned()).collect::<Vec<_>>();
-            let view = RouterView { name: "r".into(), links: names(up) };
+            let view = RouterView { name: "r".into(), links: names(up), crowded: names(crowded) };
             let verdict = judge_router(Ok(Some(view)), &names(expected));
             assert_eq!((verdict.healthy, verdict.said.as_str()), (true, said));
         }
-        check(&[], &[], "r listens");
-        check(&["g"], &["g"], "r listens; link up: g");
-        check(&[], &["g"], "r listens; link down: g");
-        check(&["a"], &["a", "b", "c"], "r listens; link up: a; link down: b, c");
+        check(&[], &[], &[], "r listens");
+        check(&["g"], &[], &["g"], "r listens; link up: g");
+        check(&[], &[], &["g"], "r listens; link down: g");
+        check(&["a"], &[], &["a", "b", "c"], "r listens; link up: a; link down: b, c");
+        check(&["a"], &["a"], &["a"], "r listens; link up: a; more connections than one machine makes: a");
         assert!(!judge_router(Ok(None), &[]).healthy);
     }
 

@@ -1,22 +1,27 @@
 //! The whole system in one program, `kittiwake`, every process of it a subcommand.
 //!
 //! Which process does what is in [`service`]; `kittiwake up` starts them all, always of this same build, as children of
-//! one launcher. The modules that are public are for `kittiwake-kpi`, which starts the same processes to measure them:
-//! settings, children, exit codes and logs.
+//! one launcher. The modules that are public are for `kittiwake-kpi` and `kittiwake-chaos`, which start the same
+//! processes to measure or to trouble them: settings, children, exit codes and logs.
 
-#![expect(unreachable_pub, reason = "only `kittiwake-kpi` uses this library: here `pub` means outside of the module")]
+#![expect(
+    unreachable_pub,
+    reason = "only `kittiwake-kpi` and `kittiwake-chaos` use this library: here `pub` means outside of the module"
+)]
 
 use std::process::ExitCode;
 
 use clap::Parser;
 
+use crate::companion::Companion;
+
 pub mod check_inputs;
 mod cli;
+mod companion;
 pub mod config;
 mod health;
 mod http_client;
 pub mod inject;
-mod kpi;
 mod operate;
 pub mod outcome;
 pub mod output;
@@ -55,7 +60,9 @@ pub fn main() -> ExitCode {
         Some(cli::Command::Vehicle(args)) => operate::vehicle(&args),
         Some(cli::Command::Mission(args)) => operate::mission(&args),
         Some(cli::Command::Permission(args)) => operate::permission(&args),
-        Some(cli::Command::Kpi(args)) => kpi::kpi(&args),
+        Some(cli::Command::Audit(args)) => operate::audit::audit(&args),
+        Some(cli::Command::Kpi(args)) => companion::become_companion(Companion::Kpi, &args),
+        Some(cli::Command::Chaos(args)) => companion::become_companion(Companion::Chaos, &args),
     };
     ExitCode::from(u8::from(outcome))
 }

@@ -39,11 +39,18 @@ pub struct Settings {
     /// folder, and a gateway what the configuration file says
     #[arg(long, value_name = "DIR")]
     pub recordings: Option<PathBuf>,
-    /// The folder of the persisted state: the mission's progress, what was ordered, and whether the mission is over,
-    /// for processes that are started again. Without it `up` makes a folder for this run, and a planner and a mission
-    /// manager start without a state
+    /// The folder of the persisted state: the mission's progress, what was ordered, whether the mission is over, and what
+    /// the control tower has decided, for processes that are started again. Without it `up` makes a folder for this run,
+    /// and a planner, a mission manager and a control tower start without a state
     #[arg(long, value_name = "DIR")]
     pub state: Option<PathBuf>,
+    /// The public key of the control tower: with it a mission manager believes only permissions that the tower has signed.
+    /// Without it `up` takes that of its own tower
+    #[arg(long, value_name = "FILE")]
+    pub tower_key: Option<PathBuf>,
+    /// The key with which the control tower signs permissions. Without it the tower makes one in its `--state` folder
+    #[arg(long, value_name = "FILE")]
+    pub tower_secret: Option<PathBuf>,
     /// The certificate that the gateway shows, as PEM: with it and its key it speaks HTTPS
     #[arg(long, value_name = "FILE", requires = "tls_key")]
     pub tls_certificate: Option<PathBuf>,
@@ -76,6 +83,8 @@ impl Settings {
             access: None,
             recordings: None,
             state: None,
+            tower_key: None,
+            tower_secret: None,
             tls_certificate: None,
             tls_key: None,
             plain_http_beyond_loopback: false,
@@ -97,6 +106,8 @@ impl Settings {
         add("--access", self.access.clone().map(Into::into));
         add("--recordings", self.recordings.clone().map(Into::into));
         add("--state", self.state.clone().map(Into::into));
+        add("--tower-key", self.tower_key.clone().map(Into::into));
+        add("--tower-secret", self.tower_secret.clone().map(Into::into));
         add("--tls-certificate", self.tls_certificate.clone().map(Into::into));
         add("--tls-key", self.tls_key.clone().map(Into::into));
         add("--vehicle", self.vehicle.as_ref().map(|it| it.to_string().into()));
@@ -139,6 +150,10 @@ mod tests {
             "kept",
             "--state",
             "kept",
+            "--tower-key",
+            "tower.pub",
+            "--tower-secret",
+            "tower.key",
             "--tls-certificate",
             "cert.pem",
             "--tls-key",

@@ -58,6 +58,9 @@ pub struct Args {
     /// Measure only what the gateway does for those who look on: a thousand event streams at real time
     #[arg(long)]
     pub operator: bool,
+    /// Measure only the link between aircraft and ground: clear, narrow, with losses, and cut
+    #[arg(long, conflicts_with = "operator")]
+    pub link: bool,
     /// Write everything to this file as JSON
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,

@@ -32,6 +32,7 @@ mod audience;
 mod cost;
 pub mod floor;
 mod injector;
+pub mod link;
 mod load;
 mod operator;
 mod plot;
@@ -90,12 +91,16 @@ pub fn run(args: &Args) -> Outcome {
     };
     let vehicle = inputs.config.vehicle.as_str();
     let telemetry = telemetry::start("kpi", vehicle, &inputs.config.telemetry);
-    let result = match args.operator {
-        true => operator::measure(&program, &args.config, vehicle).and_then(|it| {
+    let result = match (args.operator, args.link) {
+        (true, _) => operator::measure(&program, &args.config, vehicle).and_then(|it| {
             output::line(operator::text(&it));
             write_json(args, &it)
         }),
-        false => measure(&program, args, vehicle).and_then(|it| publish(args, &it)),
+        (false, true) => link::measure(&program, &args.config, vehicle).and_then(|it| {
+            output::line(link::text(&it));
+            write_json(args, &it)
+        }),
+        (false, false) => measure(&program, args, vehicle).and_then(|it| publish(args, &it)),
     };
     telemetry.end();
     told(result)

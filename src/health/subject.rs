@@ -137,12 +137,13 @@ mod tests {
 
     #[test]
     fn a_process_is_looked_for_where_its_arguments_say() {
-        let here = "tcp/127.0.0.1:7447";
+        let here = &crate::run::run_file::router_locator();
         check("kittiwake mcm --vehicle uav7", Ok(("mcm", here, "uav7")));
         check("/usr/local/bin/kittiwake planner --vehicle uav1 --connect tcp/r:1", Ok(("planner", "tcp/r:1", "uav1")));
         check("/sbin/docker-init -- kittiwake gateway --vehicle uav1 --speed 20", Ok(("gateway", here, "uav1")));
         check("kittiwake mcm", Ok(("mcm", here, "uav1")));
-        check("kittiwake router --listen tcp/0.0.0.0:7447", Ok(("router", here, "")));
+        check("kittiwake router", Ok(("router", here, "")));
+        check("kittiwake router --listen tcp/0.0.0.0:7447", Ok(("router", "tcp/127.0.0.1:7447", "")));
         check("kittiwake router --listen tcp/[::]:1", Ok(("router", "tcp/[::1]:1", "")));
     }
 

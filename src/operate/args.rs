@@ -1,4 +1,5 @@
-//! The arguments of `kittiwake vehicle`, `mission` and `permission`: a subcommand for each route of the gateway.
+//! The arguments of `kittiwake vehicle`, `mission` and `permission`, a subcommand for each route of the gateway, and of
+//! `kittiwake audit`.
 
 use std::path::PathBuf;
 
@@ -219,6 +220,8 @@ pub enum PermissionCommand {
         #[arg(long, value_name = "TEXT", default_value = "")]
         reason: String,
     },
+    /// Let the control tower grant again, for every vehicle, although it has lost earlier decisions: see `list`
+    AcceptLoss,
     /// Revoke a permission
     Revoke {
         /// The area's name
@@ -226,6 +229,27 @@ pub enum PermissionCommand {
         /// Why, for the record
         #[arg(long, value_name = "TEXT", default_value = "")]
         reason: String,
+    },
+}
+
+/// For `kittiwake audit`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Exit codes:\n    0  intact\n    1  the chain breaks at the line that is printed\n    2  there is no audit trail, or it cannot be read"
+)]
+pub struct AuditArgs {
+    #[command(subcommand)]
+    pub what: AuditCommand,
+}
+
+/// What is done with the audit trail.
+#[derive(Debug, Subcommand)]
+pub enum AuditCommand {
+    /// Check that no record was changed, removed or inserted, and name the first line that breaks the chain
+    Verify {
+        /// The gateway's access folder, or one file of its audit trail
+        #[arg(value_name = "FOLDER|FILE", default_value = ".")]
+        path: PathBuf,
     },
 }
 
@@ -271,6 +295,8 @@ mod tests {
         check("vehicle land-at NaN 0", Some("expected metres"));
         check("permission grant A --valid-for-s -1", Some("expected seconds above 0"));
         check("permission", Some("Usage"));
+        check("audit verify access", None);
+        check("audit", Some("Usage"));
         check("vehicle pause --token secret", Some("unexpected argument"));
         check("vehicle pause --vehicle a/b", Some("lower-case"));
     }

@@ -62,17 +62,23 @@ impl Gateway {
         Ok(Gateway { client, url, token, ca, vehicle, hand_over: args.hand_over })
     }
 
-    /// The vehicle that was named, or the only one that the gateway knows.
+    /// The vehicle that was named, or the only one that the gateway knows. A gateway that was just started has seen none yet: that is
+    /// waited for, for `LIMIT`.
     pub fn vehicle(&self) -> Result<String, Failure> {
-        if let Some(vehicle) = &self.vehicle {
-            return Ok(vehicle.clone());
-        }
-        let fleet = self.ask(Method::GET, &["vehicles"], None)?;
-        let known = fleet["vehicles"].as_array().into_iter().flatten().filter_map(|it| it["vehicle"].as_str());
-        match known.collect::<Vec<_>>().as_slice() {
-            [] => Err(Failure::unreachable("the gateway has seen no vehicle yet")),
-            [one] => Ok((*one).to_owned()),
-            several => Err(Failure::bad_input(format!("name one with --vehicle: {}", several.join(", ")))),
+        let until = Instant::now() + LIMIT;
+        loop {
+            let fleet = self.ask(Method::GET, &["vehicles"], None)?;
+            let known = fleet["vehicles"].as_array().into_iter().flatten().filter_map(|it| it["vehicle"].as_str());
+            match (&self.vehicle, known.collect::<Vec<_>>().as_slice()) {
+                (_, []) if Instant::now() < until => std::thread::sleep(PAUSE),
+                // What the gateway says of one that it does not know names it.
+                (Some(named), _) => return Ok(named.clone()),
+                (None, []) => return Err(Failure::unreachable("the gateway has seen no vehicle yet")),
+                (None, [one]) => return Ok((*one).to_owned()),
+                (None, several) => {
+                    return Err(Failure::bad_input(format!("name one with --vehicle: {}", several.join(", "))));
+                }
+            }
         }
     }
 

@@ -13,6 +13,7 @@ use crate::outcome::Outcome;
 use crate::output;
 
 pub mod args;
+pub mod audit;
 mod events;
 mod failure;
 mod gateway;

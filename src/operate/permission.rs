@@ -24,6 +24,9 @@ pub fn run(what: &PermissionCommand, gateway: &Gateway) -> Result<Done, Failure>
         PermissionCommand::Deny { area, reason } => {
             decide(gateway, area, json!({ "decision": "DECISION_DENY", "reason": reason }))
         }
+        PermissionCommand::AcceptLoss => {
+            gateway.order(Method::POST, &["permissions", "accept-loss"], None).map(Done::of)
+        }
         PermissionCommand::Revoke { area, reason } => {
             decide(gateway, area, json!({ "decision": "DECISION_REVOKE", "reason": reason }))
         }
@@ -33,18 +36,26 @@ pub fn run(what: &PermissionCommand, gateway: &Gateway) -> Result<Done, Failure>
 fn list(gateway: &Gateway, wanted: fn(&Value) -> bool) -> Result<Done, Failure> {
     let vehicle = gateway.read(&[])?;
     let found: Vec<Value> = each(&vehicle["permissions"]).filter(|it| wanted(it)).cloned().collect();
-    let document = json!({ "vehicle": vehicle["vehicle"], "utc": vehicle["utc"], "permissions": found });
-    let text = if found.is_empty() { "none".to_owned() } else { lines(&document["permissions"]) };
+    let (tower, permissions) = (&vehicle["tower"], &found);
+    let document =
+        json!({ "vehicle": vehicle["vehicle"], "utc": vehicle["utc"], "permissions": permissions, "tower": tower });
+    let stale = tower["stale"].as_str().unwrap_or_default();
+    let mut text =
+        if found.is_empty() { "none".to_owned() } else { lines(&document["permissions"], !stale.is_empty()) };
+    if !stale.is_empty() {
+        text += &format!("\nstale: {stale}");
+    }
     Ok(Done { document, text })
 }
 
-fn lines(permissions: &Value) -> String {
+/// `stale`: nobody knows whether the tower still says so.
+fn lines(permissions: &Value, stale: bool) -> String {
     let mut lines = heading(["AREA", "STATE", "VALID FOR", "REASON"]);
     for it in each(permissions) {
         let seconds = it["validForS"].as_f64().filter(|_| it["state"] == "PERMISSION_STATE_GRANTED");
         lines.push(vec![
             text(&it["area"]).to_owned(),
-            word(&it["state"], "PERMISSION_STATE_"),
+            word(&it["state"], "PERMISSION_STATE_") + if stale { " (stale)" } else { "" },
             seconds.map_or_else(|| "-".to_owned(), |it| format!("{it:.0} s")),
             text(&it["reason"]).to_owned(),
         ]);
@@ -62,10 +73,13 @@ mod tests {
 
     #[test]
     fn only_a_granted_permission_has_a_validity() {
-        let found = lines(&json!([
-            { "area": "A", "state": "PERMISSION_STATE_GRANTED", "validForS": 899.6, "reason": "" },
-            { "area": "B", "state": "PERMISSION_STATE_DENIED", "validForS": 0.0, "reason": "fog" },
-        ]));
+        let found = lines(
+            &json!([
+                { "area": "A", "state": "PERMISSION_STATE_GRANTED", "validForS": 899.6, "reason": "" },
+                { "area": "B", "state": "PERMISSION_STATE_DENIED", "validForS": 0.0, "reason": "fog" },
+            ]),
+            false,
+        );
         assert_eq!(
             found,
             "AREA  STATE    VALID FOR  REASON\nA     granted  900 s      -\nB     denied   -          fog"

@@ -67,6 +67,7 @@ pub fn vehicle(it: &Value) -> String {
     add("flags", joined(each(&it["contingencies"]["active"]).map(contingency)));
     let permission = |it: &Value| format!("{} {}", text(&it["area"]), word(&it["state"], "PERMISSION_STATE_"));
     add("permissions", joined(each(&it["permissions"]).map(permission)));
+    add("stale", said(&it["tower"]["stale"]));
     let unwell = each(&it["processes"]).filter(|it| it["health"] != "alive");
     add("processes", joined(unwell.map(|it| format!("{} is {}", text(&it["service"]), text(&it["health"])))));
     let report = &it["report"];

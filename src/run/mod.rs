@@ -4,7 +4,10 @@
 pub mod end;
 pub mod persisted;
 pub mod process;
+pub mod resumable;
 pub mod router;
 pub mod run_file;
 pub mod state_folder;
+pub mod tower_key;
 pub mod watchdog;
+pub mod writer;

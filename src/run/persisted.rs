@@ -1,118 +1,208 @@
-//! A service whose state is persisted in a file, so that another process can continue from it.
+//! A service whose state is stored, so that another process can continue from it.
 //!
-//! Written before an answer that changed it leaves, and only when it has changed. Not flushed to the
-//! disk: the file must outlive the process, not the machine, with which the flight ends as well.
+//! A thread of its own saves the state (see [`Writer`]): the loop never waits for a disk. What must not happen before the
+//! state is on the disk waits for it: the answer to a request that may have changed it, such as an operator's order, and at
+//! the start the first write, without which no mission begins. What the vehicle is to do at once does not wait.
 
+#![expect(clippy::disallowed_methods, reason = "the disk is on the wall clock")]
+
+use std::collections::BTreeMap;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::sync::mpsc::Receiver;
+use std::time::{Duration, Instant};
 
+use domain::memory::MemoryLoss;
 use domain::time::{Now, Time};
 use kittiwake_proto::json::{from_json, to_json};
-use kittiwake_proto::topics::{Service, Topic};
-use kittiwake_proto::v1::{McmMemory, PlannerMemory};
-use mcm::Mcm;
-use node::{Effect, Event, Node};
-use planner::Planner;
-use prost::{Message, Name};
+use kittiwake_proto::topics::{Request, Service, Topic};
+use node::{Effect, Event, Node, Token};
+use store::{InUse, Loaded, Medium, State, Store};
 
 use crate::output;
-use crate::run::run_file::write_private;
+use crate::run::resumable::{Resumable, Resumed};
+use crate::run::writer::{Progress, Writer};
 
-/// A service with a persisted state.
-pub trait Resumable: Node {
-    /// The persisted state.
-    type Memory: Message + Name + Default + PartialEq;
+/// Format of the stored states, for [`Store::open`].
+pub const VERSION: u32 = 1;
+/// A disk that has not answered for this long counts as one that cannot be written.
+const DISK_LIMIT: Duration = Duration::from_secs(2);
+/// A disk that has not answered for this long counts as one that cannot be read, and whose state may be outdated: longer,
+/// since an operator has to decide then.
+const LOSS_LIMIT: Duration = Duration::from_secs(5);
+/// An answer for which a vehicle may wait in the air waits no longer than this for the disk.
+const PLAN_LIMIT: Duration = Duration::from_millis(200);
 
-    /// The present state.
-    fn memory(&self) -> Self::Memory;
-
-    /// Continues from a state; the error says why that is not possible, and then nothing is changed.
-    fn resume(&mut self, memory: Self::Memory) -> Result<(), String>;
+/// Why a service cannot start.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// Another process has its state.
+    #[error(transparent)]
+    InUse(#[from] InUse),
+    /// The operating system has no thread.
+    #[error("the operating system refuses a thread: {0}")]
+    Thread(#[from] io::Error),
 }
 
-impl Resumable for Planner {
-    type Memory = PlannerMemory;
-
-    fn memory(&self) -> PlannerMemory {
-        self.memory()
-    }
-
-    fn resume(&mut self, memory: PlannerMemory) -> Result<(), String> {
-        self.resume(memory).map_err(|it| it.to_string())
-    }
-}
-
-impl Resumable for Mcm {
-    type Memory = McmMemory;
-
-    fn memory(&self) -> McmMemory {
-        self.memory()
-    }
-
-    fn resume(&mut self, memory: McmMemory) -> Result<(), String> {
-        self.resume(memory).map_err(|it| it.to_string())
-    }
-}
-
-/// A service and its file.
+/// A service and what saves its state.
 pub struct Persisted<N: Resumable> {
     service: N,
-    path: PathBuf,
-    written: Option<N::Memory>,
-    /// The last attempt failed, and that was reported.
-    is_failing: bool,
+    writer: Writer,
+    /// As it was handed over last, and its number.
+    handed_over: Option<N::Memory>,
+    number: u64,
+    /// The number of the newest state of which the service knows that it is on the disk.
+    known_saved: u64,
+    /// Names the loss that it is if nothing can be saved from the start.
+    loss: u64,
+    has_saved: bool,
+    /// As the service was told last.
+    outcome: Option<Result<(), String>>,
+    /// Requests whose answers wait for the state of this number, and since when.
+    waiting: BTreeMap<Token, Wait>,
+}
+
+struct Wait {
+    number: u64,
+    since: Instant,
+    limit: Duration,
+    reply: Option<Effect>,
 }
 
 impl<N: Resumable> Persisted<N> {
-    /// `service`, which continues from the state in `folder`, if there is one. A state that cannot be used is reported
-    /// and ignored: for a vehicle in the air a service without its state is better than none.
+    /// `service`, which continues from the state in the store that `open` opens, and hears of it if there was one that
+    /// cannot be used. `loss` would name that loss; `wake` has the service act.
     ///
     /// # Errors
-    /// If the folder cannot be made.
-    pub fn new(mut service: N, folder: &Path) -> io::Result<Persisted<N>> {
-        std::fs::create_dir_all(folder)?;
-        let path = folder.join(service.name()).with_extension("json");
-        if let Err(cause) = resume(&mut service, &path) {
-            output::error_line(format_args!("{}: not used: {cause}", path.display()));
+    /// If another process uses the same state.
+    pub fn new<M: Medium + Send + 'static>(
+        mut service: N,
+        loss: u64,
+        open: impl FnOnce() -> Result<(Store<M>, Loaded), InUse> + Send + 'static,
+        wake: impl Fn() + Send + 'static,
+    ) -> Result<Persisted<N>, StartError> {
+        let (writer, loaded) = Writer::start(open, wake)?;
+        if let Err(why) = take_up(&mut service, &loaded)? {
+            output::error_line(format_args!("{}: {why}", service.name()));
+            service.memory_lost(MemoryLoss { id: loss, why });
         }
-        Ok(Persisted { service, path, written: None, is_failing: false })
+        let (handed_over, waiting) = (None, BTreeMap::new());
+        let (number, known_saved, has_saved, outcome) = (0, 0, false, None);
+        let mut persisted =
+            Persisted { service, writer, handed_over, number, known_saved, loss, has_saved, outcome, waiting };
+        persisted.hand_over();
+        let progress = persisted.writer.first_progress(DISK_LIMIT);
+        persisted.hear_of(progress);
+        Ok(persisted)
     }
 
-    fn persist(&mut self) {
+    /// Has the state saved if it has changed.
+    fn hand_over(&mut self) {
         let memory = self.service.memory();
-        if self.written.as_ref() == Some(&memory) {
+        if self.handed_over.as_ref() != Some(&memory) {
+            self.number = self.writer.save(to_json(&memory).to_string().into_bytes());
+            self.handed_over = Some(memory);
+        }
+    }
+
+    /// The service hears how the newest attempt has ended, if that is news to it.
+    fn hear_of(&mut self, progress: Progress) {
+        if let (Some(Ok(())), Some(memory)) = (&progress.outcome, &self.handed_over)
+            && progress.done == self.number
+            && self.known_saved < self.number
+        {
+            self.known_saved = self.number;
+            self.service.memory_saved(memory);
+        }
+        let waited = progress.since.map_or(Duration::ZERO, |it| it.elapsed());
+        let limit = if waited < LOSS_LIMIT { DISK_LIMIT } else { LOSS_LIMIT };
+        let (outcome, is_certain) = match progress.outcome {
+            Some(Err(why)) => (Err(why), true),
+            Some(Ok(())) if waited < DISK_LIMIT => (Ok(()), true),
+            // Without any outcome the first one has been awaited in vain.
+            Some(Ok(())) | None => (Err(format!("the disk has not answered for {limit:?}")), LOSS_LIMIT <= waited),
+        };
+        if self.outcome.as_ref() == Some(&outcome) {
             return;
         }
-        match write(&self.path, &memory) {
-            Ok(()) => (self.written, self.is_failing) = (Some(memory), false),
-            Err(cause) if !self.is_failing => {
-                self.is_failing = true;
-                output::error_line(format_args!(
-                    "{}: cannot be written: {cause}; after a restart {} would not know what has happened",
-                    self.path.display(),
-                    self.service.name()
-                ));
+        match &outcome {
+            Ok(()) if self.outcome.is_some() => {
+                output::error_line(format_args!("{}: its state is written again", self.service.name()));
             }
-            Err(_) => {}
+            Ok(()) => {}
+            Err(why) => output::error_line(format_args!("{}: its state is not written: {why}", self.service.name())),
         }
+        self.has_saved |= outcome.is_ok();
+        let loss = Some(self.loss).filter(|_| !self.has_saved && is_certain);
+        self.service.memory_written(outcome.clone(), loss);
+        self.outcome = Some(outcome);
+    }
+
+    /// The answer to `token` waits for the newest state.
+    fn expect(&mut self, token: Token, limit: Duration) {
+        let wait = Wait { number: self.number, since: Instant::now(), limit, reply: None };
+        self.waiting.insert(token, wait);
+    }
+
+    /// Takes answers out that must wait, and puts those in whose wait is over.
+    fn hold_back(&mut self, effects: &mut Vec<Effect>) {
+        let done = self.writer.progress().done;
+        self.waiting.retain(|_, wait| wait.reply.is_some() || done < wait.number);
+        effects.retain_mut(|effect| {
+            let Effect::Reply { token, response } = effect else { return true };
+            let Some(wait) = self.waiting.get_mut(token) else { return true };
+            wait.reply = Some(Effect::Reply { token: *token, response: response.clone() });
+            false
+        });
+        self.waiting.retain(|_, wait| {
+            let is_over = wait.number <= done || wait.limit <= wait.since.elapsed();
+            if is_over {
+                effects.extend(wait.reply.take());
+            }
+            !is_over
+        });
     }
 }
 
-fn resume<N: Resumable>(service: &mut N, path: &Path) -> Result<(), String> {
-    let text = match std::fs::read_to_string(path) {
-        Ok(text) => text,
-        Err(cause) if cause.kind() == io::ErrorKind::NotFound => return Ok(()),
-        Err(cause) => return Err(cause.to_string()),
+/// Lets `service` continue from what was found; the inner error says why it cannot.
+fn take_up<N: Resumable>(
+    service: &mut N,
+    loaded: &Receiver<Result<Loaded, InUse>>,
+) -> Result<Result<(), String>, InUse> {
+    let mut resume = |State { bytes, .. }: State| {
+        let json = serde_json::from_slice(&bytes).map_err(|it| it.to_string())?;
+        match service.resume(from_json(&json)?) {
+            Ok(()) => Ok(()),
+            Err(Resumed::AnotherMission) => {
+                output::error_line(format_args!(
+                    "{}: begins anew: it was started with another mission",
+                    service.name()
+                ));
+                Ok(())
+            }
+            Err(Resumed::Unusable(why)) => Err(why),
+        }
     };
-    let json = serde_json::from_str(&text).map_err(|it| it.to_string())?;
-    service.resume(from_json(&json)?)
+    Ok(match loaded.recv_timeout(LOSS_LIMIT) {
+        Err(_) => Err(format!("the disk has not answered for {LOSS_LIMIT:?}")),
+        Ok(Err(in_use)) => return Err(in_use),
+        Ok(Ok(Loaded::Nothing)) => Ok(()),
+        Ok(Ok(Loaded::Newest(state))) => resume(state),
+        // Better than nothing for a vehicle in the air, and on the ground it waits nevertheless.
+        Ok(Ok(Loaded::Behind(state, trouble))) => {
+            let used = resume(state).map_or_else(|why| format!("not used: {why}"), |()| "used".to_owned());
+            Err(format!("{trouble}; the state before it is {used}"))
+        }
+        Ok(Ok(Loaded::Unusable(trouble))) => Err(trouble.to_string()),
+    })
 }
 
-/// Readers see the whole file or none.
-fn write<M: Message + Name>(path: &Path, memory: &M) -> io::Result<()> {
-    let unfinished = path.with_extension("part");
-    write_private(&unfinished, to_json(memory).to_string().as_bytes())?;
-    std::fs::rename(&unfinished, path)
+/// How long the answer may wait for the disk; `None`: the request changes nothing.
+fn limit(request: &Request) -> Option<Duration> {
+    match request {
+        Request::NextStep(_) => None,
+        Request::Replan(_) | Request::StepDone(_) => Some(PLAN_LIMIT),
+        _ => Some(DISK_LIMIT),
+    }
 }
 
 impl<N: Resumable> Node for Persisted<N> {
@@ -129,12 +219,28 @@ impl<N: Resumable> Node for Persisted<N> {
     }
 
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
+        let request = match &event {
+            Event::Request { token, request, .. } => limit(request).map(|limit| (*token, limit)),
+            _ => None,
+        };
         self.service.on(now, event, effects);
-        self.persist();
+        self.hand_over();
+        if let Some((token, limit)) = request {
+            self.expect(token, limit);
+            self.hold_back(effects);
+        }
     }
 
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
+        let progress = self.writer.progress();
+        self.hear_of(progress);
         self.service.act(now, effects);
+        self.hand_over();
+        self.hold_back(effects);
+    }
+
+    fn answers_later(&self, token: Token) -> bool {
+        self.waiting.get(&token).is_some_and(|it| it.reply.is_some())
     }
 
     fn deadline(&self) -> Option<Time> {
@@ -147,63 +253,4 @@ impl<N: Resumable> Node for Persisted<N> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::check_inputs;
-    use crate::settings::Settings;
-    use kittiwake_proto::topics::Request;
-    use kittiwake_proto::v1;
-    use node::Token;
-    use v1::mission_request::Request as Ask;
-
-    fn planner() -> Planner {
-        let settings = Settings::of_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join("config/kittiwake.toml"));
-        let inputs = check_inputs::read(&settings).unwrap();
-        Planner::new(&inputs.config.planner, inputs.mission, inputs.config.speed.pace())
-    }
-
-    fn upload(persisted: &mut Persisted<Planner>) {
-        let text = "name = \"other\"\n[[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 50\nheight_m = 5\nflying = true\n";
-        let request = v1::MissionRequest {
-            request_id: "1".into(),
-            request: Some(Ask::Upload(v1::MissionText { text: text.into() })),
-            ..Default::default()
-        };
-        let event = Event::Request { vehicle: "uav1".into(), token: Token(1), request: Request::Mission(request) };
-        persisted.on(Now::default(), event, &mut Vec::new());
-    }
-
-    fn mission(persisted: &Persisted<Planner>) -> String {
-        persisted.service.memory().status.unwrap().mission
-    }
-
-    #[test]
-    fn an_uploaded_mission_is_there_after_a_restart_and_gone_with_the_folder() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut first = Persisted::new(planner(), folder.path()).unwrap();
-        upload(&mut first);
-        drop(first);
-        assert_eq!(mission(&Persisted::new(planner(), folder.path()).unwrap()), "other");
-        let elsewhere = tempfile::tempdir().unwrap();
-        assert_eq!(mission(&Persisted::new(planner(), elsewhere.path()).unwrap()), "reference");
-    }
-
-    #[test]
-    fn a_state_that_cannot_be_used_is_ignored() {
-        for text in ["", "{", "{}", "{\"status\":{}}", "{\"a\":1}"] {
-            let folder = tempfile::tempdir().unwrap();
-            std::fs::write(folder.path().join("planner.json"), text).unwrap();
-            assert_eq!(mission(&Persisted::new(planner(), folder.path()).unwrap()), "reference", "{text}");
-        }
-    }
-
-    #[test]
-    fn a_folder_that_cannot_be_written_to_costs_only_the_state() {
-        let folder = tempfile::tempdir().unwrap();
-        let mut persisted = Persisted::new(planner(), folder.path()).unwrap();
-        std::fs::remove_dir(folder.path()).unwrap();
-        upload(&mut persisted);
-        assert_eq!(mission(&persisted), "other");
-        assert!(persisted.is_failing);
-    }
-}
+mod tests;

@@ -1,14 +1,17 @@
 //! One process of the system: a service on its bus.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use bus::{BusError, Direct, Link, Nudge, Process, Stop};
 use control_tower::ControlTower;
+use domain::time::Pace;
 use gateway::Gateway;
 use gateway::process::{GatewayProcess, StartError};
 use mcm::Mcm;
 use monitor::Monitor;
+use node::Node;
 use planner::Planner;
 use rustls::ServerConfig;
 use skill_manager::SkillManager;
@@ -18,11 +21,16 @@ use crate::check_inputs::{self, Inputs};
 use crate::cli::ProcessArgs;
 use crate::outcome::Outcome;
 use crate::run::end::stop_on_end;
-use crate::run::persisted::Persisted;
+use crate::run::persisted::{self, Persisted};
+use crate::run::resumable::Resumable;
 use crate::run::watchdog::Watched;
+use crate::run::{state_folder, tower_key};
 use crate::service::Service;
 use crate::setup::access;
 use crate::{output, telemetry};
+
+/// The owner of what the ground stores about all vehicles.
+const FLEET: &str = "the fleet";
 
 /// Why a process ended early.
 #[derive(Debug, thiserror::Error)]
@@ -35,6 +43,10 @@ enum Failure {
     Tree(#[from] behavior_tree::InstantiateError),
     #[error(transparent)]
     Access(#[from] gateway::access::InvalidTokens),
+    #[error(transparent)]
+    State(#[from] persisted::StartError),
+    #[error(transparent)]
+    Key(#[from] tower_key::Failure),
     #[error("the operating system refuses: {0}")]
     System(#[from] std::io::Error),
 }
@@ -72,36 +84,40 @@ fn run(
     direct: Option<&Direct>,
     stop: &Stop,
 ) -> Result<(), Failure> {
-    let Inputs { config, mission, trees, contingencies, access, state } = inputs;
+    let Inputs { config, mission, trees, contingencies, access, state, tower_key, tower_secret } = inputs;
     let (pace, seed) = (config.speed.pace(), config.seed);
-    let on_bus = |mut node: Box<dyn node::Node>| {
-        Ok(Process { direct, pace, ..Process::of(&mut Watched::new(node.as_mut()), link) }.run(stop)?)
-    };
+    let place = Place { link, direct, pace, stop };
+    let on_bus = |mut node: Box<dyn Node>| place.run(node.as_mut(), Nudge::default());
+    let vehicle = config.vehicle.as_str();
     match service {
         Service::VehicleSim => on_bus(Box::new(VehicleSim::new(&config.vehicle_sim, pace, seed))),
         Service::SkillManager => on_bus(Box::new(SkillManager::new(&config.skill_manager, pace))),
         Service::Monitor => on_bus(Box::new(Monitor::new(&config.monitor, &contingencies, pace))),
         Service::Planner => {
             let planner = Planner::new(&config.planner, mission, pace);
-            match state {
-                Some(folder) => on_bus(Box::new(Persisted::new(planner, &folder)?)),
-                None => on_bus(Box::new(planner)),
-            }
+            place.run_with_state(planner, state, vehicle)
         }
         Service::Mcm => {
-            let (vehicle, start) = (config.vehicle.as_str(), start_number());
-            let mcm = Mcm::new(&config.mcm, vehicle, start, &trees, contingencies, pace)?;
+            let mcm = Mcm::new(&config.mcm, vehicle, start_number(), &trees, contingencies, pace)?;
             let mcm = mcm.of_mission(&mission).measured_with(bus::monotonic_ns);
-            match state {
-                Some(folder) => on_bus(Box::new(Persisted::new(mcm, &folder)?)),
-                None => on_bus(Box::new(mcm)),
-            }
+            let mcm = match tower_key {
+                Some(path) => mcm.that_verifies_with(tower_key::read_public(&path)?),
+                None => mcm,
+            };
+            place.run_with_state(mcm, state, vehicle)
         }
         Service::ControlTower => {
-            on_bus(Box::new(ControlTower::new(&config.control_tower, config.permissions, seed, pace)))
+            let policy = config.permissions;
+            let tower = ControlTower::new(&config.control_tower, policy, seed, pace, start_number());
+            let tower = if state.is_some() { tower.that_is_stored() } else { tower };
+            let tower = match tower_key::of_tower(tower_secret.as_deref(), state.as_deref())? {
+                Some(key) => tower.that_signs_with(key),
+                None => tower,
+            };
+            place.run_with_state(tower, state, FLEET)
         }
         Service::Gateway => {
-            let access = access::access_control(access.as_deref())?;
+            let access = access::access_control(access.as_deref(), config.gateway.audit_files.get().into())?;
             let nudge = Nudge::default();
             let wake = nudge.clone();
             let gateway = Gateway::new(&config.gateway, pace, access, contingencies.rows(), move || wake.wake());
@@ -111,6 +127,37 @@ fn run(
                 |node: &mut Gateway| Process { pace, nudge, ..Process::of(&mut Watched::new(node), link) }.run(stop);
             Ok(process.run(run)??)
         }
+    }
+}
+
+/// Where a process runs.
+struct Place<'a> {
+    link: &'a Link,
+    direct: Option<&'a Direct>,
+    pace: Pace,
+    stop: &'a Stop,
+}
+
+impl Place<'_> {
+    fn run(&self, node: &mut dyn Node, nudge: Nudge) -> Result<(), Failure> {
+        let Place { link, direct, pace, stop } = *self;
+        Ok(Process { direct, pace, nudge, is_only_one: true, ..Process::of(&mut Watched::new(node), link) }
+            .run(stop)?)
+    }
+
+    /// `service`, whose state is `owner`'s and in `folder`, if there is one.
+    fn run_with_state<N: Resumable>(
+        &self,
+        mut service: N,
+        folder: Option<PathBuf>,
+        owner: &str,
+    ) -> Result<(), Failure> {
+        let Some(folder) = folder else { return self.run(&mut service, Nudge::default()) };
+        let (name, owner) = (service.name(), owner.to_owned());
+        let nudge = Nudge::default();
+        let wake = nudge.clone();
+        let open = move || state_folder::open(&folder, name, &owner);
+        self.run(&mut Persisted::new(service, start_number(), open, move || wake.wake())?, nudge)
     }
 }
 
@@ -126,7 +173,11 @@ fn report(name: &str, result: Result<(), Failure>) -> Outcome {
         Ok(()) => Outcome::Success,
         Err(failure) => {
             output::error_line(format_args!("{name}: {failure}"));
-            Outcome::NotKeptUp
+            match failure {
+                // It does not become better by trying again.
+                Failure::State(persisted::StartError::InUse(_)) | Failure::Key(_) => Outcome::BadInput,
+                _ => Outcome::NotKeptUp,
+            }
         }
     }
 }

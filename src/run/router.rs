@@ -47,6 +47,11 @@ fn tell(news: News, watchdog: &mut Watchdog) {
         News::Turned => watchdog.turned(),
         News::Listening(bound) => bound.iter().for_each(output::line),
         News::Up { peer } => output::error_line(format_args!("router: the link to {peer} is up")),
+        News::Crowded { peer, most, from } => output::error_line(format_args!(
+            "router: {} connections under the name of {peer}, which makes {most} at most: another machine uses its certificate; they come from {}",
+            from.len(),
+            from.join(", ")
+        )),
         News::Down { peer, since, .. } if since.is_zero() => {
             output::error_line(format_args!("router: the link to {peer} is down"));
         }
@@ -76,6 +81,11 @@ fn link_end(args: &RouterArgs) -> Result<Option<LinkEnd>, String> {
     let (Some(table), Some(credentials)) = (&args.link, &args.certificates) else { return Ok(None) };
     let table = Source::read(table).and_then(|it| Crossing::read(&it)).map_err(|it| it.to_string())?;
     let link = LinkEnd { table, credentials: credentials.clone(), way };
-    link_credentials::check(&link.credentials, &link.name(), link.side()).map_err(|bad| format!("router: {bad}"))?;
+    match link_credentials::check(&link.credentials, &link.name(), link.side()) {
+        // Its own side must not lose its router by that: it may be started again in flight.
+        Err(bad) if bad.comes_with_time() => output::error_line(format_args!("router: no link for now: {bad}")),
+        Err(bad) => return Err(format!("router: {bad}")),
+        Ok(()) => {}
+    }
     Ok(Some(link))
 }

@@ -6,6 +6,9 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+/// The router's socket in its folder.
+pub const ROUTER_SOCKET: &str = "router.sock";
+
 /// Where a running system can be reached.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Running {
@@ -98,6 +101,13 @@ pub fn write_private(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// Of this user's running systems.
 pub fn folder() -> PathBuf {
     std::env::temp_dir().join(format!("kittiwake-{}", nix::unistd::getuid()))
+}
+
+/// Where a router listens, and processes look for it, if nothing else is said: a socket in a folder that no other user can
+/// enter. systemd names that folder; else it is that of this user's running systems.
+pub fn router_locator() -> String {
+    let named = std::env::var_os("RUNTIME_DIRECTORY").map(PathBuf::from).filter(|it| it.is_absolute());
+    bus::sockets::locator_of(&named.unwrap_or_else(folder).join(ROUTER_SOCKET))
 }
 
 /// A folder that nobody else can put files into.

@@ -1,6 +1,31 @@
-//! The folder in which a user's programs store what outlives a run.
+//! What outlives a run: the states of processes, and the folder in which a user's programs store their data.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+
+use store::{InUse, Loaded, State, Store, Trouble};
+
+use crate::run::persisted::VERSION;
+
+/// Opens the state of the process `name` of `owner`, a vehicle or the fleet, in `folder`.
+///
+/// # Errors
+/// If another process has it open.
+pub fn open(folder: &Path, name: &str, owner: &str) -> Result<(Store, Loaded), InUse> {
+    let (store, loaded) = Store::open(folder, name, owner, VERSION)?;
+    let loaded = if loaded == Loaded::Nothing { before_stores(&folder.join(name)) } else { loaded };
+    Ok((store, loaded))
+}
+
+/// The state as it was written before there were stores: one file of JSON. Read until the store has a state of its own.
+fn before_stores(path: &Path) -> Loaded {
+    let file = path.with_extension("json");
+    match std::fs::read(&file) {
+        Ok(bytes) => Loaded::Newest(State { bytes, version: 0 }),
+        Err(cause) if cause.kind() == ErrorKind::NotFound => Loaded::Nothing,
+        Err(cause) => Loaded::Unusable(Trouble::Unreadable { file, cause: cause.to_string() }),
+    }
+}
 
 /// The folder of recorded missions; `None` if the environment does not name one.
 pub fn recordings() -> Option<PathBuf> {

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::{Service, Topic};
-use node::{Effect, Event, Node};
+use node::{Effect, Event, Node, Token};
 use sd_notify::NotifyState;
 
 /// Number of signs of life within the supervisor's limit.
@@ -82,6 +82,10 @@ impl Node for Watched<'_> {
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
         self.node.act(now, effects);
         self.watchdog.turned();
+    }
+
+    fn answers_later(&self, token: Token) -> bool {
+        self.node.answers_later(token)
     }
 
     fn deadline(&self) -> Option<Time> {

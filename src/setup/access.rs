@@ -1,4 +1,4 @@
-//! The access folder: whose tokens are valid over HTTP, and the audit log.
+//! The access folder: whose tokens are valid over HTTP, and the audit trail.
 
 use std::io;
 use std::path::Path;
@@ -11,18 +11,17 @@ use crate::run::run_file::{self, RunFolder};
 
 /// In that folder: the tokens that are valid.
 pub const TOKENS: &str = "tokens.toml";
-const AUDIT: &str = "audit.jsonl";
 /// Length of a token: 256 bits.
 pub const TOKEN_BYTES: usize = 32;
 
-/// The tokens and the audit log in `folder`; without a folder no token is valid.
-pub fn access_control(folder: Option<&Path>) -> Result<AccessControl, InvalidTokens> {
+/// The tokens and the audit trail in `folder`, of which the newest `audit_files` files are kept; without a folder no token is
+/// valid.
+pub fn access_control(folder: Option<&Path>, audit_files: usize) -> Result<AccessControl, InvalidTokens> {
     let Some(folder) = folder else {
         return Ok(AccessControl { tokens: Tokens::default(), audit: Audit::in_memory() });
     };
     let tokens = Tokens::read(&folder.join(TOKENS))?;
-    let path = folder.join(AUDIT);
-    let audit = Audit::open(&path).map_err(|cause| InvalidTokens::Unreadable(path, cause))?;
+    let audit = Audit::open(folder, audit_files).map_err(|(path, cause)| InvalidTokens::Unreadable(path, cause))?;
     Ok(AccessControl { tokens, audit })
 }
 
@@ -63,7 +62,7 @@ mod tests {
     #[test]
     fn the_token_made_for_a_run_may_do_everything_and_is_gone_with_it() {
         let demo = DemoAccess::create().unwrap();
-        let access = access_control(Some(&demo.folder.0)).unwrap();
+        let access = access_control(Some(&demo.folder.0), 1).unwrap();
         let who = access.tokens.identify(&demo.token, 0).unwrap();
         assert_eq!(who.roles, Role::ALL);
         let folder = demo.folder.0.clone();

@@ -71,6 +71,7 @@ fn summary(config: &Path, inputs: &Inputs, link: Option<&LinkTable>) -> Vec<Stri
         ok(&read.trees, format_args!("the mission's tree, a step's and those of the actions")),
         ok(&read.contingencies, format_args!("contingencies: {}", contingencies.rows().len())),
     ];
+    lines.extend(inputs.notes());
     lines.extend(link.map(|link| ok(&link.path, format_args!("the link to {}", link.crossing.ground))));
     lines
 }

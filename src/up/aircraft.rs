@@ -73,6 +73,12 @@ impl Aircraft {
         }
     }
 
+    /// Whether it may be in the air: one that was heard, and was not seen at rest since.
+    pub fn may_be_in_the_air(&self, now: Duration) -> bool {
+        let was_heard = self.armed.is_some() || self.landed.is_some();
+        was_heard && self.state(now) != State::AtRest
+    }
+
     /// The mission is over. Returns what is to be said now about the wait for the aircraft: when it begins to last, when
     /// something changes, and now and then.
     pub fn await_rest(&mut self, now: Duration) -> Option<&'static str> {

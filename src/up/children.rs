@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::mpsc::Sender;
 
-use crate::run::run_file::RunFolder;
+use crate::run::run_file::{ROUTER_SOCKET, RunFolder};
 use crate::settings::Settings;
 use crate::up::Happening;
 use crate::up::supervise::{Child, Ending};
@@ -22,8 +22,10 @@ use crate::up::supervise::{Child, Ending};
 pub struct Children {
     program: PathBuf,
     settings: Settings,
-    /// The folder of the direct links between those on board.
+    /// The folder of the router's socket and of the direct links between those on board: no other user can enter it.
     sockets: RunFolder,
+    /// Where the router listens.
+    listen: String,
     happenings: Sender<Happening>,
     running: BTreeMap<Child, std::process::Child>,
 }
@@ -37,7 +39,15 @@ impl Children {
     /// None runs yet. They will be of the executable `program`.
     pub fn of(program: PathBuf, settings: &Settings, happenings: Sender<Happening>) -> io::Result<Children> {
         let sockets = RunFolder::create("links")?;
-        Ok(Children { program, settings: settings.clone(), sockets, happenings, running: BTreeMap::new() })
+        let router = sockets.0.join(ROUTER_SOCKET);
+        bus::sockets::check_to_listen(&router).map_err(io::Error::other)?;
+        let (settings, listen) = (settings.clone(), bus::sockets::locator_of(&router));
+        Ok(Children { program, settings, sockets, listen, happenings, running: BTreeMap::new() })
+    }
+
+    /// The router is to listen at `locator`, instead of on a socket that only this user can reach.
+    pub fn listen_at(&mut self, locator: &str) {
+        locator.clone_into(&mut self.listen);
     }
 
     /// From now on a gateway is started at this address, so that a restarted one keeps it.
@@ -49,7 +59,7 @@ impl Children {
     pub fn start(&mut self, child: Child, locator: Option<&str>) -> io::Result<()> {
         let mut args: Vec<OsString> = vec![child.name().into(), "--exit-with-parent".into()];
         match child {
-            Child::Router => args.extend(["--listen".into(), locator.unwrap_or("tcp/127.0.0.1:0").into()]),
+            Child::Router => args.extend(["--listen".into(), locator.unwrap_or(&self.listen).into()]),
             Child::Service(_) => {
                 args.extend(self.settings.to_args());
                 args.extend(["--direct".into(), self.sockets.0.clone().into()]);

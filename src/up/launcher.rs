@@ -16,7 +16,7 @@ use crate::outcome::Outcome;
 use crate::output;
 use crate::run::run_file::RunFolder;
 use crate::run::run_file::{RunFile, Running};
-use crate::run::state_folder;
+use crate::run::{state_folder, tower_key};
 use crate::setup::access::DemoAccess;
 use crate::up::aircraft::{Aircraft, State};
 use crate::up::children::Children;
@@ -92,6 +92,13 @@ impl<'a> Launcher<'a> {
             None => Some(RunFolder::create("state")?),
         };
         settings.state = settings.state.or_else(|| state.as_ref().map(|it| it.0.clone()));
+        // The launcher makes the key, so that no vehicle has to trust the first one that it hears.
+        if let (None, None, Some(folder)) = (&settings.tower_key, &settings.tower_secret, &settings.state) {
+            tower_key::in_folder(folder).map_err(io::Error::other)?;
+            settings.tower_key = Some(folder.join(tower_key::PUBLIC));
+        }
+        let mut children = Children::new(&settings, sender.clone())?;
+        args.listen.iter().for_each(|it| children.listen_at(it));
         Ok(Launcher {
             args,
             recordings,
@@ -99,7 +106,7 @@ impl<'a> Launcher<'a> {
             _state: state,
             start: Instant::now(),
             supervisor: Supervisor::new(&config.launcher.restart),
-            children: Children::new(&settings, sender.clone())?,
+            children,
             liveness: Liveness::new(config.launcher.hung_after_s.seconds()),
             aircraft: Aircraft::default(),
             progress: Progress::default(),
@@ -248,18 +255,25 @@ impl<'a> Launcher<'a> {
     fn end_what_hangs(&mut self) {
         let limit = self.config.launcher.hung_after_s.seconds();
         for child in self.liveness.hung(self.now()) {
-            self.screen.log(&format!("{child} does not answer for {limit:?}: killed, to be started again"));
-            self.supervisor.hangs(child);
-            self.children.kill(child);
+            if self.supervisor.hangs(child) {
+                self.screen.log(&format!("{child} does not answer for {limit:?}: killed, to be started again"));
+                self.children.kill(child);
+            }
         }
     }
 
     fn on_ended(&mut self, child: Child) -> Option<End> {
         let ending = self.children.reap(child)?;
         self.liveness.ended(child);
-        match self.supervisor.ended(child, ending, self.now()) {
+        match self.supervisor.ended(child, ending, self.now(), self.aircraft.may_be_in_the_air(self.now())) {
             Verdict::Restart(delay) => {
                 self.screen.log(&format!("{child} ended {ending}; it is started again in {delay:?}"));
+                None
+            }
+            Verdict::KeepTrying(delay, reason) => {
+                self.screen.log(&format!(
+                    "{reason}; the aircraft may be in the air, so it is started again every {delay:?} until it is seen on the ground"
+                ));
                 None
             }
             Verdict::GiveUp(reason) => Some(End::GaveUp(reason)),

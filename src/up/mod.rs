@@ -71,6 +71,9 @@ pub fn up(args: &UpArgs) -> Outcome {
     if let Err(outcome) = check_inputs::read_tls(&inputs.config) {
         return outcome;
     }
+    for note in inputs.notes() {
+        output::error_line(note);
+    }
     let (sender, happenings): (Sender<Happening>, Receiver<Happening>) = channel();
     let interrupt = sender.clone();
     let on_signal = move || {

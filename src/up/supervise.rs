@@ -88,6 +88,8 @@ impl fmt::Display for Ending {
 pub enum Verdict {
     /// It is started again after this long.
     Restart(Duration),
+    /// The same, although the system cannot be kept up, for this reason: it is needed.
+    KeepTrying(Duration, String),
     /// The system cannot be kept up, for this reason.
     GiveUp(String),
 }
@@ -144,9 +146,16 @@ impl Supervisor {
         }
     }
 
-    /// A child hangs and is killed: it is missing until it is started again.
-    pub fn hangs(&mut self, child: Child) {
-        self.states.insert(child, State::Started);
+    /// A child hangs: returns whether it is to be killed; it is missing until it is started again. One that has ended already, and
+    /// waits for its start, is only silent.
+    pub fn hangs(&mut self, child: Child) -> bool {
+        match self.states.get_mut(&child) {
+            None | Some(State::Blocked | State::Due(_)) => false,
+            Some(state) => {
+                *state = State::Started;
+                true
+            }
+        }
     }
 
     /// The children that have not been seen since they were started.
@@ -154,24 +163,36 @@ impl Supervisor {
         self.states.iter().filter(|(_, state)| **state != State::Seen).map(|(child, _)| *child).collect()
     }
 
-    /// A child ended without having been asked to end.
-    pub fn ended(&mut self, child: Child, ending: Ending, now: Duration) -> Verdict {
+    /// A child ended without having been asked to end. While an aircraft is answered for, `is_needed`, nothing is given up.
+    pub fn ended(&mut self, child: Child, ending: Ending, now: Duration, is_needed: bool) -> Verdict {
+        match self.hopeless(child, ending, now) {
+            Some(reason) if is_needed => {
+                let delay = self.policy.longest_delay_s.seconds();
+                self.states.insert(child, State::Due(now + delay));
+                Verdict::KeepTrying(delay, reason)
+            }
+            Some(reason) => Verdict::GiveUp(reason),
+            None => {
+                let doublings = self.deaths.get(&child).map_or(0, |it| it.len() - 1).min(30) as i32;
+                let delay = self.policy.first_delay_s.get() * 2f64.powi(doublings);
+                let delay = Duration::from_secs_f64(delay.min(self.policy.longest_delay_s.get()));
+                self.states.insert(child, State::Due(now + delay));
+                Verdict::Restart(delay)
+            }
+        }
+    }
+
+    /// Counts a death; why there is no hope that starting the child again helps.
+    fn hopeless(&mut self, child: Child, ending: Ending, now: Duration) -> Option<String> {
         if ending == Ending::Code(u8::from(Outcome::BadInput).into()) {
-            return Verdict::GiveUp(format!("{child} refused its input"));
+            return Some(format!("{child} refused its input"));
         }
         let window = self.policy.window_s.seconds();
         let deaths = self.deaths.entry(child).or_default();
         deaths.retain(|at| now.saturating_sub(*at) < window);
         deaths.push(now);
         let (count, most) = (deaths.len(), self.policy.deaths.get());
-        if most as usize <= count {
-            return Verdict::GiveUp(format!("{child} ended {count} times within {window:?}, last {ending}"));
-        }
-        let doublings = (count - 1).min(30) as i32;
-        let delay = self.policy.first_delay_s.get() * 2f64.powi(doublings);
-        let delay = Duration::from_secs_f64(delay.min(self.policy.longest_delay_s.get()));
-        self.states.insert(child, State::Due(now + delay));
-        Verdict::Restart(delay)
+        (most as usize <= count).then(|| format!("{child} ended {count} times within {window:?}, last {ending}"))
     }
 }
 
@@ -210,7 +231,7 @@ mod tests {
         }
         assert_eq!(supervisor.missing(), []);
         assert_eq!(supervisor.child("planner"), Some(PLANNER));
-        supervisor.hangs(PLANNER);
+        assert!(supervisor.hangs(PLANNER));
         assert_eq!((supervisor.missing(), supervisor.due(at(5000))), (vec![PLANNER], vec![]), "it has not ended yet");
     }
 
@@ -218,31 +239,59 @@ mod tests {
     fn a_death_is_answered_later_each_time_until_it_is_one_too_many() {
         let mut supervisor = started();
         for (now, delay) in [(1000, 200), (2000, 400), (3000, 500)] {
-            assert_eq!(supervisor.ended(PLANNER, KILLED, at(now)), Verdict::Restart(at(delay)));
+            assert_eq!(supervisor.ended(PLANNER, KILLED, at(now), false), Verdict::Restart(at(delay)));
             assert_eq!(supervisor.due(at(now + delay - 1)), []);
             assert_eq!(supervisor.due(at(now + delay)), [PLANNER]);
         }
-        let Verdict::GiveUp(reason) = supervisor.ended(PLANNER, KILLED, at(4000)) else { panic!("goes on") };
+        let Verdict::GiveUp(reason) = supervisor.ended(PLANNER, KILLED, at(4000), false) else { panic!("goes on") };
         assert_eq!(reason, "planner ended 4 times within 10s, last by signal 9");
+    }
+
+    #[test]
+    fn nothing_is_given_up_while_the_aircraft_needs_it() {
+        for ending in [KILLED, Ending::Code(2)] {
+            let mut supervisor = started();
+            for death in 1..=20 {
+                let verdict = supervisor.ended(PLANNER, ending, at(100 * death), true);
+                let is_restart = match &verdict {
+                    Verdict::Restart(_) => death < 4 && ending == KILLED,
+                    Verdict::KeepTrying(delay, _) => *delay == at(500),
+                    Verdict::GiveUp(_) => false,
+                };
+                assert!(is_restart, "death {death}, {ending}: {verdict:?}");
+                assert_eq!(supervisor.due(at(100 * death + 500)), [PLANNER]);
+            }
+            assert!(matches!(supervisor.ended(PLANNER, ending, at(2100), false), Verdict::GiveUp(_)));
+        }
+    }
+
+    #[test]
+    fn one_that_is_dead_already_does_not_hang_and_is_started_again() {
+        for child in [Child::Router, PLANNER] {
+            let mut supervisor = started();
+            assert_eq!(supervisor.ended(child, KILLED, at(1000), true), Verdict::Restart(at(200)));
+            assert!(!supervisor.hangs(child), "{child} is silent because it is dead");
+            assert_eq!(supervisor.due(at(1200)), [child]);
+        }
     }
 
     #[test]
     fn old_deaths_are_forgotten() {
         let mut supervisor = started();
         for death in 0..20 {
-            let verdict = supervisor.ended(PLANNER, KILLED, at(11_000 * death));
+            let verdict = supervisor.ended(PLANNER, KILLED, at(11_000 * death), false);
             assert_eq!(verdict, Verdict::Restart(at(200)));
         }
     }
 
     #[test]
     fn bad_input_does_not_become_better_by_trying_again() {
-        let verdict = started().ended(PLANNER, Ending::Code(2), at(1000));
+        let verdict = started().ended(PLANNER, Ending::Code(2), at(1000), false);
         assert_eq!(verdict, Verdict::GiveUp("planner refused its input".into()));
     }
 
     #[test]
     fn a_process_that_exits_unasked_is_started_again_even_with_code_0() {
-        assert_eq!(started().ended(PLANNER, Ending::Code(0), at(1000)), Verdict::Restart(at(200)));
+        assert_eq!(started().ended(PLANNER, Ending::Code(0), at(1000), false), Verdict::Restart(at(200)));
     }
 }

@@ -1,0 +1,207 @@
+//! What a planner remembers, over disks that work, hang and fail.
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{self, Receiver, Sender, SyncSender};
+
+use kittiwake_proto::v1;
+use planner::Planner;
+use v1::mission_request::Request as Ask;
+
+use super::*;
+use crate::check_inputs;
+use crate::run::state_folder;
+use crate::settings::Settings;
+
+fn planner() -> Planner {
+    let settings = Settings::of_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join("config/kittiwake.toml"));
+    let inputs = check_inputs::read(&settings).unwrap();
+    Planner::new(&inputs.config.planner, inputs.mission, inputs.config.speed.pace())
+}
+
+/// A planner with its memory in `folder`.
+fn in_folder(folder: &Path) -> Result<Persisted<Planner>, StartError> {
+    let folder = folder.to_owned();
+    Persisted::new(planner(), 1, move || state_folder::open(&folder, "planner", "uav1"), || {})
+}
+
+/// The replies to an upload that come at once.
+fn upload(persisted: &mut Persisted<Planner>) -> usize {
+    let text =
+        "name = \"other\"\n[[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 50\nheight_m = 5\nflying = true\n";
+    let request = v1::MissionRequest {
+        request_id: "1".into(),
+        request: Some(Ask::Upload(v1::MissionText { text: text.into() })),
+        ..Default::default()
+    };
+    let event = Event::Request { vehicle: "uav1".into(), token: Token(1), request: Request::Mission(request) };
+    let mut effects = Vec::new();
+    persisted.on(Now::default(), event, &mut effects);
+    replies(&effects)
+}
+
+fn replies(effects: &[Effect]) -> usize {
+    effects.iter().filter(|it| matches!(it, Effect::Reply { .. })).count()
+}
+
+/// Lets it act until it replies.
+fn act_until_reply(persisted: &mut Persisted<Planner>, woken: &Receiver<()>) {
+    loop {
+        let mut effects = Vec::new();
+        persisted.act(Now::default(), &mut effects);
+        if 0 < replies(&effects) {
+            return;
+        }
+        assert!(persisted.answers_later(Token(1)), "the reply is neither there nor to come");
+        // The loop turns without being woken, too.
+        let _ = woken.recv_timeout(Duration::from_millis(20));
+    }
+}
+
+fn mission(persisted: &Persisted<Planner>) -> String {
+    persisted.service.memory().status.unwrap().mission
+}
+
+fn loss(persisted: &Persisted<Planner>) -> Option<String> {
+    persisted.service.memory().loss.map(|it| it.why)
+}
+
+/// A disk of which a test decides what happens with each write.
+struct Gate(Receiver<io::Result<()>>);
+
+impl Medium for Gate {
+    fn prepare(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn lock(&mut self, _: &str) -> io::Result<bool> {
+        Ok(true)
+    }
+
+    fn read(&mut self, _: &str) -> io::Result<Option<Vec<u8>>> {
+        Ok(None)
+    }
+
+    fn write(&mut self, _: &str, _: &[u8]) -> io::Result<()> {
+        // Open once the test lets go of it.
+        self.0.recv().unwrap_or(Ok(()))
+    }
+
+    fn rename(&mut self, _: &str, _: &str) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn sync_folder(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn exists(&mut self, _: &str) -> bool {
+        false
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        name.into()
+    }
+}
+
+/// A planner over a gate, through which the first state has gone.
+fn gated() -> (Persisted<Planner>, Sender<io::Result<()>>, Receiver<()>) {
+    #[expect(clippy::disallowed_methods, reason = "a handful of verdicts")]
+    let (verdicts, gate) = mpsc::channel();
+    let (wake, woken): (SyncSender<()>, _) = mpsc::sync_channel(1);
+    // The first state is written twice.
+    verdicts.send(Ok(())).unwrap();
+    verdicts.send(Ok(())).unwrap();
+    let open = || Store::over(Gate(gate), "planner", "uav1", VERSION);
+    let persisted = Persisted::new(planner(), 1, open, move || _ = wake.try_send(())).unwrap();
+    assert_eq!(persisted.outcome, Some(Ok(())));
+    (persisted, verdicts, woken)
+}
+
+#[test]
+fn an_uploaded_mission_is_there_after_a_restart_and_gone_with_the_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut first = in_folder(folder.path()).unwrap();
+    upload(&mut first);
+    drop(first);
+    let second = in_folder(folder.path()).unwrap();
+    assert_eq!((mission(&second), loss(&second)), ("other".into(), None));
+    let elsewhere = tempfile::tempdir().unwrap();
+    assert_eq!(mission(&in_folder(elsewhere.path()).unwrap()), "reference");
+}
+
+#[test]
+fn the_state_of_a_program_before_there_were_stores_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut before = in_folder(folder.path()).unwrap();
+    upload(&mut before);
+    let text = to_json(&before.service.memory()).to_string();
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("planner.json"), text).unwrap();
+    assert_eq!(mission(&in_folder(folder.path()).unwrap()), "other");
+    std::fs::write(folder.path().join("planner.json"), "").unwrap();
+    assert_eq!(mission(&in_folder(folder.path()).unwrap()), "other", "the store's own state counts from then on");
+}
+
+#[test]
+fn a_state_that_cannot_be_used_is_a_loss() {
+    for text in ["", "{", "{}", "{\"status\":{}}", "{\"a\":1}"] {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("planner.json"), text).unwrap();
+        // A state without a mission belongs to another one.
+        let expected = !["{}", "{\"status\":{}}"].contains(&text);
+        let persisted = in_folder(folder.path()).unwrap();
+        assert_eq!((mission(&persisted), loss(&persisted).is_some()), ("reference".into(), expected), "{text}");
+    }
+}
+
+#[test]
+fn a_generation_that_is_garbled_is_a_loss_and_the_one_before_is_used() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut first = in_folder(folder.path()).unwrap();
+    upload(&mut first);
+    drop(first);
+    std::fs::write(folder.path().join("planner.1"), "garbled").unwrap();
+    let second = in_folder(folder.path()).unwrap();
+    let why = loss(&second).unwrap();
+    assert!(why.contains("is garbled") && why.ends_with("the state before it is used"), "{why}");
+}
+
+#[test]
+fn a_second_process_does_not_start() {
+    let folder = tempfile::tempdir().unwrap();
+    let _first = in_folder(folder.path()).unwrap();
+    assert!(matches!(in_folder(folder.path()), Err(StartError::InUse(_))));
+}
+
+#[test]
+fn an_answer_waits_until_what_it_depends_on_is_written() {
+    let (mut persisted, verdicts, woken) = gated();
+    assert_eq!(upload(&mut persisted), 0);
+    assert!(persisted.answers_later(Token(1)));
+    verdicts.send(Ok(())).unwrap();
+    act_until_reply(&mut persisted, &woken);
+    assert!(!persisted.answers_later(Token(1)));
+    drop(verdicts);
+}
+
+#[test]
+fn an_answer_does_not_wait_for_a_disk_that_fails_or_hangs() {
+    for fails in [true, false] {
+        let (mut persisted, verdicts, woken) = gated();
+        assert_eq!(upload(&mut persisted), 0);
+        if fails {
+            verdicts.send(Err(io::ErrorKind::StorageFull.into())).unwrap();
+        }
+        act_until_reply(&mut persisted, &woken);
+        let mut effects = Vec::new();
+        persisted.act(Now::default(), &mut effects);
+        let words = if fails { "there is no space" } else { "the disk has not answered" };
+        assert!(persisted.outcome.clone().unwrap().unwrap_err().contains(words));
+        // The retry works.
+        drop(verdicts);
+        while persisted.outcome != Some(Ok(())) {
+            persisted.act(Now::default(), &mut Vec::new());
+            let _ = woken.recv_timeout(Duration::from_millis(20));
+        }
+    }
+}
