@@ -3,8 +3,9 @@
 use crate::support::Project;
 
 #[test]
+#[ignore = "needs an image: KITTIWAKE_IMAGE=NAME cargo test --test compose -- --ignored"]
 fn three_fly_and_one_page_has_them_all() {
-    let Some(mut project) = Project::new("fleet") else { return };
+    let mut project = Project::new("fleet");
     project.with_profiles(&["three"]);
     // Fifteen more processes on the same machine.
     project.set("KITTIWAKE_SPEED", "5");

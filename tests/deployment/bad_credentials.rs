@@ -24,7 +24,7 @@ fn refused(output: &Output, code: i32, said: &str) {
 #[test]
 fn credentials_that_would_fail_at_the_link() {
     let credentials = Credentials::make(&["uav1", "uav2"], &[]);
-    let expired = Credentials::make(&["uav1"], &["--days=-1"]);
+    let foreign = Credentials::make(&["uav1"], &[]);
     let dial = |folder: &str| router(&["--dial", "tls/localhost:9", "--vehicle", "uav1", "--certificates", folder]);
     refused(&dial(&credentials.text_of("nowhere")), 2, "cannot read");
     refused(
@@ -32,9 +32,8 @@ fn credentials_that_would_fail_at_the_link() {
         2,
         "is the certificate of `uav2-router`, expected that of `uav1",
     );
-    refused(&dial(&expired.text_of("uav1-router")), 2, "is valid from");
     let own = credentials.of("uav1-router");
-    std::fs::copy(expired.of("uav1-router").join("authority.pem"), own.join("authority.pem")).unwrap();
+    std::fs::copy(foreign.of("uav1-router").join("authority.pem"), own.join("authority.pem")).unwrap();
     refused(&dial(&own.to_string_lossy()), 2, "has not signed it");
     std::fs::copy(credentials.of("uav2-router").join("key.pem"), own.join("key.pem")).unwrap();
     refused(&dial(&own.to_string_lossy()), 2, "is not the key");
@@ -80,7 +79,7 @@ fn a_ground_that_is_unreachable_is_reported_and_called_again() {
     let address = ground.link_address();
     ground.kill();
     let mut aircraft = Router::aircraft(&credentials, "uav1", address);
-    let said = aircraft.process().wait_for("the link to ground-router has been down for 5 s");
+    let said = aircraft.process().wait_for("the link to ground-router has been down for");
     assert!(said.contains("does not answer: Connection refused"), "{said}");
     ground.start_again();
     aircraft.process().wait_for("the link to ground-router is up");
@@ -99,14 +98,14 @@ fn credentials_that_the_ground_does_not_accept_are_reported_on_board() {
         [credentials.of("uav1-router"), folder.clone()].map(|it| std::fs::read_to_string(it.join("authority.pem")));
     std::fs::write(folder.join("authority.pem"), both.map(Result::unwrap).concat()).unwrap();
     let mut aircraft = Router::aircraft(&foreign, "uav1", ground.link_address());
-    let said = aircraft.process().wait_for("the link to ground-router has been down for 5 s");
+    let said = aircraft.process().wait_for("the link to ground-router has been down for");
     assert!(said.contains("it does not accept our certificate"), "{said}");
 }
 
 #[test]
 fn credentials_that_expire_in_use_take_the_link_down_and_are_reported_on_both_sides() {
-    // Making the certificate and the link takes much less than these ten seconds.
-    let credentials = Credentials::make(&["uav1"], &["--days", &format!("{}", 10.0 / 86_400.0)]);
+    // Making the certificate and the link takes much less than these twenty seconds.
+    let credentials = Credentials::make(&["uav1"], &["--days", &format!("{}", 20.0 / 86_400.0)]);
     let mut ground = Router::ground(&credentials, &["uav1"]);
     let mut aircraft = Router::aircraft(&credentials, "uav1", ground.link_address());
     aircraft.process().wait_for("the link to ground-router is up");

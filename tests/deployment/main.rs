@@ -10,8 +10,8 @@ mod support;
 
 mod access;
 mod bad_credentials;
+mod certificates;
 mod cuts;
 mod narrow;
-mod proxy;
 mod routers;
 mod world;

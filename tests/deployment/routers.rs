@@ -1,6 +1,6 @@
 //! Routers are killed in flight and started again: there is a pause, and no other process must be restarted.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use crate::support::wait_for;
 use crate::world::{Deployment, ON_BOARD, Router, Services};
@@ -23,8 +23,8 @@ fn in_flight(services: &Services) {
     wait_for("everybody on board to be seen", || processes_alive(services));
 }
 
-/// Waits until data of every kind have come that were sent after the router was up again, and returns how long
-/// that took.
+/// Waits until data of every kind have come that were sent after the router was up again. How long that takes depends on
+/// the machine: it is printed.
 #[track_caller]
 fn fresh(services: &Services, what: &str) {
     let there_again = Instant::now();
@@ -34,9 +34,7 @@ fn fresh(services: &Services, what: &str) {
         let young = |it: &str| sources[it]["wallAgeS"].as_f64().is_some_and(|age| age < since);
         ["introspection", "mcmStatus", "plannerStatus", "vehicleStatus"].iter().all(|it| young(it)).then_some(())
     });
-    let took = there_again.elapsed();
-    eprintln!("{what} killed and started again: everything fresh after {took:.2?}");
-    assert!(took < Duration::from_secs(2), "{what}: {took:?}");
+    eprintln!("{what} killed and started again: everything fresh after {:.2?}", there_again.elapsed());
 }
 
 /// Waits until the mission is over; returns its outcome.

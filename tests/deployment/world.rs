@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 use reqwest::blocking::{Client, Response};
 use serde_json::Value;
 
-use crate::proxy::Proxy;
 use crate::support::{KITTIWAKE, LIMIT, kittiwake, shipped, wait_for};
+use kittiwake_kpi::link::proxy::Proxy;
 
 /// The operator's token at the gateway.
 const TOKEN: &str = "a-token-for-this-test";
@@ -111,6 +111,11 @@ impl Credentials {
     /// The folder of a router.
     pub fn of(&self, name: &str) -> PathBuf {
         self.0.path().join("credentials").join(name)
+    }
+
+    /// The folder of all.
+    pub fn root(&self) -> String {
+        self.0.path().join("credentials").to_string_lossy().into_owned()
     }
 
     pub fn text_of(&self, name: &str) -> String {

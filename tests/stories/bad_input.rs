@@ -76,7 +76,13 @@ fn a_mission_with_a_mistake() {
 #[test]
 fn a_contingency_table_with_a_mistake() {
     let file = "contingencies.toml";
-    check(file, "[\"land\"]", "[\"lnad\"]", "\"lnad", &["`lnad`", "did you mean `land`?"]);
+    check(
+        file,
+        "[\"leave_area\"]",
+        "[\"leave_aera\"]",
+        "\"leave_aera",
+        &["`leave_aera`", "did you mean `leave_area`?"],
+    );
     check(file, "severity = \"hold\"", "severity = \"wait\"", "\"wait", &["`wait`", "`hold`, `leave`"]);
     check(file, "clears = \"never\"", "clears = \"sometimes\"", "\"sometimes", &["`sometimes`", "`never`"]);
     check(file, "priority = 12", "priority = 10", "10", &["10"]);
@@ -100,7 +106,7 @@ fn trees_with_a_mistake() {
 fn mistakes_in_several_files_are_reported_at_once() {
     let files = Files::shipped().with("missions/reference.toml", "height_m = 0.0", "height_m = -1.0").with(
         "contingencies.toml",
-        "actions = [\"land\"]",
+        "actions = [\"leave_area\"]",
         "actions = [\"lnad\"]",
     );
     let output = kittiwake(&["mcm", "--config", &files.config().to_string_lossy()]);

@@ -39,6 +39,15 @@ fn another_mission_is_checked_in_place_of_the_configured_one() {
 }
 
 #[test]
+fn a_place_that_wind_brings_too_near_to_a_border_is_told_and_no_mistake() {
+    let files = Files::shipped().with("missions/reference.toml", "east_m = 500.0", "east_m = 575.0");
+    let (code, said, complaints) = check(&files, &[]);
+    assert_eq!((code, complaints.as_str()), (Some(0), ""), "{said}");
+    let told = "reference.toml: objective `deliver` lies 15.0 m from the border of area `B`: less than the 18 m that";
+    assert!(said.lines().any(|line| line.starts_with("note: ") && line.contains(told)), "{said}");
+}
+
+#[test]
 fn mistakes_in_the_link_table_are_told_together_with_those_in_other_files() {
     let files = Files::shipped().with("zenoh/link.toml", "direction = \"down\"", "direction = \"sideways\"").with(
         "missions/reference.toml",

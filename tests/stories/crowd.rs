@@ -32,13 +32,19 @@ const HISTORY: &str = "history_records = 50";
 /// Additional megabytes that the gateway may need for all clients: several times the measured figure.
 const MAX_MB: u64 = 256;
 
-/// With room for a thousand requests of one token at once, and a short journal.
+/// With room for a thousand requests and streams of one token at once, a short journal, and patience with who does not read.
 fn files() -> Files {
-    Files::shipped().with("kittiwake.toml", "requests_at_once = 100.0", "requests_at_once = 5000.0").with(
-        "kittiwake.toml",
-        "history_records = 4096",
-        HISTORY,
-    )
+    let changes = [
+        ("requests_at_once = 100.0", "requests_at_once = 5000.0"),
+        // They all come before any of them has shown its token.
+        ("strangers = 256", "strangers = 2000"),
+        ("strangers_per_address = 64", "strangers_per_address = 2000"),
+        ("connections_per_token = 128", "connections_per_token = 2000"),
+        ("streams_per_token = 96", "streams_per_token = 2000"),
+        ("write_timeout_s = 30.0", "write_timeout_s = 3600.0"),
+        ("history_records = 4096", HISTORY),
+    ];
+    changes.iter().fold(Files::shipped(), |files, (from, to)| files.with("kittiwake.toml", from, to))
 }
 
 /// Listens to every message of the mission manager and the monitor.

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use nix::sys::signal::Signal;
 
+use crate::support::files::Files;
 use crate::support::processes::wait_until_gone;
 use crate::support::{System, wait_for};
 
@@ -50,7 +51,10 @@ fn without_exit_when_done_it_stays_up_after_the_mission() {
 
 #[test]
 fn a_process_that_dies_is_started_again_and_one_that_cannot_live_ends_the_system() {
-    let system = System::start(&["--speed", "1"]);
+    // On the ground: in the air nothing is given up.
+    let files = Files::shipped().with("kittiwake.toml", "start = \"at-once\"", "start = \"operator\"");
+    let config = files.config();
+    let system = System::start(&["--speed", "1", "--config", config.to_str().unwrap()]);
     system.wait_for(" is up: ");
     // Killed once, it is started again; with the fifth time in a row the launcher gives up.
     for death in 1..=5 {

@@ -80,3 +80,20 @@ fn each_process_on_the_ground_and_in_the_air_is_started_again_when_it_hangs() {
         assert!(!ending.lines.iter().any(|it| it.contains(&told(innocent))), "{}", ending.lines.join("\n"));
     }
 }
+
+#[test]
+fn deaths_without_end_in_the_air_end_nothing() {
+    let system = System::start(&["--speed", "2"]);
+    system.wait_for("step 4 of 5: fly to (0, 500, 10)");
+    // Five within half a minute end a system whose aircraft is on the ground.
+    let kept = "the aircraft may be in the air, so it is started again";
+    let told = [("planner ended by signal 9", 1), ("planner ended by signal 9", 2), ("planner ended by signal 9", 3)];
+    let told = told.into_iter().chain([("planner ended by signal 9", 4), (kept, 1), (kept, 2)]);
+    for (words, nth) in told {
+        let planner = wait_for("a planner", || system.children().into_iter().find(|(name, _)| name == "planner"));
+        planner.1.signal(Signal::SIGKILL);
+        system.wait_for_nth(words, nth);
+    }
+    let ending = system.end();
+    ending.expect(0, &["SUCCESS", "SUCCESS"]);
+}

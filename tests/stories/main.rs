@@ -6,14 +6,17 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod audit;
 mod bad_input;
 mod bad_messages;
+mod chaos;
 mod check;
 mod crowd;
 mod disturbances;
 mod ends;
 mod hung;
 mod measured;
+mod memory;
 mod missions;
 mod operate;
 mod operators;
@@ -23,6 +26,8 @@ mod page_mission;
 mod page_orders;
 mod page_people;
 mod recordings;
+mod sockets;
 mod supervised;
 mod telemetry;
+mod tower;
 mod when_done;

@@ -23,6 +23,7 @@ fn every_command_explains_itself() {
         "vehicle",
         "mission",
         "permission",
+        "audit",
     ];
     let overview = String::from_utf8(kittiwake(&["--help"]).stdout).unwrap();
     for command in commands {

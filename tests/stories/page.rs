@@ -1,4 +1,5 @@
-//! What an operator sees and does in a browser.
+//! What an operator sees and does in a browser. These stories are ignored unless they are asked for, because they need one:
+//! `cargo test --test stories -- --ignored`. `.ci/run` runs them.
 //!
 //! Screenshots of each story go to `target/tmp/screenshots`.
 
@@ -13,12 +14,13 @@ const AREA_A: &str = "[data-area=A]";
 const BATTERY: &str = "[data-flag=battery_low]";
 
 #[test]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn an_area_turns_granted_and_the_mission_flies_to_its_end() {
     // Long enough to be seen.
     let files = Files::shipped().with("kittiwake.toml", "delay_s = 5.0", "delay_s = 7.0");
     let config = files.config();
     let args = ["--config", &config.to_string_lossy(), "--speed", "2", "--permissions", "delay"];
-    let Some((_system, browser)) = watch(&args) else { return };
+    let (_system, browser) = watch(&args);
     browser.wait_for("#phase", "nominal");
     browser.wait_for(AREA_A, "requested");
     browser.picture("area-asked");
@@ -37,8 +39,9 @@ fn an_area_turns_granted_and_the_mission_flies_to_its_end() {
 }
 
 #[test]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn a_flag_is_raised_and_acknowledged() {
-    let Some((system, browser)) = watch(&["--speed", "5"]) else { return };
+    let (system, browser) = watch(&["--speed", "5"]);
     browser.wait_for("#strip", "offboard");
     assert!(system.inject(&["fault", "battery", "0.2"]).status.success());
     browser.wait_for(BATTERY, "acting");
@@ -60,8 +63,9 @@ fn level(browser: &Browser, name: &str) -> Option<u64> {
 }
 
 #[test]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn the_tree_includes_its_subtrees_and_says_why_nodes_failed() {
-    let Some((system, browser)) = watch(&["--speed", "3"]) else { return };
+    let (system, browser) = watch(&["--speed", "3"]);
     browser.wait_for("#strip", "offboard");
     // The tree that the executor has made of the step is shown below it.
     let executor = wait_for("the executor", || level(&browser, "NominalExecutor"));
@@ -79,8 +83,9 @@ fn the_tree_includes_its_subtrees_and_says_why_nodes_failed() {
 }
 
 #[test]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn abort_takes_two_steps() {
-    let Some((_system, browser)) = watch(&["--speed", "5"]) else { return };
+    let (_system, browser) = watch(&["--speed", "5"]);
     browser.wait_for("#strip", "offboard");
     browser.take_command();
     browser.click("#verb-abort");
@@ -98,8 +103,9 @@ fn abort_takes_two_steps() {
 }
 
 #[test]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn loss_of_the_gateway_is_shown_until_it_is_back() {
-    let Some((system, browser)) = watch(&["--speed", "5"]) else { return };
+    let (system, browser) = watch(&["--speed", "5"]);
     browser.wait_for("#strip", "offboard");
     assert_eq!(browser.text("#staleness"), None, "nothing is stale");
     let gateway = system.process("gateway");
@@ -116,8 +122,9 @@ fn loss_of_the_gateway_is_shown_until_it_is_back() {
 }
 
 #[test]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn it_is_legible_on_a_tablet_by_day_and_by_night() {
-    let Some((_system, browser)) = watch(&["--speed", "5"]) else { return };
+    let (_system, browser) = watch(&["--speed", "5"]);
     browser.wait_for("#strip", "offboard");
     browser.views("flight");
     browser.expect_no_error();

@@ -29,14 +29,12 @@ pub struct Browser {
 }
 
 impl Browser {
-    /// Without a page yet; `None`, with a message, where chromium or chromedriver are not installed.
-    pub fn start() -> Option<Browser> {
+    /// Without a page yet. Tests that need one are ignored unless they are asked for.
+    pub fn start() -> Browser {
         let started = Command::new("chromedriver").arg("--port=0").stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
-        let Ok(mut driver) = started else {
-            eprintln!("SKIPPED: chromedriver is not installed, the page is not tested");
-            return None;
-        };
-        let mut lines = BufReader::new(driver.stdout.take()?).lines().map_while(Result::ok);
+        let mut driver = started.expect("chromedriver can be started: install chromium and chromedriver");
+        let stdout = driver.stdout.take().expect("its output is read");
+        let mut lines = BufReader::new(stdout).lines().map_while(Result::ok);
         let port =
             lines.find_map(|it| it.split("successfully on port ").nth(1)?.trim_end_matches('.').parse::<u16>().ok());
         let port = port.expect("chromedriver prints its port");
@@ -47,7 +45,7 @@ impl Browser {
             "goog:loggingPrefs": { "browser": "ALL" },
             "goog:chromeOptions": { "args": ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"] },
         });
-        let Value::Object(capabilities) = capabilities else { return None };
+        let Value::Object(capabilities) = capabilities else { unreachable!("it is written as an object") };
         let client = runtime.block_on(async {
             let client = ClientBuilder::new(HttpConnector::new())
                 .capabilities(capabilities)
@@ -57,7 +55,7 @@ impl Browser {
         });
         let browser = Browser { runtime, client, driver };
         browser.size(1440, 900);
-        Some(browser)
+        browser
     }
 
     /// Opens a page.
@@ -223,13 +221,12 @@ impl Drop for Browser {
     }
 }
 
-/// A system and a browser that shows it; `None` where there is no browser. The browser starts first: that takes longer
-/// than some missions.
-pub fn watch(args: &[&str]) -> Option<(System, Browser)> {
-    let browser = Browser::start()?;
+/// A system and a browser that shows it. The browser starts first: that takes longer than some missions.
+pub fn watch(args: &[&str]) -> (System, Browser) {
+    let browser = Browser::start();
     let system = System::up(args, &[]);
     browser.visit(&system.link());
-    Some((system, browser))
+    (system, browser)
 }
 
 /// A command of chromedriver: reads what the page wrote to the console.

@@ -10,7 +10,7 @@ use super::{LIMIT, System};
 /// The gateway of a system, with the token of its link.
 pub struct Http {
     pub address: SocketAddr,
-    token: String,
+    pub token: String,
 }
 
 /// An answer.

@@ -16,22 +16,22 @@ pub fn docker_lines(args: &[&str]) -> Vec<String> {
     String::from_utf8_lossy(&output.stdout).lines().map(str::to_owned).collect()
 }
 
-/// The image under test. If one is named it must exist; if none is, the reason for skipping.
-pub fn image() -> Result<String, String> {
-    let image = std::env::var(IMAGE).map_err(|_| format!("{IMAGE} names no image of this tree"))?;
-    if !answers("docker", &["version"]) {
-        return Err("no container engine answers here".into());
-    }
+/// The image under test.
+#[track_caller]
+pub fn image() -> String {
+    let image = std::env::var(IMAGE).unwrap_or_else(|_| panic!("{IMAGE} has to name an image of this tree"));
+    assert!(answers("docker", &["version"]), "no container engine answers here");
     assert!(answers("docker", &["image", "inspect", &image]), "{IMAGE} is {image}, and there is no such image");
-    Ok(image)
+    image
 }
 
 /// The compose command of this machine.
-pub fn compose() -> Result<&'static [&'static str], String> {
+#[track_caller]
+pub fn compose() -> &'static [&'static str] {
     const PLUGIN: &[&str] = &["docker", "compose"];
     const PROGRAM: &[&str] = &["docker-compose"];
     let found = [PLUGIN, PROGRAM].into_iter().find(|it| answers(it[0], &[&it[1..], &["version"]].concat()));
-    found.ok_or_else(|| "neither `docker compose` nor `docker-compose` is installed".into())
+    found.expect("`docker compose` or `docker-compose` is installed")
 }
 
 fn answers(program: &str, args: &[&str]) -> bool {

@@ -1,0 +1,16 @@
+//! `kittiwake-chaos`: see the library of the same name.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use kittiwake_chaos::args::Args;
+use kittiwake_chaos::disk;
+
+fn main() -> ExitCode {
+    let args = Args::parse();
+    if !args.own_mounts {
+        // Returns only where it is not possible; then no disk is filled, aloud.
+        disk::enter_own_mounts();
+    }
+    ExitCode::from(kittiwake_chaos::run(&args))
+}

@@ -1,0 +1,119 @@
+//! The audit trail of a real gateway: clients that hang up, a gateway that is killed, strangers, and hands in the files.
+
+use std::io::Write as _;
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+
+use gateway::access::Role;
+use nix::sys::signal::Signal;
+use serde_json::Value;
+
+use crate::support::http::answer;
+use crate::support::people::People;
+use crate::support::{System, kittiwake, wait_for};
+
+/// Where the gateway of a system listens.
+fn address(system: &System) -> String {
+    let link = system.link_for("sam");
+    link.trim_start_matches("http://").split('/').next().unwrap_or_default().to_owned()
+}
+
+/// A request of sam, without an answer yet.
+fn send(address: &str, token: &str, path: &str, key: &str) -> TcpStream {
+    let mut stream = wait_for("the gateway", || TcpStream::connect(address).ok());
+    let head = format!(
+        "POST /api/v1/vehicles/{path} HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer {token}\r\nIdempotency-Key: {key}\r\n\
+         Connection: close\r\nContent-Length: 0\r\n\r\n"
+    );
+    stream.write_all(head.as_bytes()).expect("the gateway takes a request");
+    stream
+}
+
+/// The records in the folder's files, as far as their lines are whole.
+fn records(folder: &Path) -> Vec<Value> {
+    let mut files = files(folder);
+    files.sort();
+    let text: String = files.iter().map(|it| std::fs::read_to_string(it).unwrap_or_default()).collect();
+    text.lines().filter_map(|it| serde_json::from_str(it).ok()).collect()
+}
+
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).expect("the folder is there").flatten().map(|it| it.path());
+    entries.filter(|it| it.file_name().is_some_and(|it| it.to_string_lossy().starts_with("audit-"))).collect()
+}
+
+/// What the records under a key say.
+fn told(folder: &Path, key: &str) -> Vec<String> {
+    let text = |it: &Value, name: &str| it[name].as_str().unwrap_or_default().to_owned();
+    let of_key = |it: &Value| it["requestId"] == key;
+    let words = |it: Value| format!("{} {} {}", text(&it, "stage"), text(&it, "vehicle"), text(&it, "what"));
+    records(folder).into_iter().filter(of_key).map(words).collect()
+}
+
+/// `kittiwake audit verify` ends with this code and says this.
+#[track_caller]
+fn check(path: &Path, code: i32, part: &str) {
+    let output = kittiwake(&["audit", "verify", path.to_str().expect("a plain name")]);
+    let said = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert_eq!(output.status.code(), Some(code), "{said}");
+    assert!(said.contains(part), "expected `{part}`: {said}");
+}
+
+#[test]
+fn every_order_that_is_obeyed_is_on_record_and_the_record_survives_kills_strangers_and_shows_changes() {
+    let people = People::new(&[("sam", Role::Safety)]);
+    let folder = Path::new(people.folder());
+    let system = System::up(&["--access", people.folder(), "--speed", "1"], &[]);
+    let address = address(&system);
+    system.wait_for("step 1 of 5");
+    // Refused in every phase, since nothing is paused: an order that ended the flight would take the rest its meaning.
+    wait_for("the gateway to know the mission manager", || {
+        let answer = answer(&mut send(&address, "sam", "uav%31/resume", "first"));
+        (answer.status != 404 && answer.status != 503).then_some(())
+    });
+    // Each client hangs up right after sending.
+    for key in ["a", "b", "c"] {
+        drop(send(&address, "sam", "uav%31/pause", key));
+    }
+    let whole = ["AUDIT_STAGE_ASKED uav1 pause", "AUDIT_STAGE_ENDED uav1 pause"];
+    for key in ["a", "b", "c"] {
+        // A head that did not arrive as a whole is no order: what is asked has an end, and the first of them was obeyed.
+        wait_for("both records", || Some(told(folder, key)).filter(|it| it.is_empty() || it == &whole));
+    }
+    system.wait_for("`operator_pause`");
+    wait_for("the record of what was obeyed", || {
+        ["a", "b", "c"].iter().any(|key| told(folder, key) == whole).then_some(())
+    });
+    check(folder, 0, "intact: records 1 to ");
+
+    // Strangers with long requests: neither the files of the orders grow, nor those of the refusals without a limit.
+    let before = records(folder).len();
+    for n in 0..30 {
+        let path = format!("uav1/contingencies/{}/acknowledge", "x".repeat(10_000));
+        assert_eq!(answer(&mut send(&address, "stranger", &path, &n.to_string())).status, 401);
+    }
+    assert_eq!(records(folder).len(), before);
+    let refused = std::fs::read_to_string(folder.join("refusals.jsonl")).expect("refusals have a file of their own");
+    assert!(30 <= refused.lines().count() && refused.lines().all(|it| it.len() < 1000), "{refused}");
+
+    // Killed in the middle of a line.
+    system.process("gateway").signal(Signal::SIGKILL);
+    system.wait_for("gateway ended by signal 9");
+    let newest = files(folder).into_iter().max().expect("a file");
+    // The launcher starts it again at once; what it has written until then is whole, and so is what follows a cut.
+    wait_for("an order after the restart", || {
+        let answer = answer(&mut send(&address, "sam", "uav1/return", "after"));
+        (answer.status == 200 || answer.status == 409).then_some(())
+    });
+    assert_eq!(told(folder, "after").first().map(String::as_str), Some("AUDIT_STAGE_ASKED uav1 return"));
+    check(folder, 0, "intact: records 1 to ");
+    drop(system);
+
+    let text = std::fs::read_to_string(&newest).expect("it can be read");
+    std::fs::write(&newest, &text[..text.len() - 10]).unwrap();
+    check(folder, 0, "the last line is cut off");
+    std::fs::write(&newest, text.replacen("pause", "abort", 1)).unwrap();
+    let changed = text.lines().position(|it| it.contains("pause")).expect("it was ordered") + 2;
+    check(folder, 1, &format!("{}:{changed}: it does not carry the hash of the line before", newest.display()));
+    check(&folder.join("nowhere"), 2, "No such file or directory");
+}
