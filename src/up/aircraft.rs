@@ -1,10 +1,14 @@
-//! Whether the aircraft is on the ground with its motors off, as it says itself: before that a system that is to end with
-//! its mission does not end.
+//! Whether the aircraft is on the ground with its motors off: before that a system that is to end with its mission does not
+//! end. Judged by the rule that every process shares ([`domain::flight_state`]), from the aircraft's own telemetry.
 //!
-//! Time is the launcher's wall time since its start, as a value.
+//! Time is the launcher's wall time since its start, as a value, at every speed factor.
 
 use std::time::Duration;
 
+use domain::flight_state::{Evidence, FlightState, Motors};
+use domain::fmu::{FlightMode, LocalPosition};
+use domain::time::{Pace, Time};
+use domain::wire::flight_mode;
 use kittiwake_proto::topics::Message;
 
 /// What is older than this says nothing about the present. The autopilot speaks once a second at least.
@@ -17,8 +21,10 @@ const AGAIN: Duration = Duration::from_secs(30);
 /// What the aircraft says of itself, and what was said about it.
 #[derive(Debug, Default)]
 pub struct Aircraft {
-    armed: Option<(Duration, bool)>,
+    status: Option<(Duration, Motors)>,
     landed: Option<(Duration, bool)>,
+    position: Option<(Duration, LocalPosition)>,
+    flight: FlightState,
     /// Since when it is waited for.
     awaited: Option<Duration>,
     said: Option<(Duration, State)>,
@@ -53,29 +59,42 @@ impl State {
 }
 
 impl Aircraft {
-    /// Takes in what the vehicle says.
+    /// Takes in what the vehicle says. A position that makes no sense shows nothing.
     pub fn on(&mut self, message: &Message, now: Duration) {
         match message {
-            Message::VehicleStatus(status) => self.armed = Some((now, status.armed)),
+            Message::VehicleStatus(status) => {
+                let lands = flight_mode(status.actual_mode()) == Some(FlightMode::Land);
+                self.status = Some((now, Motors { armed: status.armed, lands }));
+            }
             Message::VehicleLandDetected(land) => self.landed = Some((now, land.landed)),
-            _ => {}
+            Message::VehicleLocalPosition(position) => {
+                self.position = LocalPosition::try_from(*position).ok().map(|it| (now, it)).or(self.position);
+            }
+            _ => return,
         }
+        let age = |it: Duration| now.saturating_sub(it);
+        let position = self.position.map(|(at, it)| (age(at), it));
+        let landed = self.landed.map(|(at, it)| (age(at), it));
+        let evidence = Evidence::new(Pace::REAL_TIME, self.status.map(|it| it.1), position, landed);
+        self.flight.update(Time::after(now), evidence);
     }
 
     /// How it is now.
     pub fn state(&self, now: Duration) -> State {
-        let fresh = |it: Option<(Duration, bool)>| it.filter(|(at, _)| now < *at + STALE).map(|(_, value)| value);
-        match (fresh(self.landed), fresh(self.armed)) {
-            (Some(true), Some(false)) => State::AtRest,
-            (Some(true), Some(true)) => State::Armed,
-            (Some(false), _) => State::InTheAir,
+        let is_fresh = |at: Option<Duration>| at.is_some_and(|at| now < at + STALE);
+        let is_seen = is_fresh(self.landed.map(|it| it.0)) || is_fresh(self.position.map(|it| it.0));
+        let status = self.status.filter(|(at, _)| is_fresh(Some(*at)) && is_seen);
+        match (self.flight.flying(), status.map(|(_, it)| it.armed)) {
             (None, _) | (_, None) => State::Unknown,
+            (Some(true), Some(_)) => State::InTheAir,
+            (Some(false), Some(true)) => State::Armed,
+            (Some(false), Some(false)) => State::AtRest,
         }
     }
 
     /// Whether it may be in the air: one that was heard, and was not seen at rest since.
     pub fn may_be_in_the_air(&self, now: Duration) -> bool {
-        let was_heard = self.armed.is_some() || self.landed.is_some();
+        let was_heard = self.status.is_some() || self.landed.is_some();
         was_heard && self.state(now) != State::AtRest
     }
 
@@ -107,6 +126,13 @@ mod tests {
         aircraft.on(&v1::VehicleLandDetected { landed, ..Default::default() }.into(), at);
     }
 
+    fn seen_at_height(height_m: f64, at: Duration, aircraft: &mut Aircraft) {
+        let position = Some(v1::Ned { down_m: -height_m, ..Default::default() });
+        let velocity = Some(v1::NedVelocity::default());
+        let seen = v1::VehicleLocalPosition { position, velocity, vertical_valid: true, ..Default::default() };
+        aircraft.on(&seen.into(), at);
+    }
+
     #[test]
     fn it_is_at_rest_when_it_says_so_itself_and_lately() {
         #[track_caller]
@@ -120,6 +146,20 @@ mod tests {
         check(true, true, 1, State::Armed);
         check(true, false, 1, State::InTheAir);
         check(false, true, 6, State::Unknown);
+    }
+
+    #[test]
+    fn a_land_detector_that_is_stuck_neither_ends_the_system_in_the_air_nor_keeps_it_up_on_the_ground() {
+        #[track_caller]
+        fn check(armed: bool, landed: bool, height_m: f64, expected: State) {
+            let mut aircraft = Aircraft::default();
+            heard(armed, landed, s(10), &mut aircraft);
+            seen_at_height(height_m, s(10), &mut aircraft);
+            assert_eq!(aircraft.state(s(11)), expected);
+        }
+        check(true, true, 20.0, State::InTheAir);
+        check(false, false, 0.1, State::AtRest);
+        check(false, false, 20.0, State::InTheAir);
     }
 
     #[test]

@@ -24,6 +24,7 @@ impl Node for Watch {
             Topic::SkillFeedback,
             Topic::VehicleStatus,
             Topic::VehicleLandDetected,
+            Topic::VehicleLocalPosition,
             Topic::Heartbeat,
         ]
     }

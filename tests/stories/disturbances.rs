@@ -3,7 +3,7 @@
 use nix::sys::signal::Signal;
 use serde_json::Value;
 
-use crate::support::{Ending, System, wait_for};
+use crate::support::{System, wait_for};
 
 /// Slow enough that a leg lasts seconds, on a busy machine too.
 const SPEED: &str = "10";
@@ -44,15 +44,6 @@ fn wait_for_mode(system: &System, mode: &str) -> Value {
     })
 }
 
-/// Fails unless these parts were printed in this order.
-#[track_caller]
-fn in_order(ending: &Ending, parts: &[&str]) {
-    let mut lines = ending.lines.iter();
-    for part in parts {
-        assert!(lines.any(|it| it.contains(part)), "`{part}` is missing or too early in:\n{}", ending.lines.join("\n"));
-    }
-}
-
 #[test]
 fn a_rejected_takeoff_is_replanned() {
     let system = start();
@@ -62,7 +53,12 @@ fn a_rejected_takeoff_is_replanned() {
     fault(&system, "reject_acks 1");
     let ending = system.end();
     ending.expect(0, &["SUCCESS", "SUCCESS"]);
-    in_order(&ending, &["step 1 of 3: takeoff", "step 1 failed: rejected", "step 1 of 3: takeoff", "step 1 succeeded"]);
+    ending.expect_in_order(&[
+        "step 1 of 3: takeoff",
+        "step 1 failed: rejected",
+        "step 1 of 3: takeoff",
+        "step 1 succeeded",
+    ]);
 }
 
 #[test]
@@ -73,7 +69,7 @@ fn a_swallowed_acknowledgement_costs_a_second_and_no_try() {
     fault(&system, "swallow_acks 1");
     let ending = system.end();
     ending.expect(0, &["SUCCESS", "SUCCESS"]);
-    in_order(&ending, &["step 5 succeeded", "step 1 of 3: takeoff", "step 1 succeeded"]);
+    ending.expect_in_order(&["step 5 succeeded", "step 1 of 3: takeoff", "step 1 succeeded"]);
     assert!(!ending.stdout.contains("step 1 failed"), "{}", ending.stdout);
 }
 
@@ -96,16 +92,13 @@ fn a_flag_in_flight_stops_the_vehicle_and_the_mission_is_replanned() {
     assert!(system.inject(&["flag", "obstacle"]).status.success());
     let ending = system.end();
     ending.expect(0, &["SUCCESS", "SUCCESS"]);
-    in_order(
-        &ending,
-        &[
-            "flag `obstacle` raised",
-            "`obstacle`: stop",
-            "`obstacle` is over",
-            "plan: plan 2",
-            "step 1 of 2: fly to (0, 500, 10)",
-        ],
-    );
+    ending.expect_in_order(&[
+        "flag `obstacle` raised",
+        "`obstacle`: stop",
+        "`obstacle` is over",
+        "plan: plan 2",
+        "step 1 of 2: fly to (0, 500, 10)",
+    ]);
 }
 
 #[test]
@@ -118,7 +111,7 @@ fn a_rejected_stop_is_tried_again_and_does_not_become_a_landing() {
     ending.expect(0, &["SUCCESS", "SUCCESS"]);
     let parts =
         ["`obstacle`: stop", "`obstacle`: stop failed (try 1 of 3)", "`obstacle` is over", "fly to (0, 500, 10)"];
-    in_order(&ending, &parts);
+    ending.expect_in_order(&parts);
 }
 
 #[test]
@@ -130,7 +123,11 @@ fn a_frozen_source_stops_the_vehicle_until_it_is_heard_again() {
     fault(&system, "thaw vehicle_local_position");
     let ending = system.end();
     ending.expect(0, &["SUCCESS", "SUCCESS"]);
-    in_order(&ending, &["flag `local_position_stale` raised", "`local_position_stale` is over", "fly to (0, 500, 10)"]);
+    ending.expect_in_order(&[
+        "flag `local_position_stale` raised",
+        "`local_position_stale` is over",
+        "fly to (0, 500, 10)",
+    ]);
 }
 
 #[test]
@@ -141,7 +138,7 @@ fn a_critical_battery_ends_the_mission_on_the_ground() {
     let ending = system.end();
     ending.expect(4, &["WAITING", "WAITING"]);
     assert_eq!(ending.report()["outcome"], "MISSION_OUTCOME_EMERGENCY");
-    in_order(&ending, &["flag `battery_critical` raised", "`battery_critical`: land", "mission: over"]);
+    ending.expect_in_order(&["flag `battery_critical` raised", "`battery_critical`: land", "mission: over"]);
 }
 
 #[test]

@@ -2,16 +2,7 @@
 
 use nix::sys::signal::Signal;
 
-use crate::support::{Ending, System, wait_for};
-
-/// Fails unless these parts were recorded in this order.
-#[track_caller]
-fn in_order(ending: &Ending, parts: &[&str]) {
-    let mut lines = ending.lines.iter();
-    for part in parts {
-        assert!(lines.any(|it| it.contains(part)), "`{part}` is missing or too early in:\n{}", ending.lines.join("\n"));
-    }
-}
+use crate::support::{System, wait_for};
 
 #[test]
 fn a_planner_that_hangs_is_killed_and_the_mission_is_achieved() {
@@ -25,17 +16,14 @@ fn a_planner_that_hangs_is_killed_and_the_mission_is_achieved() {
     wait_for("the planner to be gone", || (!planner.runs()).then_some(()));
     let ending = system.end();
     ending.expect(0, &["SUCCESS", "SUCCESS"]);
-    in_order(
-        &ending,
-        &[
-            "`obstacle`: stop",
-            "flag `planner_lost` raised: the planner has been silent for",
-            "`planner_lost`: stop",
-            "planner does not answer for 3s: killed",
-            "`planner_lost` is over",
-            "fly to (0, 500, 10); land",
-        ],
-    );
+    ending.expect_in_order(&[
+        "`obstacle`: stop",
+        "flag `planner_lost` raised: the planner has been silent for",
+        "`planner_lost`: stop",
+        "planner does not answer for 3s: killed",
+        "`planner_lost` is over",
+        "fly to (0, 500, 10); land",
+    ]);
     assert!(!ending.lines.iter().any(|it| it.contains("planner_gone")), "{}", ending.lines.join("\n"));
 }
 
@@ -48,15 +36,12 @@ fn an_emergency_action_is_tried_again_when_the_skill_manager_is_back() {
     assert!(system.inject(&["flag", "operator_abort"]).status.success());
     let ending = system.end();
     ending.expect(4, &["WAITING", "WAITING"]);
-    in_order(
-        &ending,
-        &[
-            "`operator_abort`: land",
-            "`operator_abort`: land failed (try 1 of 2): failed: skill manager",
-            "skill-manager does not answer for 3s: killed",
-            "over: `operator_abort`",
-        ],
-    );
+    ending.expect_in_order(&[
+        "`operator_abort`: land",
+        "`operator_abort`: land failed (try 1 of 2): failed: skill manager",
+        "skill-manager does not answer for 3s: killed",
+        "over: `operator_abort`",
+    ]);
 }
 
 #[test]

@@ -31,6 +31,15 @@ fn an_aircraft_that_is_not_heard_keeps_the_system_up_until_it_is_seen_on_the_gro
 }
 
 #[test]
+fn a_land_detector_that_reports_the_air_for_ever_does_not_keep_the_system_up() {
+    let system = System::start(&["--speed", "10"]);
+    system.wait_for("step 3 of 3: land");
+    wait_for_landing(&system);
+    fault(&system, "land_detector flying");
+    system.end().expect(0, &["SUCCESS", "SUCCESS"]);
+}
+
+#[test]
 fn a_crash_is_told_by_the_exit_code() {
     let system = System::start(&["--speed", "10"]);
     system.wait_for("step 4 of 5: fly to (0, 500, 10)");

@@ -210,6 +210,19 @@ impl Ending {
         self.lines.iter().filter_map(told).collect()
     }
 
+    /// Fails unless these parts were printed in this order.
+    #[track_caller]
+    pub fn expect_in_order(&self, parts: &[&str]) {
+        let mut lines = self.lines.iter();
+        for part in parts {
+            assert!(
+                lines.any(|it| it.contains(part)),
+                "`{part}` is missing or too early in:\n{}",
+                self.lines.join("\n")
+            );
+        }
+    }
+
     /// Each objective's state, without the enum's prefix.
     #[track_caller]
     pub fn objectives(&self) -> Vec<String> {

@@ -203,35 +203,7 @@ mod tests {
     use super::*;
     use kittiwake_proto::v1;
 
-    const CONFIG: &str = "
-        snapshot_rate_hz = 20.0
-        status_rate_hz = 2.0
-        heartbeat_stale_s = 2.0
-        history_records = 8
-        audit_files = 9
-    max_event_streams = 2
-        request_timeout_s = 5.0
-        max_body_bytes = 1000
-        requests_per_s = 50.0
-        requests_at_once = 100.0
-        command_lease_s = 60.0
-        simulation = true
-        max_connections = 10
-        head_timeout_s = 5.0
-        [clients]
-    strangers = 4
-    strangers_per_address = 4
-    connections_per_token = 2000
-    streams_per_token = 2000
-    downloads_per_token = 2
-    write_timeout_s = 60.0
-    [recording]
-        most_files = 0
-        most_total_mb = 1
-        most_each_mb = 1
-        flush_s = 1.0
-        most_hz = {}
-    ";
+    const CONFIG: &str = include_str!("../tests/world/config.toml");
 
     /// Counts the snapshots of ten wall seconds at `speed`, with a message every ten wall milliseconds or none.
     #[track_caller]

@@ -30,35 +30,7 @@ pub mod description;
 
 use description::Description;
 
-pub const CONFIG: &str = "
-    snapshot_rate_hz = 20.0
-    status_rate_hz = 2.0
-    heartbeat_stale_s = 2.0
-    history_records = 100
-    audit_files = 9
-    max_event_streams = 2000
-    request_timeout_s = 5.0
-    max_body_bytes = 10000
-    requests_per_s = 0.001
-    requests_at_once = 1000.0
-    command_lease_s = 60.0
-    simulation = true
-    max_connections = 10
-    head_timeout_s = 0.5
-    [clients]
-    strangers = 4
-    strangers_per_address = 4
-    connections_per_token = 2000
-    streams_per_token = 2000
-    downloads_per_token = 2
-    write_timeout_s = 60.0
-    [recording]
-    most_files = 9
-    most_total_mb = 1
-    most_each_mb = 1
-    flush_s = 0.01
-    most_hz = {}
-";
+pub const CONFIG: &str = include_str!("config.toml");
 
 /// A file in the folder of the recordings that is no recording.
 pub const RECORDING: &str = "not-a-recording";
