@@ -121,7 +121,7 @@ pub struct Stay {
 /// The parts of the straight way from `from` to `to` that lie inside `area`, heights within `vertical_margin_m` of its
 /// floor and ceiling included. Along the border is not inside.
 pub fn stays(area: &Area, from: Ned, to: Ned, vertical_margin_m: f64) -> Vec<Stay> {
-    if passes_beside(area, from, to) {
+    if area.is_beside(from, to) {
         return Vec::new();
     }
     let (lowest, highest) = heights_within(area, from.height_m(), to.height_m(), vertical_margin_m);
@@ -147,15 +147,6 @@ pub fn stays(area: &Area, from: Ned, to: Ned, vertical_margin_m: f64) -> Vec<Sta
 pub fn part_at_heights(area: &Area, from: Ned, to: Ned, vertical_margin_m: f64) -> Option<(Ned, Ned)> {
     let (lowest, highest) = heights_within(area, from.height_m(), to.height_m(), vertical_margin_m);
     (lowest <= highest).then(|| (from.towards(to, lowest), from.towards(to, highest)))
-}
-
-/// Whether the bounding boxes of the way and the area do not touch: a cheap check that settles most pairs.
-fn passes_beside(area: &Area, from: Ned, to: Ned) -> bool {
-    let beside = |of: fn(&Ned) -> f64| {
-        let (low, high) = (of(&from).min(of(&to)), of(&from).max(of(&to)));
-        area.corners.iter().all(|corner| of(corner) < low) || area.corners.iter().all(|corner| of(corner) > high)
-    };
-    beside(|it| it.north_m) || beside(|it| it.east_m)
 }
 
 /// The fractions of a way between which its height lies in the area's band; an empty interval if it never does.

@@ -88,6 +88,9 @@ impl Area {
             (((x - way.start.x) * way.dx() + (y - way.start.y) * way.dy()) / length_squared).clamp(0.0, 1.0)
         };
         let mut found = vec![0.0, 1.0];
+        if self.is_beside(from, to) {
+            return found;
+        }
         for edge in self.polygon().exterior().lines() {
             match line_intersection(way, edge) {
                 Some(LineIntersection::SinglePoint { intersection, .. }) => {
@@ -103,6 +106,20 @@ impl Area {
         found.sort_by(f64::total_cmp);
         found.dedup_by(|a, b| (*a - *b).abs() < 1e-12);
         found
+    }
+
+    /// Whether the bounding boxes of the way and the area do not touch: a cheap check that settles most pairs.
+    pub(crate) fn is_beside(&self, from: Ned, to: Ned) -> bool {
+        self.is_beyond(0.0, from, to)
+    }
+
+    /// Whether the bounding boxes of the way and the area are more than `distance_m` apart.
+    pub(crate) fn is_beyond(&self, distance_m: f64, from: Ned, to: Ned) -> bool {
+        let apart = |of: fn(&Ned) -> f64| {
+            let (low, high) = (of(&from).min(of(&to)) - distance_m, of(&from).max(of(&to)) + distance_m);
+            self.corners.iter().all(|it| of(it) < low) || self.corners.iter().all(|it| of(it) > high)
+        };
+        apart(|it| it.north_m) || apart(|it| it.east_m)
     }
 
     /// Distance over ground from `point` to the border, from inside or outside.

@@ -1,14 +1,40 @@
-//! The corners of a polygon grown by a margin: the only points at which a shortest way past it turns.
+//! The corners of a polygon grown by a margin: the only points at which a shortest way past it turns, and the directions in
+//! which it may pass them.
 
 use crate::geometry::Ned;
 
 /// `(north, east)`.
 type Vector = (f64, f64);
 
+/// A corner of a grown polygon.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Corner {
+    /// Where it is; the height is zero.
+    pub at: Ned,
+    /// The direction of the side that ends there.
+    before: Vector,
+    /// The direction of the side that begins there.
+    after: Vector,
+}
+
+impl Corner {
+    /// Whether a shortest way may pass the corner in the direction from `a` to `b`: the polygon is on one side of that line. Any
+    /// other way through the corner could be cut short.
+    pub fn is_touched_along(&self, a: Ned, b: Ned) -> bool {
+        /// Rounding: a thousandth of a millimetre beside a kilometre.
+        const EPSILON: f64 = 1e-9;
+        let (north_m, east_m) = (b.north_m - a.north_m, b.east_m - a.east_m);
+        let length_m = north_m.hypot(east_m).max(f64::MIN_POSITIVE);
+        let cross = |side: Vector| (north_m * side.1 - east_m * side.0) / length_m;
+        let (behind, ahead) = (-cross(self.before), cross(self.after));
+        (-EPSILON < behind && -EPSILON < ahead) || (behind < EPSILON && ahead < EPSILON)
+    }
+}
+
 /// The corners of `ring` (not closed, in either sense) moved `margin_m` outwards, so that the sides
 /// between them are that far from those of `ring`. An acute corner is replaced by two; a corner that points
-/// inwards has none. Heights are zero.
-pub fn corners(ring: &[Ned], margin_m: f64) -> Vec<Ned> {
+/// inwards has none.
+pub fn corners(ring: &[Ned], margin_m: f64) -> Vec<Corner> {
     let mut ring = ring.to_vec();
     // A side without length has no direction.
     ring.dedup();
@@ -43,10 +69,14 @@ pub fn corners(ring: &[Ned], margin_m: f64) -> Vec<Ned> {
         const ACUTE: f64 = -0.5;
         if alike > ACUTE {
             let sum = add(out_before, out_after);
-            found.push(at((sum.0 / (1.0 + alike), sum.1 / (1.0 + alike))));
+            found.push(Corner { at: at((sum.0 / (1.0 + alike), sum.1 / (1.0 + alike))), before, after });
         } else {
-            found.push(at(add(out_before, before)));
-            found.push(at(add(out_after, (-after.0, -after.1))));
+            let (first, second) = (at(add(out_before, before)), at(add(out_after, (-after.0, -after.1))));
+            let between = (second.north_m - first.north_m, second.east_m - first.east_m);
+            let length_m = between.0.hypot(between.1).max(f64::MIN_POSITIVE);
+            let between = (between.0 / length_m, between.1 / length_m);
+            found.push(Corner { at: first, before, after: between });
+            found.push(Corner { at: second, before: between, after });
         }
     }
     found
@@ -80,7 +110,7 @@ mod tests {
                     ring.reverse();
                 }
                 let mut found: Vec<_> =
-                    corners(&ring, 10.0).iter().map(|it| (it.north_m.round(), it.east_m.round())).collect();
+                    corners(&ring, 10.0).iter().map(|it| (it.at.north_m.round(), it.at.east_m.round())).collect();
                 found.sort_by(|a, b| a.partial_cmp(b).expect("numbers"));
                 assert_eq!(found, expected, "{ring:?}");
             }
@@ -99,5 +129,26 @@ mod tests {
             &[(0.0, 0.0), (1000.0, 10.0), (0.0, 20.0)],
             &[(-10.0, -10.0), (-10.0, 30.0), (1010.0, 0.0), (1010.0, 20.0)],
         );
+    }
+
+    #[test]
+    fn a_corner_is_touched_along_lines_that_have_the_polygon_on_one_side() {
+        let ring = [(0.0, 0.0), (100.0, 0.0), (100.0, 100.0), (0.0, 100.0)];
+        let ring = ring.map(|(north, east)| Ned::new(north, east, 0.0));
+        let found = corners(&ring, 10.0);
+        let corner = found.iter().find(|it| it.at == Ned::new(110.0, 110.0, 0.0)).expect("the one in the north-east");
+        #[track_caller]
+        fn check(corner: &Corner, direction: Vector, expected: bool) {
+            for (north, east) in [direction, (-direction.0, -direction.1)] {
+                let (a, b) = (corner.at, Ned::new(110.0 + north, 110.0 + east, 0.0));
+                assert_eq!(corner.is_touched_along(a, b), expected, "{direction:?}");
+            }
+        }
+        check(corner, (1.0, -1.0), true);
+        check(corner, (1.0, 0.0), true);
+        check(corner, (0.0, 1.0), true);
+        check(corner, (1.0, -0.01), true);
+        check(corner, (1.0, 0.01), false);
+        check(corner, (1.0, 1.0), false);
     }
 }

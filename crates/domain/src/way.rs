@@ -3,6 +3,7 @@
 //! For responses, which fly without a plan. The planner, which can ask for permissions and wait for them, has a search of
 //! its own; both keep their distance to borders by [`keeps_clear`] and turn at [`corners`].
 
+use std::cell::Cell;
 use std::f64::consts::TAU;
 use std::time::Duration;
 
@@ -10,8 +11,12 @@ use geo::{Closest, ClosestPoint, Distance, Euclidean, Line, Point};
 
 use crate::airspace::{Airspace, Motion, stays};
 use crate::area::Area;
-use crate::corners::corners;
 use crate::geometry::Ned;
+
+mod level;
+
+use level::Level;
+pub use level::{Effort, KEPT, Turns};
 
 /// The speeds, heights and distances of a flight without a plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,6 +43,9 @@ const DIRECTIONS: u32 = 32;
 /// Distance to a floor or a ceiling, beyond the vertical margin, at which the vehicle flies over or under an area, in
 /// metres.
 const HEIGHT_STEP_M: f64 = 1.0;
+/// A search of a way at all heights gives up after this number of legs: it runs in the mission manager's loop, which counts
+/// as hung after a second. (Measured: 2 to 10 us for a leg.)
+const MOST_LEGS: u32 = 20_000;
 /// A height other than the preferred one is chosen only if it saves this much time.
 const WORTH_ANOTHER_HEIGHT_S: f64 = 20.0;
 
@@ -159,13 +167,23 @@ pub fn way_to(from: Ned, to: Ned, preferred_m: f64, airspace: &Airspace, limits:
     // it. Times are taken as up to 25 % and ten seconds later, as in the airspace rule.
     [2.0 * flight_s + 60.0, 1.25 * (flight_s + descent_s) + 10.0].into_iter().find_map(|horizon_s| {
         let barred = airspace.barred(Duration::try_from_secs_f64(horizon_s).unwrap_or(Duration::MAX));
-        let search = Search { barred: &barred, vertical_margin_m: airspace.vertical_margin_m, limits };
-        let ways = search.heights(start, preferred_m).into_iter().filter_map(|height_m| {
+        let vertical_margin_m = airspace.vertical_margin_m;
+        let search = Search { barred: &barred, vertical_margin_m, limits, legs_left: Cell::new(MOST_LEGS) };
+        let mut best: Option<(f64, Vec<Ned>)> = None;
+        for height_m in search.heights(start, preferred_m) {
             let penalty_s = if height_m == preferred_m { 0.0 } else { WORTH_ANOTHER_HEIGHT_S };
-            let way = search.at_height(start, to, height_m)?;
-            Some((limits.time_along_s(start, &way) + penalty_s, way))
-        });
-        let (_, way) = ways.min_by(|a, b| a.0.total_cmp(&b.0))?;
+            let straight = [start.at_height(height_m), to.at_height(height_m)];
+            let least_s = limits.time_along_s(start, &straight) + penalty_s;
+            if best.as_ref().is_some_and(|it| it.0 <= least_s) {
+                continue;
+            }
+            let Some(way) = search.at_height(start, to, height_m) else { continue };
+            let time_s = limits.time_along_s(start, &way) + penalty_s;
+            if best.as_ref().is_none_or(|it| time_s < it.0) {
+                best = Some((time_s, way));
+            }
+        }
+        let (_, way) = best?;
         Some(out.iter().copied().chain(way).collect())
     })
 }
@@ -175,6 +193,8 @@ struct Search<'a> {
     barred: &'a [&'a Area],
     vertical_margin_m: f64,
     limits: &'a FlightLimits,
+    /// Legs that may still be looked at.
+    legs_left: Cell<u32>,
 }
 
 impl Search<'_> {
@@ -205,51 +225,12 @@ impl Search<'_> {
         Some(way)
     }
 
-    /// Dijkstra over the corners of the areas on the way: few points.
     fn shortest(&self, from: Ned, to: Ned) -> Option<Vec<Ned>> {
         let height_m = to.height_m();
         let (low_m, high_m) = (height_m - self.vertical_margin_m, height_m + self.vertical_margin_m);
-        let in_the_way: Vec<&Area> =
-            self.barred.iter().copied().filter(|it| it.touches_heights(low_m, high_m)).collect();
-        let turns = in_the_way.iter().flat_map(|it| corners(&it.corners, self.limits.margin_m));
-        let mut points: Vec<Ned> = vec![from];
-        points.extend(turns.map(|it| it.at_height(height_m)));
-        points.extend(footholds(from, &in_the_way, self.limits.margin_m));
-        points.extend(footholds(to, &in_the_way, self.limits.margin_m));
-        points.push(to);
-        let goal = points.len() - 1;
-        let is_clear = |a: usize, b: usize| {
-            self.is_free(points[a], points[b])
-                && in_the_way.iter().all(|area| {
-                    let ends = Exempt { start: a == 0, end: b == goal };
-                    keeps_clear(area, points[a], points[b], 0.9 * self.limits.margin_m, ends)
-                })
-        };
-        let mut best: Vec<(f64, usize)> = vec![(f64::INFINITY, 0); points.len()];
-        let mut settled = vec![false; points.len()];
-        best[0].0 = 0.0;
-        loop {
-            let open = (0..points.len()).filter(|&it| !settled[it] && best[it].0.is_finite());
-            let here = open.min_by(|&a, &b| best[a].0.total_cmp(&best[b].0))?;
-            if here == goal {
-                break;
-            }
-            settled[here] = true;
-            for there in 0..points.len() {
-                let length_m = best[here].0 + points[here].distance_m(points[there]);
-                if !settled[there] && length_m < best[there].0 && is_clear(here, there) {
-                    best[there] = (length_m, here);
-                }
-            }
-        }
-        let mut way = vec![to];
-        let mut at = best[goal].1;
-        while at != 0 {
-            way.push(points[at]);
-            at = best[at].1;
-        }
-        way.reverse();
-        Some(way)
+        let areas = self.barred.iter().copied().filter(|it| it.touches_heights(low_m, high_m)).collect();
+        let (margin_m, vertical_margin_m) = (self.limits.margin_m, self.vertical_margin_m);
+        Level { areas, margin_m, vertical_margin_m, legs_left: &self.legs_left }.shortest(from, to)
     }
 
     fn is_free(&self, from: Ned, to: Ned) -> bool {
@@ -269,6 +250,9 @@ pub struct Exempt {
 /// Whether the level leg from `from` to `to` keeps `margin_m` from `area`, but for the first and last `margin_m` of it
 /// where those are exempt. Heights are not looked at.
 pub fn keeps_clear(area: &Area, from: Ned, to: Ned, margin_m: f64, exempt: Exempt) -> bool {
+    if area.is_beyond(margin_m, from, to) {
+        return true;
+    }
     let length_m = from.horizontal_distance_m(to);
     let (trim_start_m, trim_end_m) =
         (if exempt.start { margin_m } else { 0.0 }, if exempt.end { margin_m } else { 0.0 });
