@@ -14,7 +14,7 @@ use domain::airspace::{Stay, latest, part_at_heights, soonest, stays};
 use domain::area::{Area, AreaKind};
 use domain::corners::corners;
 use domain::geometry::Ned;
-use domain::way::{Exempt, footholds, keeps_clear, way_out};
+use domain::way::{Exempt, Leaving, footholds, keeps_clear, leaving};
 use geo::{BoundingRect, Coord, Intersects, Line, Rect};
 
 use crate::airspace::{Access, Airspace, Asked};
@@ -97,7 +97,11 @@ pub(crate) fn find(
 fn search(from: Ned, to: Ned, begins: Duration, among: Among) -> Option<(Way, Vec<usize>)> {
     let Among { airspace, config, .. } = among;
     let must_leave = begins.is_zero() && airspace.is_trespassed(from);
-    let out = if must_leave { way_out(from, &airspace.rule, &config.flight_limits())? } else { Vec::new() };
+    let out = match must_leave.then(|| leaving(from, &airspace.rule, &config.flight_limits())) {
+        None => Vec::new(),
+        Some(Leaving::Flies(out)) => out,
+        Some(Leaving::Stays { .. } | Leaving::NoWay) => return None,
+    };
     let (mut points, mut at) = (vec![from], vec![begins]);
     let mut now = begins;
     for leg in out.iter().scan(from, |here, there| Some((std::mem::replace(here, *there), *there))) {
