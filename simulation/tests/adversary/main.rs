@@ -7,6 +7,7 @@
 mod support;
 
 mod changing_airspace;
+mod combinations;
 mod findings;
 mod orders;
 mod two_things_wrong;

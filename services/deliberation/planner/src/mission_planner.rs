@@ -418,7 +418,7 @@ impl MissionPlanner {
     fn end_hold(&mut self, now: Time) {
         let Some(hold) = self.hold.take() else { return };
         self.permissions.has_held(&hold.area, now - hold.since);
-        if hold.outlasts_grant && hold.since + hold.wait <= now {
+        if hold.outlasts_grant {
             self.permissions.forget_ended_grants(now);
         }
     }
