@@ -9,6 +9,7 @@ use domain::mission::MissionOutcome;
 use domain::skill::Goal;
 use domain::time::Time;
 
+use super::operator::is_order;
 use super::{Stay, World};
 use crate::journal::Decision;
 
@@ -283,7 +284,10 @@ impl World {
         let then = |row: &usize| self.table.rows()[*row].then;
         // A crash counts more than the response during which it happened.
         let crashed = self.flags.rows_up().find(|row| then(row) == Then::Crashed);
-        if let Some(row) = crashed.or_else(|| self.responder().filter(|row| then(row) != Then::Resume)) {
+        // An order to come down that waited for another response is carried out by now: nothing lifts off after it.
+        let is_ordered = |row: &usize| is_order(self.flags.name(*row)) && then(row) != Then::Resume;
+        let ends = || self.responder().filter(|row| then(row) != Then::Resume);
+        if let Some(row) = crashed.or_else(ends).or_else(|| self.flags.rows_up().find(is_ordered)) {
             let name = self.flags.name(row).clone();
             self.flag_answered(&name);
         }

@@ -288,22 +288,3 @@ fn a_goal_that_is_closed_for_two_minutes_at_most_is_waited_for() {
     check_closed("01:00", Some([0.0, 480.0, 10.0]), "finished");
     check_closed("00:04", Some([0.0, 480.0, 10.0]), "hold 5 s: area K is closed for 5 s more");
 }
-
-#[test]
-fn closures_are_waited_for_no_longer_than_two_minutes_in_all() {
-    // One after the other, a minute each.
-    let closed = |number: u64| {
-        let window = format!(
-            "from_utc = \"2026-01-01T00:{:02}:00Z\"\nuntil_utc = \"2026-01-01T00:{:02}:00Z\"",
-            number,
-            number + 1
-        );
-        area(&format!("K{number}"), "keep-out", [450.0, 550.0], &window)
-    };
-    let mut story = Story::of(&across(&closed(0)));
-    check(&story.plan(), "hold 61 s: area K0 is closed for 61 s more");
-    story.wait(30);
-    check(&story.plan(), "hold 31 s: area K0 is closed for 31 s more");
-    story.wait(31);
-    check(&story.plan(), "1 takeoff 10 m\n2 position 0 500 10\n3 land");
-}

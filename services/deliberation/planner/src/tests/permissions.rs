@@ -296,7 +296,7 @@ fn a_new_grant_is_waited_for_on_the_ground_until_the_old_one_ends() {
     let short = Some("granted for 40 s, 95 s are needed");
     let hold = |wait_s: u64| {
         format!(
-            "hold {wait_s} s: the permission for area W holds for 40 s, 92 s are needed; asked for again once it has ended, in {wait_s} s"
+            "hold {wait_s} s: the permission for area W holds for 40 s, 96 s are needed; asked for again once it has ended, in {wait_s} s"
         )
     };
     check(&story.fail(&[("W", short)]), &hold(41));
