@@ -310,3 +310,174 @@ fn a_closure_over_the_delivery_during_the_stop_there_is_waited_for_on_the_ground
     ends_as(&mut simulation, MissionOutcome::Success);
     assert!(is_home(&simulation), "{}", brief(&simulation));
 }
+
+#[test]
+fn a_plan_that_waits_for_approval_is_not_flown_after_a_return() {
+    let config = config_with("adversary-approval", &[("plan_approval", "\"each-plan\"")]);
+    let mut simulation = mission_with(&config, "approval", &out_and_back(), Policy::Grant);
+    simulation.pass(s(5));
+    simulation.order(RETURN);
+    stays_down(&mut simulation);
+    says(&simulation, "stays, and ends the mission on the ground");
+}
+
+#[test]
+fn a_return_after_an_unplanned_landing_ends_the_mission_there() {
+    let wide = area("P", "permission", [-3000.0, -3000.0], [3000.0, 3000.0], "");
+    let mut simulation = mission("unplanned", &with(out_and_back(), wide), Policy::Grant);
+    until(&mut simulation, |it| 150.0 < it.east_m);
+    simulation.decide("P", Decision::Revoke);
+    simulation.pass(s(90));
+    assert!(simulation.is_on_ground(), "{}", brief(&simulation));
+    simulation.order(RETURN);
+    let report = ends_as(&mut simulation, MissionOutcome::Emergency);
+    assert!(report.reason.contains("ordered by anna"), "{}", report.reason);
+    says(&simulation, "does not fly to (0, 0): stays");
+}
+
+#[test]
+fn after_a_landing_in_a_wide_area_an_operator_resumes_once_it_is_granted_again() {
+    let wide = area("P", "permission", [-3000.0, -3000.0], [3000.0, 3000.0], "");
+    let mut simulation = mission("regranted", &with(out_and_back(), wide), Policy::Grant);
+    until(&mut simulation, |it| 150.0 < it.east_m);
+    simulation.decide("P", Decision::Revoke);
+    simulation.pass(s(90));
+    simulation.decide("P", Decision::Grant);
+    simulation.pass(s(20));
+    assert!(simulation.is_on_ground(), "nobody has resumed it: {}", brief(&simulation));
+    simulation.order(RESUME);
+    ends_as(&mut simulation, MissionOutcome::Success);
+}
+
+#[test]
+fn a_wide_area_that_is_granted_again_during_the_landing_in_it_is_landed_in() {
+    let wide = area("P", "permission", [-3000.0, -3000.0], [3000.0, 3000.0], "");
+    let mut simulation = mission("regranted-landing", &with(out_and_back(), wide), Policy::Grant);
+    until(&mut simulation, |it| 150.0 < it.east_m);
+    simulation.decide("P", Decision::Revoke);
+    simulation.pass(s(9));
+    simulation.decide("P", Decision::Grant);
+    simulation.pass(s(60));
+    assert!(simulation.is_on_ground(), "{}", brief(&simulation));
+    simulation.order(RESUME);
+    ends_as(&mut simulation, MissionOutcome::Success);
+}
+
+#[test]
+fn an_abort_while_a_closed_sky_is_held_through_lands_at_once() {
+    let mut simulation = paused_in_a_closed_sky(560);
+    simulation.order(ABORT);
+    simulation.pass(s(60));
+    assert!(simulation.is_on_ground(), "{}", brief(&simulation));
+    ends_as(&mut simulation, MissionOutcome::Emergency);
+}
+
+#[test]
+fn a_pause_and_resume_while_a_new_grant_is_waited_for_end_at_home() {
+    let mut simulation = delivers_with_a_grant_of(60.0);
+    assert!(simulation.fly_until("asked for again once it has ended", LIMIT), "{}", brief(&simulation));
+    simulation.order(PAUSE);
+    simulation.pass(s(5));
+    simulation.order(RESUME);
+    ends_as(&mut simulation, MissionOutcome::Success);
+    assert!(is_home(&simulation), "{}", brief(&simulation));
+}
+
+#[test]
+fn a_mission_uploaded_while_a_new_grant_is_waited_for_is_flown() {
+    let mut simulation = delivers_with_a_grant_of(60.0);
+    assert!(simulation.fly_until("asked for again once it has ended", LIMIT), "{}", brief(&simulation));
+    let text = format!("name = \"new\"\n{}{}", air("north", 120.0, 500.0, 15.0), ground("there", 60.0, 500.0));
+    simulation.ask(Ask::Upload(v1::MissionText { text }));
+    let report = ends_as(&mut simulation, MissionOutcome::Success);
+    assert_eq!(report.objectives[0].name, "north", "{}", brief(&simulation));
+}
+
+#[test]
+fn a_low_battery_on_the_way_into_an_area_whose_tower_is_silent_lands_elsewhere() {
+    let parts = with(out_and_back(), area("P", "permission", [100.0, 100.0], [200.0, 200.0], ""));
+    let mut simulation = mission("land-silent-low", &parts, Policy::Silent);
+    until(&mut simulation, |it| 150.0 < it.east_m);
+    simulation.order(land_at(150.0, 150.0));
+    simulation.pass(s(3));
+    simulation.inject_fault("battery", &["0.2"]);
+    let begun = simulation.now();
+    ends_as(&mut simulation, MissionOutcome::Emergency);
+    assert!(simulation.now() - begun < s(240), "{}", brief(&simulation));
+}
+
+/// The place is closed now and free again before the vehicle could be there, or only after it.
+#[test]
+fn a_landing_ordered_into_a_closure_is_refused_as_long_as_it_applies() {
+    let closed = area("K", "keep-out", [100.0, 100.0], [200.0, 200.0], &window(0, Some(120)));
+    let mut simulation = mission("land-closed", &with(out_and_back(), closed), Policy::Grant);
+    until(&mut simulation, |it| 100.0 < it.east_m);
+    simulation.order(land_at(150.0, 150.0));
+    simulation.pass(s(2));
+    says(&simulation, "land at: refused: the place lies in keep-out area `K`, which applies then");
+    simulation.order(PAUSE);
+    while simulation.now() < domain_time(125) {
+        simulation.pass(s(1));
+    }
+    simulation.order(land_at(150.0, 150.0));
+    ends_as(&mut simulation, MissionOutcome::Emergency);
+    assert!(140.0 < simulation.position().unwrap().north_m, "{}", brief(&simulation));
+}
+
+#[test]
+fn a_status_that_freezes_for_a_minute_costs_no_more_than_that() {
+    for (moment, freezes_at) in [("spool-up", -1.0), ("climb", 5.0), ("way", 150.0), ("landing", 1000.0)] {
+        let mut simulation = mission("frozen-status", &out_and_back(), Policy::Grant);
+        match moment {
+            "spool-up" => simulation.pass(s(1)),
+            "climb" => until(&mut simulation, |it| freezes_at < -it.down_m),
+            "way" => until(&mut simulation, |it| freezes_at < it.east_m),
+            _ => {
+                until(&mut simulation, |it| 200.0 < it.east_m);
+                until(&mut simulation, |it| it.east_m < 2.0 && -it.down_m < 6.0);
+            }
+        }
+        simulation.inject_fault("freeze", &["vehicle_status"]);
+        simulation.pass(s(60));
+        simulation.inject_fault("thaw", &["vehicle_status"]);
+        let report = ends(&mut simulation);
+        assert_ne!(report.outcome(), MissionOutcome::Crash, "{moment}: {}", brief(&simulation));
+        assert!(is_home(&simulation), "{moment}: {:?}\n{}", simulation.position(), brief(&simulation));
+    }
+}
+
+#[test]
+fn a_wide_area_is_left_as_long_as_the_permission_outlasts_the_way_however_far_that_is() {
+    let wide = area("P", "permission", [-3000.0, -3000.0], [3000.0, 3000.0], "");
+    let mut simulation = mission("wide-expiry", &with(out_and_back(), wide), Policy::Grant);
+    until(&mut simulation, |it| 150.0 < it.east_m);
+    simulation.order(PAUSE);
+    simulation.pass(s(10));
+    // No further request moves this end.
+    simulation.decide_for("P", Decision::Grant, Some(420.0));
+    simulation.pass(s(415));
+    let at = simulation.position().unwrap();
+    assert!(3000.0 < at.north_m.abs().max(at.east_m.abs()), "{at:?}\n{}", brief(&simulation));
+    assert_eq!(simulation.breaches(), [], "{}", brief(&simulation));
+}
+
+#[test]
+fn a_status_that_freezes_for_good_ends_the_mission_on_the_ground() {
+    for (moment, freezes_at) in [("climb", 5.0), ("way", 150.0), ("landing", 1000.0)] {
+        let mut simulation = mission("frozen-for-good", &out_and_back(), Policy::Grant);
+        match moment {
+            "climb" => until(&mut simulation, |it| freezes_at < -it.down_m),
+            "way" => until(&mut simulation, |it| freezes_at < it.east_m),
+            _ => {
+                until(&mut simulation, |it| 200.0 < it.east_m);
+                until(&mut simulation, |it| it.east_m < 2.0 && -it.down_m < 6.0);
+            }
+        }
+        simulation.inject_fault("freeze", &["vehicle_status"]);
+        let report = simulation.fly(LIMIT);
+        simulation.pass(s(30));
+        let at = simulation.position().unwrap();
+        assert!(report.is_some(), "{moment}, {at:?}: no end\n{}", brief(&simulation));
+        assert!(-at.down_m < 0.5, "{moment}, {at:?}\n{}", brief(&simulation));
+    }
+}

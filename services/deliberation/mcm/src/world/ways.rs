@@ -39,15 +39,20 @@ pub(crate) struct Stay {
 
 impl World {
     /// How the vehicle leaves every area in which it must not be; `None` if its position is not known. A way that takes longer than
-    /// the areas apply, or is longer than the configuration allows, is not flown.
+    /// the areas apply, or is longer than the configuration allows, is not flown; one that ends before a permission does may have
+    /// any length.
     pub(crate) fn way_out(&self) -> Option<WayOut> {
         let here = self.vehicle?.position;
         let leaving = self.areas_around(here).map(|area| self.time_to_leave(area, here)).max().unwrap_or_default();
         let (grants, limits) = (self.grants(), &self.limits.flight);
         let airspace = self.airspace(&grants, self.limits.leave_lead + leaving);
         let farthest_m = self.limits.farthest_out_m;
+        let may_be_flown = |way: &[Ned]| {
+            let flight = Duration::try_from_secs_f64(limits.time_along_s(here, way)).unwrap_or(Duration::MAX);
+            length_m(here, way) <= farthest_m || self.airspace(&grants, flight).trespassed(here).next().is_none()
+        };
         Some(match way::leaving(here, &airspace, limits) {
-            Leaving::Flies(way) if length_m(here, &way) <= farthest_m => WayOut::Flies(way),
+            Leaving::Flies(way) if may_be_flown(&way) => WayOut::Flies(way),
             Leaving::Flies(way) => WayOut::Stays(Stay {
                 why: format!("the way out is {:.0} m long, longer than {farthest_m:.0} m", length_m(here, &way)),
                 at_least: airspace.trespass_ends(here),
