@@ -78,8 +78,8 @@ fn a_contingency_table_with_a_mistake() {
     let file = "contingencies.toml";
     check(
         file,
-        "[\"leave_area\"]",
-        "[\"leave_aera\"]",
+        "[\"leave_area\", \"land\"]",
+        "[\"leave_aera\", \"land\"]",
         "\"leave_aera",
         &["`leave_aera`", "did you mean `leave_area`?"],
     );
@@ -106,7 +106,7 @@ fn trees_with_a_mistake() {
 fn mistakes_in_several_files_are_reported_at_once() {
     let files = Files::shipped().with("missions/reference.toml", "height_m = 0.0", "height_m = -1.0").with(
         "contingencies.toml",
-        "actions = [\"leave_area\"]",
+        "actions = [\"leave_area\", \"land\"]",
         "actions = [\"lnad\"]",
     );
     let output = kittiwake(&["mcm", "--config", &files.config().to_string_lossy()]);

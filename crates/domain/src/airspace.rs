@@ -171,6 +171,13 @@ impl<'a> Airspace<'a> {
         })
     }
 
+    /// When the last of the areas that a vehicle in the air at `position` is in without being allowed to is over; `None` if
+    /// there is none, or one that has no end.
+    pub fn trespass_ends(&self, position: Ned) -> Option<Duration> {
+        let ends = self.trespassed(position).map(|area| self.applies(area)?.1);
+        ends.collect::<Option<Vec<Duration>>>()?.into_iter().max()
+    }
+
     /// The areas in which the vehicle must not stay for this long from now on.
     pub fn barred(&self, stay: Duration) -> Vec<&'a Area> {
         self.areas.iter().filter(|area| self.bars(area, Duration::ZERO, stay).is_some()).collect()

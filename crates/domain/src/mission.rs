@@ -209,17 +209,17 @@ impl Mission {
         Mistakes(check.mistakes).or(Mission { name: file.name, objectives, areas })
     }
 
-    /// Why `objective`, which is to be inserted, cannot be flown to: too high, or by an area of this mission that always applies.
-    pub fn unfit_place(&self, objective: &Objective) -> Option<String> {
+    /// Why `objective`, which is to be inserted, as the last one or not, cannot be flown to: too high, or by an area of this
+    /// mission that always applies.
+    pub fn unfit_place(&self, objective: &Objective, is_end: bool) -> Option<String> {
         let height_m = objective.position.height_m();
         if let Some(most_m) = sites::too_high(height_m, objective.flying) {
             return Some(format!("objective `{}` is at {height_m} m, the highest is {most_m} m", objective.name));
         }
-        let site = Site { position: objective.position, flying: objective.flying, is_end: false };
-        self.areas.iter().find_map(|area| {
-            let problem = sites::problem(site, area)?;
-            Some(format!("objective `{}` {}", objective.name, problem.in_words(&area.name)))
-        })
+        let site = Site { position: objective.position, flying: objective.flying, is_end };
+        let unfit =
+            self.areas.iter().filter(|it| sites::always_applies(it)).find_map(|area| sites::unfit(site, area))?;
+        Some(format!("objective `{}` {}", objective.name, unfit.in_words()))
     }
 
     /// The places of this mission that a wind of `wind_m_s` brings too near to a border, a sentence for each. They are no
@@ -240,6 +240,13 @@ impl Mission {
         };
         std::iter::once(start).chain(objectives).flat_map(near).collect()
     }
+}
+
+/// Why the vehicle must not be sent to land at `site`, by one of `areas`, which apply then; the end of a sentence that begins with
+/// the place. The rule for the places of a mission, for a place that comes in another way.
+pub fn unfit_landing_site<'a>(site: Ned, areas: impl IntoIterator<Item = &'a Area>) -> Option<String> {
+    let site = Site { position: site, flying: false, is_end: true };
+    areas.into_iter().find_map(|area| sites::unfit(site, area)).map(|it| it.in_words())
 }
 
 #[derive(Deserialize)]
@@ -376,19 +383,19 @@ impl Checker<'_> {
     /// Where the mission begins, flies to and ends, against each area.
     fn sites(&mut self, file: &MissionFile, objectives: &[Objective], areas: &[Area]) {
         let start = Site { position: Ned::default(), flying: false, is_end: true };
-        for (entry, area) in file.area.iter().zip(areas) {
-            if let Some(problem) = sites::problem(start, area) {
-                let message = format!("the take-off point {}", problem.in_words(&area.name));
-                self.say(Some(entry.corners_m.span()), message, problem.help());
+        for (entry, area) in file.area.iter().zip(areas).filter(|(_, it)| sites::always_applies(it)) {
+            if let Some(unfit) = sites::unfit(start, area) {
+                let message = format!("the take-off point {}", unfit.in_words());
+                self.say(Some(entry.corners_m.span()), message, unfit.help());
             }
         }
         for (index, (entry, objective)) in file.objective.iter().zip(objectives).enumerate() {
             let is_end = index + 1 == objectives.len();
             let site = Site { position: objective.position, flying: objective.flying, is_end };
-            for area in areas {
-                if let Some(problem) = sites::problem(site, area) {
-                    let message = format!("objective `{}` {}", objective.name, problem.in_words(&area.name));
-                    self.say(Some(entry.north_m.span()), message, problem.help());
+            for area in areas.iter().filter(|it| sites::always_applies(it)) {
+                if let Some(unfit) = sites::unfit(site, area) {
+                    let message = format!("objective `{}` {}", objective.name, unfit.in_words());
+                    self.say(Some(entry.north_m.span()), message, unfit.help());
                 }
             }
         }
@@ -517,6 +524,31 @@ from_utc = "2026-05-01T08:00:00Z"
             "east_m = 299.0",
             "m.toml:5:11: objective `deliver` lies 9.0 m from the border of area `A`, expected at least 10 m",
         );
+        // Not the place itself lies in it.
+        check(
+            "kind = \"permission\"\ncorners_m = [[-90.0, 110.0], [90.0, 110.0]",
+            "kind = \"keep-out\"\nfloor_m = 9.0\ncorners_m = [[-90.0, -20.0], [90.0, -20.0]",
+            "m.toml:13:13: the take-off point lies in keep-out area `A`, which always applies; the area begins 9.0 m above the \
+             place, and a takeoff or a landing there flies up to 10 m",
+        );
+    }
+
+    #[test]
+    fn a_place_to_land_at_is_judged_as_those_of_a_mission() {
+        #[track_caller]
+        fn check(kind: AreaKind, until_utc_ms: Option<i64>, site: Ned, expected: Option<&str>) {
+            let mut area = read(GOOD).unwrap().areas.remove(0);
+            (area.kind, area.from_utc_ms, area.until_utc_ms) = (kind, None, until_utc_ms);
+            assert_eq!(unfit_landing_site(site, [&area]).as_deref(), expected, "{site:?}");
+        }
+        let at = |east_m| Ned::new(0.0, east_m, 0.0);
+        let near = Some("lies 9.0 m from the border of area `A`, expected at least 10 m");
+        check(AreaKind::KeepOut, None, at(90.0), None);
+        check(AreaKind::KeepOut, None, at(101.0), near);
+        check(AreaKind::Permission, None, at(101.0), near);
+        check(AreaKind::KeepOut, None, at(200.0), Some("lies in keep-out area `A`, which always applies"));
+        check(AreaKind::KeepOut, Some(1), at(200.0), Some("lies in keep-out area `A`, which applies then"));
+        check(AreaKind::Permission, None, at(200.0), None);
     }
 
     #[test]

@@ -112,8 +112,8 @@ pub struct FailedStep {
     pub id: StepId,
     /// The reason.
     pub reason: String,
-    /// An operator's order came first: it was not the step that failed.
-    pub ordered: bool,
+    /// An operator's order, or a response that only holds the vehicle, came first: it was not the step that failed.
+    pub interrupted: bool,
 }
 
 /// The mission manager asks for a plan.

@@ -95,6 +95,33 @@ pub fn way_out(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Option<
     })
 }
 
+/// How a vehicle comes out of the areas in which it may not be.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Leaving {
+    /// It flies to these points; to none if it is in no such area.
+    Flies(Vec<Ned>),
+    /// It stays where it is: the last of them is over sooner than it could be out.
+    Stays {
+        /// When that is over.
+        ends: Duration,
+        /// How long the way out would take.
+        way: Duration,
+    },
+    /// There is no way out.
+    NoWay,
+}
+
+/// How a vehicle at `from`, in the air, comes out of every area in which it may not be: by [`way_out`], but where an area is over
+/// before that is flown, the way leads away from where it was to be and ends nothing sooner.
+pub fn leaving(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Leaving {
+    let Some(out) = way_out(from, airspace, limits) else { return Leaving::NoWay };
+    let way = Duration::try_from_secs_f64(limits.time_along_s(from, &out)).unwrap_or(Duration::MAX);
+    match airspace.trespass_ends(from).filter(|ends| !out.is_empty() && *ends <= way) {
+        Some(ends) => Leaving::Stays { ends, way },
+        None => Leaving::Flies(out),
+    }
+}
+
 /// The points to fly to from `from`, in the air, to a place where the vehicle may come straight down: nothing barred, or
 /// barred before it is down, is below it there. The descent need not end inside an area for that area to count: what may not be
 /// flown through is not landed in. Empty if that is here; `None` if there is no such place.
@@ -159,7 +186,7 @@ fn exit_along(from: Ned, direction: (f64, f64), clearance_m: f64, airspace: &Air
 /// origin, or over or under barred areas where that is much quicker or the only way. The descent to the ground at `to`
 /// is allowed too.
 pub fn way_to(from: Ned, to: Ned, preferred_m: f64, airspace: &Airspace, limits: &FlightLimits) -> Option<Vec<Ned>> {
-    let out = way_out(from, airspace, limits)?;
+    let Leaving::Flies(out) = leaving(from, airspace, limits) else { return None };
     let start = out.last().copied().unwrap_or(from);
     let flight_s = limits.time_s(start, to.at_height(preferred_m));
     let descent_s = preferred_m.max(start.height_m()) / limits.descent_m_s;
@@ -386,6 +413,33 @@ mod tests {
         let roof = || Area { floor_m: Some(60.0), ..square(AreaKind::KeepOut) };
         check(Area { ceiling_m: None, ..roof() }, at(0.0, 200.0, 40.0), Some(&[]));
         check(Area { ceiling_m: Some(90.0), ..roof() }, at(0.0, 140.0, 100.0), Some(&[(0.0, 80.0, 100.0)]));
+    }
+
+    #[test]
+    fn an_area_that_is_over_before_the_vehicle_could_be_out_is_not_left() {
+        #[track_caller]
+        fn check(ends_s: [Option<i64>; 2], expected: Leaving) {
+            let areas = ends_s.map(|ends_s| Area {
+                until_utc_ms: ends_s.map(|it| 1_000_000 + it * 1000),
+                ceiling_m: None,
+                ..square(AreaKind::KeepOut)
+            });
+            let grants = Grants::new();
+            let found = leaving(at(0.0, 170.0, 10.0), &airspace(&areas, &grants), &LIMITS);
+            assert_eq!(found, expected, "{ends_s:?}");
+        }
+        let (out, way) = (Leaving::Flies(vec![at(0.0, 80.0, 10.0)]), Duration::from_secs(9));
+        check([None, None], out.clone());
+        check([Some(10), Some(5)], out.clone());
+        check([Some(8), None], out);
+        check([Some(9), Some(5)], Leaving::Stays { ends: Duration::from_secs(9), way });
+        check([Some(0), Some(0)], Leaving::Flies(Vec::new()));
+    }
+
+    #[test]
+    fn a_way_does_not_begin_by_leaving_what_is_over_before() {
+        let over = Area { until_utc_ms: Some(1_005_000), ceiling_m: None, ..square(AreaKind::KeepOut) };
+        check_way(std::slice::from_ref(&over), at(0.0, 200.0, 15.0), 15.0, None);
     }
 
     #[test]

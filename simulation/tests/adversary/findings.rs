@@ -4,7 +4,6 @@
 use super::*;
 
 #[test]
-#[ignore = "finding: leave_area flies any distance, past the end of the closure and of the battery"]
 fn a_closure_of_the_whole_sky_is_not_flown_out_of_for_kilometres() {
     let closed = area("sky", "keep-out", [-5000.0, -5000.0], [5000.0, 5000.0], &window(400, Some(640)));
     let mut simulation = mission("sky", &with(out_and_back(), closed), Policy::Grant);
@@ -45,7 +44,6 @@ fn a_closure_over_home_is_waited_for_in_the_air() {
 }
 
 #[test]
-#[ignore = "finding: an order to land inside an area is refused and its permission not asked for, unlike a return's"]
 fn a_landing_ordered_inside_an_area_asks_for_its_permission() {
     let parts = with(out_and_back(), area("P", "permission", [100.0, 100.0], [200.0, 200.0], ""));
     let mut simulation = mission("land-inside", &parts, Policy::Grant);
@@ -75,7 +73,6 @@ fn a_landing_ordered_beyond_the_battery_is_refused() {
 }
 
 #[test]
-#[ignore = "finding: an order may name a place that a mission with the same place is refused for: 5 m from a border"]
 fn a_landing_ordered_nearer_to_a_border_than_the_margin_is_refused() {
     let closed = area("K", "keep-out", [100.0, 100.0], [200.0, 200.0], "");
     let mut simulation = mission("land-near", &with(out_and_back(), closed), Policy::Grant);
@@ -115,7 +112,6 @@ fn a_landing_that_is_blocked_again_and_again_is_tried_aside() {
 }
 
 #[test]
-#[ignore = "finding: five holds in a row that a flag asks for count as five failures of the step, unlike an operator's pauses"]
 fn a_step_that_a_flag_interrupts_has_not_failed() {
     let mut simulation = mission("obstacles", &out_and_back(), Policy::Grant);
     until(&mut simulation, |it| 150.0 < it.east_m);
@@ -137,7 +133,6 @@ fn delivers_by_a_grant_that_ends() -> Simulation<'static> {
 }
 
 #[test]
-#[ignore = "finding: the way home is given up for a grant that is too short, where 40 s later a new one is to be had"]
 fn a_new_grant_is_waited_for_on_the_ground() {
     let mut simulation = delivers_by_a_grant_that_ends();
     ends_as(&mut simulation, MissionOutcome::Success);

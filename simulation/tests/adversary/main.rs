@@ -7,6 +7,8 @@
 mod support;
 
 mod changing_airspace;
+mod closed_sky;
+mod combinations;
 mod findings;
 mod orders;
 mod two_things_wrong;
@@ -81,6 +83,11 @@ fn mission_with(config: &std::path::Path, name: &str, parts: &[String], permissi
 
 fn s(seconds: u64) -> Duration {
     Duration::from_secs(seconds)
+}
+
+/// The moment this long after the start.
+fn at_s(seconds: u64) -> domain::time::Time {
+    domain::time::Time::after(s(seconds))
 }
 
 /// Flies until `there` holds for the place.

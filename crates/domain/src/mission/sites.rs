@@ -1,6 +1,6 @@
 //! Where a mission begins, what it flies to and where it ends, against the areas that always apply.
 //!
-//! An area with a time window is left to the planner, which knows the time.
+//! An area with a time window is left to those who know the time: the planner, and the mission manager for an ordered place.
 
 use crate::area::{Area, AreaKind};
 use crate::geometry::Ned;
@@ -47,20 +47,40 @@ pub(super) enum SiteProblem {
     },
 }
 
-impl SiteProblem {
+/// What is wrong with a place because of one area, in words.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Unfit {
+    problem: SiteProblem,
+    area: String,
+    /// The area has no time window.
+    always: bool,
+    /// The area begins this high above a place on the ground, so that only the climb from there, or the descent to it, is in it.
+    begins_m: Option<f64>,
+}
+
+impl Unfit {
     /// As the end of a sentence that begins with the place.
-    pub(super) fn in_words(self, area: &str) -> String {
-        match self {
-            SiteProblem::KeptOut => format!("lies in keep-out area `{area}`, which always applies"),
+    pub(super) fn in_words(&self) -> String {
+        let Unfit { problem, area, always, begins_m } = self;
+        let climb = begins_m.map_or_else(String::new, |begins_m| {
+            format!("; the area begins {begins_m:.1} m above the place, and a takeoff or a landing there flies up to {CLIMB_M:.0} m")
+        });
+        match problem {
+            SiteProblem::KeptOut => {
+                let when = if *always { "always applies" } else { "applies then" };
+                format!("lies in keep-out area `{area}`, which {when}{climb}")
+            }
             SiteProblem::TooNear { distance_m } => {
-                format!("lies {distance_m:.1} m from the border of area `{area}`, expected at least {MARGIN_M:.0} m")
+                format!(
+                    "lies {distance_m:.1} m from the border of area `{area}`, expected at least {MARGIN_M:.0} m{climb}"
+                )
             }
         }
     }
 
     /// What to do about it.
-    pub(super) fn help(self) -> &'static str {
-        match self {
+    pub(super) fn help(&self) -> &'static str {
+        match self.problem {
             SiteProblem::KeptOut => "a mission begins and ends outside of keep-out areas",
             SiteProblem::TooNear { .. } => "move the place or the border: wind may carry the vehicle over it",
         }
@@ -94,17 +114,24 @@ fn is_at_heights_of(site: Site, area: &Area) -> bool {
     area.is_simple() && area.touches_heights(height_m, highest_m)
 }
 
-/// What is wrong with `site` because of `area`.
-pub(super) fn problem(site: Site, area: &Area) -> Option<SiteProblem> {
-    let always_applies = area.from_utc_ms.is_none() && area.until_utc_ms.is_none();
-    if !always_applies || !is_at_heights_of(site, area) {
+/// Whether `area` has no time window.
+pub(super) fn always_applies(area: &Area) -> bool {
+    area.from_utc_ms.is_none() && area.until_utc_ms.is_none()
+}
+
+/// What is wrong with `site` because of `area`, if that applies when the site is used.
+pub(super) fn unfit(site: Site, area: &Area) -> Option<Unfit> {
+    if !is_at_heights_of(site, area) {
         return None;
     }
+    let begins_m = area.floor_m.map(|floor_m| floor_m - site.position.height_m()).filter(|it| 0.0 < *it);
+    let (name, always) = (area.name.clone(), always_applies(area));
+    let because_of = |problem| Some(Unfit { problem, area: name, always, begins_m });
     let ground = Area { floor_m: None, ceiling_m: None, ..area.clone() };
     if ground.contains(site.position) {
         let is_closed = area.kind == AreaKind::KeepOut && site.is_end;
-        return is_closed.then_some(SiteProblem::KeptOut);
+        return if is_closed { because_of(SiteProblem::KeptOut) } else { None };
     }
     let distance_m = area.distance_to_border_m(site.position);
-    (distance_m < MARGIN_M).then_some(SiteProblem::TooNear { distance_m })
+    if distance_m < MARGIN_M { because_of(SiteProblem::TooNear { distance_m }) } else { None }
 }

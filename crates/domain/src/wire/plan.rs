@@ -178,14 +178,14 @@ impl From<v1::Denial> for Denial {
 
 impl From<PlanRequest> for v1::ReplanRequest {
     fn from(request: PlanRequest) -> v1::ReplanRequest {
-        let failed = request.failed.map(|step| (step.id.0, step.reason, step.ordered));
-        let (failed_step_id, failure, failed_by_order) = failed.unwrap_or_default();
+        let failed = request.failed.map(|step| (step.id.0, step.reason, step.interrupted));
+        let (failed_step_id, failure, interrupted) = failed.unwrap_or_default();
         v1::ReplanRequest {
             request_id: request.request_id,
             state: Some(request.state.into()),
             failed_step_id,
             failure,
-            failed_by_order,
+            interrupted,
             denials: request.denials.into_iter().map(Into::into).collect(),
             held: request.grants.into_iter().map(held).collect(),
             accepted_loss: request.accepted_loss,
@@ -206,7 +206,7 @@ impl TryFrom<v1::ReplanRequest> for PlanRequest {
             failed: step_id(request.failed_step_id).map(|id| FailedStep {
                 id,
                 reason: request.failure,
-                ordered: request.failed_by_order,
+                interrupted: request.interrupted,
             }),
             denials: request.denials.into_iter().map(Into::into).collect(),
             grants: request
@@ -359,7 +359,7 @@ mod tests {
 
     fn request() -> impl Strategy<Value = PlanRequest> {
         let failed = (1..u64::MAX, name(), any::<bool>());
-        let failed = failed.prop_map(|(id, reason, ordered)| FailedStep { id: StepId(id), reason, ordered });
+        let failed = failed.prop_map(|(id, reason, interrupted)| FailedStep { id: StepId(id), reason, interrupted });
         let kind = prop::sample::select(vec![DenialKind::Refused, DenialKind::Silent, DenialKind::TooShort]);
         let denial = (name(), kind, name()).prop_map(|(area, kind, reason)| Denial { area, kind, reason });
         let grants = prop::collection::btree_map(name(), (0..1_000_000u64).prop_map(Duration::from_millis), 0..3);

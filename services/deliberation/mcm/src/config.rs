@@ -57,6 +57,8 @@ pub struct Config {
     pub highest_m: Positive,
     /// Distance beyond a border at which an area counts as left, in metres. (ENG)
     pub clearance_m: Positive,
+    /// A longer way out of an area is not flown, in metres; the response's next action follows. (ENG)
+    pub farthest_out_m: Positive,
     /// Distance kept to an area that is flown round, in metres. (ENG)
     pub margin_m: Positive,
     /// Heights this close to the floor or the ceiling of an area count as inside, in metres. (ENG: a barometer's drift.)
@@ -126,6 +128,7 @@ pub(crate) struct Limits {
     pub(crate) transition: TransitionLimits,
     pub(crate) return_height_m: f64,
     pub(crate) flight: FlightLimits,
+    pub(crate) farthest_out_m: f64,
     pub(crate) vertical_margin_m: f64,
     pub(crate) leave_lead: Duration,
     pub(crate) airspace_period: Duration,
@@ -168,6 +171,7 @@ impl Config {
                 clearance_m: self.clearance_m.get(),
                 margin_m: self.margin_m.get(),
             },
+            farthest_out_m: self.farthest_out_m.get(),
             vertical_margin_m: self.vertical_margin_m.get(),
             leave_lead: self.leave_lead_s.seconds(),
             airspace_period: self.airspace_period_s.seconds().max(pace.wall(Duration::from_millis(20))),

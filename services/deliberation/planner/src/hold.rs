@@ -1,4 +1,5 @@
-//! Holding until an area that was denied may be asked for again.
+//! Holding: until an area that was denied may be asked for again, until one that is closed is over, and on the ground until a
+//! grant that is too short has ended and a new one can be had.
 
 use std::time::Duration;
 
@@ -20,6 +21,8 @@ pub(crate) struct Hold {
     pub wait: Duration,
     /// For the operator.
     pub reason: String,
+    /// It lasts until a grant that is too short has ended, so that what is known of that is void then.
+    pub outlasts_grant: bool,
 }
 
 /// A step that would ask for an area too early.
@@ -40,7 +43,8 @@ pub(crate) fn too_early(steps: &[Step], permissions: &Permissions, now: Time, co
             let Some((back_off, reason)) = permissions.back_off(area, now) else { continue };
             if flown < back_off {
                 let reason = format!("area {area}: denied by the control tower{}; asked once more", colon(reason));
-                let hold = Hold { area: area.clone(), since: now, wait: back_off - flown, reason };
+                let hold =
+                    Hold { area: area.clone(), since: now, wait: back_off - flown, reason, outlasts_grant: false };
                 return Some(TooEarly { position, hold });
             }
         }

@@ -10,6 +10,7 @@ use domain::mission::{Mission, Progress};
 use domain::plan::{self, DenialKind, FailedStep, PlanRequest, PlannerStatus, StepId};
 use domain::state::{State, Tolerance};
 use domain::time::{Now, Pace, Time};
+use domain::way::{Leaving, leaving};
 
 use crate::airspace::{self, Airspace, Closures};
 use crate::config::Config;
@@ -99,13 +100,13 @@ impl MissionPlanner {
         self.permissions.held(&known);
         for denial in denials.iter().filter(|it| self.mission.areas.iter().any(|area| area.name == it.area)) {
             match (denial.kind, known.get(&denial.area)) {
-                (DenialKind::TooShort, Some(granted)) => self.permissions.too_short(&denial.area, *granted),
+                (DenialKind::TooShort, Some(granted)) => self.permissions.too_short(&denial.area, *granted, now.time),
                 _ => self.permissions.denied(denial, now.time, &self.config),
             }
         }
         let mut failed = self.take_failed(failed_step.as_ref().map(|step| step.id));
         if let Some((Failed { step, .. }, FailedStep { reason, .. })) =
-            failed.as_ref().zip(failed_step.filter(|it| !it.ordered))
+            failed.as_ref().zip(failed_step.filter(|it| !it.interrupted))
             && denials.is_empty()
         {
             match self.stuck.failed(step, &state, &reason, self.tolerance(), &self.config) {
@@ -139,7 +140,10 @@ impl MissionPlanner {
             let mut steps = match steps_to(&state, &goal, failed.take(), tolerance, &airspace, &self.config) {
                 Ok(steps) => steps,
                 Err(unreachable) => {
-                    if let Some(hold) = self.hold_until_over(&airspace, &state, &goal, &grants, now) {
+                    let hold = self
+                        .hold_until_over(&airspace, &state, &goal, &grants, now)
+                        .or_else(|| self.hold_until_new_grant(&state, &goal, &grants, &closures, now));
+                    if let Some(hold) = hold {
                         let Hold { wait, reason, .. } = hold.clone();
                         self.hold = Some(hold);
                         return Answer::Hold { wait, reason };
@@ -363,7 +367,9 @@ impl MissionPlanner {
         let soon = airspace.soon_over(self.config.hold_at_most_s.seconds());
         let (last, wait) = soon.iter().max_by_key(|(_, left)| *left)?;
         let wait = *wait + OVER;
-        let must_leave = state.flying && airspace.is_trespassed(state.position);
+        let is_trespassing = state.flying && airspace.is_trespassed(state.position);
+        let leaves = || leaving(state.position, &airspace.rule, &self.config.flight_limits());
+        let must_leave = is_trespassing && !matches!(leaves(), Leaving::Stays { .. });
         if must_leave || !self.permissions.may_still_hold(&last.name, wait, &self.config) {
             return None;
         }
@@ -373,12 +379,47 @@ impl MissionPlanner {
         let later = Airspace::new(&areas, grants, &self.permissions, &closures, (now, self.pace), &self.config);
         steps_to(state, goal, None, self.tolerance(), &later, &self.config).ok()?;
         let reason = format!("area {} is closed for {} s more", last.name, wait.as_secs());
-        Some(Hold { area: last.name.clone(), since: now.time, wait, reason })
+        Some(Hold { area: last.name.clone(), since: now.time, wait, reason, outlasts_grant: false })
+    }
+
+    /// The hold after which there may be a way to `goal` with new grants, because those for the areas in `too_short` have ended:
+    /// until then the tower gives the same ones again. Only on the ground, where waiting costs no battery: whether the next grant is
+    /// longer nobody knows. `None` if there would be no way either, or too much was waited for these areas already.
+    fn hold_until_new_grant(
+        &self,
+        state: &State,
+        goal: &State,
+        grants: &Grants,
+        too_short: &Closures,
+        now: Now,
+    ) -> Option<Hold> {
+        let left_of = |area: &String| self.permissions.short_grant_left(area, now.time);
+        let (area, reason) = too_short.iter().max_by_key(|(area, _)| left_of(area))?;
+        let left = left_of(area)?;
+        let wait = left + OVER;
+        if state.flying || !self.permissions.may_still_hold(area, wait, &self.config) {
+            return None;
+        }
+        let mut permissions = self.permissions.clone();
+        permissions.forget_ended_grants(now.time + wait);
+        let grants: Grants = grants
+            .iter()
+            .filter(|(area, _)| !too_short.contains_key(*area))
+            .map(|(area, left)| (area.clone(), *left))
+            .collect();
+        let closures = Closures::new();
+        let at = (self.after(now, wait), self.pace);
+        let later = Airspace::new(&self.mission.areas, &grants, &permissions, &closures, at, &self.config);
+        steps_to(state, goal, None, self.tolerance(), &later, &self.config).ok()?;
+        let reason = format!("{reason}; asked for again once it has ended, in {} s", wait.as_secs());
+        Some(Hold { area: area.clone(), since: now.time, wait, reason, outlasts_grant: true })
     }
 
     fn end_hold(&mut self, now: Time) {
-        if let Some(hold) = self.hold.take() {
-            self.permissions.has_held(&hold.area, now - hold.since);
+        let Some(hold) = self.hold.take() else { return };
+        self.permissions.has_held(&hold.area, now - hold.since);
+        if hold.outlasts_grant {
+            self.permissions.forget_ended_grants(now);
         }
     }
 

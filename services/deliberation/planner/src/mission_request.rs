@@ -151,7 +151,7 @@ fn insert(
     if all.iter().any(|it| it.name == objective.name) {
         return Err(Refusal::new(format!("there is an objective `{}` already", objective.name)));
     }
-    if let Some(why) = planner.mission().unfit_place(&objective) {
+    if let Some(why) = planner.mission().unfit_place(&objective, index == all.len()) {
         return Err(Refusal::new(why));
     }
     let mut mission = planner.rest_of_mission();

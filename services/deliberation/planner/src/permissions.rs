@@ -23,8 +23,15 @@ struct Record {
     standing: Standing,
     /// Total time that the vehicle has held because of it; a grant does not reset it.
     held: Duration,
-    /// How long the grant was that was too short.
-    longest_grant: Option<Duration>,
+    /// The grant that was too short.
+    short_grant: Option<ShortGrant>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct ShortGrant {
+    /// How long it held when it was found to be too short.
+    length: Duration,
+    ends: Time,
 }
 
 /// Where the asking for an area stands.
@@ -62,23 +69,37 @@ impl Permissions {
 
     /// For how long it is granted at most, if a grant was too short and none was longer since.
     pub(crate) fn longest_grant(&self, area: &str) -> Option<Duration> {
-        self.records.get(area)?.longest_grant
+        Some(self.records.get(area)?.short_grant?.length)
+    }
+
+    /// How much longer the grant holds that was too short: until then the tower gives the same one again.
+    pub(crate) fn short_grant_left(&self, area: &str, now: Time) -> Option<Duration> {
+        let ends = self.records.get(area)?.short_grant?.ends;
+        (now < ends).then(|| ends - now)
+    }
+
+    /// Grants that were too short and have ended say no more about the next ones.
+    pub(crate) fn forget_ended_grants(&mut self, now: Time) {
+        for record in self.records.values_mut() {
+            record.short_grant = record.short_grant.filter(|grant| now < grant.ends);
+        }
     }
 
     /// These are held, each for this time from now on: one that holds for longer than the longest known ends what was known.
     pub(crate) fn held(&mut self, grants: &Grants) {
         for (area, remaining) in grants {
             if let Some(record) = self.records.get_mut(area) {
-                record.longest_grant = record.longest_grant.filter(|longest| *remaining <= *longest + SAME_GRANT);
+                record.short_grant = record.short_grant.filter(|grant| *remaining <= grant.length + SAME_GRANT);
             }
         }
     }
 
     /// It was granted, and holds for no longer than this, which is too short.
-    pub(crate) fn too_short(&mut self, area: &str, granted: Duration) {
+    pub(crate) fn too_short(&mut self, area: &str, granted: Duration, now: Time) {
         let record = self.records.entry(area.into()).or_default();
         // In whole seconds, as the tower grants: a part of one has passed since.
-        record.longest_grant = Some(Duration::from_secs(granted.as_secs() + u64::from(granted.subsec_nanos() > 0)));
+        let length = Duration::from_secs(granted.as_secs() + u64::from(granted.subsec_nanos() > 0));
+        record.short_grant = Some(ShortGrant { length, ends: now + granted });
     }
 
     /// It was refused, or not answered.

@@ -13,7 +13,7 @@ const VERBS = [
   { verb: "pause", label: "Hold", help: "Hold here until resumed", safety: true, when: (o) => (o?.paused ? "already holding" : "") },
   { verb: "resume", label: "Resume", help: "Go on with the mission", when: (o) => (o && !o.paused ? "not holding for an operator" : "") },
   { verb: "replan", label: "Replan", help: "Give up the present step and plan from here" },
-  { verb: "return", label: "Return", help: "Fly home and land", safety: true, question: "End the mission, fly home and land there?" },
+  { verb: "return", label: "Return", help: "Fly home and land; on the ground, stay there and end the mission", safety: true, question: "End the mission, fly home and land there?" },
   { verb: "land-at", label: "Land at…", help: "Land at a place chosen on the map", safety: true, place: true },
   { verb: "abort", label: "Abort", help: "End the mission now", safety: true, question: "End the mission now and land?" },
 ];

@@ -9,7 +9,7 @@ use domain::skill::Goal;
 use domain::time::Time;
 
 use super::skill_run::SkillRun;
-use crate::world::{WhatMayBeEntered, World};
+use crate::world::{Stay, WayOut, WhatMayBeEntered, World};
 
 /// The destination.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,10 +44,14 @@ struct Leg {
     look_again: Time,
 }
 
-/// Why there is no way, and the place to which there is none.
-struct NoWay {
-    to: Option<Ned>,
-    why: &'static str,
+/// Why there is no way.
+enum NoWay {
+    /// To this place, at this height.
+    To(Ned, f64),
+    /// Out of an area.
+    Out(Stay),
+    /// To any place that would do.
+    Anywhere(&'static str),
 }
 
 const NO_WAY: &str = "no way there that may be flown";
@@ -66,7 +70,7 @@ impl FlyTo {
     /// The destination and the points on the way there, or why there is none. A destination that was chosen is kept.
     fn choose(&self, from: Ned, world: &World) -> Result<(Option<Ned>, Vec<Ned>), NoWay> {
         let height_m = world.transit_height_m(from);
-        let way_to = |site, height_m| world.way_to(site, height_m).ok_or(NoWay { to: Some(site), why: NO_WAY });
+        let way_to = |site, height_m| world.way_to(site, height_m).ok_or(NoWay::To(site, height_m));
         let (site, way) = match self.destination {
             Destination::Home => (Some(Ned::default()), way_to(Ned::default(), height_m)?),
             Destination::LandingSite => {
@@ -77,13 +81,15 @@ impl FlyTo {
                 let kept = self.leg.as_ref().and_then(|leg| leg.site);
                 let sites = kept.into_iter().chain(world.alternate_sites());
                 let mut reachable = sites.filter_map(|site| Some((Some(site), world.way_to(site, height_m)?)));
-                reachable.next().ok_or(NoWay { to: None, why: "no other place to land at can be reached" })?
+                reachable.next().ok_or(NoWay::Anywhere("no other place to land at can be reached"))?
             }
-            Destination::OutOfArea => {
-                (None, world.way_out().ok_or(NoWay { to: None, why: "no way out that may be flown" })?)
-            }
+            Destination::OutOfArea => match world.way_out() {
+                Some(WayOut::Flies(way)) => (None, way),
+                Some(WayOut::Stays(stay)) => return Err(NoWay::Out(stay)),
+                None => return Err(NoWay::Anywhere("the vehicle's position is not known")),
+            },
             Destination::FreeGround => {
-                (None, world.way_to_free_ground().ok_or(NoWay { to: None, why: "no free ground near" })?)
+                (None, world.way_to_free_ground().ok_or(NoWay::Anywhere("no free ground near"))?)
             }
         };
         Ok((site, way))
@@ -111,14 +117,20 @@ impl FlyTo {
         }
         let (site, way) = match self.choose(vehicle.position, world) {
             Ok(chosen) => chosen,
-            Err(NoWay { to: Some(site), why })
-                if world.may_wait_for_way(site, world.transit_height_m(vehicle.position), why) =>
-            {
-                self.wait(vehicle.position, site, world, ports);
+            Err(NoWay::To(site, height_m)) if world.may_wait_for_way(site, height_m, NO_WAY) => {
+                self.wait(vehicle.position, Some(site), world, ports);
                 return Ok(Status::Running);
             }
-            Err(NoWay { why, .. }) => {
-                ports.explain(why);
+            Err(NoWay::Out(stay)) if world.may_stay_inside(&stay) => {
+                self.wait(vehicle.position, None, world, ports);
+                return Ok(Status::Running);
+            }
+            Err(no_way) => {
+                match no_way {
+                    NoWay::To(site, _) => ports.explain(world.why_no_way(NO_WAY, site)),
+                    NoWay::Out(Stay { why, .. }) => ports.explain(why),
+                    NoWay::Anywhere(why) => ports.explain(why),
+                }
                 return Ok(Status::Failure);
             }
         };
@@ -144,9 +156,12 @@ impl FlyTo {
     }
 
     /// Holds until there may be a way; out of an area in which the vehicle must not be.
-    fn wait(&mut self, here: Ned, site: Ned, world: &mut World, ports: &mut Ports<'_>) {
+    fn wait(&mut self, here: Ned, site: Option<Ned>, world: &mut World, ports: &mut Ports<'_>) {
         let speed_limit_m_s = world.limits().flight.speed_m_s;
-        let out = world.way_out().and_then(|way| FlyTo::next_point(&way, here, world));
+        let out = match world.way_out() {
+            Some(WayOut::Flies(way)) => FlyTo::next_point(&way, here, world),
+            Some(WayOut::Stays(_)) | None => None,
+        };
         let goal = out.map_or(Goal::Stop, |(target, _)| Goal::Position {
             target,
             speed_limit_m_s,
@@ -161,8 +176,8 @@ impl FlyTo {
             }
         };
         let (chosen_by, look_again) = (world.what_may_be_entered(), world.now() + LOOK_AGAIN);
-        self.leg =
-            Some(Leg { run, waits: Some(goal), target: site, site: Some(site), is_last: false, chosen_by, look_again });
+        let target = site.unwrap_or(here);
+        self.leg = Some(Leg { run, waits: Some(goal), target, site, is_last: false, chosen_by, look_again });
     }
 
     fn is_at_end(&self) -> bool {

@@ -6,14 +6,14 @@ use std::time::Duration;
 
 use domain::airspace::{Airspace, Breach, Clock, Grants, Motion};
 use domain::area::{Area, AreaKind};
-use domain::contingency::AREA_BREACHED;
+use domain::contingency::{AREA_BREACHED, Phase};
 use domain::geometry::Ned;
 use domain::plan::{Step, StepId};
 use domain::route::{TransitionLimits, WORTH_FLYING_M};
 use domain::skill::Goal;
 use domain::time::Time;
 
-use super::{SELF, World};
+use super::{SELF, WayOut, World};
 
 /// A permission is asked for again this long before the vehicle would have to leave. (ENG: the tower's answer is awaited
 /// for up to 30 s.)
@@ -136,6 +136,8 @@ impl World {
         self.airspace_watch.next = self.next_look();
         let breach = self.breach_here(vehicle.position);
         match breach {
+            // Down where it is comes before a hold in there.
+            Some(_) if self.flight_phase() == Phase::Landing && matches!(self.way_out(), Some(WayOut::Stays(_))) => {}
             Some(breach) => self.raise(AREA_BREACHED, SELF, breach.in_words()),
             None => self.flags.condition_gone(AREA_BREACHED, SELF),
         }

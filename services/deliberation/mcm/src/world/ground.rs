@@ -125,7 +125,8 @@ impl World {
         }
         if sites.is_empty() {
             // Nowhere else to go: beside the blocked place, since to hover over it ends with the battery.
-            sites = aside(vehicle.position).filter(|it| !is_blocked(it)).collect();
+            let is_fit = |it: &Ned| self.unfit_to_land(*it).is_none();
+            sites = aside(vehicle.position).filter(|it| !is_blocked(it) && is_fit(it)).collect();
         }
         sites.sort_by(|a, b| distance_m(a).total_cmp(&distance_m(b)));
         sites

@@ -51,6 +51,7 @@ use responses::ActiveResponse;
 pub(crate) use responses::{Reset, Waits};
 pub(crate) use status::Reporter;
 pub(crate) use steps::NextStep;
+pub(crate) use ways::{Stay, WayOut};
 
 /// The source of flags that the manager raises itself.
 const SELF: &str = "mcm";

@@ -4,7 +4,8 @@
 //! and does nothing else. With override it comes before other responses. An order that is repeated under its request id
 //! gets the answer to the first one and does nothing.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
+use std::fmt::Write as _;
 
 use domain::contingency::Clears;
 use domain::contingency::OPERATOR_RETURN as RETURN;
@@ -27,6 +28,9 @@ pub(super) const SOURCE: &str = "operator";
 const REMEMBERED: usize = 64;
 /// A landing site farther from the origin than this is a typing mistake.
 const FARTHEST_M: f64 = 100_000.0;
+
+/// A vehicle on the ground this near to a place is there, in metres. (The planner's `horizontal_tolerance_m`.)
+const AT_M: f64 = 3.0;
 
 /// What operators have ordered.
 #[derive(Debug, Default)]
@@ -198,35 +202,50 @@ impl World {
         self.order(ABORT, order, "ends the mission on the ground")
     }
 
-    /// An order to come down, to a vehicle that is about to lift off: it does not.
-    fn stay_down(&mut self, order: Order) -> Outcome {
+    /// An order to come down, to a vehicle on the ground whose mission is under way, whatever that waits for: it stays there, at
+    /// `to` or not. It does not fly there, since whoever wants it on the ground must never see it lift off.
+    fn stay_down(&mut self, here: Ned, to: Ned, order: Order) -> Outcome {
         self.refuse_if_over(order.ended)?;
-        self.order(ABORT, order, "has not lifted off yet: stays, and ends the mission on the ground")
-    }
-
-    fn lifts_off(&self) -> bool {
-        !self.is_flying() && matches!(self.skills.present(), Some((Goal::Takeoff { .. }, _)))
+        if self.unplanned_landing.is_none() {
+            self.refuse_if_not_under_way(order.ended)?;
+        }
+        if matches!(self.skills.present(), Some((Goal::Takeoff { .. }, _))) {
+            return self.order(ABORT, order, "has not lifted off yet: stays, and ends the mission on the ground");
+        }
+        let does = match here.horizontal_distance_m(to) < AT_M {
+            true => "is on the ground there: stays, and ends the mission on the ground".to_owned(),
+            false => format!(
+                "is on the ground at ({:.0}, {:.0}) and does not fly to ({:.0}, {:.0}): stays, and ends the mission on the ground",
+                here.north_m, here.east_m, to.north_m, to.east_m
+            ),
+        };
+        self.order(ABORT, order, &does)
     }
 
     fn return_home(&mut self, order: Order) -> Outcome {
-        if self.lifts_off() {
-            return self.stay_down(order);
+        match self.vehicle.filter(|it| !it.flying) {
+            Some(vehicle) => self.stay_down(vehicle.position, Ned::default(), order),
+            // One that was not heard yet may be in the air; on the ground the order ends the mission there.
+            None => self.order(RETURN, order, "flies home, lands and ends the mission"),
         }
-        self.refuse_on_ground(order.ended)?;
-        self.order(RETURN, order, "flies home, lands and ends the mission")
     }
 
     fn land_at(&mut self, request: v1::LandAt, order: Order) -> Outcome {
-        if self.lifts_off() {
-            return self.stay_down(order);
-        }
-        self.refuse_on_ground(order.ended)?;
         let site = landing_site(request).map_err(|invalid| format!("`position`: {invalid}"))?;
         if FARTHEST_M < site.horizontal_distance_m(Ned::default()) {
             return Err(format!("the site is farther than {FARTHEST_M} m from the origin"));
         }
-        let here = self.vehicle.ok_or("where the vehicle is, is not known")?.position;
-        if self.way_to(site, here.height_m()).is_none() {
+        let vehicle = self.vehicle.ok_or("where the vehicle is, is not known")?;
+        if !vehicle.flying {
+            return self.stay_down(vehicle.position, site, order);
+        }
+        if let Some(why) = self.unfit_to_land(site) {
+            return Err(format!("the place {why}"));
+        }
+        let height_m = self.clear_height_m(vehicle.position);
+        let has_way = self.way_to(site, height_m).is_some();
+        let needed = if has_way { BTreeSet::new() } else { self.needed_for_way(site, height_m) };
+        if !has_way && needed.is_empty() {
             return Err("there is no way to that place that keeps out of areas that may not be entered".into());
         }
         let is_another = self.operator.landing_site.replace(site) != Some(site);
@@ -234,7 +253,13 @@ impl World {
             // It is not the same order again if it names another place.
             self.lower(LAND);
         }
-        let words = format!("flies to ({:.0}, {:.0}), lands there and ends the mission", site.north_m, site.east_m);
+        let mut words = format!("flies to ({:.0}, {:.0}), lands there and ends the mission", site.north_m, site.east_m);
+        if !has_way {
+            let areas = needed.into_iter().collect::<Vec<_>>().join(", ");
+            let otherwise = self.what_follows(LAND);
+            let _ =
+                write!(words, "; asks for {areas} first, which the only way leads through; if refused: {otherwise}");
+        }
         self.order(LAND, order, &words)
     }
 
@@ -318,6 +343,13 @@ impl World {
         })
     }
 
+    /// What the row of `flag` does if its first action fails.
+    fn what_follows(&self, flag: &str) -> String {
+        let actions =
+            self.table.row(flag).map(|row| row.actions.iter().skip(1).map(|it| it.tree.as_str()).collect::<Vec<_>>());
+        actions.unwrap_or_default().join(", else ")
+    }
+
     fn what_it_does(&self, row: usize) -> String {
         let row = &self.table.rows()[row];
         format!("`{}` ({})", row.flag, row.response())
@@ -346,15 +378,6 @@ impl World {
             return Err("the mission has not started".into());
         }
         Ok(())
-    }
-
-    /// In the air an order to come down is always accepted, also when the mission is over.
-    fn refuse_on_ground(&self, ended: bool) -> Result<(), String> {
-        if self.is_flying() {
-            return Ok(());
-        }
-        self.refuse_if_not_under_way(ended)?;
-        Err("the vehicle is on the ground".into())
     }
 }
 

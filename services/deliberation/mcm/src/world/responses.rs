@@ -9,7 +9,8 @@ use domain::mission::MissionOutcome;
 use domain::skill::Goal;
 use domain::time::Time;
 
-use super::World;
+use super::operator::is_order;
+use super::{Stay, World};
 use crate::journal::Decision;
 
 /// The pause before the next try of a response, by the number of failed tries. (ENG: none before the second try, since
@@ -151,18 +152,39 @@ impl World {
     /// response holds until then, as long as its table says; while energy runs out, only until the tower must have
     /// answered: that there is none is no failure of what was tried.
     pub(crate) fn may_wait_for_way(&mut self, site: Ned, height_m: f64, why: &str) -> bool {
-        let now = self.now.time;
         let is_asked = self.ask_for_way(site, height_m);
-        let runs_out = self.flags.rows_up().any(|row| self.table.rows()[row].is_about_energy());
-        let Some(response) = self.response.as_mut().filter(|_| is_asked || !runs_out) else { return false };
+        let runs_out = self.runs_out_of_energy();
+        if runs_out && !is_asked {
+            return false;
+        }
+        let at_most = if runs_out { self.limits.permission_answer } else { Duration::MAX };
+        self.may_wait(Duration::ZERO, at_most, &self.why_no_way(why, site))
+    }
+
+    /// The vehicle does not fly out of the area in which it must not be. Returns whether it may hold there until the area is
+    /// over, or there is a way: no longer than the table says, and not while energy runs out.
+    pub(crate) fn may_stay_inside(&mut self, stay: &Stay) -> bool {
+        !self.runs_out_of_energy() && stay.at_least.is_some_and(|it| self.may_wait(it, Duration::MAX, &stay.why))
+    }
+
+    fn runs_out_of_energy(&self) -> bool {
+        self.flags.rows_up().any(|row| self.table.rows()[row].is_about_energy())
+    }
+
+    /// Whether the response may hold on, of which it must do `at_least` this much more, for the time that its action waits, but for
+    /// no longer than `at_most` in all. Says so when that begins.
+    fn may_wait(&mut self, at_least: Duration, at_most: Duration, why: &str) -> bool {
+        let now = self.now.time;
+        let Some(response) = self.response.as_mut() else { return false };
         let Some(action) = self.table.rows()[response.row].actions.get(response.action) else { return false };
-        let limit = if runs_out { action.wait.min(self.limits.permission_answer) } else { action.wait };
+        let limit = action.wait.min(at_most);
+        if limit < at_least {
+            return false;
+        }
         let since = *response.waits_since.get_or_insert(now);
         if since == now && !limit.is_zero() {
             let (flag, limit_s) = (self.flags.name(response.row).clone(), limit.as_secs());
-            let closed = self.what_closes_the_way(site).map(|it| format!(", {it}")).unwrap_or_default();
-            let text = format!("`{flag}` waits: {why}{closed}; holds for up to {limit_s} s");
-            self.say("contingency", text);
+            self.say("contingency", format!("`{flag}` waits: {why}; holds for up to {limit_s} s"));
             return true;
         }
         now - since < limit
@@ -262,7 +284,10 @@ impl World {
         let then = |row: &usize| self.table.rows()[*row].then;
         // A crash counts more than the response during which it happened.
         let crashed = self.flags.rows_up().find(|row| then(row) == Then::Crashed);
-        if let Some(row) = crashed.or_else(|| self.responder().filter(|row| then(row) != Then::Resume)) {
+        // An order to come down that waited for another response is carried out by now: nothing lifts off after it.
+        let is_ordered = |row: &usize| is_order(self.flags.name(*row)) && then(row) != Then::Resume;
+        let ends = || self.responder().filter(|row| then(row) != Then::Resume);
+        if let Some(row) = crashed.or_else(ends).or_else(|| self.flags.rows_up().find(is_ordered)) {
             let name = self.flags.name(row).clone();
             self.flag_answered(&name);
         }

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use domain::contingency::Severity;
 use domain::geometry::Ned;
 use domain::plan::{PermissionNeed, Step, StepId};
 use domain::skill::Goal;
@@ -61,13 +62,20 @@ impl World {
         self.planner.fail(self.now.time, reason, denials, self.limits.retry_pause);
     }
 
-    /// The present step is given up because another behavior comes first.
+    /// The present step is given up because another behavior comes first. An order, or a response that only holds the vehicle,
+    /// says nothing about the step, and in the air holding ends with the battery at the latest. A takeoff that a flag stops is
+    /// one of the few that are tried: nothing else ends its repetition.
     pub(crate) fn step_interrupted(&mut self) {
-        let (reason, by_order) = match self.answered_flag() {
-            Some(flag) => (["interrupted by `", flag, "`"].concat(), is_order(flag)),
-            None => ("interrupted".to_owned(), false),
+        let takes_off = self.planner.step().is_some_and(|(step, ..)| matches!(step.nominal.goal, Goal::Takeoff { .. }));
+        let (reason, is_failure) = match self.responder() {
+            Some(row) => {
+                let (flag, row) = (self.flags.name(row), &self.table.rows()[row]);
+                let only_holds = row.severity() == Severity::Hold && !takes_off;
+                (["interrupted by `", flag, "`"].concat(), !is_order(flag) && !only_holds)
+            }
+            None => ("interrupted".to_owned(), true),
         };
-        self.planner.interrupt(reason, by_order);
+        self.planner.interrupt(reason, is_failure);
     }
 
     fn step_number(&self) -> u32 {

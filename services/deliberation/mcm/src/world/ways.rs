@@ -6,7 +6,8 @@ use std::time::Duration;
 use domain::airspace::{Grants, latest, stays};
 use domain::area::{Area, AreaKind};
 use domain::geometry::Ned;
-use domain::way;
+use domain::mission::unfit_landing_site;
+use domain::way::{self, Leaving};
 
 use super::World;
 
@@ -14,14 +15,70 @@ use super::World;
 /// the battery; what is below 10 % lasts for more than two minutes.)
 const FREE_GROUND_LIMIT_S: f64 = 60.0;
 
+fn length_m(from: Ned, way: &[Ned]) -> f64 {
+    std::iter::once(&from).chain(way).zip(way).map(|(a, b)| a.distance_m(*b)).sum()
+}
+
+/// What a vehicle does that must leave the areas in which it is.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum WayOut {
+    /// It flies to these points; to none if it is in no such area.
+    Flies(Vec<Ned>),
+    /// It does not fly out.
+    Stays(Stay),
+}
+
+/// Why a vehicle does not fly out of the areas in which it must not be.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Stay {
+    /// In words.
+    pub(crate) why: String,
+    /// For how long it would have to stay at least; `None`: the areas have no end.
+    pub(crate) at_least: Option<Duration>,
+}
+
 impl World {
-    /// The points to fly to, to leave every area in which the vehicle must not be; empty if it is in none, `None` if
-    /// there is no way out.
-    pub(crate) fn way_out(&self) -> Option<Vec<Ned>> {
+    /// How the vehicle leaves every area in which it must not be; `None` if its position is not known. A way that takes longer than
+    /// the areas apply, or is longer than the configuration allows, is not flown; one that ends before a permission does may have
+    /// any length.
+    pub(crate) fn way_out(&self) -> Option<WayOut> {
         let here = self.vehicle?.position;
         let leaving = self.areas_around(here).map(|area| self.time_to_leave(area, here)).max().unwrap_or_default();
-        let grants = self.grants();
-        way::way_out(here, &self.airspace(&grants, self.limits.leave_lead + leaving), &self.limits.flight)
+        let (grants, limits) = (self.grants(), &self.limits.flight);
+        let airspace = self.airspace(&grants, self.limits.leave_lead + leaving);
+        let farthest_m = self.limits.farthest_out_m;
+        let may_be_flown = |way: &[Ned]| {
+            let flight = Duration::try_from_secs_f64(limits.time_along_s(here, way)).unwrap_or(Duration::MAX);
+            length_m(here, way) <= farthest_m || self.airspace(&grants, flight).trespassed(here).next().is_none()
+        };
+        Some(match way::leaving(here, &airspace, limits) {
+            Leaving::Flies(way) if may_be_flown(&way) => WayOut::Flies(way),
+            Leaving::Flies(way) => WayOut::Stays(Stay {
+                why: format!("the way out is {:.0} m long, longer than {farthest_m:.0} m", length_m(here, &way)),
+                at_least: airspace.trespass_ends(here),
+            }),
+            Leaving::Stays { ends, way } => WayOut::Stays(Stay {
+                why: format!("the way out takes {} s, and the area is over in {} s", way.as_secs(), ends.as_secs()),
+                at_least: Some(ends),
+            }),
+            Leaving::NoWay => WayOut::Stays(Stay {
+                why: "no way out that may be flown".to_owned(),
+                // A permission or a window may open one at any moment.
+                at_least: Some(Duration::ZERO),
+            }),
+        })
+    }
+
+    /// Why the vehicle must not be sent to land at `site`, by an area that applies when it arrives there; the end of a sentence
+    /// that begins with the place.
+    pub(super) fn unfit_to_land(&self, site: Ned) -> Option<String> {
+        let here = self.vehicle?.position;
+        let (grants, limits) = (self.grants(), &self.limits.flight);
+        let airspace = self.airspace(&grants, self.limits.leave_lead);
+        let flight_s = limits.time_along_s(here, &[site.at_height(here.height_m()), site]);
+        let arrival = latest(Duration::try_from_secs_f64(flight_s).unwrap_or(Duration::MAX));
+        let applies = |area: &&Area| airspace.applies(area).is_some_and(|(opens, _)| opens <= arrival);
+        unfit_landing_site(site, self.planner.areas().iter().filter(applies))
     }
 
     /// The points to fly to, the last one over ground where no area forbids to land; empty if that is here, `None` if there is none
@@ -51,14 +108,15 @@ impl World {
         self.say("contingency", text);
     }
 
-    /// Asks for the permissions without which there is no way to `to`, if that is why there is none; returns whether an
-    /// answer may still come.
-    pub(super) fn ask_for_way(&mut self, to: Ned, preferred_height_m: f64) -> bool {
-        let Some(here) = self.vehicle.map(|it| it.position) else { return false };
+    /// The permissions without which there is no way to `to`, if there is one with them.
+    pub(super) fn needed_for_way(&self, to: Ned, preferred_height_m: f64) -> BTreeSet<String> {
+        let Some(here) = self.vehicle.map(|it| it.position) else { return BTreeSet::new() };
         let held = self.grants();
         let all: Grants = self.planner.areas().iter().map(|it| (it.name.clone(), Duration::MAX)).collect();
         let with_all = self.airspace(&all, self.limits.leave_lead);
-        let Some(way) = way::way_to(here, to, preferred_height_m, &with_all, &self.limits.flight) else { return false };
+        let Some(way) = way::way_to(here, to, preferred_height_m, &with_all, &self.limits.flight) else {
+            return BTreeSet::new();
+        };
         let points: Vec<Ned> = std::iter::once(here).chain(way).chain([to]).collect();
         let is_on_way = |area: &&Area| {
             let margin_m = self.limits.vertical_margin_m;
@@ -68,8 +126,13 @@ impl World {
         let airspace = self.airspace(&held, self.limits.leave_lead);
         let flight =
             Duration::try_from_secs_f64(self.limits.flight.time_along_s(here, &points[1..])).unwrap_or(Duration::MAX);
-        let barred: BTreeSet<String> =
-            airspace.barred(latest(flight)).into_iter().filter(is_on_way).map(|it| it.name.clone()).collect();
+        airspace.barred(latest(flight)).into_iter().filter(is_on_way).map(|it| it.name.clone()).collect()
+    }
+
+    /// Asks for the permissions without which there is no way to `to`, if that is why there is none; returns whether an
+    /// answer may still come.
+    pub(super) fn ask_for_way(&mut self, to: Ned, preferred_height_m: f64) -> bool {
+        let barred = self.needed_for_way(to, preferred_height_m);
         let by = self.needed_by();
         for area in &barred {
             if self.permissions.renew(self.now.time, area, by, &self.limits, &mut self.outbox) {
@@ -87,8 +150,13 @@ impl World {
         way::way_to(here, to, preferred_height_m, &airspace, &self.limits.flight)
     }
 
+    /// `why`, and what is in the way to `site`.
+    pub(crate) fn why_no_way(&self, why: &str, site: Ned) -> String {
+        self.what_closes_the_way(site).map_or_else(|| why.to_owned(), |closed| format!("{why}, {closed}"))
+    }
+
     /// What is in the way to `site`, straight from where the vehicle is, and for how long it is closed.
-    pub(super) fn what_closes_the_way(&self, site: Ned) -> Option<String> {
+    fn what_closes_the_way(&self, site: Ned) -> Option<String> {
         let here = self.vehicle?.position;
         let breach = self.breach_on_way(here, site.at_height(here.height_m()), self.limits.flight.speed_m_s)?;
         let name = &breach.area;

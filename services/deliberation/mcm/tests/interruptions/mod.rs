@@ -38,6 +38,14 @@ fn in_transition() -> Rig {
     rig
 }
 
+/// On the ground, where a takeoff has begun.
+fn taking_off() -> (Rig, String) {
+    let mut rig = Rig::new();
+    rig.plan(plan(&[step(1, Goal::Takeoff { climb_m: 10.0 }, &[])]));
+    let skill = rig.execute();
+    (rig, skill)
+}
+
 fn under_way_to(east_m: f64) -> (Rig, String) {
     let mut rig = Rig::new();
     rig.plan(plan(&[step(1, fly(east_m), &[])]));
@@ -49,10 +57,9 @@ fn under_way_to(east_m: f64) -> (Rig, String) {
 }
 
 #[test]
-fn an_order_that_interrupts_a_step_is_no_failure_of_it() {
+fn an_order_or_a_hold_that_interrupts_a_step_is_no_failure_of_it() {
     #[track_caller]
-    fn check(interrupt: fn(&mut Rig), by_order: bool) {
-        let (mut rig, _) = under_way();
+    fn check((mut rig, _): (Rig, String), interrupt: fn(&mut Rig), is_failure: bool) {
         interrupt(&mut rig);
         let stop = rig.execute();
         rig.end(&stop, Succeeded, "");
@@ -60,10 +67,13 @@ fn an_order_that_interrupts_a_step_is_no_failure_of_it() {
         rig.wait(0.2);
         let told = rig.open().find_map(|it| if let Request::Replan(it) = it { Some(it.clone()) } else { None });
         let told = told.expect("a plan is asked for");
-        assert_eq!((told.failed_step_id, told.failed_by_order), (1, by_order), "{}", told.failure);
+        assert_eq!((told.failed_step_id, told.interrupted), (1, !is_failure), "{}", told.failure);
     }
-    check(|rig| assert!(rig.command(Verb::Pause(v1::PauseMission { overrides: false })).done), true);
-    check(|rig| rig.flag("obstacle", true), false);
+    check(under_way(), |rig| assert!(rig.command(Verb::Pause(v1::PauseMission { overrides: false })).done), false);
+    check(under_way(), |rig| rig.flag("obstacle", true), false);
+    check(taking_off(), |rig| assert!(rig.command(Verb::Pause(v1::PauseMission { overrides: false })).done), false);
+    // Nothing else ends its repetition.
+    check(taking_off(), |rig| rig.flag("obstacle", true), true);
 }
 
 #[test]

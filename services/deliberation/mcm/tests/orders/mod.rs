@@ -32,6 +32,10 @@ fn decide(revision: u64, approve: bool) -> Verb {
 enum State {
     AwaitingStart,
     OnTheGround,
+    /// At an objective on the way, which it has landed at.
+    Delivering,
+    /// Where nobody wanted it to land; the mission waits for an operator.
+    LandedUnplanned,
     /// With a plan, number 3, that waits for approval.
     Proposed,
     Flying,
@@ -46,6 +50,16 @@ fn in_state(state: State) -> Rig {
     match state {
         State::AwaitingStart => Rig::with(&[("start = \"at-once\"", "start = \"operator\"")]),
         State::OnTheGround => Rig::new(),
+        State::Delivering => {
+            let mut rig = Rig::new();
+            rig.vehicle(false, Loiter, (0.0, 500.0, 0.0));
+            rig
+        }
+        State::LandedUnplanned => {
+            let (mut rig, _) = under_way();
+            rig.vehicle(false, Loiter, (0.0, 50.0, 0.0));
+            rig
+        }
         State::Proposed => proposed("each-plan"),
         State::Flying => under_way().0,
         State::Paused => ordered(PAUSE),
@@ -91,7 +105,9 @@ fn each_verb_in_each_state() {
     const OVER: &str = "no: the mission is over: `operator_abort`: ordered by anna";
     const STARTED: &str = "no: the mission has started already";
     const NOT_YET: &str = "no: the mission has not started";
-    const GROUND: &str = "no: the vehicle is on the ground";
+    const HOME_ALREADY: &str = "is on the ground there: stays, and ends the mission on the ground";
+    const NOT_THERE: &str =
+        "is on the ground at (0, 0) and does not fly to (0, 80): stays, and ends the mission on the ground";
     const NO_HOLD: &str = "no: it does not hold for an operator";
     const HOLDS: &str = "holds until resumed";
     const HOME: &str = "flies home, lands and ends the mission";
@@ -105,8 +121,17 @@ fn each_verb_in_each_state() {
         State::AwaitingStart,
         ["the mission starts", NOT_YET, NOT_YET, NOT_YET, NOT_YET, NOT_YET, STAYS, NO_FLAG, NO_PLAN],
     );
-    check(State::OnTheGround, [STARTED, HOLDS, NO_HOLD, ANEW, GROUND, GROUND, STAYS, NO_FLAG, NO_PLAN]);
-    check(State::Proposed, [STARTED, HOLDS, NO_HOLD, ANEW, GROUND, GROUND, STAYS, NO_FLAG, "plan 3 is flown"]);
+    check(State::OnTheGround, [STARTED, HOLDS, NO_HOLD, ANEW, HOME_ALREADY, NOT_THERE, STAYS, NO_FLAG, NO_PLAN]);
+    check(State::Proposed, [STARTED, HOLDS, NO_HOLD, ANEW, HOME_ALREADY, NOT_THERE, STAYS, NO_FLAG, "plan 3 is flown"]);
+    let not_home = "is on the ground at (0, 500) and does not fly to (0, 0): stays, and ends the mission on the ground";
+    let not_there =
+        "is on the ground at (0, 500) and does not fly to (0, 80): stays, and ends the mission on the ground";
+    check(State::Delivering, [STARTED, HOLDS, NO_HOLD, ANEW, not_home, not_there, STAYS, NO_FLAG, NO_PLAN]);
+    let not_home = "is on the ground at (0, 50) and does not fly to (0, 0): stays, and ends the mission on the ground";
+    let not_there =
+        "is on the ground at (0, 50) and does not fly to (0, 80): stays, and ends the mission on the ground";
+    let go = "the mission starts";
+    check(State::LandedUnplanned, [go, NOT_YET, go, NOT_YET, not_home, not_there, STAYS, NO_FLAG, NO_PLAN]);
     check(State::Flying, [STARTED, HOLDS, NO_HOLD, ANEW, HOME, THERE, DOWN, NO_FLAG, NO_PLAN]);
     let (twice, on) = ("no: `operator_pause` is under way already", "goes on with a new plan");
     let up = "no: `operator_pause` is answered; a new plan is made when that is over";
@@ -192,23 +217,53 @@ fn a_landing_site_that_makes_no_sense_is_refused() {
     refused(land_at(0.0, 2e5), "the site is farther than 100000 m from the origin");
 }
 
-#[test]
-fn an_order_leads_round_an_area_that_may_not_be_entered_and_never_into_one() {
+/// In the air 10 m before area A, which lies from 60 m to 70 m east.
+fn before_area(kind: v1::AreaKind, until_utc_ms: Option<i64>) -> Rig {
     let (mut rig, _) = under_way();
     let corner = |north_m, east_m| v1::Ned { north_m, east_m, down_m: 0.0 };
     let area = v1::Area {
         name: "A".into(),
-        kind: v1::AreaKind::Permission as i32,
+        kind: kind as i32,
         corners: vec![corner(-9.0, 60.0), corner(9.0, 60.0), corner(9.0, 70.0), corner(-9.0, 70.0)],
+        until_utc_ms,
         ..Default::default()
     };
     rig.say(v1::PlannerStatus { areas: vec![area], ..Default::default() });
     rig.story();
+    rig
+}
+
+#[test]
+fn an_order_leads_round_an_area_that_may_not_be_entered_and_never_into_one() {
+    let mut rig = before_area(v1::AreaKind::KeepOut, None);
     let reply = rig.command(land_at(0.0, 65.0));
-    assert_eq!(reply.text, "there is no way to that place that keeps out of areas that may not be entered");
+    assert_eq!(reply.text, "the place lies in keep-out area `A`, which always applies");
     assert_eq!(rig.story(), "");
     assert!(rig.command(land_at(0.0, 80.0)).done);
     assert_eq!(rig.story(), "start fly 19 50 10, giving up 1");
+}
+
+#[test]
+fn an_ordered_place_nearer_to_a_border_than_the_margin_is_refused() {
+    let near = "the place lies 5.0 m from the border of area `A`, expected at least 10 m";
+    for (kind, until_utc_ms) in [(v1::AreaKind::KeepOut, None), (v1::AreaKind::Permission, Some(i64::MAX))] {
+        let mut rig = before_area(kind, until_utc_ms);
+        assert_eq!(rig.command(land_at(0.0, 75.0)), v1::OperatorReply { done: false, text: near.into() });
+        assert_eq!(rig.story(), "");
+    }
+    // Over before it arrives.
+    let mut rig = before_area(v1::AreaKind::KeepOut, Some(0));
+    assert!(rig.command(land_at(0.0, 75.0)).done);
+}
+
+#[test]
+fn an_order_into_an_area_asks_for_its_permission_and_says_so() {
+    let mut rig = before_area(v1::AreaKind::Permission, None);
+    let reply = rig.command(land_at(0.0, 65.0));
+    let text = "flies to (0, 65), lands there and ends the mission; asks for A first, which the only way leads through; \
+                if refused: land_elsewhere, else land";
+    assert_eq!(reply, v1::OperatorReply { done: true, text: text.into() });
+    assert_eq!(rig.story(), "ask A\nstart stop, giving up 1");
 }
 
 #[test]

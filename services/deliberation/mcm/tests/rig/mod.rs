@@ -36,6 +36,7 @@ descent_m_s = 1.5
 least_height_m = 5.0
 highest_m = 120.0
 clearance_m = 20.0
+farthest_out_m = 1000.0
 margin_m = 10.0
 vertical_margin_m = 2.0
 leave_lead_s = 10.0

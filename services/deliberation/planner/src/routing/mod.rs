@@ -14,7 +14,7 @@ use std::cell::Cell;
 use std::time::Duration;
 
 use domain::geometry::Ned;
-use domain::way::{Effort, Turns, way_out};
+use domain::way::{Effort, Leaving, Turns, leaving};
 
 use crate::airspace::{Access, Airspace, Asked};
 use crate::config::Config;
@@ -100,7 +100,11 @@ pub(crate) fn find(
 fn search(from: Ned, to: Ned, begins: Duration, among: Among) -> Option<(Way, Vec<usize>)> {
     let Among { airspace, config, .. } = among;
     let must_leave = begins.is_zero() && airspace.is_trespassed(from);
-    let out = if must_leave { way_out(from, &airspace.rule, &config.flight_limits())? } else { Vec::new() };
+    let out = match must_leave.then(|| leaving(from, &airspace.rule, &config.flight_limits())) {
+        None => Vec::new(),
+        Some(Leaving::Flies(out)) => out,
+        Some(Leaving::Stays { .. } | Leaving::NoWay) => return None,
+    };
     let (mut points, mut at) = (vec![from], vec![begins]);
     let mut now = begins;
     for leg in out.iter().scan(from, |here, there| Some((std::mem::replace(here, *there), *there))) {

@@ -264,3 +264,27 @@ fn a_gap_narrower_than_two_margins_is_still_a_way() {
          3 land",
     );
 }
+
+#[test]
+fn a_goal_that_is_closed_for_two_minutes_at_most_is_waited_for() {
+    #[track_caller]
+    fn check_closed(until_utc: &str, from: Option<[f64; 3]>, expected: &str) {
+        let closed = area("K", "keep-out", [450.0, 550.0], &format!("until_utc = \"2026-01-01T00:{until_utc}Z\""));
+        let mut story = Story::of(&across(&closed));
+        if let Some(place) = from {
+            story.airborne_at(place);
+        }
+        check(&story.plan(), expected);
+    }
+    let on_the_way = Some([0.0, 400.0, 10.0]);
+    let at_once = "1 takeoff 10 m\n2 position 0 500 10\n3 land";
+    check_closed("01:00", None, "hold 61 s: area K is closed for 61 s more");
+    check_closed("01:59", None, "hold 120 s: area K is closed for 120 s more");
+    check_closed("02:00", None, "finished");
+    check_closed("01:00", on_the_way, "hold 61 s: area K is closed for 61 s more");
+    // Over before it could arrive.
+    check_closed("00:20", None, at_once);
+    // Inside of it the vehicle leaves, unless the area is over first.
+    check_closed("01:00", Some([0.0, 480.0, 10.0]), "finished");
+    check_closed("00:04", Some([0.0, 480.0, 10.0]), "hold 5 s: area K is closed for 5 s more");
+}

@@ -43,16 +43,16 @@ fn a_mission_whose_takeoff_fails_again_and_again_is_given_up() {
 }
 
 #[test]
-fn a_step_that_an_order_interrupts_has_not_failed() {
+fn a_step_that_is_interrupted_has_not_failed() {
     let mut story = Story::of(REFERENCE);
     story.plan();
-    story.ordered = true;
+    story.interrupted = true;
     for drift in 1..20 {
         story.state.position = Some(v1::Ned { north_m: 10.0 * f64::from(drift), ..Default::default() });
         assert!(story.fail(&[]).contains("takeoff"), "interrupted {drift} times");
     }
     // A failure of its own is still the first one.
-    story.ordered = false;
+    story.interrupted = false;
     assert!(story.fail(&[]).contains("takeoff"));
 }
 

@@ -40,8 +40,8 @@ struct Story {
     too_short: bool,
     /// The loss of memory that the operator has accepted.
     accepted_loss: u64,
-    /// An operator's order interrupted the step.
-    ordered: bool,
+    /// Something interrupted the step, which did not fail by itself.
+    interrupted: bool,
     requests: u64,
     steps: Vec<v1::PlanStep>,
 }
@@ -76,7 +76,7 @@ impl Story {
             held: Vec::new(),
             too_short: false,
             accepted_loss: 0,
-            ordered: false,
+            interrupted: false,
             requests: 0,
             steps: Vec::new(),
         }
@@ -136,7 +136,7 @@ impl Story {
             denials: denials.iter().map(denial).collect(),
             held: self.held.clone(),
             accepted_loss: self.accepted_loss,
-            failed_by_order: self.ordered,
+            interrupted: self.interrupted,
         };
         let Some(Response::Replan(reply)) = self.request(Request::Replan(request)) else { panic!("no reply") };
         let text = render(&reply);

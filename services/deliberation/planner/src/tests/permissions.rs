@@ -280,3 +280,48 @@ fn an_area_whose_grants_are_too_short_is_flown_round() {
          10 land, needs B",
     );
 }
+
+/// On the ground inside of W, a grant for which was too short for the way out of it.
+fn landed_by_a_short_grant(granted_s: f64) -> Story {
+    let mut story = Story::of(&across(&area("W", "permission", [-100.0, 400.0], "")));
+    story.plan();
+    story.held = vec![v1::HeldPermission { area: "W".into(), valid_for_s: granted_s }];
+    story.too_short = true;
+    story
+}
+
+#[test]
+fn a_new_grant_is_waited_for_on_the_ground_until_the_old_one_ends() {
+    let mut story = landed_by_a_short_grant(40.0);
+    let short = Some("granted for 40 s, 95 s are needed");
+    let hold = |wait_s: u64| {
+        format!(
+            "hold {wait_s} s: the permission for area W holds for 40 s, 96 s are needed; asked for again once it has ended, in {wait_s} s"
+        )
+    };
+    check(&story.fail(&[("W", short)]), &hold(41));
+    // Asked before, it says the same again.
+    story.wait(15);
+    story.held[0].valid_for_s = 25.0;
+    check(&story.plan(), &hold(26));
+    story.wait(26);
+    story.held.clear();
+    let plan = story.plan();
+    assert!(plan.contains("ask W"), "{plan}");
+}
+
+#[test]
+fn new_grants_are_waited_for_no_longer_than_two_minutes_in_all() {
+    let mut story = landed_by_a_short_grant(50.0);
+    for _ in 0..2 {
+        let hold = story.fail(&[("W", Some("too short"))]);
+        assert!(hold.starts_with("hold 51 s"), "{hold}");
+        story.wait(51);
+        story.held.clear();
+        assert!(story.plan().contains("ask W"));
+        story.held = vec![v1::HeldPermission { area: "W".into(), valid_for_s: 50.0 }];
+    }
+    check(&story.fail(&[("W", Some("too short"))]), "finished");
+    let reason = story.status().objectives[0].reason.clone();
+    assert!(reason.starts_with("the permission for area W holds for 50 s"), "{reason}");
+}

@@ -146,7 +146,7 @@ proptest! {
         held = held.into_iter().enumerate().filter(|(it, _)| bit(*it)).map(|(_, it)| it).collect();
         let denied = failed.communication.ask.iter().enumerate().filter(|(it, _)| bit(it + 4)).map(|(_, need)| &need.area);
         let denials = denied.map(|it| Denial { area: it.clone(), kind: if bit(2) { DenialKind::Silent } else { DenialKind::Refused }, reason: "busy".into() }).collect();
-        let step = FailedStep { id: failed.id.unwrap(), reason: String::new(), ordered: false };
+        let step = FailedStep { id: failed.id.unwrap(), reason: String::new(), interrupted: false };
         let request = PlanRequest { failed: Some(step), denials, ..from(position, &held) };
         if let Answer::Plan(steps) = planner.replan(request, Now::default()) {
             assert_allowed(&steps, &areas, &held)?;

@@ -61,15 +61,20 @@ impl Skill for Land {
     }
 
     fn progress(&mut self, view: &View, now: Time) -> Option<Ending> {
-        if self.disarms {
-            return view.status.is_some_and(|it| !it.armed).then(Ending::success);
-        }
-        if view.flying == Some(false) {
+        let is_done = match self.disarms {
+            true => view.status.is_some_and(|it| !it.armed),
+            false => view.flying == Some(false),
+        };
+        if is_done {
             return Some(Ending::success());
         }
         let height_m = view.vertical.map(|it| it.position.height_m());
         if !self.descent.has_stalled(now, height_m) {
             return None;
+        }
+        if self.disarms {
+            // A status that is frozen shows nothing else.
+            return Some(Ending::because(SkillOutcome::TimedOut, "was disarmed, and is still reported as armed"));
         }
         let reason = match height_m {
             Some(height_m) => format!("did not come down: still at a height of {height_m:.1} m"),

@@ -122,6 +122,16 @@ fn a_landing_of_a_vehicle_that_stands_armed_disarms_it() {
     rig.run(3.0).check("land 1 process_request\ncommand disarm\nland 1 execute\nland 1 succeeded");
 }
 
+#[test]
+fn a_disarming_that_no_status_shows_times_out() {
+    let mut rig = Rig::new(Autopilot::default().armed());
+    rig.run(0.1);
+    rig.autopilot.frozen = vec![Source::Status];
+    let land = rig.start(Goal::Land);
+    assert_eq!(rig.outcome(land), TimedOut);
+    assert_eq!(rig.reason(land), "was disarmed, and is still reported as armed");
+}
+
 /// From before the takeoff to the end of the landing.
 #[test]
 fn a_land_detector_that_never_notices_the_flight_hides_neither_takeoff_nor_landing() {

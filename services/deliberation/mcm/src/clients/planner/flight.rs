@@ -64,8 +64,8 @@ pub(crate) enum Event {
     Dropped,
     /// The present step has failed, for this reason and because of these denials.
     Failed(String, Vec<Denial>),
-    /// An operator's order came first.
-    Ordered(String),
+    /// An operator's order, or a response that only holds the vehicle, came first.
+    Interrupted(String),
     /// The present step is to be given up, for this reason.
     Withdrawn(String),
     /// The step is given up, and the planner need not know why.
@@ -104,11 +104,11 @@ impl Flight {
             }
             (F::Flying { .. }, E::Advanced | E::Dropped) => F::Idle,
             (F::Flying { step, .. }, E::Failed(reason, denials)) => {
-                let failed = Some(FailedStep { id: step.id, reason, ordered: false });
+                let failed = Some(FailedStep { id: step.id, reason, interrupted: false });
                 F::Interrupted { goal: step.nominal.goal, failed, denials }
             }
-            (F::Flying { step, .. }, E::Ordered(reason)) => {
-                let failed = Some(FailedStep { id: step.id, reason, ordered: true });
+            (F::Flying { step, .. }, E::Interrupted(reason)) => {
+                let failed = Some(FailedStep { id: step.id, reason, interrupted: true });
                 F::Interrupted { goal: step.nominal.goal, failed, denials: Vec::new() }
             }
             (F::Flying { step, number, count, next, .. }, E::Withdrawn(reason)) => {

@@ -10,7 +10,7 @@ use super::*;
 /// One row per state, one column per event, in the order of [`events`]. A cell is the next state; `=` where
 /// nothing changes.
 const TABLE: &[(&str, [&str; 12])] = &[
-    // adopted, asked, known, lost, advanced, dropped, failed, withdrawn, given up, denials heard, finished, ordered
+    // adopted, asked, known, lost, advanced, dropped, failed, withdrawn, given up, denials heard, finished, interrupted
     ("idle", ["7 1/1 ?", "=", "=", "=", "=", "=", "=", "=", "=", "=", "=", "="]),
     (
         "1 2/3 ?",
@@ -26,7 +26,7 @@ const TABLE: &[(&str, [&str; 12])] = &[
             "given up",
             "=",
             "=",
-            "ordered 1: why",
+            "interrupted 1: why",
         ],
     ),
     (
@@ -43,7 +43,7 @@ const TABLE: &[(&str, [&str; 12])] = &[
             "given up",
             "=",
             "=",
-            "ordered 1: why",
+            "interrupted 1: why",
         ],
     ),
     (
@@ -60,7 +60,7 @@ const TABLE: &[(&str, [&str; 12])] = &[
             "given up",
             "=",
             "=",
-            "ordered 1: why",
+            "interrupted 1: why",
         ],
     ),
     (
@@ -77,7 +77,7 @@ const TABLE: &[(&str, [&str; 12])] = &[
             "given up",
             "=",
             "=",
-            "ordered 1: why",
+            "interrupted 1: why",
         ],
     ),
     (
@@ -94,7 +94,7 @@ const TABLE: &[(&str, [&str; 12])] = &[
             "given up",
             "=",
             "=",
-            "ordered 1: why",
+            "interrupted 1: why",
         ],
     ),
     ("failed 1: why, A denied", ["7 1/1 ?", "=", "=", "=", "=", "=", "=", "=", "=", "failed 1: why", "given up", "="]),
@@ -117,7 +117,7 @@ fn flying(next: Next, withdrawn: Option<&str>) -> Flight {
 }
 
 fn states() -> [Flight; 9] {
-    let failed = Some(FailedStep { id: StepId(1), reason: "why".into(), ordered: false });
+    let failed = Some(FailedStep { id: StepId(1), reason: "why".into(), interrupted: false });
     [
         Flight::Idle,
         flying(Next::Unknown(Time::ZERO), None),
@@ -144,7 +144,7 @@ fn events() -> [Event; 12] {
         Event::GivenUp,
         Event::DenialsHeard,
         Event::Finished,
-        Event::Ordered("why".into()),
+        Event::Interrupted("why".into()),
     ]
 }
 
@@ -162,9 +162,9 @@ fn name(flight: &Flight) -> String {
             let withdrawn = if withdrawn.is_some() { " withdrawn" } else { "" };
             format!("{} {number}/{count} {next}{withdrawn}", step.id)
         }
-        Flight::Interrupted { failed: Some(FailedStep { id, reason, ordered }), denials, .. } => {
+        Flight::Interrupted { failed: Some(FailedStep { id, reason, interrupted }), denials, .. } => {
             let denied: String = denials.iter().map(|it| format!(", {} denied", it.area)).collect();
-            let word = if *ordered { "ordered" } else { "failed" };
+            let word = if *interrupted { "interrupted" } else { "failed" };
             format!("{word} {id}: {reason}{denied}")
         }
         Flight::Interrupted { failed: None, .. } => "given up".into(),

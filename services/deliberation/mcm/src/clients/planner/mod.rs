@@ -196,9 +196,12 @@ impl Planner {
         self.flight.on(FlightEvent::Failed(reason, denials));
     }
 
-    /// The present step is given up because of something else.
-    pub(crate) fn interrupt(&mut self, reason: String, by_order: bool) {
-        self.flight.on(if by_order { FlightEvent::Ordered(reason) } else { FlightEvent::Failed(reason, Vec::new()) });
+    /// The present step is given up because of something else; whether that counts as a failure of the step.
+    pub(crate) fn interrupt(&mut self, reason: String, is_failure: bool) {
+        self.flight.on(match is_failure {
+            true => FlightEvent::Failed(reason, Vec::new()),
+            false => FlightEvent::Interrupted(reason),
+        });
     }
 
     /// The present step must not begin, or was flown and no next step is known.
