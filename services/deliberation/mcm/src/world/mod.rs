@@ -38,6 +38,7 @@ mod plans;
 mod responses;
 mod status;
 mod steps;
+mod unknown_flags;
 mod ways;
 
 use airspace::AirspaceWatch;
@@ -51,6 +52,7 @@ use responses::ActiveResponse;
 pub(crate) use responses::{Reset, Waits};
 pub(crate) use status::Reporter;
 pub(crate) use steps::NextStep;
+use unknown_flags::UnknownFlags;
 
 /// The source of flags that the manager raises itself.
 const SELF: &str = "mcm";
@@ -67,6 +69,7 @@ pub(crate) struct World {
     flight: FlightJudge,
     confirmed: ConfirmedState,
     flags: Flags,
+    unknown_flags: UnknownFlags,
     skills: Skills,
     planner: Planner,
     permissions: Permissions,
@@ -122,6 +125,7 @@ impl World {
             now: Now::default(),
             limits,
             flags: Flags::of(&table),
+            unknown_flags: UnknownFlags::default(),
             table: Arc::new(table),
             library,
             news: News::default(),
