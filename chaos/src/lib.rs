@@ -22,6 +22,7 @@ use crate::args::Args;
 use crate::clock::Clocks;
 use crate::disk::Disk;
 use crate::figures::Loss;
+pub use crate::means::Means;
 use crate::run::Run;
 use crate::schedule::Schedule;
 use crate::system::Setup;
@@ -33,6 +34,7 @@ pub mod disk;
 pub mod figures;
 mod flood;
 mod link;
+mod means;
 pub mod oracle;
 mod perform;
 pub mod run;
@@ -81,41 +83,6 @@ fn soak(args: &Args, minutes: u32, interrupted: &AtomicBool) -> Result<u8, Strin
 /// No trouble at all.
 fn calm(seed: u64) -> Schedule {
     Schedule { seed, layout: Layout::OneRouter, permissions: Policy::Grant, troubles: Vec::new() }
-}
-
-/// What can be troubled on this machine, apart from processes.
-#[derive(Debug, Clone, Default)]
-pub struct Means {
-    /// The state is on a small disk of its own, which can be full.
-    pub has_disk: bool,
-    /// The library by which wall clocks are set.
-    pub clock: Option<PathBuf>,
-}
-
-impl Means {
-    /// Looks what there is; what is not is said aloud, and left out of every run.
-    fn find(args: &Args, program: &Path) -> Result<Means, String> {
-        let probe = RunFolder::create("disk").map_err(|it| it.to_string())?;
-        let has_disk = args.own_mounts && Disk::mount(&probe.0).is_some();
-        if !has_disk {
-            output::error_line("chaos: full disk: not possible here: needs root; left out");
-        }
-        let clock = clock::find_library(program);
-        if clock.is_none() {
-            output::error_line(
-                "chaos: steps of the wall clock: not possible here: needs libfaketime (Debian: faketime); left out",
-            );
-        }
-        Ok(Means { has_disk, clock })
-    }
-
-    fn allow(&self, kind: Kind) -> bool {
-        match kind {
-            Kind::FullDisk => self.has_disk,
-            Kind::ClockStep => self.clock.is_some(),
-            _ => true,
-        }
-    }
 }
 
 fn campaign(args: &Args, interrupted: &AtomicBool) -> Result<u8, String> {

@@ -550,3 +550,20 @@ fn a_flood_of_unknown_flags_is_counted_and_leaves_room_for_the_decisions() {
     rig.flag("obstacle", true);
     assert_eq!(about(&rig, "flag `obstacle` raised"), 1, "{:?}", rig.decisions);
 }
+
+#[test]
+fn flags_that_rise_and_fall_all_the_time_leave_room_for_the_decisions() {
+    let (mut rig, _) = under_way();
+    rig.flag("motor_failure", true);
+    rig.decisions.clear();
+    for _ in 0..400 {
+        rig.flag("battery_stale", true);
+        rig.wait(0.01);
+        rig.flag("battery_stale", false);
+        rig.wait(0.01);
+    }
+    let about = |rig: &Rig, part: &str| rig.decisions.iter().filter(|it| it.contains(part)).count();
+    assert!(2 < about(&rig, "flag `battery_stale` raised") && rig.decisions.len() < 20, "{:?}", rig.decisions);
+    rig.wait(10.0);
+    assert_eq!(about(&rig, "flag `battery_stale` raised: by hand (397 more times in 10 s)"), 1, "{:?}", rig.decisions);
+}

@@ -243,7 +243,7 @@ impl World {
 
     /// Publishes the decisions of this wake.
     pub(crate) fn publish_decisions(&mut self) {
-        for record in self.journal.records(&self.flags, &self.table) {
+        for record in self.journal.records(self.now.time, &self.flags, &self.table) {
             self.outbox.publish(record);
         }
     }
