@@ -8,6 +8,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use bus::Tap;
 use domain::time::{Now, Pace, Time};
+use kittiwake_proto::topics::Message;
 
 use crate::clock::Side;
 use crate::figures::{How, Loss};
@@ -16,7 +17,7 @@ use crate::oracle::{Oracle, Violation};
 use crate::perform::Scene;
 use crate::schedule::Schedule;
 use crate::system::{Reach, Setup, System, taps};
-use crate::trouble::{Kind, Trouble};
+use crate::trouble::{Kind, Layout, Trouble};
 
 mod ending;
 pub(crate) mod heard;
@@ -158,22 +159,30 @@ impl Flight<'_> {
         self.story.push((self.now().time.as_secs_f64(), text));
     }
 
+    /// Only the first message of a flood is recorded in the story.
+    fn tell_once_of_a_flood(&mut self, text: String) {
+        let is_flood = text.contains(flood::FLAG) || text.contains(flood::STORM);
+        if !is_flood || !std::mem::replace(&mut self.is_flooded, true) {
+            self.tell(text);
+        }
+    }
+
     fn on(&mut self, heard: Heard) -> Result<(), String> {
         match heard {
             Heard::Message(message) => {
                 let now = self.now();
                 self.oracle.hears(now, &message);
+                // A launcher prints them.
+                if let (Message::DecisionRecord(it), Layout::TwoRouters) = (&message, self.setup.layout) {
+                    self.tell_once_of_a_flood(format!("{}: {}", it.topic, it.text));
+                }
                 self.losses.heard(&message, self.oracle.path_m());
             }
             Heard::Line(id, line) => {
                 if self.is_current(id) {
                     self.losses.said(&line);
                 }
-                // Only the first message of a flood is recorded in the story.
-                let is_flood = line.contains(flood::FLAG) || line.contains(flood::STORM);
-                if !is_flood || !std::mem::replace(&mut self.is_flooded, true) {
-                    self.tell(line);
-                }
+                self.tell_once_of_a_flood(line);
             }
             Heard::Up(id, reach) if self.is_current(id) => self.came_up(reach)?,
             Heard::Up(..) | Heard::Ended(_) => {}

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -62,9 +63,11 @@ impl Keeper {
         let accept = setup.link.get().map_or("tls/127.0.0.1:0".to_owned(), |it| format!("tls/{}", it.ground()));
         let id = NEXT_ID.fetch_add(1, Ordering::SeqCst);
         let start = |spec| Kept::start(spec, setup, heard, id);
-        let (ground_router, lines) = start(router(setup, Side::Ground, ["--accept", &accept]))?;
+        let (mut ground_router, lines) = start(router(setup, Side::Ground, ["--accept", &accept]))?;
         let address = find(&lines, |it| it.strip_prefix("tls/")?.parse().ok());
-        let address = address.ok_or("the ground's router does not listen for the link")?;
+        let address: SocketAddr = address.ok_or("the ground's router does not listen for the link")?;
+        // One that is started again is where the aircraft calls.
+        ground_router.spec = router(setup, Side::Ground, ["--accept", &format!("tls/{address}")]);
         let link = setup.link.get_or_init(|| Arc::new(FaultyLink::to(address, setup.seed)));
         let dial = format!("tls/localhost:{}", link.address().port());
         let mut kept = vec![ground_router, start(router(setup, Side::Aircraft, ["--dial", &dial]))?.0];

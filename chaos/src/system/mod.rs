@@ -28,6 +28,7 @@ use launcher::Launcher;
 const ON_BOARD: &[Topic] = &[
     Topic::PlannerStatus,
     Topic::McmStatus,
+    Topic::DecisionRecord,
     Topic::VehicleLandDetected,
     Topic::VehicleStatus,
     Topic::VehicleLocalPosition,
