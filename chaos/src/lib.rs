@@ -57,12 +57,21 @@ pub fn run(args: &Args) -> u8 {
     let watched = end::on_signal(move || signal.store(true, Ordering::Relaxed)).map_err(|it| it.to_string());
     let result = watched.and_then(|()| match args.soak {
         Some(minutes) => soak(args, minutes.get(), &interrupted),
+        None if args.list => Ok(list(args)),
         None => campaign(args, &interrupted),
     });
     result.unwrap_or_else(|cause| {
         output::error_line(format_args!("chaos: {cause}"));
         NOT_FLOWN
     })
+}
+
+fn list(args: &Args) -> u8 {
+    for number in 0..args.runs.get() {
+        let schedule = Schedule::of(args.seed.wrapping_add(number.into()));
+        output::line(format_args!("seed {}  [{schedule}]", schedule.seed));
+    }
+    OK
 }
 
 fn soak(args: &Args, minutes: u32, interrupted: &AtomicBool) -> Result<u8, String> {

@@ -6,7 +6,7 @@ use domain::geometry::Ned;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
-use witness::{Breach, Limits, Witness};
+use witness::{Limits, Witness};
 
 use crate::trouble::{Order, Trouble};
 
@@ -21,8 +21,6 @@ pub use violation::Violation;
 pub const INTERRUPTION: Duration = Duration::from_secs(8);
 /// Moving less than this is resting.
 const REST_RADIUS_M: f64 = 5.0;
-/// Mission time that a vehicle may take to stop, turn and leave when a permission ends without notice because its clock was set.
-const STEPPED: Duration = Duration::from_secs(10);
 /// One that rests for this mission time, and this wall time, holds.
 const HOLDS: (Duration, Duration) = (Duration::from_secs(40), Duration::from_secs(8));
 
@@ -55,8 +53,6 @@ pub struct Oracle {
     rest: Option<(Ned, Time)>,
     path_m: f64,
     orders: Orders,
-    /// Until then a permission may have ended without notice.
-    stepped: Time,
 }
 
 impl Oracle {
@@ -73,7 +69,6 @@ impl Oracle {
             rest: None,
             path_m: 0.0,
             orders: Orders::new(pace),
-            stepped: Time::ZERO,
         }
     }
 
@@ -81,9 +76,7 @@ impl Oracle {
     pub fn hears(&mut self, now: Now, message: &Message) {
         let known = self.witness.breaches().len();
         self.witness.take_in(now, message);
-        let is_excused = |it: &&Breach| matches!(it, Breach::Entered { at, .. } if *at < self.stepped);
-        let breaches = self.witness.breaches().iter().skip(known).filter(|it| !is_excused(it));
-        self.violations.extend(breaches.cloned().map(Violation::Breach));
+        self.violations.extend(self.witness.breaches().iter().skip(known).cloned().map(Violation::Breach));
         match message {
             Message::McmStatus(it) => {
                 self.violations.extend(self.orders.obeyed(now.time, it));
@@ -118,11 +111,8 @@ impl Oracle {
         self.violations.extend(self.orders.flies(at, self.witness.is_airborne()));
     }
 
-    /// A trouble begins.
-    pub fn troubled(&mut self, now: Time, trouble: &Trouble) {
-        if let Trouble::ClockStep(..) = trouble {
-            self.stepped = now + STEPPED + self.pace.wall(INTERRUPTION);
-        }
+    /// A trouble begins: an order may take longer, or is forgotten with the state that held it, aloud.
+    pub fn troubled(&mut self, trouble: &Trouble) {
         self.orders.troubled(trouble);
     }
 

@@ -1,7 +1,7 @@
 //! Made-up flights.
 
 use super::*;
-use crate::trouble::{Machine, Victim, Ways};
+use crate::trouble::{Victim, Ways};
 
 /// A made-up flight at real time, second by second.
 struct Truth {
@@ -91,7 +91,7 @@ fn silence_of_everybody_is_not_held_against_the_manager() {
 fn an_order_is_obeyed_in_time_and_a_death_gives_more_time() {
     let mut truth = Truth::in_flight();
     truth.oracle.ordered(truth.now().time, Order::Abort);
-    truth.oracle.troubled(truth.now().time, &Trouble::Kill(Victim::Mcm));
+    truth.oracle.troubled(&Trouble::Kill(Victim::Mcm));
     truth.fly(164, 1.0);
     truth.check(&[]);
     truth.fly(5, 1.0);
@@ -182,28 +182,9 @@ fn an_order_of_before_a_cut_is_not_obeyed_after_it() {
 fn an_order_may_wait_for_as_long_as_the_link_is_cut() {
     let mut truth = Truth::in_flight();
     truth.oracle.ordered(truth.now().time, Order::Abort);
-    truth.oracle.troubled(truth.now().time, &Trouble::Cut(Ways::Both, Duration::from_secs(60), None));
+    truth.oracle.troubled(&Trouble::Cut(Ways::Both, Duration::from_secs(60), None));
     truth.fly(215, 1.0);
     truth.check(&[]);
     truth.fly(5, 1.0);
     truth.check(&["abort was accepted"]);
-}
-
-#[test]
-fn a_permission_that_ends_because_a_clock_is_set_is_left_without_notice() {
-    #[track_caller]
-    fn check(step: Option<Trouble>, expected: &[&str]) {
-        let mut truth = Truth::in_flight();
-        let corner = |north_m, east_m| v1::Ned { north_m, east_m, down_m: 0.0 };
-        let corners = vec![corner(-50.0, 20.0), corner(50.0, 20.0), corner(50.0, 90.0), corner(-50.0, 90.0)];
-        let area = v1::Area { name: "A".into(), kind: v1::AreaKind::Permission.into(), corners, ..Default::default() };
-        truth.hear(v1::PlannerStatus { areas: vec![area], ..Default::default() }.into());
-        if let Some(step) = &step {
-            truth.oracle.troubled(truth.now().time, step);
-        }
-        truth.fly(5, 10.0);
-        truth.check(expected);
-    }
-    check(Some(Trouble::ClockStep(Machine::Aircraft, 60_000)), &[]);
-    check(None, &["it entered area A without a permission"]);
 }

@@ -22,9 +22,11 @@ use crate::trouble::{Kind, Layout, Trouble};
 mod ending;
 pub(crate) mod heard;
 mod losses;
+mod true_time;
 
 use heard::Heard;
 use losses::Losses;
+use true_time::{Ahead, TrueTime};
 
 /// A run that has not ended by itself after this is not expected to: mission time for its flight, wall time for its troubles.
 const LONGEST: (Duration, Duration) = (Duration::from_secs(1500), Duration::from_secs(120));
@@ -76,6 +78,7 @@ pub(crate) fn fly(
         start: None,
         settled_from: Time::ZERO,
         troubles,
+        true_time: TrueTime::default(),
         oracle: Oracle::new(pace),
         losses: Losses::default(),
         story: Vec::new(),
@@ -104,6 +107,7 @@ struct Flight<'a> {
     /// When the last trouble was over, by itself; what it has caused may take longer.
     settled_from: Time,
     troubles: VecDeque<(Duration, Trouble)>,
+    true_time: TrueTime,
     oracle: Oracle,
     losses: Losses,
     story: Vec<(f64, String)>,
@@ -145,9 +149,12 @@ impl Flight<'_> {
     fn now(&self) -> Now {
         let wall = self.start.map(|it| it.elapsed()).unwrap_or_default();
         let utc = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        // By the vehicle's clock, which says when areas open and permissions expire.
-        let ahead_ms = self.setup.clocks.as_ref().map_or(0, |it| it.ahead_ms(Side::Aircraft));
-        Now { time: Time::after(self.pace.wall(wall)), utc_ms: utc.as_millis() as i64 + ahead_ms }
+        Now { time: Time::after(self.pace.wall(wall)), utc_ms: utc.as_millis() as i64 }
+    }
+
+    fn ahead(&self) -> Ahead {
+        let ahead_ms = |side| self.setup.clocks.as_ref().map_or(0, |it| it.ahead_ms(side));
+        Ahead { aircraft_ms: ahead_ms(Side::Aircraft), ground_ms: ahead_ms(Side::Ground) }
     }
 
     /// Whether it is the system of now, not one from before a loss of power.
@@ -170,6 +177,7 @@ impl Flight<'_> {
     fn on(&mut self, heard: Heard) -> Result<(), String> {
         match heard {
             Heard::Message(message) => {
+                let message = self.true_time.of(self.ahead(), message);
                 let now = self.now();
                 self.oracle.hears(now, &message);
                 // A launcher prints them.
@@ -232,7 +240,7 @@ impl Flight<'_> {
         let is_due = self.troubles.front().is_some_and(|(at, _)| Time::after(*at) <= now);
         let Some((_, trouble)) = self.troubles.pop_front_if(|_| is_due) else { return Ok(()) };
         self.settled_from = self.settled_from.max(now + self.pace.wall(trouble.link_is_faulty_for()));
-        self.oracle.troubled(now, &trouble);
+        self.oracle.troubled(&trouble);
         let told = format!("chaos: {trouble}");
         match trouble {
             Trouble::PowerLoss(dark) => {
