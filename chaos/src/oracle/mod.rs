@@ -121,6 +121,11 @@ impl Oracle {
         self.orders.given(now, order);
     }
 
+    /// Whoever gave the order has an answer.
+    pub fn answered(&mut self, order: Order, is_accepted: bool) {
+        self.violations.extend(self.orders.answered(order, is_accepted));
+    }
+
     /// An operator's order was accepted.
     pub fn ordered(&mut self, now: Time, order: Order) {
         self.orders.accepted(now, order, self.witness.is_airborne());

@@ -25,6 +25,10 @@ pub(super) struct Orders {
     /// When each was last given, accepted or not.
     given: BTreeMap<Order, Time>,
     accepted: BTreeSet<Order>,
+    /// Obeyed late, while whoever gave it still waits for the answer: `kittiwake vehicle` asks again until the vehicle is heard.
+    undecided: BTreeMap<Order, Violation>,
+    /// Orders whose giver waits.
+    waiting: BTreeMap<Order, u32>,
     /// Which the vehicle was seen to obey.
     obeyed: BTreeSet<Order>,
     /// When the manager was heard for the last time.
@@ -38,6 +42,8 @@ impl Orders {
             in_force: None,
             given: BTreeMap::new(),
             accepted: BTreeSet::new(),
+            undecided: BTreeMap::new(),
+            waiting: BTreeMap::new(),
             obeyed: BTreeSet::new(),
             heard: Time::ZERO,
         }
@@ -45,6 +51,17 @@ impl Orders {
 
     pub(super) fn given(&mut self, now: Time, order: Order) {
         self.given.insert(order, now);
+        *self.waiting.entry(order).or_default() += 1;
+    }
+
+    /// Whoever gave it has an answer. Without acceptance what was obeyed late is a violation.
+    pub(super) fn answered(&mut self, order: Order, is_accepted: bool) -> Option<Violation> {
+        let waiting = self.waiting.entry(order).or_default();
+        *waiting = waiting.saturating_sub(1);
+        if is_accepted {
+            self.undecided.remove(&order);
+        }
+        if 0 < *waiting { None } else { self.undecided.remove(&order) }
     }
 
     pub(super) fn accepted(&mut self, now: Time, order: Order, is_airborne: bool) {
@@ -83,7 +100,11 @@ impl Orders {
             }
             let given = self.given.get(&order).copied();
             if given.is_none_or(|it| it + self.pace.wall(FRESH) < before) {
-                late.push(Violation::ObeyedLate { order, at: now, given });
+                let violation = Violation::ObeyedLate { order, at: now, given };
+                match self.waiting.get(&order) {
+                    Some(1..) => drop(self.undecided.insert(order, violation)),
+                    _ => late.push(violation),
+                }
             }
         }
         late

@@ -164,6 +164,7 @@ fn an_order_of_before_a_cut_is_not_obeyed_after_it() {
         if let Some(before_s) = given_before_s {
             let at = Time::after(Duration::from_secs(truth.at_s - before_s));
             truth.oracle.given(at, Order::Return);
+            truth.oracle.answered(Order::Return, is_accepted);
         }
         if is_accepted {
             truth.oracle.ordered(truth.now().time, Order::Return);
@@ -187,4 +188,21 @@ fn an_order_may_wait_for_as_long_as_the_link_is_cut() {
     truth.check(&[]);
     truth.fly(5, 1.0);
     truth.check(&["abort was accepted"]);
+}
+
+#[test]
+fn while_whoever_gave_an_order_waits_it_is_not_known_whether_it_is_accepted() {
+    #[track_caller]
+    fn check(is_accepted: bool, expected: &[&str]) {
+        let mut truth = Truth::in_flight();
+        truth.oracle.given(truth.now().time, Order::Return);
+        truth.fly(30, 1.0);
+        truth.manager = Some(obeying(Order::Return));
+        truth.fly(2, 1.0);
+        truth.check(&[]);
+        truth.oracle.answered(Order::Return, is_accepted);
+        truth.check(expected);
+    }
+    check(true, &[]);
+    check(false, &["obeyed return, which was given last at"]);
 }

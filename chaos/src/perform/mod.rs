@@ -203,12 +203,14 @@ impl Scene {
         let _ = self.heard.send(Heard::Given(order));
         let mut command = Command::new(&self.setup.program);
         command.args(["vehicle", order.verb()]).args(&self.reach.target).stdin(Stdio::null());
-        match command.output() {
+        let (accepted, said) = match command.output() {
             Ok(it) => {
                 let said = String::from_utf8_lossy(&[it.stdout, it.stderr].concat()).trim().to_owned();
                 (it.status.success(), said)
             }
             Err(cause) => (false, cause.to_string()),
-        }
+        };
+        let _ = self.heard.send(Heard::Answered { order, accepted });
+        (accepted, said)
     }
 }

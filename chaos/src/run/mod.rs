@@ -207,6 +207,7 @@ impl Flight<'_> {
                 let now = self.now().time;
                 self.oracle.given(now, order);
             }
+            Heard::Answered { order, accepted } => self.oracle.answered(order, accepted),
             Heard::Ordered { order, accepted, said } => {
                 let now = self.now().time;
                 match accepted {
