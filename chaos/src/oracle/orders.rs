@@ -25,7 +25,7 @@ pub(super) struct Orders {
     /// When each was last given, accepted or not.
     given: BTreeMap<Order, Time>,
     accepted: BTreeSet<Order>,
-    /// Obeyed late, while whoever gave it still waits for the answer: `kittiwake vehicle` asks again until the vehicle is heard.
+    /// Obeyed late, while whoever gave it still waits for the answer: the answer decides.
     undecided: BTreeMap<Order, Violation>,
     /// Orders whose giver waits.
     waiting: BTreeMap<Order, u32>,
