@@ -28,6 +28,9 @@ pub struct Args {
     /// Runs at a time
     #[arg(long, value_name = "J", default_value = "1")]
     pub jobs: NonZeroUsize,
+    /// Print what is drawn for each run, and fly nothing
+    #[arg(long)]
+    pub list: bool,
     /// Print the story of every run, not only of those with violations
     #[arg(long)]
     pub stories: bool,

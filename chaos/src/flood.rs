@@ -1,39 +1,85 @@
-//! A flood: messages that nobody expects, as fast as their rate says.
+//! Floods: events of flags as fast as their rate says. Unknown ones, which nobody expects, and known ones that rise and fall.
 
+use std::path::Path;
 use std::time::Duration;
 
 use bus::{Process, Stop};
+use domain::contingency::Then;
 use domain::time::{Now, Time};
+use kittiwake::check_inputs;
+use kittiwake::settings::Settings;
 use kittiwake_proto::topics::Topic;
 use kittiwake_proto::v1::FlagEvent;
 use node::{Effect, Event, Node};
+use rand::SeedableRng;
+use rand::seq::IndexedRandom;
+use rand_chacha::ChaCha8Rng;
 
 use crate::system::link;
+use crate::trouble::Order;
+use crate::trouble::ranges::{STORM_FLAGS, STORM_HZ};
 
 /// What the unknown flags are called, with a number.
 pub(crate) const FLAG: &str = "unheard_of";
+/// The reason of known flags.
+pub(crate) const STORM: &str = "chaos storm";
 /// Messages are sent in batches of this period.
 const PERIOD: Duration = Duration::from_millis(10);
 
-/// Publishes `rate_hz` events of an unknown flag a second for `time`, at the router at `locator`.
-pub(crate) fn flood(locator: &str, rate_hz: u32, time: Duration) {
-    let per_batch = (f64::from(rate_hz) * PERIOD.as_secs_f64()).ceil() as u32;
-    let batches = (time.as_secs_f64() / PERIOD.as_secs_f64()) as u32;
-    let mut node = Flood { per_batch, batches, next: Time::ZERO, stop: Stop::new() };
+/// Publishes `rate_hz` events of unknown flags a second for `time`, at the router at `locator`.
+pub(crate) fn of_unknown(locator: &str, rate_hz: u32, time: Duration) {
+    let per_batch = (f64::from(rate_hz) * PERIOD.as_secs_f64()).ceil() as u64;
+    let event = |number: u64| (format!("{FLAG}_{}", number % per_batch), true);
+    send(locator, per_batch, batches(time), 0, event);
+}
+
+/// These flags rise one after the other, and fall one after the other, again and again for `time`; in the end all have fallen.
+pub(crate) fn storm(locator: &str, flags: Vec<String>, time: Duration) {
+    let count = flags.len().max(1) as u64;
+    let per_batch = (f64::from(STORM_HZ) * PERIOD.as_secs_f64()).ceil() as u64;
+    // Whole rounds, the last of which lowers every flag.
+    let rounds = (batches(time) * per_batch).div_ceil(2 * count);
+    let last = 2 * count * rounds - batches(time) * per_batch;
+    let event = move |number: u64| (flags[(number % count) as usize].clone(), (number / count) % 2 == 0);
+    send(locator, per_batch, batches(time), last, event);
+}
+
+/// Flags of the contingency table, drawn by `draw`. Not those by which an order is carried out, which an operator gives and
+/// nobody else, nor a crash, after which there is nothing to be seen.
+pub(crate) fn known_flags(config: &Path, draw: u64) -> Result<Vec<String>, String> {
+    let inputs = check_inputs::read(&Settings::of_file(config)).map_err(|it| it.to_string())?;
+    let is_order = |flag: &str| [Order::Abort, Order::Return].iter().any(|it| it.flag() == flag);
+    let rows = inputs.contingencies.rows().iter().filter(|it| it.then != Then::Crashed && !is_order(&it.flag));
+    let flags: Vec<String> = rows.map(|it| it.flag.clone()).collect();
+    let mut chance = ChaCha8Rng::seed_from_u64(draw);
+    Ok(flags.choose_multiple(&mut chance, STORM_FLAGS).cloned().collect())
+}
+
+fn batches(time: Duration) -> u64 {
+    (time.as_secs_f64() / PERIOD.as_secs_f64()) as u64
+}
+
+/// Sends `batches` of events, and after them `last` more.
+fn send(locator: &str, per_batch: u64, batches: u64, last: u64, event: impl Fn(u64) -> (String, bool)) {
+    let total = per_batch * batches + last;
+    let mut node = Flood { event, per_batch, total, sent: 0, next: Time::ZERO, stop: Stop::new() };
     let stop = node.stop.clone();
     if let Err(cause) = Process::of(&mut node, &link(locator)).run(&stop) {
         tracing::warn!(%cause, "no flood");
     }
 }
 
-struct Flood {
-    per_batch: u32,
-    batches: u32,
+struct Flood<E> {
+    /// The name of the flag of an event, and whether it is raised.
+    event: E,
+    per_batch: u64,
+    total: u64,
+    sent: u64,
     next: Time,
     stop: Stop,
 }
 
-impl Node for Flood {
+impl<E: Fn(u64) -> (String, bool)> Node for Flood<E> {
     fn name(&self) -> &'static str {
         "flood"
     }
@@ -48,23 +94,36 @@ impl Node for Flood {
         if now.time < self.next {
             return;
         }
-        if self.batches == 0 {
+        if self.total <= self.sent {
             self.stop.stop();
             return;
         }
-        (self.next, self.batches) = (now.time + PERIOD, self.batches - 1);
-        for number in 0..self.per_batch {
-            let name = format!("{FLAG}_{number}");
-            effects.push(Effect::publish(FlagEvent {
-                name,
-                raised: true,
-                source: "flood".into(),
-                ..Default::default()
-            }));
+        self.next = now.time + PERIOD;
+        let until = self.total.min(self.sent + self.per_batch);
+        for number in self.sent..until {
+            let (name, raised) = (self.event)(number);
+            let (source, reason) = ("flood".to_owned(), STORM.to_owned());
+            effects.push(Effect::publish(FlagEvent { name, raised, source, reason, ..Default::default() }));
         }
+        self.sent = until;
     }
 
     fn deadline(&self) -> Option<Time> {
         Some(self.next)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_storm_is_of_sixteen_flags_of_the_table_which_all_fall_in_the_end() {
+        let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/kittiwake.toml");
+        let flags = known_flags(&config, 7).unwrap();
+        assert_eq!((flags.len(), &flags), (STORM_FLAGS, &known_flags(&config, 7).unwrap()));
+        assert!(!flags.iter().any(|it| it == "crashed" || it == "operator_abort"), "{flags:?}");
+        let other = (8..20).any(|draw| known_flags(&config, draw).unwrap() != flags);
+        assert!(other, "another draw is another storm");
     }
 }

@@ -1,17 +1,17 @@
 //! Random troubles for real systems: `kittiwake-chaos`.
 //!
-//! It starts `kittiwake up` again and again, does to its processes what a schedule drawn from a seed says, and judges by where
-//! the simulated vehicle is. Nothing of it is part of what flies. What is drawn, judged and counted is pure; `system`,
-//! `perform`, `disk` and `soak` meet the machine.
+//! It starts a system again and again, with one router or as it is deployed, with two, does to its processes, its link and its
+//! clocks what a schedule drawn from a seed says, and judges by where the simulated vehicle is. Nothing of it is part of what
+//! flies. What is drawn, judged and counted is pure; `system`, `perform`, `link`, `clock`, `disk` and `soak` meet the machine.
 
 #![expect(
     clippy::disallowed_methods,
     reason = "it troubles real processes on the wall clock, and waits for them up to a limit"
 )]
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use control_tower::policy::Policy;
 use kittiwake::output;
@@ -19,17 +19,22 @@ use kittiwake::run::end;
 use kittiwake::run::run_file::RunFolder;
 
 use crate::args::Args;
+use crate::clock::Clocks;
 use crate::disk::Disk;
 use crate::figures::Loss;
+pub use crate::means::Means;
 use crate::run::Run;
 use crate::schedule::Schedule;
 use crate::system::Setup;
-use crate::trouble::Kind;
+use crate::trouble::{Kind, Layout};
 
 pub mod args;
+mod clock;
 pub mod disk;
 pub mod figures;
 mod flood;
+mod link;
+mod means;
 pub mod oracle;
 mod perform;
 pub mod run;
@@ -52,6 +57,7 @@ pub fn run(args: &Args) -> u8 {
     let watched = end::on_signal(move || signal.store(true, Ordering::Relaxed)).map_err(|it| it.to_string());
     let result = watched.and_then(|()| match args.soak {
         Some(minutes) => soak(args, minutes.get(), &interrupted),
+        None if args.list => Ok(list(args)),
         None => campaign(args, &interrupted),
     });
     result.unwrap_or_else(|cause| {
@@ -60,10 +66,19 @@ pub fn run(args: &Args) -> u8 {
     })
 }
 
+fn list(args: &Args) -> u8 {
+    for number in 0..args.runs.get() {
+        let schedule = Schedule::of(args.seed.wrapping_add(number.into()));
+        output::line(format_args!("seed {}  [{schedule}]", schedule.seed));
+    }
+    OK
+}
+
 fn soak(args: &Args, minutes: u32, interrupted: &AtomicBool) -> Result<u8, String> {
     let folder = RunFolder::create("soak").map_err(|it| it.to_string())?;
-    let setup = Setup { ends: false, ..setup(args, args.seed, Policy::Grant, folder.0.clone())? };
-    let soaked = soak::soak(&setup, minutes, interrupted)?;
+    let program = program(args)?;
+    let setup = setup(args, &program, &calm(args.seed), folder.0.clone(), None, false);
+    let soaked = soak::soak(&Arc::new(setup), minutes, interrupted)?;
     output::line(soaked.table);
     match soaked.ended_early {
         None => Ok(OK),
@@ -74,12 +89,13 @@ fn soak(args: &Args, minutes: u32, interrupted: &AtomicBool) -> Result<u8, Strin
     }
 }
 
+/// No trouble at all.
+fn calm(seed: u64) -> Schedule {
+    Schedule { seed, layout: Layout::OneRouter, permissions: Policy::Grant, troubles: Vec::new() }
+}
+
 fn campaign(args: &Args, interrupted: &AtomicBool) -> Result<u8, String> {
-    let probe = RunFolder::create("disk").map_err(|it| it.to_string())?;
-    let has_disk = args.own_mounts && Disk::mount(&probe.0).is_some();
-    if !has_disk {
-        output::error_line("chaos: full disk: not possible here: needs root; left out");
-    }
+    let means = Means::find(args, &program(args)?)?;
     let (next, runs) = (AtomicU32::new(0), Mutex::new(Vec::new()));
     std::thread::scope(|scope| {
         for _ in 0..args.jobs.get().min(args.runs.get() as usize) {
@@ -89,7 +105,7 @@ fn campaign(args: &Args, interrupted: &AtomicBool) -> Result<u8, String> {
                     if args.runs.get() <= number || interrupted.load(Ordering::Relaxed) {
                         return;
                     }
-                    let flown = one(args, args.seed.wrapping_add(number.into()), has_disk, interrupted);
+                    let flown = one(args, args.seed.wrapping_add(number.into()), &means, interrupted);
                     say(number + 1, &flown, args.stories);
                     // A thread that panicked has printed why.
                     runs.lock().unwrap_or_else(|it| it.into_inner()).push(flown);
@@ -101,28 +117,53 @@ fn campaign(args: &Args, interrupted: &AtomicBool) -> Result<u8, String> {
     Ok(summary(&runs))
 }
 
-/// Flies the run of a seed; `has_disk`: the state is on a small disk of its own, which can be full.
+/// Flies the run of a seed with the means that there are.
 ///
 /// # Errors
 /// If the system cannot be started, or the run was `interrupted`.
-pub fn one(args: &Args, seed: u64, has_disk: bool, interrupted: &AtomicBool) -> Result<Run, String> {
+pub fn one(args: &Args, seed: u64, means: &Means, interrupted: &AtomicBool) -> Result<Run, String> {
     let folder = RunFolder::create(&format!("chaos-{seed}")).map_err(|it| it.to_string())?;
-    let schedule = Schedule::of(seed);
-    let setup = setup(args, seed, schedule.permissions, folder.0.clone())?;
+    let (schedule, program) = (Schedule::of(seed), program(args)?);
+    // Only where a clock is set: in other runs nothing lies between the processes and the machine's clock.
+    let is_set = schedule.troubles.iter().any(|it| it.1.kind() == Kind::ClockStep);
+    let library = means.clock.clone().filter(|_| is_set);
+    let clocks = library.map(|it| Clocks::new(it, folder.0.clone())).transpose().map_err(|it| it.to_string())?;
+    let setup = Arc::new(setup(args, &program, &schedule, folder.0.clone(), clocks, true));
     std::fs::create_dir(setup.state()).map_err(|it| format!("{}: {it}", setup.state().display()))?;
-    let _disk = has_disk.then(|| Disk::mount(&setup.state()));
-    let possible = |kind| kind != Kind::FullDisk || has_disk;
-    run::fly(&setup, args.speed.pace(), schedule, possible, interrupted)
+    let _disk = means.has_disk.then(|| Disk::mount(&setup.state()));
+    run::fly(&setup, args.speed.pace(), schedule, |kind| means.allow(kind), interrupted)
 }
 
-fn setup(args: &Args, seed: u64, permissions: Policy, scratch: PathBuf) -> Result<Setup, String> {
+/// The program that is troubled.
+fn program(args: &Args) -> Result<PathBuf, String> {
     let beside = || std::env::current_exe().map(|own| own.with_file_name(TROUBLED));
     let program = args.program.clone().map_or_else(beside, Ok).map_err(|it| it.to_string())?;
-    if !program.is_file() {
-        return Err(format!("{} is missing: build it, or name another with --program", program.display()));
+    match program.is_file() {
+        true => Ok(program),
+        false => Err(format!("{} is missing: build it, or name another with --program", program.display())),
     }
-    let (config, speed) = (args.config.clone(), args.speed.to_string());
-    Ok(Setup { program, config, speed, seed, permissions, scratch, ends: true })
+}
+
+fn setup(
+    args: &Args,
+    program: &Path,
+    schedule: &Schedule,
+    scratch: PathBuf,
+    clocks: Option<Clocks>,
+    ends: bool,
+) -> Setup {
+    Setup {
+        program: program.to_owned(),
+        config: args.config.clone(),
+        speed: args.speed.to_string(),
+        seed: schedule.seed,
+        layout: schedule.layout,
+        permissions: schedule.permissions,
+        scratch,
+        ends,
+        clocks,
+        link: OnceLock::new(),
+    }
 }
 
 /// A run's line, and its story if there is something against it.

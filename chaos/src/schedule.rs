@@ -10,10 +10,11 @@ use rand::seq::IndexedRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::trouble::{
-    APART_MS, DARK_MS, FLOOD_HZ, FLOOD_MS, FULL_MS, Garbling, Kind, LOOP_DEATHS, MOST_DEATHS, Order, STOP_MS,
-    STRANGERS, Trouble, Victim, WEIGHTS,
+use crate::trouble::ranges::{
+    APART_MS, DARK_MS, DELAY_MS, FLOOD_HZ, FLOOD_MS, FULL_MS, LINK_MS, LINK_WEIGHTS, LOOP_DEATHS, MOST_DEATHS,
+    NARROW_BITS_S, STEP_MS, STOP_MS, STORM_MS, STRANGERS, WEIGHTS,
 };
+use crate::trouble::{Garbling, Kind, Layout, Machine, Order, Trouble, Victim, Ways};
 
 /// Mission seconds after the start within which troubles begin: the reference mission takes about three minutes.
 const WITHIN_S: f64 = 170.0;
@@ -27,6 +28,8 @@ const DRAWS: u32 = 20;
 pub struct Schedule {
     /// What it was drawn from.
     pub seed: u64,
+    /// What stands between the processes.
+    pub layout: Layout,
     /// How the control tower answers.
     pub permissions: Policy,
     /// Troubles in order, each with the mission time after the start at which it begins.
@@ -38,6 +41,8 @@ impl Schedule {
     pub fn of(seed: u64) -> Schedule {
         // Fixed for all times and platforms, unlike `StdRng`: a seed in a report stays the same run.
         let mut chance = ChaCha8Rng::seed_from_u64(seed);
+        // The launcher's system is what most people start first; the other one has more that can go wrong.
+        let layout = if chance.random_ratio(1, 2) { Layout::OneRouter } else { Layout::TwoRouters };
         // A tower that denies keeps the vehicle on the ground or at the border for good: there is less to see.
         let permissions = *[Policy::Grant, Policy::Grant, Policy::Delay].choose(&mut chance).unwrap_or(&Policy::Grant);
         let mut moments: Vec<f64> =
@@ -46,12 +51,12 @@ impl Schedule {
         let mut deaths: BTreeMap<Victim, u32> = BTreeMap::new();
         let mut troubles = Vec::new();
         for moment in moments {
-            let drawn = (0..DRAWS).map(|_| draw(&mut chance)).find(|it| bearable(it, &deaths));
+            let drawn = (0..DRAWS).map(|_| draw(&mut chance, layout)).find(|it| bearable(it, &deaths));
             let Some(trouble) = drawn else { continue };
             trouble.deaths().into_iter().for_each(|(victim, count)| *deaths.entry(victim).or_default() += count);
             troubles.push((Duration::from_secs_f64(moment), trouble));
         }
-        Schedule { seed, permissions, troubles }
+        Schedule { seed, layout, permissions, troubles }
     }
 }
 
@@ -60,15 +65,17 @@ fn bearable(trouble: &Trouble, deaths: &BTreeMap<Victim, u32>) -> bool {
     trouble.deaths().iter().all(|(victim, count)| deaths.get(victim).unwrap_or(&0) + count <= MOST_DEATHS)
 }
 
-fn draw(chance: &mut ChaCha8Rng) -> Trouble {
-    let kind = WEIGHTS.choose_weighted(chance, |it| it.1).map_or(Kind::Kill, |it| it.0);
-    let victim = |chance: &mut ChaCha8Rng| *Victim::ALL.choose(chance).unwrap_or(&Victim::Mcm);
+fn draw(chance: &mut ChaCha8Rng, layout: Layout) -> Trouble {
+    let of_link = if layout == Layout::TwoRouters { LINK_WEIGHTS } else { &[] };
+    let weights: Vec<&(Kind, u32)> = WEIGHTS.iter().chain(of_link).collect();
+    let kind = weights.choose_weighted(chance, |it| it.1).map_or(Kind::Kill, |it| it.0);
+    let victim = |chance: &mut ChaCha8Rng| *Victim::of(layout).choose(chance).unwrap_or(&Victim::Mcm);
     match kind {
         Kind::Kill => Trouble::Kill(victim(chance)),
         Kind::Stop => Trouble::Stop(victim(chance), spread(chance, STOP_MS)),
         Kind::DoubleKill => {
             let first = victim(chance);
-            let others: Vec<Victim> = Victim::ALL.into_iter().filter(|it| *it != first).collect();
+            let others: Vec<Victim> = Victim::of(layout).iter().copied().filter(|it| *it != first).collect();
             let second = *others.choose(chance).unwrap_or(&Victim::Router);
             Trouble::DoubleKill(first, second, uniform(chance, APART_MS))
         }
@@ -82,25 +89,56 @@ fn draw(chance: &mut ChaCha8Rng) -> Trouble {
         }
         Kind::Strangers => Trouble::Strangers(chance.random_range(STRANGERS)),
         Kind::Flood => Trouble::Flood(chance.random_range(FLOOD_HZ), uniform(chance, FLOOD_MS)),
-        Kind::Ordered => Trouble::Ordered(*[Order::Abort, Order::Return].choose(chance).unwrap_or(&Order::Abort)),
+        Kind::Storm => Trouble::Storm(chance.random(), uniform(chance, STORM_MS)),
+        Kind::ClockStep => {
+            let machines: &[Machine] = match layout {
+                Layout::OneRouter => &[Machine::Both],
+                Layout::TwoRouters => &[Machine::Aircraft, Machine::Ground, Machine::Both],
+            };
+            let machine = *machines.choose(chance).unwrap_or(&Machine::Both);
+            let step_ms = by_magnitude(chance, STEP_MS) as i64;
+            Trouble::ClockStep(machine, if chance.random() { step_ms } else { -step_ms })
+        }
+        Kind::Cut => {
+            let ways = *[Ways::Both, Ways::Down, Ways::Up].choose(chance).unwrap_or(&Ways::Both);
+            Trouble::Cut(ways, spread(chance, LINK_MS), chance.random_ratio(1, 3).then(|| order(chance)))
+        }
+        Kind::Slow => Trouble::Slow(spread(chance, DELAY_MS), spread(chance, LINK_MS)),
+        Kind::Narrow => {
+            let bits_per_s = by_magnitude(chance, NARROW_BITS_S);
+            Trouble::Narrow(bits_per_s, spread(chance, LINK_MS))
+        }
+        Kind::Ordered => Trouble::Ordered(order(chance)),
     }
+}
+
+fn order(chance: &mut ChaCha8Rng) -> Order {
+    *[Order::Abort, Order::Return].choose(chance).unwrap_or(&Order::Abort)
 }
 
 fn uniform(chance: &mut ChaCha8Rng, range_ms: RangeInclusive<u64>) -> Duration {
     Duration::from_millis(chance.random_range(range_ms))
 }
 
-/// Short ones as often as long ones, by order of magnitude.
 fn spread(chance: &mut ChaCha8Rng, range_ms: RangeInclusive<u64>) -> Duration {
-    let (low, high) = ((*range_ms.start() as f64).ln(), (*range_ms.end() as f64).ln());
-    Duration::from_millis(chance.random_range(low..=high).exp() as u64)
+    Duration::from_millis(by_magnitude(chance, range_ms))
+}
+
+/// Small ones as often as large ones, by order of magnitude.
+fn by_magnitude(chance: &mut ChaCha8Rng, range: RangeInclusive<u64>) -> u64 {
+    let (low, high) = ((*range.start() as f64).ln(), (*range.end() as f64).ln());
+    chance.random_range(low..=high).exp() as u64
 }
 
 impl fmt::Display for Schedule {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let line = |(at, trouble): &(Duration, Trouble)| format!("{trouble} at {:.0} s", at.as_secs_f64());
         let troubles: Vec<String> = self.troubles.iter().map(line).collect();
-        f.write_str(&troubles.join("; "))
+        let layout = match self.layout {
+            Layout::OneRouter => "one router",
+            Layout::TwoRouters => "two routers",
+        };
+        write!(f, "{layout}: {}", troubles.join("; "))
     }
 }
 
@@ -119,6 +157,8 @@ mod tests {
         fn troubles_are_in_order_and_no_process_dies_too_often(seed: u64) {
             let it = Schedule::of(seed);
             prop_assert!(!it.troubles.is_empty() && it.troubles.is_sorted_by_key(|it| it.0));
+            let needs_link = |it: &Trouble| LINK_WEIGHTS.iter().any(|(kind, _)| *kind == it.kind());
+            prop_assert!(it.layout == Layout::TwoRouters || !it.troubles.iter().any(|it| needs_link(&it.1)), "{}", it);
             for victim in Victim::ALL {
                 let deaths = it.troubles.iter().flat_map(|it| it.1.deaths()).filter(|it| it.0 == victim);
                 prop_assert!(deaths.map(|it| it.1).sum::<u32>() <= MOST_DEATHS, "{}", it);
@@ -129,7 +169,7 @@ mod tests {
     #[test]
     fn every_trouble_befalls_every_process_within_a_campaign() {
         let drawn: Vec<Trouble> = (0..300).flat_map(|seed| Schedule::of(seed).troubles).map(|it| it.1).collect();
-        for (kind, _) in WEIGHTS {
+        for (kind, _) in WEIGHTS.iter().chain(LINK_WEIGHTS) {
             assert!(drawn.iter().any(|it| it.kind() == *kind), "{kind:?} is never drawn");
         }
         for victim in Victim::ALL {
@@ -147,8 +187,8 @@ mod tests {
             (Duration::from_secs(12), Trouble::DoubleKill(Victim::Mcm, Victim::Router, Duration::from_millis(300))),
             (Duration::from_secs(40), Trouble::GarbledState(Victim::Planner, Garbling::Cut)),
         ];
-        let it = Schedule { seed: 1, permissions: Policy::Grant, troubles };
-        let told = "kill mcm, and router 0.3 s later at 12 s; kill planner, its state cut in half at 40 s";
+        let it = Schedule { seed: 1, layout: Layout::TwoRouters, permissions: Policy::Grant, troubles };
+        let told = "two routers: kill mcm, and router 0.3 s later at 12 s; kill planner, its state cut in half at 40 s";
         assert_eq!(it.to_string(), told);
     }
 }

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
 use crate::figures::slope;
-use crate::run::Heard;
-use crate::system::{Setup, children};
+use crate::run::heard::Heard;
+use crate::system::Setup;
 
 /// Period of the samples.
 const PERIOD: Duration = Duration::from_secs(10);
@@ -41,9 +42,9 @@ pub(crate) struct Soaked {
 ///
 /// # Errors
 /// If it cannot be started.
-pub(crate) fn soak(setup: &Setup, minutes: u32, interrupted: &AtomicBool) -> Result<Soaked, String> {
+pub(crate) fn soak(setup: &Arc<Setup>, minutes: u32, interrupted: &AtomicBool) -> Result<Soaked, String> {
     let (sender, heard) = sync_channel(QUEUE);
-    let launcher = setup.start(&sender).map_err(|it| it.to_string())?;
+    let system = setup.start(&sender)?;
     let (begin, whole) = (Instant::now(), Duration::from_secs(u64::from(minutes) * 60));
     let (mut samples, mut files) = (Samples::new(), Vec::new());
     let (mut last_words, mut ended_early) = (String::new(), None);
@@ -53,8 +54,8 @@ pub(crate) fn soak(setup: &Setup, minutes: u32, interrupted: &AtomicBool) -> Res
             break;
         }
         let at_s = begin.elapsed().as_secs_f64();
-        let itself = ("launcher".to_owned(), launcher.id());
-        for (name, id) in children(launcher.id()).into_iter().chain([itself]) {
+        let itself = ("launcher".to_owned(), system.id());
+        for (name, id) in system.processes().list().into_iter().chain([itself]) {
             if let Some(held) = look_at(id) {
                 samples.entry(name).or_default().push((at_s, held));
             }
@@ -71,7 +72,7 @@ fn is_up_after(time: Duration, heard: &Receiver<Heard>, last_words: &mut String)
     loop {
         match heard.recv_timeout(until.saturating_duration_since(Instant::now())) {
             Ok(Heard::Line(_, line)) => *last_words = line,
-            Ok(Heard::LauncherEnded(_)) | Err(RecvTimeoutError::Disconnected) => return false,
+            Ok(Heard::Ended(_)) | Err(RecvTimeoutError::Disconnected) => return false,
             Ok(_) => {}
             Err(RecvTimeoutError::Timeout) => return true,
         }

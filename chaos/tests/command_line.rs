@@ -11,9 +11,10 @@ fn check(args: &[&str], code: i32, said: &str) {
 }
 
 #[test]
-fn a_campaign_that_cannot_be_flown_is_no_success() {
+fn a_campaign_that_cannot_be_flown_is_no_success_and_one_can_be_listed() {
     check(&["--runs", "1", "--program", "nowhere"], 1, "nowhere is missing: build it, or name another with --program");
     check(&["--soak", "1", "--program", "nowhere"], 1, "nowhere is missing");
+    check(&["--list", "--runs", "2", "--seed", "7"], 0, "\nseed 8  [");
     check(&["--runs", "0"], 2, "--runs");
     check(&["--speed", "101"], 2, "0.1 to 100");
 }

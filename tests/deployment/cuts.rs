@@ -5,12 +5,12 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use bus::{Link, Scope, Tap};
+use faulty_link::{CLEAR, Direction, Proxy, Shape};
 use kittiwake_proto::topics::{Message, Topic};
 use serde_json::Value;
 
 use crate::support::wait_for;
 use crate::world::{Deployment, ON_BOARD};
-use kittiwake_kpi::link::proxy::{CLEAR, Direction, Proxy, Shape};
 
 /// Length of the operator's name, which is part of every order: so an order on its way is larger than
 /// any other message to the aircraft.

@@ -10,13 +10,13 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use bus::{Link, Scope, Tap};
+use faulty_link::{CLEAR, Direction, Shape};
 use kittiwake_proto::topics::Topic;
 use zenoh::qos::CongestionControl;
 use zenoh::{Session, Wait};
 
 use crate::support::wait_for;
 use crate::world::Deployment;
-use kittiwake_kpi::link::proxy::{CLEAR, Direction, Shape};
 
 const NARROW: Shape = Shape { bits_per_s: Some(64_000.0), delay: Duration::from_millis(100), loss: 0.0 };
 const LOSSY: Shape = Shape { loss: 0.02, ..NARROW };

@@ -7,11 +7,11 @@ use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Condvar, Mutex};
 use std::time::{Duration, Instant};
 
+use faulty_link::Proxy;
 use reqwest::blocking::{Client, Response};
 use serde_json::Value;
 
 use crate::support::{KITTIWAKE, LIMIT, kittiwake, shipped, wait_for};
-use kittiwake_kpi::link::proxy::Proxy;
 
 /// The operator's token at the gateway.
 const TOKEN: &str = "a-token-for-this-test";

@@ -1,44 +1,62 @@
-//! A short campaign: troubles drawn from fixed seeds, and no violation.
+//! A short campaign: the first run of each kind that a seed draws, and no violation.
 
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
 use clap::Parser;
+use kittiwake_chaos::Means;
 use kittiwake_chaos::args::Args;
 use kittiwake_chaos::schedule::Schedule;
-use kittiwake_chaos::trouble::{Garbling, Trouble, Victim};
+use kittiwake_chaos::trouble::{Garbling, Kind, Layout, Trouble, Victim, Ways};
 
 use crate::support::{KITTIWAKE, shipped};
 
-/// Flies the run of a seed; fails with its story if the oracle has anything against it. How much of the mission is achieved depends
-/// on the machine: a busy one loses more time with each death.
+/// More troubles than these would make a story longer, and say less about the one that it is about.
+const MOST_TROUBLES: usize = 2;
+
+/// Flies the first run of this layout that has such a trouble; fails with its story if the oracle has anything against it. How much
+/// of the mission is achieved depends on the machine: a busy one loses more time with each death.
 #[track_caller]
-fn check(seed: u64, is_about: impl Fn(&Trouble) -> bool) {
-    let schedule = Schedule::of(seed);
-    assert!(schedule.troubles.iter().any(|it| is_about(&it.1)), "seed {seed} is another story now: {schedule}");
+fn check(layout: Layout, is_about: impl Fn(&Trouble) -> bool) {
+    let fits = |it: &Schedule| it.layout == layout && it.troubles.len() <= MOST_TROUBLES;
+    // A clock is not set here, since not every machine can.
+    let is_possible = |it: &Schedule| it.troubles.iter().all(|it| it.1.kind() != Kind::ClockStep);
+    let mut schedules = (1..100_000).map(Schedule::of).filter(|it| fits(it) && is_possible(it));
+    let schedule = schedules.find(|it| it.troubles.iter().any(|it| is_about(&it.1))).expect("a seed draws it");
     let config = shipped().join("kittiwake.toml");
     let args = ["chaos", "--speed", "20", "--program", KITTIWAKE, "--config", config.to_str().unwrap()];
-    let run = kittiwake_chaos::one(&Args::parse_from(args), seed, false, &AtomicBool::new(false)).unwrap();
+    let (args, interrupted) = (Args::parse_from(args), AtomicBool::new(false));
+    let run = kittiwake_chaos::one(&args, schedule.seed, &Means::default(), &interrupted).unwrap();
     let story: Vec<String> = run.story.iter().map(|(at_s, text)| format!("{at_s:7.1} s  {text}")).collect();
-    let story = story.join("\n");
+    let story = format!("seed {}: {schedule}\n{}", schedule.seed, story.join("\n"));
     assert!(run.violations.is_empty(), "{:?} in:\n{story}", run.violations);
     assert!(!run.outcome.is_empty(), "{story}");
 }
 
 #[test]
-fn a_router_and_a_planner_that_die_and_a_manager_that_pauses_break_no_rule() {
-    check(2, |it| *it == Trouble::Kill(Victim::Router));
+fn a_router_that_dies_breaks_no_rule() {
+    check(Layout::OneRouter, |it| *it == Trouble::Kill(Victim::Router));
 }
 
 #[test]
 fn a_manager_that_dies_twice_in_a_row_breaks_no_rule() {
-    check(101, |it| *it == Trouble::CrashLoop(Victim::Mcm, 2));
+    check(Layout::OneRouter, |it| *it == Trouble::CrashLoop(Victim::Mcm, 2));
 }
 
 #[test]
 fn a_planner_that_comes_back_without_its_state_breaks_no_rule() {
-    let emptied = Trouble::GarbledState(Victim::Planner, Garbling::Emptied);
-    check(102, |it| *it == emptied);
+    check(Layout::TwoRouters, |it| *it == Trouble::GarbledState(Victim::Planner, Garbling::Emptied));
+}
+
+#[test]
+fn an_order_that_is_given_into_a_cut_link_is_not_obeyed_after_it() {
+    let is_long = |it: &Trouble| it.link_is_faulty_for().as_secs_f64() > 5.0;
+    check(Layout::TwoRouters, |it| matches!(it, Trouble::Cut(Ways::Both | Ways::Up, _, Some(_))) && is_long(it));
+}
+
+#[test]
+fn a_storm_of_known_flags_breaks_no_rule() {
+    check(Layout::OneRouter, |it| it.kind() == Kind::Storm);
 }
 
 #[test]

@@ -27,6 +27,7 @@ mod page_orders;
 mod page_people;
 mod recordings;
 mod sockets;
+mod storm;
 mod supervised;
 mod telemetry;
 mod tower;

@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 
 use bus::{Link, Process, Scope, Stop, Tap, Tapped, monotonic_ns};
 use domain::time::{Now, Time};
+use faulty_link::{CLEAR, Direction, Shape};
 use kittiwake_proto::topics::{Message, Topic};
 use kittiwake_proto::v1::GroundContact;
 use node::{Effect, Event, Node, VehicleId};
@@ -20,10 +21,8 @@ use serde::Serialize;
 use crate::load;
 use crate::statistics::Statistics;
 
-pub mod proxy;
 mod rig;
 
-use proxy::{CLEAR, Direction, Shape};
 use rig::Rig;
 
 /// A modem's link: 64 kbit/s and a round trip of 200 ms, without and with losses.

@@ -4,10 +4,9 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
+use faulty_link::Proxy;
 use kittiwake::run::run_file::RunFolder;
 use kittiwake::service::Service;
-
-use super::proxy::Proxy;
 
 /// Ends with the value.
 pub(crate) struct Rig {

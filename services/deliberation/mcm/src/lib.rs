@@ -15,6 +15,7 @@ mod journal;
 mod leaves;
 mod manager;
 mod outbox;
+mod repeats;
 mod snapshot;
 mod tick_time;
 mod timing;

@@ -537,3 +537,33 @@ fn a_step_costs_one_request_for_its_skill_one_for_the_next_step_and_one_that_it_
     rig.end(&skill, Succeeded, "");
     assert_eq!(rig.open().count(), 3);
 }
+
+#[test]
+fn a_flood_of_unknown_flags_is_counted_and_leaves_room_for_the_decisions() {
+    let (mut rig, _) = under_way();
+    rig.decisions.clear();
+    rig.together(|rig| (0..2000).for_each(|it| rig.flag(&format!("unheard_of_{}", it % 1000), true)));
+    let about = |rig: &Rig, part: &str| rig.decisions.iter().filter(|it| it.contains(part)).count();
+    let recorded = (about(&rig, "has no row in the table"), about(&rig, "further ones are only counted"));
+    assert_eq!(recorded, (16, 1), "{:?}", rig.decisions);
+    assert_eq!(rig.story().lines().filter(|it| it.contains("has no row")).count(), 2000, "each is counted");
+    rig.flag("obstacle", true);
+    assert_eq!(about(&rig, "flag `obstacle` raised"), 1, "{:?}", rig.decisions);
+}
+
+#[test]
+fn flags_that_rise_and_fall_all_the_time_leave_room_for_the_decisions() {
+    let (mut rig, _) = under_way();
+    rig.flag("motor_failure", true);
+    rig.decisions.clear();
+    for _ in 0..400 {
+        rig.flag("battery_stale", true);
+        rig.wait(0.01);
+        rig.flag("battery_stale", false);
+        rig.wait(0.01);
+    }
+    let about = |rig: &Rig, part: &str| rig.decisions.iter().filter(|it| it.contains(part)).count();
+    assert!(2 < about(&rig, "flag `battery_stale` raised") && rig.decisions.len() < 20, "{:?}", rig.decisions);
+    rig.wait(10.0);
+    assert_eq!(about(&rig, "flag `battery_stale` raised: by hand (397 more times in 10 s)"), 1, "{:?}", rig.decisions);
+}

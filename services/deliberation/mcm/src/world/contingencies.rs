@@ -3,7 +3,9 @@
 use domain::contingency::{INTROSPECTION_LOST, Then};
 use domain::mission::MissionOutcome;
 use domain::time::Time;
+use kittiwake_proto::topics::Topic;
 
+use super::unknown_flags::shortened;
 use super::{SELF, World};
 use crate::journal::Decision;
 
@@ -20,6 +22,10 @@ impl World {
             self.flags.condition_gone(INTROSPECTION_LOST, SELF);
         }
         for flag in self.news.take_flags() {
+            if self.flags.number(&flag.name).is_none() {
+                // Counted with what the heartbeat calls malformed: a name that nobody knows cannot be acted on.
+                self.outbox.refuse(Topic::FlagEvent, format_args!("flag `{}` has no row", shortened(&flag.name)));
+            }
             if flag.raised {
                 self.raise(&flag.name, flag.source, flag.reason);
             } else {
@@ -44,10 +50,14 @@ impl World {
         None
     }
 
-    /// Raises a flag that has a row; one without a row is only recorded.
+    /// Raises a flag that has a row; of one without a row only the first event is recorded.
     pub(super) fn raise(&mut self, name: &str, source: impl Into<String>, reason: impl Into<String>) {
         match self.flags.number(name) {
-            None => self.say("contingency", format!("flag `{name}` has no row in the table: not acted on")),
+            None => {
+                if let Some(text) = self.unknown_flags.meet(name) {
+                    self.say("contingency", text);
+                }
+            }
             // The touchdown that it is about stays what it was.
             Some(row) if self.table.rows()[row].then == Then::Crashed && self.has_crashed() => {}
             Some(row) => {

@@ -38,6 +38,7 @@ mod plans;
 mod responses;
 mod status;
 mod steps;
+mod unknown_flags;
 mod ways;
 
 use airspace::AirspaceWatch;
@@ -51,6 +52,7 @@ use responses::ActiveResponse;
 pub(crate) use responses::{Reset, Waits};
 pub(crate) use status::Reporter;
 pub(crate) use steps::NextStep;
+use unknown_flags::UnknownFlags;
 pub(crate) use ways::{Stay, WayOut};
 
 /// The source of flags that the manager raises itself.
@@ -68,6 +70,7 @@ pub(crate) struct World {
     flight: FlightJudge,
     confirmed: ConfirmedState,
     flags: Flags,
+    unknown_flags: UnknownFlags,
     skills: Skills,
     planner: Planner,
     permissions: Permissions,
@@ -123,6 +126,7 @@ impl World {
             now: Now::default(),
             limits,
             flags: Flags::of(&table),
+            unknown_flags: UnknownFlags::default(),
             table: Arc::new(table),
             library,
             news: News::default(),
@@ -240,7 +244,7 @@ impl World {
 
     /// Publishes the decisions of this wake.
     pub(crate) fn publish_decisions(&mut self) {
-        for record in self.journal.records(&self.flags, &self.table) {
+        for record in self.journal.records(self.now.time, &self.flags, &self.table) {
             self.outbox.publish(record);
         }
     }

@@ -1,8 +1,22 @@
-//! What can go wrong, and within which ranges it is drawn.
+//! What can go wrong.
 
 use std::fmt;
-use std::ops::RangeInclusive;
 use std::time::Duration;
+
+use faulty_link::Direction;
+
+pub mod ranges;
+mod words;
+
+/// What stands between the processes of a system.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Layout {
+    /// `kittiwake up`: one router for all, and a launcher.
+    OneRouter,
+    /// As it is deployed: a router on board and one on the ground, an encrypted link between them that may have faults, and
+    /// for each machine somebody who starts again what has ended, as systemd does.
+    TwoRouters,
+}
 
 /// A process that a trouble befalls.
 ///
@@ -22,13 +36,15 @@ pub enum Victim {
     ControlTower,
     /// The gateway.
     Gateway,
-    /// The router that all are connected to.
+    /// The router of those on board; in a system with one router, of all.
     Router,
+    /// The router on the ground, in a system with two.
+    GroundRouter,
 }
 
 impl Victim {
-    /// Every one.
-    pub const ALL: [Victim; 7] = [
+    /// Every one of a system with two routers; with one there is no [`Victim::GroundRouter`], the last.
+    pub const ALL: [Victim; 8] = [
         Victim::Mcm,
         Victim::Planner,
         Victim::SkillManager,
@@ -36,7 +52,16 @@ impl Victim {
         Victim::ControlTower,
         Victim::Gateway,
         Victim::Router,
+        Victim::GroundRouter,
     ];
+
+    /// Those of a system of this layout.
+    pub fn of(layout: Layout) -> &'static [Victim] {
+        match layout {
+            Layout::OneRouter => &Victim::ALL[..Victim::ALL.len() - 1],
+            Layout::TwoRouters => &Victim::ALL,
+        }
+    }
 
     /// Its name: the subcommand, and how the launcher calls it.
     pub fn name(self) -> &'static str {
@@ -48,6 +73,7 @@ impl Victim {
             Victim::ControlTower => "control-tower",
             Victim::Gateway => "gateway",
             Victim::Router => "router",
+            Victim::GroundRouter => "ground-router",
         }
     }
 }
@@ -75,6 +101,14 @@ impl Order {
             Order::Return => "return",
         }
     }
+
+    /// The flag of the contingency row that carries it out.
+    pub fn flag(self) -> &'static str {
+        match self {
+            Order::Abort => "operator_abort",
+            Order::Return => "operator_return",
+        }
+    }
 }
 
 /// What is done to a file of persisted state.
@@ -86,6 +120,39 @@ pub enum Garbling {
     Cut,
     /// Nothing is left.
     Emptied,
+}
+
+/// Directions of the link in which nothing passes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Ways {
+    /// Both.
+    Both,
+    /// Nothing reaches the ground.
+    Down,
+    /// Nothing reaches the aircraft.
+    Up,
+}
+
+impl Ways {
+    /// As the link knows them.
+    pub fn directions(self) -> &'static [Direction] {
+        match self {
+            Ways::Both => &[Direction::Down, Direction::Up],
+            Ways::Down => &[Direction::Down],
+            Ways::Up => &[Direction::Up],
+        }
+    }
+}
+
+/// Whose clock is set: processes of one machine have one clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Machine {
+    /// Those on board.
+    Aircraft,
+    /// Those on the ground.
+    Ground,
+    /// Both by the same; the only one in a system with one router.
+    Both,
 }
 
 /// Something that goes wrong. Durations are wall time.
@@ -109,6 +176,17 @@ pub enum Trouble {
     Strangers(u32),
     /// Unexpected messages at this rate per second, for this time.
     Flood(u32, Duration),
+    /// Sixteen flags of the contingency table rise and fall in turn, a thousand events a second, for this time. The number draws
+    /// which.
+    Storm(u64, Duration),
+    /// The wall clock of a machine is set by this many milliseconds; its monotonic clock goes on.
+    ClockStep(Machine, i64),
+    /// Nothing passes over the link for this time. With an order: it is given once, right after the cut.
+    Cut(Ways, Duration, Option<Order>),
+    /// Everything on the link is late by the first time, each way, for the second.
+    Slow(Duration, Duration),
+    /// The link carries this many bits a second each way, for this time.
+    Narrow(u64, Duration),
     /// An operator's order. No trouble, but what follows must obey it.
     Ordered(Order),
 }
@@ -134,42 +212,19 @@ pub enum Kind {
     Strangers,
     /// [`Trouble::Flood`].
     Flood,
+    /// [`Trouble::Storm`].
+    Storm,
+    /// [`Trouble::ClockStep`].
+    ClockStep,
+    /// [`Trouble::Cut`].
+    Cut,
+    /// [`Trouble::Slow`].
+    Slow,
+    /// [`Trouble::Narrow`].
+    Narrow,
     /// [`Trouble::Ordered`].
     Ordered,
 }
-
-/// How often each kind is drawn, relative to the others.
-pub const WEIGHTS: &[(Kind, u32)] = &[
-    (Kind::Kill, 10),
-    (Kind::Stop, 8),
-    (Kind::DoubleKill, 4),
-    (Kind::CrashLoop, 2),
-    (Kind::PowerLoss, 2),
-    (Kind::FullDisk, 2),
-    (Kind::GarbledState, 2),
-    (Kind::Strangers, 2),
-    (Kind::Flood, 2),
-    (Kind::Ordered, 3),
-];
-
-/// Wall milliseconds of a stop: from a pause of the scheduler to far beyond the limit of a process that hangs.
-pub const STOP_MS: RangeInclusive<u64> = 300..=30_000;
-/// Wall milliseconds between the two of a double kill: at once, or while the first is on its way back.
-pub const APART_MS: RangeInclusive<u64> = 0..=1_500;
-/// Deaths in a crash loop. One more than the most is given up by the launcher on the ground, see `[launcher.restart]`.
-pub const LOOP_DEATHS: RangeInclusive<u32> = 2..=MOST_DEATHS;
-/// Deaths of one process in a whole run.
-pub const MOST_DEATHS: u32 = 4;
-/// Wall milliseconds without power.
-pub const DARK_MS: RangeInclusive<u64> = 100..=3_000;
-/// Wall milliseconds with a full disk.
-pub const FULL_MS: RangeInclusive<u64> = 1_000..=20_000;
-/// Connections of strangers.
-pub const STRANGERS: RangeInclusive<u32> = 1..=200;
-/// Messages a second of a flood, and its wall milliseconds.
-pub const FLOOD_HZ: RangeInclusive<u32> = 200..=3_000;
-/// See [`FLOOD_HZ`].
-pub const FLOOD_MS: RangeInclusive<u64> = 500..=5_000;
 
 impl Trouble {
     /// Its kind.
@@ -184,7 +239,20 @@ impl Trouble {
             Trouble::GarbledState(..) => Kind::GarbledState,
             Trouble::Strangers(_) => Kind::Strangers,
             Trouble::Flood(..) => Kind::Flood,
+            Trouble::Storm(..) => Kind::Storm,
+            Trouble::ClockStep(..) => Kind::ClockStep,
+            Trouble::Cut(..) => Kind::Cut,
+            Trouble::Slow(..) => Kind::Slow,
+            Trouble::Narrow(..) => Kind::Narrow,
             Trouble::Ordered(_) => Kind::Ordered,
+        }
+    }
+
+    /// Wall time for which the link is not what it should be.
+    pub fn link_is_faulty_for(&self) -> Duration {
+        match self {
+            Trouble::Cut(_, time, _) | Trouble::Slow(_, time) | Trouble::Narrow(_, time) => *time,
+            _ => Duration::ZERO,
         }
     }
 
@@ -195,32 +263,6 @@ impl Trouble {
             Trouble::DoubleKill(first, second, _) => vec![(*first, 1), (*second, 1)],
             Trouble::CrashLoop(victim, times) => vec![(*victim, *times)],
             _ => Vec::new(),
-        }
-    }
-}
-
-impl fmt::Display for Trouble {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Trouble::Kill(victim) => write!(f, "kill {victim}"),
-            Trouble::Stop(victim, time) => write!(f, "stop {victim} for {:.1} s", time.as_secs_f64()),
-            Trouble::DoubleKill(first, second, apart) => {
-                write!(f, "kill {first}, and {second} {:.1} s later", apart.as_secs_f64())
-            }
-            Trouble::CrashLoop(victim, times) => write!(f, "kill {victim} {times} times in a row"),
-            Trouble::PowerLoss(dark) => write!(f, "power lost for {:.1} s", dark.as_secs_f64()),
-            Trouble::FullDisk(time) => write!(f, "disk full for {:.1} s", time.as_secs_f64()),
-            Trouble::GarbledState(victim, garbling) => {
-                let how = match garbling {
-                    Garbling::Flipped => "bits turned",
-                    Garbling::Cut => "cut in half",
-                    Garbling::Emptied => "emptied",
-                };
-                write!(f, "kill {victim}, its state {how}")
-            }
-            Trouble::Strangers(count) => write!(f, "{count} strangers"),
-            Trouble::Flood(rate_hz, time) => write!(f, "{rate_hz} messages/s for {:.1} s", time.as_secs_f64()),
-            Trouble::Ordered(order) => write!(f, "order {}", order.verb()),
         }
     }
 }

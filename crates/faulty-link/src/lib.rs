@@ -1,4 +1,5 @@
-//! A link with faults: a TCP proxy in user space with a rate, a delay, losses and cuts.
+//! A link with faults: a TCP proxy in user space with a rate, a delay, losses and cuts. For tests, measurements and campaigns
+//! only: nothing of it flies.
 //!
 //! A lost packet has the effect that it has with TCP: everything behind it waits for the retransmission. Bytes
 //! are never lost, as on a real link; during a cut they wait. A sender is held back as by a
@@ -8,6 +9,7 @@
 #![expect(clippy::disallowed_methods, reason = "a link takes time")]
 
 use std::collections::{BTreeSet, VecDeque};
+use std::fmt;
 use std::io::{Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -54,6 +56,8 @@ pub enum Direction {
 pub struct Proxy {
     /// Where to call.
     pub address: SocketAddr,
+    /// Where everything is passed on to.
+    pub target: SocketAddr,
     state: Arc<State>,
 }
 
@@ -105,7 +109,7 @@ impl Proxy {
                 }
             }
         });
-        Proxy { address, state }
+        Proxy { address, target, state }
     }
 
     /// From now on it is like this.
@@ -138,6 +142,12 @@ impl Proxy {
     /// Bytes received in this direction so far, encryption included.
     pub fn bytes(&self, way: Direction) -> u64 {
         self.state.bytes[way as usize].load(Ordering::SeqCst)
+    }
+}
+
+impl fmt::Debug for Proxy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Proxy({} to {})", self.address, self.target)
     }
 }
 

@@ -1,0 +1,84 @@
+//! What the oracle may have against a run.
+
+use std::fmt;
+
+use domain::time::Time;
+use witness::Breach;
+
+use super::INTERRUPTION;
+use crate::trouble::Order;
+
+/// What must not happen.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Violation {
+    /// A rule of the airspace or of takeoffs, or nobody responds.
+    Breach(Breach),
+    /// The vehicle flew, was heard, and its mission manager was not heard for too long.
+    NobodyInCharge {
+        /// When.
+        at: Time,
+    },
+    /// An order was accepted, and the vehicle still flies.
+    Disobeyed {
+        /// Which.
+        order: Order,
+        /// When it should have been on the ground.
+        at: Time,
+    },
+    /// No order was accepted in flight, for a long time.
+    Refused {
+        /// Which.
+        order: Order,
+        /// What was answered last.
+        said: String,
+    },
+    /// The vehicle obeys an order that nobody has given lately, and that was not accepted.
+    ObeyedLate {
+        /// Which.
+        order: Order,
+        /// When it was first seen to obey.
+        at: Time,
+        /// When the order was last given, if it ever was.
+        given: Option<Time>,
+    },
+    /// The vehicle crashed.
+    Crashed,
+    /// The launcher gave up, or could not start.
+    NotKeptUp(String),
+    /// It neither landed nor holds for a reason.
+    NeverEnded(String),
+}
+
+impl fmt::Display for Violation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let s = |at: &Time| at.as_secs_f64();
+        match self {
+            Violation::Breach(Breach::Entered { at, area, permission }) => {
+                write!(f, "at {:.0} s it entered area {area} without a permission: {permission:?}", s(at))
+            }
+            Violation::Breach(Breach::Stayed { at, area }) => {
+                write!(f, "at {:.0} s it was still in area {area}", s(at))
+            }
+            Violation::Breach(Breach::TookOff { at }) => {
+                write!(f, "at {:.0} s it took off after the end or in answer to a flag", s(at))
+            }
+            Violation::Breach(Breach::NoResponder { at, phase }) => {
+                write!(f, "at {:.0} s it flew and nothing responded, mission {phase:?}", s(at))
+            }
+            Violation::NobodyInCharge { at } => {
+                write!(f, "at {:.0} s it flew and the mission manager had not been heard for {INTERRUPTION:?}", s(at))
+            }
+            Violation::Disobeyed { order, at } => {
+                write!(f, "{} was accepted, and at {:.0} s the vehicle still flew", order.verb(), s(at))
+            }
+            Violation::Refused { order, said } => write!(f, "{} was not accepted in flight: {said}", order.verb()),
+            Violation::ObeyedLate { order, at, given } => {
+                let given = given.map_or("never".to_owned(), |it| format!("last at {:.0} s", s(&it)));
+                write!(f, "at {:.0} s it obeyed {}, which was given {given} and not accepted", s(at), order.verb())
+            }
+            Violation::Crashed => f.write_str("the vehicle crashed"),
+            Violation::NotKeptUp(last_words) => write!(f, "the system was not kept up: {last_words}"),
+            Violation::NeverEnded(how) => write!(f, "it neither landed nor holds for a reason: {how}"),
+        }
+    }
+}

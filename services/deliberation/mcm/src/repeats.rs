@@ -1,0 +1,67 @@
+//! Records that repeat themselves: flags that rise and fall faster than anybody reads must not push other decisions out of the
+//! journal and the recording. What is decided does not change, only how often it is said.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use domain::time::Time;
+
+/// The same words are said this often within a window; how often more is said once, at its end.
+const MOST: u32 = 3;
+/// In mission time.
+const WINDOW: Duration = Duration::from_secs(10);
+
+/// What was said lately, and how often.
+#[derive(Debug, Default)]
+pub(crate) struct Repeats(BTreeMap<String, Said>);
+
+#[derive(Debug)]
+struct Said {
+    since: Time,
+    times: u32,
+}
+
+impl Repeats {
+    /// Whether this is said now, or only counted.
+    pub(crate) fn is_said(&mut self, at: Time, text: &str) -> bool {
+        if let Some(said) = self.0.get_mut(text) {
+            said.times = said.times.saturating_add(1);
+            return said.times <= MOST;
+        }
+        self.0.insert(text.to_owned(), Said { since: at, times: 1 });
+        true
+    }
+
+    /// The windows that are over: what is to be said about the words that were only counted in them.
+    pub(crate) fn over(&mut self, now: Time) -> Vec<String> {
+        let mut counted = Vec::new();
+        self.0.retain(|text, said| {
+            let is_over = said.since + WINDOW <= now;
+            if is_over && MOST < said.times {
+                counted.push(format!("{text} ({} more times in {} s)", said.times - MOST, WINDOW.as_secs()));
+            }
+            !is_over
+        });
+        counted
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(ms: u64) -> Time {
+        Time::after(Duration::from_millis(ms))
+    }
+
+    #[test]
+    fn what_repeats_is_said_three_times_and_counted() {
+        let mut repeats = Repeats::default();
+        let said = (0..500).filter(|it| repeats.is_said(at(it * 10), "flag `obstacle` raised")).count();
+        assert!(repeats.is_said(at(5_000), "`obstacle`: stop"));
+        assert_eq!((said, repeats.over(at(9_999))), (3, Vec::new()));
+        assert_eq!(repeats.over(at(10_000)), ["flag `obstacle` raised (497 more times in 10 s)"]);
+        assert!(repeats.is_said(at(10_010), "flag `obstacle` raised"), "a new window begins");
+        assert!(repeats.over(at(20_020)).is_empty() && repeats.0.is_empty(), "nothing is kept");
+    }
+}
