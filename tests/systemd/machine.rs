@@ -4,11 +4,9 @@ use std::path::Path;
 use std::process::Output;
 use std::time::Duration;
 
-use crate::engine::{self, docker};
+use crate::engine::docker;
 use crate::wait::wait_within;
 
-/// Names the image of the machine.
-const IMAGE: &str = "KITTIWAKE_SYSTEMD_IMAGE";
 /// On a machine in order every wait is much shorter than this.
 const LIMIT: Duration = Duration::from_secs(120);
 
@@ -16,10 +14,9 @@ const LIMIT: Duration = Duration::from_secs(120);
 pub struct Machine(String);
 
 impl Machine {
-    /// Starts one in `network`, where it is reached by the name `host`, and waits until it has come up.
+    /// Starts one of `image` in `network`, where it is reached by the name `host`, and waits until it has come up.
     #[track_caller]
-    pub fn start(name: String, network: &str, host: &str) -> Machine {
-        let image = engine::image(IMAGE);
+    pub fn start(image: &str, name: String, network: &str, host: &str) -> Machine {
         let net = ["--network", network, "--network-alias", host, "--hostname", host];
         // What systemd needs for control groups and sandboxes: to mount, with the system calls for it, and to see processes
         // that a sandbox hides.
@@ -28,7 +25,7 @@ impl Machine {
             [rights, ["--security-opt", "seccomp=unconfined", "--security-opt", "apparmor=unconfined"]].concat();
         let folders = ["--tmpfs", "/run", "--tmpfs", "/tmp"];
         let run = ["run", "--detach", "--name", &name];
-        succeeded(&docker(&[&run[..], &net, &rights, &folders, &[&image]].concat()));
+        succeeded(&docker(&[&run[..], &net, &rights, &folders, &[image]].concat()));
         let machine = Machine(name);
         machine.wait_until_up();
         machine
@@ -92,9 +89,12 @@ impl Machine {
     /// Waits until a process runs that is not `former`, and is ready.
     #[track_caller]
     pub fn wait_for_another(&self, process: &str, former: Option<u32>) {
+        let ask = format!("systemctl show --property MainPID,ActiveState kittiwake@{process}");
         wait_for(&format!("{process} to be started again"), || {
-            let is_ready = self.property(process, "ActiveState") == "active";
-            self.process_id(process).filter(|it| Some(*it) != former && is_ready).map(drop)
+            let said = self.run(&ask);
+            let value = |name: &str| said.lines().find_map(|it| it.strip_prefix(name)).unwrap_or_default();
+            let id = value("MainPID=").parse::<u32>().ok().filter(|it| *it != 0);
+            (value("ActiveState=") == "active" && id.is_some() && id != former).then_some(())
         });
     }
 

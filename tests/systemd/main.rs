@@ -10,7 +10,6 @@
 mod documented;
 #[path = "../support/engine.rs"]
 mod engine;
-mod files;
 mod flight;
 mod lost;
 mod machine;

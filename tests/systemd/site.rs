@@ -6,8 +6,11 @@ use std::sync::{Mutex, MutexGuard};
 use serde_json::Value;
 
 use crate::documented::commands;
-use crate::engine::docker;
+use crate::engine::{self, docker};
 use crate::machine::{Machine, succeeded, wait_for};
+
+/// Names the image of the machines.
+const IMAGE: &str = "KITTIWAKE_SYSTEMD_IMAGE";
 
 /// What is enabled on board.
 pub const ON_BOARD: [&str; 6] = ["router", "vehicle-sim", "skill-manager", "monitor", "planner", "mcm"];
@@ -34,14 +37,20 @@ impl Site {
     #[track_caller]
     pub fn start(story: &str, speed: u32) -> Site {
         let alone = ONE_AT_A_TIME.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let image = engine::image(IMAGE);
         let name = format!("kittiwake-systemd-{}-{story}", std::process::id());
         succeeded(&docker(&["network", "create", &name]));
         let network = Network(name.clone());
-        let ground = Machine::start(format!("{name}-ground"), &network.0, "ground.example");
-        let aircraft = Machine::start(format!("{name}-aircraft"), &network.0, "aircraft.example");
-        for machine in [&ground, &aircraft] {
-            install(machine, speed);
-        }
+        let install = |host: &str| {
+            let machine = Machine::start(&image, format!("{name}-{host}"), &network.0, &format!("{host}.example"));
+            install(&machine, speed);
+            machine
+        };
+        let (ground, aircraft) = std::thread::scope(|scope| {
+            let ground = scope.spawn(|| install("ground"));
+            let aircraft = install("aircraft");
+            (ground.join().expect("the ground's machine is installed"), aircraft)
+        });
         ground.run(&commands("kittiwake certs"));
         let scratch = tempfile::tempdir().expect("a temporary folder can be made");
         ground.copy_out("credentials", scratch.path());
@@ -91,9 +100,11 @@ impl Site {
     #[track_caller]
     pub fn check_active(&self) {
         for (machine, processes) in [(&self.aircraft, &ON_BOARD[..]), (&self.ground, &ON_GROUND)] {
-            for process in processes {
-                assert_eq!(machine.property(process, "ActiveState"), "active", "{process}\n{}", machine.journal());
-            }
+            let units: Vec<_> = processes.iter().map(|it| format!("kittiwake@{it}")).collect();
+            let said = machine.try_run(&format!("systemctl is-active {}", units.join(" ")));
+            let said = String::from_utf8_lossy(&said.stdout).into_owned();
+            let active = said.lines().filter(|it| *it == "active").count();
+            assert_eq!(active, units.len(), "{units:?}:\n{said}\n{}", machine.journal());
         }
     }
 }

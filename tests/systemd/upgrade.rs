@@ -6,7 +6,7 @@ use crate::site::Site;
 #[test]
 #[ignore = "needs an image: KITTIWAKE_SYSTEMD_IMAGE=NAME cargo test --test systemd -- --ignored"]
 fn upgraded_in_flight_one_process_after_the_other_the_mission_is_achieved() {
-    let site = Site::start("upgrade", 4);
+    let site = Site::start("upgrade", 5);
     let machine = &site.aircraft;
     site.wait_for_flight();
     let in_place = commands("mv /usr/local/bin/kittiwake.new").replace("systemctl restart kittiwake.target", "");
