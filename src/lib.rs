@@ -41,6 +41,9 @@ pub mod up;
 /// Does what the command line says, and returns the exit code.
 pub fn main() -> ExitCode {
     let cli = cli::Cli::parse();
+    // A child of the launcher is started as `/proc/self/exe`, and would be called `exe` in lists of processes. The name is for
+    // humans only.
+    let _ = nix::sys::prctl::set_name(c"kittiwake");
     // Every TLS connection encrypts with ring. This fails only where a provider is installed already.
     let _ = rustls::crypto::ring::default_provider().install_default();
     let outcome = match cli.command {

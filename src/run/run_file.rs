@@ -22,7 +22,7 @@ pub struct Running {
     pub token: String,
     /// The vehicle's name.
     pub vehicle: String,
-    /// The configuration file it was started with.
+    /// The configuration file that its processes read.
     pub config: PathBuf,
     /// The CA file for the gateway's certificate; absent without encryption.
     pub ca: Option<PathBuf>,

@@ -31,9 +31,10 @@ pub struct Children {
 }
 
 impl Children {
-    /// No child runs yet. They will run the same executable as this process.
+    /// No child runs yet. They will run the program that this process runs, also after another was installed in its place:
+    /// that one may want other files than those that this run flies with.
     pub fn new(settings: &Settings, happenings: Sender<Happening>) -> io::Result<Children> {
-        Children::of(std::env::current_exe()?, settings, happenings)
+        Children::of("/proc/self/exe".into(), settings, happenings)
     }
 
     /// None runs yet. They will be of the executable `program`.
@@ -67,6 +68,7 @@ impl Children {
             }
         }
         let mut process = Command::new(&self.program)
+            .arg0("kittiwake")
             .args(args)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())

@@ -20,6 +20,7 @@ use crate::run::{state_folder, tower_key};
 use crate::setup::access::DemoAccess;
 use crate::up::aircraft::{Aircraft, State};
 use crate::up::children::Children;
+use crate::up::flown_files::FlownFiles;
 use crate::up::liveness::Liveness;
 use crate::up::progress::Progress;
 use crate::up::screen::Screen;
@@ -37,6 +38,8 @@ const REFRESH: Duration = Duration::from_millis(200);
 pub struct Launcher<'a> {
     args: &'a UpArgs,
     config: Config,
+    /// What every process is started with.
+    files: FlownFiles,
     start: Instant,
     happenings: Receiver<Happening>,
     sender: Sender<Happening>,
@@ -75,17 +78,18 @@ impl<'a> Launcher<'a> {
     pub fn new(
         args: &'a UpArgs,
         config: Config,
+        files: FlownFiles,
         sender: Sender<Happening>,
         happenings: Receiver<Happening>,
     ) -> io::Result<Launcher<'a>> {
-        let mut settings = args.settings.clone();
+        let mut settings = files.settings.clone();
         let demo = match settings.access {
             Some(_) => None,
             None => Some(DemoAccess::create()?),
         };
         settings.access = settings.access.or_else(|| demo.as_ref().map(|it| it.folder.0.clone()));
         let wanted = 0 < config.gateway.recording.most_files;
-        settings.recordings = config.gateway.recording.folder.clone().or_else(state_folder::recordings);
+        settings.recordings = settings.recordings.or_else(state_folder::recordings);
         let recordings = settings.recordings.clone().filter(|_| wanted);
         let state = match settings.state {
             Some(_) => None,
@@ -117,6 +121,7 @@ impl<'a> Launcher<'a> {
             run_file: None,
             reported: None,
             config,
+            files,
             happenings,
             sender,
         })
@@ -287,7 +292,7 @@ impl<'a> Launcher<'a> {
         }
         let missing = self.supervisor.missing();
         if let (true, Some(connect), Some(http)) = (missing.is_empty(), &self.locator, &self.http) {
-            let (vehicle, config) = (self.config.vehicle.to_string(), self.args.settings.config.clone());
+            let (vehicle, config) = (self.config.vehicle.to_string(), self.files.settings.config.clone());
             let token = self.demo.as_ref().map(|it| it.token.clone()).unwrap_or_default();
             let (pid, connect, http) = (std::process::id(), connect.clone(), http.clone());
             let ca = self.config.gateway.tls_certificate.clone();

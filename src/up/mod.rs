@@ -10,12 +10,14 @@ use serde::Deserialize;
 use crate::cli::UpArgs;
 use crate::outcome::Outcome;
 use crate::run::end;
+use crate::up::flown_files::FlownFiles;
 use crate::up::launcher::Launcher;
 use crate::up::supervise::Child;
 use crate::{check_inputs, output, telemetry};
 
 mod aircraft;
 pub mod children;
+mod flown_files;
 mod launcher;
 mod liveness;
 mod progress;
@@ -80,8 +82,15 @@ pub fn up(args: &UpArgs) -> Outcome {
         // Fails only while the launcher ends.
         let _ = interrupt.send(Happening::Interrupted);
     };
-    let telemetry = telemetry::start("launcher", inputs.config.vehicle.as_str(), &inputs.config.telemetry);
-    let outcome = match end::on_signal(on_signal).and_then(|()| Launcher::new(args, inputs.config, sender, happenings))
+    let (files, config) = match FlownFiles::copy(&args.settings, &inputs.config) {
+        Ok(copy) => copy,
+        Err(cause) => {
+            output::error_line(cause);
+            return Outcome::BadInput;
+        }
+    };
+    let telemetry = telemetry::start("launcher", config.vehicle.as_str(), &config.telemetry);
+    let outcome = match end::on_signal(on_signal).and_then(|()| Launcher::new(args, config, files, sender, happenings))
     {
         Ok(launcher) => launcher.run(),
         Err(cause) => {

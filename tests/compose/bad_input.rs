@@ -2,7 +2,8 @@
 
 use std::net::TcpListener;
 
-use crate::support::engine::{docker, docker_lines};
+use crate::support::docker_lines;
+use crate::support::engine::docker;
 use crate::support::{Project, wait_for};
 
 #[test]
@@ -24,8 +25,7 @@ fn a_port_that_is_in_use() {
 fn a_volume_that_cannot_be_written() {
     let project = Project::new("volume");
     project.up();
-    let (image, access, authority) =
-        (crate::support::engine::image(), project.volume("access"), project.volume("authority"));
+    let (image, access, authority) = (crate::support::image(), project.volume("access"), project.volume("authority"));
     let state = "/var/lib/kittiwake";
 
     /// Runs one process of the image with a read-only volume.
@@ -64,7 +64,7 @@ fn a_certificate_of_another_vehicle_is_refused_at_start_and_the_right_one_let_in
     project.up();
     let (router, volume) = (project.container("uav1-router"), project.volume("uav1-certificate"));
     docker(&["stop", "--time", "5", &router]);
-    let image = crate::support::engine::image();
+    let image = crate::support::image();
     let mount = format!("{volume}:/var/lib/kittiwake/certificate");
     // As another vehicle it has no certificate: the volume holds that of uav1.
     let args =

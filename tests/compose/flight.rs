@@ -3,7 +3,8 @@
 use std::time::{Duration, Instant};
 
 use crate::support::Project;
-use crate::support::engine::{docker, docker_lines};
+use crate::support::docker_lines;
+use crate::support::engine::docker;
 
 /// An aircraft and its ground come up within this time.
 const START_LIMIT: Duration = Duration::from_secs(60);

@@ -9,6 +9,7 @@ mod support;
 mod audit;
 mod bad_input;
 mod bad_messages;
+mod changed_files;
 mod chaos;
 mod check;
 mod crowd;

@@ -61,7 +61,12 @@ impl System {
 
     /// Starts one with these arguments and no others but `--json`.
     pub fn up(args: &[&str], variables: &[(&str, &str)]) -> System {
-        let mut launcher = Command::new(KITTIWAKE)
+        System::of(Path::new(KITTIWAKE), args, variables)
+    }
+
+    /// The same, of the program at another place.
+    pub fn of(program: &Path, args: &[&str], variables: &[(&str, &str)]) -> System {
+        let mut launcher = Command::new(program)
             .args(["up", "--json"])
             .args(args)
             // Not into the recordings of the user who runs the tests.

@@ -9,18 +9,22 @@ use std::time::Duration;
 
 use serde_json::Value;
 
+#[path = "../../support/engine.rs"]
 pub mod engine;
 pub mod http;
 #[path = "../../support/wait.rs"]
 mod wait;
 
-use engine::{docker, docker_lines};
+use engine::{answers, docker};
 
 /// On a machine in order every wait is much shorter than this.
 pub const LIMIT: Duration = Duration::from_secs(240);
 
 /// Whole systems of containers, one at a time: they share the machine's two processors.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+
+/// Names the image under test.
+const IMAGE: &str = "KITTIWAKE_IMAGE";
 
 /// The prefix of every project's name.
 const PREFIX: &str = "kittiwake-test";
@@ -42,7 +46,7 @@ impl Project {
     #[track_caller]
     pub fn new(story: &str) -> Project {
         let alone = ONE_AT_A_TIME.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let (image, compose) = (engine::image(), engine::compose());
+        let (image, compose) = (image(), compose());
         let port = free_port();
         let mut project = Project {
             name: format!("{PREFIX}-{}-{story}", std::process::id()),
@@ -200,6 +204,27 @@ impl Drop for Project {
         }
         self.down();
     }
+}
+
+/// The image under test.
+#[track_caller]
+pub fn image() -> String {
+    engine::image(IMAGE)
+}
+
+/// What `docker` prints, line by line.
+pub fn docker_lines(args: &[&str]) -> Vec<String> {
+    let output = docker(args);
+    String::from_utf8_lossy(&output.stdout).lines().map(str::to_owned).collect()
+}
+
+/// The compose command of this machine.
+#[track_caller]
+fn compose() -> &'static [&'static str] {
+    const PLUGIN: &[&str] = &["docker", "compose"];
+    const PROGRAM: &[&str] = &["docker-compose"];
+    let found = [PLUGIN, PROGRAM].into_iter().find(|it| answers(it[0], &[&it[1..], &["version"]].concat()));
+    found.expect("`docker compose` or `docker-compose` is installed")
 }
 
 /// A port that was free a moment ago.

@@ -1,0 +1,124 @@
+//! The files that a run flies with: a copy in a folder of the run, made once they have been checked.
+//!
+//! A process that is started again in flight reads its files again. It reads the copy, so whoever changes the files
+//! meanwhile, or installs those of another version, changes the next run and not this one. Certificates, keys and tokens
+//! are no part of it: they are replaced while a system runs, and no copy of a secret is made.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::check_inputs;
+use crate::config::Config;
+use crate::run::run_file::RunFolder;
+use crate::settings::Settings;
+
+/// Names in the copy.
+const CONFIG: &str = "kittiwake.toml";
+const MISSION: &str = "mission.toml";
+const CONTINGENCIES: &str = "contingencies.toml";
+const TREES: &str = "trees";
+
+/// The copy; removed with the value.
+pub struct FlownFiles {
+    /// The settings of this run, of the copied configuration file.
+    pub settings: Settings,
+    _folder: RunFolder,
+}
+
+/// Why there is no copy.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// A file cannot be read or written.
+    #[error("{path} cannot be copied: {cause}", path = path.display())]
+    File {
+        /// Which one.
+        path: PathBuf,
+        /// What the operating system says.
+        cause: io::Error,
+    },
+    /// There is no place for a copy.
+    #[error("there is no folder for a copy of the configuration: {0}")]
+    Folder(io::Error),
+    /// What was copied is not what was checked.
+    #[error("{path} or a file that it names was changed while it was read; start again", path = .0.display())]
+    Changed(PathBuf),
+}
+
+impl FlownFiles {
+    /// Copies the files of `settings`, which `checked` names; returns the configuration too, as read from the copy.
+    pub fn copy(settings: &Settings, checked: &Config) -> Result<(FlownFiles, Config), Failure> {
+        let folder = RunFolder::create("files").map_err(Failure::Folder)?;
+        let into = |name: &str| folder.0.join(name);
+        copy_config(&settings.config, &into(CONFIG))?;
+        copy_file(&checked.mission, &into(MISSION))?;
+        copy_file(&checked.contingencies, &into(CONTINGENCIES))?;
+        copy_trees(&checked.trees, &into(TREES))?;
+        let copied = Settings {
+            config: into(CONFIG),
+            mission: None,
+            // Paths in a configuration file are relative to its folder, which the copy has left.
+            recordings: checked.gateway.recording.folder.clone(),
+            tls_certificate: checked.gateway.tls_certificate.clone(),
+            tls_key: checked.gateway.tls_key.clone(),
+            ..settings.clone()
+        };
+        match check_inputs::read(&copied) {
+            Ok(inputs) => Ok((FlownFiles { settings: copied, _folder: folder }, inputs.config)),
+            Err(_) => Err(Failure::Changed(settings.config.clone())),
+        }
+    }
+}
+
+/// The configuration, which names the copied files beside it.
+fn copy_config(from: &Path, to: &Path) -> Result<(), Failure> {
+    let text = fs::read_to_string(from).map_err(of(from))?;
+    let mut config: toml::Table = text.parse().map_err(|_| Failure::Changed(from.to_owned()))?;
+    for (key, name) in [("mission", MISSION), ("contingencies", CONTINGENCIES), ("trees", TREES)] {
+        config.insert(key.into(), name.into());
+    }
+    fs::write(to, config.to_string()).map_err(of(to))
+}
+
+fn copy_file(from: &Path, to: &Path) -> Result<(), Failure> {
+    fs::copy(from, to).map(drop).map_err(of(from))
+}
+
+fn copy_trees(from: &Path, to: &Path) -> Result<(), Failure> {
+    fs::create_dir(to).map_err(of(to))?;
+    for entry in fs::read_dir(from).map_err(of(from))? {
+        let entry = entry.map_err(of(from))?;
+        let path = entry.path();
+        if path.extension().is_some_and(|it| it == "xml") {
+            copy_file(&path, &to.join(entry.file_name()))?;
+        }
+    }
+    Ok(())
+}
+
+fn of(path: &Path) -> impl Fn(io::Error) -> Failure + use<> {
+    let path = path.to_owned();
+    move |cause| Failure::File { path: path.clone(), cause }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_copy_says_what_the_files_say() {
+        let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/kittiwake.toml");
+        let mission = shipped.with_file_name("missions/harbour.toml");
+        let settings = Settings { mission: Some(mission), ..Settings::of_file(&shipped) };
+        let read = check_inputs::read(&settings).expect("the shipped files have no mistake");
+        let (copy, mut config) = FlownFiles::copy(&settings, &read.config).expect("a folder of a run can be made");
+        let folder = copy.settings.config.parent().expect("a file is in a folder");
+        assert!(config.mission.starts_with(folder) && config.trees.starts_with(folder));
+        let again = check_inputs::read(&copy.settings).expect("a process reads the copy");
+        assert_eq!(again.mission.name, read.mission.name);
+        config.mission.clone_from(&read.config.mission);
+        config.contingencies.clone_from(&read.config.contingencies);
+        config.trees.clone_from(&read.config.trees);
+        assert_eq!(format!("{config:?}"), format!("{:?}", read.config));
+    }
+}

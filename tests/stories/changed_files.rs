@@ -1,0 +1,64 @@
+//! Files that are changed while a system flies: it flies on with what it was started with.
+
+use std::path::Path;
+
+use nix::sys::signal::Signal;
+
+use crate::support::files::Files;
+use crate::support::{KITTIWAKE, System, kittiwake, wait_for};
+
+/// What a human may leave behind who edits, or who installs another version.
+fn spoil(folder: &Path) {
+    for file in ["kittiwake.toml", "contingencies.toml", "missions/reference.toml", "trees/actions.xml"] {
+        std::fs::write(folder.join(file), "half a line").expect("the file can be written");
+    }
+    std::fs::remove_file(folder.join("trees/step.xml")).expect("the file is there");
+}
+
+#[test]
+fn files_that_are_spoiled_in_flight_keep_no_process_away() {
+    let files = Files::shipped();
+    let config = files.config().to_str().expect("a readable path").to_owned();
+    let system = System::start(&["--config", &config, "--speed", "10"]);
+    system.wait_for("step 4 of 5: fly to (0, 500, 10)");
+    spoil(files.config().parent().expect("a file is in a folder"));
+    // The next run would say so, and name the file as its user does.
+    let next = kittiwake(&["check", "--config", &config]);
+    assert_eq!(next.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&next.stderr).contains(&config), "{}", String::from_utf8_lossy(&next.stderr));
+
+    for service in ["planner", "mcm", "monitor", "skill-manager", "control-tower", "gateway"] {
+        let killed = system.process(service);
+        killed.signal(Signal::SIGKILL);
+        wait_for(&format!("{service} to be started again"), || {
+            let found = system.children().into_iter().find(|(name, _)| name == service)?;
+            (found.1.id() != killed.id()).then_some(())
+        });
+    }
+    // It reads the table of flags that is flown.
+    let raised = system.inject(&["flag", "obstacle"]);
+    assert!(raised.status.success(), "{}", String::from_utf8_lossy(&raised.stderr));
+    let ending = system.end();
+    ending.expect(0, &["SUCCESS", "SUCCESS"]);
+    let refused: Vec<_> = ending.lines.iter().filter(|it| it.contains("ended with exit code 2")).collect();
+    assert!(refused.is_empty(), "{refused:?}");
+}
+
+#[test]
+fn a_program_that_is_replaced_in_flight_is_flown_to_the_end() {
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("a temporary folder can be made");
+    let (program, other) = (folder.path().join("kittiwake"), folder.path().join("kittiwake.new"));
+    std::fs::hard_link(KITTIWAKE, &program).expect("the program is in the same file system");
+    let config = crate::support::shipped().join("kittiwake.toml");
+    let args = ["--exit-when-done", "--speed", "10", "--config", config.to_str().expect("a readable path")];
+    let system = System::of(&program, &args, &[]);
+    system.wait_for("step 4 of 5: fly to (0, 500, 10)");
+    // As packages are installed: at once, by a new file of the same name.
+    std::fs::write(&other, "no program").expect("the file can be written");
+    std::fs::rename(&other, &program).expect("the file can be renamed");
+    for service in ["planner", "mcm"] {
+        system.process(service).signal(Signal::SIGKILL);
+        system.wait_for(&format!("{service} ended by signal 9"));
+    }
+    system.end().expect(0, &["SUCCESS", "SUCCESS"]);
+}

@@ -1,0 +1,16 @@
+//! The commands of docs/deployment.md, so that the stories do what its readers do.
+
+use std::path::Path;
+
+/// The one block of commands about systemd that contains `part`.
+#[track_caller]
+pub fn commands(part: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/deployment.md");
+    let text = std::fs::read_to_string(path).expect("the documentation is there");
+    let (_, section) = text.split_once("\n## systemd\n").expect("it has a part about systemd");
+    let section = section.split("\n## ").next().unwrap_or_default();
+    let blocks = section.split("\n```sh\n").skip(1).filter_map(|it| it.split("\n```").next());
+    let found: Vec<_> = blocks.filter(|it| it.contains(part)).collect();
+    assert_eq!(found.len(), 1, "blocks of commands with `{part}`: {found:?}");
+    found.concat()
+}

@@ -1,0 +1,34 @@
+//! The program is replaced while the vehicle flies.
+
+use crate::documented::commands;
+use crate::site::Site;
+
+#[test]
+#[ignore = "needs an image: KITTIWAKE_SYSTEMD_IMAGE=NAME cargo test --test systemd -- --ignored"]
+fn upgraded_in_flight_one_process_after_the_other_the_mission_is_achieved() {
+    let site = Site::start("upgrade", 5);
+    let machine = &site.aircraft;
+    site.wait_for_flight();
+    let in_place = commands("mv /usr/local/bin/kittiwake.new").replace("systemctl restart kittiwake.target", "");
+    // Another file than the one that runs, though it says the same.
+    machine.run("echo >>target/release/kittiwake");
+    machine.run(&in_place);
+    machine.run("kittiwake check --config /run/kittiwake-config/kittiwake.toml");
+    let one_by_one = commands("for name in");
+    let names = one_by_one.split_once(" in ").and_then(|(_, it)| it.split_once(';')).expect("a list of names").0;
+    let before: Vec<_> = names.split(' ').map(|it| (it, machine.process_id(it))).collect();
+    assert_eq!(before.len(), 5, "{names}");
+
+    site.check_flies("before the processes are started again");
+    machine.run(&one_by_one);
+    site.check_flies("after the processes were started again");
+    for (process, before) in before {
+        // `systemctl restart` has waited until it is ready.
+        let id = machine.process_id(process).expect("it runs");
+        assert_ne!(Some(id), before, "{process} was not started again");
+        let program = machine.run(&format!("readlink /proc/{id}/exe"));
+        assert_eq!(program.trim(), "/usr/local/bin/kittiwake", "{process} is not the new program");
+    }
+    site.wait_for_success();
+    site.check_active();
+}
