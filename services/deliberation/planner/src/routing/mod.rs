@@ -7,14 +7,14 @@
 //!
 //! Only the areas that turn out to be in the way have a part in a search: it begins without any corners, and each area that a
 //! promising leg touches joins. Where too much is in the way the search is content with a way that costs up to a tenth more than the
-//! cheapest; where that leaves none, the corners of all areas are tried, and ways that could be cut short. `domain::way`
-//! searches the ways of responses in the same manner.
+//! cheapest; where that leaves none, and among few areas at once, the corners of all are tried, and ways that could be cut short.
+//! `domain::way` searches the ways of responses with the same efforts.
 
 use std::cell::Cell;
 use std::time::Duration;
 
 use domain::geometry::Ned;
-use domain::way::{Effort, Leaving, Turns, leaving};
+use domain::way::{Effort, Leaving, leaving};
 
 use crate::airspace::{Access, Airspace, Asked};
 use crate::config::Config;
@@ -130,15 +130,8 @@ fn search(from: Ned, to: Ned, begins: Duration, among: Among) -> Option<(Way, Ve
 /// The points with the times at which they are reached, and the zones entered.
 type TimedWay = (Vec<(Ned, Duration)>, Vec<usize>);
 
-/// With how much effort a way is searched, in this order. The mission manager awaits an answer within a second; a leg
-/// takes 2 to 10 us. The factors are the stated bound of a plan: its ways cost at most a tenth more than the cheapest.
-const EFFORTS: [Effort; 3] = [
-    Effort { turns: Turns::Taut, factor: 1.0, most_legs: 2_000 },
-    Effort { turns: Turns::Taut, factor: 1.1, most_legs: 20_000 },
-    Effort { turns: Turns::Any, factor: 1.1, most_legs: 20_000 },
-];
-
 /// The cheapest way, or one that is little dearer where there is too much in the way to find it in time.
 fn cheapest(obstacles: &Obstacles, begins: Duration, both_heights: bool) -> Option<TimedWay> {
-    EFFORTS.into_iter().find_map(|effort| Graph::new(obstacles, begins, both_heights, effort).search())
+    let efforts = Effort::among(obstacles.all().iter().map(|zone| obstacles.area(*zone)));
+    efforts.into_iter().find_map(|effort| Graph::new(obstacles, begins, both_heights, effort).search())
 }
