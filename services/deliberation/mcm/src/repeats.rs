@@ -8,6 +8,8 @@ use domain::time::Time;
 
 /// The same words are said this often within a window; how often more is said once, at its end.
 const MOST: u32 = 3;
+/// Words that are kept at a time: a flag's reason comes with the flag, and may be another one each time.
+const MOST_KEPT: usize = 256;
 /// In mission time.
 const WINDOW: Duration = Duration::from_secs(10);
 
@@ -28,7 +30,9 @@ impl Repeats {
             said.times = said.times.saturating_add(1);
             return said.times <= MOST;
         }
-        self.0.insert(text.to_owned(), Said { since: at, times: 1 });
+        if self.0.len() < MOST_KEPT {
+            self.0.insert(text.to_owned(), Said { since: at, times: 1 });
+        }
         true
     }
 
@@ -63,5 +67,12 @@ mod tests {
         assert_eq!(repeats.over(at(10_000)), ["flag `obstacle` raised (497 more times in 10 s)"]);
         assert!(repeats.is_said(at(10_010), "flag `obstacle` raised"), "a new window begins");
         assert!(repeats.over(at(20_020)).is_empty() && repeats.0.is_empty(), "nothing is kept");
+    }
+
+    #[test]
+    fn words_that_are_never_the_same_are_all_said_and_few_are_kept() {
+        let mut repeats = Repeats::default();
+        assert!((0..10_000).all(|it| repeats.is_said(at(it), &format!("flag `obstacle` raised: {it}"))));
+        assert_eq!(repeats.0.len(), MOST_KEPT);
     }
 }

@@ -36,17 +36,17 @@ fn config() -> Config {
 /// Every fifth area asks for a permission; the others are closed.
 fn area(index: usize, columns: usize, corners: usize, star: bool) -> Area {
     let (row, column) = (index / columns, index % columns);
-    let shift_m = if row % 2 == 0 { 0.0 } else { APART_M / 2.0 };
+    let shift_m = if row.is_multiple_of(2) { 0.0 } else { APART_M / 2.0 };
     let corner = |corner: usize| {
         let angle = TAU * corner as f64 / corners as f64;
         // A star has corners that a way may touch from many sides, a circle none.
-        let distance_m = RADIUS_M * if star && corner % 2 == 0 { 0.9 } else { 1.0 };
+        let distance_m = RADIUS_M * if star && corner.is_multiple_of(2) { 0.9 } else { 1.0 };
         let (north, east) = (APART_M * row as f64, APART_M * column as f64 + shift_m);
         Ned::new(north + distance_m * angle.cos(), east + distance_m * angle.sin(), 0.0)
     };
     Area {
         name: format!("area {index}"),
-        kind: if index % 5 == 0 { AreaKind::Permission } else { AreaKind::KeepOut },
+        kind: if index.is_multiple_of(5) { AreaKind::Permission } else { AreaKind::KeepOut },
         corners: (0..corners).map(corner).collect(),
         floor_m: None,
         ceiling_m: None,

@@ -83,7 +83,7 @@ proptest! {
 fn a_way_is_found_among_a_hundred_areas_of_a_hundred_corners() {
     let keep_out = |index: usize| {
         let (row, column) = (index / 10, index % 10);
-        let offset = if row % 2 == 0 { 0.0 } else { 150.0 };
+        let offset = if row.is_multiple_of(2) { 0.0 } else { 150.0 };
         area(index, AreaKind::KeepOut, (300.0 * row as f64, 300.0 * column as f64 + offset), 110.0, 100)
     };
     let areas: Vec<Area> = (0..100).map(keep_out).collect();
