@@ -40,7 +40,7 @@ pub(crate) fn storm(locator: &str, flags: Vec<String>, time: Duration) {
     // Whole rounds, the last of which lowers every flag.
     let rounds = (batches(time) * per_batch).div_ceil(2 * count);
     let last = 2 * count * rounds - batches(time) * per_batch;
-    let event = move |number: u64| (flags[(number % count) as usize].clone(), (number / count) % 2 == 0);
+    let event = move |number: u64| (flags[(number % count) as usize].clone(), (number / count).is_multiple_of(2));
     send(locator, per_batch, batches(time), last, event);
 }
 

@@ -30,10 +30,8 @@ impl Launcher {
         std::thread::spawn(move || {
             let mut found = Found::default();
             for line in stderr.into_iter().flat_map(|it| BufReader::new(it).lines().map_while(Result::ok)) {
-                let reach = found.read(id, &line);
-                let sent = heard.send(Heard::Line(id, line));
-                let sent = sent.and_then(|()| reach.map_or(Ok(()), |it| heard.send(Heard::Up(id, it))));
-                if sent.is_err() {
+                let up = found.read(id, &line).map(|it| Heard::Up(id, it));
+                if std::iter::once(Heard::Line(id, line)).chain(up).any(|it| heard.send(it).is_err()) {
                     return;
                 }
             }
