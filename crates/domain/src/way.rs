@@ -1,7 +1,7 @@
 //! Ways that need no permission: out of an area, and to a place, round, over or under areas that are barred.
 //!
 //! For responses, which fly without a plan. The planner, which can ask for permissions and wait for them, has a search of
-//! its own; both keep their distance to borders by [`keeps_clear`] and turn at [`corners`].
+//! its own; both keep their distance to borders by [`keeps_clear`] and turn at [`crate::corners::corners`].
 
 use std::cell::Cell;
 use std::f64::consts::TAU;
