@@ -40,7 +40,7 @@ pub struct Settings {
     #[arg(long, value_name = "DIR")]
     pub recordings: Option<PathBuf>,
     /// The folder of the persisted state: the mission's progress, what was ordered, whether the mission is over, and what
-    /// the control tower has decided, for processes that are started again. Without it `up` makes a folder for this run,
+    /// the control tower has decided, for processes that are started again. Without it `up` makes a folder for this run, in memory,
     /// and a planner, a mission manager and a control tower start without a state
     #[arg(long, value_name = "DIR")]
     pub state: Option<PathBuf>,

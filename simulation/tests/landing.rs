@@ -69,11 +69,16 @@ fn a_landing_in_answer_to_a_flag_goes_aside_of_a_keep_out_area_below() {
 }
 
 #[test]
-fn an_order_to_land_where_it_is_goes_aside_of_a_keep_out_area_below() {
-    let mut simulation = among("ordered", &area("keep-out", "ceiling_m = 5.0"), Policy::Grant);
-    over_the_middle(&mut simulation);
-    simulation.order(Verb::LandAt(v1::LandAt { position: None, overrides: false }));
-    ends_outside(&mut simulation);
+fn a_landing_without_a_place_goes_aside_of_an_area_below() {
+    for (kind, policy) in [("keep-out", Policy::Grant), ("permission", Policy::Deny)] {
+        let mut simulation = among(&format!("placeless-{kind}"), &area(kind, "ceiling_m = 5.0"), policy);
+        over_the_middle(&mut simulation);
+        simulation.inject_flag("operator_land");
+        assert!(simulation.fly_until("`operator_land`: land_at", LIMIT), "{}", simulation.decision_log());
+        ends_outside(&mut simulation);
+        let log = simulation.decision_log();
+        assert!(log.contains("no landing here, in or over K: flies aside first"), "{log}");
+    }
 }
 
 #[test]

@@ -72,8 +72,8 @@ fn read(path: &Path) -> Option<Running> {
 }
 
 /// Removes the folders of processes that were killed.
-fn clear_away() {
-    for entry in std::fs::read_dir(folder()).into_iter().flatten().flatten() {
+fn clear_away(base: &Path) {
+    for entry in std::fs::read_dir(base).into_iter().flatten().flatten() {
         let name = entry.file_name();
         let pid = name.to_str().and_then(|it| it.split_once('.')?.0.parse().ok());
         if pid.is_some_and(|it| !is_alive(it)) && entry.file_type().is_ok_and(|it| it.is_dir()) {
@@ -100,7 +100,11 @@ pub fn write_private(path: &Path, bytes: &[u8]) -> io::Result<()> {
 
 /// Of this user's running systems.
 pub fn folder() -> PathBuf {
-    std::env::temp_dir().join(format!("kittiwake-{}", nix::unistd::getuid()))
+    of_user(&std::env::temp_dir())
+}
+
+fn of_user(base: &Path) -> PathBuf {
+    base.join(format!("kittiwake-{}", nix::unistd::getuid()))
 }
 
 /// Where a router listens, and processes look for it, if nothing else is said: a socket in a folder that no other user can
@@ -131,9 +135,25 @@ impl RunFolder {
     /// # Errors
     /// If that is not possible.
     pub fn create(what: &str) -> io::Result<RunFolder> {
-        private_folder(&folder())?;
-        clear_away();
-        let path = folder().join(format!("{}.{what}", std::process::id()));
+        RunFolder::create_in(&folder(), what)
+    }
+
+    /// The same in memory, where there is a place for that: what ends with the run need not wait for a disk, which may take
+    /// seconds while the machine builds or copies something.
+    ///
+    /// # Errors
+    /// As [`RunFolder::create`].
+    pub fn create_in_memory(what: &str) -> io::Result<RunFolder> {
+        let of_session = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from).filter(|it| it.is_absolute());
+        let places = of_session.into_iter().chain([PathBuf::from("/dev/shm")]).filter(|it| it.is_dir());
+        let in_memory = places.map(|it| of_user(&it)).find_map(|base| RunFolder::create_in(&base, what).ok());
+        in_memory.map_or_else(|| RunFolder::create(what), Ok)
+    }
+
+    fn create_in(base: &Path, what: &str) -> io::Result<RunFolder> {
+        private_folder(base)?;
+        clear_away(base);
+        let path = base.join(format!("{}.{what}", std::process::id()));
         // Left behind by a killed process of the same number.
         let _ = std::fs::remove_dir_all(&path);
         private_folder(&path)?;

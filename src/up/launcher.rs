@@ -93,7 +93,7 @@ impl<'a> Launcher<'a> {
         let recordings = settings.recordings.clone().filter(|_| wanted);
         let state = match settings.state {
             Some(_) => None,
-            None => Some(RunFolder::create("state")?),
+            None => Some(RunFolder::create_in_memory("state")?),
         };
         settings.state = settings.state.or_else(|| state.as_ref().map(|it| it.0.clone()));
         // The launcher makes the key, so that no vehicle has to trust the first one that it hears.

@@ -255,7 +255,7 @@ impl<'a> Airspace<'a> {
     fn is_inside(&self, area: &Area, position: Ned) -> bool {
         let height_m = position.height_m();
         let (lowest, highest) = heights_within(area, height_m, height_m, self.vertical_margin_m);
-        lowest < highest && area.polygon().contains(&geo::Point::new(position.east_m, position.north_m))
+        lowest < highest && area.covers(position)
     }
 }
 

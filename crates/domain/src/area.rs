@@ -51,14 +51,17 @@ impl Area {
 
     /// Whether `point` is inside, altitude band included. The border does not count as inside.
     pub fn contains(&self, point: Ned) -> bool {
-        self.touches_heights(point.height_m(), point.height_m())
-            && self.polygon().contains(&geo::Point::new(point.east_m, point.north_m))
+        self.touches_heights(point.height_m(), point.height_m()) && self.covers(point)
     }
 
     /// Whether some of the area is at `point` or straight below it, down to any depth.
     pub fn is_at_or_below(&self, point: Ned) -> bool {
-        self.touches_heights(point.height_m(), f64::NEG_INFINITY)
-            && self.polygon().contains(&geo::Point::new(point.east_m, point.north_m))
+        self.touches_heights(point.height_m(), f64::NEG_INFINITY) && self.covers(point)
+    }
+
+    /// Whether `point` is inside, whatever the heights.
+    pub(crate) fn covers(&self, point: Ned) -> bool {
+        !self.is_beside(point, point) && self.polygon().contains(&geo::Point::new(point.east_m, point.north_m))
     }
 
     /// Whether the straight way from `from` to `to` goes through the inside. Conservative in height:

@@ -223,7 +223,9 @@ impl Witness {
         let responds = !self.flies() || !self.manager.acting.is_empty();
         let phase = self.manager.phase();
         let is_over = matches!(phase, v1::MissionPhase::Ending | v1::MissionPhase::Over);
-        self.unattended = (is_over && !responds).then(|| self.unattended.unwrap_or(at));
+        // A detector that is stuck in the air says nothing about a vehicle that stands, until it is disarmed.
+        let flies_on = is_over && !responds && self.is_high;
+        self.unattended = flies_on.then(|| self.unattended.unwrap_or(at));
         let rests = |(place, _): &(Ned, Time)| place.distance_m(position) < HOVER_RADIUS_M;
         self.hover = (!responds).then(|| self.hover.filter(rests).unwrap_or((position, at)));
         let unattended = self.unattended.is_some_and(|since| since + self.limits.without_response < at);

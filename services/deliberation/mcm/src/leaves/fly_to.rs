@@ -16,7 +16,7 @@ use crate::world::{Stay, WayOut, WhatMayBeEntered, World};
 pub(super) enum Destination {
     /// Over the take-off point, at the height of returns or higher.
     Home,
-    /// Over the operator's landing site, at the height that the operator saw; where the vehicle is, if there is none.
+    /// Over the operator's landing site, at the height that the operator saw; over free ground, if there is none.
     LandingSite,
     /// Over the nearest landing site at which no landing has failed, at the height of returns or higher.
     AlternateSite,
@@ -67,14 +67,22 @@ impl FlyTo {
         FlyTo { destination, leg: None }
     }
 
+    /// Without an operator's landing site the vehicle lands where it is, by the rule for such landings.
+    fn destination(&self, world: &World) -> Destination {
+        match self.destination {
+            Destination::LandingSite if world.landing_site().is_none() => Destination::FreeGround,
+            destination => destination,
+        }
+    }
+
     /// The destination and the points on the way there, or why there is none. A destination that was chosen is kept.
     fn choose(&self, from: Ned, world: &World) -> Result<(Option<Ned>, Vec<Ned>), NoWay> {
         let height_m = world.transit_height_m(from);
         let way_to = |site, height_m| world.way_to(site, height_m).ok_or(NoWay::To(site, height_m));
-        let (site, way) = match self.destination {
+        let (site, way) = match self.destination(world) {
             Destination::Home => (Some(Ned::default()), way_to(Ned::default(), height_m)?),
             Destination::LandingSite => {
-                let site = world.landing_site().unwrap_or(from);
+                let site = world.landing_site().ok_or(NoWay::Anywhere("there is no landing site"))?;
                 (Some(site), way_to(site, world.clear_height_m(from))?)
             }
             Destination::AlternateSite => {
@@ -109,7 +117,7 @@ impl FlyTo {
             // The manager was started again during a response and does not know yet where the vehicle is.
             ports.explain("the vehicle's position is not known");
             // A landing does not wait for it.
-            let is_needed = self.destination != Destination::FreeGround;
+            let is_needed = self.destination(world) != Destination::FreeGround;
             return Ok(if is_needed { Status::Running } else { Status::Failure });
         };
         if !vehicle.flying {
@@ -206,7 +214,7 @@ impl Leaf<World> for FlyTo {
     fn start(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         self.leg = None;
         let status = self.fly(world, ports)?;
-        if self.destination == Destination::FreeGround && status != Status::Success {
+        if self.destination(world) == Destination::FreeGround && status != Status::Success {
             world.say_what_forbids_landing(status == Status::Running);
         }
         Ok(status)
