@@ -4,7 +4,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::UnixListener;
 use std::path::Path;
 
-use crate::support::{System, kittiwake};
+use crate::support::{System, kittiwake, wait_for};
 
 fn mode(path: &Path) -> u32 {
     std::fs::metadata(path).expect("it is there").permissions().mode() & 0o777
@@ -19,7 +19,7 @@ fn the_bus_is_behind_a_folder_that_nobody_else_can_enter() {
     assert_eq!(mode(folder), 0o700);
     assert!(socket.exists());
     // The direct links are beside it.
-    assert!(folder.join("skill-manager.sock").exists());
+    wait_for("the skill manager", || folder.join("skill-manager.sock").exists().then_some(()));
     let said = system.inject(&["flag", "battery_low"]);
     assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
     // A system beside it has a folder of its own.
