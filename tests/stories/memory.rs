@@ -10,7 +10,7 @@ use store::Store;
 
 use crate::support::files::Files;
 use crate::support::http::Http;
-use crate::support::{KITTIWAKE, System, kittiwake, wait_for};
+use crate::support::{KITTIWAKE, System, wait_for};
 
 /// A system over a folder of states that a test spoils.
 struct Flight {
@@ -286,7 +286,11 @@ fn a_second_manager_for_one_vehicle_ends_and_says_why() {
     let elsewhere = tempfile::tempdir().expect("a temporary folder can be made");
     let check = |state: &Path, words: &str| {
         let [config, state] = [&config, state].map(|it| it.to_str().expect("a readable path"));
-        let output = kittiwake(&["mcm", "--config", config, "--connect", &locator, "--state", state]);
+        let mut second = Command::new(KITTIWAKE);
+        second.args(["mcm", "--config", config, "--connect", &locator, "--state", state]);
+        let mut second = second.stdin(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");
+        wait_for("the second manager to end", || second.try_wait().expect("it is a child"));
+        let output = second.wait_with_output().expect("it has ended");
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(!output.status.success() && said.contains(words), "{said}");
         assert!(!said.contains("panicked"), "{said}");
