@@ -1,11 +1,10 @@
 //! A narrow link: 64 kbit/s each way, a round trip of 200 ms, two packets in a hundred lost.
 //!
-//! Everything said arrives, within the bandwidth that the link has. Two latencies are measured and printed, since they depend
-//! on the machine: one way, from sending on
-//! the ground to arrival on board, and there and back, over HTTP to the answer. A lost packet costs TCP a
-//! retransmission, 400 ms here, and what follows it waits; so orders come over two connections.
+//! Everything said arrives, within the bandwidth that the link has. A lost packet costs TCP a retransmission, 400 ms here, and
+//! what follows it waits; so orders come over two connections. How long that takes depends on the machine:
+//! `kittiwake kpi --link` measures it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -58,30 +57,6 @@ impl Arrivals {
     }
 }
 
-/// Latencies of messages in milliseconds; infinite for those that never arrived.
-struct Times(Vec<f64>);
-
-impl Times {
-    fn of(mut times: Vec<f64>) -> Times {
-        times.sort_by(f64::total_cmp);
-        Times(times)
-    }
-
-    /// The latency of this quantile, 0 to 1.
-    fn at(&self, share: f64) -> f64 {
-        self.0[((self.0.len() - 1) as f64 * share).round() as usize]
-    }
-}
-
-impl std::fmt::Display for Times {
-    fn fmt(&self, out: &mut std::fmt::Formatter) -> std::fmt::Result {
-        let [median, p90, p99, max] = [0.5, 0.9, 0.99, 1.0].map(|it| self.at(it));
-        let late = self.0.iter().filter(|it| 300.0 < **it).count();
-        write!(out, "median {median:.0} ms, p90 {p90:.0}, p99 {p99:.0}, max {max:.0}; ")?;
-        write!(out, "{late} of {} over 300 ms", self.0.len())
-    }
-}
-
 fn session(locator: &str) -> Session {
     let mut config = zenoh::Config::default();
     config.insert_json5("mode", "\"client\"").unwrap();
@@ -90,16 +65,16 @@ fn session(locator: &str) -> Session {
     zenoh::open(config).wait().unwrap()
 }
 
-/// Sends messages of an order's class and size; returns how long each took to arrive on board.
-fn one_way(deployment: &Deployment, count: usize) -> Times {
+/// Sends messages of an order's class and size, and waits until each has arrived on board.
+fn all_arrive(deployment: &Deployment, count: usize) {
     let (ground, aircraft) = (session(&deployment.ground.inside), session(&deployment.aircraft.inside));
     let key = "kw/uav1/permission/ledger";
-    let heard: Arc<Mutex<BTreeMap<Vec<u8>, Instant>>> = Arc::default();
+    let heard: Arc<Mutex<BTreeSet<Vec<u8>>>> = Arc::default();
     let told = heard.clone();
     aircraft
         .declare_subscriber(key)
         .callback(move |sample| {
-            told.lock().unwrap().entry(sample.payload().to_bytes().to_vec()).or_insert_with(Instant::now);
+            told.lock().unwrap().insert(sample.payload().to_bytes().to_vec());
         })
         .background()
         .wait()
@@ -112,38 +87,26 @@ fn one_way(deployment: &Deployment, count: usize) -> Times {
     // The first ones find out whether the other side listens to the key yet.
     wait_for("the key to be heard over there", || {
         publisher.put(payload(count)).wait().unwrap();
-        heard.lock().unwrap().contains_key(&payload(count)).then_some(())
+        heard.lock().unwrap().contains(&payload(count)).then_some(())
     });
-    let mut said = Vec::new();
     for number in 0..count {
-        said.push(Instant::now());
         publisher.put(payload(number)).wait().unwrap();
         // Not in step with any period of the telemetry.
         std::thread::sleep(Duration::from_millis(117));
     }
-    let all = || (0..count).all(|it| heard.lock().unwrap().contains_key(&payload(it)));
+    let all = || (0..count).all(|it| heard.lock().unwrap().contains(&payload(it)));
     wait_for("every one of them", || all().then_some(()));
-    let heard = heard.lock().unwrap();
-    Times::of((0..count).map(|it| (heard[&payload(it)] - said[it]).as_secs_f64() * 1e3).collect())
 }
 
-/// Gives orders that change nothing; returns the time of each from the request to the answer. Infinite without an
-/// answer of the vehicle.
-fn there_and_back(deployment: &Deployment, count: usize) -> Times {
-    let order = || {
-        let start = Instant::now();
+/// Gives orders that change nothing; returns how many the vehicle has answered.
+fn answered(deployment: &Deployment, count: usize) -> usize {
+    let is_answered = |_: &usize| {
         let (status, body) = deployment.services.post("/api/v1/vehicles/uav1/contingencies/battery_low/acknowledge");
         // Refused, since that flag is not up: the answer comes from the mission manager.
         assert!(status == 409 || status == 503, "{status}: {body}");
-        let took = if status == 409 { start.elapsed().as_secs_f64() * 1e3 } else { f64::INFINITY };
-        if status == 503 {
-            eprintln!("    not answered after {:?}: {body}", start.elapsed());
-        }
-        // Not in step with them either.
-        std::thread::sleep(Duration::from_millis(53));
-        took
+        status == 409
     };
-    Times::of((0..count).map(|_| order()).collect())
+    (0..count).filter(is_answered).count()
 }
 
 #[test]
@@ -157,7 +120,7 @@ fn orders_pass_a_narrow_link_and_none_is_lost() {
         let (start, down, up) =
             (Instant::now(), deployment.proxy.bytes(Direction::Down), deployment.proxy.bytes(Direction::Up));
         // Only the telemetry flows.
-        std::thread::sleep(Duration::from_secs(10));
+        std::thread::sleep(Duration::from_secs(5));
         let over = start.elapsed();
         let rate = |way, before| (deployment.proxy.bytes(way) - before) as f64 / over.as_secs_f64();
         let (down, up) = (rate(Direction::Down, down), rate(Direction::Up, up));
@@ -171,10 +134,7 @@ fn orders_pass_a_narrow_link_and_none_is_lost() {
         }
         assert!(down < 20_000.0, "{name}: {down:.0} B/s");
         drop(tap);
-        let over = one_way(&deployment, 200);
-        eprintln!("{name}: one way {over}");
-        let back = there_and_back(&deployment, 100);
-        eprintln!("{name}: there and back {back}");
-        assert!(back.at(0.0).is_finite(), "{name}: no order was answered by the vehicle");
+        all_arrive(&deployment, 40);
+        assert_ne!(answered(&deployment, 20), 0, "{name}: no order was answered by the vehicle");
     }
 }

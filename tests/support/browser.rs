@@ -12,6 +12,7 @@ use hyper_util::client::legacy::connect::HttpConnector;
 use serde_json::{Value, json};
 use tokio::runtime::Runtime;
 
+use super::seats::Seat;
 use super::{System, wait_for};
 
 /// Keys of WebDriver.
@@ -26,11 +27,14 @@ pub struct Browser {
     runtime: Runtime,
     client: Client,
     driver: Child,
+    /// Freed last.
+    _seat: Seat,
 }
 
 impl Browser {
     /// Without a page yet. Tests that need one are ignored unless they are asked for.
     pub fn start() -> Browser {
+        let seat = Seat::take();
         let started = Command::new("chromedriver").arg("--port=0").stdout(Stdio::piped()).stderr(Stdio::null()).spawn();
         let mut driver = started.expect("chromedriver can be started: install chromium and chromedriver");
         let stdout = driver.stdout.take().expect("its output is read");
@@ -53,7 +57,7 @@ impl Browser {
                 .await;
             client.expect("chromium starts")
         });
-        let browser = Browser { runtime, client, driver };
+        let browser = Browser { runtime, client, driver, _seat: seat };
         browser.size(1440, 900);
         browser
     }

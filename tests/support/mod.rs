@@ -14,6 +14,7 @@ pub mod files;
 pub mod http;
 pub mod people;
 pub mod processes;
+mod seats;
 mod wait;
 
 /// On a machine in order every wait is much shorter than this.
@@ -105,6 +106,15 @@ impl System {
     pub fn wait_for_nth(&self, part: &str, nth: usize) -> String {
         let found = self.said.wait(|lines| lines.iter().filter(|it| it.contains(part)).nth(nth - 1).cloned());
         found.unwrap_or_else(|| panic!("waited for `{part}` ({nth}) in vain; it said:\n{}", self.said.text()))
+    }
+
+    /// Waits for a line that contains one of `parts`, and returns that part.
+    #[track_caller]
+    pub fn wait_for_any<'a>(&self, parts: &[&'a str]) -> &'a str {
+        let found = self
+            .said
+            .wait(|lines| lines.iter().find_map(|line| parts.iter().find(|part| line.contains(**part))).copied());
+        found.unwrap_or_else(|| panic!("waited for one of {parts:?} in vain; it said:\n{}", self.said.text()))
     }
 
     /// Waits for the end.
