@@ -64,7 +64,7 @@ pub(crate) enum SkillState {
 /// How far the processing of a request has come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Processing {
-    /// Nothing was commanded yet: it waits for its turn, or for data.
+    /// Nothing was commanded yet, or nothing that the autopilot took: it waits for its turn, or for data.
     Waiting,
     /// Its commands are being sent.
     Commanding,
@@ -79,6 +79,8 @@ pub(crate) enum Event {
     Commanded,
     /// Its postcondition holds before anything was commanded.
     AlreadyTrue,
+    /// The autopilot did not take its first command yet: it is to be sent once more.
+    TooEarly,
     /// Its last command was accepted; if it is cancelled, the command that was in flight then.
     Accepted,
     /// It will not run: rejected by the autopilot, not acknowledged, or without data.
@@ -131,7 +133,8 @@ impl SkillState {
             (S::ProcessRequest(P::Waiting), E::AlreadyTrue) | (S::ProcessRequest(P::Commanding), E::Accepted) => {
                 (S::Execute { trouble: None }, &[A::Register, A::Announce])
             }
-            // Nothing was commanded, so nothing is to be undone.
+            (S::ProcessRequest(P::Commanding), E::TooEarly) => (S::ProcessRequest(P::Waiting), &[]),
+            // The autopilot obeys nothing of it, so nothing is to be undone.
             (S::ProcessRequest(P::Waiting), E::Cancel) => {
                 let reason = "cancelled before anything was commanded";
                 (S::Ended(Ending::because(SkillOutcome::Cancelled, reason)), ANNOUNCE)

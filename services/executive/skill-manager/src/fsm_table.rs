@@ -4,19 +4,19 @@ use super::*;
 
 /// One row per state, one column per event, in the order of [`events`]:
 ///
-/// Commanded, AlreadyTrue, Accepted, Refused, Done, Cancel, Neutral, NeutralRefused, Overwritten, Sent.
+/// Commanded, TooEarly, AlreadyTrue, Accepted, Refused, Done, Cancel, Neutral, NeutralRefused, Overwritten, Sent.
 ///
 /// Each cell: the next state, `*` for a registration, `!` for a loiter request, `.` for an
 /// announcement; `-` where the event is refused.
-const TABLE: &[(&str, [&str; 10])] = &[
-    ("PR waiting", ["PR commanding", "E *.", "-", "end .", "-", "end .", "-", "-", "A .", "-"]),
-    ("PR commanding", ["-", "-", "E *.", "end .", "-", "PR cancelled", "-", "-", "-", "-"]),
-    ("PR cancelled", ["-", "-", "C *!.", "end .", "-", "PR cancelled", "-", "-", "-", "-"]),
-    ("E", ["-", "-", "-", "-", "R", "C !.", "-", "-", "A .", "-"]),
-    ("R", ["-", "-", "-", "-", "-", "-", "-", "-", "-", "end ."]),
-    ("C", ["-", "-", "-", "-", "R", "C", "end .", "E .", "A .", "-"]),
-    ("A", ["-", "-", "-", "-", "-", "-", "-", "-", "-", "end ."]),
-    ("end", ["-", "-", "-", "-", "-", "-", "-", "-", "-", "-"]),
+const TABLE: &[(&str, [&str; 11])] = &[
+    ("PR waiting", ["PR commanding", "-", "E *.", "-", "end .", "-", "end .", "-", "-", "A .", "-"]),
+    ("PR commanding", ["-", "PR waiting", "-", "E *.", "end .", "-", "PR cancelled", "-", "-", "-", "-"]),
+    ("PR cancelled", ["-", "-", "-", "C *!.", "end .", "-", "PR cancelled", "-", "-", "-", "-"]),
+    ("E", ["-", "-", "-", "-", "-", "R", "C !.", "-", "-", "A .", "-"]),
+    ("R", ["-", "-", "-", "-", "-", "-", "-", "-", "-", "-", "end ."]),
+    ("C", ["-", "-", "-", "-", "-", "R", "C", "end .", "E .", "A .", "-"]),
+    ("A", ["-", "-", "-", "-", "-", "-", "-", "-", "-", "-", "end ."]),
+    ("end", ["-", "-", "-", "-", "-", "-", "-", "-", "-", "-", "-"]),
 ];
 
 fn failed() -> Ending {
@@ -36,9 +36,10 @@ fn states() -> [SkillState; 8] {
     ]
 }
 
-fn events() -> [Event; 10] {
+fn events() -> [Event; 11] {
     [
         Event::Commanded,
+        Event::TooEarly,
         Event::AlreadyTrue,
         Event::Accepted,
         Event::Refused(failed()),

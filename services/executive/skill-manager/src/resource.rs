@@ -125,6 +125,7 @@ impl Resource {
         self.announce(&run, now);
         for displaced in self.slots.take_waiting() {
             run.inherit(&displaced);
+            self.stream.stop_if_of(displaced.id());
             self.drive(displaced, Event::Overwritten { by: run.id() }, now);
         }
         self.slots.enqueue(run);
@@ -225,6 +226,10 @@ impl Resource {
         match purpose {
             Purpose::Start(id) => {
                 if let Some(mut candidate) = self.slots.take_candidate_if(id) {
+                    let again = self.may_be_too_early(id, command, now.time);
+                    if again.is_some_and(|at| candidate.tries_again(ack, at)) {
+                        return self.drive(candidate, Event::TooEarly, now);
+                    }
                     match candidate.start_acknowledged(command, ack) {
                         Some(event) => self.drive(candidate, event, now),
                         None => self.slots.put(candidate),
@@ -248,6 +253,18 @@ impl Resource {
                 self.idle.loiter_answered(ack.is_accepted(), now.time);
             }
             Purpose::Idle => {}
+        }
+    }
+
+    /// When a refused command has a chance, since the vehicle was in another state than it will be in then.
+    fn may_be_too_early(&self, skill: SkillId, command: Command, now: Time) -> Option<Time> {
+        match command {
+            // It is taken only once there are setpoints, and on a busy machine or link it can overtake the first of them.
+            Command::Offboard if self.stream.is_of(skill) => Some(now + self.stream.time_for_two()),
+            // An autopilot disarms by itself some time after a landing: maybe between the status that showed the vehicle armed
+            // and the command. The next status decides.
+            Command::Takeoff { .. } => Some(now),
+            _ => None,
         }
     }
 

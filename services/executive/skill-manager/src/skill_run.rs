@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use domain::fmu::{Command, FlightMode, Setpoint};
+use domain::fmu::{Command, CommandResult, FlightMode, Setpoint};
 use domain::time::Time;
 use kittiwake_proto::v1::{SkillKind, SkillOutcome};
 
@@ -33,6 +33,8 @@ pub(crate) struct SkillRun {
     wants_neutral: bool,
     /// Since when it waits for data.
     waits_since: Option<Time>,
+    /// When it sends its first command once more, or did.
+    second_try: Option<Time>,
     /// Whether the vehicle still flies it.
     watch: ModeWatch,
     feedback_due: Time,
@@ -85,6 +87,7 @@ impl SkillRun {
             flown: false,
             wants_neutral: false,
             waits_since: None,
+            second_try: None,
             watch: ModeWatch::new(now),
             feedback_due: now,
         }
@@ -147,6 +150,9 @@ impl SkillRun {
     /// Its turn has come. `data_wait` is how long it may wait for data.
     pub(crate) fn start(&mut self, view: &View, now: Time, data_wait: Duration) -> Start {
         if self.state == SkillState::ProcessRequest(Processing::Waiting) {
+            if self.second_try.is_some_and(|at| now < at) {
+                return Start::Wait;
+            }
             let waited = self.waits_since.is_some_and(|since| since + data_wait <= now);
             match self.skill.ready(view) {
                 Ready::AlreadyTrue => return Start::Without(Event::AlreadyTrue),
@@ -170,9 +176,20 @@ impl SkillRun {
         }
     }
 
-    /// When it gives up waiting for data.
+    /// When it gives up waiting for data, or sends its first command once more.
     pub(crate) fn wait_deadline(&self, data_wait: Duration) -> Option<Time> {
-        self.waits_since.map(|since| since + data_wait)
+        self.waits_since.map(|since| since + data_wait).or(self.second_try)
+    }
+
+    /// Whether its first command, which the autopilot has refused, is to be sent once more at `at`.
+    pub(crate) fn tries_again(&mut self, ack: &Acknowledgement, at: Time) -> bool {
+        let refused = matches!(ack, Acknowledgement::Answered(CommandResult::Rejected { .. }));
+        let first = self.accepted == 0 && self.state == SkillState::ProcessRequest(Processing::Commanding);
+        let again = refused && first && self.second_try.is_none();
+        if again {
+            self.second_try = Some(at);
+        }
+        again
     }
 
     /// A command that starts it was acknowledged or not; `None`: it has another one to send.

@@ -45,6 +45,16 @@ impl SetpointStream {
         self.active = setpoint.map(|setpoint| Active { owner, setpoint, due: now });
     }
 
+    /// Whether it streams for this skill: before the skill flies, only if it flew the vehicle for none before.
+    pub(crate) fn is_of(&self, skill: SkillId) -> bool {
+        self.active.as_ref().is_some_and(|it| it.owner == skill)
+    }
+
+    /// How long two more setpoints take.
+    pub(crate) fn time_for_two(&self) -> Duration {
+        self.period * 2
+    }
+
     /// Ends the stream.
     pub(crate) fn stop(&mut self) {
         self.active = None;

@@ -65,6 +65,84 @@ fn a_takeoff_whose_arming_is_rejected_commands_nothing_else() {
 }
 
 #[test]
+fn an_offboard_command_that_overtakes_its_first_setpoint_is_sent_once_more() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let flight = rig.expect([Reject]).start(fly_to(5.0, false));
+    assert_eq!(rig.outcome(flight), Succeeded);
+    rig.check(
+        "offboard 1 process_request
+         command offboard
+         command offboard
+         offboard 1 execute
+         offboard 1 succeeded",
+    );
+}
+
+#[test]
+fn an_autopilot_that_refuses_offboard_with_setpoints_is_believed() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let flight = rig.expect([Reject, Reject]).start(fly_to(5.0, false));
+    assert_eq!(rig.outcome(flight), Rejected);
+    rig.run(3.0);
+    assert_eq!(rig.autopilot.commands.len(), 2);
+    assert!(!rig.autopilot.is_fed(rig.now), "nothing is streamed for a skill that does not fly");
+}
+
+/// In the tenth of a second between the two commands.
+#[test]
+fn a_flight_that_asks_for_its_mode_once_more_gives_way_at_once() {
+    let refused = || {
+        let mut rig = Rig::new(Autopilot::flying());
+        let flight = rig.expect([Reject]).start(fly_to(50.0, false));
+        rig.run(0.02);
+        assert_eq!(rig.autopilot.commands.len(), 1);
+        (rig, flight)
+    };
+    let (mut rig, flight) = refused();
+    rig.start(Goal::Land);
+    assert_eq!(rig.ending(flight).map(|it| it.outcome()), Some(Aborted), "at once");
+    rig.run(0.02);
+    assert_eq!(rig.autopilot.intended, FlightMode::Land);
+
+    let (mut rig, flight) = refused();
+    rig.cancel(flight).unwrap();
+    assert_eq!(rig.ending(flight).map(|it| it.outcome()), Some(Cancelled), "at once");
+    rig.run(2.0);
+    assert_eq!(rig.autopilot.commands.len(), 1);
+    assert!(!rig.autopilot.is_fed(rig.now), "nothing is streamed for a skill that does not fly");
+}
+
+/// It was armed when the takeoff was asked for, and disarmed itself before the command came.
+#[test]
+fn a_takeoff_of_a_vehicle_that_has_just_disarmed_itself_arms_it() {
+    let mut rig = Rig::new(Autopilot::default().armed());
+    rig.autopilot.armed = false;
+    let takeoff = rig.start(Goal::Takeoff { climb_m: 10.0 });
+    assert_eq!(rig.outcome(takeoff), Succeeded);
+    rig.check(
+        "takeoff 1 process_request
+         command takeoff 10.0
+         command arm
+         command takeoff 10.0
+         takeoff 1 execute
+         takeoff 1 succeeded",
+    );
+}
+
+#[test]
+fn a_takeoff_that_is_refused_while_armed_is_commanded_twice() {
+    let mut rig = Rig::new(Autopilot::default().armed());
+    let takeoff = rig.expect([Reject, Reject]).start(Goal::Takeoff { climb_m: 10.0 });
+    assert_eq!(rig.outcome(takeoff), Rejected);
+    rig.run(3.0).check(
+        "takeoff 1 process_request
+         command takeoff 10.0
+         command takeoff 10.0
+         takeoff 1 rejected: start: takeoff to 10.0 m rejected: not now",
+    );
+}
+
+#[test]
 fn a_takeoff_that_levels_off_too_low_fails() {
     let mut rig = Rig::new(Autopilot::default());
     let takeoff = rig.start(Goal::Takeoff { climb_m: 10.0 });
