@@ -102,6 +102,14 @@ pub enum BusError {
         /// The other process.
         instance: String,
     },
+    /// Nobody says whether another process of the same service has the same vehicle.
+    #[error("the router did not say within {waited:?} whether another {service} runs for the same vehicle: try again")]
+    Unanswered {
+        /// The service.
+        service: String,
+        /// For how long.
+        waited: Duration,
+    },
     /// A declaration was refused.
     #[error("cannot declare `{key}`: {cause}")]
     Declare {

@@ -79,7 +79,7 @@ fn view(tokens: &[String]) -> Option<RouterView> {
 /// A liveliness token says that the process has a link, a heartbeat that its loop turns.
 fn look(session: &Session, service: &str, until: Instant) -> Result<Presence, BusError> {
     let heartbeats = listen(session)?;
-    let instances = instances(session, service, until)?;
+    let instances = instances(session, service, until)?.found;
     if instances.is_empty() {
         return Ok(Presence::Absent);
     }
@@ -107,10 +107,20 @@ fn listen(session: &Session) -> Result<mpsc::Receiver<Heartbeat>, BusError> {
     Ok(heartbeats)
 }
 
+/// The processes of a service, as a router has told.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Instances {
+    /// Those that are there.
+    pub(crate) found: Vec<String>,
+    /// The answer came to its end; one that was cut off says nothing about others.
+    pub(crate) is_whole: bool,
+}
+
 /// The processes of a service that are there.
-pub(crate) fn instances(session: &Session, service: &str, until: Instant) -> Result<Vec<String>, BusError> {
+pub(crate) fn instances(session: &Session, service: &str, until: Instant) -> Result<Instances, BusError> {
     let tokens = tokens(session, &keys::alive(service, "*"), until)?;
-    Ok(tokens.iter().filter_map(|it| Some(keys::parse_alive(it)?.1.to_owned())).collect())
+    let found = tokens.iter().filter_map(|it| Some(keys::parse_alive(it)?.1.to_owned())).collect();
+    Ok(Instances { found, is_whole: Instant::now() < until })
 }
 
 /// The liveliness tokens that are there.

@@ -35,7 +35,7 @@ pub enum InvalidSocket {
         /// What the operating system said.
         cause: std::io::Error,
     },
-    /// Whoever owns the folder could put another socket there.
+    /// The owner of the folder could put another socket there.
     #[error(
         "the socket's folder {folder} belongs to user {owner}, and this process runs as user {own}: choose another folder"
     )]
@@ -47,7 +47,7 @@ pub enum InvalidSocket {
         /// Who we are.
         own: u32,
     },
-    /// Whoever may enter the folder may fly.
+    /// A user who may enter the folder may fly.
     #[error("the socket's folder {folder} may be entered by others (mode {mode:o}): `chmod 700` it, or choose another")]
     Open {
         /// The folder.
