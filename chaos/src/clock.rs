@@ -70,6 +70,12 @@ impl Clocks {
         command.env("FAKETIME_NO_CACHE", "1").env("FAKETIME_DONT_FAKE_MONOTONIC", "1").env("DONT_FAKE_MONOTONIC", "1");
     }
 
+    /// What this process makes is a day old: certificates are valid from an hour before they are made, and a clock may be set
+    /// back by more than that.
+    pub(crate) fn give_yesterday(&self, command: &mut Command) {
+        command.env("LD_PRELOAD", &self.library).env("FAKETIME", "-1d");
+    }
+
     /// Sets the clocks of a machine forward by that much.
     pub(crate) fn step(&self, machine: Machine, by_ms: i64) -> io::Result<()> {
         Side::of(machine).iter().try_for_each(|side| {

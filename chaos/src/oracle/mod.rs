@@ -121,7 +121,7 @@ impl Oracle {
         self.orders.given(now, order);
     }
 
-    /// Whoever gave the order has an answer.
+    /// The sender of the order has an answer.
     pub fn answered(&mut self, order: Order, is_accepted: bool) {
         self.violations.extend(self.orders.answered(order, is_accepted));
     }

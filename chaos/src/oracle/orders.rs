@@ -25,7 +25,7 @@ pub(super) struct Orders {
     /// When each was last given, accepted or not.
     given: BTreeMap<Order, Time>,
     accepted: BTreeSet<Order>,
-    /// Obeyed late, while whoever gave it still waits for the answer: the answer decides.
+    /// Obeyed late, while its sender still waits for the answer: the answer decides.
     undecided: BTreeMap<Order, Violation>,
     /// Orders whose giver waits.
     waiting: BTreeMap<Order, u32>,
@@ -33,6 +33,15 @@ pub(super) struct Orders {
     obeyed: BTreeSet<Order>,
     /// When the manager was heard for the last time.
     heard: Time,
+}
+
+/// By the flags of which orders a vehicle may be seen to obey one: a return before the lift-off ends the mission on the ground,
+/// as an abort does.
+fn seen_as(order: Order) -> &'static [Order] {
+    match order {
+        Order::Abort => &[Order::Abort],
+        Order::Return => &[Order::Return, Order::Abort],
+    }
 }
 
 impl Orders {
@@ -50,22 +59,30 @@ impl Orders {
     }
 
     pub(super) fn given(&mut self, now: Time, order: Order) {
-        self.given.insert(order, now);
-        *self.waiting.entry(order).or_default() += 1;
+        for &it in seen_as(order) {
+            self.given.insert(it, now);
+            *self.waiting.entry(it).or_default() += 1;
+        }
     }
 
-    /// Whoever gave it has an answer. Without acceptance what was obeyed late is a violation.
+    /// Its sender has an answer. Without acceptance what was obeyed late is a violation.
     pub(super) fn answered(&mut self, order: Order, is_accepted: bool) -> Option<Violation> {
-        let waiting = self.waiting.entry(order).or_default();
-        *waiting = waiting.saturating_sub(1);
-        if is_accepted {
-            self.undecided.remove(&order);
+        let mut violation = None;
+        for &it in seen_as(order) {
+            let waiting = self.waiting.entry(it).or_default();
+            *waiting = waiting.saturating_sub(1);
+            if is_accepted {
+                self.undecided.remove(&it);
+            }
+            if *waiting == 0 {
+                violation = violation.or(self.undecided.remove(&it));
+            }
         }
-        if 0 < *waiting { None } else { self.undecided.remove(&order) }
+        violation
     }
 
     pub(super) fn accepted(&mut self, now: Time, order: Order, is_airborne: bool) {
-        self.accepted.insert(order);
+        self.accepted.extend(seen_as(order));
         let limit = match order {
             Order::Abort => ABORT_LIMIT,
             Order::Return => RETURN_LIMIT,

@@ -180,6 +180,24 @@ fn an_order_of_before_a_cut_is_not_obeyed_after_it() {
 }
 
 #[test]
+fn a_return_before_the_lift_off_may_look_like_an_abort_and_an_abort_never_like_a_return() {
+    #[track_caller]
+    fn check(given: Order, seen: Order, expected: &[&str]) {
+        let mut truth = Truth::in_flight();
+        truth.oracle.given(truth.now().time, given);
+        truth.oracle.ordered(truth.now().time, given);
+        truth.oracle.answered(given, true);
+        truth.manager = Some(obeying(seen));
+        truth.fly(2, 1.0);
+        truth.check(expected);
+    }
+    check(Order::Return, Order::Return, &[]);
+    check(Order::Return, Order::Abort, &[]);
+    check(Order::Abort, Order::Abort, &[]);
+    check(Order::Abort, Order::Return, &["obeyed return, which was given never"]);
+}
+
+#[test]
 fn an_order_may_wait_for_as_long_as_the_link_is_cut() {
     let mut truth = Truth::in_flight();
     truth.oracle.ordered(truth.now().time, Order::Abort);
@@ -191,7 +209,7 @@ fn an_order_may_wait_for_as_long_as_the_link_is_cut() {
 }
 
 #[test]
-fn while_whoever_gave_an_order_waits_it_is_not_known_whether_it_is_accepted() {
+fn while_the_sender_of_an_order_waits_it_is_not_known_whether_it_is_accepted() {
     #[track_caller]
     fn check(is_accepted: bool, expected: &[&str]) {
         let mut truth = Truth::in_flight();

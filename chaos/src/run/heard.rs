@@ -23,7 +23,7 @@ pub(crate) enum Heard {
     Continued { id: u32 },
     /// An order is about to be given; it is not known yet what comes of it.
     Given(Order),
-    /// Whoever gave an order has an answer.
+    /// The sender of an order has an answer.
     Answered { order: Order, accepted: bool },
     /// An order was accepted, or was not in the end.
     Ordered { order: Order, accepted: bool, said: String },

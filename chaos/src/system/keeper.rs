@@ -133,6 +133,9 @@ fn make_credentials(setup: &Setup) -> Result<(), String> {
     std::fs::create_dir(&access).map_err(|it| format!("{}: {it}", access.display()))?;
     let mut certs = Command::new(&setup.program);
     certs.arg("certs").arg(&folder).args(["--vehicle", VEHICLE]);
+    if let Some(clocks) = &setup.clocks {
+        clocks.give_yesterday(&mut certs);
+    }
     let mut operator = Command::new(&setup.program);
     operator.arg("access").arg(&access).arg("--secret").arg(&token);
     for mut command in [certs, operator] {
