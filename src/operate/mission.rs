@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use crate::operate::args::MissionCommand;
 use crate::operate::failure::Failure;
 use crate::operate::gateway::Gateway;
-use crate::operate::{Done, show};
+use crate::operate::{Done, convert, show};
 
 /// Reads or orders. A file is checked before a gateway is looked for.
 pub fn run(what: &MissionCommand, gateway: impl FnOnce() -> Result<Gateway, Failure>) -> Result<Done, Failure> {
@@ -37,6 +37,8 @@ pub fn run(what: &MissionCommand, gateway: impl FnOnce() -> Result<Gateway, Fail
         }
         MissionCommand::Approve { revision } => decide(&gateway()?, *revision, true),
         MissionCommand::Reject { revision } => decide(&gateway()?, *revision, false),
+        MissionCommand::Import(args) => convert::import(args),
+        MissionCommand::Export(args) => convert::export(args),
     }
 }
 

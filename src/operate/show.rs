@@ -6,8 +6,11 @@ use crate::operate::words::{each, heading, number, place, row, table, text, word
 
 /// Every vehicle on a line.
 pub fn fleet(document: &Value) -> String {
-    let mut lines = heading(["VEHICLE", "PHASE", "FLYING", "OBJECTIVE", "WORST", "OUTCOME"]);
-    for it in each(&document["vehicles"]) {
+    let columns =
+        ["VEHICLE", "CONTACT", "PHASE", "FLYING", "HEIGHT", "BATTERY", "OBJECTIVE", "RESPONDS TO", "WORST", "OUTCOME"];
+    let mut lines = heading(columns);
+    let (lost, heard): (Vec<_>, Vec<_>) = each(&document["vehicles"]).partition(|it| it["contact"]["lost"] == true);
+    for it in lost.into_iter().chain(heard) {
         let flying = match it["flying"].as_bool() {
             Some(true) => "yes",
             Some(false) => "no",
@@ -15,14 +18,27 @@ pub fn fleet(document: &Value) -> String {
         };
         lines.push(vec![
             text(&it["vehicle"]).to_owned(),
+            contact(&it["contact"]),
             word(&it["phase"], "MISSION_PHASE_"),
             flying.to_owned(),
+            format!("{} m", number(&it["heightM"], 0)),
+            percent(&it["batteryRemaining"]),
             objective_of(&it["currentObjective"], it["objectives"].as_u64()),
+            text(&it["acting"]).to_owned(),
             text(&it["worst"]).to_owned(),
             word(&it["outcome"], "MISSION_OUTCOME_"),
         ]);
     }
     table(lines)
+}
+
+/// When a vehicle was last heard, if not just now.
+fn contact(contact: &Value) -> String {
+    match (contact["wallAgeS"].as_f64(), contact["lost"] == true) {
+        (Some(age), true) => format!("none for {age:.0} s"),
+        (Some(_), false) => "yes".to_owned(),
+        (None, _) => "not yet".to_owned(),
+    }
 }
 
 /// One vehicle.
@@ -68,7 +84,10 @@ pub fn vehicle(it: &Value) -> String {
     let permission = |it: &Value| format!("{} {}", text(&it["area"]), word(&it["state"], "PERMISSION_STATE_"));
     add("permissions", joined(each(&it["permissions"]).map(permission)));
     add("stale", said(&it["tower"]["stale"]));
-    let unwell = each(&it["processes"]).filter(|it| it["health"] != "alive");
+    if it["contact"]["lost"] == true {
+        add("contact", format!("{}: all of this is as old", contact(&it["contact"])));
+    }
+    let unwell = each(&it["processes"]).filter(|it| it["health"] != "alive" && it["health"] != "unheard");
     add("processes", joined(unwell.map(|it| format!("{} is {}", text(&it["service"]), text(&it["health"])))));
     let report = &it["report"];
     if report.is_object() {
@@ -124,7 +143,8 @@ pub fn forecast(reply: &Value) -> String {
             "" => String::new(),
             areas => format!(", permission for {areas}"),
         };
-        format!("\n  {name}: {steps} steps, {length} m in {time} s of flight{permissions}")
+        let energy = number(&it["energyWh"], 1);
+        format!("\n  {name}: {steps} steps, {length} m in {time} s of flight, {energy} Wh{permissions}")
     };
     each(&reply["forecast"]).map(line).collect()
 }
@@ -230,12 +250,12 @@ mod tests {
     #[test]
     fn a_forecast_says_what_each_objective_needs() {
         let reply = json!({ "forecast": [
-            { "objective": "there", "reachable": true, "plan": { "steps": [{}, {}] }, "lengthM": 500.4, "flightTimeS": 61.7,
+            { "objective": "there", "reachable": true, "plan": { "steps": [{}, {}] }, "lengthM": 500.4, "flightTimeS": 61.7, "energyWh": 17.24,
               "permissions": ["A"] },
             { "objective": "moon", "reachable": false, "reason": "no way" },
         ] });
         let expected =
-            "\n  there: 2 steps, 500 m in 62 s of flight, permission for A\n  moon: cannot be reached: no way";
+            "\n  there: 2 steps, 500 m in 62 s of flight, 17.2 Wh, permission for A\n  moon: cannot be reached: no way";
         assert_eq!(forecast(&reply), expected);
     }
 

@@ -45,7 +45,7 @@ impl Drop for Vehicle {
 #[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn of_two_vehicles_the_one_in_trouble_comes_first() {
     let (system, browser) = watch(&["--speed", "2"]);
-    let _uav2 = Vehicle::start("uav2", &system);
+    let uav2 = Vehicle::start("uav2", &system);
     browser.wait_for("#fleet .rows li:nth-child(2)", "uav2");
     browser.wait_for("#fleet .rows li:nth-child(1)", "uav1");
     browser.wait_for("#fleet .rows li:nth-child(2)", "in the air");
@@ -67,5 +67,18 @@ fn of_two_vehicles_the_one_in_trouble_comes_first() {
     browser.click("#fleet .rows li:nth-child(2) button");
     browser.wait_for("#headline", "uav1");
     browser.wait_for("#take-command", "Take command");
+    // The one that is not selected falls silent as a whole: the link is what is lost, as far as anybody on the ground can know.
+    drop(uav2);
+    browser.wait_for("#fleet .rows li:nth-child(1)", "no contact for");
+    assert!(browser.text("#fleet .rows li:nth-child(1)").is_some_and(|it| it.contains("uav2")));
+    browser.picture("fleet-lost");
+    browser.click("#fleet .rows li:nth-child(1) button");
+    browser.wait_for("#headline", "no contact for");
+    browser.wait_for(
+        "#staleness",
+        "In flight, without contact, it holds after 10 s and flies to a landing site and lands after 2 min.",
+    );
+    browser.wait_for("#processes", "unheard");
+    browser.picture("fleet-lost-selected");
     browser.expect_no_error();
 }

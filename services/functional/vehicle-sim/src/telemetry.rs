@@ -10,7 +10,7 @@ use kittiwake_proto::v1;
 
 use crate::config::{self, Config};
 use crate::frame::{ned, ned_velocity};
-use crate::globe::TangentPlane;
+use crate::globe::Globe;
 use crate::noise::{Noise, NoiseStream};
 use crate::pilot::Mode;
 use crate::traffic::Traffic;
@@ -27,7 +27,7 @@ const CURRENT_NOISE_A: f64 = 0.03;
 pub(crate) struct Telemetry {
     noise: Noise,
     config: config::Estimator,
-    plane: TangentPlane,
+    globe: Globe,
 }
 
 impl Telemetry {
@@ -36,7 +36,7 @@ impl Telemetry {
         Telemetry {
             noise: Noise::new(seed, NoiseStream::Sensors),
             config: config.estimator.clone(),
-            plane: TangentPlane::new(config.origin.clone()),
+            globe: Globe::new(&config.origin),
         }
     }
 
@@ -92,7 +92,7 @@ impl Telemetry {
     fn global_position(&mut self, vehicle: &Vehicle) -> GlobalPosition {
         let estimate = vehicle.estimate();
         let position = estimate.position + self.noise.vector() * self.config.position_noise_m.get();
-        let (latitude_deg, longitude_deg, altitude_amsl_m) = self.plane.global(ned(position));
+        let (latitude_deg, longitude_deg, altitude_amsl_m) = self.globe.global(ned(position));
         let (eph_m, epv_m) = (estimate.eph_m, estimate.epv_m);
         GlobalPosition { latitude_deg, longitude_deg, altitude_amsl_m, eph_m, epv_m }
     }

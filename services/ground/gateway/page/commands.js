@@ -1,8 +1,8 @@
 // The orders. A hazardous one takes two steps, and the second button is in another place than the first.
 
 import { disabledFor, h, part } from "./dom.js";
-import { has, inCommand, isStale, store } from "./store.js";
-import { number } from "./words.js";
+import { has, inCommand, isStale, lostFor, store } from "./store.js";
+import { age, number } from "./words.js";
 import { markPlace, pickPlace, stopPicking } from "./map-input.js";
 import { announce, ask, onWithdraw, order, orderElements, withdraw } from "./orders.js";
 import { approval } from "./approval.js";
@@ -29,7 +29,7 @@ export function mountCommands() {
   onWithdraw(stopPicking);
   return () => {
     for (const [index, it] of VERBS.entries()) disabledFor(buttons[index], why(it));
-    disabledFor(part(confirm, "go"), isStale() ? "not connected" : "");
+    disabledFor(part(confirm, "go"), isStale() ? "not connected" : lostFor() != null ? "not reachable" : "");
     plan.fill();
   };
 }
@@ -37,6 +37,7 @@ export function mountCommands() {
 /** Why an order cannot be given now; empty when it can. The gateway decides. */
 function why(it) {
   if (isStale()) return "not connected";
+  if (lostFor() != null) return `not reachable: no contact for ${age(lostFor())}`;
   if (!(it.safety && has("safety"))) {
     if (!has("operator")) return `needs the role operator${it.safety ? " or safety" : ""}`;
     if (!inCommand()) return "take command first";

@@ -2,7 +2,7 @@
 
 import { attribute, h, list, part, text } from "./dom.js";
 import { isStale, select, store } from "./store.js";
-import { flag, outcome, phase } from "./words.js";
+import { age, flag, number, outcome, phase } from "./words.js";
 
 const FLEET_STALE_MS = 2500;
 const SEVERITY = ["NOMINAL", "STARTING", "OVER", "ENDING", "REPLANNING", "CONTINGENCY"];
@@ -20,9 +20,23 @@ export function mountFleet() {
 }
 
 function severity(it) {
+  if (it.contact?.lost) return 20;
   if (it.worst) return 10;
   const ended = it.outcome && it.outcome !== "MISSION_OUTCOME_SUCCESS" ? 6 : 0;
   return Math.max(ended, SEVERITY.indexOf(it.phase?.replace("MISSION_PHASE_", "")));
+}
+
+/** For a vehicle that is not heard, for how long: what follows is as old. */
+function silenceOf({ contact }) {
+  return contact?.lost ? `no contact for ${age(contact.wallAgeS + (performance.now() - store.fleetAt) / 1000)}; was ` : "";
+}
+
+function stateOf(it) {
+  const state = it.worst ? flag(it.worst) : it.outcome ? `over: ${outcome(it.outcome)}` : phase(it.phase);
+  const progress = it.objectives && !it.outcome ? `${Math.min((it.currentObjective ?? 0) + 1, it.objectives)}/${it.objectives}` : "";
+  const height = it.flying ? `in the air${it.heightM == null ? "" : `, ${number(it.heightM)} m`}` : "";
+  const battery = it.batteryRemaining == null ? "" : `${number(it.batteryRemaining * 100)} %`;
+  return [state, progress, height, battery].filter(Boolean).join(" · ");
 }
 
 function make(it) {
@@ -40,11 +54,9 @@ function make(it) {
 }
 
 function fill(row, it, stale) {
-  const lost = stale || (it.vehicle === store.selected && isStale());
-  const state = it.worst ? flag(it.worst) : it.outcome ? `over: ${outcome(it.outcome)}` : phase(it.phase);
-  const progress = it.objectives ? ` · ${Math.min((it.currentObjective ?? 0) + 1, it.objectives)}/${it.objectives}` : "";
-  text(part(row, "state"), lost ? "not connected" : `${state}${it.outcome ? "" : progress}${it.flying ? " · in the air" : ""}`);
+  const disconnected = stale || (it.vehicle === store.selected && isStale());
+  text(part(row, "state"), disconnected ? "not connected" : `${silenceOf(it)}${stateOf(it)}`);
   const level = severity(it);
-  attribute(part(row, "lamp"), "data-tone", lost ? "none" : level >= 5 ? "bad" : level >= 3 ? "warn" : level >= 0 ? "good" : "none");
+  attribute(part(row, "lamp"), "data-tone", disconnected ? "none" : level >= 5 ? "bad" : level >= 3 ? "warn" : level >= 0 ? "good" : "none");
   attribute(row.firstElementChild, "aria-current", it.vehicle === store.selected ? "true" : null);
 }

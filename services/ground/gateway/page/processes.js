@@ -1,4 +1,4 @@
-// The processes of the vehicle and of the ground: alive, stale or dead.
+// The processes of the vehicle and of the ground: alive, stale or dead; unheard without contact with the vehicle.
 
 import { attribute, h, list, part, text } from "./dom.js";
 import { isStale, silence, store } from "./store.js";
@@ -7,15 +7,13 @@ import { age, clock } from "./words.js";
 /** Messages that a process did not handle, by the field of its heartbeat. */
 const LOSSES = { dropped: "dropped", malformed: "malformed", late: "late", refused: "invalid" };
 const TONES = { alive: "good", stale: "warn", dead: "bad" };
-/** Joins for one message and leaves: its absence is normal. */
-const VISITOR = "injector";
 
 export function mountProcesses() {
   const body = document.querySelector("#processes .body");
   const rows = h("tbody", {});
   const heads = ["Process", "Heartbeat", "Up", "Lost"].map((it) => h("th", { scope: "col" }, it));
   body.append(h("table", { class: "processes" }, h("thead", {}, h("tr", {}, ...heads)), rows));
-  return () => list(rows, (store.doc?.processes ?? []).filter((it) => it.service !== VISITOR), (it) => it.service, make, fill);
+  return () => list(rows, store.doc?.processes ?? [], (it) => it.service, make, fill);
 }
 
 function make({ service }) {

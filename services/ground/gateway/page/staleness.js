@@ -2,7 +2,7 @@
 
 import { attribute, text } from "./dom.js";
 import { age, flag } from "./words.js";
-import { isSourceStale, isStale, silence, sourceAge, store } from "./store.js";
+import { isSourceStale, isStale, lostFor, silence, sourceAge, store } from "./store.js";
 
 export function mountStaleness() {
   const alarm = document.getElementById("alarm");
@@ -27,10 +27,17 @@ function unacknowledged() {
   return (store.doc?.contingencies?.active ?? []).filter((it) => !it.acknowledgedBy).sort((a, b) => a.priority - b.priority);
 }
 
+/** What a vehicle in flight does by itself when it does not hear the ground. */
+function byItself() {
+  const responses = (store.session?.withoutContact ?? []).map((it) => `${it.response} after ${age(it.afterS)}`);
+  return responses.length ? `In flight, without contact, it ${responses.join(" and ")}.` : "";
+}
+
 function words(stale) {
   if (store.signIn) return "Not signed in: no data.";
   if (!store.doc) return "No data yet.";
   if (stale) return `Connection lost. No data for ${age(silence())}: everything shown is stale.`;
+  if (lostFor() != null) return `No contact with ${store.selected} for ${age(lostFor())}: everything shown is that old. ${byItself()}`;
   const monitor = sourceAge("introspection");
   return `No data from the vehicle's monitor for ${age(monitor)}: position, speed, battery and flags are stale.`;
 }

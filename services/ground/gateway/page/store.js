@@ -74,6 +74,12 @@ export function isStale() {
   return !store.session || silence() > STALE_AFTER_PERIODS / store.session.statusRateHz;
 }
 
+/** Wall seconds since the ground last heard the vehicle, if it is lost; else `null`. */
+export function lostFor() {
+  const contact = store.doc?.contact;
+  return contact?.lost ? contact.wallAgeS + silence() : null;
+}
+
 /** Wall seconds since the source's last data reached the gateway, continued by this page's clock. */
 export function sourceAge(source) {
   const age = store.doc?.sources?.[source]?.wallAgeS;

@@ -1,7 +1,7 @@
 // The state strip: one cell for each value, in the order in which an operator scans them.
 
 import { attribute, h, list, part, text } from "./dom.js";
-import { isSourceStale, silence, sourceAge, store } from "./store.js";
+import { isSourceStale, lostFor, silence, sourceAge, store } from "./store.js";
 import { age, mode, name, number } from "./words.js";
 
 export function mountStrip() {
@@ -113,7 +113,7 @@ function links() {
   const position = store.doc.aircraft?.ages?.localPositionS;
   return {
     label: "Link",
-    value: age(silence()),
+    value: age(lostFor() ?? silence()),
     note: `monitor ${age(monitor)}, position ${age(position)}`,
     tone: isSourceStale("introspection") ? "bad" : null,
   };

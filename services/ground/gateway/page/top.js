@@ -2,8 +2,8 @@
 
 import { keepToken } from "./api.js";
 import { attribute, h, part, text } from "./dom.js";
-import { openSession, renew, store } from "./store.js";
-import { clock, outcome, phase } from "./words.js";
+import { isStale, lostFor, openSession, renew, store } from "./store.js";
+import { age, clock, outcome, phase } from "./words.js";
 
 const THEME = "kittiwake.theme";
 const THEMES = { auto: "Auto", light: "Light", dark: "Dark" };
@@ -25,8 +25,9 @@ export function mountTop() {
     text(part(headline, "mission"), doc?.mission?.name ? `Mission ${doc.mission.name}` : "");
     const badge = document.getElementById("phase");
     const report = doc?.report;
-    text(badge, report ? `over: ${outcome(report.outcome)}` : phase(doc?.mission?.phase));
-    attribute(badge, "data-tone", tone(doc));
+    const lost = !isStale() && lostFor() != null;
+    text(badge, lost ? `no contact for ${age(lostFor())}` : report ? `over: ${outcome(report.outcome)}` : phase(doc?.mission?.phase));
+    attribute(badge, "data-tone", lost ? "bad" : tone(doc));
     text(document.getElementById("mission-time"), clock(doc?.missionTimeS));
     const who = part(session, "who");
     text(who, store.session ? store.session.name : "not signed in");

@@ -22,15 +22,20 @@ pub(crate) struct GroundContacts {
     heard: BTreeMap<VehicleId, Time>,
 }
 
+/// Whether a message of a vehicle's shows that the vehicle was heard: no process on the ground publishes it.
+pub(crate) fn shows_contact(message: &Message) -> bool {
+    use Message as M;
+    matches!(message, M::Introspection(_) | M::VehicleStatus(_) | M::McmStatus(_) | M::Heartbeat(_))
+}
+
 impl GroundContacts {
     pub(crate) fn new(pace: Pace) -> GroundContacts {
         GroundContacts { pace, due: Time::ZERO, heard: BTreeMap::new() }
     }
 
-    /// A message arrived. Only messages that no other process publishes show that the vehicle was heard.
+    /// A message arrived.
     pub(crate) fn on_message(&mut self, now: Time, vehicle: &VehicleId, message: &Message) {
-        use Message as M;
-        if let M::Introspection(_) | M::VehicleStatus(_) | M::McmStatus(_) | M::Heartbeat(_) = message {
+        if shows_contact(message) {
             self.heard.insert(vehicle.clone(), now);
         }
     }

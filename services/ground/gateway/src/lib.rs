@@ -108,6 +108,7 @@ impl Gateway {
         let api = Api {
             config: config.clone(),
             thresholds: session::thresholds(contingencies).into(),
+            without_contact: session::without_contact(contingencies).into(),
             ages,
             snapshot: snapshots,
             journals: histories,

@@ -354,7 +354,7 @@ async fn requests_without_a_valid_token_share_one_limit() {
 async fn a_session_has_the_configuration_that_a_client_needs() {
     let session = World::new().get("/api/v1/session", "operator").await.body;
     let expected = json!({
-        "name": "operator", "roles": ["operator"], "simulation": true, "statusRateHz": 2.0, "thresholds": [],
+        "name": "operator", "roles": ["operator"], "simulation": true, "statusRateHz": 2.0, "thresholds": [], "withoutContact": [],
     });
     assert_eq!(session, expected);
 }

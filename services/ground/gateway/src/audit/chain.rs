@@ -1,7 +1,7 @@
 //! The lines of the audit trail's files: JSON, each with the number of its record and the hash of the line before, so that
 //! a line that was changed, removed or inserted is found.
 //!
-//! The hash covers the bytes of a line without its line feed. Whoever can write the files can make the whole chain again;
+//! The hash covers the bytes of a line without its line feed. Somebody who can write the files can make the whole chain again;
 //! only a hash that is noted elsewhere shows that.
 
 use kittiwake_proto::json::to_json;

@@ -5,15 +5,17 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Duration;
 
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
 use node::{Event, VehicleId};
 
+use crate::contact::shows_contact;
 use crate::fleet::flags::Flags;
 use crate::fleet::occurrence::Occurrence;
-use crate::fleet::processes::Processes;
+use crate::fleet::processes::{Health, Process, Processes};
 use crate::fleet::skills::Skills;
 
 pub(crate) mod flags;
@@ -38,6 +40,8 @@ pub(crate) struct FleetState {
 /// One vehicle.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct VehicleState {
+    /// When it was last heard.
+    heard: Option<Time>,
     /// The autopilot's status.
     pub(crate) status: Option<Seen<v1::VehicleStatus>>,
     /// The monitor's aggregate.
@@ -118,7 +122,26 @@ impl FleetState {
 }
 
 impl VehicleState {
+    /// How long ago it was heard; `None` if it never was.
+    pub(crate) fn silent_for(&self, now: Time) -> Option<Duration> {
+        self.heard.map(|heard| now - heard)
+    }
+
+    /// Whether nothing of it is heard any more: each of its processes shows progress more often than once in `stale_after`.
+    pub(crate) fn is_lost(&self, now: Time, stale_after: Duration) -> bool {
+        self.silent_for(now).is_some_and(|it| stale_after < it)
+    }
+
+    /// The health of one of its processes. While the whole vehicle is silent it is the link that is known to be gone, and
+    /// nothing about the processes.
+    pub(crate) fn health(&self, process: &Process, now: Time, stale_after: Duration) -> Health {
+        if self.is_lost(now, stale_after) { Health::Unheard } else { process.health(now, stale_after) }
+    }
+
     fn fold(&mut self, now: Time, message: Message, mut occurred: impl FnMut(Occurrence)) {
+        if shows_contact(&message) {
+            self.heard = Some(now);
+        }
         match message {
             Message::VehicleStatus(status) => self.status = seen(now, status),
             Message::Introspection(introspection) => {

@@ -11,6 +11,8 @@ use kittiwake_proto::v1;
 
 /// The gateway's own service. It has a link like others, and does not receive its own heartbeats.
 const SELF: &str = "gateway";
+/// Joins for one message and leaves: its absence is normal.
+const VISITOR: &str = "injector";
 /// More processes than a system has; the names come from the network.
 const MAX_PROCESSES: usize = 64;
 
@@ -45,15 +47,18 @@ pub(crate) enum Health {
     Stale,
     /// It has no link.
     Dead,
+    /// Nothing is heard of its vehicle.
+    Unheard,
 }
 
 impl Health {
-    /// For people and programs: `alive`, `stale`, `dead`.
+    /// For people and programs.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Health::Alive => "alive",
             Health::Stale => "stale",
             Health::Dead => "dead",
+            Health::Unheard => "unheard",
         }
     }
 }
@@ -63,6 +68,7 @@ impl Processes {
     pub(crate) fn on_peer(&mut self, now: Time, service: String, instance: String, alive: bool) {
         let known = self.0.get_mut(&service).filter(|it| it.instance == instance);
         match (known, alive) {
+            (Some(_), false) if service == VISITOR => drop(self.0.remove(&service)),
             (Some(process), true) => process.link = Link::Up { since: now },
             (Some(process), false) => process.link = Link::Gone,
             (None, true) => self.start(now, service, instance),
@@ -167,6 +173,15 @@ mod tests {
         check(&[Up("1"), Up("2"), Beat("1")], 0, Some(("2", Health::Alive)));
         check(&[Up("1"), Gone("1"), Beat("1")], 0, Some(("1", Health::Dead)));
         check(&[Up("1"), Gone("1"), Beat("2")], 0, Some(("2", Health::Alive)));
+    }
+
+    #[test]
+    fn a_visitor_that_has_left_is_no_dead_process() {
+        let mut processes = Processes::default();
+        processes.on_peer(Time::ZERO, VISITOR.into(), "1".into(), true);
+        assert_eq!(processes.iter().count(), 1);
+        processes.on_peer(Time::ZERO, VISITOR.into(), "1".into(), false);
+        assert_eq!(processes.iter().count(), 0);
     }
 
     #[test]

@@ -64,6 +64,7 @@ mod trace;
 pub struct Api {
     pub(crate) config: Config,
     pub(crate) thresholds: Arc<[v1::session::Threshold]>,
+    pub(crate) without_contact: Arc<[v1::session::WithoutContact]>,
     pub(crate) ages: Ages,
     pub(crate) snapshot: watch::Receiver<Arc<Snapshot>>,
     pub(crate) journals: watch::Receiver<Journals>,
@@ -162,7 +163,7 @@ async fn readyz(State(site): State<Site>) -> Answer {
 }
 
 async fn vehicles(State(site): State<Site>) -> Response {
-    document(&view::fleet(&site.snapshot()))
+    document(&view::fleet(&site.snapshot(), site.api.ages))
 }
 
 async fn vehicle(State(site): State<Site>, Extension(request): Extension<AuthorizedRequest>) -> Answer {

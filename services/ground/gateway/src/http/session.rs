@@ -3,10 +3,10 @@
 use axum::Extension;
 use axum::extract::State;
 use axum::response::Response;
-use domain::contingency::rule::Quantity;
+use domain::contingency::rule::{DataSource, Quantity};
 use domain::contingency::{Row, Rule};
 use kittiwake_proto::v1;
-use kittiwake_proto::v1::session::Threshold;
+use kittiwake_proto::v1::session::{Threshold, WithoutContact};
 
 use crate::http::answer::document;
 use crate::http::guard::AuthorizedRequest;
@@ -19,6 +19,7 @@ pub(crate) async fn session(State(site): State<Site>, Extension(request): Extens
         simulation: site.api.config.simulation,
         status_rate_hz: site.api.config.status_rate_hz.get(),
         thresholds: site.api.thresholds.to_vec(),
+        without_contact: site.api.without_contact.to_vec(),
     })
 }
 
@@ -35,6 +36,21 @@ pub(crate) fn thresholds(rows: &[Row]) -> Vec<Threshold> {
     rows.iter().filter_map(of_row).collect()
 }
 
+/// What a vehicle does that does not hear the ground in flight, the earliest first.
+pub(crate) fn without_contact(rows: &[Row]) -> Vec<WithoutContact> {
+    let of_row = |row: &Row| match row.raise? {
+        Rule::Stale { source: DataSource::GroundLink, after_s, .. } => Some(WithoutContact {
+            flag: row.flag.clone(),
+            after_s: after_s.get(),
+            response: row.severity().in_words().to_owned(),
+        }),
+        _ => None,
+    };
+    let mut responses: Vec<_> = rows.iter().filter_map(of_row).collect();
+    responses.sort_by(|a, b| a.after_s.total_cmp(&b.after_s));
+    responses
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -42,14 +58,25 @@ mod tests {
     use domain::file::Source;
     use domain::testing;
 
+    fn row(priority: usize, flag: &str, raise: &str) -> String {
+        format!(
+            "[[contingency]]\nflag = \"{flag}\"\npriority = {priority}\nraise = {{ {raise} }}\nactions = [\"stop\"]\n\
+             emergency = \"stop\"\nclears = \"after-action\"\nthen = \"resume\"\n"
+        )
+    }
+
+    #[test]
+    fn what_a_vehicle_does_without_contact_is_told_in_the_order_in_which_it_happens() {
+        let silence = |s| format!("fact = \"stale\", source = \"ground-link\", after_s = {s}, during = \"flying\"");
+        let text = testing::table(&(row(1, "link_gone", &silence(120)) + &row(2, "link_lost", &silence(10))));
+        let table = Contingencies::read(&Source { path: "c.toml".into(), text }, &testing::ACTIONS).unwrap();
+        let rows = without_contact(table.rows());
+        let told: Vec<_> = rows.iter().map(|it| (it.flag.as_str(), it.after_s, it.response.as_str())).collect();
+        assert_eq!(told, [("link_lost", 10.0, "holds"), ("link_gone", 120.0, "holds")]);
+    }
+
     #[test]
     fn a_threshold_has_the_words_of_the_table() {
-        let row = |priority, flag: &str, raise: &str| {
-            format!(
-                "[[contingency]]\nflag = \"{flag}\"\npriority = {priority}\nraise = {{ {raise} }}\nactions = [\"stop\"]\n\
-                 emergency = \"stop\"\nclears = \"after-action\"\nthen = \"resume\"\n"
-            )
-        };
         let rule = |fact: &str, quantity: &str| {
             format!(
                 "fact = \"{fact}\", value = \"{quantity}\", threshold = 0.5, clear = 0.5, for_s = 1, during = \"always\""

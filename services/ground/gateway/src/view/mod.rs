@@ -4,8 +4,9 @@
 
 use std::time::{Duration, SystemTime};
 
-use domain::time::{Now, Pace};
+use domain::time::{Now, Pace, Time};
 use kittiwake_proto::v1;
+use node::VehicleId;
 use serde_json::{Value, json};
 
 use crate::fleet::{Snapshot, VehicleState, message_of};
@@ -26,16 +27,19 @@ pub(crate) struct Ages {
 }
 
 /// Every vehicle in a few words.
-pub(crate) fn fleet(snapshot: &Snapshot) -> v1::Fleet {
+pub(crate) fn fleet(snapshot: &Snapshot, ages: Ages) -> v1::Fleet {
     let (mission_time_s, utc) = stamp(snapshot.now);
-    let vehicles = snapshot.fleet.vehicles.iter().map(|(name, state)| fleet_entry(name, state)).collect();
+    let entry =
+        |(name, state): (&VehicleId, &VehicleState)| fleet_entry(name, state, contact(state, snapshot.now.time, ages));
+    let vehicles = snapshot.fleet.vehicles.iter().map(entry).collect();
     v1::Fleet { mission_time_s, utc, vehicles }
 }
 
-fn fleet_entry(name: &str, state: &VehicleState) -> v1::fleet::Entry {
+fn fleet_entry(name: &str, state: &VehicleState, contact: v1::Contact) -> v1::fleet::Entry {
     let (mcm, planner) = (message_of(&state.mcm), message_of(&state.planner));
     let worst = mcm.and_then(|it| it.contingencies.iter().min_by_key(|row| row.priority));
-    let derived = message_of(&state.introspection).and_then(|it| it.derived.as_ref());
+    let introspection = message_of(&state.introspection);
+    let derived = introspection.and_then(|it| it.derived.as_ref());
     v1::fleet::Entry {
         vehicle: name.to_owned(),
         phase: mcm.map(|it| it.phase),
@@ -44,7 +48,17 @@ fn fleet_entry(name: &str, state: &VehicleState) -> v1::fleet::Entry {
         objectives: planner.map(|it| u32::try_from(it.objectives.len()).unwrap_or(u32::MAX)),
         worst: worst.map(|row| row.flag.clone()),
         flying: derived.map(|it| it.flying),
+        contact: Some(contact),
+        acting: mcm.map(|it| it.acting.clone()).filter(|it| !it.is_empty()),
+        battery_remaining: introspection.and_then(|it| it.battery.as_ref()).map(|it| it.remaining),
+        height_m: derived.map(|it| it.height_m),
     }
+}
+
+/// Whether a vehicle is heard.
+pub(crate) fn contact(state: &VehicleState, now: Time, ages: Ages) -> v1::Contact {
+    let wall_age_s = state.silent_for(now).map(|it| ages.pace.to_wall(it).as_secs_f64());
+    v1::Contact { wall_age_s, lost: state.is_lost(now, ages.stale_after) }
 }
 
 /// `mission_time_s` and `utc` of a document made now.

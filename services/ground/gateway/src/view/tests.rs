@@ -9,8 +9,8 @@ use kittiwake_proto::v1;
 use node::Event;
 use serde_json::{Value, json};
 
-use super::Ages;
 use super::vehicle::vehicle;
+use super::{Ages, fleet};
 use crate::fleet::Snapshot;
 
 const AGES: Ages =
@@ -22,13 +22,17 @@ fn view(snapshot: &Snapshot) -> Value {
 
 /// The vehicle's JSON after these messages, one a second.
 fn after(messages: impl IntoIterator<Item = Message>) -> Value {
+    view(&snapshot_after(messages))
+}
+
+fn snapshot_after(messages: impl IntoIterator<Item = Message>) -> Snapshot {
     let mut snapshot = Snapshot::default();
     for (s, message) in messages.into_iter().enumerate() {
         snapshot.now = Now { time: Time::after(Duration::from_secs(s as u64)), utc_ms: 0 };
         let event = Event::Message { vehicle: "uav1".into(), message };
         snapshot.fleet.fold(snapshot.now, event, &mut Vec::new());
     }
-    view(&snapshot)
+    snapshot
 }
 
 fn planner(step_ids: &[u64], state: v1::ObjectiveState) -> Message {
@@ -135,8 +139,47 @@ fn ages_count_from_the_arrival() {
     };
     let fresh = after([heartbeat.clone().into(), quiet()]);
     assert_eq!(process(fresh), (json!("alive"), json!(1.0), json!("5")));
-    let old = after([heartbeat.into(), quiet(), quiet(), quiet()]);
+    let monitor = v1::Heartbeat { service: "monitor".into(), ..heartbeat.clone() };
+    let old = after([heartbeat.into(), quiet(), quiet(), monitor.into()]);
     assert_eq!(process(old), (json!("stale"), json!(3.0), json!("5")));
+}
+
+#[test]
+fn a_vehicle_that_falls_silent_as_a_whole_is_lost_and_nothing_is_known_about_its_processes() {
+    let heartbeat =
+        |service: &str| v1::Heartbeat { service: service.into(), instance: "1".into(), ..Default::default() }.into();
+    let tower = || ledger(v1::PermissionState::Granted, 900.0);
+    let health = |view: &Value| {
+        let processes = view["processes"].as_array().unwrap().iter();
+        processes.map(|it| it["health"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    let heard = after([heartbeat("mcm"), heartbeat("monitor"), tower(), tower()]);
+    assert_eq!(
+        (&heard["contact"], health(&heard)),
+        (&json!({ "wallAgeS": 2.0, "lost": false }), vec!["stale".into(), "alive".into()])
+    );
+    // What the tower says about it is no sign of its life.
+    let lost = after([heartbeat("mcm"), heartbeat("monitor"), tower(), tower(), tower()]);
+    assert_eq!(
+        (&lost["contact"], health(&lost)),
+        (&json!({ "wallAgeS": 3.0, "lost": true }), vec!["unheard".into(); 2])
+    );
+    assert_eq!(after([tower(), tower(), tower(), tower()])["contact"], json!({ "lost": false }), "it was never heard");
+}
+
+#[test]
+fn the_fleet_has_what_an_operator_of_several_looks_for() {
+    let battery = v1::BatteryStatus { remaining: 0.6, ..Default::default() };
+    let derived = v1::Derived { flying: true, height_m: 12.0, ..Default::default() };
+    let introspection = v1::Introspection { battery: Some(battery), derived: Some(derived), ..Default::default() };
+    let mcm = v1::McmStatus { acting: "battery_low".into(), ..Default::default() };
+    let snapshot = snapshot_after([introspection.into(), mcm.into(), v1::SkillFeedback::default().into()]);
+    let entry = &to_json(&fleet(&snapshot, AGES))["vehicles"][0];
+    let expected = json!({
+        "vehicle": "uav1", "phase": "MISSION_PHASE_UNSPECIFIED", "flying": true, "acting": "battery_low",
+        "batteryRemaining": 0.6, "heightM": 12.0, "contact": { "wallAgeS": 1.0, "lost": false },
+    });
+    assert_eq!(*entry, expected);
 }
 
 #[test]

@@ -8,7 +8,7 @@ use kittiwake_proto::v1::vehicle as doc;
 
 use crate::fleet::processes::{Health, Process, Processes};
 use crate::fleet::{Seen, Snapshot, VehicleState, message_of};
-use crate::view::{Ages, stamp};
+use crate::view::{Ages, contact, stamp};
 
 /// Wall time after which the reported wind and traffic are out of date: five periods of a receiver's reports.
 const REPORT_LIFETIME: Duration = Duration::from_secs(5);
@@ -45,9 +45,10 @@ pub(crate) fn vehicle(
         traffic: state.traffic.values().filter_map(|it| traffic(it, now, ages)).collect(),
         wind: state.wind.as_ref().filter(|it| ages.wall(it, now) < REPORT_LIFETIME).map(|it| *it.message),
         report: mcm.and_then(|it| it.report.clone()),
-        processes: processes(&[&state.processes, &snapshot.fleet.ground], now, ages),
+        processes: processes(state, &snapshot.fleet.ground, now, ages),
         sources: Some(sources(state, now, ages)),
         tower: tower(state, &snapshot.fleet.ground, now, ages),
+        contact: Some(contact(state, now, ages)),
     })
 }
 
@@ -162,15 +163,17 @@ fn traffic(seen: &Seen<v1::TransponderReport>, now: Time, ages: Ages) -> Option<
     (age < REPORT_LIFETIME).then_some(doc::Traffic { id, position, velocity, wall_age_s: age.as_secs_f64() })
 }
 
-fn processes(groups: &[&Processes], now: Time, ages: Ages) -> Vec<doc::Process> {
-    let process = |(service, it): (&str, &Process)| doc::Process {
+fn processes(state: &VehicleState, ground: &Processes, now: Time, ages: Ages) -> Vec<doc::Process> {
+    let of_vehicle = state.processes.iter().map(|(name, it)| (name, it, state.health(it, now, ages.stale_after)));
+    let of_ground = ground.iter().map(|(name, it)| (name, it, it.health(now, ages.stale_after)));
+    let process = |(service, it, health): (&str, &Process, Health)| doc::Process {
         service: service.to_owned(),
         instance: it.instance.clone(),
-        health: it.health(now, ages.stale_after).name().to_owned(),
+        health: health.name().to_owned(),
         wall_age_s: it.heartbeat.as_ref().map(|(at, _)| ages.pace.to_wall(now - *at).as_secs_f64()),
         heartbeat: it.heartbeat.as_ref().map(|(_, heartbeat)| heartbeat.clone()),
     };
-    groups.iter().flat_map(|group| group.iter()).map(process).collect()
+    of_vehicle.chain(of_ground).map(process).collect()
 }
 
 /// Why the permissions may not be the tower's present decisions.

@@ -83,6 +83,7 @@ impl Site {
             flying: introspection.derived.as_ref()?.flying,
             mode: 0,
             permissions: granted.map(|it| it.area.clone()).collect(),
+            charge: introspection.battery.as_ref().map(|it| it.remaining),
         })
     }
 
