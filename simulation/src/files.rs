@@ -1,6 +1,7 @@
 //! The configuration files, read for the services that fly here.
 
 use domain::contingency::Contingencies;
+use domain::energy::EnergyModel;
 use domain::file::{Mistake, Mistakes, Source};
 use domain::mission::Mission;
 use domain::time::Pace;
@@ -17,6 +18,7 @@ pub(crate) struct Files {
     pub(crate) skill_manager: skill_manager::config::Config,
     pub(crate) monitor: monitor::config::Config,
     pub(crate) planner: planner::config::Config,
+    pub(crate) energy: EnergyModel,
     pub(crate) control_tower: control_tower::config::Config,
     pub(crate) gateway: gateway::config::Config,
 }
@@ -29,6 +31,7 @@ struct Sections {
     skill_manager: skill_manager::config::Config,
     monitor: monitor::config::Config,
     planner: planner::config::Config,
+    energy: EnergyModel,
     mcm: mcm::config::Config,
     control_tower: control_tower::config::Config,
     gateway: gateway::config::Config,
@@ -55,6 +58,7 @@ impl Files {
             skill_manager: sections.skill_manager,
             monitor: sections.monitor,
             planner: sections.planner,
+            energy: sections.energy,
             control_tower: sections.control_tower,
             gateway: sections.gateway,
         })

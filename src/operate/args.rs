@@ -3,7 +3,8 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
+use domain::geodesy::{LatLon, NORTHERNMOST_ORIGIN_DEG, Origin};
 
 use crate::config::VehicleName;
 
@@ -182,6 +183,56 @@ pub enum MissionCommand {
         /// The plan's revision; without it, that of the plan that waits
         revision: Option<u64>,
     },
+    /// Make a mission file of a plan of QGroundControl, GeoJSON, KML, ED-269 or ED-318, and list what has no counterpart; no
+    /// gateway is needed
+    Import(ImportArgs),
+    /// Print a mission file that has an origin as GeoJSON or as a plan of QGroundControl; no gateway is needed
+    Export(ExportArgs),
+}
+
+/// For `kittiwake mission import`.
+#[derive(Debug, Args)]
+pub struct ImportArgs {
+    /// Where to fly, and areas: a `.plan`, or GeoJSON as `export` writes it; see `docs/formats.md`
+    pub file: PathBuf,
+    /// The take-off point in degrees, and its altitude above mean sea level in metres; without it, the planned home
+    #[arg(long, value_name = "LAT,LON[,ALT]", allow_hyphen_values = true, value_parser = origin)]
+    pub origin: Option<Origin>,
+    /// A file of areas; may be given several times
+    #[arg(long, value_name = "FILE")]
+    pub areas: Vec<PathBuf>,
+    /// The ground of all areas lies at most this much above or below the take-off point; without it, limits above the ground
+    /// are not converted, and areas reach from the ground upwards
+    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = relief)]
+    pub relief: Option<f64>,
+    /// Where to write the mission file
+    #[arg(long, value_name = "MISSION")]
+    pub out: PathBuf,
+}
+
+/// For `kittiwake mission export`.
+#[derive(Debug, Args)]
+pub struct ExportArgs {
+    /// A mission file; see `config/missions/`
+    pub file: PathBuf,
+    /// The format
+    #[arg(long)]
+    pub format: ExportFormat,
+    /// The take-off point, if the mission has no origin
+    #[arg(long, value_name = "LAT,LON[,ALT]", allow_hyphen_values = true, value_parser = origin)]
+    pub origin: Option<Origin>,
+    /// Where to write it; without it, on standard output
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+/// The formats of `kittiwake mission export`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum ExportFormat {
+    /// GeoJSON (RFC 7946)
+    Geojson,
+    /// A plan of QGroundControl
+    Plan,
 }
 
 /// For `kittiwake permission`.
@@ -259,6 +310,29 @@ fn metres(text: &str) -> Result<f64, String> {
     found.ok_or_else(|| format!("found `{text}`, expected metres"))
 }
 
+/// `LATITUDE,LONGITUDE` with an altitude or without.
+fn origin(text: &str) -> Result<Origin, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|it| it.trim().parse().ok()).collect();
+    let (latitude_deg, longitude_deg, altitude_m) = match numbers.as_deref() {
+        Some([latitude, longitude]) => (*latitude, *longitude, None),
+        Some([latitude, longitude, altitude]) => (*latitude, *longitude, Some(*altitude)),
+        _ => return Err(format!("found `{text}`, expected LATITUDE,LONGITUDE or LATITUDE,LONGITUDE,ALTITUDE")),
+    };
+    if !altitude_m.is_none_or(|it| it.abs() <= 10_000.0) {
+        return Err(format!("found `{text}`, expected an altitude of at most 10000 m"));
+    }
+    if NORTHERNMOST_ORIGIN_DEG < latitude_deg.abs() {
+        return Err(format!("latitude {latitude_deg}: expected at most {NORTHERNMOST_ORIGIN_DEG}"));
+    }
+    let place = LatLon::new(latitude_deg, longitude_deg).map_err(|error| error.to_string())?;
+    Ok(Origin { place, altitude_m })
+}
+
+fn relief(text: &str) -> Result<f64, String> {
+    let found = text.parse().ok().filter(|it| (0.0..=10_000.0).contains(it));
+    found.ok_or_else(|| format!("found `{text}`, expected metres from 0 to 10000"))
+}
+
 fn seconds(text: &str) -> Result<f64, String> {
     let found = text.parse().ok().filter(|it: &f64| it.is_finite() && 0.0 < *it);
     found.ok_or_else(|| format!("found `{text}`, expected seconds above 0"))
@@ -290,6 +364,18 @@ mod tests {
         check("mission insert 1 look -10 20 30 --hand-over", None);
         check("mission approve", None);
         check("mission reject 7", None);
+        check(
+            "mission import a.plan --origin -33.9,18.4,12 --areas z.json --areas y.kml --relief 5 --out m.toml",
+            None,
+        );
+        check("mission export m.toml --format geojson", None);
+        check("mission import a.plan", Some("--out"));
+        check("mission import a.plan --out m --origin 54", Some("expected LATITUDE,LONGITUDE"));
+        check("mission import a.plan --out m --origin 89.5,0", Some("expected at most 89"));
+        check("mission import a.plan --out m --origin nan,0", Some("expected degrees"));
+        check("mission import a.plan --out m --origin 54,6,nan", Some("expected an altitude"));
+        check("mission import a.plan --out m --relief -1", Some("expected metres from 0"));
+        check("mission export m.toml --format kml", Some("possible values: geojson, plan"));
         check("permission grant A --valid-for-s 60", None);
         check("vehicle land-at 1", Some("EAST_M"));
         check("vehicle land-at NaN 0", Some("expected metres"));

@@ -14,6 +14,7 @@ use crate::output;
 
 pub mod args;
 pub mod audit;
+mod convert;
 mod events;
 mod failure;
 mod gateway;

@@ -1,0 +1,172 @@
+//! The local frame on the Earth: WGS 84 to metres north and east of an origin, and back. No other place converts.
+//!
+//! The projection is azimuthal equidistant about the origin (Snyder, Map Projections: A Working Manual, USGS Professional
+//! Paper 1395, 1987, chapter 25), on the ellipsoid: distance and direction of a place from the origin are those of the
+//! geodesic (Karney, Algorithms for geodesics, Journal of Geodesy 87, 2013), at any distance and across the antimeridian.
+//! Distances across that direction come out too long, by the square of the distance from the origin over six squared
+//! radii of the Earth: see the test for figures.
+
+use geographiclib_rs::{DirectGeodesic as _, Geodesic, InverseGeodesic as _};
+
+use crate::geometry::Ned;
+
+/// A place in WGS 84, without height.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LatLon {
+    latitude_deg: f64,
+    longitude_deg: f64,
+}
+
+/// A latitude or longitude that no place has.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("latitude {latitude_deg}, longitude {longitude_deg}: expected degrees from -90 to 90, and from -180 to 180")]
+pub struct OutOfRange {
+    latitude_deg: f64,
+    longitude_deg: f64,
+}
+
+impl LatLon {
+    /// The place at these degrees, north and east positive.
+    ///
+    /// # Errors
+    /// If a latitude is beyond 90 degrees, or a longitude beyond 180.
+    pub fn new(latitude_deg: f64, longitude_deg: f64) -> Result<LatLon, OutOfRange> {
+        if latitude_deg.abs() <= 90.0 && longitude_deg.abs() <= 180.0 {
+            Ok(LatLon { latitude_deg, longitude_deg })
+        } else {
+            Err(OutOfRange { latitude_deg, longitude_deg })
+        }
+    }
+
+    /// Degrees north of the equator.
+    pub fn latitude_deg(self) -> f64 {
+        self.latitude_deg
+    }
+
+    /// Degrees east of Greenwich.
+    pub fn longitude_deg(self) -> f64 {
+        self.longitude_deg
+    }
+}
+
+/// Where a mission's local frame begins: the take-off point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Origin {
+    /// The take-off point.
+    pub place: LatLon,
+    /// Its altitude above mean sea level, in metres, if it is known.
+    pub altitude_m: Option<f64>,
+}
+
+/// Nearer to a pole an origin has no usable east, in degrees of latitude.
+pub const NORTHERNMOST_ORIGIN_DEG: f64 = 89.0;
+
+/// The local frame at an origin.
+#[derive(Debug, Clone, Copy)]
+pub struct LocalFrame {
+    origin: LatLon,
+    ellipsoid: Geodesic,
+}
+
+impl LocalFrame {
+    /// The frame with this origin.
+    pub fn at(origin: LatLon) -> LocalFrame {
+        LocalFrame { origin, ellipsoid: Geodesic::wgs84() }
+    }
+
+    /// Where a place is in the frame, at height 0.
+    pub fn local(&self, place: LatLon) -> Ned {
+        let LatLon { latitude_deg, longitude_deg } = self.origin;
+        let (distance_m, azimuth_deg, _, _): (f64, f64, f64, f64) =
+            self.ellipsoid.inverse(latitude_deg, longitude_deg, place.latitude_deg, place.longitude_deg);
+        let (sin, cos) = azimuth_deg.to_radians().sin_cos();
+        Ned::new(distance_m * cos, distance_m * sin, 0.0)
+    }
+
+    /// The place over which `position` is.
+    pub fn lat_lon(&self, position: Ned) -> LatLon {
+        let LatLon { latitude_deg, longitude_deg } = self.origin;
+        let azimuth_deg = position.east_m.atan2(position.north_m).to_degrees();
+        let distance_m = position.horizontal_distance_m(Ned::default());
+        let (latitude_deg, longitude_deg): (f64, f64) =
+            self.ellipsoid.direct(latitude_deg, longitude_deg, azimuth_deg, distance_m);
+        LatLon { latitude_deg, longitude_deg }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn place(latitude_deg: f64, longitude_deg: f64) -> LatLon {
+        LatLon::new(latitude_deg, longitude_deg).unwrap()
+    }
+
+    #[test]
+    fn a_place_that_does_not_exist_is_refused() {
+        assert!(LatLon::new(90.1, 0.0).is_err() && LatLon::new(0.0, -180.1).is_err());
+        assert!(LatLon::new(f64::NAN, 0.0).is_err() && LatLon::new(0.0, f64::INFINITY).is_err());
+    }
+
+    #[test]
+    fn north_and_east_are_where_they_belong() {
+        #[track_caller]
+        fn check(origin: LatLon, there: LatLon, north_m: f64, east_m: f64) {
+            let found = LocalFrame::at(origin).local(there);
+            assert!((found.north_m - north_m).abs() < 0.01 && (found.east_m - east_m).abs() < 0.01, "{found:?}");
+        }
+        // A degree along the equator of WGS 84: 6,378,137 m times a degree.
+        check(place(0.0, 0.0), place(0.0, 1.0), 0.0, 111_319.491);
+        check(place(0.0, 179.5), place(0.0, -179.5), 0.0, 111_319.491);
+        check(place(0.0, -179.5), place(0.0, 179.5), 0.0, -111_319.491);
+        check(place(54.0, 6.6), place(54.0, 6.6), 0.0, 0.0);
+    }
+
+    /// How much longer a short line across the direction to the origin is in the frame than on the Earth, as a fraction.
+    fn stretch(distance_m: f64, azimuth_deg: f64) -> f64 {
+        let frame = LocalFrame::at(place(54.0, 6.6));
+        let at = |azimuth_deg: f64| {
+            let (sin, cos) = azimuth_deg.to_radians().sin_cos();
+            Ned::new(distance_m * cos, distance_m * sin, 0.0)
+        };
+        let (a, b) = (at(azimuth_deg - 0.5), at(azimuth_deg + 0.5));
+        let (on_earth_a, on_earth_b) = (frame.lat_lon(a), frame.lat_lon(b));
+        let true_m: f64 = Geodesic::wgs84().inverse(
+            on_earth_a.latitude_deg,
+            on_earth_a.longitude_deg,
+            on_earth_b.latitude_deg,
+            on_earth_b.longitude_deg,
+        );
+        a.distance_m(b) / true_m - 1.0
+    }
+
+    #[test]
+    fn distances_across_the_direction_from_the_origin_are_a_little_too_long() {
+        #[track_caller]
+        fn check(distance_m: f64, at_most: f64) {
+            let worst = (0..36).map(|tenth| stretch(distance_m, f64::from(tenth) * 10.0).abs()).fold(0.0, f64::max);
+            assert!(worst < at_most, "{worst:e}");
+            // The figure is the stated one, not just below some bound.
+            assert!(at_most * 0.8 < worst, "{worst:e}");
+        }
+        check(5_000.0, 1.1e-7);
+        check(50_000.0, 1.04e-5);
+        check(100_000.0, 4.2e-5);
+    }
+
+    proptest! {
+        #[test]
+        fn there_and_back_is_the_same_place(
+            latitude_deg in -89.0..89.0_f64, longitude_deg in -180.0..180.0_f64,
+            north_m in -1e5..1e5_f64, east_m in -1e5..1e5_f64,
+        ) {
+            let frame = LocalFrame::at(place(latitude_deg, longitude_deg));
+            let there = Ned::new(north_m, east_m, 0.0);
+            let back = frame.local(frame.lat_lon(there));
+            prop_assert!(there.distance_m(back) < 1e-6, "{there:?} {back:?}");
+            let LatLon { latitude_deg, longitude_deg } = frame.lat_lon(there);
+            prop_assert!(LatLon::new(latitude_deg, longitude_deg).is_ok());
+        }
+    }
+}

@@ -1,0 +1,232 @@
+//! Where things are, as a mission file says it: in metres from the take-off point, or in WGS 84 in a mission whose origin is
+//! known. Inside there are metres only.
+
+use std::ops::Range;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::{AreaEntry, Checker, FARTHEST_M, HIGHEST_M, ObjectiveEntry};
+use crate::geodesy::{LatLon, LocalFrame, NORTHERNMOST_ORIGIN_DEG, Origin};
+use crate::geometry::Ned;
+
+/// Where the take-off point is.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct OriginEntry {
+    latitude_deg: Spanned<f64>,
+    longitude_deg: Spanned<f64>,
+    /// Above mean sea level.
+    altitude_m: Option<Spanned<f64>>,
+}
+
+const WHERE_IS_IT: &str = "give `north_m` and `east_m`, or `latitude_deg` and `longitude_deg`";
+const GIVE_CORNERS: &str = "give `corners_m` as [north, east], or `corners_deg` as [latitude, longitude]";
+const NO_ORIGIN: &str = "add an [origin] with `latitude_deg` and `longitude_deg`: the take-off point";
+
+impl ObjectiveEntry {
+    /// What says where it is, or its name if nothing does.
+    pub(super) fn place_span(&self) -> Range<usize> {
+        let first = self.north_m.as_ref().or(self.latitude_deg.as_ref());
+        first.map_or(self.name.span(), Spanned::span)
+    }
+}
+
+impl AreaEntry {
+    /// Its corners, or its name if it has none.
+    pub(super) fn corners_span(&self) -> Range<usize> {
+        self.corners_m.as_ref().or(self.corners_deg.as_ref()).map_or(self.name.span(), Spanned::span)
+    }
+}
+
+impl Checker<'_> {
+    /// The origin, and from now on its frame.
+    pub(super) fn origin(&mut self, entry: &Spanned<OriginEntry>) -> Option<Origin> {
+        let it = entry.as_ref();
+        let altitude_m = it.altitude_m.as_ref().map(|it| self.within("altitude_m", it, -HIGHEST_M, HIGHEST_M));
+        let place = self.lat_lon(*it.latitude_deg.as_ref(), *it.longitude_deg.as_ref(), it.latitude_deg.span())?;
+        if NORTHERNMOST_ORIGIN_DEG < place.latitude_deg().abs() {
+            let message = format!("the origin lies at latitude {}", place.latitude_deg());
+            let help = "nearer than one degree to a pole there is no usable east";
+            self.say(Some(it.latitude_deg.span()), message, help);
+            return None;
+        }
+        self.frame = Some(LocalFrame::at(place));
+        Some(Origin { place, altitude_m })
+    }
+
+    /// Where an objective is, at height 0.
+    pub(super) fn objective_place(&mut self, it: &ObjectiveEntry) -> Ned {
+        let (ObjectiveEntry { north_m, east_m, latitude_deg, longitude_deg, .. }, name) = (it, it.name.as_ref());
+        match (north_m, east_m, latitude_deg, longitude_deg) {
+            (Some(north), Some(east), None, None) => Ned::new(
+                self.within("north_m", north, -FARTHEST_M, FARTHEST_M),
+                self.within("east_m", east, -FARTHEST_M, FARTHEST_M),
+                0.0,
+            ),
+            (None, None, Some(latitude), Some(longitude)) => {
+                let found = self.local(*latitude.as_ref(), *longitude.as_ref(), latitude.span());
+                let distance_m = found.map_or(0.0, |it| it.horizontal_distance_m(Ned::default()));
+                if FARTHEST_M < distance_m {
+                    let message = format!("objective `{name}` is {:.0} km from the origin", distance_m / 1000.0);
+                    self.say(Some(latitude.span()), message, "an objective is at most 100 km from the origin");
+                }
+                found.unwrap_or_default()
+            }
+            (None, Some(_), None, None) => self.lacks(it, "north_m"),
+            (Some(_), None, None, None) => self.lacks(it, "east_m"),
+            (None, None, None, Some(_)) => self.lacks(it, "latitude_deg"),
+            (None, None, Some(_), None) => self.lacks(it, "longitude_deg"),
+            (None, None, None, None) => self.lacks(it, "place"),
+            _ => {
+                self.say(
+                    Some(it.place_span()),
+                    format!("objective `{name}` has metres and degrees for its place"),
+                    WHERE_IS_IT,
+                );
+                Ned::default()
+            }
+        }
+    }
+
+    /// The corners of an area, in order; `None` after a mistake.
+    pub(super) fn area_corners(&mut self, it: &AreaEntry) -> Option<Vec<Ned>> {
+        let mistake = match (&it.corners_m, &it.corners_deg) {
+            (Some(metres), None) => {
+                return Some(metres.as_ref().iter().map(|&[north, east]| Ned::new(north, east, 0.0)).collect());
+            }
+            (None, Some(degrees)) => {
+                // Only the first wrong corner is reported.
+                let local = |&[latitude, longitude]: &[f64; 2]| self.local(latitude, longitude, degrees.span());
+                return degrees.as_ref().iter().map(local).collect();
+            }
+            (None, None) => "has no corners",
+            (Some(_), Some(_)) => "has its corners twice",
+        };
+        self.say(Some(it.corners_span()), format!("area `{}` {mistake}", it.name.as_ref()), GIVE_CORNERS);
+        None
+    }
+
+    fn lacks(&mut self, it: &ObjectiveEntry, what: &str) -> Ned {
+        self.say(
+            Some(it.place_span()),
+            format!("objective `{}` has no {}", it.name.as_ref(), quoted(what)),
+            WHERE_IS_IT,
+        );
+        Ned::default()
+    }
+
+    fn local(&mut self, latitude_deg: f64, longitude_deg: f64, span: Range<usize>) -> Option<Ned> {
+        let place = self.lat_lon(latitude_deg, longitude_deg, span.clone())?;
+        if self.frame.is_none() {
+            self.say(Some(span), "a place in degrees in a mission whose origin is not known", NO_ORIGIN);
+        }
+        self.frame.map(|frame| frame.local(place))
+    }
+
+    fn lat_lon(&mut self, latitude_deg: f64, longitude_deg: f64, span: Range<usize>) -> Option<LatLon> {
+        match LatLon::new(latitude_deg, longitude_deg) {
+            Ok(place) => Some(place),
+            Err(error) => {
+                self.say(Some(span), error.to_string(), "latitude comes first, north and east are positive");
+                None
+            }
+        }
+    }
+}
+
+fn quoted(what: &str) -> String {
+    if what == "place" { what.into() } else { format!("`{what}`") }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::file::{Mistakes, Source};
+    use crate::geometry::Ned;
+    use crate::mission::Mission;
+    use crate::testing::check_mistake;
+
+    const GOOD: &str = r#"
+name = "quay"
+[origin]
+latitude_deg = 54.0
+longitude_deg = 6.6
+altitude_m = 12.0
+[[objective]]
+name = "deliver"
+latitude_deg = 54.0
+longitude_deg = 6.607625
+height_m = 0.0
+flying = false
+[[objective]]
+name = "return"
+north_m = 0.0
+east_m = 0.0
+height_m = 0.0
+flying = false
+[[area]]
+name = "A"
+kind = "permission"
+corners_deg = [[53.999, 6.602], [54.001, 6.602], [54.001, 6.604], [53.999, 6.604]]
+"#;
+
+    fn read(text: &str) -> Result<Mission, Mistakes> {
+        Mission::read(&Source { path: "m.toml".into(), text: text.into() })
+    }
+
+    #[test]
+    fn degrees_become_metres_from_the_origin() {
+        let source = Source { path: "m.toml".into(), text: GOOD.into() };
+        let (mission, origin) = Mission::read_with_origin(&source).unwrap();
+        let there = mission.objectives[0].position;
+        // A degree of longitude is 65.6 km there.
+        assert!(there.horizontal_distance_m(Ned::new(0.0, 500.0, 0.0)) < 1.0, "{there:?}");
+        assert_eq!(mission.objectives[1].position, Ned::default());
+        assert!(mission.areas[0].contains(there.at_height(0.0).towards(Ned::default(), 0.6)), "{mission:?}");
+        assert_eq!(origin.unwrap().altitude_m, Some(12.0));
+    }
+
+    #[test]
+    fn every_mistake_about_a_place_is_reported_with_its_place() {
+        #[track_caller]
+        fn check(find: &str, replace: &str, expected: &str) {
+            check_mistake(GOOD, find, replace, read, expected);
+        }
+        check(
+            "latitude_deg = 54.0\nlong",
+            "latitude_deg = 94.0\nlong",
+            "m.toml:4:16: latitude 94, longitude 6.6: expected",
+        );
+        check(
+            "latitude_deg = 54.0\nlong",
+            "latitude_deg = 89.5\nlong",
+            "m.toml:4:16: the origin lies at latitude 89.5",
+        );
+        check("altitude_m = 12.0", "altitude_m = nan", "m.toml:6:14: `altitude_m` is NaN");
+        check("6.607625", "186.6", "m.toml:9:16: latitude 54, longitude 186.6: expected degrees");
+        check("6.607625", "66.6", "m.toml:9:16: objective `deliver` is 3814 km from the origin");
+        check("longitude_deg = 6.607625\n", "", "m.toml:9:16: objective `deliver` has no `longitude_deg`");
+        check(
+            "longitude_deg = 6.607625\n",
+            "east_m = 500.0\n",
+            "m.toml:9:16: objective `deliver` has metres and degrees",
+        );
+        check("north_m = 0.0\neast_m = 0.0\n", "", "m.toml:14:8: objective `return` has no place");
+        check(
+            "corners_deg = [[53.999, 6.602]",
+            "corners_deg = [[6.602, 253.999]",
+            "m.toml:22:15: latitude 6.602, longitude 253.999",
+        );
+        check(
+            "corners_deg = [[53.999, 6.602]",
+            "corners_deg = [[6.602, 53.999]",
+            "m.toml:22:15: area `A` has a corner out of range",
+        );
+        check("corners_deg", "corners_m = [[0, 0]]\ncorners_deg", "m.toml:22:13: area `A` has its corners twice");
+        check(
+            "[origin]\nlatitude_deg = 54.0\nlongitude_deg = 6.6\naltitude_m = 12.0\n",
+            "",
+            "m.toml:5:16: a place in degrees in a mission whose origin is not known",
+        );
+    }
+}

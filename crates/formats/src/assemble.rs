@@ -1,0 +1,238 @@
+//! One mission of several files: what was read, in the local frame of one origin.
+
+use std::collections::BTreeSet;
+
+use domain::file::{Mistake, Mistakes};
+use domain::geodesy::{LatLon, LocalFrame, Origin};
+use domain::geometry::Ned;
+use geo::{Contains as _, Polygon};
+
+use crate::Import;
+use crate::content::{Height, Rule, Waypoint, Zone};
+use crate::export::utc;
+use crate::findings::{Findings, Note, Wrong};
+use crate::heights::{self, Band, Terrain};
+use crate::local::{self, Side};
+use crate::mission_file::{AreaEntry, MissionFile, ObjectiveEntry, corner, one_line};
+
+/// What the files do not say.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// The mission's name.
+    pub name: String,
+    /// The take-off point, before the one that the mission's own file names.
+    pub origin: Option<Origin>,
+    /// The ground lies at most this much above or below the take-off point, in metres.
+    pub relief_m: Option<f64>,
+}
+
+/// A mission file and what was read differently from how it was published, or not at all.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Assembled {
+    /// The text of the mission file.
+    pub text: String,
+    /// In the order of the files.
+    pub notes: Vec<Note>,
+    /// Objectives in it.
+    pub objectives: usize,
+    /// Areas in it.
+    pub areas: usize,
+}
+
+/// The longest name of an objective or area, in characters.
+const LONGEST_NAME: usize = 100;
+
+/// Places and areas of `mission`, and areas of `others`, as one mission file.
+///
+/// # Errors
+/// Every zone and place that cannot be converted, and a take-off point that is not known.
+pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Result<Assembled, Mistakes> {
+    let origin = settings.origin.or(mission.content.origin).ok_or_else(|| {
+        Mistakes(vec![Mistake {
+            path: mission.path.clone(),
+            place: None,
+            message: "the take-off point is not known".into(),
+            help: "give it with --origin LATITUDE,LONGITUDE[,ALTITUDE]".into(),
+        }])
+    })?;
+    let mut assembly = Assembly {
+        frame: LocalFrame::at(origin.place),
+        terrain: Terrain::at(Some(origin), settings.relief_m),
+        names: Names::default(),
+        areas: Vec::new(),
+        fences: Vec::new(),
+    };
+    let (mut notes, mut mistakes) = (Vec::new(), Vec::new());
+    let mut objectives = Vec::new();
+    for (index, import) in std::iter::once(mission).chain(others).enumerate() {
+        let mut findings = Findings::about(&import.path);
+        for zone in &import.content.zones {
+            let outcome = assembly.zone(zone, &mut findings);
+            findings.unless_wrong(outcome);
+        }
+        if index == 0 {
+            let converted = import.content.waypoints.iter().map(|it| assembly.objective(it, origin));
+            objectives = converted.filter_map(|it| findings.unless_wrong(it)).collect();
+        } else {
+            for waypoint in &import.content.waypoints {
+                findings.note(&waypoint.source, "a place to fly to in a file of areas: left out");
+            }
+        }
+        notes.extend(import.notes.iter().cloned());
+        match findings.with(()) {
+            Ok(((), found)) => notes.extend(found),
+            Err(found) => mistakes.extend(found.0),
+        }
+    }
+    let file = MissionFile {
+        name: one_line(&settings.name, LONGEST_NAME),
+        remarks: remarks(mission, others),
+        origin,
+        objectives,
+        areas: assembly.areas,
+    };
+    let assembled = Assembled { text: file.text(), notes, objectives: file.objectives.len(), areas: file.areas.len() };
+    Mistakes(mistakes).or(assembled)
+}
+
+fn remarks(mission: &Import, others: &[Import]) -> Vec<String> {
+    let files = std::iter::once(mission).chain(others);
+    let names = files.map(|it| it.path.file_name().map_or_else(String::new, |it| it.to_string_lossy().into_owned()));
+    vec![
+        format!("Made by `kittiwake mission import` from {}.", names.collect::<Vec<_>>().join(", ")),
+        "Heights are above the take-off point. What the files say besides is in docs/formats.md and in the comments."
+            .into(),
+    ]
+}
+
+struct Assembly {
+    frame: LocalFrame,
+    terrain: Terrain,
+    names: Names,
+    areas: Vec<AreaEntry>,
+    /// What is not left, to be checked against the places.
+    fences: Vec<Polygon<f64>>,
+}
+
+impl Assembly {
+    fn zone(&mut self, zone: &Zone, findings: &mut Findings) -> Result<(), Wrong> {
+        let side = if zone.rule == Rule::StayInside { Side::Inscribe } else { Side::Contain };
+        let outline = local::polygon(&zone.outline, &self.frame, side);
+        if zone.rule == Rule::StayInside {
+            local::checked(&outline, &zone.source)?;
+            self.inside(&outline, zone)?;
+            findings.note(&zone.source, "a fence to stay inside is read as keep-out areas round it, 500 m wide");
+            let band = Band { floor_m: None, ceiling_m: None };
+            for part in local::frame_round(&outline) {
+                self.add(zone, "keep-out", &part, band)?;
+            }
+            return Ok(());
+        }
+        if !local::is_in_reach(&outline) {
+            if let Some(exchanged) = local::exchanged(&zone.outline)
+                && local::is_in_reach(&local::polygon(&exchanged, &self.frame, side))
+            {
+                let message = "it lies near the take-off point if its latitudes and longitudes are exchanged";
+                return Err(Wrong::at(
+                    &zone.source,
+                    message,
+                    "correct the order of its numbers, or leave the zone out",
+                ));
+            }
+            findings.note(&zone.source, "it lies more than 100 km from the take-off point: left out");
+            return Ok(());
+        }
+        local::checked(&outline, &zone.source)?;
+        let Some(band) = heights::band(zone, self.terrain, findings)? else { return Ok(()) };
+        let (parts, is_cut) = local::cut(outline);
+        if is_cut {
+            findings.note(&zone.source, "it is cut off 140 km from the take-off point");
+        }
+        let kind = if zone.rule == Rule::Permission { "permission" } else { "keep-out" };
+        for part in &parts {
+            self.add(zone, kind, part, band)?;
+        }
+        Ok(())
+    }
+
+    /// A fence that is not left has the take-off point in it: otherwise its frame may be too narrow to be noticed.
+    fn inside(&mut self, fence: &Polygon<f64>, zone: &Zone) -> Result<(), Wrong> {
+        if !fence.contains(&geo::Point::new(0.0, 0.0)) {
+            let message = "the take-off point lies outside of a fence to stay inside";
+            return Err(Wrong::at(&zone.source, message, "move one of them, or leave the fence out"));
+        }
+        self.fences.push(fence.clone());
+        Ok(())
+    }
+
+    fn add(&mut self, zone: &Zone, kind: &'static str, part: &Polygon<f64>, band: Band) -> Result<(), Wrong> {
+        let corners = local::corners(part.exterior());
+        // Cutting and framing may leave corners that touch.
+        if !local::area_of(corners.clone()).is_simple() {
+            return Err(Wrong::at(&zone.source, "it has no simple outline where it is cut", "simplify it"));
+        }
+        let utc = |moment: Option<i64>| moment.map(utc);
+        self.areas.push(AreaEntry {
+            remarks: zone.remarks.clone(),
+            name: self.names.unique(&zone.name, "area"),
+            kind,
+            corners_deg: corners.iter().map(|it| corner(self.frame.lat_lon(*it))).collect(),
+            floor_m: band.floor_m,
+            ceiling_m: band.ceiling_m,
+            from_utc: utc(zone.window.from_utc_ms),
+            until_utc: utc(zone.window.until_utc_ms),
+        });
+        Ok(())
+    }
+
+    fn objective(&mut self, waypoint: &Waypoint, origin: Origin) -> Result<ObjectiveEntry, Wrong> {
+        let at = waypoint.at.unwrap_or(origin.place);
+        self.within_fences(at, waypoint)?;
+        let [latitude_deg, longitude_deg] = corner(at);
+        Ok(ObjectiveEntry {
+            name: self.names.unique(&waypoint.name, "objective"),
+            latitude_deg,
+            longitude_deg,
+            height_m: self.height_m(waypoint.height, &waypoint.source)?,
+            flying: waypoint.flying,
+        })
+    }
+
+    fn within_fences(&self, at: LatLon, waypoint: &Waypoint) -> Result<(), Wrong> {
+        let Ned { north_m, east_m, .. } = self.frame.local(at);
+        if self.fences.iter().all(|it| it.contains(&geo::Point::new(east_m, north_m))) {
+            return Ok(());
+        }
+        let message = format!("`{}` lies outside of a fence to stay inside", waypoint.name);
+        Err(Wrong::at(&waypoint.source, message, "move one of them"))
+    }
+
+    fn height_m(&self, height: Height, source: &str) -> Result<f64, Wrong> {
+        match self.terrain.bounds_m(height) {
+            Some([low, high]) if low == high => Ok((low * 100.0).round() / 100.0 + 0.0),
+            _ => {
+                let help = "give the take-off point's altitude as the third number of --origin";
+                Err(Wrong::at(source, "its height cannot be counted from the take-off point", help))
+            }
+        }
+    }
+}
+
+/// Names that were given.
+#[derive(Default)]
+struct Names(BTreeSet<(&'static str, String)>);
+
+impl Names {
+    /// `wanted`, or with a number that makes it unique.
+    fn unique(&mut self, wanted: &str, among: &'static str) -> String {
+        let wanted = match one_line(wanted, LONGEST_NAME) {
+            empty if empty.is_empty() => among.to_owned(),
+            name => name,
+        };
+        let candidates = std::iter::once(wanted.clone()).chain((2..).map(|number| format!("{wanted} {number}")));
+        let free = candidates.into_iter().find(|it| !self.0.contains(&(among, it.clone())));
+        let name = free.unwrap_or(wanted);
+        self.0.insert((among, name.clone()));
+        name
+    }
+}

@@ -1,0 +1,106 @@
+//! What the files of all formats say, in one form: places in WGS 84, heights with the reference they were given in.
+
+use domain::geodesy::{LatLon, Origin};
+
+/// What one file says.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Content {
+    /// The take-off point.
+    pub origin: Option<Origin>,
+    /// In the order they are flown to.
+    pub waypoints: Vec<Waypoint>,
+    /// In the order of the file.
+    pub zones: Vec<Zone>,
+}
+
+/// A place to fly to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Waypoint {
+    /// Made unique when a mission is written.
+    pub name: String,
+    /// Where; `None`: the take-off point.
+    pub at: Option<LatLon>,
+    /// How high.
+    pub height: Height,
+    /// In the air, or on the ground.
+    pub flying: bool,
+    /// Its place in the file.
+    pub source: String,
+}
+
+/// Airspace with a rule.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Zone {
+    /// Made unique when a mission is written.
+    pub name: String,
+    /// The rule.
+    pub rule: Rule,
+    /// Where.
+    pub outline: Outline,
+    /// It begins there; `None`: at the ground.
+    pub lower: Option<Height>,
+    /// It ends there; `None`: it has no limit.
+    pub upper: Option<Height>,
+    /// When it applies.
+    pub window: Window,
+    /// What a human should know: authority, reason, schedule. They become comments.
+    pub remarks: Vec<String>,
+    /// Its place in the file.
+    pub source: String,
+}
+
+/// What holds in a zone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rule {
+    /// It is not entered.
+    KeepOut,
+    /// It is entered with a permission.
+    Permission,
+    /// It is not left.
+    StayInside,
+}
+
+/// The shape of a zone over the ground.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outline {
+    /// The corners in order, not closed; straight between them in latitude and longitude.
+    Polygon(Vec<LatLon>),
+    /// All within a distance.
+    Circle {
+        /// The middle.
+        centre: LatLon,
+        /// More than 0.
+        radius_m: f64,
+    },
+}
+
+/// A height as it was published.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Height {
+    /// Metres above the reference.
+    pub metres: f64,
+    /// Above what.
+    pub above: Reference,
+}
+
+/// What a height is counted from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reference {
+    /// The take-off point.
+    TakeOff,
+    /// The ground or water straight below (AGL).
+    Ground,
+    /// Mean sea level (AMSL).
+    SeaLevel,
+    /// The ellipsoid of WGS 84.
+    Ellipsoid,
+}
+
+/// From when to when something applies, milliseconds since the Unix epoch, UTC; `None`: without end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Window {
+    /// From then on.
+    pub from_utc_ms: Option<i64>,
+    /// Until then.
+    pub until_utc_ms: Option<i64>,
+}

@@ -1,0 +1,91 @@
+//! What a reader has to say about a file: what has no counterpart and what was repaired, and what is wrong.
+
+use std::path::{Path, PathBuf};
+
+use domain::file::{Mistake, Mistakes};
+
+use crate::mission_file::one_line;
+
+/// The most notes about one file: a file that needs more has another format.
+const MOST: usize = 10_000;
+/// The most mistakes of one file that are reported together.
+const MOST_MISTAKES: usize = 100;
+/// The longest place or text, in characters; both may repeat what stands in the file.
+const LONGEST: usize = 300;
+
+/// Something that was read differently from how it stands there, or not at all.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Note {
+    /// The file.
+    pub path: PathBuf,
+    /// The place in it: a JSON pointer (RFC 6901), or a line.
+    pub place: String,
+    /// What is there, and what became of it.
+    pub text: String,
+}
+
+/// What cannot be read, so that nothing is written.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Wrong {
+    pub(crate) place: String,
+    pub(crate) message: String,
+    pub(crate) help: &'static str,
+}
+
+impl Wrong {
+    pub(crate) fn at(place: impl Into<String>, message: impl Into<String>, help: &'static str) -> Wrong {
+        Wrong { place: place.into(), message: message.into(), help }
+    }
+}
+
+/// Collects them for one file.
+#[derive(Debug)]
+pub(crate) struct Findings {
+    path: PathBuf,
+    notes: Vec<Note>,
+    mistakes: Vec<Mistake>,
+}
+
+impl Findings {
+    pub(crate) fn about(path: &Path) -> Findings {
+        Findings { path: path.to_owned(), notes: Vec::new(), mistakes: Vec::new() }
+    }
+
+    pub(crate) fn note(&mut self, place: &str, text: impl Into<String>) {
+        match self.notes.len() {
+            MOST => self.push_note("", format!("there are more than {MOST} notes: the others are not listed")),
+            count if count < MOST => self.push_note(place, text.into()),
+            _ => {}
+        }
+    }
+
+    fn push_note(&mut self, place: &str, text: String) {
+        let place = one_line(place, LONGEST);
+        self.notes.push(Note { path: self.path.clone(), place, text: one_line(&text, LONGEST) });
+    }
+
+    /// A mistake. The line itself is not shown: in files that programs write it may have megabytes.
+    pub(crate) fn wrong(&mut self, wrong: Wrong) {
+        let message =
+            if wrong.place.is_empty() { wrong.message } else { format!("{}: {}", wrong.place, wrong.message) };
+        if self.mistakes.len() < MOST_MISTAKES {
+            let (path, message) = (self.path.clone(), one_line(&message, LONGEST));
+            self.mistakes.push(Mistake { path, place: None, message, help: wrong.help.into() });
+        }
+    }
+
+    /// The value, or `None` after its mistake is recorded.
+    pub(crate) fn unless_wrong<T>(&mut self, result: Result<T, Wrong>) -> Option<T> {
+        result.map_err(|wrong| self.wrong(wrong)).ok()
+    }
+
+    /// The notes of a writer, for which nothing is wrong.
+    pub(crate) fn into_notes(self) -> Vec<Note> {
+        self.notes
+    }
+
+    /// `value` and the notes, if nothing is wrong.
+    pub(crate) fn with<T>(self, value: T) -> Result<(T, Vec<Note>), Mistakes> {
+        Mistakes(self.mistakes).or((value, self.notes))
+    }
+}

@@ -1,0 +1,155 @@
+//! Plain GeoJSON (RFC 7946), and as this program writes it: what a feature is stands in its properties, under the names of a
+//! mission file. Polygons that say nothing are keep-out areas, which is the safe side.
+
+use serde_json::{Value, json};
+
+use crate::applicability;
+use crate::content::{Content, Height, Outline, Reference, Rule, Waypoint, Window, Zone};
+use crate::findings::{Findings, Wrong};
+use crate::json::Node;
+use crate::shape::{self, Order};
+use domain::geodesy::{LatLon, Origin};
+
+/// The property that says what a feature is.
+const KIND: &str = "kind";
+const PROPERTIES: [&str; 9] =
+    [KIND, "name", "height_m", "flying", "altitude_m", "floor_m", "ceiling_m", "from_utc", "until_utc"];
+
+/// Reads a document.
+pub(crate) fn read(document: &Node<'_>, findings: &mut Findings) -> Content {
+    document.note_unused(&["name", "bbox"], "not needed: not read", findings);
+    document.note_unknown(&["type", "features", "name", "bbox", "geometry", "properties", "id"], findings);
+    let features = match document.value.get("type").and_then(Value::as_str) {
+        Some("Feature") => vec![document.clone()],
+        _ => findings.unless_wrong(document.list("features")).unwrap_or_default(),
+    };
+    let mut content = Content::default();
+    for (index, node) in features.iter().enumerate() {
+        let outcome = feature(node, index, &mut content, findings);
+        findings.unless_wrong(outcome);
+    }
+    content
+}
+
+fn feature(node: &Node<'_>, index: usize, content: &mut Content, findings: &mut Findings) -> Result<(), Wrong> {
+    let Some(geometry) = node.get("geometry") else {
+        findings.note(&node.place, "a feature without geometry: left out");
+        return Ok(());
+    };
+    let nothing = Value::Null;
+    let properties = node.get("properties").unwrap_or(Node { value: &nothing, place: node.place.clone() });
+    properties.note_unknown(&PROPERTIES, findings);
+    let name = match properties.get("name") {
+        Some(it) => it.text()?.to_owned(),
+        None => format!("feature {index}"),
+    };
+    let kind = properties.get(KIND).map(|it| {
+        it.one_of(&[
+            ("origin", Kind::Origin),
+            ("objective", Kind::Objective),
+            ("keep-out", Kind::Zone(Rule::KeepOut)),
+            ("permission", Kind::Zone(Rule::Permission)),
+        ])
+    });
+    let shape = geometry.need("type")?.text()?.to_owned();
+    let coordinates = || geometry.need("coordinates");
+    match (kind.transpose()?, shape.as_str()) {
+        (Some(Kind::Origin), "Point") => {
+            let altitude_m = properties.get("altitude_m").map(|it| it.number()).transpose()?;
+            let place = shape::lat_lon(&coordinates()?, Order::LongitudeFirst)?;
+            content.origin = Some(Origin { place, altitude_m });
+        }
+        (Some(Kind::Objective), "Point") => {
+            let height = Height { metres: properties.need("height_m")?.number()?, above: Reference::TakeOff };
+            let at = Some(shape::lat_lon(&coordinates()?, Order::LongitudeFirst)?);
+            let flying = properties.need("flying")?.boolean()?;
+            content.waypoints.push(Waypoint { name, at, height, flying, source: node.place.clone() });
+        }
+        (kind @ (None | Some(Kind::Zone(_))), "Polygon" | "MultiPolygon") => {
+            let rule = if let Some(Kind::Zone(rule)) = kind {
+                rule
+            } else {
+                findings.note(&node.place, "a polygon without `kind`: read as a keep-out area, the safe side");
+                Rule::KeepOut
+            };
+            let polygons = if shape == "Polygon" { vec![coordinates()?] } else { coordinates()?.items()? };
+            for polygon in polygons {
+                let outline = shape::polygon(&polygon, findings)?;
+                content.zones.push(zone(name.clone(), rule, outline, &properties, polygon.place.clone())?);
+            }
+        }
+        (None, _) => {
+            let text = format!("{} without `kind` has no counterpart: left out", crate::json::short(&shape));
+            findings.note(&geometry.place, text);
+        }
+        (Some(_), _) => {
+            let message = format!("the geometry is {}, which does not fit its `kind`", crate::json::short(&shape));
+            return Err(Wrong::at(&geometry.place, message, "origin and objective are Points, areas are Polygons"));
+        }
+    }
+    Ok(())
+}
+
+#[derive(Clone, Copy)]
+enum Kind {
+    Origin,
+    Objective,
+    Zone(Rule),
+}
+
+fn zone(name: String, rule: Rule, outline: Outline, properties: &Node<'_>, source: String) -> Result<Zone, Wrong> {
+    let height = |key| -> Result<Option<Height>, Wrong> {
+        let metres = properties.get(key).map(|it| it.number()).transpose()?;
+        Ok(metres.map(|metres| Height { metres, above: Reference::TakeOff }))
+    };
+    let moment = |key| properties.get(key).map(|it| applicability::moment(&it)).transpose();
+    let window = Window { from_utc_ms: moment("from_utc")?, until_utc_ms: moment("until_utc")? };
+    let window = applicability::checked(window, &properties.place)?;
+    let (lower, upper) = (height("floor_m")?, height("ceiling_m")?);
+    Ok(Zone { name, rule, outline, lower, upper, window, remarks: Vec::new(), source })
+}
+
+/// A document with the origin, the objectives and the areas of a mission.
+pub(crate) fn write(mission: &crate::export::Geographic<'_>) -> String {
+    let point = |at: LatLon| json!({ "type": "Point", "coordinates": position(at) });
+    let origin = mission.origin;
+    let mut features = vec![feature_of(
+        point(origin.place),
+        json!({ KIND: "origin", "name": mission.name, "altitude_m": origin.altitude_m }),
+    )];
+    features.extend(mission.objectives.iter().map(|(objective, at)| {
+        let (name, height_m) = (&objective.name, objective.position.height_m() + 0.0);
+        let properties = json!({ KIND: "objective", "name": name, "height_m": height_m, "flying": objective.flying });
+        feature_of(point(*at), properties)
+    }));
+    features.extend(mission.areas.iter().map(|(area, corners)| {
+        let properties = json!({
+            KIND: crate::export::kind(area.kind),
+            "name": area.name,
+            "floor_m": area.floor_m,
+            "ceiling_m": area.ceiling_m,
+            "from_utc": area.from_utc_ms.map(crate::export::utc),
+            "until_utc": area.until_utc_ms.map(crate::export::utc),
+        });
+        feature_of(json!({ "type": "Polygon", "coordinates": [ring(corners)] }), properties)
+    }));
+    format!("{:#}\n", json!({ "type": "FeatureCollection", "features": features }))
+}
+
+fn feature_of(geometry: Value, properties: Value) -> Value {
+    json!({ "type": "Feature", "properties": properties, "geometry": geometry })
+}
+
+/// Closed, and counterclockwise, as the RFC asks (section 3.1.6).
+fn ring(corners: &[LatLon]) -> Value {
+    let mut ring = corners.to_vec();
+    if shape::is_clockwise(&ring) {
+        ring.reverse();
+    }
+    ring.extend(ring.first().copied());
+    ring.into_iter().map(position).collect()
+}
+
+fn position(at: LatLon) -> Value {
+    json!([crate::export::degrees(at.longitude_deg()), crate::export::degrees(at.latitude_deg())])
+}

@@ -1,0 +1,96 @@
+//! Heights above the take-off point, on the safe side where what is published cannot be converted: an area begins lower and
+//! ends higher rather than the reverse.
+
+use domain::geodesy::Origin;
+
+use crate::content::{Height, Reference, Zone};
+use crate::findings::{Findings, Wrong};
+
+/// The geoid lies between these heights above the ellipsoid of WGS 84, in metres. (EGM96: from -107 m south of India to
+/// +85.4 m at New Guinea; Lemoine et al., NASA/TP-1998-206861, 1998.)
+const GEOID_M: [f64; 2] = [-107.0, 85.4];
+
+/// Beyond this no vehicle flies: the limit of a mission file's heights, in metres.
+pub(crate) const HIGHEST_M: f64 = 10_000.0;
+
+/// What is known about the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Terrain {
+    /// The take-off point's altitude above mean sea level, in metres.
+    pub(crate) altitude_m: Option<f64>,
+    /// The ground lies at most this much above or below the take-off point, in metres, wherever there is a zone.
+    pub(crate) relief_m: Option<f64>,
+}
+
+impl Terrain {
+    /// What is known at `origin`.
+    pub(crate) fn at(origin: Option<Origin>, relief_m: Option<f64>) -> Terrain {
+        Terrain { altitude_m: origin.and_then(|it| it.altitude_m), relief_m }
+    }
+
+    /// The lowest and the highest that `height` may be above the take-off point; `None`: that cannot be said.
+    pub(crate) fn bounds_m(self, height: Height) -> Option<[f64; 2]> {
+        let metres = height.metres;
+        match height.above {
+            Reference::TakeOff => Some([metres; 2]),
+            Reference::Ground => self.relief_m.map(|relief_m| [metres - relief_m, metres + relief_m]),
+            Reference::SeaLevel => self.altitude_m.map(|altitude_m| [metres - altitude_m; 2]),
+            Reference::Ellipsoid => {
+                self.altitude_m.map(|altitude_m| [metres - GEOID_M[1] - altitude_m, metres - GEOID_M[0] - altitude_m])
+            }
+        }
+    }
+}
+
+/// Floor and ceiling of an area.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Band {
+    pub(crate) floor_m: Option<f64>,
+    pub(crate) ceiling_m: Option<f64>,
+}
+
+/// The heights of a zone; `None` if it begins above everything that flies.
+pub(crate) fn band(zone: &Zone, terrain: Terrain, findings: &mut Findings) -> Result<Option<Band>, Wrong> {
+    if let (Some(lower), Some(upper)) = (zone.lower, zone.upper)
+        && lower.above == upper.above
+        && upper.metres <= lower.metres
+    {
+        let message = format!("the upper limit {} m is not above the lower limit {} m", upper.metres, lower.metres);
+        return Err(Wrong::at(&zone.source, message, "correct the limits, or leave the zone out"));
+    }
+    let mut limit = |height: Height, which: &str, bound: usize, instead: &str| {
+        let bounds = terrain.bounds_m(height);
+        match (bounds, height.above) {
+            (Some(_), Reference::Ellipsoid) => findings.note(
+                &zone.source,
+                format!("its {which} limit is above the ellipsoid: converted with the most that the geoid differs from it"),
+            ),
+            (Some(_), _) => {}
+            (None, Reference::Ground) => findings.note(
+                &zone.source,
+                format!("its {which} limit is above the ground, whose height is not known: {instead}; see --relief"),
+            ),
+            (None, _) => findings.note(
+                &zone.source,
+                format!("its {which} limit is an altitude, and that of the take-off point is not known: {instead}; see --origin"),
+            ),
+        }
+        // Whole centimetres: a foot is 30.48 of them.
+        bounds.map(|it| (it[bound] * 100.0).round() / 100.0 + 0.0)
+    };
+    let is_ground = |it: &Height| it.above == Reference::Ground && it.metres <= 0.0;
+    let floor_m =
+        zone.lower.filter(|it| !is_ground(it)).and_then(|it| limit(it, "lower", 0, "it begins at the ground"));
+    let ceiling_m = zone.upper.and_then(|it| limit(it, "upper", 1, "it has no upper limit"));
+    if let (Some(floor_m), Some(ceiling_m)) = (floor_m, ceiling_m)
+        && ceiling_m <= floor_m
+    {
+        let message = format!("it ends {ceiling_m} m above the take-off point, and begins at {floor_m} m");
+        return Err(Wrong::at(&zone.source, message, "correct the limits, or the take-off point's altitude"));
+    }
+    if floor_m.is_some_and(|it| HIGHEST_M < it) || ceiling_m.is_some_and(|it| it < -HIGHEST_M) {
+        findings.note(&zone.source, "it lies beyond all heights that a vehicle flies at: left out");
+        return Ok(None);
+    }
+    Ok(Some(Band { floor_m: floor_m.filter(|it| -HIGHEST_M < *it), ceiling_m: ceiling_m.filter(|it| *it < HIGHEST_M) }))
+}

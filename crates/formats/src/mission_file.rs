@@ -1,0 +1,108 @@
+//! A mission file, as `kittiwake check` reads it, with remarks as comments.
+
+use domain::geodesy::{LatLon, Origin};
+use serde::Serialize;
+
+use crate::export::degrees;
+
+/// What is written.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct MissionFile {
+    pub(crate) name: String,
+    pub(crate) remarks: Vec<String>,
+    pub(crate) origin: Origin,
+    pub(crate) objectives: Vec<ObjectiveEntry>,
+    pub(crate) areas: Vec<AreaEntry>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct ObjectiveEntry {
+    pub(crate) name: String,
+    pub(crate) latitude_deg: f64,
+    pub(crate) longitude_deg: f64,
+    pub(crate) height_m: f64,
+    pub(crate) flying: bool,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct AreaEntry {
+    #[serde(skip)]
+    pub(crate) remarks: Vec<String>,
+    pub(crate) name: String,
+    pub(crate) kind: &'static str,
+    pub(crate) corners_deg: Vec<[f64; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) floor_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) ceiling_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) from_utc: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) until_utc: Option<String>,
+}
+
+#[derive(Serialize)]
+struct Head<'a> {
+    name: &'a str,
+    origin: OriginEntry,
+}
+
+#[derive(Serialize)]
+struct OriginEntry {
+    latitude_deg: f64,
+    longitude_deg: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    altitude_m: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Objective<'a> {
+    objective: [&'a ObjectiveEntry; 1],
+}
+
+#[derive(Serialize)]
+struct Area<'a> {
+    area: [&'a AreaEntry; 1],
+}
+
+impl MissionFile {
+    /// The text of the file.
+    pub(crate) fn text(&self) -> String {
+        let [latitude_deg, longitude_deg] = corner(self.origin.place);
+        let origin = OriginEntry { latitude_deg, longitude_deg, altitude_m: self.origin.altitude_m };
+        let mut text = comments(&self.remarks) + &toml(&Head { name: &self.name, origin });
+        for objective in &self.objectives {
+            text.push('\n');
+            text.push_str(&toml(&Objective { objective: [objective] }));
+        }
+        for area in &self.areas {
+            text.push('\n');
+            text.push_str(&comments(&area.remarks));
+            text.push_str(&toml(&Area { area: [area] }));
+        }
+        text
+    }
+}
+
+/// A place as a mission file has it.
+pub(crate) fn corner(at: LatLon) -> [f64; 2] {
+    [degrees(at.latitude_deg()), degrees(at.longitude_deg())]
+}
+
+fn toml(table: &impl Serialize) -> String {
+    toml::to_string(table).expect("tables of texts and numbers can be written")
+}
+
+/// The longest line of a comment, in characters.
+const LONGEST_LINE: usize = 500;
+
+/// A line for each. What could end a line, or direct a terminal, is left out.
+fn comments(remarks: &[String]) -> String {
+    remarks.iter().map(|remark| format!("# {}\n", one_line(remark, LONGEST_LINE))).collect()
+}
+
+/// The text on one line, without characters that cannot be seen, and not longer than this.
+pub(crate) fn one_line(text: &str, longest: usize) -> String {
+    let visible: String = text.chars().map(|it| if it.is_control() { ' ' } else { it }).take(longest).collect();
+    visible.split_whitespace().collect::<Vec<_>>().join(" ")
+}

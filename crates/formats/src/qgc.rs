@@ -1,0 +1,274 @@
+//! Plans of QGroundControl (`.plan`, JSON): its mission items become places to fly to, its fence becomes areas.
+//!
+//! Commands are those of MAVLink's `MAV_CMD`, frames those of `MAV_FRAME`. Latitude comes first, other than in GeoJSON.
+
+use serde_json::{Value, json};
+
+use crate::content::{Content, Height, Outline, Reference, Rule, Waypoint, Window, Zone};
+use crate::export::{Geographic, degrees};
+use crate::findings::{Findings, Wrong};
+use crate::json::{Node, short};
+use crate::shape::{self, Order};
+use domain::area::AreaKind;
+use domain::geodesy::{LatLon, Origin};
+
+const WAYPOINT: i64 = 16;
+const RETURN: i64 = 20;
+const LAND: i64 = 21;
+const TAKEOFF: i64 = 22;
+/// `MAV_FRAME_GLOBAL_RELATIVE_ALT`: heights are above the take-off point.
+const RELATIVE: i64 = 3;
+
+/// Reads a document.
+pub(crate) fn read(document: &Node<'_>, findings: &mut Findings) -> Content {
+    document.note_unknown(&["fileType", "groundStation", "version", "mission", "geoFence", "rallyPoints"], findings);
+    let mut content = Content::default();
+    for part in [mission, fence, rally_points] {
+        let outcome = part(document, &mut content, findings);
+        findings.unless_wrong(outcome);
+    }
+    content
+}
+
+fn mission(document: &Node<'_>, content: &mut Content, findings: &mut Findings) -> Result<(), Wrong> {
+    let mission = document.need("mission")?;
+    mission.note_unused(
+        &["cruiseSpeed", "hoverSpeed"],
+        "the configuration says how fast a vehicle flies: not read",
+        findings,
+    );
+    mission.note_unused(&["firmwareType", "vehicleType"], "the mission is flown by any vehicle: not read", findings);
+    if let Some(home) = mission.get("plannedHomePosition") {
+        content.origin = Some(origin(&home)?);
+    }
+    for item in mission.need("items")?.items()? {
+        let outcome = any_item(&item, content, findings);
+        findings.unless_wrong(outcome);
+    }
+    Ok(())
+}
+
+fn origin(home: &Node<'_>) -> Result<Origin, Wrong> {
+    let altitude_m = match home.items()?.get(2).filter(|it| !it.value.is_null()) {
+        Some(altitude) => Some(altitude.number()?),
+        None => None,
+    };
+    let place = home.value.as_array().map(|it| Value::from(it.iter().take(2).cloned().collect::<Vec<_>>()));
+    let place = place.unwrap_or_default();
+    let node = Node { value: &place, place: home.place.clone() };
+    Ok(Origin { place: shape::lat_lon(&node, Order::LatitudeFirst)?, altitude_m })
+}
+
+fn any_item(node: &Node<'_>, content: &mut Content, findings: &mut Findings) -> Result<(), Wrong> {
+    match node.need("type")?.text()? {
+        "SimpleItem" => item(node, content, findings),
+        "ComplexItem" => {
+            let style = node.get("TransectStyleComplexItem");
+            let Some(expanded) = style.and_then(|it| it.get("Items")) else {
+                let kind = node.get("complexItemType").and_then(|it| it.value.as_str()).unwrap_or("pattern");
+                findings.note(&node.place, format!("{} has no counterpart: left out", short(kind)));
+                return Ok(());
+            };
+            findings.note(&node.place, "a pattern is read as its items, which QGroundControl has made");
+            for part in expanded.items()? {
+                let outcome = item(&part, content, findings);
+                findings.unless_wrong(outcome);
+            }
+            Ok(())
+        }
+        other => Err(Wrong::at(
+            &node.place,
+            format!("an item of type `{}`", short(other)),
+            "expected SimpleItem or ComplexItem",
+        )),
+    }
+}
+
+fn item(node: &Node<'_>, content: &mut Content, findings: &mut Findings) -> Result<(), Wrong> {
+    let command = node.need("command")?.number()? as i64;
+    match command {
+        WAYPOINT => {}
+        17..=19 => findings.note(&node.place, "to loiter has no counterpart: the place is flown to"),
+        LAND => {}
+        RETURN => {
+            let height = Height { metres: 0.0, above: Reference::TakeOff };
+            let source = node.place.clone();
+            content.waypoints.push(Waypoint { name: "return".into(), at: None, height, flying: false, source });
+            return Ok(());
+        }
+        TAKEOFF => {
+            findings.note(&node.place, "the planner takes off by itself: no objective");
+            return Ok(());
+        }
+        other => {
+            findings.note(&node.place, format!("command {other} has no counterpart: left out"));
+            return Ok(());
+        }
+    }
+    let params = node.need("params")?.items()?;
+    let param = |index: usize| params.get(index).filter(|it| !it.value.is_null());
+    let number = |index: usize| param(index).map_or(Ok(0.0), |it| it.number());
+    if command == WAYPOINT && 0.0 < number(0)? {
+        findings.note(&params[0].place, "a time to hold is left out: write it as `dwell_s` of the objective");
+    }
+    let flying = command != LAND;
+    let at = match (number(4)?, number(5)?) {
+        // Land where the vehicle is, which is where the item before it has brought it.
+        (latitude, longitude) if !flying && latitude == 0.0 && longitude == 0.0 => {
+            content.waypoints.last().and_then(|it| it.at)
+        }
+        (latitude, longitude) => {
+            let place = LatLon::new(latitude, longitude);
+            Some(place.map_err(|error| Wrong::at(format!("{}/params", node.place), error.to_string(), ""))?)
+        }
+    };
+    let frame = node.need("frame")?;
+    let above = match frame.number()? as i64 {
+        0 | 5 => Reference::SeaLevel,
+        RELATIVE | 6 => Reference::TakeOff,
+        other => {
+            let message = format!("frame {other}, expected 0 (above sea level) or 3 (above the take-off point)");
+            return Err(Wrong::at(&frame.place, message, "give the item one of these frames in QGroundControl"));
+        }
+    };
+    let count = content.waypoints.len() + 1;
+    let name = if flying { format!("waypoint {count}") } else { format!("land {count}") };
+    let height = Height { metres: number(6)?, above };
+    content.waypoints.push(Waypoint { name, at, height, flying, source: node.place.clone() });
+    Ok(())
+}
+
+fn fence(document: &Node<'_>, content: &mut Content, findings: &mut Findings) -> Result<(), Wrong> {
+    let Some(fence) = document.get("geoFence") else { return Ok(()) };
+    fence.note_unused(&["breachReturn"], "the contingency table says what is flown: not read", findings);
+    fence.note_unknown(&["version", "circles", "polygons", "breachReturn"], findings);
+    let mut inclusions = 0;
+    let parts = fence.list("polygons")?.into_iter().chain(fence.list("circles")?);
+    for (index, part) in parts.enumerate() {
+        let zone = fence_part(&part, index, findings);
+        let Some(zone) = findings.unless_wrong(zone) else { continue };
+        if zone.rule == Rule::StayInside {
+            inclusions += 1;
+            if inclusions == 2 {
+                findings.note(&part.place, "a further fence to stay inside: the mission stays inside all of them");
+            }
+        }
+        content.zones.push(zone);
+    }
+    Ok(())
+}
+
+fn fence_part(part: &Node<'_>, index: usize, findings: &mut Findings) -> Result<Zone, Wrong> {
+    part.note_unknown(&["polygon", "circle", "inclusion", "version"], findings);
+    let is_inclusion = part.need("inclusion")?.boolean()?;
+    let rule = if is_inclusion { Rule::StayInside } else { Rule::KeepOut };
+    let outline = match part.get("circle") {
+        Some(circle) => {
+            let centre = shape::lat_lon(&circle.need("center")?, Order::LatitudeFirst)?;
+            let radius = circle.need("radius")?;
+            shape::circle(centre, radius.number()?, &radius.place)?
+        }
+        None => {
+            let polygon = part.need("polygon")?;
+            let corners = shape::places(&polygon, Order::LatitudeFirst)?;
+            Outline::Polygon(shape::open_ring(corners, &polygon.place, findings)?)
+        }
+    };
+    Ok(Zone {
+        name: format!("fence {}", index + 1),
+        rule,
+        outline,
+        lower: None,
+        upper: None,
+        window: Window::default(),
+        remarks: Vec::new(),
+        source: part.place.clone(),
+    })
+}
+
+fn rally_points(document: &Node<'_>, _: &mut Content, findings: &mut Findings) -> Result<(), Wrong> {
+    let Some(rally) = document.get("rallyPoints") else { return Ok(()) };
+    for point in rally.list("points")? {
+        findings.note(&point.place, "a rally point has no counterpart: left out");
+    }
+    Ok(())
+}
+
+/// A plan with the objectives of a mission as items, and its keep-out areas as a fence; and what it cannot say.
+pub(crate) fn write(mission: &Geographic<'_>, findings: &mut Findings) -> String {
+    let mut items: Vec<Value> = Vec::new();
+    let mut ground = Some(mission.origin.place);
+    for (objective, at) in &mission.objectives {
+        let height_m = objective.position.height_m() + 0.0;
+        if let Some(from) = ground.take() {
+            let id = items.len() + 1;
+            items.push(simple_item(id, TAKEOFF, from, height_m.max(TAKEOFF_HEIGHT_M)));
+        }
+        let command = if objective.flying { WAYPOINT } else { LAND };
+        items.push(simple_item(items.len() + 1, command, *at, height_m));
+        ground = (!objective.flying).then_some(*at);
+        findings.note(&objective.name, "the name of an objective has no counterpart in a plan");
+    }
+    let mut polygons = Vec::new();
+    for (area, corners) in &mission.areas {
+        if area.kind == AreaKind::Permission {
+            findings.note(&area.name, "a permission area has no counterpart in a plan: left out");
+            continue;
+        }
+        if area.floor_m.is_some() || area.ceiling_m.is_some() {
+            findings.note(&area.name, "a fence has no heights: the area applies at all of them in the plan");
+        }
+        if area.from_utc_ms.is_some() || area.until_utc_ms.is_some() {
+            findings.note(&area.name, "a fence has no time window: the area always applies in the plan");
+        }
+        findings.note(&area.name, "the name of an area has no counterpart in a plan");
+        let corners: Vec<Value> = corners.iter().map(|at| pair(*at)).collect();
+        polygons.push(json!({ "polygon": corners, "inclusion": false, "version": 1 }));
+    }
+    let home = mission.origin.place;
+    let altitude_m = mission.origin.altitude_m;
+    if altitude_m.is_none() {
+        findings.note("origin", "its altitude is not known: the planned home of the plan is at 0 m above sea level");
+    }
+    let plan = json!({
+        "fileType": "Plan",
+        "version": 1,
+        "groundStation": "QGroundControl",
+        "mission": {
+            "version": 2,
+            // MAV_AUTOPILOT_PX4, MAV_TYPE_QUADROTOR.
+            "firmwareType": 12,
+            "vehicleType": 2,
+            "cruiseSpeed": 15,
+            "hoverSpeed": 5,
+            "globalPlanAltitudeMode": 1,
+            "plannedHomePosition": [degrees(home.latitude_deg()), degrees(home.longitude_deg()), altitude_m.unwrap_or(0.0)],
+            "items": items,
+        },
+        "geoFence": { "version": 2, "circles": [], "polygons": polygons },
+        "rallyPoints": { "version": 2, "points": [] },
+    });
+    format!("{plan:#}\n")
+}
+
+/// The least height of a takeoff item. (The planner's `takeoff_height_m`.)
+const TAKEOFF_HEIGHT_M: f64 = 10.0;
+
+fn pair(at: LatLon) -> Value {
+    json!([degrees(at.latitude_deg()), degrees(at.longitude_deg())])
+}
+
+fn simple_item(id: usize, command: i64, at: LatLon, height_m: f64) -> Value {
+    let (latitude, longitude) = (degrees(at.latitude_deg()), degrees(at.longitude_deg()));
+    json!({
+        "type": "SimpleItem",
+        "autoContinue": true,
+        "command": command,
+        "doJumpId": id,
+        "frame": RELATIVE,
+        "Altitude": height_m,
+        "AltitudeMode": 1,
+        "AMSLAltAboveTerrain": null,
+        "params": [0, 0, 0, null, latitude, longitude, height_m],
+    })
+}

@@ -1,0 +1,253 @@
+//! What cannot be read safely is reported with its place, and nothing is written.
+
+use std::collections::BTreeSet;
+
+use super::samples::{ED_269, ED_318, GEO_JSON, KML, PLAN};
+use super::{check_mistake, import, notes, settings};
+use formats::assemble::Settings;
+use proptest::prelude::*;
+
+#[test]
+fn a_wrong_zone_of_ed_269_is_reported_with_its_place() {
+    #[track_caller]
+    fn check(find: &str, replace: &str, expected: &str) {
+        check_mistake("z.json", ED_269, find, replace, &format!("z.json: {expected}"));
+    }
+    let square = "[[6.606, 54.004], [6.609, 54.004], [6.609, 54.006], [6.606, 54.006], [6.606, 54.004]]";
+    let at = "/UASZoneList/1/geometry/0/horizontalProjection/coordinates/0";
+    // The shape.
+    check(
+        square,
+        "[[6.606, 54.004], [6.609, 54.006], [6.609, 54.004], [6.606, 54.006], [6.606, 54.004]]",
+        "/UASZoneList/1/geometry/0: the ring crosses or touches itself",
+    );
+    check(
+        square,
+        "[[6.606, 54.004], [6.609, 54.004], [6.606, 54.004]]",
+        &format!("{at}: a ring of 2 different corners"),
+    );
+    check(
+        square,
+        "[[6.606, 54.004], [6.607, 54.004], [6.609, 54.004], [6.606, 54.004]]",
+        "/UASZoneList/1/geometry/0: a ring that encloses 0.1 square metres",
+    );
+    check(
+        square,
+        "[[6.606, 154.004], [6.609, 54.004]]",
+        &format!("{at}/0: latitude 154.004, longitude 6.606: expected"),
+    );
+    check(square, "[[6.606], [6.609, 54.004]]", &format!("{at}/0: expected a place, two numbers"));
+    check(square, "7", &format!("{at}: expected a list of places"));
+    check(
+        "\"radius\": 100",
+        "\"radius\": -1",
+        "/UASZoneList/0/geometry/0/horizontalProjection/radius: a circle with a radius of -1 m",
+    );
+    check(
+        "\"center\": [6.604, 54.001]",
+        "\"center\": [54.001, 6.604]",
+        "/UASZoneList/0/geometry/0: it lies near the take-off point if its latitudes and longitudes are exchanged",
+    );
+    // Heights and times.
+    check(
+        "\"lowerLimit\": 100",
+        "\"lowerLimit\": 1000",
+        "/UASZoneList/1/geometry/0: the upper limit 304.8 m is not above the lower limit 304.8 m",
+    );
+    check(
+        "\"upperLimit\": 150, \"upperVerticalReference\": \"AMSL\"",
+        "\"upperLimit\": 150",
+        "/UASZoneList/0/geometry/0: `upperVerticalReference` is missing",
+    );
+    check(
+        "\"AMSL\"",
+        "\"FL\"",
+        "/UASZoneList/0/geometry/0/upperVerticalReference: found `FL`, expected AGL, AMSL, WGS84",
+    );
+    check("2026-10-31", "2025-10-31", "/UASZoneList/1/applicability/0: the period ends before it begins");
+    check(
+        "2026-10-31T23:59:59Z",
+        "soon",
+        "/UASZoneList/1/applicability/0/endDateTime: found `soon`, expected a date and time",
+    );
+    // What a zone must have.
+    check("\"identifier\": \"HBR001\",", "", "/UASZoneList/0: `identifier` is missing");
+    check(
+        "\"PROHIBITED\"",
+        "\"Prohibited\"",
+        "/UASZoneList/0/restriction: found `Prohibited`, expected PROHIBITED, REQ_AUTHORISATION",
+    );
+    check(
+        "\"uomDimensions\": \"M\"",
+        "\"uomDimensions\": \"KM\"",
+        "/UASZoneList/0/geometry/0/uomDimensions: found `KM`, expected M, FT",
+    );
+}
+
+#[test]
+fn a_zone_without_restriction_needs_no_geometry() {
+    let text = ED_269.replacen("\"NO_RESTRICTION\"", "\"PROHIBITED\"", 1);
+    let told = import("z.json", &text, &settings()).unwrap_err().to_string();
+    assert!(told.starts_with("z.json: /UASZoneList/3: zone `HBR004` has no geometry"), "{told}");
+}
+
+#[test]
+fn a_wrong_file_of_another_format_is_reported_with_its_place() {
+    #[track_caller]
+    fn check(name: &str, good: &str, find: &str, replace: &str, expected: &str) {
+        check_mistake(name, good, find, replace, &format!("{name}: {expected}"));
+    }
+    check(
+        "z.json",
+        ED_318,
+        "\"subType\": \"Circle\"",
+        "\"subType\": \"Ellipse\"",
+        "/features/0/geometry/geometries/0/extent/subType: found `Ellipse`, expected Circle",
+    );
+    check(
+        "z.json",
+        ED_318,
+        "\"uom\": \"ft\"",
+        "\"uom\": \"yd\"",
+        "/features/0/geometry/geometries/1/layer/uom: found `yd`, expected m, ft",
+    );
+    check(
+        "z.json",
+        ED_318,
+        "\"USPACE\"",
+        "\"CLOSED\"",
+        "/features/1/properties/type: found `CLOSED`, expected PROHIBITED",
+    );
+    check(
+        "a.geojson",
+        GEO_JSON,
+        "\"ceiling_m\": 80",
+        "\"ceiling_m\": 10",
+        "/features/0/geometry/coordinates/0: the upper limit 10 m is not above",
+    );
+    check(
+        "a.geojson",
+        GEO_JSON,
+        "\"permission\"",
+        "\"objective\"",
+        "/features/0/geometry: the geometry is MultiPolygon, which does not fit",
+    );
+    check(
+        "a.geojson",
+        GEO_JSON,
+        "\"permission\"",
+        "\"closed\"",
+        "/features/0/properties/kind: found `closed`, expected origin, objective",
+    );
+    check("a.kml", KML, "6.606,54.004,90", "6.606;54.004", "line 8 column 7: found `6.606;54.004`, expected a place");
+    check("a.kml", KML, "<kml", "<kml <", "no valid XML: ");
+    check("a.kml", KML, "permission", "open", "line 18 column 5: `kind` is `open`, expected keep-out or permission");
+    check(
+        "q.plan",
+        PLAN,
+        "\"frame\": 0",
+        "\"frame\": 10",
+        "/mission/items/3/TransectStyleComplexItem/Items/0/frame: frame 10, expected 0",
+    );
+    check("q.plan", PLAN, "\"radius\": 200", "\"radius\": null", "/geoFence/circles/0/circle: `radius` is missing");
+    check("q.plan", PLAN, "54.002, 6.6, 40", "94.002, 6.6, 40", "/mission/items/1/params: latitude 94.002");
+    check(
+        "q.plan",
+        PLAN,
+        "[[53.99, 6.58], [54.01, 6.58]",
+        "[[53.99, 6.601], [54.01, 6.601]",
+        "/geoFence/polygons/0: the take-off point lies outside of a fence",
+    );
+    check(
+        "q.plan",
+        PLAN,
+        "54.002, 6.6, 40",
+        "54.02, 6.6, 40",
+        "/mission/items/1: `waypoint 1` lies outside of a fence to stay inside",
+    );
+    check("q.plan", PLAN, "\"fileType\": \"Plan\"", "\"fileType\": \"Other\"", "this JSON is in none of the formats");
+    check("q.plan", PLAN, "\"version\": 1,", "\"version\" 1,", "line 3 column 15: expected `:`");
+}
+
+#[test]
+fn a_take_off_point_that_is_not_known_is_asked_for() {
+    let told = import("z.json", ED_269, &Settings { origin: None, ..settings() }).unwrap_err().to_string();
+    assert!(told.starts_with("z.json: the take-off point is not known\n  help: give it with --origin"), "{told}");
+}
+
+#[test]
+fn a_byte_order_mark_is_read_over() {
+    assert!(import("z.json", &format!("\u{feff}{ED_269}"), &settings()).is_ok());
+}
+
+/// Files that are made to exhaust a reader.
+#[test]
+fn hostile_files_are_refused() {
+    #[track_caller]
+    fn check(text: &str, expected: &str) {
+        let told = import("f", text, &settings()).unwrap_err().to_string();
+        assert!(told.contains(expected) && told.len() < 10_000, "{told:.300}");
+    }
+    check(&"[".repeat(100_000), "recursion limit exceeded");
+    check(&format!("[{}", "{},".repeat(300_000)), "has more than 200000 objects");
+    check(&format!("[{}", "0,".repeat(5_000_000)), "4000000 list items");
+    check("<!DOCTYPE a [<!ENTITY b \"bb\">]><a>&b;</a>", "no valid XML: ");
+    check("", "line 1 column 0");
+    check("null", "none of the formats");
+    check("PK\u{3}\u{4}", "line 1 column 1");
+    // As many mistakes as zones, and one word for all beyond a hundred.
+    check(&format!("{{\"UASZoneList\": [{}0]}}", "0,".repeat(100_000)), "/UASZoneList/99: found 0, expected an object");
+}
+
+#[test]
+fn nested_elements_are_read_without_recursion() {
+    let text = format!("<kml>{}{}</kml>", "<a>".repeat(100_000), "</a>".repeat(100_000));
+    let _ = import("f.kml", &text, &settings());
+}
+
+#[test]
+fn what_is_said_fits_a_terminal() {
+    let text = ED_269.replacen("colour", "\\u001b[2J\\u0007\\n", 1).replacen("Ferry terminal", "a\\nb = 3\\u001b", 1);
+    let read = import("z.json", &text, &settings()).unwrap();
+    assert!(notes(&read).chars().all(|it| it == '\n' || !it.is_control()), "{}", notes(&read));
+    assert!(read.text.contains("# Name: a b = 3\n"), "{}", read.text);
+}
+
+/// Every sample with some bytes replaced, removed or repeated.
+fn broken() -> impl Strategy<Value = String> {
+    let samples = [PLAN, ED_269, ED_318, GEO_JSON, KML];
+    let change = (any::<prop::sample::Index>(), 0_usize..30, "[\\-0-9a-z\"{}\\[\\],:<>/ e.]{0,12}");
+    (0..samples.len(), prop::collection::vec(change, 1..6)).prop_map(move |(sample, changes)| {
+        let mut text: Vec<char> = samples[sample].chars().collect();
+        for (index, length, replacement) in changes {
+            if text.is_empty() {
+                break;
+            }
+            let at = index.index(text.len());
+            let end = (at + length).min(text.len());
+            text.splice(at..end, replacement.chars());
+        }
+        text.into_iter().collect()
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    /// Whatever stands in a file: it is refused, or becomes a mission whose areas are sound.
+    #[test]
+    fn broken_files_become_mistakes_or_missions(text in broken()) {
+        if let Ok(assembled) = import("f", &text, &settings()) {
+            let mission = domain::mission::Mission::read(&super::source("m.toml", &assembled.text));
+            if let Err(mistakes) = mission {
+                // What only the reader of missions knows: places too high, too near to a border, or none at all.
+                let known = ["too high", "expected at most", "lies", "without objectives", "inside the ground", "from the origin", "expected metres between"];
+                for mistake in &mistakes.0 {
+                    prop_assert!(known.iter().any(|it| mistake.message.contains(it)), "{mistake}");
+                }
+            }
+            let names: BTreeSet<_> = assembled.text.lines().filter(|it| it.starts_with("name = ")).collect();
+            prop_assert!(!names.is_empty());
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! What is exported and imported again is what it was, but for what the format cannot say.
+
+use super::samples::PLAN;
+use super::{import, mission, origin, settings, source};
+use domain::area::{Area, AreaKind};
+use domain::geometry::Ned;
+use domain::mission::{Mission, Objective};
+use formats::assemble::Settings;
+use formats::export::{Target, export};
+use proptest::prelude::*;
+
+/// Positions are written to a tenth of a millimetre, and heights in centimetres.
+const NEAR_M: f64 = 0.01;
+
+#[track_caller]
+fn written(mission: &Mission, target: Target) -> (String, Vec<String>) {
+    let (text, notes) = export(&source("m.toml", ""), mission, origin(), target);
+    (text, notes.into_iter().map(|it| format!("{}: {}", it.place, it.text)).collect())
+}
+
+/// The origin comes from the file.
+#[track_caller]
+fn back(text: &str) -> Mission {
+    let assembled = import("back", text, &Settings { origin: None, ..settings() }).unwrap_or_else(|it| panic!("{it}"));
+    assert!(assembled.notes.is_empty() || text.contains("fileType"), "{:?}", assembled.notes);
+    mission(&assembled)
+}
+
+fn is_same_ring(a: &[Ned], b: &[Ned]) -> bool {
+    let turned = |by: usize| b.iter().cycle().skip(by).take(b.len());
+    let near = |it: (&Ned, &Ned)| it.0.horizontal_distance_m(*it.1) < NEAR_M;
+    a.len() == b.len() && (0..b.len()).any(|by| a.iter().zip(turned(by)).all(near))
+}
+
+/// In whatever direction the corners run.
+fn is_same_area(a: &Area, b: &Area) -> bool {
+    let reversed: Vec<Ned> = b.corners.iter().rev().copied().collect();
+    let band = |it: &Area| [it.floor_m, it.ceiling_m].map(|it| it.map(|it| (it * 100.0).round()));
+    let rest = |it: &Area| (it.name.clone(), it.kind, it.from_utc_ms, it.until_utc_ms, band(it));
+    rest(a) == rest(b) && (is_same_ring(&a.corners, &b.corners) || is_same_ring(&a.corners, &reversed))
+}
+
+fn is_same_objective(a: &Objective, b: &Objective) -> bool {
+    a.name == b.name && a.flying == b.flying && a.position.distance_m(b.position) < NEAR_M
+}
+
+fn area() -> impl Strategy<Value = Area> {
+    let window = (prop::option::of(1_i64..2_000_000_000), prop::option::of(2_000_000_001_i64..4_000_000_000));
+    let band = (prop::option::of(1.0..50.0_f64), prop::option::of(60.0..110.0_f64));
+    // Within 100 km everything is in reach, and farther than 100 m nothing is too near to the take-off point.
+    let place = (200.0..60_000.0_f64, 0.0..std::f64::consts::TAU, 20.0..90.0_f64, 3_usize..9);
+    (any::<bool>(), window, band, place).prop_map(
+        |(keep_out, window, band, (distance_m, direction, radius_m, count))| {
+            let (sin, cos) = direction.sin_cos();
+            let corner = |index: usize| {
+                let (east, north) = (std::f64::consts::TAU * index as f64 / count as f64).sin_cos();
+                Ned::new(distance_m * cos + radius_m * north, distance_m * sin + radius_m * east, 0.0)
+            };
+            Area {
+                name: String::new(),
+                kind: if keep_out { AreaKind::KeepOut } else { AreaKind::Permission },
+                corners: (0..count).map(corner).collect(),
+                floor_m: band.0,
+                ceiling_m: band.1,
+                from_utc_ms: window.0.map(|it| it * 1000),
+                until_utc_ms: window.1.map(|it| it * 1000),
+            }
+        },
+    )
+}
+
+fn missions() -> impl Strategy<Value = Mission> {
+    let areas = prop::collection::vec(area(), 0..8);
+    // Around the take-off point, where there are no areas.
+    let objectives = prop::collection::vec((-60.0..60.0_f64, -60.0..60.0_f64, 1.0..100.0_f64, any::<bool>()), 1..6);
+    (areas, objectives).prop_map(|(mut areas, objectives)| {
+        for (index, area) in areas.iter_mut().enumerate() {
+            area.name = format!("area {index}");
+        }
+        let objective = |(index, (north_m, east_m, height_m, flying))| Objective {
+            name: format!("objective {index}"),
+            position: Ned::new(north_m, east_m, if flying { -f64::round(height_m) } else { 0.0 }),
+            flying,
+            terms: Default::default(),
+        };
+        let objectives = objectives.into_iter().enumerate().map(objective).collect();
+        Mission { name: "sample".into(), objectives, areas, order: Default::default() }
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn geojson_says_everything(mission in missions()) {
+        let (text, notes) = written(&mission, Target::GeoJson);
+        prop_assert_eq!(notes, Vec::<String>::new());
+        let read = back(&text);
+        prop_assert!(read.objectives.len() == mission.objectives.len() && read.areas.len() == mission.areas.len());
+        for (a, b) in read.objectives.iter().zip(&mission.objectives) {
+            prop_assert!(is_same_objective(a, b), "{a:?} {b:?}");
+        }
+        for (a, b) in read.areas.iter().zip(&mission.areas) {
+            prop_assert!(is_same_area(a, b), "{a:?} {b:?}");
+        }
+        // What is written again is the same text but for where rings begin, which is seen above.
+        prop_assert_eq!(written(&read, Target::GeoJson).0.lines().count(), text.lines().count());
+    }
+
+    #[test]
+    fn a_plan_says_where_to_fly_and_what_to_keep_out_of(mission in missions()) {
+        let (text, notes) = written(&mission, Target::Plan);
+        let read = back(&text);
+        prop_assert_eq!(read.objectives.len(), mission.objectives.len());
+        for (a, b) in read.objectives.iter().zip(&mission.objectives) {
+            prop_assert!(a.flying == b.flying && a.position.distance_m(b.position) < NEAR_M, "{a:?} {b:?}");
+        }
+        let closed: Vec<_> = mission.areas.iter().filter(|it| it.kind == AreaKind::KeepOut).collect();
+        prop_assert_eq!(read.areas.len(), closed.len());
+        for (a, b) in read.areas.iter().zip(closed) {
+            prop_assert!(a.kind == AreaKind::KeepOut && is_same_ring(&a.corners, &b.corners), "{a:?} {b:?}");
+        }
+        for area in &mission.areas {
+            let said = |part: &str| notes.iter().any(|it| it.starts_with(&format!("{}: ", area.name)) && it.contains(part));
+            let is_closed = area.kind == AreaKind::KeepOut;
+            prop_assert_eq!(said("permission area"), !is_closed);
+            prop_assert_eq!(said("no heights"), is_closed && (area.floor_m.is_some() || area.ceiling_m.is_some()));
+            prop_assert_eq!(said("no time window"), is_closed && (area.from_utc_ms.is_some() || area.until_utc_ms.is_some()));
+        }
+    }
+}
+
+#[test]
+fn the_sample_plan_comes_back_as_it_was_read() {
+    let first = back(PLAN);
+    let again = back(&written(&first, Target::Plan).0);
+    assert!(first.objectives.iter().zip(&again.objectives).all(|(a, b)| a.position.distance_m(b.position) < NEAR_M));
+    assert!(
+        first.areas.iter().zip(&again.areas).all(|(a, b)| is_same_ring(&a.corners, &b.corners)),
+        "{first:?} {again:?}"
+    );
+    assert_eq!((first.objectives.len(), first.areas.len()), (again.objectives.len(), again.areas.len()));
+}

@@ -1,0 +1,184 @@
+//! A sample of each format: what becomes of it, and everything that is said about it.
+
+use super::{import, mission, notes, settings, source};
+use domain::area::{Area, AreaKind};
+use formats::assemble::{Settings, assemble};
+
+pub(super) const PLAN: &str = include_str!("samples/quay.plan");
+pub(super) const ED_269: &str = include_str!("samples/zones_ed269.json");
+pub(super) const ED_318: &str = include_str!("samples/zones_ed318.json");
+pub(super) const GEO_JSON: &str = include_str!("samples/areas.geojson");
+pub(super) const KML: &str = include_str!("samples/areas.kml");
+
+/// A line for each area: what it is, its heights and its times.
+fn in_words(areas: &[Area]) -> Vec<String> {
+    let line = |area: &Area| {
+        let kind = if area.kind == AreaKind::Permission { "permission" } else { "keep-out" };
+        let (floor, ceiling) = (area.floor_m, area.ceiling_m);
+        let window = (area.from_utc_ms, area.until_utc_ms);
+        format!("{}: {kind}, {} corners, {floor:?} to {ceiling:?}, {window:?}", area.name, area.corners.len())
+    };
+    areas.iter().map(line).collect()
+}
+
+#[track_caller]
+fn check(name: &str, text: &str, settings: &Settings, areas: &[&str], said: &str) {
+    let assembled = import(name, text, settings).unwrap_or_else(|it| panic!("{it}"));
+    assert_eq!(in_words(&mission(&assembled).areas), areas);
+    assert_eq!(notes(&assembled), said);
+}
+
+#[test]
+fn a_plan_becomes_objectives_and_areas() {
+    let assembled =
+        import("quay.plan", PLAN, &Settings { origin: None, ..settings() }).unwrap_or_else(|it| panic!("{it}"));
+    let mission = mission(&assembled);
+    let objectives: Vec<_> =
+        mission.objectives.iter().map(|it| format!("{} {} {}", it.name, it.position, it.flying)).collect();
+    assert_eq!(
+        objectives,
+        [
+            "waypoint 1 (223, 0, 40) true",
+            "waypoint 2 (334, 131, 45) true",
+            "land 3 (445, 0, 0) false",
+            "return (0, 0, 0) false"
+        ]
+    );
+    let areas: Vec<_> = mission.areas.iter().map(|it| (it.name.as_str(), it.kind, it.corners.len())).collect();
+    // The circle has 24 sides; each half of the frame is a C of eight corners.
+    assert_eq!(
+        areas,
+        [("fence 1", AreaKind::KeepOut, 8), ("fence 1 2", AreaKind::KeepOut, 8), ("fence 2", AreaKind::KeepOut, 24)]
+    );
+    assert_eq!(
+        notes(&assembled),
+        "\
+/mission/cruiseSpeed: the configuration says how fast a vehicle flies: not read
+/mission/hoverSpeed: the configuration says how fast a vehicle flies: not read
+/mission/firmwareType: the mission is flown by any vehicle: not read
+/mission/vehicleType: the mission is flown by any vehicle: not read
+/mission/items/0: the planner takes off by itself: no objective
+/mission/items/1/params/0: a time to hold is left out: write it as `dwell_s` of the objective
+/mission/items/2: command 178 has no counterpart: left out
+/mission/items/3: a pattern is read as its items, which QGroundControl has made
+/mission/items/3/TransectStyleComplexItem/Items/1: command 206 has no counterpart: left out
+/rallyPoints/points/0: a rally point has no counterpart: left out
+/geoFence/polygons/0: a fence to stay inside is read as keep-out areas round it, 500 m wide
+"
+    );
+}
+
+#[test]
+fn zones_of_ed_269_become_areas() {
+    check(
+        "zones.json",
+        ED_269,
+        &settings(),
+        &[
+            // 150 m above sea level are 130 m above the take-off point.
+            "HBR001: keep-out, 24 corners, None to Some(130.0), (None, None)",
+            // From the first of April 2026 to the last of October 2027.
+            "HBR002: permission, 4 corners, None to None, (Some(1775001600000), Some(1824940800000))",
+            "HBR003: permission, 4 corners, None to None, (None, None)",
+        ],
+        "\
+/title: not needed: not read
+/UASZoneList/1/applicability/0/schedule: a schedule has no counterpart: the area applies at all times of the period
+/UASZoneList/1/applicability/1: a second period has no counterpart: the area applies from the first to the last
+/UASZoneList/1/geometry/0/horizontalProjection/coordinates/1: a hole has no counterpart: it is filled, the area covers it
+/UASZoneList/2: field `colour` is not in the format: not read
+/UASZoneList/2/restriction: conditions cannot be checked on board: the area needs a permission
+/UASZoneList/2/geometry/0/horizontalProjection/coordinates/0: the ring does not end where it begins: it is closed
+/UASZoneList/2/geometry/0/horizontalProjection/coordinates/0: the corners run clockwise, against RFC 7946: read all the same
+/UASZoneList/3/restriction: a zone without restriction has no counterpart: left out
+/UASZoneList/1/geometry/0: its lower limit is above the ground, whose height is not known: it begins at the ground; see --relief
+/UASZoneList/1/geometry/0: its upper limit is above the ground, whose height is not known: it has no upper limit; see --relief
+/UASZoneList/4/geometry/0: it lies more than 100 km from the take-off point: left out
+",
+    );
+}
+
+#[test]
+fn what_a_zone_says_to_humans_stands_beside_its_area() {
+    let text = import("zones.json", ED_269, &settings()).unwrap().text;
+    for line in [
+        "# Name: Ferry terminal\n",
+        "# Reason: SENSITIVE, POPULATION\n",
+        "# Authority: Harbour office, +49 000, INFORMATION\n",
+        "# Conditions: Ask by telephone\n",
+        "# Published schedule: day MON TUE, endTime 04:00:00.00Z, startTime 22:00:00.00Z\n",
+    ] {
+        assert!(text.contains(line), "{line}{text}");
+    }
+}
+
+#[test]
+fn zones_of_ed_318_become_areas() {
+    check(
+        "zones.json",
+        ED_318,
+        &Settings { relief_m: Some(5.0), ..settings() },
+        &[
+            // 200 m above the ellipsoid; the geoid is not lower than 107 m below it, the take-off point is 20 m above it.
+            "HB318A: keep-out, 24 corners, None to Some(287.0), (None, None)",
+            // 100 feet above sea level, and 400 feet above ground that is at most 5 m higher than the take-off point.
+            "HB318A 2: keep-out, 4 corners, Some(10.48) to Some(126.92), (None, None)",
+            "HB318B: permission, 4 corners, None to None, (None, None)",
+        ],
+        "\
+/name: not needed: not read
+/metadata: not needed: not read
+/features/1/properties/type: U-space needs an authorised flight: the area needs a permission
+/features/1/properties/limitedApplicability/0/schedule: a schedule has no counterpart: the area applies at all times of the period
+/features/0/geometry/geometries/0: its upper limit is above the ellipsoid: converted with the most that the geoid differs from it
+",
+    );
+}
+
+#[test]
+fn polygons_of_geojson_become_areas() {
+    check(
+        "areas.geojson",
+        GEO_JSON,
+        &settings(),
+        &[
+            "lock: permission, 4 corners, Some(10.0) to Some(80.0), (None, Some(1796079600000))",
+            "lock 2: permission, 4 corners, Some(10.0) to Some(80.0), (None, Some(1796079600000))",
+            "feature 1: keep-out, 4 corners, None to None, (None, None)",
+        ],
+        "\
+/features/1/properties: field `owner` is not in the format: not read
+/features/1: a polygon without `kind`: read as a keep-out area, the safe side
+/features/2/geometry: LineString without `kind` has no counterpart: left out
+",
+    );
+}
+
+#[test]
+fn polygons_of_kml_become_areas() {
+    check(
+        "areas.kml",
+        KML,
+        &settings(),
+        &[
+            "crane: keep-out, 4 corners, None to Some(70.0), (Some(1777622400000), None)",
+            "gate: permission, 4 corners, None to None, (None, None)",
+        ],
+        "\
+line 4 column 5: a placemark without `kind`: read as a keep-out area, the safe side
+line 27 column 9: Point has no counterpart: left out
+",
+    );
+}
+
+#[test]
+fn a_mission_is_made_of_several_files() {
+    let read = |name: &str, text: &str| formats::read(&source(name, text)).unwrap_or_else(|it| panic!("{it}"));
+    let files = [read("z.json", ED_269), read("a.kml", KML)];
+    let assembled = assemble(&read("quay.plan", PLAN), &files, &settings()).unwrap_or_else(|it| panic!("{it}"));
+    let mission = mission(&assembled);
+    let names: Vec<_> = mission.areas.iter().map(|it| it.name.as_str()).collect();
+    assert_eq!(names, ["fence 1", "fence 1 2", "fence 2", "HBR001", "HBR002", "HBR003", "crane", "gate"]);
+    assert_eq!((mission.name.as_str(), mission.objectives.len()), ("sample", 4));
+    assert!(assembled.text.starts_with("# Made by `kittiwake mission import` from quay.plan, z.json, a.kml.\n"));
+}

@@ -1,0 +1,178 @@
+//! `kittiwake mission import` and `export`: mission files from and to the formats of other programs.
+
+use std::collections::BTreeMap;
+use std::io::Write as _;
+use std::path::Path;
+
+use domain::file::{Mistakes, Source};
+use domain::mission::Mission;
+use formats::assemble::{Settings, assemble};
+use formats::export::Target;
+use formats::{Import, Note};
+use serde_json::{Value, json};
+
+use crate::operate::Done;
+use crate::operate::args::{ExportArgs, ExportFormat, ImportArgs};
+use crate::operate::failure::Failure;
+
+/// Writes a mission file. What is written passes `kittiwake check`; if it would not, nothing is written.
+pub(super) fn import(args: &ImportArgs) -> Result<Done, Failure> {
+    let read = |path: &Path| Source::read_at_most(path, formats::LARGEST_BYTES).and_then(|it| formats::read(&it));
+    let mut mistakes = Vec::new();
+    let mut imports: Vec<Import> = Vec::new();
+    for path in std::iter::once(&args.file).chain(&args.areas) {
+        match read(path) {
+            Ok(import) => imports.push(import),
+            Err(found) => mistakes.extend(found.0),
+        }
+    }
+    Mistakes(mistakes).or(()).map_err(bad_input)?;
+    let (mission, areas) = imports.split_first().expect("one file at least was read");
+    let stem = args.out.file_stem().map_or_else(|| "mission".into(), |it| it.to_string_lossy().into_owned());
+    let settings = Settings { name: stem, origin: args.origin, relief_m: args.relief };
+    let assembled = assemble(mission, areas, &settings).map_err(bad_input)?;
+    Mission::read(&Source { path: args.out.clone(), text: assembled.text.clone() }).map_err(|mistakes| {
+        Failure::bad_input(format!("nothing was written, since the mission could not be flown:\n{mistakes}"))
+    })?;
+    write_new(&args.out, &assembled.text)?;
+    let written = format!("{}: objectives: {}, areas: {}", args.out.display(), assembled.objectives, assembled.areas);
+    Ok(done(&args.out, written, &assembled.notes))
+}
+
+/// Prints or writes a mission in another format.
+pub(super) fn export(args: &ExportArgs) -> Result<Done, Failure> {
+    let source = Source::read(&args.file).map_err(bad_input)?;
+    let (mission, origin) = Mission::read_with_origin(&source).map_err(bad_input)?;
+    let origin = args.origin.or(origin).ok_or_else(|| {
+        let path = args.file.display();
+        Failure::bad_input(format!("{path}: the mission has no [origin]: give it with --origin LATITUDE,LONGITUDE"))
+    })?;
+    let target = match args.format {
+        ExportFormat::Geojson => Target::GeoJson,
+        ExportFormat::Plan => Target::Plan,
+    };
+    let (text, notes) = formats::export::export(&source, &mission, origin, target);
+    match &args.out {
+        Some(out) => {
+            write_new(out, &text)?;
+            Ok(done(out, out.display().to_string(), &notes))
+        }
+        None => {
+            // The document alone goes to standard output, so that it can be piped.
+            for line in in_words(&notes) {
+                crate::output::error_line(line);
+            }
+            let document = serde_json::from_str(&text).unwrap_or(Value::Null);
+            Ok(Done { document, text: text.trim_end().to_owned() })
+        }
+    }
+}
+
+fn bad_input(mistakes: Mistakes) -> Failure {
+    Failure::bad_input(mistakes.to_string())
+}
+
+/// Never replaces a file: a human may have changed it.
+fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
+    let written = std::fs::File::create_new(path).and_then(|mut file| file.write_all(text.as_bytes()));
+    written.map_err(|error| Failure::bad_input(format!("{}: cannot be written: {error}", path.display())))
+}
+
+fn done(path: &Path, written: String, notes: &[Note]) -> Done {
+    let listed: Vec<Value> = notes
+        .iter()
+        .map(|it| json!({ "file": it.path.display().to_string(), "place": it.place, "note": it.text }))
+        .collect();
+    let text = in_words(notes).into_iter().chain([format!("written: {written}")]).collect::<Vec<_>>().join("\n");
+    Done { document: json!({ "written": path.display().to_string(), "notes": listed }), text }
+}
+
+/// A line for each thing to say about a file, with all places of which it is said.
+fn in_words(notes: &[Note]) -> Vec<String> {
+    let mut places: BTreeMap<(&Path, &str), Vec<&str>> = BTreeMap::new();
+    for note in notes {
+        places.entry((&note.path, &note.text)).or_default().push(&note.place);
+    }
+    let line = |((path, text), places): ((&Path, &str), Vec<&str>)| {
+        let places: Vec<_> = places.into_iter().filter(|it| !it.is_empty()).collect();
+        let at = if places.is_empty() { String::new() } else { format!("\n  at {}", places.join(", ")) };
+        format!("note: {}: {text}{at}", path.display())
+    };
+    places.into_iter().map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::outcome::Outcome;
+    use domain::geodesy::{LatLon, Origin};
+    use std::path::PathBuf;
+
+    /// Where the simulated vehicle stands.
+    fn origin() -> Option<Origin> {
+        Some(Origin { place: LatLon::new(54.0, 6.6).unwrap(), altitude_m: Some(20.0) })
+    }
+
+    fn shipped(name: &str) -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("config/missions").join(name)
+    }
+
+    fn export_of(file: PathBuf, out: Option<PathBuf>) -> ExportArgs {
+        ExportArgs { file, format: ExportFormat::Geojson, origin: origin(), out }
+    }
+
+    fn import_of(file: PathBuf, areas: Vec<PathBuf>, out: PathBuf) -> ImportArgs {
+        ImportArgs { file, origin: None, areas, relief: None, out }
+    }
+
+    #[test]
+    fn what_is_exported_is_imported_as_a_mission_of_its_own() {
+        let folder = tempfile::tempdir().unwrap();
+        let (exported, imported) = (folder.path().join("h.geojson"), folder.path().join("copy.toml"));
+        export(&export_of(shipped("harbour.toml"), Some(exported.clone()))).unwrap();
+        let done = import(&import_of(exported.clone(), Vec::new(), imported.clone())).unwrap();
+        assert!(done.text.ends_with("copy.toml: objectives: 2, areas: 3"), "{}", done.text);
+        let (mission, origin_read) = Mission::read_with_origin(&Source::read(&imported).unwrap()).unwrap();
+        assert_eq!((mission.name.as_str(), mission.areas[0].corners.len(), origin_read), ("copy", 8, origin()));
+        // A file that a human may have changed meanwhile stays.
+        let failure = import(&import_of(exported, Vec::new(), imported)).err().unwrap();
+        assert_eq!(failure.outcome, Outcome::BadInput);
+        assert!(failure.why.contains("copy.toml: cannot be written: "), "{}", failure.why);
+    }
+
+    #[test]
+    fn a_document_for_a_pipe_stands_alone() {
+        let done = export(&export_of(shipped("keep_out.toml"), None)).unwrap();
+        assert_eq!(serde_json::from_str::<Value>(&done.text).unwrap(), done.document);
+    }
+
+    #[test]
+    fn nothing_is_written_of_what_cannot_be_read_or_flown() {
+        #[track_caller]
+        fn check(text: &str, areas: Option<&str>, expected: &str) {
+            let folder = tempfile::tempdir().unwrap();
+            let (file, out) = (folder.path().join("file"), folder.path().join("m.toml"));
+            std::fs::write(&file, text).unwrap();
+            let areas = areas.map(|text| {
+                let file = folder.path().join("areas");
+                std::fs::write(&file, text).unwrap();
+                file
+            });
+            let failure = import(&import_of(file, areas.into_iter().collect(), out.clone())).err().unwrap();
+            assert!(failure.why.contains(expected), "{}", failure.why);
+            assert!(failure.outcome == Outcome::BadInput && !out.exists());
+        }
+        let plan = r#"{"fileType": "Plan", "mission": {"plannedHomePosition": [54, 6.6, 20], "items": [
+            {"type": "SimpleItem", "command": 16, "frame": 3, "params": [0, 0, 0, 0, 54.001, 6.6, 300]}]}}"#;
+        check(plan, None, "at height 300 m, expected at most 120 m");
+        // The mistakes of all files are reported at once.
+        check("{", Some("<kml"), "areas: no valid XML");
+        check(&" ".repeat(33 << 20), None, "has more than 33554432 bytes");
+        let folder = tempfile::tempdir().unwrap();
+        let missing =
+            import(&import_of(folder.path().join("none"), Vec::new(), folder.path().join("m"))).err().unwrap();
+        assert!(missing.why.contains("cannot be read: "), "{}", missing.why);
+        let failure = export(&ExportArgs { origin: None, ..export_of(shipped("harbour.toml"), None) }).err().unwrap();
+        assert!(failure.why.contains("the mission has no [origin]"), "{}", failure.why);
+    }
+}
