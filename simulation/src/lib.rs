@@ -92,7 +92,7 @@ impl Simulation<'_> {
         bus.add(on_board(), vehicle_sim::VehicleSim::new(&files.vehicle_sim, pace, setup.seed));
         bus.add(on_board(), skill_manager::SkillManager::new(&files.skill_manager, pace));
         bus.add(on_board(), monitor::Monitor::new(&files.monitor, &files.contingencies, pace));
-        bus.add(on_board(), planner::Planner::new(&files.planner, files.mission, pace));
+        bus.add(on_board(), planner::Planner::new(&files.planner, &files.energy, files.mission, pace));
         let key = SecretKey::of_seed([1; 32]).expect("32 bytes make a key");
         bus.add(on_board(), files.mcm.that_verifies_with(key.public()));
         let tower = control_tower::ControlTower::new(&files.control_tower, setup.permissions, setup.seed, pace, 1);

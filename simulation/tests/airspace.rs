@@ -16,6 +16,9 @@ const LIMIT: Duration = Duration::from_secs(3000);
 /// A window that is open during the flight and ends some day, so that the place is not refused when the file is read.
 const FOR_NOW: &str = "until_utc = \"2030-01-01T00:00:00Z\"";
 
+/// Places at these heights are reached flying.
+const IN_THE_AIR: [f64; 2] = [10.0, 60.0];
+
 /// A flight of a mission that is written for it.
 struct Flight {
     simulation: Simulation<'static>,
@@ -29,7 +32,7 @@ impl Flight {
 
     fn with(config: &Path, name: &str, places: &[[f64; 3]], areas: &str, permissions: Policy) -> Flight {
         let objective = |(index, [north, east, height]): (usize, &[f64; 3])| {
-            let flying = *height == 10.0;
+            let flying = IN_THE_AIR.contains(height);
             format!(
                 "[[objective]]\nname = \"{index}\"\nnorth_m = {north:.1}\neast_m = {east:.1}\n\
                  height_m = {height:.1}\nflying = {flying}\n"
@@ -70,6 +73,46 @@ fn area(name: &str, kind: &str, east_m: [f64; 2], more: &str) -> String {
         "[[area]]\nname = \"{name}\"\nkind = \"{kind}\"\n{more}\n\
          corners_m = [[-90.0, {west:.1}], [90.0, {west:.1}], [90.0, {east:.1}], [-90.0, {east:.1}]]\n"
     )
+}
+
+/// A keep-out area to this far north, and farther to the south.
+fn wide(north_m: f64, east_m: [f64; 2], heights: &str) -> String {
+    let ([west, east], south) = (east_m, north_m + 50.0);
+    format!(
+        "[[area]]\nname = \"K\"\nkind = \"keep-out\"\n{heights}\n\
+         corners_m = [[-{south:.1}, {west:.1}], [{north_m:.1}, {west:.1}], [{north_m:.1}, {east:.1}], [-{south:.1}, {east:.1}]]\n"
+    )
+}
+
+#[test]
+fn areas_are_flown_over_under_or_round_whatever_takes_the_least_time() {
+    #[track_caller]
+    fn check(name: &str, places: &[[f64; 3]], area: &str, expected: &[&str]) {
+        let mut flight = Flight::of(name, places, area, Policy::Grant);
+        flight.succeed();
+        let plans: Vec<String> = flight.plans().iter().map(|it| it.split_once(": ").unwrap().1.to_owned()).collect();
+        assert_eq!(plans, expected, "{name}");
+    }
+    let there = [[0.0, 400.0, 0.0]];
+    check(
+        "stadium",
+        &there,
+        &wide(400.0, [100.0, 300.0], "ceiling_m = 40.0"),
+        &["takeoff by 10 m; fly to (0, 90, 44); fly to (0, 310, 44); fly to (0, 400, 10); land"],
+    );
+    check(
+        "tower",
+        &there,
+        &wide(150.0, [100.0, 300.0], "ceiling_m = 100.0"),
+        &["takeoff by 10 m; fly to (160, 90, 10); fly to (160, 310, 10); fly to (0, 400, 10); land"],
+    );
+    let high = [[0.0, 0.0, 60.0], [0.0, 900.0, 60.0], [0.0, 900.0, 0.0]];
+    check(
+        "sector",
+        &high,
+        &wide(2000.0, [100.0, 800.0], "floor_m = 50.0"),
+        &["takeoff by 60 m", "fly to (0, 90, 46); fly to (0, 810, 46); fly to (0, 900, 60)", "land"],
+    );
 }
 
 #[test]

@@ -164,7 +164,7 @@ fn a_mission_that_nobody_will_fly_is_refused() {
     simulation.order(Verb::Return(v1::ReturnHome { overrides: false }));
     simulation.pass(Duration::from_secs(2));
     let text = std::fs::read_to_string(config().join("missions/keep_out.toml")).expect("it is shipped");
-    let upload = || v1::mission_request::Request::Upload(v1::MissionText { text: text.clone() });
+    let upload = || v1::mission_request::Request::Upload(v1::MissionText { text: text.clone(), wind: None });
     simulation.ask(upload());
     simulation.pass(Duration::from_secs(1));
     let report = simulation.fly(LIMIT).unwrap_or_else(|| panic!("no end:\n{}", simulation.decision_log()));

@@ -93,7 +93,7 @@ fn a_mission_is_changed_in_flight_without_a_landing() {
     let mut simulation = under_way();
     let text =
         "name = \"back\"\n[[objective]]\nname = \"home\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n";
-    simulation.ask(Ask::Upload(v1::MissionText { text: text.into() }));
+    simulation.ask(Ask::Upload(v1::MissionText { text: text.into(), wind: None }));
     let report = simulation.fly(LIMIT).expect("the mission to end");
     let objectives: Vec<_> = report.objectives.iter().map(|it| (it.name.as_str(), it.state())).collect();
     assert_eq!(objectives, [("home", v1::ObjectiveState::Success)], "{}", simulation.decision_log());

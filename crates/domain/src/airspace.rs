@@ -11,6 +11,7 @@ use geo::Contains;
 
 use crate::area::{Area, AreaKind};
 use crate::geometry::Ned;
+use crate::speeds::Speeds;
 use crate::time::Pace;
 
 /// The permissions that are held, each with the mission time for which it holds from now on.
@@ -46,8 +47,8 @@ pub struct Clock {
 pub struct Motion {
     /// When it begins, from now on. All times from now on are taken as 20 % sooner or 25 % and ten seconds later.
     pub begins: Duration,
-    /// Its speed.
-    pub speed_m_s: f64,
+    /// How fast.
+    pub speeds: Speeds,
     /// Whether the vehicle is in the air when it begins.
     pub airborne: bool,
 }
@@ -118,13 +119,17 @@ pub struct Stay {
     pub leaves: f64,
 }
 
+/// A way that leads no farther over ground is straight up or down, in metres: a vehicle holds its place as well.
+const STRAIGHT_UP_M: f64 = 1.0;
+
 /// The parts of the straight way from `from` to `to` that lie inside `area`, heights within `vertical_margin_m` of its
-/// floor and ceiling included. Along the border is not inside.
+/// floor and ceiling included. Along the border is not inside. A way that leads over ground and up or down counts at all heights
+/// between its ends: an autopilot need not climb evenly. (PX4 limits the speeds over ground and upwards each by itself.)
 pub fn stays(area: &Area, from: Ned, to: Ned, vertical_margin_m: f64) -> Vec<Stay> {
     if area.is_beside(from, to) {
         return Vec::new();
     }
-    let (lowest, highest) = heights_within(area, from.height_m(), to.height_m(), vertical_margin_m);
+    let (lowest, highest) = heights_within(area, from, to, vertical_margin_m);
     let polygon = area.polygon();
     let mut found: Vec<Stay> = Vec::new();
     for stretch in area.crossings(from, to).windows(2) {
@@ -142,21 +147,21 @@ pub fn stays(area: &Area, from: Ned, to: Ned, vertical_margin_m: f64) -> Vec<Sta
     found
 }
 
-/// The part of the straight way from `from` to `to` that lies at the heights of `area`, those within `vertical_margin_m` of
-/// its floor and ceiling included.
-pub fn part_at_heights(area: &Area, from: Ned, to: Ned, vertical_margin_m: f64) -> Option<(Ned, Ned)> {
-    let (lowest, highest) = heights_within(area, from.height_m(), to.height_m(), vertical_margin_m);
-    (lowest <= highest).then(|| (from.towards(to, lowest), from.towards(to, highest)))
+/// Whether the straight way from `from` to `to` may be at the heights of `area`, by the same rule.
+pub fn is_at_heights(area: &Area, from: Ned, to: Ned, vertical_margin_m: f64) -> bool {
+    let (lowest, highest) = heights_within(area, from, to, vertical_margin_m);
+    lowest <= highest
 }
 
-/// The fractions of a way between which its height lies in the area's band; an empty interval if it never does.
-fn heights_within(area: &Area, from_m: f64, to_m: f64, margin_m: f64) -> (f64, f64) {
+/// The fractions of a way between which its height may lie in the area's band; an empty interval if it never does.
+fn heights_within(area: &Area, from: Ned, to: Ned, margin_m: f64) -> (f64, f64) {
     let floor_m = area.floor_m.map_or(f64::NEG_INFINITY, |it| it - margin_m);
     let ceiling_m = area.ceiling_m.map_or(f64::INFINITY, |it| it + margin_m);
-    let inside = |height_m: f64| floor_m <= height_m && height_m <= ceiling_m;
+    let (from_m, to_m) = (from.height_m(), to.height_m());
     let climb_m = to_m - from_m;
-    if climb_m == 0.0 {
-        return if inside(from_m) { (0.0, 1.0) } else { (1.0, 0.0) };
+    if climb_m == 0.0 || STRAIGHT_UP_M < from.horizontal_distance_m(to) {
+        let touches = floor_m <= from_m.max(to_m) && from_m.min(to_m) <= ceiling_m;
+        return if touches { (0.0, 1.0) } else { (1.0, 0.0) };
     }
     let (at_floor, at_ceiling) = ((floor_m - from_m) / climb_m, (ceiling_m - from_m) / climb_m);
     (at_floor.min(at_ceiling).max(0.0), at_floor.max(at_ceiling).min(1.0))
@@ -201,11 +206,12 @@ impl<'a> Airspace<'a> {
 
     fn breach_of(&self, area: &Area, from: Ned, to: Ned, motion: Motion) -> Option<Breach> {
         let stays = stays(area, from, to, self.vertical_margin_m);
-        let way_s = from.distance_m(to) / motion.speed_m_s;
+        let way_s = motion.speeds.time_s(from, to);
         stays.into_iter().find_map(|stay| {
             let leaving = stay.enters == 0.0
                 && motion.airborne
                 && motion.begins.is_zero()
+                && self.is_inside(area, from)
                 && self.bars(area, Duration::ZERO, Duration::ZERO).is_some();
             if leaving {
                 return None;
@@ -253,8 +259,7 @@ impl<'a> Airspace<'a> {
     }
 
     fn is_inside(&self, area: &Area, position: Ned) -> bool {
-        let height_m = position.height_m();
-        let (lowest, highest) = heights_within(area, height_m, height_m, self.vertical_margin_m);
+        let (lowest, highest) = heights_within(area, position, position, self.vertical_margin_m);
         lowest < highest && area.covers(position)
     }
 }
@@ -289,7 +294,8 @@ pub(crate) mod tests {
         Ned::new(0.0, east, -height)
     }
 
-    const AIRBORNE: Motion = Motion { begins: Duration::ZERO, speed_m_s: 10.0, airborne: true };
+    const SPEEDS: Speeds = Speeds { cruise_m_s: 10.0, climb_m_s: 3.0, descent_m_s: 1.5 };
+    const AIRBORNE: Motion = Motion { begins: Duration::ZERO, speeds: SPEEDS, airborne: true };
 
     #[test]
     fn a_stay_is_where_the_way_is_inside_in_all_three_dimensions() {
@@ -303,9 +309,11 @@ pub(crate) mod tests {
         check(&square, at(200.0, 10.0), at(400.0, 10.0), &[(0.0, 0.5)]);
         check(&square, at(0.0, 10.0), at(100.0, 10.0), &[]);
         check(&square, at(0.0, 110.0), at(400.0, 110.0), &[]);
-        // Down through the ceiling, and over it for the first half of the stay.
+        // Down through the ceiling.
         check(&square, at(200.0, 150.0), at(200.0, 50.0), &[(0.5, 1.0)]);
-        check(&square, at(0.0, 150.0), at(400.0, 50.0), &[(0.5, 0.75)]);
+        // On a slant at any height between.
+        check(&square, at(0.0, 150.0), at(400.0, 50.0), &[(0.25, 0.75)]);
+        check(&square, at(0.0, 150.0), at(400.0, 101.0), &[]);
         // Along the border is not inside.
         check(&square, Ned::new(90.0, 0.0, -10.0), Ned::new(90.0, 400.0, -10.0), &[]);
         // A horseshoe is entered twice.

@@ -28,6 +28,31 @@ impl Source {
         }
     }
 
+    /// Reads the file if it has at most this many bytes; of a larger one no more is read.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is larger.
+    pub fn read_at_most(path: &Path, most: u64) -> Result<Source, Mistakes> {
+        use std::io::Read as _;
+        let mistake = |message: String, help: &str| {
+            Mistakes(vec![Mistake { path: path.to_owned(), place: None, message, help: help.into() }])
+        };
+        let unreadable = |error: std::io::Error| {
+            mistake(format!("cannot be read: {error}"), "give the path of a readable UTF-8 text file")
+        };
+        let mut bytes = Vec::new();
+        let file = std::fs::File::open(path).map_err(unreadable)?;
+        // One byte more shows that there is more; a file may grow or be a pipe, so its length is not asked for.
+        file.take(most + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+        if most < bytes.len() as u64 {
+            let message = format!("has more than {most} bytes, which is the most that is read");
+            return Err(mistake(message, "cut it to the region of the mission"));
+        }
+        let text = String::from_utf8(bytes);
+        let text = text.map_err(|error| unreadable(std::io::Error::new(std::io::ErrorKind::InvalidData, error)))?;
+        Ok(Source { path: path.to_owned(), text })
+    }
+
     /// Parses the text as TOML into `T`.
     pub fn parse<T: serde::de::DeserializeOwned>(&self) -> Result<T, Mistakes> {
         toml::from_str(&self.text).map_err(|error| {

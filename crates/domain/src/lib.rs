@@ -1,5 +1,5 @@
-//! The types that all processes share: time, geometry, areas, missions, plans, skills, the autopilot's vocabulary,
-//! contingency rules, the airspace rule, and the conversions between messages and these types.
+//! The types that all processes share: time, geometry, geodesy, energy, areas, missions, plans, skills, the autopilot's
+//! vocabulary, contingency rules, the airspace rule, and the conversions between messages and these types.
 //!
 //! Nothing here reads a clock, opens a socket or spawns a task; time is always an argument. The only input is a file
 //! that a human wrote ([`file::Source::read`]).
@@ -8,9 +8,11 @@ pub mod airspace;
 pub mod area;
 pub mod contingency;
 pub mod corners;
+pub mod energy;
 pub mod file;
 pub mod flight_state;
 pub mod fmu;
+pub mod geodesy;
 pub mod geometry;
 pub mod memory;
 pub mod mission;
@@ -19,6 +21,7 @@ pub mod plan;
 pub mod quantity;
 pub mod route;
 pub mod skill;
+pub mod speeds;
 pub mod state;
 #[cfg(any(test, feature = "testing"))]
 pub mod testing;

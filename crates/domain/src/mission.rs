@@ -1,6 +1,8 @@
 //! A mission as a human writes it: objectives to reach, and areas on the way.
 
+mod place;
 mod sites;
+pub mod terms;
 
 use std::ops::Range;
 
@@ -10,18 +12,23 @@ use toml::Spanned;
 
 use crate::area::{Area, AreaKind};
 use crate::file::{Mistake, Mistakes, Source};
+use crate::geodesy::{LocalFrame, Origin};
 use crate::geometry::Ned;
+use place::OriginEntry;
 use sites::Site;
+use terms::{Order, Terms};
 
 /// A mission that may be flown; [`Mission::read`] is the only way to obtain one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mission {
     /// Its name.
     pub name: String,
-    /// In the order they are attempted, at least one.
+    /// In the order of the file, or as they are attempted once that is chosen; at least one.
     pub objectives: Vec<Objective>,
     /// Areas with distinct names.
     pub areas: Vec<Area>,
+    /// In which order the objectives are attempted.
+    pub order: Order,
 }
 
 /// A state to reach.
@@ -33,6 +40,8 @@ pub struct Objective {
     pub position: Ned,
     /// Whether to be in the air there.
     pub flying: bool,
+    /// What is asked of it besides.
+    pub terms: Terms,
 }
 
 /// An objective and its progress.
@@ -154,7 +163,7 @@ impl Objective {
         if let Some(most_m) = sites::too_high(height_m, flying) {
             return Err(InvalidObjective::TooHigh { name, height_m, most_m });
         }
-        Ok(Objective { name, position, flying })
+        Ok(Objective { name, position, flying, terms: Terms::default() })
     }
 }
 
@@ -181,6 +190,7 @@ impl Mission {
             mission: self.name.clone(),
             objectives: self.objectives.iter().map(|objective| waiting(objective).into()).collect(),
             areas: self.areas.iter().map(Into::into).collect(),
+            free_order: self.order == Order::Free,
             ..v1::PlannerStatus::default()
         };
         let hash = Sha256::digest(canonical.encode_to_vec());
@@ -194,8 +204,17 @@ impl Mission {
     /// # Errors
     /// The mistakes, each with its place.
     pub fn read(source: &Source) -> Result<Mission, Mistakes> {
+        Mission::read_with_origin(source).map(|(mission, _)| mission)
+    }
+
+    /// As [`Mission::read`], with the place on Earth from which the mission takes off, if the file names it.
+    ///
+    /// # Errors
+    /// The mistakes, each with its place.
+    pub fn read_with_origin(source: &Source) -> Result<(Mission, Option<Origin>), Mistakes> {
         let file: MissionFile = source.parse()?;
-        let mut check = Checker { source, mistakes: Vec::new() };
+        let mut check = Checker { source, mistakes: Vec::new(), frame: None };
+        let origin = file.origin.as_ref().and_then(|it| check.origin(it));
         let objectives: Vec<_> = file.objective.iter().map(|it| check.objective(it)).collect();
         let areas: Vec<_> = file.area.iter().map(|it| check.area(it)).collect();
         check.distinct("objective", file.objective.iter().map(|it| &it.name));
@@ -203,10 +222,12 @@ impl Mission {
         if objectives.is_empty() {
             check.say(None, "a mission without objectives", "add an [[objective]]");
         }
+        check.precedence(file.order, &file.objective);
         if check.mistakes.is_empty() {
             check.sites(&file, &objectives, &areas);
         }
-        Mistakes(check.mistakes).or(Mission { name: file.name, objectives, areas })
+        let mission = Mission { name: file.name, objectives, areas, order: file.order };
+        Mistakes(check.mistakes).or((mission, origin))
     }
 
     /// Why `objective`, which is to be inserted, as the last one or not, cannot be flown to: too high, or by an area of this
@@ -253,6 +274,9 @@ pub fn unfit_landing_site<'a>(site: Ned, areas: impl IntoIterator<Item = &'a Are
 #[serde(deny_unknown_fields)]
 struct MissionFile {
     name: String,
+    origin: Option<Spanned<OriginEntry>>,
+    #[serde(default)]
+    order: Order,
     #[serde(default)]
     objective: Vec<ObjectiveEntry>,
     #[serde(default)]
@@ -263,11 +287,22 @@ struct MissionFile {
 #[serde(deny_unknown_fields)]
 struct ObjectiveEntry {
     name: Spanned<String>,
-    north_m: Spanned<f64>,
-    east_m: Spanned<f64>,
+    /// From the take-off point, or in WGS 84; in a mission with an origin either is allowed.
+    north_m: Option<Spanned<f64>>,
+    east_m: Option<Spanned<f64>>,
+    latitude_deg: Option<Spanned<f64>>,
+    longitude_deg: Option<Spanned<f64>>,
     /// Above the take-off point.
     height_m: Spanned<f64>,
     flying: bool,
+    optional: Option<Spanned<bool>>,
+    worth: Option<Spanned<f64>>,
+    #[serde(default)]
+    after: Vec<Spanned<String>>,
+    /// Mission seconds after the first plan.
+    reach_within_s: Option<Spanned<f64>>,
+    reach_by_utc: Option<Spanned<String>>,
+    dwell_s: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize)]
@@ -276,7 +311,9 @@ struct AreaEntry {
     name: Spanned<String>,
     kind: Kind,
     /// `[north, east]` each.
-    corners_m: Spanned<Vec<[f64; 2]>>,
+    corners_m: Option<Spanned<Vec<[f64; 2]>>>,
+    /// `[latitude, longitude]` each, instead.
+    corners_deg: Option<Spanned<Vec<[f64; 2]>>>,
     floor_m: Option<Spanned<f64>>,
     ceiling_m: Option<Spanned<f64>>,
     from_utc: Option<Spanned<String>>,
@@ -293,6 +330,8 @@ enum Kind {
 struct Checker<'a> {
     source: &'a Source,
     mistakes: Vec<Mistake>,
+    /// Where the mission's origin is on Earth, if the file says so.
+    frame: Option<LocalFrame>,
 }
 
 impl Checker<'_> {
@@ -327,35 +366,39 @@ impl Checker<'_> {
         }
         Objective {
             name: it.name.as_ref().clone(),
-            position: Ned::new(
-                self.within("north_m", &it.north_m, -FARTHEST_M, FARTHEST_M),
-                self.within("east_m", &it.east_m, -FARTHEST_M, FARTHEST_M),
-                -height_m,
-            ),
+            position: self.objective_place(it).at_height(height_m),
             flying: it.flying,
+            terms: self.terms(it),
         }
     }
 
     fn area(&mut self, it: &AreaEntry) -> Area {
+        let corners = self.area_corners(it);
+        let has_corners = corners.is_some();
         let area = Area {
             name: it.name.as_ref().clone(),
             kind: match it.kind {
                 Kind::Permission => AreaKind::Permission,
                 Kind::KeepOut => AreaKind::KeepOut,
             },
-            corners: it.corners_m.as_ref().iter().map(|&[north, east]| Ned::new(north, east, 0.0)).collect(),
+            corners: corners.unwrap_or_default(),
             floor_m: it.floor_m.as_ref().map(|it| self.within("floor_m", it, -HIGHEST_M, HIGHEST_M)),
             ceiling_m: it.ceiling_m.as_ref().map(|it| self.within("ceiling_m", it, -HIGHEST_M, HIGHEST_M)),
             from_utc_ms: it.from_utc.as_ref().and_then(|it| self.moment(it)),
             until_utc_ms: it.until_utc.as_ref().and_then(|it| self.moment(it)),
         };
-        let corners = Some(it.corners_m.span());
-        if !area.corners.iter().all(|it| it.is_sound() && it.horizontal_distance_m(Ned::default()) <= 2.0 * FARTHEST_M)
+        let corners = Some(it.corners_span());
+        if !has_corners {
+            // Reported already.
+        } else if !area
+            .corners
+            .iter()
+            .all(|it| it.is_sound() && it.horizontal_distance_m(Ned::default()) <= 2.0 * FARTHEST_M)
         {
             self.say(
                 corners,
                 format!("area `{}` has a corner out of range", area.name),
-                "corners are metres [north, east]",
+                "corners are metres [north, east], or degrees [latitude, longitude], at most 200 km from the origin",
             );
         } else if !area.is_simple() {
             let message = format!("area `{}` crosses itself or has fewer than three corners", area.name);
@@ -386,16 +429,17 @@ impl Checker<'_> {
         for (entry, area) in file.area.iter().zip(areas).filter(|(_, it)| sites::always_applies(it)) {
             if let Some(unfit) = sites::unfit(start, area) {
                 let message = format!("the take-off point {}", unfit.in_words());
-                self.say(Some(entry.corners_m.span()), message, unfit.help());
+                self.say(Some(entry.corners_span()), message, unfit.help());
             }
         }
         for (index, (entry, objective)) in file.objective.iter().zip(objectives).enumerate() {
-            let is_end = index + 1 == objectives.len();
+            // In a free order any of them may be the last.
+            let is_end = file.order == Order::Free || index + 1 == objectives.len();
             let site = Site { position: objective.position, flying: objective.flying, is_end };
             for area in areas.iter().filter(|it| sites::always_applies(it)) {
                 if let Some(unfit) = sites::unfit(site, area) {
                     let message = format!("objective `{}` {}", objective.name, unfit.in_words());
-                    self.say(Some(entry.north_m.span()), message, unfit.help());
+                    self.say(Some(entry.place_span()), message, unfit.help());
                 }
             }
         }
@@ -437,177 +481,4 @@ impl Checker<'_> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::testing::check_mistake;
-
-    const GOOD: &str = r#"
-name = "there"
-[[objective]]
-name = "deliver"
-north_m = 0.0
-east_m = 500.0
-height_m = 0.0
-flying = false
-[[area]]
-name = "A"
-kind = "permission"
-corners_m = [[-90.0, 110.0], [90.0, 110.0], [90.0, 290.0], [-90.0, 290.0]]
-from_utc = "2026-05-01T08:00:00Z"
-"#;
-
-    fn read(text: &str) -> Result<Mission, Mistakes> {
-        Mission::read(&Source { path: "m.toml".into(), text: text.into() })
-    }
-
-    #[test]
-    fn a_good_file_is_a_mission() {
-        let mission = read(GOOD).unwrap();
-        assert_eq!(mission.objectives[0].position, Ned::new(0.0, 500.0, 0.0));
-        assert_eq!(mission.areas[0].from_utc_ms, Some(1_777_622_400_000));
-    }
-
-    #[test]
-    fn every_mistake_is_reported_with_its_place() {
-        #[track_caller]
-        fn check(find: &str, replace: &str, expected: &str) {
-            check_mistake(GOOD, find, replace, read, expected);
-        }
-        check("east_m = 500.0\n", "", "m.toml:3:1: missing field `east_m`");
-        check("flying = false", "flying = false\nspeed = 3", "m.toml:9:1: unknown field `speed`, expected one of");
-        check("flying = false", "flying = 0", "m.toml:8:10: invalid type: integer `0`, expected a boolean");
-        check("500.0", "5e9", "m.toml:6:10: `east_m` is 5000000000, expected metres between");
-        check("500.0", "nan", "m.toml:6:10: `east_m` is NaN, expected metres between");
-        check("height_m = 0.0", "height_m = -2.0", "m.toml:7:12: objective `deliver` is inside the ground");
-        check("flying = false", "flying = true", "m.toml:7:12: objective `deliver` is inside the ground");
-        check(
-            "height_m = 0.0\nflying = false",
-            "height_m = 300.0\nflying = true",
-            "m.toml:7:12: objective `deliver` is at height 300 m, expected at most 120 m: responses fly no higher",
-        );
-        check(
-            "height_m = 0.0",
-            "height_m = 115.0",
-            "m.toml:7:12: objective `deliver` is at height 115 m, expected at most 110 m",
-        );
-        check("[90.0, 110.0], [90.0, 290.0]", "[90.0, 290.0], [90.0, 110.0]", "m.toml:12:13: area `A` crosses itself");
-        check("2026-05-01T08:00:00Z", "tomorrow", "m.toml:13:12: found `tomorrow`, expected a UTC date");
-        check("kind = \"permission\"", "kind = \"open\"", "m.toml:11:8: unknown variant `open`");
-        check("name = \"there\"", "name = \"there", "m.toml:2:14: ");
-    }
-
-    #[test]
-    fn a_place_that_cannot_be_used_is_told_with_its_place() {
-        #[track_caller]
-        fn check(find: &str, replace: &str, expected: &str) {
-            // Nothing about the window: these areas always apply.
-            let good = GOOD.replace("from_utc = \"2026-05-01T08:00:00Z\"\n", "");
-            check_mistake(&good, find, replace, read, expected);
-        }
-        check(
-            "kind = \"permission\"\ncorners_m = [[-90.0, 110.0], [90.0, 110.0]",
-            "kind = \"keep-out\"\ncorners_m = [[-90.0, -20.0], [90.0, -20.0]",
-            "m.toml:12:13: the take-off point lies in keep-out area `A`, which always applies",
-        );
-        check(
-            "kind = \"permission\"\ncorners_m = [[-90.0, 110.0], [90.0, 110.0], [90.0, 290.0], [-90.0, 290.0]]",
-            "kind = \"keep-out\"\ncorners_m = [[-90.0, 110.0], [90.0, 110.0], [90.0, 590.0], [-90.0, 590.0]]",
-            "m.toml:5:11: objective `deliver` lies in keep-out area `A`, which always applies",
-        );
-        check(
-            "[[-90.0, 110.0], [90.0, 110.0]",
-            "[[-90.0, 4.0], [90.0, 4.0]",
-            "m.toml:12:13: the take-off point lies 4.0 m from the border of area `A`, expected at least 10 m",
-        );
-        check(
-            "east_m = 500.0",
-            "east_m = 299.0",
-            "m.toml:5:11: objective `deliver` lies 9.0 m from the border of area `A`, expected at least 10 m",
-        );
-        // Not the place itself lies in it.
-        check(
-            "kind = \"permission\"\ncorners_m = [[-90.0, 110.0], [90.0, 110.0]",
-            "kind = \"keep-out\"\nfloor_m = 9.0\ncorners_m = [[-90.0, -20.0], [90.0, -20.0]",
-            "m.toml:13:13: the take-off point lies in keep-out area `A`, which always applies; the area begins 9.0 m above the \
-             place, and a takeoff or a landing there flies up to 10 m",
-        );
-    }
-
-    #[test]
-    fn a_place_to_land_at_is_judged_as_those_of_a_mission() {
-        #[track_caller]
-        fn check(kind: AreaKind, until_utc_ms: Option<i64>, site: Ned, expected: Option<&str>) {
-            let mut area = read(GOOD).unwrap().areas.remove(0);
-            (area.kind, area.from_utc_ms, area.until_utc_ms) = (kind, None, until_utc_ms);
-            assert_eq!(unfit_landing_site(site, [&area]).as_deref(), expected, "{site:?}");
-        }
-        let at = |east_m| Ned::new(0.0, east_m, 0.0);
-        let near = Some("lies 9.0 m from the border of area `A`, expected at least 10 m");
-        check(AreaKind::KeepOut, None, at(90.0), None);
-        check(AreaKind::KeepOut, None, at(101.0), near);
-        check(AreaKind::Permission, None, at(101.0), near);
-        check(AreaKind::KeepOut, None, at(200.0), Some("lies in keep-out area `A`, which always applies"));
-        check(AreaKind::KeepOut, Some(1), at(200.0), Some("lies in keep-out area `A`, which applies then"));
-        check(AreaKind::Permission, None, at(200.0), None);
-    }
-
-    #[test]
-    fn a_place_inside_a_permission_area_or_below_one_is_no_mistake() {
-        #[track_caller]
-        fn check(find: &str, replace: &str) {
-            assert!(GOOD.contains(find), "the test's own text lacks `{find}`");
-            let read = read(&GOOD.replacen(find, replace, 1));
-            assert!(read.is_ok(), "{}", read.unwrap_err());
-        }
-        check("east_m = 500.0", "east_m = 200.0");
-        check("[90.0, 110.0]", "[90.0, -20.0]");
-        check("east_m = 500.0", "east_m = 301.0");
-        // The planner knows whether it applies.
-        check("[[-90.0, 110.0], [90.0, 110.0]", "[[-90.0, 4.0], [90.0, 4.0]");
-        check("corners_m = [[-90.0, 110.0], [90.0, 110.0]", "floor_m = 20.0\ncorners_m = [[-90.0, 4.0], [90.0, 4.0]");
-        // It is brought down by a response.
-        check("height_m = 0.0\nflying = false", "height_m = 10.0\nflying = true");
-    }
-
-    #[test]
-    fn a_place_that_wind_brings_too_near_to_a_border_is_told() {
-        #[track_caller]
-        fn check(east_m: &str, wind_m_s: f64, expected: &[&str]) {
-            let text = GOOD.replacen("east_m = 500.0", &format!("east_m = {east_m}"), 1);
-            assert_eq!(read(&text).unwrap().too_near_in_wind(wind_m_s), expected);
-        }
-        check("500.0", 8.0, &[]);
-        check("309.0", 8.0, &[]);
-        check(
-            "307.0",
-            8.0,
-            &[
-                "objective `deliver` lies 17.0 m from the border of area `A`: less than the 18 m that a wind of 8 m/s asks for",
-            ],
-        );
-        check("307.0", 6.0, &[]);
-        // Inside of the area there is nothing that it must not enter.
-        check("285.0", 8.0, &[]);
-    }
-
-    #[test]
-    fn an_identity_is_that_of_the_content() {
-        let mission = read(GOOD).unwrap();
-        assert_eq!(mission.identity(), "f2e4b90e170ad2eabcdd96fc13d89c3a");
-        assert_eq!(read(&format!("# a comment\n{GOOD}")).unwrap().identity(), mission.identity());
-        for (found, replaced) in
-            [("500.0", "500.1"), ("\"there\"", "\"here\""), ("permission", "keep-out"), ("290.0", "291.0")]
-        {
-            let other = read(&GOOD.replacen(found, replaced, 1)).unwrap();
-            assert_ne!(other.identity(), mission.identity(), "{found}");
-        }
-    }
-
-    #[test]
-    fn two_objectives_with_one_name_are_refused() {
-        let twice =
-            format!("{GOOD}[[objective]]\nname = \"deliver\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n");
-        let error = read(&twice).unwrap_err().to_string();
-        assert!(error.starts_with("m.toml:15:8: two objectives with the name `deliver`"), "{error}");
-    }
-}
+mod tests;

@@ -7,6 +7,7 @@ use crate::airspace::Grants;
 use crate::area::Area;
 use crate::fmu::FlightMode;
 use crate::mission::ObjectiveStatus;
+use crate::mission::terms::Order;
 use crate::skill::Goal;
 use crate::state::State;
 
@@ -179,4 +180,6 @@ pub struct PlannerStatus {
     pub hold: String,
     /// Counts changes that void the plans made before.
     pub epoch: u64,
+    /// In which order the objectives are attempted; a free one was chosen when the first plan was made.
+    pub order: Order,
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 
 use crate::fmu::FlightMode;
 use crate::geometry::Ned;
+use crate::quantity::Fraction;
 
 /// A state to start from or to reach.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +18,8 @@ pub struct State {
     pub mode: Option<FlightMode>,
     /// Areas whose permission is held, or needed, there.
     pub permissions: BTreeSet<String>,
+    /// The charge of the battery; `None` where it is not known, or of no matter.
+    pub charge: Option<Fraction>,
 }
 
 /// How far apart two states may be and still count as one.
@@ -33,7 +36,7 @@ pub struct Tolerance {
 impl State {
     /// A state to reach, in any mode.
     pub fn new(position: Ned, flying: bool) -> State {
-        State { position, flying, mode: None, permissions: BTreeSet::new() }
+        State { position, flying, mode: None, permissions: BTreeSet::new(), charge: None }
     }
 
     /// Whether this state is `goal` within the tolerance.

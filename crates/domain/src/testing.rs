@@ -5,6 +5,24 @@ use std::fmt::Write;
 use crate::contingency::{BRING_DOWN, REQUIRED, REQUIRED_RULES};
 use crate::file::Mistakes;
 
+/// The energy model of the shipped configuration, as a file has it.
+pub const ENERGY: &str = "
+[energy]
+capacity_wh = 300.0
+reserve = 0.25
+hover_w = 725.0
+cruise_w = 812.0
+cruise_m_s = 10.0
+climb_w = 758.0
+climb_m_s = 3.0
+descent_w = 714.0
+descent_m_s = 1.5
+takeoff_s = 8.0
+landing_s = 10.0
+stop_s = 3.0
+headwind_m_s = 4.0
+";
+
 /// The actions of [`table`]; each is also the name of a tree.
 pub const ACTIONS: [&str; 3] = ["stop", "return_home", "land"];
 

@@ -12,6 +12,7 @@ use geo::{Closest, ClosestPoint, Distance, Euclidean, Line, Point};
 use crate::airspace::{Airspace, Motion, stays};
 use crate::area::Area;
 use crate::geometry::Ned;
+use crate::speeds::Speeds;
 
 mod level;
 
@@ -21,12 +22,8 @@ pub use level::{Effort, KEPT, Turns};
 /// The speeds, heights and distances of a flight without a plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlightLimits {
-    /// Over ground, in metres per second.
-    pub speed_m_s: f64,
-    /// Upwards, in metres per second.
-    pub climb_m_s: f64,
-    /// Downwards, in metres per second.
-    pub descent_m_s: f64,
+    /// How fast.
+    pub speeds: Speeds,
     /// Below this height, in metres above the origin, the vehicle climbs before it flies anywhere.
     pub least_height_m: f64,
     /// The greatest height of a way, in metres above the origin.
@@ -50,19 +47,8 @@ const MOST_LEGS: u32 = 20_000;
 const WORTH_ANOTHER_HEIGHT_S: f64 = 20.0;
 
 impl FlightLimits {
-    fn time_s(&self, from: Ned, to: Ned) -> f64 {
-        let climb_m = to.height_m() - from.height_m();
-        let vertical_s = if 0.0 < climb_m { climb_m / self.climb_m_s } else { -climb_m / self.descent_m_s };
-        vertical_s.max(from.horizontal_distance_m(to) / self.speed_m_s)
-    }
-
-    /// The time that it takes to fly these points, in seconds.
-    pub fn time_along_s(&self, from: Ned, way: &[Ned]) -> f64 {
-        let starts = std::iter::once(&from).chain(way);
-        starts.zip(way).map(|(from, to)| self.time_s(*from, *to)).sum()
-    }
-
-    fn permits(&self, height_m: f64) -> bool {
+    /// Whether a way may be at this height, in metres above the origin.
+    pub fn permits(&self, height_m: f64) -> bool {
         self.least_height_m <= height_m && height_m <= self.highest_m
     }
 }
@@ -74,7 +60,7 @@ pub fn way_out(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Option<
     if trespassed.is_empty() {
         return Some(Vec::new());
     }
-    let motion = Motion { begins: Duration::ZERO, speed_m_s: limits.speed_m_s, airborne: true };
+    let motion = Motion { begins: Duration::ZERO, speeds: limits.speeds, airborne: true };
     let is_free = |way: &Vec<Ned>| {
         let starts = std::iter::once(&from).chain(way.iter());
         let legs_are_free = starts.zip(way).all(|(a, b)| airspace.first_breach(*a, *b, motion).is_none());
@@ -82,7 +68,7 @@ pub fn way_out(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Option<
     };
     let quickest = |ways: Vec<Vec<Ned>>| {
         let free = ways.into_iter().filter(is_free);
-        free.min_by(|a, b| limits.time_along_s(from, a).total_cmp(&limits.time_along_s(from, b)))
+        free.min_by(|a, b| limits.speeds.time_along_s(from, a).total_cmp(&limits.speeds.time_along_s(from, b)))
     };
     let level =
         from.at_height(from.height_m().clamp(limits.least_height_m, limits.highest_m.max(limits.least_height_m)));
@@ -115,7 +101,7 @@ pub enum Leaving {
 /// before that is flown, the way leads away from where it was to be and ends nothing sooner.
 pub fn leaving(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Leaving {
     let Some(out) = way_out(from, airspace, limits) else { return Leaving::NoWay };
-    let way = Duration::try_from_secs_f64(limits.time_along_s(from, &out)).unwrap_or(Duration::MAX);
+    let way = Duration::try_from_secs_f64(limits.speeds.time_along_s(from, &out)).unwrap_or(Duration::MAX);
     match airspace.trespass_ends(from).filter(|ends| !out.is_empty() && *ends <= way) {
         Some(ends) => Leaving::Stays { ends, way },
         None => Leaving::Flies(out),
@@ -126,7 +112,8 @@ pub fn leaving(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Leaving
 /// barred before it is down, is below it there. The descent need not end inside an area for that area to count: what may not be
 /// flown through is not landed in. Empty if that is here; `None` if there is no such place.
 pub fn way_to_free_ground(from: Ned, airspace: &Airspace, limits: &FlightLimits) -> Option<Vec<Ned>> {
-    let descent = Duration::try_from_secs_f64(from.height_m().max(0.0) / limits.descent_m_s).unwrap_or(Duration::MAX);
+    let descent =
+        Duration::try_from_secs_f64(from.height_m().max(0.0) / limits.speeds.descent_m_s).unwrap_or(Duration::MAX);
     let top_m = from.height_m() + airspace.vertical_margin_m;
     let reaches_down = |area: &Area| area.floor_m.is_none_or(|floor_m| floor_m <= top_m);
     let down_to_the_ground = |area: &Area| match reaches_down(area) {
@@ -135,6 +122,12 @@ pub fn way_to_free_ground(from: Ned, airspace: &Airspace, limits: &FlightLimits)
     };
     let areas: Vec<Area> = airspace.areas.iter().map(down_to_the_ground).collect();
     way_out(from, &Airspace { areas: &areas, lead: airspace.lead.saturating_add(descent), ..*airspace }, limits)
+}
+
+/// The heights so far over the ceiling and under the floor of `area`, where it has them.
+pub fn beyond(area: &Area, clearance_m: f64) -> impl Iterator<Item = f64> {
+    let (over, under) = (area.ceiling_m.map(|it| it + clearance_m), area.floor_m.map(|it| it - clearance_m));
+    over.into_iter().chain(under)
 }
 
 /// Straight up over all of `areas`, and straight down below them.
@@ -188,8 +181,8 @@ fn exit_along(from: Ned, direction: (f64, f64), clearance_m: f64, airspace: &Air
 pub fn way_to(from: Ned, to: Ned, preferred_m: f64, airspace: &Airspace, limits: &FlightLimits) -> Option<Vec<Ned>> {
     let Leaving::Flies(out) = leaving(from, airspace, limits) else { return None };
     let start = out.last().copied().unwrap_or(from);
-    let flight_s = limits.time_s(start, to.at_height(preferred_m));
-    let descent_s = preferred_m.max(start.height_m()) / limits.descent_m_s;
+    let flight_s = limits.speeds.time_s(start, to.at_height(preferred_m));
+    let descent_s = preferred_m.max(start.height_m()) / limits.speeds.descent_m_s;
     // With the areas that open or expire until well after the landing; if that leaves no way, with those that do so until
     // it. Times are taken as up to 25 % and ten seconds later, as in the airspace rule.
     [2.0 * flight_s + 60.0, 1.25 * (flight_s + descent_s) + 10.0].into_iter().find_map(|horizon_s| {
@@ -200,12 +193,12 @@ pub fn way_to(from: Ned, to: Ned, preferred_m: f64, airspace: &Airspace, limits:
         for height_m in search.heights(start, preferred_m) {
             let penalty_s = if height_m == preferred_m { 0.0 } else { WORTH_ANOTHER_HEIGHT_S };
             let straight = [start.at_height(height_m), to.at_height(height_m)];
-            let least_s = limits.time_along_s(start, &straight) + penalty_s;
+            let least_s = limits.speeds.time_along_s(start, &straight) + penalty_s;
             if best.as_ref().is_some_and(|it| it.0 <= least_s) {
                 continue;
             }
             let Some(way) = search.at_height(start, to, height_m) else { continue };
-            let time_s = limits.time_along_s(start, &way) + penalty_s;
+            let time_s = limits.speeds.time_along_s(start, &way) + penalty_s;
             if best.as_ref().is_none_or(|it| time_s < it.0) {
                 best = Some((time_s, way));
             }
@@ -228,10 +221,9 @@ impl Search<'_> {
     /// The heights to try.
     fn heights(&self, start: Ned, preferred_m: f64) -> Vec<f64> {
         let beyond_m = self.vertical_margin_m + HEIGHT_STEP_M;
-        let over = self.barred.iter().filter_map(|it| it.ceiling_m).map(|it| it + beyond_m);
-        let under = self.barred.iter().filter_map(|it| it.floor_m).map(|it| it - beyond_m);
+        let others = self.barred.iter().flat_map(|it| beyond(it, beyond_m));
         let mut heights: Vec<f64> =
-            std::iter::once(start.height_m()).chain(over).chain(under).filter(|it| self.limits.permits(*it)).collect();
+            std::iter::once(start.height_m()).chain(others).filter(|it| self.limits.permits(*it)).collect();
         heights.sort_by(f64::total_cmp);
         heights.dedup();
         heights.insert(0, preferred_m);
@@ -321,9 +313,7 @@ mod tests {
     use crate::area::AreaKind;
 
     const LIMITS: FlightLimits = FlightLimits {
-        speed_m_s: 10.0,
-        climb_m_s: 3.0,
-        descent_m_s: 1.5,
+        speeds: Speeds { cruise_m_s: 10.0, climb_m_s: 3.0, descent_m_s: 1.5 },
         least_height_m: 5.0,
         highest_m: 120.0,
         clearance_m: 20.0,

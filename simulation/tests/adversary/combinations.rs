@@ -254,7 +254,7 @@ fn a_mission_uploaded_while_a_new_grant_is_waited_for_is_flown() {
     let mut simulation = delivers_with_a_grant_of(60.0);
     assert!(simulation.fly_until("asked for again once it has ended", LIMIT), "{}", brief(&simulation));
     let text = format!("name = \"new\"\n{}{}", air("north", 120.0, 500.0, 15.0), ground("there", 60.0, 500.0));
-    simulation.ask(Ask::Upload(v1::MissionText { text }));
+    simulation.ask(Ask::Upload(v1::MissionText { text, wind: None }));
     let report = ends_as(&mut simulation, MissionOutcome::Success);
     assert_eq!(report.objectives[0].name, "north", "{}", brief(&simulation));
 }

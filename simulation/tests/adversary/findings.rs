@@ -54,7 +54,6 @@ fn a_landing_ordered_inside_an_area_asks_for_its_permission() {
 }
 
 #[test]
-#[ignore = "finding: nobody compares the way with the battery: low at 25 % is too late 8 km away from home"]
 fn a_mission_beyond_the_battery_is_refused_or_turned_back_in_time() {
     let parts = vec![air("there", 0.0, 9_000.0, 20.0), ground("home", 0.0, 0.0)];
     let mut simulation = mission("far", &parts, Policy::Grant);

@@ -44,7 +44,7 @@ fn orders_flags_and_missions_after_the_end_move_nothing() {
         simulation.pass(s(15));
         assert!(simulation.is_on_ground(), "{}", brief(&simulation));
     }
-    simulation.ask(Ask::Upload(v1::MissionText { text }));
+    simulation.ask(Ask::Upload(v1::MissionText { text, wind: None }));
     simulation.pass(s(5));
     let objective = v1::NewObjective {
         name: "late".to_owned(),
@@ -221,5 +221,5 @@ fn a_keep_out_area_uploaded_over_the_vehicle_is_left_and_the_new_mission_flown()
 
 /// Uploads a mission of this text.
 fn upload(simulation: &mut Simulation<'_>, parts: &[String]) {
-    simulation.ask(Ask::Upload(v1::MissionText { text: format!("name = \"new\"\n{}", parts.concat()) }));
+    simulation.ask(Ask::Upload(v1::MissionText { text: format!("name = \"new\"\n{}", parts.concat()), wind: None }));
 }

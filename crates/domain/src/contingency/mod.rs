@@ -110,6 +110,21 @@ pub enum Severity {
     Terminate,
 }
 
+impl Severity {
+    /// What a vehicle does by a response this severe: `holds`.
+    pub fn in_words(self) -> &'static str {
+        match self {
+            Severity::Hold => "holds",
+            Severity::Leave => "leaves the area",
+            Severity::Slow => "flies slower",
+            Severity::Return => "flies to a landing site and lands",
+            Severity::Land => "lands where it is",
+            Severity::Ditch => "comes down where it is",
+            Severity::Terminate => "stops its motors",
+        }
+    }
+}
+
 /// The phase of the flight, by which rows count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
 #[serde(rename_all = "kebab-case")]

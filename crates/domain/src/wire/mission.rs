@@ -2,8 +2,9 @@
 
 use kittiwake_proto::v1;
 
-use super::InvalidMessage;
+use super::{InvalidMessage, duration, finite};
 use crate::geometry::Ned;
+use crate::mission::terms::Terms;
 use crate::mission::{MissionOutcome, MissionReport, Objective, ObjectiveReport, ObjectiveStatus, Progress};
 
 fn from_progress(progress: Progress) -> (v1::ObjectiveState, String) {
@@ -26,6 +27,7 @@ fn to_progress(state: v1::ObjectiveState, reason: String) -> Result<Progress, In
 impl From<ObjectiveStatus> for v1::Objective {
     fn from(status: ObjectiveStatus) -> v1::Objective {
         let (state, reason) = from_progress(status.progress);
+        let terms = status.objective.terms;
         v1::Objective {
             name: status.objective.name,
             position: Some(status.objective.position.into()),
@@ -35,6 +37,11 @@ impl From<ObjectiveStatus> for v1::Objective {
             plan_steps: status.plan_steps,
             replans: status.replans,
             permissions: status.permissions,
+            worth: terms.worth,
+            after: terms.after,
+            reach_within_s: terms.within.map(|it| it.as_secs_f64()),
+            reach_by_utc_ms: terms.by_utc_ms,
+            dwell_s: terms.dwell.as_secs_f64(),
         }
     }
 }
@@ -44,8 +51,15 @@ impl TryFrom<v1::Objective> for ObjectiveStatus {
     fn try_from(status: v1::Objective) -> Result<ObjectiveStatus, InvalidMessage> {
         let state = status.state();
         let position = Ned::try_from(status.position.ok_or(InvalidMessage::Missing("position"))?)?;
+        let terms = Terms {
+            worth: status.worth.map(|it| finite("worth", it)).transpose()?,
+            after: status.after,
+            within: status.reach_within_s.map(|it| duration("reach_within_s", it)).transpose()?,
+            by_utc_ms: status.reach_by_utc_ms,
+            dwell: duration("dwell_s", status.dwell_s)?,
+        };
         Ok(ObjectiveStatus {
-            objective: Objective { name: status.name, position, flying: status.flying },
+            objective: Objective { name: status.name, position, flying: status.flying, terms },
             progress: to_progress(state, status.reason)?,
             plan_steps: status.plan_steps,
             replans: status.replans,
@@ -125,6 +139,8 @@ impl TryFrom<v1::MissionReport> for MissionReport {
 
 #[cfg(test)]
 pub(super) mod tests {
+    use std::time::Duration;
+
     use proptest::prelude::*;
 
     use super::super::generators::{name, ned};
@@ -134,11 +150,19 @@ pub(super) mod tests {
         prop_oneof![Just(Progress::Waiting), Just(Progress::Success), name().prop_map(Progress::Failure)]
     }
 
+    fn terms() -> impl Strategy<Value = Terms> {
+        let time = || (0..1_000_000u64).prop_map(Duration::from_millis);
+        let worth = prop::option::of(0.0..1e6);
+        let after = prop::collection::vec(name(), 0..3);
+        (worth, after, prop::option::of(time()), prop::option::of(any::<i64>()), time())
+            .prop_map(|(worth, after, within, by_utc_ms, dwell)| Terms { worth, after, within, by_utc_ms, dwell })
+    }
+
     pub(crate) fn objective() -> impl Strategy<Value = ObjectiveStatus> {
         let names = prop::collection::vec(name(), 0..3);
-        (name(), ned(), any::<bool>(), progress(), any::<u32>(), any::<u32>(), names).prop_map(
-            |(name, position, flying, progress, plan_steps, replans, permissions)| ObjectiveStatus {
-                objective: Objective { name, position, flying },
+        (name(), ned(), any::<bool>(), terms(), progress(), any::<u32>(), any::<u32>(), names).prop_map(
+            |(name, position, flying, terms, progress, plan_steps, replans, permissions)| ObjectiveStatus {
+                objective: Objective { name, position, flying, terms },
                 progress,
                 plan_steps,
                 replans,

@@ -7,12 +7,14 @@ use std::time::Duration;
 
 use kittiwake_proto::v1;
 
-use super::{InvalidMessage, duration, flight_mode};
+use super::{InvalidMessage, duration, flight_mode, out_of_range};
 use crate::area::Area;
+use crate::mission::terms::Order;
 use crate::plan::{
     Condition, Denial, DenialKind, FailedStep, Parameters, PermissionNeed, Plan, PlanReply, PlanRequest, PlannerStatus,
     Step, StepDone, StepId,
 };
+use crate::quantity::Fraction;
 use crate::state::State;
 
 impl From<State> for v1::PlanningState {
@@ -22,6 +24,7 @@ impl From<State> for v1::PlanningState {
             flying: state.flying,
             mode: state.mode.map_or(v1::FlightMode::Unspecified, Into::into) as i32,
             permissions: state.permissions.into_iter().collect(),
+            charge: state.charge.map(Fraction::get),
         }
     }
 }
@@ -29,7 +32,9 @@ impl From<State> for v1::PlanningState {
 impl TryFrom<v1::PlanningState> for State {
     type Error = InvalidMessage;
     fn try_from(state: v1::PlanningState) -> Result<State, InvalidMessage> {
+        let fraction = |it: f64| Fraction::try_from(it).map_err(|_| out_of_range("charge", it, "from 0 to 1"));
         Ok(State {
+            charge: state.charge.map(fraction).transpose()?,
             mode: flight_mode(state.mode()),
             position: state.position.ok_or(InvalidMessage::Missing("position"))?.try_into()?,
             flying: state.flying,
@@ -277,6 +282,7 @@ impl From<PlannerStatus> for v1::PlannerStatus {
             current_objective: status.current_objective,
             hold: status.hold,
             epoch: status.epoch,
+            free_order: status.order == Order::Free,
             memory: None,
         }
     }
@@ -295,6 +301,7 @@ impl TryFrom<v1::PlannerStatus> for PlannerStatus {
             current_objective: status.current_objective,
             hold: status.hold,
             epoch: status.epoch,
+            order: if status.free_order { Order::Free } else { Order::Given },
         })
     }
 }
@@ -310,8 +317,10 @@ mod tests {
 
     fn state() -> impl Strategy<Value = State> {
         let permissions = prop::collection::btree_set(name(), 0..3);
-        (ned(), any::<bool>(), prop::option::of(mode()), permissions)
-            .prop_map(|(position, flying, mode, permissions)| State { position, flying, mode, permissions })
+        let charge = prop::option::of((0.0..=1.0).prop_map(|it| Fraction::try_from(it).unwrap()));
+        (ned(), any::<bool>(), prop::option::of(mode()), permissions, charge).prop_map(
+            |(position, flying, mode, permissions, charge)| State { position, flying, mode, permissions, charge },
+        )
     }
 
     fn condition() -> impl Strategy<Value = Condition> {
@@ -389,8 +398,8 @@ mod tests {
 
     fn status() -> impl Strategy<Value = PlannerStatus> {
         let mission = (name(), prop::collection::vec(objective(), 0..3), prop::collection::vec(area(), 0..3));
-        (mission, distinct_steps(0), any::<u64>(), any::<u32>(), name(), any::<u64>()).prop_map(
-            |((mission, objectives, areas), steps, revision, current_objective, hold, epoch)| PlannerStatus {
+        (mission, distinct_steps(0), any::<u64>(), any::<u32>(), name(), any::<u64>(), any::<bool>()).prop_map(
+            |((mission, objectives, areas), steps, revision, current_objective, hold, epoch, free)| PlannerStatus {
                 mission,
                 objectives,
                 areas,
@@ -399,6 +408,7 @@ mod tests {
                 current_objective,
                 hold,
                 epoch,
+                order: if free { Order::Free } else { Order::Given },
             },
         )
     }

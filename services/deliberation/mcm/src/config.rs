@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use domain::quantity::Positive;
 use domain::route::TransitionLimits;
+use domain::speeds::Speeds;
 use domain::time::Pace;
 use domain::way::FlightLimits;
 use serde::Deserialize;
@@ -163,9 +164,11 @@ impl Config {
             },
             return_height_m: self.return_height_m.get(),
             flight: FlightLimits {
-                speed_m_s: self.return_speed_m_s.get(),
-                climb_m_s: self.climb_m_s.get(),
-                descent_m_s: self.descent_m_s.get(),
+                speeds: Speeds {
+                    cruise_m_s: self.return_speed_m_s.get(),
+                    climb_m_s: self.climb_m_s.get(),
+                    descent_m_s: self.descent_m_s.get(),
+                },
                 least_height_m: self.least_height_m.get(),
                 highest_m: self.highest_m.get(),
                 clearance_m: self.clearance_m.get(),

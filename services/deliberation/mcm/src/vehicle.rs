@@ -5,6 +5,7 @@ use std::time::Duration;
 use domain::flight_state::{Evidence, FlightState, Motors};
 use domain::fmu::{FlightMode, LocalPosition};
 use domain::geometry::{Ned, NedVelocity};
+use domain::quantity::Fraction;
 use domain::skill::{SkillEvent, SkillKind, SkillOutcome, SkillPhase};
 use domain::time::{Pace, Time};
 use domain::wire::{InvalidMessage, duration, flight_mode};
@@ -21,8 +22,8 @@ pub(crate) struct Vehicle {
     pub(crate) mode: Option<FlightMode>,
     /// When the status with that mode was sent, by its age.
     pub(crate) status_at: Time,
-    /// The battery was heard, however long ago.
-    pub(crate) battery_heard: bool,
+    /// The charge of the battery as it was heard last, however long ago.
+    pub(crate) charge: Option<Fraction>,
     /// When this introspection arrived.
     pub(crate) seen_at: Time,
     /// When the position was measured, by the vehicle's clock.
@@ -108,6 +109,9 @@ impl Vehicle {
         let status_age = duration("ages.status_s", status_age)?;
         let age = |field, seconds: Option<f64>| seconds.map_or(Ok(Duration::ZERO), |it| duration(field, it));
         let place = LocalPosition::try_from(*place)?;
+        // One that makes no sense is not known: it must not hide where the vehicle is.
+        let battery = introspection.battery.filter(|_| ages.battery_s.is_some());
+        let charge = battery.and_then(|it| Fraction::try_from(it.remaining).ok());
         let mode = flight_mode(status.actual_mode());
         let motors = Motors { armed: status.armed, lands: mode == Some(FlightMode::Land) };
         let position = (age("ages.local_position_s", ages.local_position_s)?, place);
@@ -122,7 +126,7 @@ impl Vehicle {
             armed: status.armed,
             mode,
             status_at: Time::after(now.since_start().saturating_sub(status_age)),
-            battery_heard: ages.battery_s.is_some(),
+            charge,
             seen_at: now,
             position_us: place.timestamp_us,
             landed_us: land_detected.as_ref().map_or(0, |it| it.timestamp_us),

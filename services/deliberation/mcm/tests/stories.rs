@@ -10,6 +10,7 @@ use kittiwake_proto::v1::operator_command::Verb;
 use node::CallError;
 
 mod interruptions;
+mod late_plans;
 mod memory;
 mod orders;
 mod restarts;

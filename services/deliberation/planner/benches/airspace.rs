@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use domain::area::{Area, AreaKind};
+use domain::energy::EnergyModel;
 use domain::geometry::Ned;
 use domain::mission::{Mission, Objective};
 use domain::time::{Now, Pace};
@@ -26,11 +27,12 @@ const RADIUS_M: f64 = 120.0;
 #[derive(serde::Deserialize)]
 struct Shipped {
     planner: Config,
+    energy: EnergyModel,
 }
 
-fn config() -> Config {
+fn config() -> Shipped {
     let text = include_str!("../../../../config/kittiwake.toml");
-    toml::from_str::<Shipped>(text).expect("the shipped configuration is one").planner
+    toml::from_str::<Shipped>(text).expect("the shipped configuration is one")
 }
 
 /// Every fifth area asks for a permission; the others are closed.
@@ -56,13 +58,18 @@ fn area(index: usize, columns: usize, corners: usize, star: bool) -> Area {
 }
 
 /// A planner for a mission from one end of the areas to the other.
-fn planner(config: &Config, areas: usize, corners: usize, star: bool) -> Planner {
+fn planner(config: &Shipped, areas: usize, corners: usize, star: bool) -> Planner {
     let columns = (areas as f64).sqrt().ceil() as usize;
     let end_m = APART_M * columns as f64 - 100.0;
-    let there = Objective { name: "there".into(), position: Ned::new(end_m, end_m * 0.8, 0.0), flying: false };
+    let there = Objective {
+        name: "there".into(),
+        position: Ned::new(end_m, end_m * 0.8, 0.0),
+        flying: false,
+        terms: Default::default(),
+    };
     let areas = (0..areas).map(|it| area(it, columns, corners, star)).collect();
-    let mission = Mission { name: "across".into(), objectives: vec![there], areas };
-    Planner::new(config, mission, Pace::REAL_TIME)
+    let mission = Mission { name: "across".into(), objectives: vec![there], areas, order: Default::default() };
+    Planner::new(&config.planner, &config.energy, mission, Pace::REAL_TIME)
 }
 
 /// The steps of the plan that the planner makes for a vehicle before the first area.

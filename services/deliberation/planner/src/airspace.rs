@@ -133,7 +133,7 @@ impl<'a> Airspace<'a> {
 
     /// Between which moments the way is inside `area`.
     fn visits(&self, area: &Area, from: Ned, to: Ned, motion: Motion) -> Vec<(Duration, Duration)> {
-        let way_s = from.distance_m(to) / motion.speed_m_s;
+        let way_s = motion.speeds.time_s(from, to);
         let at = |fraction: f64| {
             motion.begins.saturating_add(Duration::try_from_secs_f64(way_s * fraction).unwrap_or(Duration::MAX))
         };

@@ -75,7 +75,7 @@ fn borders(way: &Way, milestones: &[f64], airspace: &Airspace, asked: &Asked, co
     let legs = std::iter::zip(way.points.windows(2), &way.at);
     // Nothing is asked for to get out.
     for ((leg, begins), start_m) in std::iter::zip(legs, milestones).skip(way.legs_out) {
-        let motion = Motion { begins: *begins, speed_m_s: config.cruise_speed_m_s.get(), airborne: true };
+        let motion = Motion { begins: *begins, speeds: config.speeds(), airborne: true };
         for (fraction, zone) in airspace.first_entries(leg[0], leg[1], motion, &asked) {
             asked.insert(zone);
             found.push(Border { at_m: start_m + fraction * leg[0].distance_m(leg[1]), zone });

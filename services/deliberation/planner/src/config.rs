@@ -1,13 +1,11 @@
 //! The planner's parameters.
 
-use std::num::NonZeroU32;
-use std::time::Duration;
-
 use domain::quantity::{Fraction, Positive};
-use domain::skill::Goal;
+use domain::speeds::Speeds;
 use domain::state::Tolerance;
 use domain::way::FlightLimits;
 use serde::Deserialize;
+use std::num::NonZeroU32;
 
 /// Section `[planner]` of the configuration. Durations are mission time.
 #[derive(Debug, Clone, Deserialize)]
@@ -49,10 +47,10 @@ pub struct Config {
     pub climb_m_s: Positive,
     /// How fast it descends, in m/s. (PX4: MPC_Z_VEL_MAX_DN.)
     pub descent_m_s: Positive,
-    /// Lower than this above the take-off point the vehicle climbs before it leaves an area that it must not be in, in
-    /// metres. (ENG: as the mission manager's.)
+    /// Lower than this above the take-off point the vehicle climbs before it leaves an area that it must not be in, and
+    /// flies under no area, in metres. (ENG: as the mission manager's.)
     pub least_height_m: Positive,
-    /// Over an area that it must not be in it leaves no higher than this, in metres above the take-off point. (ENG: as the
+    /// Over an area it flies, or leaves it, no higher than this, in metres above the take-off point. (ENG: as the
     /// mission manager's.)
     pub highest_m: Positive,
     /// Heights this close to the floor or the ceiling of an area count as inside, in metres. (ENG: as the mission
@@ -96,37 +94,35 @@ impl Config {
         }
     }
 
-    /// Flight time over a distance at cruise speed, in seconds.
-    pub(crate) fn flight_time_s(&self, distance_m: f64) -> f64 {
-        distance_m / self.cruise_speed_m_s.get()
-    }
-
-    /// Flight time over a distance at cruise speed.
-    pub(crate) fn flight_time(&self, distance_m: f64) -> Duration {
-        Duration::try_from_secs_f64(self.flight_time_s(distance_m)).unwrap_or(Duration::MAX)
-    }
-
-    /// How fast `goal` is flown, in m/s.
-    pub(crate) fn speed_m_s(&self, goal: &Goal) -> f64 {
-        match goal {
-            Goal::Takeoff { .. } => self.climb_m_s.get(),
-            Goal::Land => self.descent_m_s.get(),
-            Goal::Stop | Goal::Position { .. } | Goal::Velocity { .. } => self.cruise_speed_m_s.get(),
+    /// How fast plans are flown.
+    pub(crate) fn speeds(&self) -> Speeds {
+        Speeds {
+            cruise_m_s: self.cruise_speed_m_s.get(),
+            climb_m_s: self.climb_m_s.get(),
+            descent_m_s: self.descent_m_s.get(),
         }
     }
 
     /// How the vehicle flies out of an area.
     pub(crate) fn flight_limits(&self) -> FlightLimits {
         FlightLimits {
-            speed_m_s: self.cruise_speed_m_s.get(),
-            climb_m_s: self.climb_m_s.get(),
-            descent_m_s: self.descent_m_s.get(),
+            speeds: self.speeds(),
             least_height_m: self.least_height_m.get(),
             highest_m: self.highest_m.get(),
             clearance_m: self.stand_off_m.get(),
             margin_m: self.margin_m(),
         }
     }
+}
+
+/// The energy model of the shipped configuration.
+#[cfg(test)]
+pub(crate) fn energy_for_tests() -> domain::energy::EnergyModel {
+    #[derive(Deserialize)]
+    struct File {
+        energy: domain::energy::EnergyModel,
+    }
+    toml::from_str::<File>(domain::testing::ENERGY).expect("the shipped values parse").energy
 }
 
 #[cfg(test)]

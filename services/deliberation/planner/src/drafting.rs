@@ -89,8 +89,7 @@ impl Draft<'_> {
     }
 
     fn wait_and_fly(&mut self, link: &Link) -> Result<(), NoWay> {
-        let goal = link.action.set_parameters(&link.from, &link.to, self.config).goal;
-        let motion = self.motion(&goal, &link.from);
+        let motion = self.motion(&link.from);
         let entries = self.airspace.first_entries(link.from.position, link.to.position, motion, &self.asked);
         let ask: Vec<usize> = entries.into_iter().map(|(_, zone)| zone).collect();
         for zone in &ask {
@@ -104,7 +103,7 @@ impl Draft<'_> {
             self.add(&Stop, &link.from, State { mode, ..link.from.clone() }, ask);
         }
         self.add(link.action, &link.from, link.to.clone(), Vec::new());
-        self.pass(link.from.position.distance_m(link.to.position) / motion.speed_m_s);
+        self.pass(motion.speeds.time_s(link.from.position, link.to.position));
         Ok(())
     }
 
@@ -112,13 +111,13 @@ impl Draft<'_> {
         self.at = self.at.saturating_add(Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX));
     }
 
-    fn motion(&self, goal: &Goal, from: &State) -> Motion {
-        Motion { begins: self.at, speed_m_s: self.config.speed_m_s(goal), airborne: from.flying }
+    fn motion(&self, from: &State) -> Motion {
+        Motion { begins: self.at, speeds: self.config.speeds(), airborne: from.flying }
     }
 
     fn add(&mut self, action: &dyn Action, from: &State, mut to: State, ask: Vec<usize>) {
         let mut nominal = action.set_parameters(from, &to, self.config);
-        let motion = self.motion(&nominal.goal, from);
+        let motion = self.motion(from);
         let needed = self.airspace.needed(from.position, to.position, motion, &self.asked);
         nominal.precondition.permissions = needed.clone();
         nominal.invariant.permissions = needed;
@@ -148,14 +147,18 @@ impl Step {
 
     /// How long it is flown at least, in seconds.
     pub(crate) fn flight_time_s(&self, config: &Config) -> f64 {
-        self.action.from.distance_m(self.action.to.position) / config.speed_m_s(&self.action.nominal.goal)
+        config.speeds().time_s(self.action.from, self.action.to.position)
+    }
+
+    /// The same as a duration.
+    pub(crate) fn flight_time(&self, config: &Config) -> Duration {
+        config.speeds().time(self.action.from, self.action.to.position)
     }
 
     /// How it moves if it begins at this time from now on.
     pub(crate) fn motion(&self, begins: Duration, config: &Config) -> Motion {
-        let goal = &self.action.nominal.goal;
-        let airborne = !matches!(goal, Goal::Takeoff { .. });
-        Motion { begins, speed_m_s: config.speed_m_s(goal), airborne }
+        let airborne = !matches!(self.action.nominal.goal, Goal::Takeoff { .. });
+        Motion { begins, speeds: config.speeds(), airborne }
     }
 
     /// The straight way it is planned to take.

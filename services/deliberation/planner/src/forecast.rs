@@ -4,111 +4,271 @@
 use std::time::Duration;
 
 use domain::airspace::Grants;
+use domain::energy::{Budget, Shortfall};
+use domain::geometry::Ned;
 use domain::mission::Progress;
+use domain::mission::terms::Order;
 use domain::plan::{Plan, PlanRequest};
+use domain::quantity::Fraction;
 use domain::state::State;
 use domain::time::Now;
 
-use crate::config::Config;
+use crate::energy::Hop;
+use crate::free_order;
 use crate::mission_planner::{Answer, MissionPlanner};
+use crate::objectives::Objective;
+use crate::ordering::{EXACT_TO, Ordering};
 use crate::plan::Step;
 
+/// What a mission takes.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct MissionForecast {
+    /// In the order in which they are attempted.
+    pub objectives: Vec<Forecast>,
+    /// The way home after an end in the air, flown straight.
+    pub way_home: Hop,
+    /// In all, the way home included, in Wh.
+    pub needs_wh: f64,
+    /// What the battery gives; `None` where its charge is not known.
+    pub budget: Option<Budget>,
+    /// How the order was chosen, in words; empty for a given one.
+    pub order: String,
+    /// The optional objectives that are left out, and why.
+    pub left_out: Vec<(String, String)>,
+}
+
 /// What one objective takes.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Forecast {
     /// Its name.
     pub objective: String,
+    /// What it is worth; `None` if it is required.
+    pub worth: Option<f64>,
     /// Why it cannot be reached, if so.
     pub unreachable: Option<String>,
     /// What has to be waited for before.
     pub wait: String,
     /// What would be flown; `None` if it is reached already, or never.
     pub plan: Option<Plan>,
-    /// Areas to get permission for.
-    pub permissions: Vec<String>,
+    /// Its steps, each as a leg.
+    pub legs: Vec<LegForecast>,
+    /// When it begins, from now on, in seconds.
+    pub begins_s: f64,
     /// At the speeds that are planned with, in seconds, waits not counted.
     pub flight_time_s: f64,
     /// In metres.
     pub length_m: f64,
+    /// In Wh, the stay included.
+    pub energy_wh: f64,
+    /// How long the vehicle stays there, in seconds.
+    pub stay_s: f64,
 }
 
-/// Most waits on the way, for all objectives together; a mission that needs more cannot be flown.
+/// A permission and when it is needed, in seconds from now on.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct PermissionForecast {
+    /// For which area.
+    pub area: String,
+    /// When it is asked for.
+    pub asked_s: f64,
+    /// Until when it must hold.
+    pub until_s: f64,
+}
+
+/// A step as it is forecast.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct LegForecast {
+    /// In words.
+    pub text: String,
+    /// Where it begins and ends.
+    pub way: (Ned, Ned),
+    /// In seconds.
+    pub time_s: f64,
+    /// In Wh.
+    pub energy_wh: f64,
+    /// The charge of the battery at its end, 0 to 1; `None` if it is not known.
+    pub charge: Option<f64>,
+    /// Permission areas it leads through.
+    pub areas: Vec<String>,
+    /// Permissions that are asked for when it begins.
+    pub asks: Vec<PermissionForecast>,
+}
+
+impl MissionForecast {
+    /// Why the mission must not be flown as it is, if so.
+    pub(crate) fn shortfall(&self) -> Option<Shortfall> {
+        self.budget?.shortfall(self.needs_wh)
+    }
+
+    /// Of the optional objectives that would be flown to, the one that is worth least, and its worth; of equal ones the last.
+    pub(crate) fn least_worth(&self) -> Option<(String, f64)> {
+        let flown = self.objectives.iter().filter(|it| it.plan.is_some() && it.unreachable.is_none());
+        let worth = flown.filter_map(|it| Some((it.objective.clone(), it.worth?)));
+        worth.reduce(|least, it| if it.1 <= least.1 { it } else { least })
+    }
+}
+
+/// Most answers without a new objective, for all objectives together; a mission that needs more waits cannot be flown.
 const MOST_WAITS: usize = 16;
 
 /// Plans `planner`'s mission without flying it.
-pub(crate) fn fly_through(
-    mut planner: MissionPlanner,
-    mut state: State,
-    mut now: Now,
-    config: &Config,
-) -> Vec<Forecast> {
-    let mut forecasts: Vec<Forecast> = planner.objectives().all().iter().map(|it| blank(&it.name)).collect();
-    let (mut waits, mut planned) = (0, 0);
-    while planned < forecasts.len() && waits < MOST_WAITS {
-        let request = PlanRequest {
-            request_id: String::new(),
-            state: state.clone(),
-            grants: Grants::new(),
-            failed: None,
-            denials: Vec::new(),
-            accepted_loss: 0,
-        };
-        match planner.replan(request, now) {
+pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now: Now) -> MissionForecast {
+    let (start, budget) = (now, state.charge.map(|it| planner.judge().model.budget(it)));
+    let order = order_in_words(&planner, &state);
+    // By name: the planner may choose another order.
+    let mut forecasts: Vec<Forecast> = Vec::new();
+    let (mut used_wh, first_charge) = (0.0, state.charge);
+    // Each is planned for, stayed at, and passed.
+    let most_answers = 3 * planner.objectives().all().len() + MOST_WAITS;
+    for _ in 0..most_answers {
+        let answer = planner.replan(request(&state), now);
+        let index = planner.objectives().current_index();
+        if let Some(objective) = planner.objectives().all().get(index)
+            && forecasts.last().is_none_or(|it| it.objective != objective.name)
+        {
+            forecasts.push(blank(objective));
+        }
+        let Some(forecast) = forecasts.last_mut() else { break };
+        match answer {
             Answer::Plan(steps) => {
-                planned += 1;
                 let Some(last) = steps.last() else { break };
-                if let Some(forecast) = forecasts.get_mut(planner.objectives().current_index()) {
-                    forecast.plan = Some(planner.plan());
-                    describe(forecast, &steps, config);
-                }
+                forecast.plan = Some(planner.plan());
+                let begins_s = (now.time - start.time).as_secs_f64();
+                let legs = legs(&steps, begins_s, used_wh, first_charge, &planner);
+                used_wh += legs.iter().map(|it| it.energy_wh).sum::<f64>();
+                let time_s = legs.iter().map(|it| it.time_s).sum();
+                forecast.add(legs, begins_s);
                 state.permissions.extend(steps.iter().flat_map(asked));
-                now = planner.after(now, flight_time(&steps, config));
-                state = State { permissions: state.permissions, ..last.action.to.clone() };
-                if last.id.is_none_or(|id| planner.step_done(id, &state).is_err()) {
+                now = planner.after(now, seconds(time_s));
+                state = State {
+                    permissions: state.permissions,
+                    charge: charge_after(first_charge, used_wh, &planner).and_then(|it| it.try_into().ok()),
+                    ..last.action.to.clone()
+                };
+                if last.id.is_none_or(|id| planner.step_done(id, &state, now).is_err()) {
                     break;
                 }
             }
             Answer::Hold { wait, reason } => {
-                waits += 1;
-                if let Some(forecast) = forecasts.get_mut(planner.objectives().current_index()) {
-                    forecast.wait = reason;
-                }
+                forecast.wait = reason;
+                now = planner.after(now, wait);
+            }
+            Answer::Dwell { wait, .. } => {
+                forecast.stay_s = wait.as_secs_f64();
+                let stay_wh = planner.judge().stay_wh(&state, forecast.stay_s);
+                (forecast.energy_wh, used_wh) = (forecast.energy_wh + stay_wh, used_wh + stay_wh);
                 now = planner.after(now, wait);
             }
             Answer::Finished => break,
         }
     }
-    // Those that are left over lie beyond one that was never reached, or were reached without a step.
-    for (forecast, objective) in forecasts.iter_mut().zip(planner.objectives().all()) {
-        forecast.unreachable = match &objective.progress {
+    let way_home = if state.flying { planner.judge().home(&state) } else { Hop::default() };
+    let objectives = settled(&planner, &mut forecasts);
+    let needs_wh = used_wh + way_home.energy_wh;
+    MissionForecast { objectives, way_home, needs_wh, budget, order, left_out: Vec::new() }
+}
+
+/// A forecast for each objective, in the order in which they were attempted, with what became of it.
+fn settled(planner: &MissionPlanner, forecasts: &mut Vec<Forecast>) -> Vec<Forecast> {
+    let settle = |objective: &Objective| {
+        let made = forecasts.iter().position(|it| it.objective == objective.name).map(|it| forecasts.swap_remove(it));
+        let unreachable = match &objective.progress {
             Progress::Success => None,
             Progress::Failure(reason) => Some(reason.clone()),
             Progress::Waiting => Some("not reached within the waits of a forecast".into()),
         };
+        Forecast { unreachable, ..made.unwrap_or_else(|| blank(objective)) }
+    };
+    planner.objectives().all().iter().map(settle).collect()
+}
+
+fn request(state: &State) -> PlanRequest {
+    PlanRequest {
+        request_id: String::new(),
+        state: state.clone(),
+        grants: Grants::new(),
+        failed: None,
+        denials: Vec::new(),
+        accepted_loss: 0,
     }
-    forecasts
 }
 
-fn blank(name: &str) -> Forecast {
-    Forecast {
-        objective: name.to_owned(),
-        unreachable: None,
-        wait: String::new(),
-        plan: None,
-        permissions: Vec::new(),
-        flight_time_s: 0.0,
-        length_m: 0.0,
+fn blank(objective: &Objective) -> Forecast {
+    Forecast { objective: objective.name.clone(), worth: objective.terms.worth, ..Forecast::default() }
+}
+
+/// How the order of a mission whose order is free is chosen.
+fn order_in_words(planner: &MissionPlanner, state: &State) -> String {
+    let count = planner.objectives().waiting().len();
+    let chosen = free_order::choose(planner.objectives(), state, &planner.judge(), |_| None);
+    match chosen.filter(|_| planner.order() == Order::Free) {
+        None => String::new(),
+        Some(Ordering { time_s, .. }) if count <= EXACT_TO => {
+            format!("of all orders of {count} objectives, flown straight, none takes less than {time_s:.0} s")
+        }
+        Some(Ordering { time_s, least_s, .. }) => format!(
+            "the order of {count} objectives, flown straight, takes {time_s:.0} s; no order takes less than {least_s:.0} s"
+        ),
     }
 }
 
-fn describe(forecast: &mut Forecast, steps: &[Step], config: &Config) {
-    forecast.permissions = steps.iter().flat_map(asked).collect();
-    forecast.flight_time_s = flight_time(steps, config).as_secs_f64();
-    forecast.length_m = steps.iter().map(|it| it.action.from.distance_m(it.action.to.position)).sum();
+/// `steps` as legs; the first begins `begins_s` from now on, when `used_wh` have been used.
+fn legs(
+    steps: &[Step],
+    begins_s: f64,
+    mut used_wh: f64,
+    first_charge: Option<Fraction>,
+    planner: &MissionPlanner,
+) -> Vec<LegForecast> {
+    let judge = planner.judge();
+    let mut at_s = begins_s;
+    let leg = |step: &Step| {
+        let (time_s, energy_wh) = (step.flight_time_s(judge.config), judge.step_wh(step));
+        let asks = step.communication.ask.iter().map(|need| PermissionForecast {
+            area: need.area.clone(),
+            asked_s: at_s,
+            until_s: at_s + need.lasts.as_secs_f64(),
+        });
+        let asks = asks.collect();
+        (at_s, used_wh) = (at_s + time_s, used_wh + energy_wh);
+        LegForecast {
+            text: step.to_string(),
+            way: step.way(),
+            time_s,
+            energy_wh,
+            charge: charge_after(first_charge, used_wh, planner),
+            areas: step.action.nominal.invariant.permissions.clone(),
+            asks,
+        }
+    };
+    steps.iter().map(leg).collect()
 }
 
-fn flight_time(steps: &[Step], config: &Config) -> Duration {
-    let seconds = steps.iter().map(|step| step.flight_time_s(config)).sum();
+impl Forecast {
+    /// Legs are flown to it, from `begins_s` on.
+    fn add(&mut self, legs: Vec<LegForecast>, begins_s: f64) {
+        if self.legs.is_empty() {
+            self.begins_s = begins_s;
+        }
+        for leg in &legs {
+            self.flight_time_s += leg.time_s;
+            self.energy_wh += leg.energy_wh;
+            self.length_m += leg.way.0.distance_m(leg.way.1);
+        }
+        self.legs.extend(legs);
+    }
+
+    /// Areas to get permission for.
+    pub(crate) fn permissions(&self) -> Vec<String> {
+        self.legs.iter().flat_map(|it| &it.asks).map(|it| it.area.clone()).collect()
+    }
+}
+
+fn charge_after(first_charge: Option<Fraction>, used_wh: f64, planner: &MissionPlanner) -> Option<f64> {
+    Some(planner.judge().model.charge_after(first_charge?, used_wh))
+}
+
+fn seconds(seconds: f64) -> Duration {
     Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
 }
 

@@ -59,7 +59,7 @@ fn length(area: &str, steps: &[Step], begins: Duration, airspace: &Airspace, con
         }
         let (from, to) = step.way();
         if let Some(stay) = stays(zone.area, from, to, airspace.rule.vertical_margin_m).last() {
-            left = flown.saturating_add(flight(step, config).mul_f64(stay.leaves));
+            left = flown.saturating_add(step.flight_time(config).mul_f64(stay.leaves));
         }
         flown = flown.saturating_add(duration(step, airspace, config));
     }
@@ -68,10 +68,6 @@ fn length(area: &str, steps: &[Step], begins: Duration, airspace: &Airspace, con
         _ => latest(left),
     };
     until.saturating_add(airspace.rule.lead)
-}
-
-fn flight(step: &Step, config: &Config) -> Duration {
-    Duration::try_from_secs_f64(step.flight_time_s(config)).unwrap_or(Duration::MAX)
 }
 
 /// The flight of `step`, and the wait for what it asks for.
@@ -83,5 +79,5 @@ fn duration(step: &Step, airspace: &Airspace, config: &Config) -> Duration {
         }
     });
     let wait = Duration::try_from_secs_f64(waits.fold(0.0, f64::max)).unwrap_or(Duration::MAX);
-    flight(step, config).saturating_add(wait)
+    step.flight_time(config).saturating_add(wait)
 }

@@ -53,8 +53,7 @@ pub(crate) fn too_early(steps: &[Step], permissions: &Permissions, now: Time, co
             // It ends at once.
             continue;
         }
-        let flight = Duration::try_from_secs_f64(step.flight_time_s(config));
-        flown = flown.saturating_add(flight.unwrap_or(Duration::MAX));
+        flown = flown.saturating_add(step.flight_time(config));
     }
     None
 }

@@ -8,6 +8,7 @@
 
 use std::time::Duration;
 
+use domain::energy::EnergyModel;
 use domain::geometry::Ned;
 use domain::memory::{MemoryHealth, MemoryLoss};
 use domain::mission::Mission;
@@ -24,13 +25,16 @@ mod back_chaining;
 mod communication;
 pub mod config;
 mod drafting;
+mod energy;
 mod first_answers;
 mod forecast;
+mod free_order;
 mod grant_lengths;
 mod hold;
 mod mission_planner;
 mod mission_request;
 mod objectives;
+mod ordering;
 mod permissions;
 mod persisted;
 mod plan;
@@ -70,11 +74,11 @@ pub struct Planner {
 const LOSS_PAUSE: Duration = Duration::from_secs(1);
 
 impl Planner {
-    /// A planner for `mission`, nothing of which has been attempted.
-    pub fn new(config: &Config, mission: Mission, pace: Pace) -> Planner {
+    /// A planner for `mission`, nothing of which has been attempted, and a vehicle with these figures.
+    pub fn new(config: &Config, energy: &EnergyModel, mission: Mission, pace: Pace) -> Planner {
         Planner {
             configured: mission.identity(),
-            core: MissionPlanner::new(config, mission, pace),
+            core: MissionPlanner::new(config, energy, mission, pace),
             plans: FirstAnswers::default(),
             changes: FirstAnswers::default(),
             state: State::new(Ned::default(), false),
@@ -138,7 +142,7 @@ impl Planner {
                 self.memory.loss = None;
                 match self.core.replan(request, now) {
                     Answer::Plan(_) => PlanReply::Plan(self.core.plan()),
-                    Answer::Hold { wait, reason } => PlanReply::Hold { wait, reason },
+                    Answer::Hold { wait, reason } | Answer::Dwell { wait, reason } => PlanReply::Hold { wait, reason },
                     Answer::Finished => PlanReply::Finished,
                 }
             }
@@ -160,7 +164,7 @@ impl Planner {
             invalid.to_string()
         });
         let result = result.and_then(|StepDone { id, state }| {
-            self.core.step_done(id, &state).map_err(|unknown| unknown.to_string())?;
+            self.core.step_done(id, &state, now).map_err(|unknown| unknown.to_string())?;
             (self.state, self.status_at) = (state, now.time);
             Ok(())
         });

@@ -2,10 +2,14 @@
 //!
 //! It knows neither messages nor topics, and the same requests at the same times get the same answers.
 
+mod feasibility;
+
 use std::time::Duration;
 
 use domain::airspace::Grants;
 use domain::area::Area;
+use domain::energy::{EnergyModel, Wind};
+use domain::mission::terms::Order;
 use domain::mission::{Mission, Progress};
 use domain::plan::{self, DenialKind, FailedStep, PlanRequest, PlannerStatus, StepId};
 use domain::state::{State, Tolerance};
@@ -15,7 +19,7 @@ use domain::way::{Leaving, leaving};
 use crate::airspace::{self, Airspace, Closures};
 use crate::config::Config;
 use crate::drafting::{Unreachable, draft};
-use crate::forecast::{self, Forecast};
+use crate::energy::Judge;
 use crate::grant_lengths::{self, TooShort};
 use crate::hold::{Hold, TooEarly, too_early, without_asking_at};
 use crate::objectives::Objectives;
@@ -43,6 +47,13 @@ pub(crate) struct MissionPlanner {
     last_done: Option<StepId>,
     stuck: Stuck,
     hold: Option<Hold>,
+    energy: EnergyModel,
+    /// The wind that energy is judged in.
+    wind: Wind,
+    /// When the mission's first plan was made, in milliseconds since the Unix epoch, UTC.
+    begun_utc_ms: Option<i64>,
+    /// It only tells what would be flown: what is left out for want of energy is decided from its whole forecast.
+    is_forecast: bool,
 }
 
 /// What there is to fly.
@@ -52,6 +63,13 @@ pub(crate) enum Answer {
     Plan(Vec<Step>),
     /// Nothing now; ask again after the wait.
     Hold {
+        /// Mission time.
+        wait: Duration,
+        /// For the operator.
+        reason: String,
+    },
+    /// Nothing now: the vehicle stays at the objective; ask again after the wait.
+    Dwell {
         /// Mission time.
         wait: Duration,
         /// For the operator.
@@ -74,7 +92,7 @@ struct Failed {
 
 impl MissionPlanner {
     /// A planner that has not planned anything yet.
-    pub(crate) fn new(config: &Config, mission: Mission, pace: Pace) -> MissionPlanner {
+    pub(crate) fn new(config: &Config, energy: &EnergyModel, mission: Mission, pace: Pace) -> MissionPlanner {
         MissionPlanner {
             config: config.clone(),
             pace,
@@ -88,6 +106,10 @@ impl MissionPlanner {
             last_done: None,
             stuck: Stuck::default(),
             hold: None,
+            energy: *energy,
+            wind: energy.usual_wind(),
+            begun_utc_ms: None,
+            is_forecast: false,
         }
     }
 
@@ -97,6 +119,10 @@ impl MissionPlanner {
         let PlanRequest { state, grants: known, failed: failed_step, denials, .. } = request;
         self.end_hold(now.time);
         self.note_granted(&state);
+        if let Some(refusal) = self.begin(&state, now) {
+            self.objectives.give_up_rest(&refusal);
+            return Answer::Finished;
+        }
         self.permissions.held(&known);
         for denial in denials.iter().filter(|it| self.mission.areas.iter().any(|area| area.name == it.area)) {
             match (denial.kind, known.get(&denial.area)) {
@@ -132,9 +158,14 @@ impl MissionPlanner {
             let Some(objective) = self.objectives.current() else { return Answer::Finished };
             let goal = objective.goal.clone();
             if state.matches(&goal, tolerance) {
-                self.conclude(Progress::Success);
-                continue;
+                let wait = objective.stays_for(now.time);
+                if wait.is_zero() {
+                    self.arrived(now);
+                    continue;
+                }
+                return Answer::Dwell { wait, reason: feasibility::stays(objective, wait) };
             }
+            objective.dwells_since = None;
             let areas: &[Area] = &self.mission.areas;
             let airspace = Airspace::new(areas, &grants, &self.permissions, &closures, (now, self.pace), &self.config);
             let mut steps = match steps_to(&state, &goal, failed.take(), tolerance, &airspace, &self.config) {
@@ -153,6 +184,15 @@ impl MissionPlanner {
                     continue;
                 }
             };
+            if let Some((index, reason)) = self.infeasible(&steps, &state, now) {
+                if index == self.objectives.current_index() {
+                    self.conclude(Progress::Failure(reason));
+                    closures.clear();
+                } else {
+                    self.objectives.give_up(index, reason);
+                }
+                continue;
+            }
             grant_lengths::set(&mut steps, &airspace, &self.config);
             if let Some(TooShort { area, reason }) = grant_lengths::too_short(&steps, &airspace) {
                 closures.insert(area, reason);
@@ -182,7 +222,7 @@ impl MissionPlanner {
     }
 
     /// Step `id` was flown and left the vehicle in `state`. Said again, it changes nothing.
-    pub(crate) fn step_done(&mut self, id: StepId, state: &State) -> Result<(), UnknownStep> {
+    pub(crate) fn step_done(&mut self, id: StepId, state: &State, now: Now) -> Result<(), UnknownStep> {
         if self.last_step_id < id.0 {
             return Err(UnknownStep(id));
         }
@@ -196,7 +236,9 @@ impl MissionPlanner {
         let tolerance = self.tolerance();
         let Some(goal) = self.objectives.current().map(|it| it.goal.clone()) else { return Ok(()) };
         if state.matches(&goal, tolerance) {
-            self.conclude(Progress::Success);
+            if self.objectives.current().is_some_and(|it| it.stays_for(now.time).is_zero()) {
+                self.arrived(now);
+            }
         } else if step.action.to.matches(&goal, tolerance)
             && let Some(reason) = self.stuck.missed(state, &goal, tolerance, &self.config)
         {
@@ -247,6 +289,7 @@ impl MissionPlanner {
             current_objective: self.objectives.current_index() as u32,
             hold: self.hold.as_ref().map(|hold| hold.reason.clone()).unwrap_or_default(),
             epoch: self.epoch,
+            order: self.mission.order,
         }
     }
 
@@ -267,6 +310,11 @@ impl MissionPlanner {
         self.plan.steps().iter().filter_map(|step| self.flyable(step)).collect()
     }
 
+    /// When the first plan was made, in milliseconds since the Unix epoch, UTC.
+    pub(crate) fn begun_utc_ms(&self) -> Option<i64> {
+        self.begun_utc_ms
+    }
+
     /// Another planner has flown `mission` so far; no plan of its own is left.
     pub(crate) fn go_on(
         &mut self,
@@ -275,16 +323,21 @@ impl MissionPlanner {
         epoch: u64,
         revision: u64,
         last_step_id: u64,
+        begun_utc_ms: Option<i64>,
     ) {
+        self.begun_utc_ms = begun_utc_ms;
         (self.mission, self.objectives) = (mission, objectives);
         (self.epoch, self.revision, self.last_step_id) = (epoch, revision, last_step_id);
     }
 
-    /// What `mission` would need from `state` on, if it were the mission now; nothing changes.
-    pub(crate) fn forecast(&self, mission: Mission, state: &State, now: Now) -> Vec<Forecast> {
-        let mut scratch = MissionPlanner::new(&self.config, mission, self.pace);
-        scratch.permissions = self.permissions.clone();
-        forecast::fly_through(scratch, state.clone(), now, &self.config)
+    /// By what this planner judges energy.
+    pub(crate) fn judge(&self) -> Judge<'_> {
+        Judge { model: &self.energy, wind: self.wind, config: &self.config }
+    }
+
+    /// In which order the objectives are attempted.
+    pub(crate) fn order(&self) -> Order {
+        self.mission.order
     }
 
     /// `text`, and the places of `mission` that wind brings too near to a border.
@@ -297,7 +350,7 @@ impl MissionPlanner {
     /// tower are remembered.
     pub(crate) fn take_over(&mut self, mission: Mission) {
         self.objectives = Objectives::new(&mission.objectives);
-        self.mission = mission;
+        (self.mission, self.begun_utc_ms) = (mission, None);
         self.withdraw_plan();
     }
 

@@ -4,12 +4,14 @@
 //! present mission and plan stay as they are. A change that touches the present objective withdraws
 //! the plan (see [`MissionPlanner::epoch`]); any other change does not disturb the flight.
 
+use domain::energy::Wind;
 use domain::file::Source;
+use domain::mission::terms::Order;
 use domain::mission::{Mission, Objective, Progress};
 use domain::state::State;
 use domain::time::Now;
 
-use crate::forecast::Forecast;
+use crate::forecast::{Forecast, MissionForecast};
 use crate::mission_planner::MissionPlanner;
 
 /// The longest mission text, in bytes: no file that a human wrote is longer.
@@ -22,8 +24,8 @@ const MOST_OBJECTIVES: usize = 100;
 pub(crate) enum MissionRequest {
     /// The mission as it stands.
     Read,
-    /// What the mission in this text would take.
-    Validate(String),
+    /// What the mission in this text would take, in this wind or, without one, in that of the configuration.
+    Validate(String, Option<Wind>),
     /// The mission in this text takes the place of the present one.
     Upload(String),
     /// Another objective, at this place in the list.
@@ -45,7 +47,7 @@ pub(crate) struct Done {
     /// In words.
     pub(crate) text: String,
     /// For a mission that was tried or changed: what its objectives take.
-    pub(crate) forecast: Vec<Forecast>,
+    pub(crate) forecast: Option<Box<MissionForecast>>,
 }
 
 /// Why nothing happened.
@@ -56,7 +58,7 @@ pub(crate) struct Refusal {
     /// The mistakes in the text of the mission, each with its line and column.
     pub(crate) mistakes: Vec<String>,
     /// What its objectives would take, if that was computed.
-    pub(crate) forecast: Vec<Forecast>,
+    pub(crate) forecast: Option<Box<MissionForecast>>,
 }
 
 impl Done {
@@ -85,7 +87,7 @@ pub(crate) fn answer(
             Err(Refusal::new(format!("{ends}: nobody would fly it")))
         }
         MissionRequest::Read => Ok(Done::new("the mission as it stands")),
-        MissionRequest::Validate(text) => validate(planner, &text, state, now).map(|(_, done)| done),
+        MissionRequest::Validate(text, wind) => validate(planner, &text, wind, state, now).map(|(_, done)| done),
         MissionRequest::Upload(text) => upload(planner, &text, state, now),
         MissionRequest::Insert(index, objective) => insert(planner, index, objective, state, now),
         MissionRequest::Remove(name) => remove(planner, &name),
@@ -94,7 +96,13 @@ pub(crate) fn answer(
 }
 
 /// The mission in `text` and what it takes.
-fn validate(planner: &MissionPlanner, text: &str, state: &State, now: Now) -> Result<(Mission, Done), Refusal> {
+fn validate(
+    planner: &MissionPlanner,
+    text: &str,
+    wind: Option<Wind>,
+    state: &State,
+    now: Now,
+) -> Result<(Mission, Done), Refusal> {
     if LONGEST_TEXT < text.len() {
         return Err(Refusal::new(format!("the text has {} bytes, more than the limit of {LONGEST_TEXT}", text.len())));
     }
@@ -106,23 +114,38 @@ fn validate(planner: &MissionPlanner, text: &str, state: &State, now: Now) -> Re
     if MOST_OBJECTIVES < mission.objectives.len() {
         return Err(Refusal::new(format!("the mission has more than {MOST_OBJECTIVES} objectives")));
     }
-    let forecast = planner.forecast(mission.clone(), state, now);
-    if let Some(why) = unreachable(&forecast) {
-        return Err(Refusal { forecast, ..Refusal::new(why) });
+    let forecast = planner.forecast(&mission, state, now, wind.unwrap_or(planner.judge().wind));
+    if let Some(why) = not_flown(&forecast) {
+        return Err(Refusal { forecast: Some(Box::new(forecast)), ..Refusal::new(why) });
     }
-    let text = planner.with_wind(format!("every objective of `{}` can be reached", mission.name), &mission);
-    Ok((mission, Done { text, forecast }))
+    let text = match left_out(&forecast.objectives) {
+        None => format!("every objective of `{}` can be reached", mission.name),
+        Some(left_out) => format!("every required objective of `{}` can be reached; {left_out}", mission.name),
+    };
+    let text = planner.with_wind(text, &mission);
+    Ok((mission, Done { text, forecast: Some(Box::new(forecast)) }))
 }
 
-fn unreachable(forecast: &[Forecast]) -> Option<String> {
+/// Why a mission with this forecast is not to be flown, if so.
+fn not_flown(forecast: &MissionForecast) -> Option<String> {
+    let unreachable = words_of(forecast.objectives.iter().filter(|it| it.worth.is_none()));
+    unreachable.or_else(|| Some(format!("the mission {}", forecast.shortfall()?)))
+}
+
+/// The optional objectives that are not reached, and why.
+fn left_out(forecast: &[Forecast]) -> Option<String> {
+    words_of(forecast.iter().filter(|it| it.worth.is_some()))
+}
+
+fn words_of<'a>(forecast: impl Iterator<Item = &'a Forecast>) -> Option<String> {
     let words = |it: &Forecast| Some(format!("objective `{}`: {}", it.objective, it.unreachable.as_ref()?));
-    let found: Vec<String> = forecast.iter().filter_map(words).collect();
+    let found: Vec<String> = forecast.filter_map(words).collect();
     (!found.is_empty()).then(|| found.join("; "))
 }
 
 fn upload(planner: &mut MissionPlanner, text: &str, state: &State, now: Now) -> Result<Done, Refusal> {
     refuse_if_over(planner)?;
-    let (mission, done) = validate(planner, text, state, now)?;
+    let (mission, done) = validate(planner, text, None, state, now)?;
     let text = format!("`{}` takes the place of `{}`", mission.name, planner.mission().name);
     let text = planner.with_wind(text, &mission);
     planner.take_over(mission);
@@ -157,14 +180,18 @@ fn insert(
     let mut mission = planner.rest_of_mission();
     let waiting_before = all[..index].iter().filter(|it| it.progress == Progress::Waiting).count();
     mission.objectives.insert(waiting_before, objective.clone());
-    let forecast = planner.forecast(mission, state, now);
-    if let Some(why) = unreachable(&forecast[waiting_before..=waiting_before]) {
+    // The order was chosen, and the operator has chosen the place.
+    mission.order = Order::Given;
+    let forecast = planner.forecast(&mission, state, now, planner.judge().wind);
+    let of_this = forecast.objectives.iter().filter(|it| it.objective == objective.name);
+    let too_much = || Some(format!("with it the mission {}", forecast.shortfall()?));
+    if let Some(why) = words_of(of_this).or_else(too_much) {
         return Err(Refusal::new(why));
     }
     let inserted = Mission { objectives: vec![objective.clone()], ..planner.mission().clone() };
     let text = planner.with_wind(format!("objective `{}` inserted at {index}", objective.name), &inserted);
     planner.insert(index, objective);
-    Ok(Done { text, forecast })
+    Ok(Done { text, forecast: Some(Box::new(forecast)) })
 }
 
 fn remove(planner: &mut MissionPlanner, name: &str) -> Result<Done, Refusal> {

@@ -1,10 +1,13 @@
 //! The objectives, in order, and their progress.
 
 use std::collections::BTreeSet;
+use std::time::Duration;
 
 use domain::geometry::Ned;
+use domain::mission::terms::Terms;
 use domain::mission::{self, ObjectiveStatus, Progress};
 use domain::state::{State, Tolerance};
+use domain::time::Time;
 
 use crate::plan::Step;
 
@@ -29,6 +32,10 @@ pub(crate) struct Objective {
     pub plans: u32,
     /// Areas whose permission was requested for it, each once, in the order of the plan.
     pub permissions: Vec<String>,
+    /// What is asked of it besides.
+    pub terms: Terms,
+    /// Since when the vehicle has been there, if it stays there.
+    pub dwells_since: Option<Time>,
 }
 
 impl Objectives {
@@ -66,6 +73,28 @@ impl Objectives {
             let reason = if index == 0 { reason.to_owned() } else { format!("not attempted: {reason}") };
             objective.progress = Progress::Failure(reason);
         }
+    }
+
+    /// Gives up the one with this name.
+    pub(crate) fn give_up_named(&mut self, name: &str, reason: &str) {
+        if let Some(objective) = self.list.iter_mut().find(|it| it.name == name) {
+            objective.progress = Progress::Failure(reason.to_owned());
+        }
+    }
+
+    /// The indices of those that are not settled.
+    pub(crate) fn waiting(&self) -> Vec<usize> {
+        (0..self.list.len()).filter(|it| self.list[*it].progress == Progress::Waiting).collect()
+    }
+
+    /// Puts the settled ones first, and behind them the others as `order` says, which has the index of each once.
+    pub(crate) fn reorder(&mut self, order: &[usize]) {
+        let place = |index: usize| order.iter().position(|it| *it == index);
+        let mut list: Vec<(Option<usize>, Objective)> =
+            std::mem::take(&mut self.list).into_iter().enumerate().map(|(index, it)| (place(index), it)).collect();
+        // A stable sort, in which no place comes before the first.
+        list.sort_by_key(|(place, _)| *place);
+        self.list = list.into_iter().map(|(_, it)| it).collect();
     }
 
     /// All of them, in order.
@@ -129,6 +158,8 @@ impl Objective {
             plan_steps: 0,
             plans: 0,
             permissions: Vec::new(),
+            terms: it.terms.clone(),
+            dwells_since: None,
         }
     }
 
@@ -139,6 +170,12 @@ impl Objective {
         let mut known: BTreeSet<String> = self.permissions.iter().cloned().collect();
         let asked = new_steps.iter().flat_map(|it| &it.communication.ask).map(|need| &need.area);
         self.permissions.extend(asked.filter(|it| known.insert((*it).clone())).cloned());
+    }
+
+    /// For how long the vehicle, which is there `now`, stays there yet.
+    pub(crate) fn stays_for(&mut self, now: Time) -> Duration {
+        let since = *self.dwells_since.get_or_insert(now);
+        self.terms.dwell.saturating_sub(now - since)
     }
 
     /// As in the planner's status.
@@ -154,7 +191,12 @@ impl Objective {
 
     /// As a mission file has it.
     pub(crate) fn objective(&self) -> mission::Objective {
-        mission::Objective { name: self.name.clone(), position: self.goal.position, flying: self.goal.flying }
+        mission::Objective {
+            name: self.name.clone(),
+            position: self.goal.position,
+            flying: self.goal.flying,
+            terms: self.terms.clone(),
+        }
     }
 }
 
@@ -171,6 +213,7 @@ mod tests {
                 name: String::new(),
                 position: Ned::new(0.0, east_m, -height_m),
                 flying,
+                terms: Terms::default(),
             };
             let usual = Tolerance { horizontal_m: 3.0, vertical_m: 2.0, ground_m: 5.0 };
             let objectives = Objectives::new(&[objective(first), objective(second)]);

@@ -37,12 +37,15 @@ pub(crate) struct Persisted {
     pub(crate) status: PlannerStatus,
     /// Of the steps given out so far.
     pub(crate) last_step_id: u64,
+    /// When the first plan was made, in milliseconds since the Unix epoch, UTC; `None` before.
+    pub(crate) begun_utc_ms: Option<i64>,
 }
 
 /// What is kept of `planner`, which was started with the mission of identity `configured`.
 pub(crate) fn persist(planner: &MissionPlanner, configured: &str) -> Persisted {
     let status = PlannerStatus { steps: Vec::new(), hold: String::new(), ..planner.status() };
-    Persisted { configured: configured.to_owned(), status, last_step_id: planner.last_step_id() }
+    let (last_step_id, begun_utc_ms) = (planner.last_step_id(), planner.begun_utc_ms());
+    Persisted { configured: configured.to_owned(), status, last_step_id, begun_utc_ms }
 }
 
 /// Lets `planner`, which has planned nothing, continue from `persisted`.
@@ -50,19 +53,26 @@ pub(crate) fn persist(planner: &MissionPlanner, configured: &str) -> Persisted {
 /// # Errors
 /// Why the state cannot be used; nothing is changed then.
 pub(crate) fn resume(planner: &mut MissionPlanner, persisted: Persisted) -> Result<(), UnusableState> {
-    let PlannerStatus { mission, objectives, areas, revision, epoch, .. } = persisted.status;
+    let PlannerStatus { mission, objectives, areas, revision, epoch, order, .. } = persisted.status;
     if objectives.is_empty() {
         return Err(UnusableState::Empty);
     }
     let past: Vec<Objective> = objectives.into_iter().map(objective).collect::<Result<_, _>>()?;
-    let mission = Mission { name: mission, objectives: past.iter().map(|it| it.objective()).collect(), areas };
-    planner.go_on(mission, Objectives::with_past(past), epoch, revision, persisted.last_step_id);
+    let mission = Mission { name: mission, objectives: past.iter().map(|it| it.objective()).collect(), areas, order };
+    planner.go_on(
+        mission,
+        Objectives::with_past(past),
+        epoch,
+        revision,
+        persisted.last_step_id,
+        persisted.begun_utc_ms,
+    );
     Ok(())
 }
 
 fn objective(status: ObjectiveStatus) -> Result<Objective, InvalidObjective> {
-    let Goal { name, position, flying } = status.objective;
-    let checked = Goal::new(name, position, flying)?;
+    let Goal { name, position, flying, terms } = status.objective;
+    let checked = Goal { terms, ..Goal::new(name, position, flying)? };
     Ok(Objective {
         progress: status.progress,
         plan_steps: status.plan_steps,

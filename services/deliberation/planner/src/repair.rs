@@ -72,8 +72,7 @@ fn is_valid(steps: &[Step], here: Ned, airspace: &Airspace, config: &Config) -> 
         let is_kept_out = !airspace.first_entries(from, to, step.motion(begins, config), &asked).is_empty();
         let zones = airspace.zones.iter().enumerate();
         asked.extend(zones.filter(|(_, zone)| step.asks_for(&zone.area.name)).map(|(index, _)| index));
-        let flight = Duration::try_from_secs_f64(step.flight_time_s(config)).unwrap_or(Duration::MAX);
-        begins = begins.saturating_add(flight);
+        begins = begins.saturating_add(step.flight_time(config));
         !is_kept_out
     })
 }

@@ -1,5 +1,6 @@
 //! The planner's own messages, from and to its own types.
 
+use domain::energy::Wind;
 use domain::geometry::Ned;
 use domain::mission::Objective;
 use domain::plan::PlannerStatus;
@@ -7,7 +8,7 @@ use domain::state::State;
 use domain::wire::InvalidMessage;
 use kittiwake_proto::v1;
 
-use crate::forecast::Forecast;
+use crate::forecast::{Forecast, LegForecast, MissionForecast, PermissionForecast};
 use crate::mission_request::{Done, MissionRequest, Refusal};
 use crate::persisted::Persisted;
 
@@ -20,7 +21,7 @@ pub(crate) fn mission_request(request: v1::MissionRequest) -> Result<(Option<Sta
     let request = match request.request {
         None => return Err(Refusal::new("no request in it")),
         Some(Request::Read(_)) => MissionRequest::Read,
-        Some(Request::Validate(it)) => MissionRequest::Validate(it.text),
+        Some(Request::Validate(it)) => MissionRequest::Validate(it.text, it.wind.map(wind).transpose()?),
         Some(Request::Upload(it)) => MissionRequest::Upload(it.text),
         Some(Request::Insert(it)) => MissionRequest::Insert(it.index as usize, objective(it.objective)?),
         Some(Request::Remove(it)) => MissionRequest::Remove(it.name),
@@ -43,19 +44,73 @@ pub(crate) fn mission_reply(result: Result<Done, Refusal>, status: PlannerStatus
         Ok(Done { text, forecast }) => (true, Refusal { text, forecast, ..Refusal::default() }),
         Err(refusal) => (false, refusal),
     };
-    let forecast = forecast.into_iter().map(objective_forecast).collect();
-    v1::MissionReply { accepted, text, mistakes, forecast, status: Some(status.into()) }
+    let forecast = *forecast.unwrap_or_default();
+    let energy = forecast.budget.is_some().then(|| energy_forecast(&forecast));
+    let order = forecast.order;
+    let forecast = forecast.objectives.into_iter().map(objective_forecast).collect();
+    v1::MissionReply { accepted, text, mistakes, forecast, status: Some(status.into()), energy, order }
+}
+
+/// As it stands in a request: the speed, and the direction it comes from if that is known.
+fn wind(wind: v1::ForecastWind) -> Result<Wind, Refusal> {
+    let v1::ForecastWind { speed_m_s, from_deg } = wind;
+    if !(0.0..=FASTEST_WIND_M_S).contains(&speed_m_s) || from_deg.is_some_and(|it| !(-360.0..=360.0).contains(&it)) {
+        return Err(Refusal::new(format!(
+            "`wind` is {speed_m_s} m/s from {} degrees, expected 0 to {FASTEST_WIND_M_S} m/s from -360 to 360 degrees",
+            from_deg.map_or_else(|| "unknown".to_owned(), |it| it.to_string())
+        )));
+    }
+    Ok(from_deg.map_or(Wind::Against(speed_m_s), |from_deg| Wind::from_direction(speed_m_s, from_deg)))
+}
+
+/// A stronger wind is a typing mistake: hurricanes begin at 33 m/s (Beaufort 12).
+const FASTEST_WIND_M_S: f64 = 60.0;
+
+fn energy_forecast(forecast: &MissionForecast) -> v1::EnergyForecast {
+    let budget = forecast.budget.as_ref();
+    v1::EnergyForecast {
+        needs_wh: forecast.needs_wh,
+        way_home_wh: forecast.way_home.energy_wh,
+        way_home_s: forecast.way_home.time_s,
+        usable_wh: budget.map_or(0.0, |it| it.usable_wh),
+        charge_wh: budget.map_or(0.0, |it| it.charge_wh),
+        capacity_wh: budget.map_or(0.0, |it| it.capacity_wh),
+        reserve: budget.map_or(0.0, |it| it.reserve.get()),
+        shortfall: forecast.shortfall().map(|it| it.to_string()).unwrap_or_default(),
+    }
 }
 
 fn objective_forecast(forecast: Forecast) -> v1::ObjectiveForecast {
     v1::ObjectiveForecast {
+        permissions: forecast.permissions(),
         objective: forecast.objective,
         reachable: forecast.unreachable.is_none(),
         reason: forecast.unreachable.unwrap_or(forecast.wait),
         plan: Some(forecast.plan.map(Into::into).unwrap_or_default()),
-        permissions: forecast.permissions,
         flight_time_s: forecast.flight_time_s,
         length_m: forecast.length_m,
+        energy_wh: forecast.energy_wh,
+        begins_s: forecast.begins_s,
+        stay_s: forecast.stay_s,
+        worth: forecast.worth,
+        legs: forecast.legs.into_iter().map(leg_forecast).collect(),
+    }
+}
+
+fn leg_forecast(leg: LegForecast) -> v1::LegForecast {
+    let (from, to) = leg.way;
+    let ask =
+        |it: PermissionForecast| v1::PermissionForecast { area: it.area, asked_s: it.asked_s, until_s: it.until_s };
+    v1::LegForecast {
+        text: leg.text,
+        from: Some(from.into()),
+        to: Some(to.into()),
+        length_m: from.distance_m(to),
+        time_s: leg.time_s,
+        energy_wh: leg.energy_wh,
+        charge: leg.charge,
+        areas: leg.areas,
+        asks: leg.asks.into_iter().map(ask).collect(),
     }
 }
 
@@ -66,6 +121,7 @@ impl From<Persisted> for v1::PlannerMemory {
             configured: persisted.configured,
             last_step_id: persisted.last_step_id,
             loss: None,
+            begun_utc_ms: persisted.begun_utc_ms,
         }
     }
 }
@@ -77,6 +133,7 @@ impl TryFrom<v1::PlannerMemory> for Persisted {
             configured: memory.configured,
             status: memory.status.ok_or(InvalidMessage::Missing("status"))?.try_into()?,
             last_step_id: memory.last_step_id,
+            begun_utc_ms: memory.begun_utc_ms,
         })
     }
 }

@@ -42,7 +42,7 @@ impl Leaf<World> for Act {
             What::HoldPosition => match world.vehicle() {
                 Some(vehicle) => domain::skill::Goal::Position {
                     target: vehicle.position,
-                    speed_limit_m_s: world.limits().flight.speed_m_s,
+                    speed_limit_m_s: world.limits().flight.speeds.cruise_m_s,
                     yaw_rad: None,
                     hold_at_target: false,
                 },

@@ -154,7 +154,7 @@ impl FlyTo {
             }
             _ => {
                 self.halt(world, ports);
-                let speed_limit_m_s = world.limits().flight.speed_m_s;
+                let speed_limit_m_s = world.limits().flight.speeds.cruise_m_s;
                 SkillRun::start(world, Goal::Position { target, speed_limit_m_s, yaw_rad: None, hold_at_target: false })
             }
         };
@@ -165,7 +165,7 @@ impl FlyTo {
 
     /// Holds until there may be a way; out of an area in which the vehicle must not be.
     fn wait(&mut self, here: Ned, site: Option<Ned>, world: &mut World, ports: &mut Ports<'_>) {
-        let speed_limit_m_s = world.limits().flight.speed_m_s;
+        let speed_limit_m_s = world.limits().flight.speeds.cruise_m_s;
         let out = match world.way_out() {
             Some(WayOut::Flies(way)) => FlyTo::next_point(&way, here, world),
             Some(WayOut::Stays(_)) | None => None,
@@ -206,7 +206,7 @@ impl FlyTo {
             return true;
         }
         leg.look_again = world.next_look();
-        world.breach_towards(leg.target, world.limits().flight.speed_m_s).is_some()
+        world.breach_towards(leg.target, world.limits().flight.speeds.cruise_m_s).is_some()
     }
 }
 

@@ -11,6 +11,7 @@ use domain::geometry::Ned;
 use domain::plan::{Step, StepId};
 use domain::route::{TransitionLimits, WORTH_FLYING_M};
 use domain::skill::Goal;
+use domain::speeds::Speeds;
 use domain::time::Time;
 
 use super::{SELF, WayOut, World};
@@ -78,7 +79,8 @@ impl World {
 
     /// What is wrong with flying straight from `from`, in the air, to `to` now.
     pub(super) fn breach_on_way(&self, from: Ned, to: Ned, speed_m_s: f64) -> Option<Breach> {
-        let motion = Motion { begins: Duration::ZERO, speed_m_s, airborne: true };
+        let speeds = Speeds { cruise_m_s: speed_m_s, ..self.limits.flight.speeds };
+        let motion = Motion { begins: Duration::ZERO, speeds, airborne: true };
         self.airspace(&self.grants(), self.limits.leave_lead).first_breach(from, to, motion)
     }
 
@@ -91,17 +93,17 @@ impl World {
     fn breach_of_step(&self, step: &Step) -> Option<Breach> {
         let vehicle = self.vehicle?;
         let here = vehicle.position;
-        let (to, speed_m_s) = match step.nominal.goal {
+        let speeds = self.limits.flight.speeds;
+        let (to, speeds) = match step.nominal.goal {
             // From the ground: where it is in the middle of the climb, the rest of it ends at the height of the plan.
-            Goal::Takeoff { climb_m } if !vehicle.flying => {
-                (here.at_height(here.height_m() + climb_m), self.limits.flight.climb_m_s)
+            Goal::Takeoff { climb_m } if !vehicle.flying => (here.at_height(here.height_m() + climb_m), speeds),
+            Goal::Takeoff { .. } | Goal::Land => (here.at_height(step.reaches.position.height_m()), speeds),
+            Goal::Position { target, speed_limit_m_s, .. } => {
+                (target, Speeds { cruise_m_s: speed_limit_m_s, ..speeds })
             }
-            Goal::Takeoff { .. } => (here.at_height(step.reaches.position.height_m()), self.limits.flight.climb_m_s),
-            Goal::Position { target, speed_limit_m_s, .. } => (target, speed_limit_m_s),
-            Goal::Land => (here.at_height(step.reaches.position.height_m()), self.limits.flight.descent_m_s),
             Goal::Stop | Goal::Velocity { .. } => return None,
         };
-        let motion = Motion { begins: Duration::ZERO, speed_m_s, airborne: vehicle.flying };
+        let motion = Motion { begins: Duration::ZERO, speeds, airborne: vehicle.flying };
         self.airspace(&self.grants(), self.limits.leave_lead).first_breach(here, to, motion)
     }
 
@@ -164,7 +166,8 @@ impl World {
 
     pub(super) fn time_to_leave(&self, area: &Area, here: Ned) -> Duration {
         let distance_m = area.distance_to_border_m(here);
-        TURN + Duration::try_from_secs_f64(1.25 * distance_m / self.limits.flight.speed_m_s).unwrap_or(Duration::MAX)
+        TURN + Duration::try_from_secs_f64(1.25 * distance_m / self.limits.flight.speeds.cruise_m_s)
+            .unwrap_or(Duration::MAX)
     }
 
     /// Asks for the permissions of areas around the vehicle that would expire before it has left them, and for those that a

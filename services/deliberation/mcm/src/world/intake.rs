@@ -12,7 +12,7 @@ use signed_permissions::belief::Taken;
 
 use super::World;
 use super::news::FlagNews;
-use crate::clients::planner::{ApprovalPolicy, Basis, NoAnswer};
+use crate::clients::planner::{ApprovalPolicy, NoAnswer, Question};
 use crate::clients::skills::Reply;
 use crate::outbox::Purpose;
 use crate::vehicle::Vehicle;
@@ -108,14 +108,16 @@ impl World {
                 }
             }
             Purpose::Replan(id) => {
-                let basis = Basis { revision: self.permissions.revision(), held: self.held() };
+                let (basis, state) = (self.basis(), self.planning_state());
+                let (present, moved_m) = (basis.clone(), self.limits.arrival_radius_m);
+                let holds = |question: &Question| state.is_some_and(|state| question.holds(&state, &present, moved_m));
                 let approval =
                     ApprovalPolicy { plans: self.limits.plan_approval, limit: self.limits.plan_approval_limit };
                 let reply = plan_reply(result);
                 if let Err(NoAnswer::Invalid(invalid)) = &reply {
                     self.outbox.refuse(Service::Replan, invalid);
                 }
-                let words = self.planner.on_plan(now, &id, reply, timeout, basis, approval);
+                let words = self.planner.on_plan(now, &id, reply, timeout, (basis, holds), approval);
                 if let Some(words) = words {
                     self.say("plan", words);
                 }

@@ -211,12 +211,13 @@ impl World {
     /// The state that plans are made from; `None` until the vehicle is known, on the ground with its battery: nothing takes off
     /// without.
     fn planning_state(&self) -> Option<State> {
-        let vehicle = self.vehicle.filter(|it| it.flying || it.battery_heard)?;
+        let vehicle = self.vehicle.filter(|it| it.flying || it.charge.is_some())?;
         Some(State {
             position: vehicle.position,
             flying: vehicle.flying,
             mode: vehicle.mode,
             permissions: self.held().into_iter().collect(),
+            charge: vehicle.charge,
         })
     }
 

@@ -203,7 +203,7 @@ impl World {
     }
 
     /// An order to come down, to a vehicle on the ground whose mission is under way, whatever that waits for: it stays there, at
-    /// `to` or not. It does not fly there, since whoever wants it on the ground must never see it lift off.
+    /// `to` or not. It does not fly there, since an operator who wants it on the ground must never see it lift off.
     fn stay_down(&mut self, here: Ned, to: Ned, order: Order) -> Outcome {
         self.refuse_if_over(order.ended)?;
         if self.unplanned_landing.is_none() {

@@ -1,10 +1,10 @@
 //! The plan that is asked for, approved, and adopted.
 
-use domain::mission::{MissionOutcome, Progress};
+use domain::mission::{MissionOutcome, ObjectiveStatus, Progress};
 use domain::time::Time;
 
 use super::World;
-use crate::clients::planner::PlanRequest;
+use crate::clients::planner::{Basis, PlanRequest};
 use crate::config::Verdict;
 
 /// The progress of the request for a plan.
@@ -47,12 +47,8 @@ impl World {
                 return PlanProgress::Finished;
             }
             PlanRequest::Idle => self.planner.ask_from(),
-            PlanRequest::Retry(at) => *at,
-            PlanRequest::Hold(_, basis)
-                if basis.revision != self.permissions.revision() || basis.held != self.held() =>
-            {
-                now
-            }
+            PlanRequest::Retry(at, _) => *at,
+            PlanRequest::Hold(_, basis) if *basis != self.basis() => now,
             PlanRequest::Hold(until, _) => *until,
         };
         if now < due {
@@ -61,9 +57,10 @@ impl World {
         let grants = self.permissions.grants(now);
         if let Some(state) = self.planning_state()
             && self.planner.ask_for_plan(
-                state,
+                (state, self.basis()),
                 grants,
                 self.memory.accepted_loss(),
+                self.limits.arrival_radius_m,
                 self.limits.request_timeout,
                 &mut self.outbox,
             )
@@ -71,6 +68,11 @@ impl World {
             self.mission.started.get_or_insert(now);
         }
         PlanProgress::Awaited(None)
+    }
+
+    /// What the planner is to know of permissions now.
+    pub(super) fn basis(&self) -> Basis {
+        Basis { revision: self.permissions.revision(), held: self.held() }
     }
 
     /// No plan is wanted any more.
@@ -97,17 +99,27 @@ impl World {
 
     fn end_with_objectives(&mut self) {
         let objectives = self.planner.status().into_iter().flat_map(|it| &it.objectives);
-        let failed: Vec<String> = objectives
-            .filter_map(|it| match &it.progress {
-                Progress::Success => None,
-                Progress::Failure(reason) => Some(format!("objective `{}` failed: {reason}", it.objective.name)),
-                Progress::Waiting => Some(format!("objective `{}` failed: ", it.objective.name)),
-            })
-            .collect();
-        if failed.is_empty() {
-            self.end_mission(MissionOutcome::Success, "every objective was achieved");
-        } else {
-            self.end_mission(MissionOutcome::Failure, failed.join("; "));
+        let (required, optional): (Vec<_>, Vec<_>) = objectives.partition(|it| it.objective.terms.worth.is_none());
+        match (failures(&required), failures(&optional)) {
+            (None, None) => self.end_mission(MissionOutcome::Success, "every objective was achieved"),
+            (None, Some(optional)) => {
+                self.end_mission(MissionOutcome::Success, format!("every required objective was achieved; {optional}"));
+            }
+            (Some(required), optional) => {
+                let reasons: Vec<String> = [Some(required), optional].into_iter().flatten().collect();
+                self.end_mission(MissionOutcome::Failure, reasons.join("; "));
+            }
         }
     }
+}
+
+/// The objectives that were not reached and why, if there are any.
+fn failures(objectives: &[&ObjectiveStatus]) -> Option<String> {
+    let failed = objectives.iter().filter_map(|it| match &it.progress {
+        Progress::Success => None,
+        Progress::Failure(reason) => Some(format!("objective `{}` failed: {reason}", it.objective.name)),
+        Progress::Waiting => Some(format!("objective `{}` failed: ", it.objective.name)),
+    });
+    let failed: Vec<String> = failed.collect();
+    (!failed.is_empty()).then(|| failed.join("; "))
 }

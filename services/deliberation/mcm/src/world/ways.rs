@@ -48,7 +48,7 @@ impl World {
         let airspace = self.airspace(&grants, self.limits.leave_lead + leaving);
         let farthest_m = self.limits.farthest_out_m;
         let may_be_flown = |way: &[Ned]| {
-            let flight = Duration::try_from_secs_f64(limits.time_along_s(here, way)).unwrap_or(Duration::MAX);
+            let flight = Duration::try_from_secs_f64(limits.speeds.time_along_s(here, way)).unwrap_or(Duration::MAX);
             length_m(here, way) <= farthest_m || self.airspace(&grants, flight).trespassed(here).next().is_none()
         };
         Some(match way::leaving(here, &airspace, limits) {
@@ -75,7 +75,7 @@ impl World {
         let here = self.vehicle?.position;
         let (grants, limits) = (self.grants(), &self.limits.flight);
         let airspace = self.airspace(&grants, self.limits.leave_lead);
-        let flight_s = limits.time_along_s(here, &[site.at_height(here.height_m()), site]);
+        let flight_s = limits.speeds.time_along_s(here, &[site.at_height(here.height_m()), site]);
         let arrival = latest(Duration::try_from_secs_f64(flight_s).unwrap_or(Duration::MAX));
         let applies = |area: &&Area| airspace.applies(area).is_some_and(|(opens, _)| opens <= arrival);
         unfit_landing_site(site, self.planner.areas().iter().filter(applies))
@@ -87,7 +87,7 @@ impl World {
         let here = self.vehicle?.position;
         let grants = self.grants();
         let way = way::way_to_free_ground(here, &self.airspace(&grants, self.limits.leave_lead), &self.limits.flight)?;
-        (self.limits.flight.time_along_s(here, &way) <= FREE_GROUND_LIMIT_S).then_some(way)
+        (self.limits.flight.speeds.time_along_s(here, &way) <= FREE_GROUND_LIMIT_S).then_some(way)
     }
 
     /// Records which areas forbid a landing where the vehicle is, and whether it flies aside first.
@@ -124,8 +124,8 @@ impl World {
                 && points.windows(2).any(|it| !stays(area, it[0], it[1], margin_m).is_empty())
         };
         let airspace = self.airspace(&held, self.limits.leave_lead);
-        let flight =
-            Duration::try_from_secs_f64(self.limits.flight.time_along_s(here, &points[1..])).unwrap_or(Duration::MAX);
+        let flight = Duration::try_from_secs_f64(self.limits.flight.speeds.time_along_s(here, &points[1..]))
+            .unwrap_or(Duration::MAX);
         airspace.barred(latest(flight)).into_iter().filter(is_on_way).map(|it| it.name.clone()).collect()
     }
 
@@ -158,7 +158,7 @@ impl World {
     /// What is in the way to `site`, straight from where the vehicle is, and for how long it is closed.
     fn what_closes_the_way(&self, site: Ned) -> Option<String> {
         let here = self.vehicle?.position;
-        let breach = self.breach_on_way(here, site.at_height(here.height_m()), self.limits.flight.speed_m_s)?;
+        let breach = self.breach_on_way(here, site.at_height(here.height_m()), self.limits.flight.speeds.cruise_m_s)?;
         let name = &breach.area;
         let area = self.planner.areas().iter().find(|it| it.name == *name)?;
         Some(match (area.kind, area.until_utc_ms.and_then(|until| u64::try_from(until - self.now.utc_ms).ok())) {

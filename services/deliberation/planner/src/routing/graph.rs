@@ -8,45 +8,26 @@ use std::time::Duration;
 
 use domain::airspace::{latest, soonest};
 use domain::area::AreaKind;
-use domain::corners::{Corner, corners};
-use domain::geometry::Ned;
-use domain::way::{Effort, Exempt, Turns, footholds};
+use domain::way::{Effort, Turns};
 
 use super::legs::{Leg, Obstacles};
+use super::nodes::{GOAL, Nodes, START};
 use super::{Open, PROHIBITIVE_MS, TimedWay};
 use crate::airspace::{Access, Asked};
 
-/// From a start and a goal whose heights differ by more than this, ways at both heights are tried, in metres.
-const SAME_HEIGHT_M: f64 = 1.0;
-
-/// The index of the start among the nodes.
-const START: usize = 0;
-/// The index of the goal.
-const GOAL: usize = 1;
-
-/// The visibility graph: the two ends, and the corners of the areas that were met so far.
+/// The visibility graph: the two ends, and the points at which ways past the areas that were met so far may turn, climb or descend.
 pub(super) struct Graph<'a> {
     obstacles: &'a Obstacles<'a>,
     begins: Duration,
     effort: Effort,
-    heights: Vec<f64>,
-    met: BTreeSet<usize>,
-    /// [`START`], [`GOAL`], then the corners.
-    nodes: Vec<Node>,
+    nodes: Nodes<'a>,
+    /// By node, labels that no other one there is as good as.
+    settled: Vec<Vec<usize>>,
     legs: BTreeMap<(usize, usize), Leg>,
     labels: Vec<Label>,
     open: BinaryHeap<Reverse<(u64, Next)>>,
     /// Labels from which legs begin.
     expanded: Vec<usize>,
-}
-
-/// A point at which a way may turn.
-struct Node {
-    at: Ned,
-    /// Absent for the ends.
-    corner: Option<Corner>,
-    /// Labels that no other one is as good as.
-    settled: Vec<usize>,
 }
 
 /// A node that was reached, after asking for zones.
@@ -69,23 +50,13 @@ enum Next {
 }
 
 impl<'a> Graph<'a> {
-    pub(super) fn new(obstacles: &'a Obstacles<'a>, begins: Duration, both_heights: bool, effort: Effort) -> Graph<'a> {
-        let Obstacles { from, to, .. } = *obstacles;
-        let differ = SAME_HEIGHT_M < (from.height_m() - to.height_m()).abs();
-        let mut heights = vec![to.height_m()];
-        let mut ends = vec![from, to];
-        if both_heights && differ {
-            heights.push(from.height_m());
-            ends.extend([from.at_height(to.height_m()), to.at_height(from.height_m())]);
-        }
-        let node = |at| Node { at, corner: None, settled: Vec::new() };
+    pub(super) fn new(obstacles: &'a Obstacles<'a>, begins: Duration, effort: Effort) -> Graph<'a> {
         Graph {
             obstacles,
             begins,
             effort,
-            heights,
-            met: BTreeSet::new(),
-            nodes: ends.into_iter().map(node).collect(),
+            nodes: Nodes::new(obstacles),
+            settled: Vec::new(),
             legs: BTreeMap::new(),
             labels: Vec::new(),
             open: BinaryHeap::new(),
@@ -96,8 +67,9 @@ impl<'a> Graph<'a> {
     /// The way of the least cost, or up to the stated factor more, if enough legs may be looked at.
     pub(super) fn search(mut self) -> Option<TimedWay> {
         if self.effort.turns == Turns::Any {
-            self.meet(&self.obstacles.all());
+            self.nodes.meet(&self.obstacles.all());
         }
+        self.settled.resize(self.nodes.len(), Vec::new());
         let start =
             Label { node: START, asked: Asked::new(), cost_ms: 0, at: self.begins, before: None, entered: vec![] };
         self.reach(start);
@@ -128,7 +100,7 @@ impl<'a> Graph<'a> {
                     if node == GOAL {
                         return Some(self.way_to(index));
                     }
-                    self.nodes[node].settled.push(index);
+                    self.settled[node].push(index);
                     self.expanded.push(index);
                     (GOAL..self.nodes.len()).for_each(|to| self.perhaps(index, to));
                 }
@@ -145,7 +117,7 @@ impl<'a> Graph<'a> {
     /// The leg from the label `index` to the node `to` may be looked at.
     fn perhaps(&mut self, index: usize, to: usize) {
         let Label { node, asked, cost_ms, .. } = &self.labels[index];
-        if *node == to || !self.is_taut(*node, to) {
+        if *node == to || !self.nodes.may_join(*node, to, self.effort.turns) {
             return;
         }
         let cost_ms = cost_ms + self.flight_ms(*node, to);
@@ -162,31 +134,17 @@ impl<'a> Graph<'a> {
         if self.legs.contains_key(&(from, to)) {
             return;
         }
-        let exempt = Exempt { start: from == START, end: to == GOAL };
-        let leg = self.obstacles.leg(self.nodes[from].at, self.nodes[to].at, exempt);
+        let leg = self.obstacles.leg(self.nodes.at(from), self.nodes.at(to), self.nodes.exempt(from, to));
         let touched: BTreeSet<usize> = leg.stays.iter().map(|it| it.0).chain(leg.near.iter().copied()).collect();
         self.legs.insert((from, to), leg);
         let old = self.nodes.len();
-        self.meet(&touched);
+        self.nodes.meet(&touched);
+        self.nodes.cross(&touched, self.nodes.at(from), self.nodes.at(to));
+        self.settled.resize(self.nodes.len(), Vec::new());
         for to in old..self.nodes.len() {
             for at in 0..self.expanded.len() {
                 self.perhaps(self.expanded[at], to);
             }
-        }
-    }
-
-    /// The corners of these areas join, unless they have already.
-    fn meet(&mut self, zones: &BTreeSet<usize>) {
-        let Obstacles { from, to, margin_m, .. } = *self.obstacles;
-        for zone in zones.iter().filter(|it| self.met.insert(**it)) {
-            let area = self.obstacles.area(*zone);
-            let node = |at, corner| Node { at, corner, settled: Vec::new() };
-            let corners = corners(&area.corners, margin_m);
-            for height_m in &self.heights {
-                self.nodes.extend(corners.iter().map(|it| node(it.at.at_height(*height_m), Some(*it))));
-            }
-            let beside = [from, to].into_iter().flat_map(|end| footholds(end, &[area], margin_m));
-            self.nodes.extend(beside.map(|at| node(at, None)));
         }
     }
 
@@ -197,7 +155,7 @@ impl<'a> Graph<'a> {
             Access::Ask { wait_s, .. } => (wait_s * 1e3).ceil() as u64,
             Access::Closed { .. } => PROHIBITIVE_MS,
         };
-        self.nodes[node].settled.iter().map(|index| &self.labels[*index]).any(|other| {
+        self.settled[node].iter().map(|index| &self.labels[*index]).any(|other| {
             other.cost_ms <= cost_ms && {
                 let missing_ms: u64 = asked.difference(&other.asked).map(wait_ms).sum();
                 other.cost_ms + missing_ms <= cost_ms
@@ -209,27 +167,22 @@ impl<'a> Graph<'a> {
         let back = std::iter::successors(Some(goal), |index| self.labels[*index].before);
         let mut along: Vec<&Label> = back.map(|index| &self.labels[index]).collect();
         along.reverse();
-        let points = along.iter().map(|label| (self.nodes[label.node].at, label.at)).collect();
+        let points = along.iter().map(|label| (self.nodes.at(label.node), label.at)).collect();
         (points, along.iter().flat_map(|label| label.entered.clone()).collect())
     }
 
     /// What the rest of the way costs at least, times the factor that it may cost too much.
     fn least_ms(&self, node: usize) -> u64 {
-        let distance_m = self.nodes[node].at.distance_m(self.nodes[GOAL].at);
-        (self.effort.factor * self.obstacles.among.config.flight_time_s(distance_m) * 1e3).floor() as u64
+        let rest_s = self.obstacles.among.config.speeds().time_s(self.nodes.at(node), self.nodes.at(GOAL));
+        (self.effort.factor * rest_s * 1e3).floor() as u64
     }
 
-    /// Whether a cheapest way may have this leg.
-    fn is_taut(&self, from: usize, to: usize) -> bool {
-        let (from, to) = (&self.nodes[from], &self.nodes[to]);
-        let touches = |corner: Option<Corner>| corner.is_none_or(|it| it.is_touched_along(from.at, to.at));
-        self.effort.turns == Turns::Any || (touches(from.corner) && touches(to.corner))
-    }
-
-    /// A leg more costs something, so that no point is flown to without need.
+    /// A leg more costs something, so that no point is flown to without need, and so does one to another height than the
+    /// goal's, which is the one that was chosen to be flown at.
     fn flight_ms(&self, from: usize, to: usize) -> u64 {
-        let time = self.obstacles.among.config.flight_time(self.nodes[from].at.distance_m(self.nodes[to].at));
-        (time.as_secs_f64() * 1e3).ceil() as u64 + 1
+        let time_s = self.obstacles.among.config.speeds().time_s(self.nodes.at(from), self.nodes.at(to));
+        let is_elsewhere = self.nodes.at(to).down_m != self.nodes.at(GOAL).down_m;
+        (time_s * 1e3).ceil() as u64 + 1 + u64::from(is_elsewhere)
     }
 
     /// The label at `to` after the leg from the label `index`, which was looked at; `None` if it must not be flown then.

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
-use domain::airspace::{Stay, part_at_heights, stays};
+use domain::airspace::{Stay, is_at_heights, stays};
 use domain::area::{Area, AreaKind};
 use domain::geometry::Ned;
 use domain::way::{Exempt, KEPT, keeps_clear};
@@ -40,8 +40,9 @@ pub(super) struct Leg {
 
 impl<'a> Obstacles<'a> {
     pub(super) fn new(from: Ned, to: Ned, margin_m: f64, among: Among<'a>) -> Obstacles<'a> {
-        let Among { airspace, asked, .. } = among;
-        let (low_m, high_m) = (from.height_m().min(to.height_m()), from.height_m().max(to.height_m()));
+        let Among { airspace, asked, config, .. } = among;
+        let low_m = from.height_m().min(to.height_m()).min(config.least_height_m.get());
+        let high_m = from.height_m().max(to.height_m()).max(config.highest_m.get());
         let vertical_m = airspace.rule.vertical_margin_m;
         let may_bar = |zone: usize| {
             let area = airspace.zones[zone].area;
@@ -66,7 +67,7 @@ impl<'a> Obstacles<'a> {
 
     /// The leg between two points.
     pub(super) fn leg(&self, here: Ned, there: Ned, exempt: Exempt) -> Leg {
-        let time = self.among.config.flight_time(here.distance_m(there));
+        let time = self.among.config.speeds().time(here, there);
         let mut leg = Leg { time, stays: Vec::new(), near: Vec::new() };
         let line = Line::new((here.east_m, here.north_m), (there.east_m, there.north_m));
         let around = AABB::from_corners([here.east_m, here.north_m], [there.east_m, there.north_m]);
@@ -91,10 +92,9 @@ impl<'a> Obstacles<'a> {
         if !inside.is_empty() {
             return Some(Meeting::Inside(inside));
         }
-        let (low, high) = part_at_heights(area, here, there, vertical_m)?;
-        // Where the way starts and where it is to go is not its choice, be it near a border.
-        let exempt = Exempt { start: exempt.start && low == here, end: exempt.end && high == there };
-        (!keeps_clear(area, low, high, KEPT * self.margin_m, exempt)).then_some(Meeting::Near)
+        let is_near = is_at_heights(area, here, there, vertical_m)
+            && !keeps_clear(area, here, there, KEPT * self.margin_m, exempt);
+        is_near.then_some(Meeting::Near)
     }
 }
 

@@ -2,8 +2,7 @@
 //! searched for the least flight time plus expected wait for permissions.
 //!
 //! Each leg is judged at the time when it is flown. Costs are whole milliseconds and ties fall by the
-//! order of the areas, so the same request gives the same way. Areas are flown round; the way out of one
-//! may lead over or under it.
+//! order of the areas, so the same request gives the same way. Areas are flown round, over or under, whatever takes the least time.
 //!
 //! Only the areas that turn out to be in the way have a part in a search: it begins without any corners, and each area that a
 //! promising leg touches joins. Where too much is in the way the search is content with a way that costs up to a tenth more than the
@@ -21,6 +20,7 @@ use crate::config::Config;
 
 mod graph;
 mod legs;
+mod nodes;
 #[cfg(test)]
 mod tests;
 
@@ -108,19 +108,15 @@ fn search(from: Ned, to: Ned, begins: Duration, among: Among) -> Option<(Way, Ve
     let (mut points, mut at) = (vec![from], vec![begins]);
     let mut now = begins;
     for leg in out.iter().scan(from, |here, there| Some((std::mem::replace(here, *there), *there))) {
-        now = now.saturating_add(config.flight_time(leg.0.distance_m(leg.1)));
+        now = now.saturating_add(config.speeds().time(leg.0, leg.1));
         points.push(leg.1);
         at.push(now);
     }
     let start = points.pop()?;
     at.pop();
-    // From over or under an area both heights are as good; else the goal's is preferred.
-    let heights = if out.is_empty() { [false, true] } else { [true, false] };
-    let (way, entered) = heights.into_iter().find_map(|both_heights| {
-        MARGINS.into_iter().find_map(|margin| {
-            let obstacles = Obstacles::new(start, to, margin * config.margin_m(), among);
-            cheapest(&obstacles, now, both_heights)
-        })
+    let (way, entered) = MARGINS.into_iter().find_map(|margin| {
+        let obstacles = Obstacles::new(start, to, margin * config.margin_m(), among);
+        cheapest(&obstacles, now)
     })?;
     points.extend(way.iter().map(|(point, _)| *point));
     at.extend(way.iter().map(|(_, at)| *at));
@@ -131,7 +127,7 @@ fn search(from: Ned, to: Ned, begins: Duration, among: Among) -> Option<(Way, Ve
 type TimedWay = (Vec<(Ned, Duration)>, Vec<usize>);
 
 /// The cheapest way, or one that is little dearer where there is too much in the way to find it in time.
-fn cheapest(obstacles: &Obstacles, begins: Duration, both_heights: bool) -> Option<TimedWay> {
+fn cheapest(obstacles: &Obstacles, begins: Duration) -> Option<TimedWay> {
     let efforts = Effort::among(obstacles.all().iter().map(|zone| obstacles.area(*zone)));
-    efforts.into_iter().find_map(|effort| Graph::new(obstacles, begins, both_heights, effort).search())
+    efforts.into_iter().find_map(|effort| Graph::new(obstacles, begins, effort).search())
 }

@@ -58,10 +58,10 @@ proptest! {
     ) {
         let (from, to) = (Ned::new(from.0, from.1, -10.0), Ned::new(to.0, to.1, -10.0));
         among(&areas, from, to, |obstacles| {
-            let search = |effort| Graph::new(obstacles, Duration::ZERO, false, effort).search();
+            let search = |effort| Graph::new(obstacles, Duration::ZERO, effort).search();
             let any = |most_legs| search(Effort { turns: Turns::Any, factor: 1.0, most_legs });
             let best = any(u32::MAX);
-            prop_assert_eq!(&cheapest(obstacles, Duration::ZERO, false), &best);
+            prop_assert_eq!(&cheapest(obstacles, Duration::ZERO), &best);
             let taut = search(Effort { turns: Turns::Taut, factor: 1.0, most_legs: u32::MAX });
             for way in taut.iter().map(|it| &it.0) {
                 // A leg more costs a millisecond.
@@ -79,6 +79,54 @@ proptest! {
     }
 }
 
+/// With a floor, a ceiling, both or none.
+fn any_volume(index: usize) -> impl Strategy<Value = Area> {
+    let height_m = || proptest::option::of(0.0..130.0);
+    (any_area(index), height_m(), height_m()).prop_map(|(area, a_m, b_m)| {
+        let (floor_m, ceiling_m) = match (a_m, b_m) {
+            (Some(a_m), Some(b_m)) => (Some(f64::min(a_m, b_m)), Some(f64::max(a_m, b_m))),
+            either => either,
+        };
+        Area { floor_m, ceiling_m, ..area }
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn over_and_under_no_way_costs_more_than_round_and_none_leads_through(
+        volumes in (0..6usize).prop_flat_map(|count| (0..count).map(any_volume).collect::<Vec<_>>()),
+        from in (-500.0..500.0, -500.0..500.0, 5.0..60.0),
+        to in (-500.0..500.0, -500.0..500.0, 5.0..60.0),
+    ) {
+        /// A turn at the corner of an area that is not in the way at any height of the search is not tried.
+        const FACTOR: f64 = 1.5;
+        let at = |(north_m, east_m, height_m): (f64, f64, f64)| Ned::new(north_m, east_m, -height_m);
+        let (from, to) = (at(from), at(to));
+        let columns: Vec<Area> =
+            volumes.iter().map(|it| Area { floor_m: None, ceiling_m: None, ..it.clone() }).collect();
+        let cost_s = |way: &TimedWay| way.0.last().map_or(0.0, |it| it.1.as_secs_f64());
+        let round_s = among(&columns, from, to, |obstacles| cheapest(obstacles, Duration::ZERO).as_ref().map(cost_s));
+        among(&volumes, from, to, |obstacles| {
+            let way = cheapest(obstacles, Duration::ZERO);
+            if let Some(round_s) = round_s {
+                let found_s = way.as_ref().map(cost_s).expect("there is a way round");
+                prop_assert!(found_s <= FACTOR * round_s + 0.1, "{found_s} s, and {round_s} s round: {way:?}");
+            }
+            let legs = way.iter().flat_map(|it| it.0.windows(2));
+            for (here, there) in legs.map(|it| (it[0].0, it[1].0)) {
+                let touched = obstacles.leg(here, there, Exempt { start: here == from, end: there == to });
+                let is_closed = |zone: &usize| obstacles.area(*zone).kind == AreaKind::KeepOut;
+                prop_assert!(!touched.stays.iter().any(|it| is_closed(&it.0)), "{way:?}");
+                let limits = obstacles.among.config.flight_limits();
+                prop_assert!(there.height_m() == to.height_m() || there.height_m() == from.height_m() || limits.permits(there.height_m()));
+            }
+            Ok(())
+        })?;
+    }
+}
+
 #[test]
 fn a_way_is_found_among_a_hundred_areas_of_a_hundred_corners() {
     let keep_out = |index: usize| {
@@ -89,7 +137,7 @@ fn a_way_is_found_among_a_hundred_areas_of_a_hundred_corners() {
     let areas: Vec<Area> = (0..100).map(keep_out).collect();
     let (from, to) = (Ned::new(-300.0, -300.0, -10.0), Ned::new(3100.0, 3200.0, -10.0));
     among(&areas, from, to, |obstacles| {
-        let way = cheapest(obstacles, Duration::ZERO, false).expect("there is a way").0;
+        let way = cheapest(obstacles, Duration::ZERO).expect("there is a way").0;
         let touches = |ends: &[(Ned, Duration)]| {
             let leg = obstacles.leg(ends[0].0, ends[1].0, Exempt { start: false, end: false });
             !leg.near.is_empty() || !leg.stays.is_empty()
@@ -98,4 +146,58 @@ fn a_way_is_found_among_a_hundred_areas_of_a_hundred_corners() {
         let flown_m: f64 = way.windows(2).map(|it| it[0].0.distance_m(it[1].0)).sum();
         assert!(flown_m < 1.2 * from.distance_m(to), "{flown_m}");
     });
+}
+
+/// The points of the way among these areas, in whole metres.
+fn way_among(areas: &[Area], from: Ned, to: Ned) -> Vec<(f64, f64, f64)> {
+    let round = |it: &(Ned, Duration)| (it.0.north_m.round() + 0.0, it.0.east_m.round() + 0.0, it.0.height_m().round());
+    among(areas, from, to, |obstacles| {
+        cheapest(obstacles, Duration::ZERO).expect("there is a way").0.iter().map(round).collect()
+    })
+}
+
+/// From 100 m to 300 m east, to this far north and farther to the south, between these heights.
+fn block(north_m: f64, floor_m: Option<f64>, ceiling_m: Option<f64>) -> Area {
+    let corners = [(-north_m - 50.0, 100.0), (north_m, 100.0), (north_m, 300.0), (-north_m - 50.0, 300.0)];
+    let corners = corners.map(|(north, east)| Ned::new(north, east, 0.0)).to_vec();
+    Area { corners, floor_m, ceiling_m, ..area(0, AreaKind::KeepOut, (0.0, 0.0), 1.0, 3) }
+}
+
+#[test]
+fn a_way_leads_over_under_or_round_whatever_takes_the_least_time() {
+    #[track_caller]
+    fn check(areas: &[Area], height_m: f64, expected: &[(f64, f64, f64)]) {
+        let (from, to) = (Ned::new(0.0, 0.0, -height_m), Ned::new(0.0, 400.0, -height_m));
+        assert_eq!(way_among(areas, from, to)[1..], *expected);
+    }
+    let end = |height_m| (0.0, 400.0, height_m);
+    check(&[block(400.0, None, Some(40.0))], 10.0, &[(0.0, 90.0, 44.0), (0.0, 310.0, 44.0), end(10.0)]);
+    check(&[block(150.0, None, Some(100.0))], 10.0, &[(160.0, 90.0, 10.0), (160.0, 310.0, 10.0), end(10.0)]);
+    check(&[block(400.0, Some(50.0), None)], 60.0, &[(0.0, 90.0, 46.0), (0.0, 310.0, 46.0), end(60.0)]);
+    // Over it the vehicle would fly higher than it may; under it, lower.
+    let round = [(410.0, 90.0, 10.0), (410.0, 310.0, 10.0), end(10.0)];
+    check(&[block(400.0, None, Some(117.0))], 10.0, &round);
+    check(&[block(400.0, Some(8.0), None)], 10.0, &round);
+    // One area is over the other.
+    let both = [block(400.0, None, Some(40.0)), block(400.0, Some(60.0), None)];
+    check(&both, 10.0, &[(0.0, 90.0, 44.0), (0.0, 310.0, 44.0), end(10.0)]);
+    let no_gap = [block(400.0, None, Some(40.0)), block(400.0, Some(45.0), None)];
+    check(&no_gap, 10.0, &round);
+}
+
+#[test]
+fn over_is_flown_where_there_is_no_way_round() {
+    // Four walls round the goal.
+    let wall = |corners: [(f64, f64); 4]| Area {
+        corners: corners.map(|(north, east)| Ned::new(north, east, 0.0)).to_vec(),
+        ..block(1.0, None, Some(100.0))
+    };
+    let walls = [
+        wall([(-500.0, 100.0), (500.0, 100.0), (500.0, 120.0), (-500.0, 120.0)]),
+        wall([(-500.0, 600.0), (500.0, 600.0), (500.0, 620.0), (-500.0, 620.0)]),
+        wall([(480.0, 90.0), (500.0, 90.0), (500.0, 630.0), (480.0, 630.0)]),
+        wall([(-500.0, 90.0), (-480.0, 90.0), (-480.0, 630.0), (-500.0, 630.0)]),
+    ];
+    let way = way_among(&walls, Ned::new(0.0, 0.0, -10.0), Ned::new(0.0, 400.0, -10.0));
+    assert!(way.contains(&(0.0, 90.0, 104.0)) && way.contains(&(0.0, 130.0, 104.0)), "{way:?}");
 }

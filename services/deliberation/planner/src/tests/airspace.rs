@@ -86,7 +86,7 @@ fn only_the_heights_that_are_flown_count() {
     story.fly(2);
     check(
         &story.plan(),
-        "3 position 0 274 42, hold, ask approach
+        "3 position 0 200 20, hold, ask approach
          4 position 0 400 80, needs approach",
     );
 }
@@ -167,8 +167,9 @@ fn leaving_needs_no_permission_but_is_done_the_quickest_way() {
     check(
         &story.plan(),
         "1 position 0 0 15
-         2 position 0 500 10
-         3 land",
+         2 position 0 70 15
+         3 position 0 500 10
+         4 land",
     );
 }
 

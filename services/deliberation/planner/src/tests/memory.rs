@@ -9,7 +9,7 @@ impl Story {
     /// The planner's process ends, and another one is started with this mission file.
     fn restart(&mut self, text: &str) -> Result<(), UnusableState> {
         let memory = self.planner.memory();
-        self.planner = Planner::new(&Config::for_tests(), mission(text), Pace::REAL_TIME);
+        self.planner = Planner::new(&Config::for_tests(), &energy_for_tests(), mission(text), Pace::REAL_TIME);
         self.planner.resume(memory)
     }
 }
@@ -30,7 +30,7 @@ fn what_was_reached_is_not_flown_to_again() {
 #[test]
 fn an_uploaded_mission_is_gone_on_with_and_its_flight_is_not_disturbed() {
     let mut story = Story::under_way(REFERENCE);
-    assert!(story.ask(Ask::Upload(v1::MissionText { text: KEEP_OUT.into() })).accepted);
+    assert!(story.ask(Ask::Upload(v1::MissionText { text: KEEP_OUT.into(), wind: None })).accepted);
     story.plan();
     let (before, flown) = (story.status(), story.steps[0].clone());
     story.restart(REFERENCE).unwrap();

@@ -10,7 +10,7 @@ use kittiwake_proto::v1;
 use node::{Effect, Event, Node, Token};
 
 use crate::Planner;
-use crate::config::Config;
+use crate::config::{Config, energy_for_tests};
 
 mod airspace;
 mod giving_up;
@@ -20,6 +20,7 @@ mod permissions;
 mod properties;
 mod protocol;
 mod reference_mission;
+mod terms;
 
 const REFERENCE: &str = include_str!("../../../../../config/missions/reference.toml");
 const KEEP_OUT: &str = include_str!("../../../../../config/missions/keep_out.toml");
@@ -70,7 +71,7 @@ impl Story {
     /// On the ground at the origin, no permission held, at time zero.
     fn of(mission_text: &str) -> Story {
         Story {
-            planner: Planner::new(&Config::for_tests(), mission(mission_text), Pace::REAL_TIME),
+            planner: Planner::new(&Config::for_tests(), &energy_for_tests(), mission(mission_text), Pace::REAL_TIME),
             now: Now { time: Time::ZERO, utc_ms: UTC_START_MS },
             state: v1::PlanningState { position: Some(v1::Ned::default()), ..Default::default() },
             held: Vec::new(),

@@ -34,7 +34,7 @@ impl Story {
 }
 
 fn text(text: &str) -> v1::MissionText {
-    v1::MissionText { text: text.into() }
+    v1::MissionText { text: text.into(), wind: None }
 }
 
 fn insert(index: u32, name: &str, east_m: f64) -> Ask {

@@ -46,11 +46,11 @@ fn areas() -> impl Strategy<Value = Vec<Area>> {
 }
 
 fn planner(areas: &[Area], goal: Ned) -> MissionPlanner {
-    let objectives = vec![Objective { name: "there".into(), position: goal, flying: false }];
-    let mission = Mission { name: "random".into(), objectives, areas: areas.to_vec() };
+    let objectives = vec![Objective { name: "there".into(), position: goal, flying: false, terms: Default::default() }];
+    let mission = Mission { name: "random".into(), objectives, areas: areas.to_vec(), order: Default::default() };
     // Hardly any wait is expected, so that areas are asked for rather than flown round.
     let config = Config { expected_wait_s: 0.01.try_into().unwrap(), ..Config::for_tests() };
-    MissionPlanner::new(&config, mission, Pace::REAL_TIME)
+    MissionPlanner::new(&config, &energy_for_tests(), mission, Pace::REAL_TIME)
 }
 
 fn from(position: Ned, held: &BTreeSet<String>) -> PlanRequest {
@@ -119,6 +119,12 @@ proptest! {
         if let Answer::Plan(steps) = answer {
             prop_assert!(!steps.is_empty());
             assert_allowed(&steps, &areas, &held)?;
+            let config = Config::for_tests();
+            let (least_m, highest_m) = (height_m.min(config.least_height_m.get()), height_m.max(config.highest_m.get()));
+            for step in steps.iter().filter(|it| it.action.name == "position") {
+                let to_m = step.way().1.height_m();
+                prop_assert!((least_m..=highest_m).contains(&to_m), "{step:?}");
+            }
         }
     }
 
@@ -137,7 +143,7 @@ proptest! {
         let failing = failing.index(steps.len());
         for step in &steps[..failing] {
             held.extend(step.communication.ask.iter().map(|need| need.area.clone()));
-            prop_assert!(planner.step_done(step.id.unwrap(), &step.action.to).is_ok());
+            prop_assert!(planner.step_done(step.id.unwrap(), &step.action.to, Now::default()).is_ok());
         }
         let failed = &steps[failing];
         let position = failed.way().0.towards(failed.way().1, progress);

@@ -27,7 +27,7 @@ pub(crate) use flight::Next;
 use flight::{Event as FlightEvent, Flight};
 use pauses::Pauses;
 use plan_request::Event as RequestEvent;
-pub(crate) use plan_request::{Basis, PlanRequest};
+pub(crate) use plan_request::{Basis, PlanRequest, Question};
 use step_reports::{Event as ReportEvent, StepReports};
 
 /// Why a request to the planner has no usable answer.
@@ -137,31 +137,50 @@ impl Planner {
         self.pauses.until()
     }
 
-    /// Asks for a plan, unless a flown step is still to be reported: the planner would plan that step again.
+    /// Asks for a plan, unless a flown step is still to be reported: the planner would plan that step again. A question that was not
+    /// answered by its deadline is repeated under its id while nothing has changed and the vehicle is no farther away than
+    /// `moved_m`: the planner, which may still be planning, then answers both with the same plan.
     pub(crate) fn ask_for_plan(
         &mut self,
-        state: State,
+        (state, basis): (State, Basis),
         grants: Grants,
         accepted_loss: u64,
+        moved_m: f64,
         timeout: Duration,
         outbox: &mut Outbox,
     ) -> bool {
         if !self.reports.is_empty() {
             return false;
         }
-        self.last_request += 1;
-        let request_id = format!("mcm-{:x}-r{}", self.instance, self.last_request);
         let (failed, denials) = self.flight.failure();
-        let request = domain::plan::PlanRequest {
-            request_id: request_id.clone(),
-            state,
-            grants,
+        let new = Question {
+            id: format!("mcm-{:x}-r{}", self.instance, self.last_request + 1),
+            state: state.clone(),
+            basis,
             failed: failed.cloned(),
             denials: denials.to_vec(),
             accepted_loss,
+            epoch: self.newest_epoch(),
+            is_repeated: false,
         };
-        self.request.on(RequestEvent::Sent(request_id.clone()));
-        outbox.call(Purpose::Replan(request_id), Request::Replan(request.into()), timeout);
+        let repeated = self.request.unanswered().filter(|before| before.is_about_the_same(&new, moved_m));
+        let question = match repeated {
+            Some(before) => Question { is_repeated: true, ..before.clone() },
+            None => {
+                self.last_request += 1;
+                new
+            }
+        };
+        let request = domain::plan::PlanRequest {
+            request_id: question.id.clone(),
+            state,
+            grants,
+            failed: question.failed.clone(),
+            denials: question.denials.clone(),
+            accepted_loss,
+        };
+        outbox.call(Purpose::Replan(question.id.clone()), Request::Replan(request.into()), timeout);
+        self.request.on(RequestEvent::Sent(question));
         true
     }
 
@@ -238,21 +257,31 @@ impl Planner {
         self.request.on(RequestEvent::Void);
     }
 
-    /// The answer to a request for a plan; returns what it means, in words.
+    /// The answer to a request for a plan; returns what it means, in words. One to a repeated question is for the past, and counts
+    /// only if `holds` says that nothing has changed since.
     pub(crate) fn on_plan(
         &mut self,
         now: Time,
         request_id: &str,
         reply: Result<PlanReply, NoAnswer>,
         patience: Duration,
-        basis: Basis,
+        (basis, holds): (Basis, impl FnOnce(&Question) -> bool),
         approval: ApprovalPolicy,
     ) -> Option<String> {
-        if !self.request.awaits(request_id) {
-            return None;
-        }
+        let question = self.request.awaits(request_id)?;
+        let is_outdated = question.is_repeated && !holds(question);
         match reply {
+            Err(NoAnswer::Call(CallError::Unanswered)) => {
+                let is_first = !question.is_repeated;
+                self.request.on(RequestEvent::Unanswered(now + patience));
+                // Once is enough for as long as it plans.
+                is_first.then(|| "the planner is still planning, or hangs: its answer is awaited".to_owned())
+            }
             Err(no_answer) => Some(self.no_plan(now, no_answer, patience)),
+            Ok(_) if is_outdated => {
+                self.request.on(RequestEvent::Void);
+                Some("the planner's answer came late, and is for a state that has changed; asking again".to_owned())
+            }
             Ok(PlanReply::Refused(reason)) => Some(self.no_plan(now, NoAnswer::Refused(reason), patience)),
             Ok(PlanReply::Plan(plan)) if plan.epoch < self.newest_epoch() => {
                 self.request.on(RequestEvent::Void);

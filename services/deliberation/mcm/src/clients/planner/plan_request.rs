@@ -1,6 +1,7 @@
 //! The plan that is asked for.
 
-use domain::plan::Plan;
+use domain::plan::{Denial, FailedStep, Plan};
+use domain::state::State;
 use domain::time::Time;
 
 /// The state of the request for a plan.
@@ -9,10 +10,11 @@ pub(crate) enum PlanRequest {
     /// No plan is asked for.
     #[default]
     Idle,
-    /// Asked under this request id.
-    Asked(String),
-    /// The planner did not answer, or its answer made no sense: ask again at this time.
-    Retry(Time),
+    /// Asked with this question.
+    Asked(Question),
+    /// The planner did not answer, or its answer made no sense: ask again at this time. With the same question, if it may still
+    /// be planning for that one.
+    Retry(Time, Option<Question>),
     /// The planner said to hold: ask again at this time, or when what it knew has changed.
     Hold(Time, Basis),
     /// A plan waits for approval; from this time on the default counts.
@@ -23,7 +25,39 @@ pub(crate) enum PlanRequest {
     Finished,
 }
 
-/// What the planner knew when it said to hold.
+/// What a plan is asked for with. The answer counts, however late it comes, as long as that is how things are.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Question {
+    /// Of the request, and of those that repeat it.
+    pub(crate) id: String,
+    /// The vehicle's, when it was asked first.
+    pub(crate) state: State,
+    pub(crate) basis: Basis,
+    pub(crate) failed: Option<FailedStep>,
+    pub(crate) denials: Vec<Denial>,
+    pub(crate) accepted_loss: u64,
+    /// Of the mission.
+    pub(crate) epoch: u64,
+    /// It was asked before, and not answered by the deadline.
+    pub(crate) is_repeated: bool,
+}
+
+impl Question {
+    /// Whether this is asked about the same as `other`, with the vehicle no farther away than `moved_m`.
+    pub(crate) fn is_about_the_same(&self, other: &Question, moved_m: f64) -> bool {
+        let about = |it: &Question| (it.failed.clone(), it.denials.clone(), it.accepted_loss, it.epoch);
+        about(self) == about(other) && self.holds(&other.state, &other.basis, moved_m)
+    }
+
+    /// Whether things are as they were when it was asked.
+    pub(crate) fn holds(&self, state: &State, basis: &Basis, moved_m: f64) -> bool {
+        self.basis == *basis
+            && self.state.flying == state.flying
+            && self.state.position.distance_m(state.position) <= moved_m
+    }
+}
+
+/// What the planner knew of permissions when it was asked.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Basis {
     /// Counts the tower's decisions.
@@ -36,7 +70,9 @@ pub(crate) struct Basis {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Event {
     /// A request was sent.
-    Sent(String),
+    Sent(Question),
+    /// No answer came by the deadline; repeat the question at this time.
+    Unanswered(Time),
     /// No usable answer came; ask again at this time.
     Lost(Time),
     /// Nothing can be flown before this time.
@@ -60,8 +96,9 @@ impl PlanRequest {
     pub(crate) fn on(&mut self, event: Event) -> bool {
         use {Event as E, PlanRequest as R};
         let after = match (&*self, event) {
-            (R::Idle | R::Retry(_) | R::Hold(..), E::Sent(request_id)) => R::Asked(request_id),
-            (R::Asked(_), E::Lost(again)) => R::Retry(again),
+            (R::Idle | R::Retry(..) | R::Hold(..), E::Sent(question)) => R::Asked(question),
+            (R::Asked(question), E::Unanswered(again)) => R::Retry(again, Some(question.clone())),
+            (R::Asked(_), E::Lost(again)) => R::Retry(again, None),
             (R::Asked(_), E::Hold(until, basis)) => R::Hold(until, basis),
             (R::Asked(_), E::Proposed(plan, until)) => R::Proposed(plan, until),
             (R::Asked(_) | R::Proposed(..), E::Adopted) => R::Planned,
@@ -75,9 +112,20 @@ impl PlanRequest {
         true
     }
 
-    /// Whether this request waits for its answer: an answer to an earlier one was given for a state that has changed.
-    pub(crate) fn awaits(&self, request_id: &str) -> bool {
-        matches!(self, PlanRequest::Asked(id) if id == request_id)
+    /// The question, if it waits for this answer: an answer to another one was given for a state that has changed.
+    pub(crate) fn awaits(&self, request_id: &str) -> Option<&Question> {
+        match self {
+            PlanRequest::Asked(question) if question.id == request_id => Some(question),
+            _ => None,
+        }
+    }
+
+    /// The question that was not answered by its deadline and is to be repeated.
+    pub(crate) fn unanswered(&self) -> Option<&Question> {
+        match self {
+            PlanRequest::Retry(_, question) => question.as_ref(),
+            _ => None,
+        }
     }
 
     /// The plan that waits for approval, and until when.
@@ -92,10 +140,44 @@ impl PlanRequest {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use domain::geometry::Ned;
+    use domain::plan::StepId;
     use std::time::Duration;
 
     fn plan() -> Box<Plan> {
         Box::new(Plan { objective: 0, steps: Vec::new(), revision: 3, epoch: 0 })
+    }
+
+    fn question(id: &str) -> Question {
+        Question {
+            id: id.into(),
+            state: State::new(Ned::default(), true),
+            basis: basis(),
+            failed: None,
+            denials: Vec::new(),
+            accepted_loss: 0,
+            epoch: 0,
+            is_repeated: false,
+        }
+    }
+
+    #[test]
+    fn a_question_is_the_same_as_long_as_nothing_it_is_about_has_changed() {
+        #[track_caller]
+        fn check(now: Question, expected: bool) {
+            assert_eq!(question("r1").is_about_the_same(&now, 1.5), expected, "{now:?}");
+        }
+        let at = |east_m: f64, flying: bool| State::new(Ned::new(0.0, east_m, 0.0), flying);
+        check(question("r2"), true);
+        check(Question { state: at(1.4, true), ..question("r2") }, true);
+        check(Question { state: at(1.6, true), ..question("r2") }, false);
+        check(Question { state: at(0.0, false), ..question("r2") }, false);
+        check(Question { basis: Basis { revision: 2, ..basis() }, ..question("r2") }, false);
+        check(Question { basis: Basis { held: vec!["A".into()], ..basis() }, ..question("r2") }, false);
+        let failed = FailedStep { id: StepId(1), reason: "why".into(), interrupted: false };
+        check(Question { failed: Some(failed), ..question("r2") }, false);
+        check(Question { accepted_loss: 1, ..question("r2") }, false);
+        check(Question { epoch: 1, ..question("r2") }, false);
     }
 
     fn basis() -> Basis {
@@ -106,7 +188,8 @@ mod tests {
         match request {
             PlanRequest::Idle => "idle",
             PlanRequest::Asked(_) => "asked",
-            PlanRequest::Retry(_) => "retry",
+            PlanRequest::Retry(_, None) => "retry",
+            PlanRequest::Retry(_, Some(_)) => "repeat",
             PlanRequest::Hold(..) => "hold",
             PlanRequest::Proposed(..) => "proposed",
             PlanRequest::Planned => "planned",
@@ -119,15 +202,17 @@ mod tests {
         let at = Time::after(Duration::from_secs(5));
         let states = [
             PlanRequest::Idle,
-            PlanRequest::Asked("r1".into()),
-            PlanRequest::Retry(at),
+            PlanRequest::Asked(question("r1")),
+            PlanRequest::Retry(at, None),
+            PlanRequest::Retry(at, Some(question("r1"))),
             PlanRequest::Hold(at, basis()),
             PlanRequest::Proposed(plan(), at),
             PlanRequest::Planned,
             PlanRequest::Finished,
         ];
         let events = [
-            Event::Sent("r2".into()),
+            Event::Sent(question("r2")),
+            Event::Unanswered(at),
             Event::Lost(at),
             Event::Hold(at, basis()),
             Event::Proposed(plan(), at),
@@ -139,13 +224,14 @@ mod tests {
         ];
         // One row per state, one column per event; `-` where the event changes nothing.
         let table = [
-            ("idle", ["asked", "-", "-", "-", "-", "-", "-", "-", "idle"]),
-            ("asked", ["-", "retry", "hold", "proposed", "planned", "idle", "finished", "-", "idle"]),
-            ("retry", ["asked", "-", "-", "-", "-", "-", "-", "-", "idle"]),
-            ("hold", ["asked", "-", "-", "-", "-", "-", "-", "idle", "idle"]),
-            ("proposed", ["-", "-", "-", "-", "planned", "idle", "-", "idle", "idle"]),
-            ("planned", ["-", "-", "-", "-", "-", "-", "-", "-", "idle"]),
-            ("finished", ["-", "-", "-", "-", "-", "-", "-", "-", "idle"]),
+            ("idle", ["asked", "-", "-", "-", "-", "-", "-", "-", "-", "idle"]),
+            ("asked", ["-", "repeat", "retry", "hold", "proposed", "planned", "idle", "finished", "-", "idle"]),
+            ("retry", ["asked", "-", "-", "-", "-", "-", "-", "-", "-", "idle"]),
+            ("repeat", ["asked", "-", "-", "-", "-", "-", "-", "-", "-", "idle"]),
+            ("hold", ["asked", "-", "-", "-", "-", "-", "-", "-", "idle", "idle"]),
+            ("proposed", ["-", "-", "-", "-", "-", "planned", "idle", "-", "idle", "idle"]),
+            ("planned", ["-", "-", "-", "-", "-", "-", "-", "-", "-", "idle"]),
+            ("finished", ["-", "-", "-", "-", "-", "-", "-", "-", "-", "idle"]),
         ];
         for (state, (row, cells)) in states.into_iter().zip(table) {
             assert_eq!(name(&state), row);

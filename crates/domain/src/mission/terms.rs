@@ -1,0 +1,222 @@
+//! What a mission asks of its objectives besides their places: their order, which may be left out, until when, and for how
+//! long the vehicle stays.
+
+use std::time::Duration;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::{Checker, ObjectiveEntry};
+use crate::file::did_you_mean;
+
+/// In which order the objectives of a mission are attempted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Order {
+    /// As the mission lists them.
+    #[default]
+    Given,
+    /// As takes the least time; chosen when the first plan is made.
+    Free,
+}
+
+/// What is asked of one objective.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Terms {
+    /// What an optional objective is worth, by which those that are left out are chosen; `None`: it is required.
+    pub worth: Option<f64>,
+    /// Names of the objectives that are attempted before, whatever becomes of them.
+    pub after: Vec<String>,
+    /// It must be reached within this mission time after the first plan.
+    pub within: Option<Duration>,
+    /// It must be reached by then, in milliseconds since the Unix epoch, UTC.
+    pub by_utc_ms: Option<i64>,
+    /// For how long the vehicle stays there, in mission time, before the objective counts as reached.
+    pub dwell: Duration,
+}
+
+/// Most seconds of a stay, and of a time limit; a longer one is a typing mistake.
+pub(super) const LONGEST_S: f64 = 86_400.0;
+/// The greatest worth; a greater one is a typing mistake.
+const MOST_WORTH: f64 = 1e6;
+
+impl Checker<'_> {
+    pub(super) fn terms(&mut self, it: &ObjectiveEntry) -> Terms {
+        let worth = match (it.optional.as_ref().is_some_and(|it| *it.as_ref()), &it.worth) {
+            (true, Some(worth)) => Some(self.number("worth", worth, "a number from 0 to 1000000", 0.0, MOST_WORTH)),
+            (true, None) => {
+                let span = it.optional.as_ref().map(Spanned::span);
+                let message = format!("optional objective `{}` has no `worth`", it.name.as_ref());
+                self.say(span, message, "add `worth = 1.0`: what is worth least is left out first");
+                None
+            }
+            (false, Some(worth)) => {
+                let message = format!("`worth` is given, and objective `{}` is required", it.name.as_ref());
+                self.say(Some(worth.span()), message, "add `optional = true`, or take `worth` out");
+                None
+            }
+            (false, None) => None,
+        };
+        let seconds = "seconds from 0 to 86400";
+        let within = it.reach_within_s.as_ref().map(|it| self.number("reach_within_s", it, seconds, 0.0, LONGEST_S));
+        let dwell_s = it.dwell_s.as_ref().map_or(0.0, |it| self.number("dwell_s", it, seconds, 0.0, LONGEST_S));
+        // What is out of range was reported.
+        let time = |seconds| Duration::try_from_secs_f64(seconds).unwrap_or_default();
+        Terms {
+            worth,
+            after: it.after.iter().map(|it| it.as_ref().clone()).collect(),
+            within: within.map(time),
+            by_utc_ms: it.reach_by_utc.as_ref().and_then(|it| self.moment(it)),
+            dwell: time(dwell_s),
+        }
+    }
+
+    fn number(&mut self, key: &str, value: &Spanned<f64>, expected: &str, least: f64, most: f64) -> f64 {
+        let number = *value.as_ref();
+        if !(least..=most).contains(&number) {
+            self.say(Some(value.span()), format!("`{key}` is {number}, expected {expected}"), "");
+        }
+        number
+    }
+
+    /// Whether every `after` names another objective, none leads in a circle, and a given order keeps to them.
+    pub(super) fn precedence(&mut self, order: Order, entries: &[ObjectiveEntry]) {
+        let names: Vec<&str> = entries.iter().map(|it| it.name.as_ref().as_str()).collect();
+        let place = |name: &str| names.iter().position(|it| *it == name);
+        let before: Vec<Vec<usize>> =
+            entries.iter().map(|it| it.after.iter().filter_map(|it| place(it.as_ref())).collect()).collect();
+        for (index, entry) in entries.iter().enumerate() {
+            for after in &entry.after {
+                let (name, other) = (names[index], after.as_ref().as_str());
+                let said = match place(other) {
+                    None => Some((format!("there is no objective `{other}`"), did_you_mean(other, &names))),
+                    Some(before) if before == index => {
+                        Some((format!("objective `{name}` comes after itself"), String::new()))
+                    }
+                    Some(start) if leads_to(&before, start, index) => {
+                        let message = format!("objective `{name}` comes after `{other}`, which comes after `{name}`");
+                        Some((message, "take one of them out: none of the circle could be first".into()))
+                    }
+                    Some(start) if order == Order::Given && index < start => Some((
+                        format!("objective `{name}` comes after `{other}`, which is listed later"),
+                        "list it later, or set `order = \"free\"` at the top".into(),
+                    )),
+                    Some(_) => None,
+                };
+                if let Some((message, help)) = said {
+                    self.say(Some(after.span()), message, &help);
+                }
+            }
+        }
+    }
+}
+
+/// Whether `goal` comes before `start`, however many others come between.
+fn leads_to(before: &[Vec<usize>], start: usize, goal: usize) -> bool {
+    let (mut seen, mut open) = (vec![false; before.len()], vec![start]);
+    while let Some(index) = open.pop() {
+        if !std::mem::replace(&mut seen[index], true) {
+            open.extend(&before[index]);
+        }
+    }
+    seen[goal]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Mission;
+    use super::*;
+    use crate::file::{Mistakes, Source};
+    use crate::testing::check_mistake;
+
+    const GOOD: &str = r#"
+name = "round"
+order = "free"
+[[objective]]
+name = "a"
+north_m = 0.0
+east_m = 500.0
+height_m = 0.0
+flying = false
+dwell_s = 30.0
+[[objective]]
+name = "b"
+north_m = 0.0
+east_m = 500.0
+height_m = 20.0
+flying = true
+optional = true
+worth = 2.5
+after = ["a"]
+reach_within_s = 600.0
+reach_by_utc = "2026-05-01T08:00:00Z"
+"#;
+
+    fn read(text: &str) -> Result<Mission, Mistakes> {
+        Mission::read(&Source { path: "m.toml".into(), text: text.into() })
+    }
+
+    #[test]
+    fn the_terms_of_an_objective_are_read() {
+        let mission = read(GOOD).unwrap();
+        assert_eq!(mission.order, Order::Free);
+        assert_eq!(mission.objectives[0].terms, Terms { dwell: Duration::from_secs(30), ..Terms::default() });
+        let expected = Terms {
+            worth: Some(2.5),
+            after: vec!["a".into()],
+            within: Some(Duration::from_secs(600)),
+            by_utc_ms: Some(1_777_622_400_000),
+            dwell: Duration::ZERO,
+        };
+        assert_eq!(mission.objectives[1].terms, expected);
+        let plain = read(&GOOD.replace("order = \"free\"\n", "")).unwrap();
+        assert_eq!(plain.order, Order::Given);
+    }
+
+    #[test]
+    fn terms_that_make_no_sense_are_told_with_their_place() {
+        #[track_caller]
+        fn check(find: &str, replace: &str, expected: &str) {
+            check_mistake(GOOD, find, replace, read, expected);
+        }
+        check("worth = 2.5\n", "", "m.toml:17:12: optional objective `b` has no `worth`");
+        check("optional = true\n", "", "m.toml:17:9: `worth` is given, and objective `b` is required");
+        check("2.5", "nan", "m.toml:18:9: `worth` is NaN, expected a number from 0 to 1000000");
+        check("30.0", "-1.0", "m.toml:10:11: `dwell_s` is -1, expected seconds from 0 to 86400");
+        check("600.0", "1e9", "m.toml:20:18: `reach_within_s` is 1000000000, expected seconds from 0 to 86400");
+        check("2026-05-01T08:00:00Z", "soon", "m.toml:21:16: found `soon`, expected a UTC date and time");
+        check("\"free\"", "\"any\"", "m.toml:3:9: unknown variant `any`");
+        check("[\"a\"]", "[\"c\"]", "m.toml:19:10: there is no objective `c`");
+        check("[\"a\"]", "[\"b\"]", "m.toml:19:10: objective `b` comes after itself");
+        check(
+            "dwell_s = 30.0",
+            "after = [\"b\"]",
+            "m.toml:10:10: objective `a` comes after `b`, which comes after `a`",
+        );
+        let given = GOOD.replace("order = \"free\"\n", "").replace("after = [\"a\"]\n", "");
+        check_mistake(
+            &given,
+            "dwell_s = 30.0",
+            "after = [\"b\"]",
+            read,
+            "m.toml:9:10: objective `a` comes after `b`, which is listed later",
+        );
+    }
+
+    #[test]
+    fn an_identity_covers_the_terms_and_the_order() {
+        let mission = read(GOOD).unwrap();
+        for (found, replaced) in [
+            ("30.0", "31.0"),
+            ("2.5", "2.6"),
+            ("[\"a\"]", "[]"),
+            ("600.0", "601.0"),
+            ("08:00:00Z", "09:00:00Z"),
+            ("\"free\"", "\"given\""),
+            ("optional = true\nworth = 2.5\n", ""),
+        ] {
+            let other = read(&GOOD.replacen(found, replaced, 1)).unwrap();
+            assert_ne!(other.identity(), mission.identity(), "{found}");
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! Mission files, right and wrong ones.
+
+use super::*;
+use crate::testing::check_mistake;
+
+const GOOD: &str = r#"
+name = "there"
+[[objective]]
+name = "deliver"
+north_m = 0.0
+east_m = 500.0
+height_m = 0.0
+flying = false
+[[area]]
+name = "A"
+kind = "permission"
+corners_m = [[-90.0, 110.0], [90.0, 110.0], [90.0, 290.0], [-90.0, 290.0]]
+from_utc = "2026-05-01T08:00:00Z"
+"#;
+
+fn read(text: &str) -> Result<Mission, Mistakes> {
+    Mission::read(&Source { path: "m.toml".into(), text: text.into() })
+}
+
+#[test]
+fn a_good_file_is_a_mission() {
+    let mission = read(GOOD).unwrap();
+    assert_eq!(mission.objectives[0].position, Ned::new(0.0, 500.0, 0.0));
+    assert_eq!(mission.areas[0].from_utc_ms, Some(1_777_622_400_000));
+}
+
+#[test]
+fn every_mistake_is_reported_with_its_place() {
+    #[track_caller]
+    fn check(find: &str, replace: &str, expected: &str) {
+        check_mistake(GOOD, find, replace, read, expected);
+    }
+    check("east_m = 500.0\n", "", "m.toml:5:11: objective `deliver` has no `east_m`");
+    check("flying = false", "flying = false\nspeed = 3", "m.toml:9:1: unknown field `speed`, expected one of");
+    check("flying = false", "flying = 0", "m.toml:8:10: invalid type: integer `0`, expected a boolean");
+    check("500.0", "5e9", "m.toml:6:10: `east_m` is 5000000000, expected metres between");
+    check("500.0", "nan", "m.toml:6:10: `east_m` is NaN, expected metres between");
+    check("height_m = 0.0", "height_m = -2.0", "m.toml:7:12: objective `deliver` is inside the ground");
+    check("flying = false", "flying = true", "m.toml:7:12: objective `deliver` is inside the ground");
+    check(
+        "height_m = 0.0\nflying = false",
+        "height_m = 300.0\nflying = true",
+        "m.toml:7:12: objective `deliver` is at height 300 m, expected at most 120 m: responses fly no higher",
+    );
+    check(
+        "height_m = 0.0",
+        "height_m = 115.0",
+        "m.toml:7:12: objective `deliver` is at height 115 m, expected at most 110 m",
+    );
+    check("[90.0, 110.0], [90.0, 290.0]", "[90.0, 290.0], [90.0, 110.0]", "m.toml:12:13: area `A` crosses itself");
+    check("2026-05-01T08:00:00Z", "tomorrow", "m.toml:13:12: found `tomorrow`, expected a UTC date");
+    check("kind = \"permission\"", "kind = \"open\"", "m.toml:11:8: unknown variant `open`");
+    check("name = \"there\"", "name = \"there", "m.toml:2:14: ");
+}
+
+#[test]
+fn a_place_that_cannot_be_used_is_told_with_its_place() {
+    #[track_caller]
+    fn check(find: &str, replace: &str, expected: &str) {
+        // Nothing about the window: these areas always apply.
+        let good = GOOD.replace("from_utc = \"2026-05-01T08:00:00Z\"\n", "");
+        check_mistake(&good, find, replace, read, expected);
+    }
+    check(
+        "kind = \"permission\"\ncorners_m = [[-90.0, 110.0], [90.0, 110.0]",
+        "kind = \"keep-out\"\ncorners_m = [[-90.0, -20.0], [90.0, -20.0]",
+        "m.toml:12:13: the take-off point lies in keep-out area `A`, which always applies",
+    );
+    check(
+        "kind = \"permission\"\ncorners_m = [[-90.0, 110.0], [90.0, 110.0], [90.0, 290.0], [-90.0, 290.0]]",
+        "kind = \"keep-out\"\ncorners_m = [[-90.0, 110.0], [90.0, 110.0], [90.0, 590.0], [-90.0, 590.0]]",
+        "m.toml:5:11: objective `deliver` lies in keep-out area `A`, which always applies",
+    );
+    check(
+        "[[-90.0, 110.0], [90.0, 110.0]",
+        "[[-90.0, 4.0], [90.0, 4.0]",
+        "m.toml:12:13: the take-off point lies 4.0 m from the border of area `A`, expected at least 10 m",
+    );
+    check(
+        "east_m = 500.0",
+        "east_m = 299.0",
+        "m.toml:5:11: objective `deliver` lies 9.0 m from the border of area `A`, expected at least 10 m",
+    );
+    // Not the place itself lies in it.
+    check(
+        "kind = \"permission\"\ncorners_m = [[-90.0, 110.0], [90.0, 110.0]",
+        "kind = \"keep-out\"\nfloor_m = 9.0\ncorners_m = [[-90.0, -20.0], [90.0, -20.0]",
+        "m.toml:13:13: the take-off point lies in keep-out area `A`, which always applies; the area begins 9.0 m above the \
+         place, and a takeoff or a landing there flies up to 10 m",
+    );
+}
+
+#[test]
+fn a_place_to_land_at_is_judged_as_those_of_a_mission() {
+    #[track_caller]
+    fn check(kind: AreaKind, until_utc_ms: Option<i64>, site: Ned, expected: Option<&str>) {
+        let mut area = read(GOOD).unwrap().areas.remove(0);
+        (area.kind, area.from_utc_ms, area.until_utc_ms) = (kind, None, until_utc_ms);
+        assert_eq!(unfit_landing_site(site, [&area]).as_deref(), expected, "{site:?}");
+    }
+    let at = |east_m| Ned::new(0.0, east_m, 0.0);
+    let near = Some("lies 9.0 m from the border of area `A`, expected at least 10 m");
+    check(AreaKind::KeepOut, None, at(90.0), None);
+    check(AreaKind::KeepOut, None, at(101.0), near);
+    check(AreaKind::Permission, None, at(101.0), near);
+    check(AreaKind::KeepOut, None, at(200.0), Some("lies in keep-out area `A`, which always applies"));
+    check(AreaKind::KeepOut, Some(1), at(200.0), Some("lies in keep-out area `A`, which applies then"));
+    check(AreaKind::Permission, None, at(200.0), None);
+}
+
+#[test]
+fn a_place_inside_a_permission_area_or_below_one_is_no_mistake() {
+    #[track_caller]
+    fn check(find: &str, replace: &str) {
+        assert!(GOOD.contains(find), "the test's own text lacks `{find}`");
+        let read = read(&GOOD.replacen(find, replace, 1));
+        assert!(read.is_ok(), "{}", read.unwrap_err());
+    }
+    check("east_m = 500.0", "east_m = 200.0");
+    check("[90.0, 110.0]", "[90.0, -20.0]");
+    check("east_m = 500.0", "east_m = 301.0");
+    // The planner knows whether it applies.
+    check("[[-90.0, 110.0], [90.0, 110.0]", "[[-90.0, 4.0], [90.0, 4.0]");
+    check("corners_m = [[-90.0, 110.0], [90.0, 110.0]", "floor_m = 20.0\ncorners_m = [[-90.0, 4.0], [90.0, 4.0]");
+    // It is brought down by a response.
+    check("height_m = 0.0\nflying = false", "height_m = 10.0\nflying = true");
+}
+
+#[test]
+fn a_place_that_wind_brings_too_near_to_a_border_is_told() {
+    #[track_caller]
+    fn check(east_m: &str, wind_m_s: f64, expected: &[&str]) {
+        let text = GOOD.replacen("east_m = 500.0", &format!("east_m = {east_m}"), 1);
+        assert_eq!(read(&text).unwrap().too_near_in_wind(wind_m_s), expected);
+    }
+    check("500.0", 8.0, &[]);
+    check("309.0", 8.0, &[]);
+    check(
+        "307.0",
+        8.0,
+        &[
+            "objective `deliver` lies 17.0 m from the border of area `A`: less than the 18 m that a wind of 8 m/s asks for",
+        ],
+    );
+    check("307.0", 6.0, &[]);
+    // Inside of the area there is nothing that it must not enter.
+    check("285.0", 8.0, &[]);
+}
+
+#[test]
+fn an_identity_is_that_of_the_content() {
+    let mission = read(GOOD).unwrap();
+    assert_eq!(mission.identity(), "f2e4b90e170ad2eabcdd96fc13d89c3a");
+    assert_eq!(read(&format!("# a comment\n{GOOD}")).unwrap().identity(), mission.identity());
+    for (found, replaced) in
+        [("500.0", "500.1"), ("\"there\"", "\"here\""), ("permission", "keep-out"), ("290.0", "291.0")]
+    {
+        let other = read(&GOOD.replacen(found, replaced, 1)).unwrap();
+        assert_ne!(other.identity(), mission.identity(), "{found}");
+    }
+}
+
+#[test]
+fn two_objectives_with_one_name_are_refused() {
+    let twice =
+        format!("{GOOD}[[objective]]\nname = \"deliver\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n");
+    let error = read(&twice).unwrap_err().to_string();
+    assert!(error.starts_with("m.toml:15:8: two objectives with the name `deliver`"), "{error}");
+}

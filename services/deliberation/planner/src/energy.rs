@@ -1,0 +1,127 @@
+//! What steps take out of the battery, and which objective is given up where that is too much.
+
+use domain::energy::{EnergyModel, Leg, Wind};
+use domain::geometry::Ned;
+use domain::mission::Progress;
+use domain::quantity::Fraction;
+use domain::skill::Goal;
+use domain::state::{State, Tolerance};
+
+use crate::back_chaining;
+use crate::communication::SAME_PLACE_M;
+use crate::config::Config;
+use crate::objectives::Objectives;
+use crate::plan::Step;
+
+/// By what steps and ways are judged.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Judge<'a> {
+    /// The vehicle's figures.
+    pub model: &'a EnergyModel,
+    /// The wind.
+    pub wind: Wind,
+    /// Speeds and tolerances.
+    pub config: &'a Config,
+}
+
+/// What is known of the way from one state to another before a way is searched: flown straight.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Hop {
+    /// At the speeds that are planned with, in seconds.
+    pub time_s: f64,
+    /// In Wh.
+    pub energy_wh: f64,
+}
+
+impl Judge<'_> {
+    /// What `step` takes, in Wh.
+    pub(crate) fn step_wh(&self, step: &Step) -> f64 {
+        let (from, to) = step.way();
+        self.piece_wh(&step.action.nominal.goal, from, to, step.flight_time_s(self.config))
+    }
+
+    /// What all of `steps` take, in Wh.
+    pub(crate) fn steps_wh(&self, steps: &[Step]) -> f64 {
+        steps.iter().map(|it| self.step_wh(it)).sum()
+    }
+
+    /// What a stay at `goal` takes, in Wh: nothing on the ground.
+    pub(crate) fn stay_wh(&self, goal: &State, stay_s: f64) -> f64 {
+        if goal.flying { self.model.hover_wh(stay_s, self.wind) } else { 0.0 }
+    }
+
+    /// Straight from `from` to `to`, takeoff and landing included.
+    pub(crate) fn hop(&self, from: &State, to: &State) -> Hop {
+        let links = back_chaining::chain(from, to, self.tolerance(), self.config).unwrap_or_default();
+        links.iter().fold(Hop::default(), |hop, link| {
+            let goal = link.action.set_parameters(&link.from, &link.to, self.config).goal;
+            let (from, to) = (link.from.position, link.to.position);
+            let time_s = self.config.speeds().time_s(from, to);
+            Hop { time_s: hop.time_s + time_s, energy_wh: hop.energy_wh + self.piece_wh(&goal, from, to, time_s) }
+        })
+    }
+
+    /// Straight from `from` to the take-off point, landed there.
+    pub(crate) fn home(&self, from: &State) -> Hop {
+        self.hop(from, &State::new(Ned::default(), false))
+    }
+
+    fn tolerance(&self) -> Tolerance {
+        self.config.tolerance()
+    }
+
+    fn piece_wh(&self, goal: &Goal, from: Ned, to: Ned, time_s: f64) -> f64 {
+        let more_wh = match goal {
+            Goal::Takeoff { .. } => self.model.takeoff_wh(self.wind),
+            Goal::Land => self.model.landing_wh(self.wind),
+            Goal::Position { .. } if SAME_PLACE_M < from.distance_m(to) => self.model.stop_wh(self.wind),
+            Goal::Stop | Goal::Position { .. } | Goal::Velocity { .. } => 0.0,
+        };
+        self.model.leg_wh(Leg { from, to, time_s }, self.wind) + more_wh
+    }
+}
+
+/// The objective to be given up, so that with this charge the vehicle can come back with its reserve, and why; `None` if it can
+/// fly `steps` to the current one and on.
+///
+/// The rest of the mission is judged by straight ways. If it is too much, the optional objective that is worth least goes first.
+/// A required one is flown if the vehicle can come back from it, or if it is the place to come back to.
+pub(crate) fn to_give_up(
+    steps: &[Step],
+    state: &State,
+    objectives: &Objectives,
+    charge: Fraction,
+    judge: &Judge,
+) -> Option<(usize, String)> {
+    let (waiting, all) = (objectives.waiting(), objectives.all());
+    let current = all.get(*waiting.first()?)?;
+    let budget = judge.model.budget(charge);
+    let stay_s = |index: usize| all[index].terms.dwell.as_secs_f64();
+    let there_wh = judge.steps_wh(steps) + judge.stay_wh(&current.goal, stay_s(waiting[0]));
+    let hops = waiting.windows(2).map(|pair| {
+        let (from, to) = (&all[pair[0]].goal, &all[pair[1]].goal);
+        judge.hop(from, to).energy_wh + judge.stay_wh(to, stay_s(pair[1]))
+    });
+    let last = waiting.last().map(|it| &all[*it].goal).filter(|it| it.flying);
+    let home_wh = last.map_or(0.0, |last| judge.home(last).energy_wh);
+    let too_much = budget.shortfall(there_wh + hops.sum::<f64>() + home_wh)?;
+    if let Some((index, worth)) = least_worth(objectives) {
+        return Some((index, format!("left out, worth {worth}: the mission {too_much}")));
+    }
+    let is_end = waiting.len() == 1 && !current.goal.flying;
+    let back = judge.home(&current.goal);
+    let is_home = !current.goal.flying && back == Hop::default();
+    if state.flying && is_home {
+        return None;
+    }
+    let back_wh = if is_end { 0.0 } else { back.energy_wh };
+    let there_and_back = budget.shortfall(there_wh + back_wh)?;
+    Some((waiting[0], format!("the way there and back {there_and_back}")))
+}
+
+/// Of the objectives that wait and are optional, the one that is worth least; of equal ones the last.
+fn least_worth(objectives: &Objectives) -> Option<(usize, f64)> {
+    let optional = objectives.all().iter().enumerate().filter(|(_, it)| it.progress == Progress::Waiting);
+    let worth = optional.filter_map(|(index, it)| Some((index, it.terms.worth?)));
+    worth.reduce(|least, it| if it.1 <= least.1 { it } else { least })
+}

@@ -1,0 +1,38 @@
+//! The order of a mission whose order is free, chosen by straight ways: no way is known before the areas on it are asked for.
+
+use domain::state::State;
+
+use crate::energy::Judge;
+use crate::objectives::{Objective, Objectives};
+use crate::ordering::{Ordering, Problem, solve};
+
+/// The order of the objectives that wait, by their indices, for a vehicle in `state`. `time_left_s`: until when each must be arrived
+/// at. If no order keeps the deadlines, they do not count: what comes too late fails in its turn. `None` if the precedences
+/// lead in a circle.
+pub(crate) fn choose(
+    objectives: &Objectives,
+    state: &State,
+    judge: &Judge,
+    time_left_s: impl Fn(&Objective) -> Option<f64>,
+) -> Option<Ordering> {
+    let waiting = objectives.waiting();
+    let all: Vec<&Objective> = waiting.iter().map(|it| &objectives.all()[*it]).collect();
+    let time_s = |from: &State, to: &State| judge.hop(from, to).time_s;
+    let problem = Problem {
+        from_start_s: all.iter().map(|to| time_s(state, &to.goal)).collect(),
+        between_s: all.iter().map(|from| all.iter().map(|to| time_s(&from.goal, &to.goal)).collect()).collect(),
+        // A mission that ends in the air is followed by the way home.
+        to_end_s: all.iter().map(|it| if it.goal.flying { judge.home(&it.goal).time_s } else { 0.0 }).collect(),
+        stay_s: all.iter().map(|it| it.terms.dwell.as_secs_f64()).collect(),
+        after: all.iter().map(|it| places(&it.terms.after, &all)).collect(),
+        deadline_s: all.iter().map(|it| time_left_s(it)).collect(),
+    };
+    let without_deadlines = || Problem { deadline_s: vec![None; all.len()], ..problem.clone() };
+    let ordering = solve(&problem).or_else(|| solve(&without_deadlines()))?;
+    Some(Ordering { order: ordering.order.iter().map(|it| waiting[*it]).collect(), ..ordering })
+}
+
+/// Where the objectives with these names are; those that are settled have no place.
+fn places(names: &[String], all: &[&Objective]) -> Vec<usize> {
+    names.iter().filter_map(|name| all.iter().position(|it| it.name == *name)).collect()
+}

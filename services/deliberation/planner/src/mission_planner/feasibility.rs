@@ -1,0 +1,101 @@
+//! Whether the mission can be flown as it is asked for: its order, its deadlines, and what the battery suffices for.
+
+use std::time::Duration;
+
+use domain::energy::Wind;
+use domain::mission::terms::Order;
+use domain::mission::{Mission, Progress};
+use domain::state::State;
+use domain::time::Now;
+
+use super::MissionPlanner;
+use crate::forecast::{self, MissionForecast};
+use crate::objectives::Objective;
+use crate::plan::Step;
+use crate::{energy, free_order};
+
+impl MissionPlanner {
+    /// What `mission` would need from `state` on in this wind, if it were the mission now; nothing changes. As many optional
+    /// objectives are left out as the energy asks for.
+    pub(crate) fn forecast(&self, mission: &Mission, state: &State, now: Now, wind: Wind) -> MissionForecast {
+        let mut left_out: Vec<(String, String)> = Vec::new();
+        loop {
+            let mut scratch = MissionPlanner::new(&self.config, &self.energy, mission.clone(), self.pace);
+            (scratch.permissions, scratch.wind, scratch.is_forecast) = (self.permissions.clone(), wind, true);
+            left_out.iter().for_each(|(name, reason)| scratch.objectives.give_up_named(name, reason));
+            let forecast = forecast::fly_through(scratch, state.clone(), now);
+            match forecast.shortfall().zip(forecast.least_worth()) {
+                Some((shortfall, (name, worth))) => {
+                    left_out.push((name, format!("left out, worth {worth}: the mission {shortfall}")));
+                }
+                None => return MissionForecast { left_out, ..forecast },
+            }
+        }
+    }
+
+    /// Before the first plan: chooses a free order, and before takeoff leaves out what the battery does not suffice for. Why
+    /// nothing is to be flown at all, if so.
+    pub(super) fn begin(&mut self, state: &State, now: Now) -> Option<String> {
+        if self.begun_utc_ms.is_some() {
+            return None;
+        }
+        self.begun_utc_ms = Some(now.utc_ms);
+        if self.mission.order == Order::Free
+            && let Some(ordering) =
+                free_order::choose(&self.objectives, state, &self.judge(), |it| self.time_left_s(it, now))
+        {
+            self.objectives.reorder(&ordering.order);
+        }
+        if self.is_forecast || state.flying || state.charge.is_none() {
+            return None;
+        }
+        // The order is chosen.
+        let rest = Mission { order: Order::Given, ..self.rest_of_mission() };
+        let forecast = self.forecast(&rest, state, now, self.wind);
+        for (name, reason) in &forecast.left_out {
+            self.objectives.give_up_named(name, reason);
+        }
+        forecast.shortfall().map(|shortfall| format!("the mission {shortfall}"))
+    }
+
+    /// How long it is until `objective` must be arrived at, in mission seconds; less than nothing once that is over.
+    pub(super) fn time_left_s(&self, objective: &Objective, now: Now) -> Option<f64> {
+        let begun_utc_ms = self.begun_utc_ms.unwrap_or(now.utc_ms);
+        let wall_ms = |it: Duration| i64::try_from(self.pace.to_wall(it).as_millis()).unwrap_or(i64::MAX);
+        let within = objective.terms.within.map(|it| begun_utc_ms.saturating_add(wall_ms(it)));
+        let deadline_utc_ms = within.into_iter().chain(objective.terms.by_utc_ms).min()?;
+        Some(deadline_utc_ms.saturating_sub(now.utc_ms) as f64 / 1e3 * self.pace.speed())
+    }
+
+    /// The objective that must be given up for `steps` to the current one to be flown, which may be that one, and why.
+    pub(super) fn infeasible(&self, steps: &[Step], state: &State, now: Now) -> Option<(usize, String)> {
+        let current = self.objectives.current_index();
+        let takes_s: f64 = steps.iter().map(|it| it.flight_time_s(&self.config)).sum();
+        let left_s = self.objectives.all().get(current).and_then(|it| self.time_left_s(it, now));
+        if let Some(late_s) = left_s.map(|left_s| takes_s - left_s).filter(|it| 0.0 < *it) {
+            return Some((current, format!("would be reached {late_s:.0} s too late, {takes_s:.0} s from now")));
+        }
+        if self.is_forecast {
+            return None;
+        }
+        energy::to_give_up(steps, state, &self.objectives, state.charge?, &self.judge())
+    }
+
+    /// The current objective was reached, and the vehicle has stayed there for as long as was asked.
+    pub(super) fn arrived(&mut self, now: Now) {
+        let Some(objective) = self.objectives.current() else { return };
+        let since = objective.dwells_since.map_or(Duration::ZERO, |since| now.time - since);
+        let arrived = Now { utc_ms: now.utc_ms - self.pace.to_wall(since).as_millis() as i64, ..now };
+        let left_s =
+            self.objectives.all().get(self.objectives.current_index()).and_then(|it| self.time_left_s(it, arrived));
+        self.conclude(match left_s.filter(|it| *it < 0.0) {
+            Some(left_s) => Progress::Failure(format!("reached {:.0} s too late", -left_s)),
+            None => Progress::Success,
+        });
+    }
+}
+
+/// What the vehicle does at `objective` for `wait`.
+pub(super) fn stays(objective: &Objective, wait: Duration) -> String {
+    format!("stays at `{}` for {:.0} s more", objective.name, wait.as_secs_f64())
+}
