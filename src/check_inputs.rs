@@ -6,6 +6,8 @@ use std::time::SystemTime;
 
 use domain::contingency::Contingencies;
 use domain::file::{Mistakes, Source};
+use domain::geodesy::{LatLon, LocalFrame, Origin};
+use domain::geometry::Ned;
 use domain::mission::Mission;
 use mcm::{LoadedTrees, Trees};
 use rustls::ServerConfig;
@@ -15,12 +17,17 @@ use crate::outcome::Outcome;
 use crate::output;
 use crate::settings::Settings;
 
+/// The vehicle may stand this far from the origin of its mission, in metres: less than the margin to any border.
+const TAKEOFF_AREA_M: f64 = 5.0;
+
 /// Everything that a process may need, checked.
 pub struct Inputs {
     /// The configuration with the settings of this run in it.
     pub config: Config,
     /// The mission.
     pub mission: Mission,
+    /// Where the mission takes off, if it says so.
+    pub origin: Option<Origin>,
     /// The trees.
     pub trees: LoadedTrees,
     /// The contingency table.
@@ -38,13 +45,13 @@ pub struct Inputs {
 /// Reads all inputs; every mistake in any of them is reported at once.
 pub fn read(settings: &Settings) -> Result<Inputs, Mistakes> {
     let config = read_config(settings)?;
-    let mission = Source::read(&config.mission).and_then(|it| Mission::read(&it));
+    let mission = Source::read(&config.mission).and_then(|it| Mission::read_with_origin(&it));
     let behavior = read_behavior(&config);
     match (mission, behavior) {
-        (Ok(mission), Ok((trees, contingencies))) => {
+        (Ok((mission, origin)), Ok((trees, contingencies))) => {
             let (access, state) = (settings.access.clone(), settings.state.clone());
             let (tower_key, tower_secret) = (settings.tower_key.clone(), settings.tower_secret.clone());
-            Ok(Inputs { config, mission, trees, contingencies, access, state, tower_key, tower_secret })
+            Ok(Inputs { config, mission, origin, trees, contingencies, access, state, tower_key, tower_secret })
         }
         (mission, behavior) => {
             let mistakes = [mission.err(), behavior.err()].into_iter().flatten().flat_map(|it| it.0);
@@ -57,7 +64,21 @@ impl Inputs {
     /// What is no mistake and should be known before the flight, a line for each.
     pub fn notes(&self) -> Vec<String> {
         let near = self.mission.too_near_in_wind(self.config.planner.wind_m_s.get());
-        near.into_iter().map(|it| format!("note: {}: {it}", self.config.mission.display())).collect()
+        let notes = near.into_iter().chain(self.elsewhere());
+        notes.map(|it| format!("note: {}: {it}", self.config.mission.display())).collect()
+    }
+
+    /// That the mission takes off where the simulated vehicle does not stand: it is flown from there, and so shifted.
+    fn elsewhere(&self) -> Option<String> {
+        let stands = &self.config.vehicle_sim.origin;
+        let stands = LatLon::new(stands.latitude_deg.get(), stands.longitude_deg.get()).ok()?;
+        let away_m = LocalFrame::at(self.origin?.place).local(stands).horizontal_distance_m(Ned::default());
+        (TAKEOFF_AREA_M < away_m).then(|| {
+            format!(
+                "its origin lies {away_m:.0} m from where the simulated vehicle stands, expected at most {TAKEOFF_AREA_M} m: \
+                 it is flown shifted"
+            )
+        })
     }
 }
 

@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand};
 
 use crate::config::VehicleName;
 use crate::operate::args::{AuditArgs, MissionArgs, PermissionArgs, VehicleArgs};
+use crate::plan::WindArg;
 use crate::run::run_file;
 use crate::service::Service;
 use crate::settings::Settings;
@@ -34,6 +35,8 @@ pub enum Command {
     Up(UpArgs),
     /// Check the configuration, mission, trees, contingencies and link table that `up` and the routers read; start nothing
     Check(CheckArgs),
+    /// Print what would be flown: legs, time, energy, permissions, what is left out and why; start nothing
+    Plan(PlanArgs),
     /// The router that every process connects to; prints where it listens
     Router(RouterArgs),
     /// Make, revoke or renew the certificates of the routers at both ends of the link
@@ -116,6 +119,30 @@ pub struct CheckArgs {
     pub print_tree: bool,
 }
 
+/// For `kittiwake plan`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Exit codes:\n    0  the mission can be flown\n    1  it cannot: no way, too late, or too little energy\n    2  a file has a mistake or cannot be read"
+)]
+pub struct PlanArgs {
+    /// The mission file
+    #[arg(value_name = "MISSION")]
+    pub mission: PathBuf,
+    /// The configuration file, with the speeds and the vehicle's energy
+    #[arg(long, value_name = "FILE", default_value = "config/kittiwake.toml")]
+    pub config: PathBuf,
+    /// The mean wind, in metres per second, and the direction it comes from in degrees; without a direction it blows against every
+    /// leg, and without this option the wind of the configuration does
+    #[arg(long, value_name = "M_S[,FROM_DEG]")]
+    pub wind: Option<WindArg>,
+    /// Also write a page with a picture
+    #[arg(long, value_name = "FILE")]
+    pub html: Option<PathBuf>,
+    /// Print the planner's answer as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
 /// For `kittiwake router`.
 #[derive(Debug, Args)]
 pub struct RouterArgs {
@@ -180,7 +207,7 @@ pub struct CertsArgs {
 pub enum CertsCommand {
     /// Revoke every certificate that a router has had: its links are cut once the others have the new list
     Revoke(RevokeArgs),
-    /// Make a router's certificate and key anew, under the same authority, for the same name and hosts
+    /// Renew a router's certificate and key, under the same authority, for the same name and hosts
     Renew(RenewArgs),
 }
 

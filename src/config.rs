@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use control_tower::policy::Policy;
+use domain::energy::EnergyModel;
 use domain::quantity::Positive;
 use domain::time::Pace;
 use serde::{Deserialize, Deserializer, de};
@@ -43,6 +44,8 @@ pub struct Config {
     pub skill_manager: skill_manager::config::Config,
     /// Rates, and the rules that raise flags.
     pub monitor: monitor::config::Config,
+    /// What a flight takes out of the battery.
+    pub energy: EnergyModel,
     /// How objectives become plans.
     pub planner: planner::config::Config,
     /// The mission and contingency manager.

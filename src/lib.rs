@@ -25,6 +25,7 @@ pub mod inject;
 mod operate;
 pub mod outcome;
 pub mod output;
+mod plan;
 pub mod run;
 pub mod service;
 pub mod settings;
@@ -50,6 +51,7 @@ pub fn main() -> ExitCode {
         None => up::up(&cli.up),
         Some(cli::Command::Up(args)) => up::up(&args),
         Some(cli::Command::Check(args)) => setup::check::check(&args),
+        Some(cli::Command::Plan(args)) => plan::plan(&args),
         Some(cli::Command::Router(args)) => run::router::router(&args),
         Some(cli::Command::Certs(args)) => setup::certs::certs(&args),
         Some(cli::Command::Service(command)) => {

@@ -9,6 +9,8 @@ pub enum Outcome {
     Success,
     /// The request could not be carried out: no process serves it, or no system runs.
     Unavailable,
+    /// The mission cannot be flown as it is.
+    NotFlyable,
     /// A file or an argument is wrong; nothing was started.
     BadInput,
     /// The system refused the order.
@@ -31,7 +33,7 @@ impl From<Outcome> for u8 {
     fn from(it: Outcome) -> u8 {
         match it {
             Outcome::Success => 0,
-            Outcome::Unavailable => 1,
+            Outcome::Unavailable | Outcome::NotFlyable => 1,
             Outcome::BadInput => 2,
             Outcome::ObjectivesFailed | Outcome::Refused => 3,
             Outcome::Emergency => 4,

@@ -84,7 +84,7 @@ fn run(
     direct: Option<&Direct>,
     stop: &Stop,
 ) -> Result<(), Failure> {
-    let Inputs { config, mission, trees, contingencies, access, state, tower_key, tower_secret } = inputs;
+    let Inputs { config, mission, trees, contingencies, access, state, tower_key, tower_secret, origin: _ } = inputs;
     let (pace, seed) = (config.speed.pace(), config.seed);
     let place = Place { link, direct, pace, stop };
     let on_bus = |mut node: Box<dyn Node>| place.run(node.as_mut(), Nudge::default());
@@ -94,7 +94,7 @@ fn run(
         Service::SkillManager => on_bus(Box::new(SkillManager::new(&config.skill_manager, pace))),
         Service::Monitor => on_bus(Box::new(Monitor::new(&config.monitor, &contingencies, pace))),
         Service::Planner => {
-            let planner = Planner::new(&config.planner, mission, pace);
+            let planner = Planner::new(&config.planner, &config.energy, mission, pace);
             place.run_with_state(planner, state, vehicle)
         }
         Service::Mcm => {

@@ -34,7 +34,7 @@ pub trait Resumable: Node {
 /// Why a service does not continue from a state.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Resumed {
-    /// Somebody has given it another mission since: it begins anew.
+    /// Somebody has given it another mission since: it begins again.
     AnotherMission,
     /// The state makes no sense, for this reason.
     Unusable(String),

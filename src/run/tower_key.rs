@@ -120,7 +120,7 @@ fn make(folder: &Path) -> Result<SecretKey, Failure> {
     Ok(key)
 }
 
-/// Whoever reads it finds all of it or nothing.
+/// A reader finds all of it or nothing.
 fn write_whole(path: &Path, line: &str) -> Result<(), Failure> {
     let unfinished = path.with_added_extension("part");
     let written = write_private(&unfinished, format!("{line}\n").as_bytes());

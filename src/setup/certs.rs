@@ -114,7 +114,7 @@ fn make(root: &Path, args: &CertsArgs) -> Result<Vec<PathBuf>, Failure> {
     Ok([vec![authority_folder], folders, towers.into()].concat())
 }
 
-/// Has a router cut off: whoever has one of its certificates and the key to it.
+/// Has a router cut off, and anybody else who has one of its certificates and the key to it.
 fn revoke(args: &RevokeArgs) -> Result<Vec<PathBuf>, Failure> {
     let authority = Authority::open(&args.folder)?;
     let mut certificates = authority.issued_to(&args.name)?;
@@ -128,7 +128,7 @@ fn revoke(args: &RevokeArgs) -> Result<Vec<PathBuf>, Failure> {
     authority.revoke(&certificates)
 }
 
-/// Makes a router's certificate and key anew, for the same name and hosts.
+/// Renews a router's certificate and key, for the same name and hosts.
 fn renew(args: &RenewArgs) -> Result<Vec<PathBuf>, Failure> {
     let authority = Authority::open(&args.folder)?;
     let current = authority.current(&args.name)?;
@@ -188,7 +188,7 @@ fn write(folder: &Path, name: &str, mode: u32, text: &str) -> Result<(), Failure
     file.and_then(|mut it| it.write_all(text.as_bytes())).map_err(failed)
 }
 
-/// Replaces a file at once: whoever reads it finds the old one or the new one.
+/// Replaces a file at once: a reader finds the old one or the new one.
 fn replace(path: &Path, mode: u32, text: &str) -> Result<(), Failure> {
     let failed = |cause| Failure::Write { path: path.to_owned(), cause };
     let (folder, name) = (path.parent().unwrap_or(Path::new(".")), path.file_name().unwrap_or_default());

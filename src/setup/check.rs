@@ -8,7 +8,7 @@ use domain::file::{Mistakes, Source};
 use crate::check_inputs::{self, Inputs};
 use crate::cli::CheckArgs;
 use crate::outcome::Outcome;
-use crate::output;
+use crate::{output, plan};
 
 /// The link table, beside the configuration file.
 const LINK: &str = "zenoh/link.toml";
@@ -31,6 +31,18 @@ pub fn check(args: &CheckArgs) -> Outcome {
     };
     if let Err(outcome) = check_inputs::read_tls(&inputs.config) {
         return outcome;
+    }
+    match plan::forecast(&inputs, None) {
+        Err(mistakes) => return check_inputs::tell(&mistakes),
+        Ok(reply) => {
+            if let Some(shortfall) = reply.energy.map(|it| it.shortfall).filter(|it| !it.is_empty()) {
+                let path = inputs.config.mission.display();
+                output::error_line(format_args!(
+                    "{path}: the mission {shortfall}\n  help: `kittiwake plan {path}` prints what each part takes"
+                ));
+                return Outcome::BadInput;
+            }
+        }
     }
     if args.print_tree {
         output::line(mcm::contingency_xml(&inputs.contingencies).trim_end());

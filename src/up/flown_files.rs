@@ -1,6 +1,6 @@
 //! The files that a run flies with: a copy in a folder of the run, made once they have been checked.
 //!
-//! A process that is started again in flight reads its files again. It reads the copy, so whoever changes the files
+//! A process that is started again in flight reads its files again. It reads the copy, so somebody who changes the files
 //! meanwhile, or installs those of another version, changes the next run and not this one. Certificates, keys and tokens
 //! are no part of it: they are replaced while a system runs, and no copy of a secret is made.
 

@@ -15,7 +15,7 @@ use crate::settings::Settings;
 fn planner() -> Planner {
     let settings = Settings::of_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join("config/kittiwake.toml"));
     let inputs = check_inputs::read(&settings).unwrap();
-    Planner::new(&inputs.config.planner, inputs.mission, inputs.config.speed.pace())
+    Planner::new(&inputs.config.planner, &inputs.config.energy, inputs.mission, inputs.config.speed.pace())
 }
 
 /// A planner with its memory in `folder`.
@@ -30,7 +30,7 @@ fn upload(persisted: &mut Persisted<Planner>) -> usize {
         "name = \"other\"\n[[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 50\nheight_m = 5\nflying = true\n";
     let request = v1::MissionRequest {
         request_id: "1".into(),
-        request: Some(Ask::Upload(v1::MissionText { text: text.into() })),
+        request: Some(Ask::Upload(v1::MissionText { text: text.into(), wind: None })),
         ..Default::default()
     };
     let event = Event::Request { vehicle: "uav1".into(), token: Token(1), request: Request::Mission(request) };

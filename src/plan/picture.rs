@@ -1,0 +1,90 @@
+//! A forecast as a drawing: areas, legs and objectives from above, north up.
+
+use std::fmt::Write;
+
+use kittiwake_proto::v1;
+
+use super::html::escape;
+
+/// Width and height of the drawing, in the units of its strokes and letters.
+const SIZE: f64 = 1000.0;
+/// Room around what is drawn, as a share of its extent.
+const ROOM: f64 = 0.08;
+
+/// Maps metres to the drawing.
+struct Scale {
+    north_m: f64,
+    east_m: f64,
+    per_m: f64,
+}
+
+impl Scale {
+    fn of(points: &[(f64, f64)]) -> Scale {
+        let bounds = |of: fn(&(f64, f64)) -> f64| {
+            let values = || points.iter().map(of);
+            (values().fold(0.0, f64::min), values().fold(0.0, f64::max))
+        };
+        let ((south_m, north_m), (west_m, east_m)) = (bounds(|it| it.0), bounds(|it| it.1));
+        let extent_m = (north_m - south_m).max(east_m - west_m).max(50.0);
+        let room_m = extent_m * ROOM;
+        let per_m = SIZE / (extent_m + 2.0 * room_m);
+        // In the middle of the square.
+        let (middle_north_m, middle_east_m) = (f64::midpoint(south_m, north_m), f64::midpoint(west_m, east_m));
+        let half_m = extent_m / 2.0 + room_m;
+        Scale { north_m: middle_north_m + half_m, east_m: middle_east_m - half_m, per_m }
+    }
+
+    fn at(&self, (north_m, east_m): (f64, f64)) -> (f64, f64) {
+        ((east_m - self.east_m) * self.per_m, (self.north_m - north_m) * self.per_m)
+    }
+}
+
+/// The drawing as an SVG element.
+pub(super) fn draw(reply: &v1::MissionReply) -> String {
+    let status = reply.status.clone().unwrap_or_default();
+    let place = |it: &v1::Ned| (it.north_m, it.east_m);
+    let corners = status.areas.iter().flat_map(|it| it.corners.iter().map(place));
+    let legs: Vec<&v1::LegForecast> = reply.forecast.iter().flat_map(|it| &it.legs).collect();
+    let ends = legs.iter().flat_map(|it| [&it.from, &it.to]).flatten().map(place);
+    let places = status.objectives.iter().filter_map(|it| it.position.as_ref().map(place));
+    let points: Vec<(f64, f64)> = corners.chain(ends).chain(places).collect();
+    let scale = Scale::of(&points);
+    let mut svg =
+        format!("<svg viewBox=\"0 0 {SIZE} {SIZE}\" role=\"img\" aria-label=\"areas, legs and objectives\">\n");
+    for area in &status.areas {
+        let corners: Vec<(f64, f64)> = area.corners.iter().map(|it| scale.at(place(it))).collect();
+        let points: Vec<String> = corners.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+        let kind = if area.kind() == v1::AreaKind::KeepOut { "keep-out" } else { "permission" };
+        let _ = writeln!(svg, "<polygon class=\"{kind}\" points=\"{}\"/>", points.join(" "));
+        if let Some((x, y)) = corners.first() {
+            let _ = writeln!(svg, "<text class=\"area\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escape(&area.name));
+        }
+    }
+    for leg in &legs {
+        if let (Some(from), Some(to)) = (&leg.from, &leg.to) {
+            let ((x1, y1), (x2, y2)) = (scale.at(place(from)), scale.at(place(to)));
+            let _ = writeln!(
+                svg,
+                "<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\"><title>{}</title></line>",
+                escape(&leg.text)
+            );
+        }
+    }
+    let (x, y) = scale.at((0.0, 0.0));
+    let _ =
+        writeln!(svg, "<rect class=\"home\" x=\"{:.1}\" y=\"{:.1}\" width=\"14\" height=\"14\"/>", x - 7.0, y - 7.0);
+    for (number, objective) in (1..).zip(&reply.forecast) {
+        let known = status.objectives.iter().find(|it| it.name == objective.objective);
+        let Some(position) = known.and_then(|it| it.position) else { continue };
+        let (x, y) = scale.at(place(&position));
+        let class = if objective.reachable { "reached" } else { "missed" };
+        let _ = writeln!(
+            svg,
+            "<circle class=\"{class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"8\"/>\n<text x=\"{:.1}\" y=\"{:.1}\">{number} {}</text>",
+            x + 12.0,
+            y - 6.0,
+            escape(&objective.objective)
+        );
+    }
+    svg + "</svg>\n"
+}
