@@ -47,10 +47,11 @@ fn wait_for_mode(system: &System, mode: &str) -> Value {
 #[test]
 fn a_rejected_takeoff_is_replanned() {
     let system = start();
-    // The next command after the landing has been acknowledged is the next takeoff's.
+    // The next command after the landing has been acknowledged is the next takeoff's; a takeoff that needs no arming is asked for
+    // once more.
     system.wait_for("step 5 of 5: land");
     wait_for_skill(&system, "SKILL_KIND_LAND");
-    fault(&system, "reject_acks 1");
+    fault(&system, "reject_acks 2");
     let ending = system.end();
     ending.expect(0, &["SUCCESS", "SUCCESS"]);
     ending.expect_in_order(&[

@@ -58,7 +58,10 @@ impl Flight {
     #[track_caller]
     fn kill_tower(&self, spoil: impl FnOnce(&Path)) {
         let before = tower(&self.system.status());
-        let process = self.system.process("control-tower");
+        // One that hung may have just been killed by the launcher.
+        let process = wait_for("a tower", || {
+            self.system.children().into_iter().find(|(name, _)| name == "control-tower").map(|it| it.1)
+        });
         process.signal(Signal::SIGSTOP);
         spoil(&self.state);
         process.signal(Signal::SIGKILL);

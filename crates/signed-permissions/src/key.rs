@@ -13,7 +13,7 @@ const SECRET: &str = "kittiwake-tower-secret";
 const PUBLIC: &str = "kittiwake-tower-public";
 const ALGORITHM: &str = "ed25519";
 
-/// Signs permissions. Whoever has it can let vehicles into areas.
+/// Signs permissions. A process that has it can let vehicles into areas.
 pub struct SecretKey {
     seed: [u8; 32],
     pair: Ed25519KeyPair,
