@@ -26,6 +26,8 @@ pub(crate) enum Purpose {
 pub(crate) struct InFlight {
     id: CommandId,
     until: Time,
+    /// Whether it was sent a second time.
+    repeated: bool,
     /// What was sent.
     pub(crate) command: Command,
     /// Why.
@@ -60,6 +62,13 @@ impl Acknowledgement {
     }
 }
 
+impl InFlight {
+    /// Whether it was sent a second time already.
+    pub(crate) fn is_repeated(&self) -> bool {
+        self.repeated
+    }
+}
+
 /// Sends one command at a time.
 #[derive(Debug)]
 pub(crate) struct CommandLine {
@@ -83,8 +92,15 @@ impl CommandLine {
     pub(crate) fn send(&mut self, command: Command, purpose: Purpose, now: Now) -> VehicleCommand {
         debug_assert!(!self.is_busy(), "one command in flight at a time");
         let id = CommandId(self.ids.next(now));
-        self.in_flight = Some(InFlight { id, until: now.time + self.timeout, command, purpose });
+        self.in_flight = Some(InFlight { id, until: now.time + self.timeout, repeated: false, command, purpose });
         VehicleCommand { id, command }
+    }
+
+    /// Sends a command that was given up once more, under its own number: an acknowledgement of either sending counts.
+    pub(crate) fn repeat(&mut self, given_up: InFlight, now: Now) -> VehicleCommand {
+        debug_assert!(!self.is_busy(), "one command in flight at a time");
+        self.in_flight = Some(InFlight { until: now.time + self.timeout, repeated: true, ..given_up });
+        VehicleCommand { id: given_up.id, command: given_up.command }
     }
 
     /// The command that an acknowledgement belongs to. A second one for the same command, one that

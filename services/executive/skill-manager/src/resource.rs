@@ -78,11 +78,14 @@ impl Resource {
     pub(crate) fn time_passed(&mut self, now: Now) {
         if let Some(command) = self.commands.give_up(now.time) {
             // An acknowledgement may be lost on its way; what the vehicle does counts more.
-            let ack = match self.vehicle.obeys(command.command) {
-                true => Acknowledgement::Answered(CommandResult::Accepted),
-                false => Acknowledgement::Missing,
-            };
-            self.settled(command, &ack, now);
+            if self.vehicle.obeys(command.command) {
+                self.settled(command, &Acknowledgement::Answered(CommandResult::Accepted), now);
+            } else if !command.is_repeated() && self.is_wanted(command.purpose) {
+                self.vehicle.commanded();
+                self.outbox.push(Output::Command(self.commands.repeat(command, now)));
+            } else {
+                self.settled(command, &Acknowledgement::Missing, now);
+            }
         }
         self.proceed(now);
         self.refresh_setpoint(now.time);
@@ -253,6 +256,18 @@ impl Resource {
                 self.idle.loiter_answered(ack.is_accepted(), now.time);
             }
             Purpose::Idle => {}
+        }
+    }
+
+    /// Whether a command that nothing was heard of is sent once more, as MAVLink's command protocol demands: the command or its
+    /// acknowledgement may be lost, or the autopilot's computer was busy.
+    fn is_wanted(&self, purpose: Purpose) -> bool {
+        match purpose {
+            Purpose::Start(id) => self.slots.is_being_started(id),
+            Purpose::Cancel(id) => self.slots.is_being_cancelled(id),
+            Purpose::UndoArming => true,
+            // Tried more often than that, each time with a look whether it is still needed.
+            Purpose::Idle => false,
         }
     }
 

@@ -57,9 +57,20 @@ impl Slots {
         self.candidate.take_if(|it| it.id() == id)
     }
 
+    /// Whether this skill is the candidate, and neither was it cancelled nor does another request wait for it to get out of the way.
+    pub(crate) fn is_being_started(&self, id: SkillId) -> bool {
+        let commanding = SkillState::ProcessRequest(Processing::Commanding);
+        self.next.is_none() && self.candidate.as_ref().is_some_and(|it| it.id() == id && *it.state() == commanding)
+    }
+
+    /// Whether this skill is the registered one and is being cancelled.
+    pub(crate) fn is_being_cancelled(&self, id: SkillId) -> bool {
+        self.registered.as_ref().is_some_and(|it| it.id() == id && *it.state() == SkillState::Cancel)
+    }
+
     /// The registered skill, if it is this one and is being cancelled.
     pub(crate) fn take_cancelling(&mut self, id: SkillId) -> Option<SkillRun> {
-        self.registered.take_if(|it| it.id() == id && *it.state() == SkillState::Cancel)
+        if self.is_being_cancelled(id) { self.registered.take() } else { None }
     }
 
     /// This skill, from any slot.

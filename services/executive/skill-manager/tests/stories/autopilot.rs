@@ -52,13 +52,21 @@ fn a_vehicle_that_is_disarmed_by_somebody_else_fails_the_skill() {
 }
 
 #[test]
-fn a_missing_acknowledgement_ends_the_request() {
+fn a_command_that_is_not_acknowledged_is_sent_once_more() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let position = rig.expect([Lose]).start(fly_to(100.0));
+    rig.run(2.0).check("offboard 1 process_request\ncommand offboard\ncommand offboard\noffboard 1 execute");
+    assert_eq!(rig.outcome(position), Succeeded);
+}
+
+#[test]
+fn a_second_missing_acknowledgement_ends_the_request() {
     let mut rig = Rig::new(Autopilot::flying());
     let before = rig.now;
-    let position = rig.expect([Lose]).start(fly_to(100.0));
+    let position = rig.expect([Lose, Lose]).start(fly_to(100.0));
     assert_eq!(rig.outcome(position), Rejected);
     assert_eq!(rig.reason(position), "start: offboard not acknowledged");
-    assert_eq!((rig.now - before).as_secs_f64(), 1.0);
+    assert_eq!((rig.now - before).as_secs_f64(), 2.0);
 }
 
 #[test]

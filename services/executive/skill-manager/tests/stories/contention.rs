@@ -5,7 +5,7 @@ use domain::skill::Goal;
 use kittiwake_proto::v1::{self, FlightMode, SkillOutcome::*, SkillState, WhenBusy::Refuse, WhenBusy::Replace};
 
 use crate::support::autopilot::Autopilot;
-use crate::support::autopilot::Reaction::*;
+use crate::support::autopilot::Reaction::{self, *};
 use crate::support::rig::Rig;
 
 fn fly_to(north_m: f64) -> Goal {
@@ -186,16 +186,16 @@ fn a_cancelled_skill_ends_when_the_autopilot_loiters() {
 #[test]
 fn a_cancellation_that_is_rejected_or_not_acknowledged_leaves_the_skill_flying() {
     #[track_caller]
-    fn check(reaction: crate::support::autopilot::Reaction, reason: &str) {
+    fn check(reactions: &[Reaction], commands: &str, reason: &str) {
         let mut rig = under_way();
-        rig.expect([reaction]).cancel(1).unwrap();
-        rig.run(5.0).check(&format!("offboard 1 cancel\ncommand loiter\noffboard 1 execute: {reason}"));
+        rig.expect(reactions.iter().copied()).cancel(1).unwrap();
+        rig.run(5.0).check(&format!("offboard 1 cancel\n{commands}\noffboard 1 execute: {reason}"));
         assert_eq!(rig.autopilot.actual(), FlightMode::Offboard);
         rig.cancel(1).unwrap();
         assert_eq!(rig.outcome(1), Cancelled, "the second time it works");
     }
-    check(Reject, "cancel: loiter rejected: not now");
-    check(Lose, "cancel: loiter not acknowledged");
+    check(&[Reject], "command loiter", "cancel: loiter rejected: not now");
+    check(&[Lose, Lose], "command loiter\ncommand loiter", "cancel: loiter not acknowledged");
 }
 
 #[test]
