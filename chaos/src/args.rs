@@ -2,6 +2,7 @@
 
 use std::num::{NonZeroU32, NonZeroUsize};
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::Parser;
 use kittiwake::config::Speed;
@@ -25,6 +26,10 @@ pub struct Args {
     /// Mission time runs K times as fast as the wall clock; processes die and come back in wall time at any speed
     #[arg(long, value_name = "K", default_value = "8")]
     pub speed: Speed,
+    /// Wall time that the death of a process may take, in seconds, until its successor is heard: by default three until one that
+    /// hangs is killed, three of the longest delay before it is started again, two to start; on a crowded machine more
+    #[arg(long, value_name = "SECONDS", default_value_t = 8)]
+    pub interruption: u16,
     /// Runs at a time
     #[arg(long, value_name = "J", default_value = "1")]
     pub jobs: NonZeroUsize,
@@ -41,4 +46,11 @@ pub struct Args {
     /// Has mounts of its own
     #[arg(long, hide = true)]
     pub own_mounts: bool,
+}
+
+impl Args {
+    /// [`Args::interruption`].
+    pub fn interruption(&self) -> Duration {
+        Duration::from_secs(self.interruption.into())
+    }
 }

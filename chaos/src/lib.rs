@@ -23,6 +23,7 @@ use crate::clock::Clocks;
 use crate::disk::Disk;
 use crate::figures::Loss;
 pub use crate::means::Means;
+use crate::oracle::Oracle;
 use crate::run::Run;
 use crate::schedule::Schedule;
 use crate::system::Setup;
@@ -131,7 +132,8 @@ pub fn one(args: &Args, seed: u64, means: &Means, interrupted: &AtomicBool) -> R
     let setup = Arc::new(setup(args, &program, &schedule, folder.0.clone(), clocks, true));
     std::fs::create_dir(setup.state()).map_err(|it| format!("{}: {it}", setup.state().display()))?;
     let _disk = means.has_disk.then(|| Disk::mount(&setup.state()));
-    run::fly(&setup, args.speed.pace(), schedule, |kind| means.allow(kind), interrupted)
+    let oracle = Oracle::new(args.speed.pace(), args.interruption());
+    run::fly(&setup, oracle, schedule, |kind| means.allow(kind), interrupted)
 }
 
 /// The program that is troubled.

@@ -11,6 +11,9 @@ use kittiwake_chaos::trouble::{Garbling, Kind, Layout, Trouble, Victim, Ways};
 
 use crate::support::{KITTIWAKE, shipped};
 
+/// Wall time that the death of a process may take, in seconds. Campaigns say how fast a system recovers; here other tests share
+/// the machine, and a process may take long to start.
+const INTERRUPTION_S: &str = "16";
 /// More troubles than these would make a story longer, and say less about the one that it is about.
 const MOST_TROUBLES: usize = 2;
 
@@ -25,6 +28,7 @@ fn check(layout: Layout, is_about: impl Fn(&Trouble) -> bool) {
     let schedule = schedules.find(|it| it.troubles.iter().any(|it| is_about(&it.1))).expect("a seed draws it");
     let config = shipped().join("kittiwake.toml");
     let args = ["chaos", "--speed", "20", "--program", KITTIWAKE, "--config", config.to_str().unwrap()];
+    let args = args.into_iter().chain(["--interruption", INTERRUPTION_S]);
     let (args, interrupted) = (Args::parse_from(args), AtomicBool::new(false));
     let run = kittiwake_chaos::one(&args, schedule.seed, &Means::default(), &interrupted).unwrap();
     let story: Vec<String> = run.story.iter().map(|(at_s, text)| format!("{at_s:7.1} s  {text}")).collect();

@@ -1,11 +1,13 @@
 //! Enabled once, the system comes up by itself, flies, and remembers that it has.
 
-use crate::site::{ON_BOARD, Site, flies, is_armed};
+use crate::site::{ON_BOARD, Site, flies, is_armed, unpack_upgrade};
+
+const SPEED: u32 = 20;
 
 #[test]
 #[ignore = "needs an image: KITTIWAKE_SYSTEMD_IMAGE=NAME cargo test --test systemd -- --ignored"]
 fn installed_as_documented_it_flies_and_stays_down_after_a_power_cut_and_an_upgrade() {
-    let site = Site::start("flight", 20);
+    let site = Site::start("flight", SPEED);
     site.check_active();
     site.wait_for_success();
     for process in ON_BOARD {
@@ -17,7 +19,8 @@ fn installed_as_documented_it_flies_and_stays_down_after_a_power_cut_and_an_upgr
     check_stays_down(&site, "a power cut");
 
     let before = ON_BOARD.map(|it| site.aircraft.process_id(it));
-    site.aircraft.run(&crate::documented::commands("mv /usr/local/bin/kittiwake.new"));
+    unpack_upgrade(&site.aircraft, SPEED);
+    site.aircraft.run(&crate::documented::commands("\nsystemctl restart kittiwake.target"));
     for (process, before) in ON_BOARD.iter().zip(before) {
         site.aircraft.wait_for_another(process, before);
     }

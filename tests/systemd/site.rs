@@ -1,6 +1,6 @@
 //! An aircraft and its ground, installed as docs/deployment.md says.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
 
 use serde_json::Value;
@@ -11,6 +11,8 @@ use crate::machine::{Machine, succeeded, wait_for};
 
 /// Names the image of the machines.
 const IMAGE: &str = "KITTIWAKE_SYSTEMD_IMAGE";
+/// Names the folder of an earlier version, built by `cargo build`, that is installed in place of this one and then upgraded.
+const EARLIER: &str = "KITTIWAKE_EARLIER_VERSION";
 
 /// What is enabled on board.
 pub const ON_BOARD: [&str; 6] = ["router", "vehicle-sim", "skill-manager", "monitor", "planner", "mcm"];
@@ -112,16 +114,37 @@ impl Site {
 /// The documented installation, with another speed in its configuration.
 #[track_caller]
 fn install(machine: &Machine, speed: u32) {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     machine.run("mkdir -p target/release");
-    machine.copy_in(Path::new(env!("CARGO_BIN_EXE_kittiwake")), "target/release/kittiwake");
-    machine.copy_in(&root.join("config"), "config");
-    machine.copy_in(&root.join("deploy"), "deploy");
-    machine.run(&format!("sed -i 's/^speed = .*/speed = {speed}.0/' config/kittiwake.toml"));
+    match std::env::var_os(EARLIER).map(PathBuf::from) {
+        Some(earlier) => unpack(machine, &earlier, &earlier.join("target/debug/kittiwake"), speed),
+        None => unpack_this(machine, speed),
+    }
     machine.run(&commands("useradd"));
     machine.run(
         "kittiwake --version || { echo 'the image needs the C library of this machine or a newer one' >&2; exit 1; }",
     );
+}
+
+/// Puts the new version where the documentation of an upgrade expects it: another file than the one that runs, though it may say
+/// the same.
+#[track_caller]
+pub fn unpack_upgrade(machine: &Machine, speed: u32) {
+    machine.run("rm -rf config deploy target/release/kittiwake");
+    unpack_this(machine, speed);
+    machine.run("echo >>target/release/kittiwake");
+}
+
+fn unpack_this(machine: &Machine, speed: u32) {
+    unpack(machine, Path::new(env!("CARGO_MANIFEST_DIR")), Path::new(env!("CARGO_BIN_EXE_kittiwake")), speed);
+}
+
+/// Puts a version into the folder in which the documented commands run.
+#[track_caller]
+fn unpack(machine: &Machine, root: &Path, program: &Path, speed: u32) {
+    machine.copy_in(program, "target/release/kittiwake");
+    machine.copy_in(&root.join("config"), "config");
+    machine.copy_in(&root.join("deploy"), "deploy");
+    machine.run(&format!("sed -i 's/^speed = .*/speed = {speed}.0/' config/kittiwake.toml"));
 }
 
 pub fn is_armed(vehicle: &Value) -> bool {

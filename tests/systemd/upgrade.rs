@@ -1,19 +1,18 @@
 //! The program is replaced while the vehicle flies.
 
 use crate::documented::commands;
-use crate::site::Site;
+use crate::site::{Site, unpack_upgrade};
+
+const SPEED: u32 = 5;
 
 #[test]
 #[ignore = "needs an image: KITTIWAKE_SYSTEMD_IMAGE=NAME cargo test --test systemd -- --ignored"]
 fn upgraded_in_flight_one_process_after_the_other_the_mission_is_achieved() {
-    let site = Site::start("upgrade", 5);
+    let site = Site::start("upgrade", SPEED);
     let machine = &site.aircraft;
     site.wait_for_flight();
-    let in_place = commands("mv /usr/local/bin/kittiwake.new").replace("systemctl restart kittiwake.target", "");
-    // Another file than the one that runs, though it says the same.
-    machine.run("echo >>target/release/kittiwake");
-    machine.run(&in_place);
-    machine.run("kittiwake check --config /run/kittiwake-config/kittiwake.toml");
+    unpack_upgrade(machine, SPEED);
+    machine.run(&commands("cp -rT config /run/kittiwake-config"));
     let one_by_one = commands("for name in");
     let names = one_by_one.split_once(" in ").and_then(|(_, it)| it.split_once(';')).expect("a list of names").0;
     let before: Vec<_> = names.split(' ').map(|it| (it, machine.process_id(it))).collect();

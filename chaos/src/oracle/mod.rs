@@ -16,9 +16,6 @@ mod violation;
 use orders::Orders;
 pub use violation::Violation;
 
-/// Wall time that the death of a process may take: three seconds until one that hangs is killed, three of the longest delay
-/// before it is started again, two to start on a busy machine.
-pub const INTERRUPTION: Duration = Duration::from_secs(8);
 /// Moving less than this is resting.
 const REST_RADIUS_M: f64 = 5.0;
 /// One that rests for this mission time, and this wall time, holds.
@@ -43,6 +40,8 @@ pub enum State {
 #[derive(Debug)]
 pub struct Oracle {
     pace: Pace,
+    /// Mission time that the death of a process may take.
+    interruption: Duration,
     witness: Witness,
     violations: Vec<Violation>,
     manager: v1::McmStatus,
@@ -56,11 +55,13 @@ pub struct Oracle {
 }
 
 impl Oracle {
-    /// Of a system at that pace.
-    pub fn new(pace: Pace) -> Oracle {
+    /// Of a system at that pace, in which the death of a process may take so much wall time.
+    pub fn new(pace: Pace, interruption: Duration) -> Oracle {
+        let interruption = pace.wall(interruption);
         Oracle {
             pace,
-            witness: Witness::with(limits(pace)),
+            interruption,
+            witness: Witness::with(limits(pace, interruption)),
             violations: Vec::new(),
             manager: v1::McmStatus::default(),
             manager_heard: Time::ZERO,
@@ -68,8 +69,18 @@ impl Oracle {
             position_heard: Time::ZERO,
             rest: None,
             path_m: 0.0,
-            orders: Orders::new(pace),
+            orders: Orders::new(pace, interruption),
         }
+    }
+
+    /// Of the system that it watches.
+    pub fn pace(&self) -> Pace {
+        self.pace
+    }
+
+    /// Mission time that the death of a process may take.
+    pub fn interruption(&self) -> Duration {
+        self.interruption
     }
 
     /// A message passes by.
@@ -95,15 +106,14 @@ impl Oracle {
         if let Some(before) = self.position.replace(position).filter(|_| self.witness.is_airborne()) {
             self.path_m += before.distance_m(position);
         }
-        let interruption = self.pace.wall(INTERRUPTION);
         // While nothing is heard at all, the router is away, and the silence of the manager says nothing.
         let was_deaf = self.position_heard + self.pace.wall(Duration::from_secs(1)) < at;
         self.position_heard = at;
         if was_deaf || !self.witness.is_airborne() {
             self.manager_heard = self.manager_heard.max(at);
         }
-        if self.manager_heard + interruption < at {
-            self.violations.push(Violation::NobodyInCharge { at });
+        if self.manager_heard + self.interruption < at {
+            self.violations.push(Violation::NobodyInCharge { at, silent_for: at - self.manager_heard });
             self.manager_heard = at;
         }
         let rests = |(place, _): &(Ned, Time)| place.distance_m(position) < REST_RADIUS_M;
@@ -140,7 +150,7 @@ impl Oracle {
 
     /// Everything has lost its power, the vehicle as well: the simulator's next one stands at home. What was over stays over.
     pub fn power_lost(&mut self, now: Now) {
-        self.witness = Witness::with(limits(self.pace));
+        self.witness = Witness::with(limits(self.pace, self.interruption));
         if self.manager.report.is_some() {
             self.witness.take_in(now, &self.manager.clone().into());
         }
@@ -199,8 +209,7 @@ impl Oracle {
 }
 
 /// The witness's, with the time that the death of a process takes.
-fn limits(pace: Pace) -> Limits {
-    let interruption = pace.wall(INTERRUPTION);
+fn limits(pace: Pace, interruption: Duration) -> Limits {
     let usual = Limits::default();
     Limits {
         under_way: usual.under_way.max(pace.wall(Duration::from_secs(1))),

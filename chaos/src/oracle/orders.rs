@@ -6,7 +6,7 @@ use std::time::Duration;
 use domain::time::{Pace, Time};
 use kittiwake_proto::v1;
 
-use super::{INTERRUPTION, Violation};
+use super::Violation;
 use crate::trouble::{Order, Trouble, Victim};
 
 /// In mission time from the order to the ground: down from return height, or home from the farthest area first.
@@ -20,6 +20,8 @@ const FRESH: Duration = Duration::from_secs(3);
 #[derive(Debug)]
 pub(super) struct Orders {
     pace: Pace,
+    /// Mission time that the death of a process may take.
+    interruption: Duration,
     /// What must be obeyed, until when.
     in_force: Option<(Order, Time)>,
     /// When each was last given, accepted or not.
@@ -45,9 +47,10 @@ fn seen_as(order: Order) -> &'static [Order] {
 }
 
 impl Orders {
-    pub(super) fn new(pace: Pace) -> Orders {
+    pub(super) fn new(pace: Pace, interruption: Duration) -> Orders {
         Orders {
             pace,
+            interruption,
             in_force: None,
             given: BTreeMap::new(),
             accepted: BTreeSet::new(),
@@ -88,7 +91,7 @@ impl Orders {
             Order::Return => RETURN_LIMIT,
         };
         if is_airborne {
-            self.in_force = Some((order, now + limit + self.pace.wall(INTERRUPTION)));
+            self.in_force = Some((order, now + limit + self.interruption));
         }
     }
 
@@ -97,7 +100,7 @@ impl Orders {
     pub(super) fn troubled(&mut self, trouble: &Trouble) {
         let is_forgotten = matches!(trouble, Trouble::GarbledState(Victim::Mcm, _) | Trouble::FullDisk(_));
         let deaths: u32 = trouble.deaths().iter().map(|it| it.1).sum();
-        let more = self.pace.wall(INTERRUPTION) * deaths + self.pace.wall(trouble.link_is_faulty_for());
+        let more = self.interruption * deaths + self.pace.wall(trouble.link_is_faulty_for());
         self.in_force = self.in_force.filter(|_| !is_forgotten).map(|(order, by)| (order, by + more));
     }
 

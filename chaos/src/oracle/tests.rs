@@ -3,6 +3,8 @@
 use super::*;
 use crate::trouble::{Victim, Ways};
 
+const INTERRUPTION: Duration = Duration::from_secs(8);
+
 /// A made-up flight at real time, second by second.
 struct Truth {
     oracle: Oracle,
@@ -16,7 +18,7 @@ impl Truth {
     /// In the air, with a manager that flies a mission.
     fn in_flight() -> Truth {
         let manager = v1::McmStatus { phase: v1::MissionPhase::Nominal.into(), ..Default::default() };
-        let oracle = Oracle::new(Pace::REAL_TIME);
+        let oracle = Oracle::new(Pace::REAL_TIME, INTERRUPTION);
         let mut truth = Truth { oracle, at_s: 0, east_m: 0.0, height_m: 0.0, manager: Some(manager) };
         truth.hear(v1::VehicleStatus { armed: true, ..Default::default() }.into());
         truth.fly(2, 0.0);

@@ -1,11 +1,11 @@
 //! What the oracle may have against a run.
 
 use std::fmt;
+use std::time::Duration;
 
 use domain::time::Time;
 use witness::Breach;
 
-use super::INTERRUPTION;
 use crate::trouble::Order;
 
 /// What must not happen.
@@ -17,6 +17,8 @@ pub enum Violation {
     NobodyInCharge {
         /// When.
         at: Time,
+        /// How long until then, in mission time.
+        silent_for: Duration,
     },
     /// An order was accepted, and the vehicle still flies.
     Disobeyed {
@@ -65,8 +67,8 @@ impl fmt::Display for Violation {
             Violation::Breach(Breach::NoResponder { at, phase }) => {
                 write!(f, "at {:.0} s it flew and nothing responded, mission {phase:?}", s(at))
             }
-            Violation::NobodyInCharge { at } => {
-                write!(f, "at {:.0} s it flew and the mission manager had not been heard for {INTERRUPTION:?}", s(at))
+            Violation::NobodyInCharge { at, silent_for } => {
+                write!(f, "at {:.0} s it flew and the mission manager had not been heard for {silent_for:.0?}", s(at))
             }
             Violation::Disobeyed { order, at } => {
                 write!(f, "{} was accepted, and at {:.0} s the vehicle still flew", order.verb(), s(at))

@@ -3,7 +3,7 @@
 use kittiwake_proto::v1::MissionOutcome;
 
 use super::Flight;
-use crate::oracle::{INTERRUPTION, State};
+use crate::oracle::State;
 use crate::system::System;
 use crate::trouble::{Order, Trouble};
 
@@ -12,7 +12,7 @@ impl Flight<'_> {
     pub(super) fn outcome(&mut self) -> Option<String> {
         let now = self.now().time;
         let scene = self.scene.as_ref().filter(|_| self.troubles.is_empty())?;
-        if now < self.settled_from + self.pace.wall(INTERRUPTION) {
+        if now < self.settled_from + self.oracle.interruption() {
             return None;
         }
         match self.oracle.state(now) {

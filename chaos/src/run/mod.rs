@@ -51,13 +51,13 @@ pub struct Run {
     pub wall: Duration,
 }
 
-/// Flies a run of `setup` through the troubles of `schedule`, as far as they are `possible` here.
+/// Flies a run of `setup` through the troubles of `schedule`, as far as they are `possible` here, judged by the `oracle`.
 ///
 /// # Errors
 /// If the system cannot be started at all, or the run was interrupted.
 pub(crate) fn fly(
     setup: &Arc<Setup>,
-    pace: Pace,
+    oracle: Oracle,
     schedule: Schedule,
     possible: impl Fn(Kind) -> bool,
     interrupted: &AtomicBool,
@@ -68,7 +68,7 @@ pub(crate) fn fly(
     let troubles = schedule.troubles.iter().filter(|it| possible(it.1.kind())).cloned().collect();
     let mut flight = Flight {
         setup,
-        pace,
+        pace: oracle.pace(),
         interrupted,
         heard,
         sender,
@@ -79,7 +79,7 @@ pub(crate) fn fly(
         settled_from: Time::ZERO,
         troubles,
         true_time: TrueTime::default(),
-        oracle: Oracle::new(pace),
+        oracle,
         losses: Losses::default(),
         story: Vec::new(),
         last_order: None,
