@@ -1,7 +1,5 @@
 //! A landing that does not come down: the vehicle climbs and goes elsewhere.
 
-mod support;
-
 use std::time::Duration;
 
 use control_tower::policy::Policy;
@@ -11,7 +9,7 @@ use simulation::{Machine, Setup, Simulation};
 const LIMIT: Duration = Duration::from_secs(1500);
 
 fn simulation() -> Simulation<'static> {
-    let config = support::config();
+    let config = crate::support::config();
     let permissions = Policy::Grant;
     let setup = Setup { config: &config, mission: None, permissions, seed: 1, machine: Machine::Ideal };
     Simulation::new(&setup).unwrap()

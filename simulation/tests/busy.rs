@@ -1,7 +1,5 @@
 //! A busy machine delivers messages late and in another order, and lets processes wait: the mission is the same.
 
-mod support;
-
 use std::time::Duration;
 
 use control_tower::policy::Policy;
@@ -18,7 +16,7 @@ const MACHINES: u64 = 12;
 /// The decisions and the outcome. Whether an area is flown round in the north or in the south, which is as far, is left
 /// out.
 fn story(permissions: Policy, machine: Machine) -> (Vec<String>, String) {
-    let config = support::config();
+    let config = crate::support::config();
     let mut simulation =
         Simulation::new(&Setup { config: &config, mission: None, permissions, seed: 1, machine }).unwrap();
     let report = simulation.fly(LIMIT).expect("the mission to end");
@@ -38,7 +36,7 @@ fn check(permissions: Policy) {
 
 #[test]
 fn a_battery_that_is_low_and_critical() {
-    let config = support::config();
+    let config = crate::support::config();
     for seed in 0..MACHINES {
         let machine = Machine::Busy { seed, worst: WORST };
         let setup = Setup { config: &config, mission: None, permissions: Policy::Grant, seed: 1, machine };

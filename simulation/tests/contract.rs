@@ -4,7 +4,6 @@
 
 #[path = "../../services/ground/gateway/tests/world/description.rs"]
 mod description;
-mod support;
 
 use std::time::Duration;
 
@@ -50,7 +49,7 @@ struct World {
 
 impl World {
     fn new() -> World {
-        let config = support::config();
+        let config = crate::support::config();
         let setup =
             Setup { config: &config, mission: None, permissions: Policy::Grant, seed: 1, machine: Machine::Ideal };
         let text = entry("anna", &[Role::Operator], "token");
@@ -146,7 +145,7 @@ fn every_document_is_as_described() {
             let (status, body) = world.send("GET", &path, "");
             assert!(status == 200 || status == 404 || status == 503, "{path}: {status} {body}");
         }
-        let text = std::fs::read_to_string(support::config().join("missions/harbour.toml")).unwrap();
+        let text = std::fs::read_to_string(crate::support::config().join("missions/harbour.toml")).unwrap();
         let body = serde_json::json!({ "text": text }).to_string();
         world.send("POST", "/api/v1/vehicles/uav1/mission/validate", &body);
         world.send("POST", "/api/v1/vehicles/uav1/mission/validate", r#"{"text":"name = 7"}"#);

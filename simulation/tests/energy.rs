@@ -1,12 +1,10 @@
 //! What the battery does not suffice for is not flown, as whole flights.
 
-mod support;
-
 use std::time::Duration;
 
+use crate::support::{mission_file, simulation};
 use control_tower::policy::Policy;
 use kittiwake_proto::v1::{MissionOutcome, ObjectiveState};
-use support::{mission_file, simulation};
 
 const LIMIT: Duration = Duration::from_secs(1200);
 

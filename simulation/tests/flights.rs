@@ -1,7 +1,5 @@
 //! Whole flights on the virtual bus, as stories.
 
-mod support;
-
 use std::time::Duration;
 
 use control_tower::policy::Policy;
@@ -11,7 +9,7 @@ use simulation::{Machine, Setup, Simulation};
 const LIMIT: Duration = Duration::from_secs(1200);
 
 fn reference(permissions: Policy, seed: u64) -> Simulation<'static> {
-    let config = support::config();
+    let config = crate::support::config();
     Simulation::new(&Setup { config: &config, mission: None, permissions, seed, machine: Machine::Ideal }).unwrap()
 }
 

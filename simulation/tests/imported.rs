@@ -1,7 +1,5 @@
 //! A harbour of hundreds of zones by ED-269, and a plan of QGroundControl: imported, planned and flown.
 
-mod support;
-
 use std::fmt::Write as _;
 use std::time::Duration;
 
@@ -13,7 +11,7 @@ use formats::Import;
 use formats::assemble::{Assembled, Settings, assemble};
 use kittiwake_proto::v1::MissionOutcome;
 
-use support::{mission_file, simulation};
+use crate::support::{mission_file, simulation};
 
 /// The side of the harbour's square cells, in metres; each has a zone in its middle.
 const CELL_M: f64 = 400.0;

@@ -1,7 +1,5 @@
 //! A land detector that is wrong or silent: the flight is known by motors, height and speed.
 
-mod support;
-
 use std::time::Duration;
 
 use control_tower::policy::Policy;
@@ -9,7 +7,7 @@ use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, MissionOutcome};
 use simulation::Simulation;
 
-use support::simulation;
+use crate::support::simulation;
 
 const LIMIT: Duration = Duration::from_secs(2400);
 const CONTRADICTS: &str = "flag `land_detector_contradicts` raised: the land detector has been reported against motors";

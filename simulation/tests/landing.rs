@@ -1,7 +1,5 @@
 //! Where the vehicle comes down when it must not go on: not in what is closed below it, not on a wrong word.
 
-mod support;
-
 use std::time::Duration;
 
 use control_tower::policy::Policy;
@@ -9,7 +7,7 @@ use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, Decision, MissionOutcome};
 use simulation::Simulation;
 
-use support::{config, mission_file, simulation};
+use crate::support::{config, mission_file, simulation};
 
 const LIMIT: Duration = Duration::from_secs(2400);
 

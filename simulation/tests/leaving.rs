@@ -1,7 +1,5 @@
 //! Inside an area that closes, opens, is revoked or runs out, the vehicle leaves by the shortest way, whatever it does there.
 
-mod support;
-
 use std::time::Duration;
 
 use control_tower::policy::Policy;
@@ -9,7 +7,7 @@ use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, Decision};
 use simulation::{Machine, Setup, Simulation};
 
-use support::{config, config_with, mission_file, simulation};
+use crate::support::{config, config_with, mission_file, simulation};
 
 const LIMIT: Duration = Duration::from_secs(2400);
 

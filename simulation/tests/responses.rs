@@ -1,7 +1,5 @@
 //! What the vehicle does when something goes wrong, as whole flights: the least that is needed, always something, and told.
 
-mod support;
-
 use std::time::Duration;
 
 use control_tower::policy::Policy;
@@ -10,7 +8,7 @@ use simulation::Simulation;
 use v1::MissionOutcome;
 use v1::operator_command::Verb;
 
-use support::{mission_file, simulation};
+use crate::support::{mission_file, simulation};
 
 const LIMIT: Duration = Duration::from_secs(2400);
 

@@ -4,8 +4,6 @@
 //! `KITTIWAKE_SEEDS=1000` flies that number of each instead of the few that every run of the tests flies;
 //! `KITTIWAKE_SEEDS=798..799` flies one again.
 
-mod support;
-
 use std::path::PathBuf;
 use std::sync::LazyLock;
 use std::time::Duration;
@@ -15,9 +13,9 @@ use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, Decision};
 use simulation::{Machine, Setup, Simulation};
 
-use support::dice::Dice;
-use support::random_mission::random_mission;
-use support::{config, config_with, mission_file};
+use crate::support::dice::Dice;
+use crate::support::random_mission::random_mission;
+use crate::support::{config, config_with, mission_file};
 
 /// Trouble begins within this time, and all of it that can end has ended by then.
 const TROUBLE_S: u64 = 400;

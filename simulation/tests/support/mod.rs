@@ -1,12 +1,12 @@
 //! What the stories of whole flights share.
 
 #![expect(unreachable_pub, reason = "no other crate uses a test: here `pub` means outside of the module")]
-#![allow(dead_code, reason = "each test program uses its own part of it")]
 
 pub mod dice;
 pub mod random_mission;
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use control_tower::policy::Policy;
 use simulation::{Machine, Setup, Simulation};
@@ -19,7 +19,7 @@ pub fn config() -> PathBuf {
 /// A copy of the shipped configuration in which keys of `kittiwake.toml` have other values.
 #[track_caller]
 pub fn config_with(name: &str, changes: &[(&str, &str)]) -> PathBuf {
-    let (shipped, copy) = (config(), Path::new(env!("CARGO_TARGET_TMPDIR")).join(name));
+    let (shipped, copy) = (config(), own_path(name));
     std::fs::create_dir_all(copy.join("trees")).unwrap();
     for file in std::fs::read_dir(shipped.join("trees")).unwrap() {
         let path = file.unwrap().path();
@@ -35,9 +35,16 @@ pub fn config_with(name: &str, changes: &[(&str, &str)]) -> PathBuf {
     copy
 }
 
+/// A path that no other test uses.
+fn own_path(name: &str) -> PathBuf {
+    static NUMBER: AtomicUsize = AtomicUsize::new(0);
+    let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{number}"))
+}
+
 /// A mission of this text, in a file of its own.
 pub fn mission_file(name: &str, text: &str) -> PathBuf {
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.toml"));
+    let path = own_path(name).with_extension("toml");
     std::fs::write(&path, text).unwrap();
     path
 }

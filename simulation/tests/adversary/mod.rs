@@ -3,9 +3,6 @@
 //!
 //! A test that is ignored as a finding shows what the system does wrong; its message says what it ought to do.
 
-#[path = "../support/mod.rs"]
-mod support;
-
 mod changing_airspace;
 mod closed_sky;
 mod combinations;
@@ -22,7 +19,7 @@ use simulation::{Machine, Setup, Simulation};
 use v1::mission_request::Request as Ask;
 use v1::operator_command::Verb;
 
-use support::{config, config_with, mission_file, simulation};
+use crate::support::{config, config_with, mission_file, simulation};
 
 const LIMIT: Duration = Duration::from_secs(3000);
 
