@@ -45,7 +45,8 @@ impl Files {
             None => read_mission(&setup.config.join(&sections.mission))?,
         };
         let (trees, contingencies) = read_table(setup.config)?;
-        let mcm = Mcm::new(&sections.mcm, crate::VEHICLE, setup.seed, &trees, contingencies.clone(), Pace::REAL_TIME);
+        let (table, pace) = (contingencies.clone(), Pace::REAL_TIME);
+        let mcm = Mcm::new(&sections.mcm, &sections.energy, crate::VEHICLE, setup.seed, &trees, table, pace);
         let mcm = mcm.map_err(|error| {
             let (path, message) = (setup.config.join("trees"), error.to_string());
             Mistakes(vec![Mistake { path, place: None, message, help: String::new() }])

@@ -98,7 +98,7 @@ fn run(
             place.run_with_state(planner, state, vehicle)
         }
         Service::Mcm => {
-            let mcm = Mcm::new(&config.mcm, vehicle, start_number(), &trees, contingencies, pace)?;
+            let mcm = Mcm::new(&config.mcm, &config.energy, vehicle, start_number(), &trees, contingencies, pace)?;
             let mcm = mcm.of_mission(&mission).measured_with(bus::monotonic_ns);
             let mcm = match tower_key {
                 Some(path) => mcm.that_verifies_with(tower_key::read_public(&path)?),

@@ -10,6 +10,7 @@ use serde::Deserialize;
 
 use crate::geometry::Ned;
 use crate::quantity::{Fraction, Positive};
+use crate::speeds::Speeds;
 
 /// Joules in a watt hour.
 const JOULES: f64 = 3600.0;
@@ -137,6 +138,14 @@ impl EnergyModel {
         self.hover_wh(self.0.stop_s.get(), wind)
     }
 
+    /// What a flight from `from` along `way` takes, whose last leg is the descent to where it lands, in Wh.
+    pub fn landing_flight_wh(&self, from: Ned, way: &[Ned], speeds: &Speeds, wind: Wind) -> f64 {
+        let starts = std::iter::once(&from).chain(way);
+        let legs = starts.zip(way).map(|(&from, &to)| Leg { from, to, time_s: speeds.time_s(from, to) });
+        let stops_wh = self.stop_wh(wind) * way.len().saturating_sub(1) as f64;
+        legs.map(|it| self.leg_wh(it, wind)).sum::<f64>() + stops_wh + self.landing_wh(wind)
+    }
+
     /// The wind to assume where none is known.
     pub fn usual_wind(&self) -> Wind {
         Wind::Against(self.0.headwind_m_s.get())
@@ -186,6 +195,11 @@ pub struct Budget {
 }
 
 impl Budget {
+    /// The same if all of the charge may be used.
+    pub fn without_reserve(self) -> Budget {
+        Budget { usable_wh: self.charge_wh, reserve: Fraction::ZERO, ..self }
+    }
+
     /// Why something that takes this many Wh must not be flown, if so.
     pub fn shortfall(self, needs_wh: f64) -> Option<Shortfall> {
         (self.usable_wh < needs_wh).then_some(Shortfall { needs_wh, budget: self })

@@ -44,6 +44,9 @@ impl TryFrom<f64> for Positive {
 pub struct Fraction(f64);
 
 impl Fraction {
+    /// Nothing of it.
+    pub const ZERO: Fraction = Fraction(0.0);
+
     /// The number.
     pub fn get(self) -> f64 {
         self.0

@@ -62,13 +62,12 @@ fn a_mission_beyond_the_battery_is_refused_or_turned_back_in_time() {
 }
 
 #[test]
-#[ignore = "finding: an order to land 90 km away is accepted and flown until the battery is empty"]
 fn a_landing_ordered_beyond_the_battery_is_refused() {
     let mut simulation = mission("land-far", &out_and_back(), Policy::Grant);
     until(&mut simulation, |it| 150.0 < it.east_m);
     simulation.order(land_at(90_000.0, 0.0));
     simulation.pass(s(2));
-    says(&simulation, "land at: refused");
+    says(&simulation, "land at: refused: the place is too far: the way needs ");
 }
 
 #[test]

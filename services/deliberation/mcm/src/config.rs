@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use domain::energy::EnergyModel;
 use domain::quantity::Positive;
 use domain::route::TransitionLimits;
 use domain::speeds::Speeds;
@@ -118,6 +119,8 @@ pub enum Verdict {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Limits {
     pub(crate) tick_period: Duration,
+    /// The vehicle's figures.
+    pub(crate) energy: EnergyModel,
     pub(crate) request_timeout: Duration,
     pub(crate) introspection: Duration,
     pub(crate) skill_silence: Duration,
@@ -147,8 +150,9 @@ pub(crate) struct Limits {
 }
 
 impl Config {
-    pub(crate) fn limits(&self, pace: Pace) -> Limits {
+    pub(crate) fn limits(&self, energy: EnergyModel, pace: Pace) -> Limits {
         Limits {
+            energy,
             tick_period: pace.wall(self.tick_period_ms.seconds() / 1000),
             request_timeout: pace.limit(self.request_timeout_s.seconds()),
             introspection: pace.limit(self.introspection_limit_s.seconds()),

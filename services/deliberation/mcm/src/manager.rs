@@ -2,6 +2,7 @@
 
 use behavior_tree::{NextTick, Status, Tree};
 use domain::contingency::Contingencies;
+use domain::energy::EnergyModel;
 use domain::memory::MemoryLoss;
 use domain::mission::Mission;
 use domain::time::{Now, Pace, Time};
@@ -38,6 +39,7 @@ impl Mcm {
     /// checked both, so this is a mistake in the program.
     pub fn new(
         config: &Config,
+        energy: &EnergyModel,
         vehicle: &str,
         instance: u64,
         trees: &LoadedTrees,
@@ -46,7 +48,7 @@ impl Mcm {
     ) -> Result<Mcm, behavior_tree::InstantiateError> {
         Ok(Mcm {
             tree: trees.0.instantiate("mission", &[])?,
-            world: World::new(config.limits(pace), vehicle, instance, table, trees.0.clone()),
+            world: World::new(config.limits(*energy, pace), vehicle, instance, table, trees.0.clone()),
             timing: None,
             configured: String::new(),
             reporter: Reporter::default(),

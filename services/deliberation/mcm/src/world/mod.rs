@@ -28,6 +28,7 @@ use crate::vehicle::{ConfirmedState, FlightJudge, Vehicle};
 mod airspace;
 mod conditions;
 mod contingencies;
+mod energy;
 mod ground;
 mod intake;
 mod memory;

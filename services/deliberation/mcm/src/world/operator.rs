@@ -242,6 +242,9 @@ impl World {
         if let Some(why) = self.unfit_to_land(site) {
             return Err(format!("the place {why}"));
         }
+        if let Some(shortfall) = self.too_far_to_land(site, order.overrides) {
+            return Err(format!("the place is too far: the way {shortfall}"));
+        }
         let height_m = self.clear_height_m(vehicle.position);
         let has_way = self.way_to(site, height_m).is_some();
         let needed = if has_way { BTreeSet::new() } else { self.needed_for_way(site, height_m) };

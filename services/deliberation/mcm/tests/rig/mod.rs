@@ -8,6 +8,7 @@ use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
 use domain::contingency::Contingencies;
+use domain::energy::EnergyModel;
 use domain::file::Source;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Message, Request, Response};
@@ -96,6 +97,16 @@ pub fn shipped_table() -> (Trees, Contingencies) {
     (trees, table)
 }
 
+/// The vehicle's figures of the shipped configuration.
+fn shipped_energy() -> EnergyModel {
+    #[derive(serde::Deserialize)]
+    struct Section {
+        energy: EnergyModel,
+    }
+    let section: Section = Source::read(&shipped("kittiwake.toml")).unwrap().parse().unwrap();
+    section.energy
+}
+
 impl Rig {
     pub fn new() -> Rig {
         Rig::with(&[])
@@ -119,7 +130,9 @@ impl Rig {
         let config: Config = Source { path: "test".into(), text }.parse().unwrap();
         let loaded = trees.load(&table).unwrap();
         Rig {
-            mcm: Mcm::new(&config, "uav1", 1, &loaded, table, Pace::REAL_TIME).unwrap().measured_with(now_ns),
+            mcm: Mcm::new(&config, &shipped_energy(), "uav1", 1, &loaded, table, Pace::REAL_TIME)
+                .unwrap()
+                .measured_with(now_ns),
             now: Time::ZERO,
             log: Vec::new(),
             open: Vec::new(),
