@@ -23,6 +23,7 @@ pub mod route;
 pub mod skill;
 pub mod speeds;
 pub mod state;
+pub mod survey;
 #[cfg(any(test, feature = "testing"))]
 pub mod testing;
 pub mod time;

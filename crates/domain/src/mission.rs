@@ -2,6 +2,7 @@
 
 mod place;
 mod sites;
+mod survey;
 pub mod terms;
 
 use std::ops::Range;
@@ -14,6 +15,7 @@ use crate::area::{Area, AreaKind};
 use crate::file::{Mistake, Mistakes, Source};
 use crate::geodesy::{LocalFrame, Origin};
 use crate::geometry::Ned;
+use crate::survey::Survey;
 use place::OriginEntry;
 use sites::Site;
 use terms::{Order, Terms};
@@ -36,12 +38,14 @@ pub struct Mission {
 pub struct Objective {
     /// Unique within the mission.
     pub name: String,
-    /// Where to be.
+    /// Where to be; at the end of a survey, its last turn.
     pub position: Ned,
     /// Whether to be in the air there.
     pub flying: bool,
     /// What is asked of it besides.
     pub terms: Terms,
+    /// A polygon to be flown over line by line, at the height of the position.
+    pub survey: Option<Survey>,
 }
 
 /// An objective and its progress.
@@ -163,7 +167,20 @@ impl Objective {
         if let Some(most_m) = sites::too_high(height_m, flying) {
             return Err(InvalidObjective::TooHigh { name, height_m, most_m });
         }
-        Ok(Objective { name, position, flying, terms: Terms::default() })
+        Ok(Objective { name, position, flying, terms: Terms::default(), survey: None })
+    }
+
+    /// The objective, or the one of its places that is `place`, as the beginning of a sentence.
+    fn in_words(&self, place: Ned) -> String {
+        let at = self.survey.as_ref().map(|_| format!(" at {place}")).unwrap_or_default();
+        format!("objective `{}`{at}", self.name)
+    }
+
+    /// Where it leads, in order: its position, or each turn of its survey.
+    pub fn places(&self) -> Vec<Ned> {
+        let turns = self.survey.iter().flat_map(Survey::turns);
+        let turns: Vec<Ned> = turns.map(|it| it.at.at_height(self.position.height_m())).collect();
+        if turns.is_empty() { vec![self.position] } else { turns }
     }
 }
 
@@ -248,18 +265,23 @@ impl Mission {
     pub fn too_near_in_wind(&self, wind_m_s: f64) -> Vec<String> {
         let start = ("the take-off point".to_owned(), Site { position: Ned::default(), flying: false, is_end: true });
         let objectives = self.objectives.iter().map(|it| {
-            (format!("objective `{}`", it.name), Site { position: it.position, flying: it.flying, is_end: false })
+            let site = |place| (it.in_words(place), Site { position: place, flying: it.flying, is_end: false });
+            it.places().into_iter().map(site).collect()
         });
-        let near = |(name, site): (String, Site)| {
-            self.areas.iter().filter_map(move |area| {
-                let near = sites::too_near_in_wind(site, area, wind_m_s)?;
+        // Of a survey, the first turn near to an area says enough.
+        let near = |sites: Vec<(String, Site)>| {
+            let near = |area: &Area| {
+                let (name, near) = sites
+                    .iter()
+                    .find_map(|(name, site)| Some((name, sites::too_near_in_wind(*site, area, wind_m_s)?)))?;
                 Some(format!(
                     "{name} lies {:.1} m from the border of area `{}`: less than the {:.0} m that a wind of {wind_m_s} m/s asks for",
                     near.distance_m, area.name, near.expected_m
                 ))
-            }).collect::<Vec<_>>()
+            };
+            self.areas.iter().filter_map(near).collect::<Vec<_>>()
         };
-        std::iter::once(start).chain(objectives).flat_map(near).collect()
+        std::iter::once(vec![start]).chain(objectives).flat_map(near).collect()
     }
 }
 
@@ -292,6 +314,8 @@ struct ObjectiveEntry {
     east_m: Option<Spanned<f64>>,
     latitude_deg: Option<Spanned<f64>>,
     longitude_deg: Option<Spanned<f64>>,
+    /// In place of a position.
+    survey: Option<Spanned<survey::SurveyEntry>>,
     /// Above the take-off point.
     height_m: Spanned<f64>,
     flying: bool,
@@ -364,11 +388,18 @@ impl Checker<'_> {
                 format!("objective `{}` is inside the ground: it stands at height {height_m} m", it.name.as_ref());
             self.say(Some(it.height_m.span()), message, "an objective on the ground has height 0 or more");
         }
+        let survey = self.survey(it);
+        let end = match &survey {
+            Some((_, end)) => *end,
+            None if it.survey.is_some() => Ned::default(),
+            None => self.objective_place(it),
+        };
         Objective {
             name: it.name.as_ref().clone(),
-            position: self.objective_place(it).at_height(height_m),
+            position: end.at_height(height_m),
             flying: it.flying,
             terms: self.terms(it),
+            survey: survey.map(|(survey, _)| survey),
         }
     }
 
@@ -434,11 +465,16 @@ impl Checker<'_> {
         }
         for (index, (entry, objective)) in file.objective.iter().zip(objectives).enumerate() {
             // In a free order any of them may be the last.
-            let is_end = file.order == Order::Free || index + 1 == objectives.len();
-            let site = Site { position: objective.position, flying: objective.flying, is_end };
+            let is_last = file.order == Order::Free || index + 1 == objectives.len();
             for area in areas.iter().filter(|it| sites::always_applies(it)) {
-                if let Some(unfit) = sites::unfit(site, area) {
-                    let message = format!("objective `{}` {}", objective.name, unfit.in_words());
+                let site = |position| {
+                    let is_end = is_last && position == objective.position;
+                    Site { position, flying: objective.flying, is_end }
+                };
+                let places = objective.places();
+                let unfit = places.iter().find_map(|it| Some((it, sites::unfit(site(*it), area)?)));
+                if let Some((place, unfit)) = unfit {
+                    let message = format!("{} {}", objective.in_words(*place), unfit.in_words());
                     self.say(Some(entry.place_span()), message, unfit.help());
                 }
             }

@@ -10,6 +10,7 @@ use kittiwake_proto::v1;
 use crate::area::{Area, AreaKind};
 use crate::fmu::FlightMode;
 use crate::geometry::{Ned, NedVelocity};
+use crate::survey::InvalidSurvey;
 
 mod fmu;
 mod mission;
@@ -36,6 +37,9 @@ pub enum InvalidMessage {
         /// The values that it may have.
         expected: &'static str,
     },
+    /// A survey cannot be flown.
+    #[error("`survey`: {0}")]
+    Survey(#[from] InvalidSurvey),
 }
 
 impl From<Ned> for v1::Ned {

@@ -20,15 +20,15 @@ pub(super) struct OriginEntry {
     altitude_m: Option<Spanned<f64>>,
 }
 
-const WHERE_IS_IT: &str = "give `north_m` and `east_m`, or `latitude_deg` and `longitude_deg`";
+const WHERE_IS_IT: &str = "give `north_m` and `east_m`, or `latitude_deg` and `longitude_deg`, or a `survey`";
 const GIVE_CORNERS: &str = "give `corners_m` as [north, east], or `corners_deg` as [latitude, longitude]";
 const NO_ORIGIN: &str = "add an [origin] with `latitude_deg` and `longitude_deg`: the take-off point";
 
 impl ObjectiveEntry {
     /// What says where it is, or its name if nothing does.
     pub(super) fn place_span(&self) -> Range<usize> {
-        let first = self.north_m.as_ref().or(self.latitude_deg.as_ref());
-        first.map_or(self.name.span(), Spanned::span)
+        let first = self.north_m.as_ref().or(self.latitude_deg.as_ref()).map(Spanned::span);
+        first.or_else(|| self.survey_span()).unwrap_or(self.name.span())
     }
 }
 
@@ -91,7 +91,18 @@ impl Checker<'_> {
 
     /// The corners of an area, in order; `None` after a mistake.
     pub(super) fn area_corners(&mut self, it: &AreaEntry) -> Option<Vec<Ned>> {
-        let mistake = match (&it.corners_m, &it.corners_deg) {
+        self.corners(&it.corners_m, &it.corners_deg, &format!("area `{}`", it.name.as_ref()), it.corners_span())
+    }
+
+    /// The corners of `what`, in metres or in degrees; `None` after a mistake.
+    pub(super) fn corners(
+        &mut self,
+        corners_m: &Option<Spanned<Vec<[f64; 2]>>>,
+        corners_deg: &Option<Spanned<Vec<[f64; 2]>>>,
+        what: &str,
+        span: Range<usize>,
+    ) -> Option<Vec<Ned>> {
+        let mistake = match (corners_m, corners_deg) {
             (Some(metres), None) => {
                 return Some(metres.as_ref().iter().map(|&[north, east]| Ned::new(north, east, 0.0)).collect());
             }
@@ -103,7 +114,7 @@ impl Checker<'_> {
             (None, None) => "has no corners",
             (Some(_), Some(_)) => "has its corners twice",
         };
-        self.say(Some(it.corners_span()), format!("area `{}` {mistake}", it.name.as_ref()), GIVE_CORNERS);
+        self.say(Some(span), format!("{what} {mistake}"), GIVE_CORNERS);
         None
     }
 

@@ -6,6 +6,7 @@ use super::{InvalidMessage, duration, finite};
 use crate::geometry::Ned;
 use crate::mission::terms::Terms;
 use crate::mission::{MissionOutcome, MissionReport, Objective, ObjectiveReport, ObjectiveStatus, Progress};
+use crate::survey::Survey;
 
 fn from_progress(progress: Progress) -> (v1::ObjectiveState, String) {
     match progress {
@@ -42,7 +43,27 @@ impl From<ObjectiveStatus> for v1::Objective {
             reach_within_s: terms.within.map(|it| it.as_secs_f64()),
             reach_by_utc_ms: terms.by_utc_ms,
             dwell_s: terms.dwell.as_secs_f64(),
+            survey: status.objective.survey.map(Into::into),
         }
+    }
+}
+
+impl From<Survey> for v1::Survey {
+    fn from(survey: Survey) -> v1::Survey {
+        v1::Survey {
+            corners: survey.corners().iter().map(|it| (*it).into()).collect(),
+            spacing_m: survey.spacing_m(),
+            heading_deg: survey.heading_deg(),
+            passed: survey.passed() as u32,
+        }
+    }
+}
+
+impl TryFrom<v1::Survey> for Survey {
+    type Error = InvalidMessage;
+    fn try_from(survey: v1::Survey) -> Result<Survey, InvalidMessage> {
+        let corners = survey.corners.into_iter().map(Ned::try_from).collect::<Result<_, _>>()?;
+        Ok(Survey::new(corners, survey.spacing_m, survey.heading_deg)?.with_passed(survey.passed as usize))
     }
 }
 
@@ -51,6 +72,8 @@ impl TryFrom<v1::Objective> for ObjectiveStatus {
     fn try_from(status: v1::Objective) -> Result<ObjectiveStatus, InvalidMessage> {
         let state = status.state();
         let position = Ned::try_from(status.position.ok_or(InvalidMessage::Missing("position"))?)?;
+        let survey = status.survey.map(Survey::try_from).transpose()?;
+        let end = survey.as_ref().and_then(|it| it.turns().last()).map(|it| it.at.at_height(position.height_m()));
         let terms = Terms {
             worth: status.worth.map(|it| finite("worth", it)).transpose()?,
             after: status.after,
@@ -59,7 +82,14 @@ impl TryFrom<v1::Objective> for ObjectiveStatus {
             dwell: duration("dwell_s", status.dwell_s)?,
         };
         Ok(ObjectiveStatus {
-            objective: Objective { name: status.name, position, flying: status.flying, terms },
+            objective: Objective {
+                name: status.name,
+                position: end.unwrap_or(position),
+                // A survey on the ground would never be over.
+                flying: status.flying || survey.is_some(),
+                terms,
+                survey,
+            },
             progress: to_progress(state, status.reason)?,
             plan_steps: status.plan_steps,
             replans: status.replans,
@@ -158,15 +188,33 @@ pub(super) mod tests {
             .prop_map(|(worth, after, within, by_utc_ms, dwell)| Terms { worth, after, within, by_utc_ms, dwell })
     }
 
+    fn survey() -> impl Strategy<Value = Survey> {
+        let sides = (-500.0..500.0, -500.0..500.0, 10.0..300.0, 10.0..300.0);
+        (sides, 5.0..50.0, prop::option::of(-360.0..360.0), 0..300_usize).prop_map(
+            |((north_m, east_m, length_m, width_m), spacing_m, heading_deg, passed)| {
+                let corner = |north: f64, east: f64| Ned::new(north_m + north * length_m, east_m + east * width_m, 0.0);
+                let corners = vec![corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];
+                Survey::new(corners, spacing_m, heading_deg).expect("a rectangle").with_passed(passed)
+            },
+        )
+    }
+
     pub(crate) fn objective() -> impl Strategy<Value = ObjectiveStatus> {
         let names = prop::collection::vec(name(), 0..3);
-        (name(), ned(), any::<bool>(), terms(), progress(), any::<u32>(), any::<u32>(), names).prop_map(
-            |(name, position, flying, terms, progress, plan_steps, replans, permissions)| ObjectiveStatus {
-                objective: Objective { name, position, flying, terms },
-                progress,
-                plan_steps,
-                replans,
-                permissions,
+        let place = (ned(), prop::option::of(survey()), any::<bool>());
+        (name(), place, terms(), progress(), any::<u32>(), any::<u32>(), names).prop_map(
+            |(name, (position, survey, flying), terms, progress, plan_steps, replans, permissions)| {
+                let end =
+                    survey.as_ref().and_then(|it| it.turns().last()).map(|it| it.at.at_height(position.height_m()));
+                let position = end.unwrap_or(position);
+                let flying = flying || survey.is_some();
+                ObjectiveStatus {
+                    objective: Objective { name, position, flying, terms, survey },
+                    progress,
+                    plan_steps,
+                    replans,
+                    permissions,
+                }
             },
         )
     }

@@ -82,6 +82,7 @@ fn missions() -> impl Strategy<Value = Mission> {
             position: Ned::new(north_m, east_m, if flying { -f64::round(height_m) } else { 0.0 }),
             flying,
             terms: Default::default(),
+            survey: None,
         };
         let objectives = objectives.into_iter().enumerate().map(objective).collect();
         Mission { name: "sample".into(), objectives, areas, order: Default::default() }

@@ -66,6 +66,7 @@ fn planner(config: &Shipped, areas: usize, corners: usize, star: bool) -> Planne
         position: Ned::new(end_m, end_m * 0.8, 0.0),
         flying: false,
         terms: Default::default(),
+        survey: None,
     };
     let areas = (0..areas).map(|it| area(it, columns, corners, star)).collect();
     let mission = Mission { name: "across".into(), objectives: vec![there], areas, order: Default::default() };

@@ -17,6 +17,7 @@ use crate::communication::{SAME_PLACE_M, Section, sections};
 use crate::config::Config;
 use crate::plan::{ActionStep, CommunicationStep, Step};
 use crate::routing::{self, NoWay};
+use crate::survey::Via;
 
 /// Why a goal cannot be reached, for the mission report.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -27,40 +28,43 @@ pub(crate) enum Unreachable {
     /// Because of an area.
     #[error(transparent)]
     NoWay(#[from] NoWay),
+    /// One of several states on the way cannot be reached.
+    #[error("{why}, on the way to its turn at {turn}")]
+    Turn {
+        /// Where, in words.
+        turn: String,
+        /// Why.
+        why: Box<Unreachable>,
+    },
 }
 
-/// Steps from `start` to `goal`, which is reached within `tolerance`; first to fly first. They have no ids yet, and what
-/// they ask for has no length yet.
+impl Unreachable {
+    fn at(self, turn: Ned) -> Unreachable {
+        Unreachable::Turn { turn: turn.to_string(), why: Box::new(self) }
+    }
+}
+
+/// Steps from `start` through all of `ahead`, each of which is reached within `tolerance`; first to fly first. They have no ids
+/// yet, and what they ask for has no length yet.
 pub(crate) fn draft(
     start: &State,
-    goal: &State,
+    ahead: &[Via],
     tolerance: Tolerance,
     airspace: &Airspace,
     config: &Config,
 ) -> Result<Vec<Step>, Unreachable> {
     let mut draft = Draft { airspace, config, asked: Asked::new(), at: Duration::ZERO, steps: Vec::new() };
-    let mut links = back_chaining::chain(start, goal, tolerance, config)?;
-    let flies_at_once = links.last().is_some_and(|it| it.action.waits() == Waits::BeforeEachBorder);
-    let is_trespassing = start.flying && airspace.is_trespassed(start.position);
-    if is_trespassing && !links.is_empty() && !flies_at_once {
-        // Out of the area first, even where the landing is right below, and back with its permission.
-        let there = State::new(start.position, true);
-        draft.fly_waiting_before_each_border(&Link { action: &Position, from: start.clone(), to: there })?;
-    }
-    let low = State::new(start.position.at_height(config.least_height_m.get()), true);
-    let is_low = start.flying && start.position.height_m() < config.least_height_m.get() - SAME_PLACE_M;
-    if let Some(first) = links.last_mut().filter(|_| is_low && flies_at_once && !is_trespassing)
-        && low.position.height_m() <= first.to.position.height_m()
-        && SAME_PLACE_M < low.position.distance_m(first.to.position)
-    {
-        // What keeps it from landing here may stand beside it as well.
-        draft.fly_waiting_before_each_border(&Link { action: &Position, from: start.clone(), to: low.clone() })?;
-        first.from = low;
-    }
-    for link in links.iter().rev() {
-        match link.action.waits() {
-            Waits::BeforeEachBorder => draft.fly_waiting_before_each_border(link)?,
-            Waits::WhereItStarts => draft.wait_and_fly(link)?,
+    let mut from = start.clone();
+    for via in ahead {
+        let flown = draft.steps.len();
+        if let Err(why) = draft.fly_to(&from, &via.state, tolerance) {
+            return Err(if ahead.len() == 1 { why } else { why.at(via.state.position) });
+        }
+        if flown < draft.steps.len()
+            && let Some(last) = draft.steps.last_mut()
+        {
+            last.passed = via.passed;
+            from = via.state.clone();
         }
     }
     Ok(draft.steps)
@@ -76,6 +80,38 @@ struct Draft<'a> {
 }
 
 impl Draft<'_> {
+    /// From `start`, where the steps before end, to `goal`.
+    fn fly_to(&mut self, start: &State, goal: &State, tolerance: Tolerance) -> Result<(), Unreachable> {
+        let (airspace, config) = (self.airspace, self.config);
+        let mut links = back_chaining::chain(start, goal, tolerance, config)?;
+        let flies_at_once = links.last().is_some_and(|it| it.action.waits() == Waits::BeforeEachBorder);
+        // Only where the vehicle is now: where it is planned to be it may be.
+        let is_here = self.steps.is_empty();
+        let is_trespassing = is_here && start.flying && airspace.is_trespassed(start.position);
+        if is_trespassing && !links.is_empty() && !flies_at_once {
+            // Out of the area first, even where the landing is right below, and back with its permission.
+            let there = State::new(start.position, true);
+            self.fly_waiting_before_each_border(&Link { action: &Position, from: start.clone(), to: there })?;
+        }
+        let low = State::new(start.position.at_height(config.least_height_m.get()), true);
+        let is_low = is_here && start.flying && start.position.height_m() < config.least_height_m.get() - SAME_PLACE_M;
+        if let Some(first) = links.last_mut().filter(|_| is_low && flies_at_once && !is_trespassing)
+            && low.position.height_m() <= first.to.position.height_m()
+            && SAME_PLACE_M < low.position.distance_m(first.to.position)
+        {
+            // What keeps it from landing here may stand beside it as well.
+            self.fly_waiting_before_each_border(&Link { action: &Position, from: start.clone(), to: low.clone() })?;
+            first.from = low;
+        }
+        for link in links.iter().rev() {
+            match link.action.waits() {
+                Waits::BeforeEachBorder => self.fly_waiting_before_each_border(link)?,
+                Waits::WhereItStarts => self.wait_and_fly(link)?,
+            }
+        }
+        Ok(())
+    }
+
     fn fly_waiting_before_each_border(&mut self, link: &Link) -> Result<(), NoWay> {
         let (from, to) = (link.from.position, link.to.position);
         let way = routing::find(from, to, self.at, self.airspace, &self.asked, self.config)?;
@@ -132,6 +168,7 @@ impl Draft<'_> {
             id: None,
             action: ActionStep { name: action.name(), from: from.position, to, nominal },
             communication: CommunicationStep { ask, auxiliary },
+            passed: 0,
         });
     }
 }

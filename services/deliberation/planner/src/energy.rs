@@ -10,7 +10,7 @@ use domain::state::{State, Tolerance};
 use crate::back_chaining;
 use crate::communication::SAME_PLACE_M;
 use crate::config::Config;
-use crate::objectives::Objectives;
+use crate::objectives::{Objective, Objectives};
 use crate::plan::Step;
 
 /// By what steps and ways are judged.
@@ -61,6 +61,16 @@ impl Judge<'_> {
         })
     }
 
+    /// From `from` through what `objective` leads through, each straight.
+    pub(crate) fn visit(&self, from: &State, objective: &Objective) -> Hop {
+        let ahead = objective.ahead();
+        let froms = std::iter::once(from).chain(ahead.iter().map(|it| &it.state));
+        froms.zip(&ahead).fold(Hop::default(), |sum, (from, to)| {
+            let hop = self.hop(from, &to.state);
+            Hop { time_s: sum.time_s + hop.time_s, energy_wh: sum.energy_wh + hop.energy_wh }
+        })
+    }
+
     /// Straight from `from` to the take-off point, landed there.
     pub(crate) fn home(&self, from: &State) -> Hop {
         self.hop(from, &State::new(Ned::default(), false))
@@ -99,8 +109,8 @@ pub(crate) fn to_give_up(
     let stay_s = |index: usize| all[index].terms.dwell.as_secs_f64();
     let there_wh = judge.steps_wh(steps) + judge.stay_wh(&current.goal, stay_s(waiting[0]));
     let hops = waiting.windows(2).map(|pair| {
-        let (from, to) = (&all[pair[0]].goal, &all[pair[1]].goal);
-        judge.hop(from, to).energy_wh + judge.stay_wh(to, stay_s(pair[1]))
+        let (from, to) = (&all[pair[0]].goal, &all[pair[1]]);
+        judge.visit(from, to).energy_wh + judge.stay_wh(&to.goal, stay_s(pair[1]))
     });
     let last = waiting.last().map(|it| &all[*it].goal).filter(|it| it.flying);
     let home_wh = last.map_or(0.0, |last| judge.home(last).energy_wh);

@@ -7,17 +7,14 @@ use domain::airspace::Grants;
 use domain::energy::{Budget, Shortfall};
 use domain::geometry::Ned;
 use domain::mission::Progress;
-use domain::mission::terms::Order;
 use domain::plan::{Plan, PlanRequest};
 use domain::quantity::Fraction;
 use domain::state::State;
 use domain::time::Now;
 
 use crate::energy::Hop;
-use crate::free_order;
 use crate::mission_planner::{Answer, MissionPlanner};
 use crate::objectives::Objective;
-use crate::ordering::{EXACT_TO, Ordering};
 use crate::plan::Step;
 
 /// What a mission takes.
@@ -114,7 +111,6 @@ const MOST_WAITS: usize = 16;
 /// Plans `planner`'s mission without flying it.
 pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now: Now) -> MissionForecast {
     let (start, budget) = (now, state.charge.map(|it| planner.judge().model.budget(it)));
-    let order = order_in_words(&planner, &state);
     // By name: the planner may choose another order.
     let mut forecasts: Vec<Forecast> = Vec::new();
     let (mut used_wh, first_charge) = (0.0, state.charge);
@@ -165,6 +161,7 @@ pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now
     let way_home = if state.flying { planner.judge().home(&state) } else { Hop::default() };
     let objectives = settled(&planner, &mut forecasts);
     let needs_wh = used_wh + way_home.energy_wh;
+    let order = planner.chosen_order().map(|it| it.in_words()).unwrap_or_default();
     MissionForecast { objectives, way_home, needs_wh, budget, order, left_out: Vec::new() }
 }
 
@@ -195,21 +192,6 @@ fn request(state: &State) -> PlanRequest {
 
 fn blank(objective: &Objective) -> Forecast {
     Forecast { objective: objective.name.clone(), worth: objective.terms.worth, ..Forecast::default() }
-}
-
-/// How the order of a mission whose order is free is chosen.
-fn order_in_words(planner: &MissionPlanner, state: &State) -> String {
-    let count = planner.objectives().waiting().len();
-    let chosen = free_order::choose(planner.objectives(), state, &planner.judge(), |_| None);
-    match chosen.filter(|_| planner.order() == Order::Free) {
-        None => String::new(),
-        Some(Ordering { time_s, .. }) if count <= EXACT_TO => {
-            format!("of all orders of {count} objectives, flown straight, none takes less than {time_s:.0} s")
-        }
-        Some(Ordering { time_s, least_s, .. }) => format!(
-            "the order of {count} objectives, flown straight, takes {time_s:.0} s; no order takes less than {least_s:.0} s"
-        ),
-    }
 }
 
 /// `steps` as legs; the first begins `begins_s` from now on, when `used_wh` have been used.

@@ -42,6 +42,7 @@ mod repair;
 mod routing;
 mod score;
 mod stuck;
+mod survey;
 mod wire;
 
 #[cfg(test)]

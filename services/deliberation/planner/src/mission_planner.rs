@@ -9,7 +9,6 @@ use std::time::Duration;
 use domain::airspace::Grants;
 use domain::area::Area;
 use domain::energy::{EnergyModel, Wind};
-use domain::mission::terms::Order;
 use domain::mission::{Mission, Progress};
 use domain::plan::{self, DenialKind, FailedStep, PlanRequest, PlannerStatus, StepId};
 use domain::state::{State, Tolerance};
@@ -20,6 +19,7 @@ use crate::airspace::{self, Airspace, Closures};
 use crate::config::Config;
 use crate::drafting::{Unreachable, draft};
 use crate::energy::Judge;
+use crate::free_order::Choice;
 use crate::grant_lengths::{self, TooShort};
 use crate::hold::{Hold, TooEarly, too_early, without_asking_at};
 use crate::objectives::Objectives;
@@ -27,6 +27,7 @@ use crate::permissions::Permissions;
 use crate::plan::{Plan, Step};
 use crate::repair::repair;
 use crate::stuck::{Stuck, Verdict};
+use crate::survey::Via;
 
 /// An area counts as over this long after its end.
 const OVER: Duration = Duration::from_secs(1);
@@ -52,6 +53,8 @@ pub(crate) struct MissionPlanner {
     wind: Wind,
     /// When the mission's first plan was made, in milliseconds since the Unix epoch, UTC.
     begun_utc_ms: Option<i64>,
+    /// The order that was chosen then, where it is free.
+    chosen_order: Option<Choice>,
     /// It only tells what would be flown: what is left out for want of energy is decided from its whole forecast.
     is_forecast: bool,
 }
@@ -109,6 +112,7 @@ impl MissionPlanner {
             energy: *energy,
             wind: energy.usual_wind(),
             begun_utc_ms: None,
+            chosen_order: None,
             is_forecast: false,
         }
     }
@@ -156,8 +160,8 @@ impl MissionPlanner {
         loop {
             let tolerance = self.tolerance();
             let Some(objective) = self.objectives.current() else { return Answer::Finished };
-            let goal = objective.goal.clone();
-            if state.matches(&goal, tolerance) {
+            objective.pass_turns_at(&state, tolerance);
+            if objective.is_reached_in(&state, tolerance) {
                 let wait = objective.stays_for(now.time);
                 if wait.is_zero() {
                     self.arrived(now);
@@ -166,14 +170,20 @@ impl MissionPlanner {
                 return Answer::Dwell { wait, reason: feasibility::stays(objective, wait) };
             }
             objective.dwells_since = None;
+            let ahead = if objective.is_line_left(&state, failed.as_ref().map(|it| it.step.way()), tolerance) {
+                failed = None;
+                objective.ahead_from_line_start()
+            } else {
+                objective.ahead()
+            };
             let areas: &[Area] = &self.mission.areas;
             let airspace = Airspace::new(areas, &grants, &self.permissions, &closures, (now, self.pace), &self.config);
-            let mut steps = match steps_to(&state, &goal, failed.take(), tolerance, &airspace, &self.config) {
+            let mut steps = match steps_to(&state, &ahead, failed.take(), tolerance, &airspace, &self.config) {
                 Ok(steps) => steps,
                 Err(unreachable) => {
                     let hold = self
-                        .hold_until_over(&airspace, &state, &goal, &grants, now)
-                        .or_else(|| self.hold_until_new_grant(&state, &goal, &grants, &closures, now));
+                        .hold_until_over(&airspace, &state, &ahead, &grants, now)
+                        .or_else(|| self.hold_until_new_grant(&state, &ahead, &grants, &closures, now));
                     if let Some(hold) = hold {
                         let Hold { wait, reason, .. } = hold.clone();
                         self.hold = Some(hold);
@@ -227,15 +237,17 @@ impl MissionPlanner {
             return Err(UnknownStep(id));
         }
         self.note_granted(state);
-        let Some(step) = self.plan.drop_through(id) else { return Ok(()) };
+        let Some((before, step)) = self.plan.drop_through(id) else { return Ok(()) };
+        self.pass_turns_of(before.iter().chain([&step]));
         self.last_done = Some(id);
         self.stuck.flown(&step);
         if !self.plan.is_empty() {
             return Ok(());
         }
         let tolerance = self.tolerance();
-        let Some(goal) = self.objectives.current().map(|it| it.goal.clone()) else { return Ok(()) };
-        if state.matches(&goal, tolerance) {
+        let Some(objective) = self.objectives.current() else { return Ok(()) };
+        let goal = objective.goal.clone();
+        if objective.is_reached_in(state, tolerance) {
             if self.objectives.current().is_some_and(|it| it.stays_for(now.time).is_zero()) {
                 self.arrived(now);
             }
@@ -335,9 +347,9 @@ impl MissionPlanner {
         Judge { model: &self.energy, wind: self.wind, config: &self.config }
     }
 
-    /// In which order the objectives are attempted.
-    pub(crate) fn order(&self) -> Order {
-        self.mission.order
+    /// The order that was chosen when the first plan was made, where it is free.
+    pub(crate) fn chosen_order(&self) -> Option<&Choice> {
+        self.chosen_order.as_ref()
     }
 
     /// `text`, and the places of `mission` that wind brings too near to a border.
@@ -350,7 +362,7 @@ impl MissionPlanner {
     /// tower are remembered.
     pub(crate) fn take_over(&mut self, mission: Mission) {
         self.objectives = Objectives::new(&mission.objectives);
-        (self.mission, self.begun_utc_ms) = (mission, None);
+        (self.mission, self.begun_utc_ms, self.chosen_order) = (mission, None, None);
         self.withdraw_plan();
     }
 
@@ -407,13 +419,13 @@ impl MissionPlanner {
         }
     }
 
-    /// The hold after which there is a way to `goal`, because areas that close it now are over soon; `None` if there is none then
-    /// either, or the vehicle must not wait where it is.
+    /// The hold after which there is a way through `ahead`, because areas that close it now are over soon; `None` if there is none
+    /// then either, or the vehicle must not wait where it is.
     fn hold_until_over(
         &self,
         airspace: &Airspace,
         state: &State,
-        goal: &State,
+        ahead: &[Via],
         grants: &Grants,
         now: Now,
     ) -> Option<Hold> {
@@ -430,18 +442,18 @@ impl MissionPlanner {
         let areas: Vec<Area> = self.mission.areas.iter().filter(is_left).cloned().collect();
         let closures = Closures::new();
         let later = Airspace::new(&areas, grants, &self.permissions, &closures, (now, self.pace), &self.config);
-        steps_to(state, goal, None, self.tolerance(), &later, &self.config).ok()?;
+        steps_to(state, ahead, None, self.tolerance(), &later, &self.config).ok()?;
         let reason = format!("area {} is closed for {} s more", last.name, wait.as_secs());
         Some(Hold { area: last.name.clone(), since: now.time, wait, reason, outlasts_grant: false })
     }
 
-    /// The hold after which there may be a way to `goal` with new grants, because those for the areas in `too_short` have ended:
+    /// The hold after which there may be a way through `ahead` with new grants, because those for the areas in `too_short` have ended:
     /// until then the tower gives the same ones again. Only on the ground, where waiting costs no battery: whether the next grant is
     /// longer nobody knows. `None` if there would be no way either, or too much was waited for these areas already.
     fn hold_until_new_grant(
         &self,
         state: &State,
-        goal: &State,
+        ahead: &[Via],
         grants: &Grants,
         too_short: &Closures,
         now: Now,
@@ -463,7 +475,7 @@ impl MissionPlanner {
         let closures = Closures::new();
         let at = (self.after(now, wait), self.pace);
         let later = Airspace::new(&self.mission.areas, &grants, &permissions, &closures, at, &self.config);
-        steps_to(state, goal, None, self.tolerance(), &later, &self.config).ok()?;
+        steps_to(state, ahead, None, self.tolerance(), &later, &self.config).ok()?;
         let reason = format!("{reason}; asked for again once it has ended, in {} s", wait.as_secs());
         Some(Hold { area: area.clone(), since: now.time, wait, reason, outlasts_grant: true })
     }
@@ -480,8 +492,17 @@ impl MissionPlanner {
     fn take_failed(&mut self, id: Option<StepId>) -> Option<Failed> {
         let mut plan = std::mem::take(&mut self.plan);
         self.last_done = None;
-        let step = plan.drop_through(id?)?;
+        let (before, step) = plan.drop_through(id?)?;
+        self.pass_turns_of(&before);
         Some(Failed { step, rest: plan.steps() })
+    }
+
+    /// These steps of the current objective were flown.
+    fn pass_turns_of<'a>(&mut self, steps: impl IntoIterator<Item = &'a Step>) {
+        let passed = steps.into_iter().map(|it| it.passed).max();
+        if let (Some(objective), Some(passed)) = (self.objectives.current(), passed) {
+            objective.pass(passed);
+        }
     }
 
     fn conclude(&mut self, progress: Progress) {
@@ -508,10 +529,10 @@ impl MissionPlanner {
 }
 
 /// From `state` to the failed step's goal and on with what was to follow it, if that is still valid;
-/// else, or if none failed, to `goal` itself.
+/// else, or if none failed, through all that is `ahead`.
 fn steps_to(
     state: &State,
-    goal: &State,
+    ahead: &[Via],
     failed: Option<Failed>,
     tolerance: Tolerance,
     airspace: &Airspace,
@@ -519,6 +540,6 @@ fn steps_to(
 ) -> Result<Vec<Step>, Unreachable> {
     match failed.and_then(|it| repair(state, it.step, it.rest, tolerance, airspace, config)) {
         Some(steps) if !steps.is_empty() => Ok(steps),
-        _ => draft(state, goal, tolerance, airspace, config),
+        _ => draft(state, ahead, tolerance, airspace, config),
     }
 }

@@ -7,6 +7,7 @@ use domain::geometry::Ned;
 use domain::mission::terms::Terms;
 use domain::mission::{self, ObjectiveStatus, Progress};
 use domain::state::{State, Tolerance};
+use domain::survey::Survey;
 use domain::time::Time;
 
 use crate::plan::Step;
@@ -34,6 +35,8 @@ pub(crate) struct Objective {
     pub permissions: Vec<String>,
     /// What is asked of it besides.
     pub terms: Terms,
+    /// A polygon to be flown over on the way to the goal, and how far that has come.
+    pub survey: Option<Survey>,
     /// Since when the vehicle has been there, if it stays there.
     pub dwells_since: Option<Time>,
 }
@@ -159,6 +162,7 @@ impl Objective {
             plans: 0,
             permissions: Vec::new(),
             terms: it.terms.clone(),
+            survey: it.survey.clone(),
             dwells_since: None,
         }
     }
@@ -196,6 +200,7 @@ impl Objective {
             position: self.goal.position,
             flying: self.goal.flying,
             terms: self.terms.clone(),
+            survey: self.survey.clone(),
         }
     }
 }
@@ -214,6 +219,7 @@ mod tests {
                 position: Ned::new(0.0, east_m, -height_m),
                 flying,
                 terms: Terms::default(),
+                survey: None,
             };
             let usual = Tolerance { horizontal_m: 3.0, vertical_m: 2.0, ground_m: 5.0 };
             let objectives = Objectives::new(&[objective(first), objective(second)]);

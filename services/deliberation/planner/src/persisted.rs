@@ -71,8 +71,8 @@ pub(crate) fn resume(planner: &mut MissionPlanner, persisted: Persisted) -> Resu
 }
 
 fn objective(status: ObjectiveStatus) -> Result<Objective, InvalidObjective> {
-    let Goal { name, position, flying, terms } = status.objective;
-    let checked = Goal { terms, ..Goal::new(name, position, flying)? };
+    let Goal { name, position, flying, terms, survey } = status.objective;
+    let checked = Goal { terms, survey, ..Goal::new(name, position, flying)? };
     Ok(Objective {
         progress: status.progress,
         plan_steps: status.plan_steps,

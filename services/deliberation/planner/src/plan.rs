@@ -16,6 +16,8 @@ pub(crate) struct Step {
     pub action: ActionStep,
     /// Its part of the communication track.
     pub communication: CommunicationStep,
+    /// How many turns of the objective's survey have been passed once it is flown; 0 where it reaches none.
+    pub passed: usize,
 }
 
 /// In a few words: `fly to (0, 90, 10), asking A and B`.
@@ -61,6 +63,7 @@ pub(crate) struct Plan {
     ids: Track<Option<StepId>>,
     actions: Track<ActionStep>,
     communications: Track<CommunicationStep>,
+    passed: Track<usize>,
 }
 
 #[derive(Debug, Clone)]
@@ -89,6 +92,7 @@ impl Plan {
         self.ids.stack.push(step.id);
         self.actions.stack.push(step.action);
         self.communications.stack.push(step.communication);
+        self.passed.stack.push(step.passed);
     }
 
     /// Takes the step that is flown next.
@@ -97,6 +101,7 @@ impl Plan {
             id: self.ids.stack.pop()?,
             action: self.actions.stack.pop()?,
             communication: self.communications.stack.pop()?,
+            passed: self.passed.stack.pop()?,
         })
     }
 
@@ -123,11 +128,18 @@ impl Plan {
         rest.pop()
     }
 
-    /// Step `id` has been flown, and so has what came before it. Returns it if it was still there.
-    pub(crate) fn drop_through(&mut self, id: StepId) -> Option<Step> {
+    /// Step `id` has been flown, and so has what came before it. Returns those before it, and itself, if it was still there.
+    pub(crate) fn drop_through(&mut self, id: StepId) -> Option<(Vec<Step>, Step)> {
         if !self.contains(id) {
             return None;
         }
-        std::iter::from_fn(|| self.pop()).find(|step| step.id == Some(id))
+        let mut before = Vec::new();
+        while let Some(step) = self.pop() {
+            if step.id == Some(id) {
+                return Some((before, step));
+            }
+            before.push(step);
+        }
+        None
     }
 }

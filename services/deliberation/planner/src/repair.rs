@@ -11,6 +11,7 @@ use crate::airspace::{Airspace, Asked};
 use crate::config::Config;
 use crate::drafting::draft;
 use crate::plan::Step;
+use crate::survey::Via;
 
 /// Steps from `state` to the goal of `failed`, then `rest`; `None` if that is not valid any more,
 /// so that the objective itself has to be planned for.
@@ -35,7 +36,8 @@ pub(crate) fn repair(
     if ask.iter().chain(asked_later).any(is_useless) {
         return None;
     }
-    let mut steps = draft(state, &failed.action.to, tolerance, airspace, config).ok()?;
+    let goal = Via { state: failed.action.to.clone(), passed: failed.passed };
+    let mut steps = draft(state, &[goal], tolerance, airspace, config).ok()?;
     if steps.is_empty() && airspace.is_trespassed(state.position) {
         // It is where it was to be, and must not stay there.
         return None;

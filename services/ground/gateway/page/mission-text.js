@@ -21,24 +21,42 @@ export function missionText(mission) {
   const settled = mission.objectives.filter((it) => it.state !== "OBJECTIVE_STATE_WAITING");
   const lines = ["# Positions are metres from the take-off point; heights are above it."];
   if (settled.length) lines.push(`# Settled and left out: ${settled.map((it) => it.name).join(", ")}.`);
-  lines.push(`name = ${quoted(mission.mission)}`, "", ...waiting.flatMap(objective), ...mission.areas.flatMap(area));
+  lines.push(`name = ${quoted(mission.mission)}`, ...(mission.freeOrder ? ['order = "free"'] : []), "", ...waiting.map(among(waiting)).flatMap(objective), ...mission.areas.flatMap(area));
   return `${lines.join("\n").trimEnd()}\n`;
 }
 
-function objective({ name, position, flying }) {
+/** An objective comes after those only that are still to be reached. */
+function among(waiting) {
+  const names = new Set(waiting.map((it) => it.name));
+  return (it) => ({ ...it, after: (it.after ?? []).filter((name) => names.has(name)) });
+}
+
+function objective({ name, position, flying, survey, worth, after, reachWithinS, reachByUtcMs, dwellS }) {
+  const place = survey ? [surveyed(survey)] : [`north_m = ${float(position?.northM)}`, `east_m = ${float(position?.eastM)}`];
   return [
     "[[objective]]",
     `name = ${quoted(name)}`,
-    `north_m = ${float(position?.northM)}`,
-    `east_m = ${float(position?.eastM)}`,
+    ...place,
     `height_m = ${float(0 - (position?.downM ?? 0))}`,
     `flying = ${Boolean(flying)}`,
+    worth == null ? null : `optional = true\nworth = ${float(worth)}`,
+    after.length ? `after = [${after.map(quoted).join(", ")}]` : null,
+    reachWithinS == null ? null : `reach_within_s = ${float(reachWithinS)}`,
+    reachByUtcMs == null ? null : `reach_by_utc = ${quoted(utc(reachByUtcMs))}`,
+    dwellS ? `dwell_s = ${float(dwellS)}` : null,
     "",
-  ];
+  ].filter((it) => it != null);
 }
 
+/** The whole survey: an upload begins it again. */
+function surveyed({ corners, spacingM, headingDeg }) {
+  const heading = headingDeg == null ? "" : `, heading_deg = ${float(headingDeg)}`;
+  return `survey = { corners_m = [${corners.map(corner).join(", ")}], spacing_m = ${float(spacingM)}${heading} }`;
+}
+
+const corner = ({ northM, eastM }) => `[${float(northM)}, ${float(eastM)}]`;
+
 function area({ name, kind, corners, floorM, ceilingM, fromUtcMs, untilUtcMs }) {
-  const corner = ({ northM, eastM }) => `[${float(northM)}, ${float(eastM)}]`;
   return [
     "[[area]]",
     `name = ${quoted(name)}`,

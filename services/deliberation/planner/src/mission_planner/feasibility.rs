@@ -41,10 +41,11 @@ impl MissionPlanner {
         }
         self.begun_utc_ms = Some(now.utc_ms);
         if self.mission.order == Order::Free
-            && let Some(ordering) =
+            && let Some(choice) =
                 free_order::choose(&self.objectives, state, &self.judge(), |it| self.time_left_s(it, now))
         {
-            self.objectives.reorder(&ordering.order);
+            self.objectives.reorder(&choice.ordering.order);
+            self.chosen_order = Some(choice);
         }
         if self.is_forecast || state.flying || state.charge.is_none() {
             return None;

@@ -20,6 +20,7 @@ mod permissions;
 mod properties;
 mod protocol;
 mod reference_mission;
+mod survey;
 mod terms;
 
 const REFERENCE: &str = include_str!("../../../../../config/missions/reference.toml");

@@ -46,7 +46,13 @@ fn areas() -> impl Strategy<Value = Vec<Area>> {
 }
 
 fn planner(areas: &[Area], goal: Ned) -> MissionPlanner {
-    let objectives = vec![Objective { name: "there".into(), position: goal, flying: false, terms: Default::default() }];
+    let objectives = vec![Objective {
+        name: "there".into(),
+        position: goal,
+        flying: false,
+        terms: Default::default(),
+        survey: None,
+    }];
     let mission = Mission { name: "random".into(), objectives, areas: areas.to_vec(), order: Default::default() };
     // Hardly any wait is expected, so that areas are asked for rather than flown round.
     let config = Config { expected_wait_s: 0.01.try_into().unwrap(), ..Config::for_tests() };

@@ -194,6 +194,29 @@ fn a_planner_that_is_started_again_keeps_the_order_and_the_deadlines() {
 }
 
 #[test]
+fn what_is_said_of_a_free_order_is_said_of_the_order_that_is_flown() {
+    #[track_caller]
+    fn check(deadline_s: f64, order: [&str; 3], expected: &str) {
+        let text = format!(
+            "name = \"line\"\norder = \"free\"\n{}{}{}",
+            objective("near", [0.0, 100.0, 10.0], "dwell_s = 60.0"),
+            objective("far", [0.0, 300.0, 10.0], &format!("reach_within_s = {deadline_s:.1}")),
+            objective("end", [0.0, 400.0, 0.0], "after = [\"near\", \"far\"]")
+        );
+        let reply = Story::of(REFERENCE).ask(Ask::Validate(v1::MissionText { text, wind: None }));
+        assert_eq!(reply.forecast.iter().map(|it| it.objective.as_str()).collect::<Vec<_>>(), order);
+        assert_eq!(reply.order, expected);
+    }
+    // Up and down in 10 s, 10 s for each hundred metres, and a stay of 60 s.
+    let best = "of all orders of 3 objectives that keep what is asked, flown straight, none takes less than";
+    check(200.0, ["near", "far", "end"], &format!("{best} 110 s"));
+    // In time only with the far one first.
+    check(40.0, ["far", "near", "end"], &format!("{best} 150 s"));
+    let late = "deadlines do not count in it, since no order was found that keeps all of them";
+    check(20.0, ["near", "far", "end"], &format!("{best} 110 s; {late}"));
+}
+
+#[test]
 fn a_mission_that_is_tried_out_is_answered_with_its_energy_and_its_order() {
     let ask = |story: &mut Story, text: String, wind| story.ask(Ask::Validate(v1::MissionText { text, wind }));
     let line = |name: &str, east_m: f64| objective(name, [0.0, east_m, 10.0], "");

@@ -1,0 +1,83 @@
+//! What an objective leads through: the turns of its survey, or its goal alone. Each is flown to by the same functions as any
+//! goal; what is here is only which of them come next.
+
+use domain::geometry::Ned;
+use domain::state::{State, Tolerance};
+
+use crate::objectives::Objective;
+
+/// A state on the way to an objective's goal, which is the last one of them.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Via {
+    /// The state.
+    pub state: State,
+    /// How many turns have been passed once it is reached; 0 for what is no turn.
+    pub passed: usize,
+}
+
+impl Objective {
+    /// All that it leads through, from the beginning or from what was passed on.
+    pub(crate) fn ahead(&self) -> Vec<Via> {
+        let Some(survey) = &self.survey else { return vec![Via { state: self.goal.clone(), passed: 0 }] };
+        (survey.passed()..survey.turns().len())
+            .map(|index| Via { state: self.turn(index), passed: index + 1 })
+            .collect()
+    }
+
+    /// The same for a vehicle that has left the line it was to fly: that one is flown from its beginning.
+    pub(crate) fn ahead_from_line_start(&self) -> Vec<Via> {
+        let passed = self.passed();
+        let begin = passed.checked_sub(1).map(|index| Via { state: self.turn(index), passed });
+        begin.into_iter().chain(self.ahead()).collect()
+    }
+
+    /// This many turns have been passed.
+    pub(crate) fn pass(&mut self, passed: usize) {
+        self.survey = self.survey.take().map(|it| it.with_passed(passed));
+    }
+
+    /// The vehicle is in `state`: where that is the next turn, it has been passed. The last one is the goal.
+    pub(crate) fn pass_turns_at(&mut self, state: &State, tolerance: Tolerance) {
+        while let [next, _, ..] = self.ahead().as_slice()
+            && state.matches(&next.state, tolerance)
+        {
+            let passed = next.passed;
+            self.pass(passed);
+        }
+    }
+
+    /// Whether nothing is left to fly for it in `state`.
+    pub(crate) fn is_reached_in(&self, state: &State, tolerance: Tolerance) -> bool {
+        self.ahead().len() == 1 && state.matches(&self.goal, tolerance)
+    }
+
+    /// Whether a vehicle in `state`, which was flying `way` last, is on neither that way nor the line that it is to fly.
+    pub(crate) fn is_line_left(&self, state: &State, way: Option<(Ned, Ned)>, tolerance: Tolerance) -> bool {
+        let passed = self.passed();
+        let next = self.survey.as_ref().and_then(|it| it.turns().get(passed));
+        if passed == 0 || next.is_none_or(|it| !it.ends_line) {
+            return false;
+        }
+        let line = (self.turn(passed - 1).position, self.turn(passed).position);
+        let is_off = |(from, to)| tolerance.horizontal_m < distance_to_way_m(state.position, from, to);
+        is_off(line) && way.is_none_or(is_off)
+    }
+
+    fn passed(&self) -> usize {
+        self.survey.as_ref().map_or(0, |it| it.passed())
+    }
+
+    fn turn(&self, index: usize) -> State {
+        let turn = self.survey.as_ref().and_then(|it| it.turns().get(index));
+        turn.map_or_else(|| self.goal.clone(), |it| State::new(it.at.at_height(self.goal.position.height_m()), true))
+    }
+}
+
+/// From `at` to the nearest point of the straight way, over ground, in metres.
+fn distance_to_way_m(at: Ned, from: Ned, to: Ned) -> f64 {
+    let (north_m, east_m) = (to.north_m - from.north_m, to.east_m - from.east_m);
+    let length_squared = north_m * north_m + east_m * east_m;
+    let along = (at.north_m - from.north_m) * north_m + (at.east_m - from.east_m) * east_m;
+    let fraction = if length_squared == 0.0 { 0.0 } else { (along / length_squared).clamp(0.0, 1.0) };
+    at.horizontal_distance_m(from.towards(to, fraction))
+}
