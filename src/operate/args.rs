@@ -221,6 +221,12 @@ pub struct ExportArgs {
     /// The take-off point, if the mission has no origin
     #[arg(long, value_name = "LAT,LON[,ALT]", allow_hyphen_values = true, value_parser = origin)]
     pub origin: Option<Origin>,
+    /// Also the way that would be flown, in GeoJSON: the legs that `kittiwake plan` prints
+    #[arg(long)]
+    pub route: bool,
+    /// The configuration file that the way is planned with
+    #[arg(long, value_name = "FILE", default_value = "config/kittiwake.toml")]
+    pub config: PathBuf,
     /// Where to write it; without it, on standard output
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
@@ -369,6 +375,7 @@ mod tests {
             None,
         );
         check("mission export m.toml --format geojson", None);
+        check("mission export m.toml --format geojson --route --config c.toml", None);
         check("mission import a.plan", Some("--out"));
         check("mission import a.plan --out m --origin 54", Some("expected LATITUDE,LONGITUDE"));
         check("mission import a.plan --out m --origin 89.5,0", Some("expected at most 89"));

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use domain::file::{Mistakes, Source};
 use domain::mission::Mission;
-use formats::assemble::{Settings, assemble};
+use formats::assemble::{self, assemble};
 use formats::export::Target;
 use formats::{Import, Note};
 use serde_json::{Value, json};
@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use crate::operate::Done;
 use crate::operate::args::{ExportArgs, ExportFormat, ImportArgs};
 use crate::operate::failure::Failure;
+use crate::operate::route::route;
 
 /// Writes a mission file. What is written passes `kittiwake check`; if it would not, nothing is written.
 pub(super) fn import(args: &ImportArgs) -> Result<Done, Failure> {
@@ -29,7 +30,7 @@ pub(super) fn import(args: &ImportArgs) -> Result<Done, Failure> {
     Mistakes(mistakes).or(()).map_err(bad_input)?;
     let (mission, areas) = imports.split_first().expect("one file at least was read");
     let stem = args.out.file_stem().map_or_else(|| "mission".into(), |it| it.to_string_lossy().into_owned());
-    let settings = Settings { name: stem, origin: args.origin, relief_m: args.relief };
+    let settings = assemble::Settings { name: stem, origin: args.origin, relief_m: args.relief };
     let assembled = assemble(mission, areas, &settings).map_err(bad_input)?;
     Mission::read(&Source { path: args.out.clone(), text: assembled.text.clone() }).map_err(|mistakes| {
         Failure::bad_input(format!("nothing was written, since the mission could not be flown:\n{mistakes}"))
@@ -51,7 +52,16 @@ pub(super) fn export(args: &ExportArgs) -> Result<Done, Failure> {
         ExportFormat::Geojson => Target::GeoJson,
         ExportFormat::Plan => Target::Plan,
     };
-    let (text, notes) = formats::export::export(&source, &mission, origin, target);
+    let (legs, refused) = match (args.route, target) {
+        (false, _) => (Vec::new(), None),
+        (true, Target::GeoJson) => route(&args.file, &args.config).map_err(bad_input)?,
+        (true, Target::Plan) => {
+            let why = "--route: a plan of QGroundControl cannot show a way besides its items; use --format geojson";
+            return Err(Failure::bad_input(why));
+        }
+    };
+    let (text, mut notes) = formats::export::export(&source, &mission, origin, target, &legs);
+    notes.extend(refused);
     match &args.out {
         Some(out) => {
             write_new(out, &text)?;
@@ -105,6 +115,7 @@ fn in_words(notes: &[Note]) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::outcome::Outcome;
+    use crate::settings::Settings;
     use domain::geodesy::{LatLon, Origin};
     use std::path::PathBuf;
 
@@ -117,8 +128,12 @@ mod tests {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("config/missions").join(name)
     }
 
+    fn config() -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("config/kittiwake.toml")
+    }
+
     fn export_of(file: PathBuf, out: Option<PathBuf>) -> ExportArgs {
-        ExportArgs { file, format: ExportFormat::Geojson, origin: origin(), out }
+        ExportArgs { file, format: ExportFormat::Geojson, origin: origin(), route: false, config: config(), out }
     }
 
     fn import_of(file: PathBuf, areas: Vec<PathBuf>, out: PathBuf) -> ImportArgs {
@@ -138,6 +153,27 @@ mod tests {
         let failure = import(&import_of(exported, Vec::new(), imported)).err().unwrap();
         assert_eq!(failure.outcome, Outcome::BadInput);
         assert!(failure.why.contains("copy.toml: cannot be written: "), "{}", failure.why);
+    }
+
+    #[test]
+    fn the_way_that_would_be_flown_is_exported_and_not_imported() {
+        let folder = tempfile::tempdir().unwrap();
+        let (exported, imported) = (folder.path().join("k.geojson"), folder.path().join("copy.toml"));
+        let args = ExportArgs { route: true, ..export_of(shipped("keep_out.toml"), Some(exported.clone())) };
+        export(&args).unwrap();
+        let document: Value = serde_json::from_str(&std::fs::read_to_string(&exported).unwrap()).unwrap();
+        let features = document["features"].as_array().unwrap();
+        let legs: Vec<&Value> = features.iter().filter(|it| it["properties"]["kind"] == "leg").collect();
+        let inputs = Settings { mission: Some(shipped("keep_out.toml")), ..Settings::of_file(&config()) };
+        let reply = crate::plan::forecast(&crate::check_inputs::read(&inputs).unwrap(), None).unwrap();
+        let printed: Vec<&str> = reply.forecast.iter().flat_map(|it| &it.legs).map(|it| it.text.as_str()).collect();
+        let texts: Vec<&str> = legs.iter().filter_map(|it| it["properties"]["text"].as_str()).collect();
+        assert!(texts == printed && texts.len() > 5, "{texts:?}");
+        assert_eq!(legs[1]["geometry"]["coordinates"][0], legs[0]["geometry"]["coordinates"][1]);
+        let done = import(&import_of(exported, Vec::new(), imported)).unwrap();
+        assert!(done.text.contains("a leg of a plan: left out"), "{}", done.text);
+        let plan = ExportArgs { format: ExportFormat::Plan, ..args };
+        assert!(export(&plan).err().unwrap().why.contains("use --format geojson"));
     }
 
     #[test]

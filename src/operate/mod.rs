@@ -20,6 +20,7 @@ mod failure;
 mod gateway;
 mod mission;
 mod permission;
+mod route;
 mod show;
 mod vehicle;
 mod words;

@@ -8,12 +8,12 @@ use domain::geometry::Ned;
 use geo::{Contains as _, Polygon};
 
 use crate::Import;
-use crate::content::{Height, Rule, Waypoint, Zone};
+use crate::content::{Height, Rule, Survey, Waypoint, Zone};
 use crate::export::utc;
 use crate::findings::{Findings, Note, Wrong};
 use crate::heights::{self, Band, Terrain};
 use crate::local::{self, Side};
-use crate::mission_file::{AreaEntry, MissionFile, ObjectiveEntry, corner, one_line};
+use crate::mission_file::{AreaEntry, LONGEST_NAME, MissionFile, ObjectiveEntry, SurveyEntry, corner, one_line};
 
 /// What the files do not say.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,9 +38,6 @@ pub struct Assembled {
     /// Areas in it.
     pub areas: usize,
 }
-
-/// The longest name of an objective or area, in characters.
-const LONGEST_NAME: usize = 100;
 
 /// Places and areas of `mission`, and areas of `others`, as one mission file.
 ///
@@ -88,6 +85,7 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
         name: one_line(&settings.name, LONGEST_NAME),
         remarks: remarks(mission, others),
         origin,
+        order: mission.content.order,
         objectives,
         areas: assembly.areas,
     };
@@ -187,14 +185,39 @@ impl Assembly {
 
     fn objective(&mut self, waypoint: &Waypoint, origin: Origin) -> Result<ObjectiveEntry, Wrong> {
         let at = waypoint.at.unwrap_or(origin.place);
-        self.within_fences(at, waypoint)?;
-        let [latitude_deg, longitude_deg] = corner(at);
+        let survey = waypoint.survey.as_ref().map(|it| self.survey(it, waypoint)).transpose()?;
+        if survey.is_none() {
+            self.within_fences(at, waypoint)?;
+        }
+        let [latitude_deg, longitude_deg] = corner(at).map(|it| Some(it).filter(|_| survey.is_none()));
         Ok(ObjectiveEntry {
             name: self.names.unique(&waypoint.name, "objective"),
             latitude_deg,
             longitude_deg,
             height_m: self.height_m(waypoint.height, &waypoint.source)?,
             flying: waypoint.flying,
+            terms: (&waypoint.terms).into(),
+            survey,
+        })
+    }
+
+    /// A survey whose lines can be flown, with all corners inside of all fences.
+    fn survey(&self, survey: &Survey, waypoint: &Waypoint) -> Result<SurveyEntry, Wrong> {
+        for at in &survey.corners {
+            self.within_fences(*at, waypoint)?;
+        }
+        let corners = survey.corners.iter().map(|it| self.frame.local(*it)).collect();
+        domain::survey::Survey::new(corners, survey.spacing_m, survey.heading_deg).map_err(|invalid| {
+            Wrong::at(
+                &waypoint.source,
+                format!("a survey: {invalid}"),
+                "change it in the program that made it, or leave it out",
+            )
+        })?;
+        Ok(SurveyEntry {
+            corners_deg: survey.corners.iter().map(|it| corner(*it)).collect(),
+            spacing_m: survey.spacing_m,
+            heading_deg: survey.heading_deg,
         })
     }
 

@@ -1,6 +1,7 @@
 //! What the files of all formats say, in one form: places in WGS 84, heights with the reference they were given in.
 
 use domain::geodesy::{LatLon, Origin};
+use domain::mission::terms::{Order, Terms};
 
 /// What one file says.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -11,6 +12,8 @@ pub struct Content {
     pub waypoints: Vec<Waypoint>,
     /// In the order of the file.
     pub zones: Vec<Zone>,
+    /// In which order the places are flown to.
+    pub order: Order,
 }
 
 /// A place to fly to.
@@ -24,8 +27,23 @@ pub struct Waypoint {
     pub height: Height,
     /// In the air, or on the ground.
     pub flying: bool,
+    /// What is asked of it besides.
+    pub terms: Terms,
+    /// A polygon to be flown over, in place of the place.
+    pub survey: Option<Survey>,
     /// Its place in the file.
     pub source: String,
+}
+
+/// A polygon to be flown over line by line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Survey {
+    /// The corners in order, not closed.
+    pub corners: Vec<LatLon>,
+    /// Between the lines.
+    pub spacing_m: f64,
+    /// Of the lines, clockwise from north.
+    pub heading_deg: Option<f64>,
 }
 
 /// Airspace with a rule.

@@ -5,7 +5,8 @@ use std::time::{Duration, UNIX_EPOCH};
 use domain::area::{Area, AreaKind};
 use domain::file::Source;
 use domain::geodesy::{LatLon, LocalFrame, Origin};
-use domain::mission::terms::{Order, Terms};
+use domain::geometry::Ned;
+use domain::mission::terms::Order;
 use domain::mission::{Mission, Objective};
 
 use crate::findings::{Findings, Note};
@@ -14,8 +15,28 @@ use crate::findings::{Findings, Note};
 pub(crate) struct Geographic<'a> {
     pub(crate) name: &'a str,
     pub(crate) origin: Origin,
-    pub(crate) objectives: Vec<(&'a Objective, LatLon)>,
+    /// Each with its places: its position, or each turn of its survey.
+    pub(crate) objectives: Vec<(&'a Objective, Vec<LatLon>)>,
+    /// The corners of a survey, and of any polygon else.
+    pub(crate) frame: LocalFrame,
+    pub(crate) order: Order,
+    pub(crate) route: &'a [Leg],
     pub(crate) areas: Vec<(&'a Area, Vec<LatLon>)>,
+}
+
+/// A leg of the way that would be flown, for formats that can show one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Leg {
+    /// The objective it leads to.
+    pub objective: String,
+    /// In words.
+    pub text: String,
+    /// Where it begins and ends, in the mission's frame.
+    pub way: (Ned, Ned),
+    /// When it begins, in seconds after the first takeoff.
+    pub begins_s: f64,
+    /// How long it takes, in seconds.
+    pub time_s: f64,
 }
 
 /// What a mission can be written as.
@@ -27,32 +48,36 @@ pub enum Target {
     Plan,
 }
 
-/// The mission of `source` in another format, and what that format cannot say; the place of a note is a name in the mission.
-pub fn export(source: &Source, mission: &Mission, origin: Origin, target: Target) -> (String, Vec<Note>) {
+/// The mission of `source` in another format, with its `route` where that can show one, and what that format cannot say; the place
+/// of a note is a name in the mission.
+pub fn export(
+    source: &Source,
+    mission: &Mission,
+    origin: Origin,
+    target: Target,
+    route: &[Leg],
+) -> (String, Vec<Note>) {
     let frame = LocalFrame::at(origin.place);
     let geographic = Geographic {
         name: &mission.name,
         origin,
-        objectives: mission.objectives.iter().map(|it| (it, frame.lat_lon(it.position))).collect(),
-        areas: mission
-            .areas
-            .iter()
-            .map(|it| (it, it.corners.iter().map(|corner| frame.lat_lon(*corner)).collect()))
-            .collect(),
+        objectives: mission.objectives.iter().map(|it| (it, on_earth(&it.places(), frame))).collect(),
+        frame,
+        order: mission.order,
+        route,
+        areas: mission.areas.iter().map(|it| (it, on_earth(&it.corners, frame))).collect(),
     };
     let mut findings = Findings::about(&source.path);
-    if mission.order != Order::Given {
-        findings.note("order", "that the order is free has no counterpart: it becomes the order of the file");
-    }
-    for objective in mission.objectives.iter().filter(|it| it.terms != Terms::default()) {
-        findings
-            .note(&objective.name, "what is asked besides its place (after, worth, time limits, dwell_s) is left out");
-    }
     let text = match target {
         Target::GeoJson => crate::geojson::write(&geographic),
         Target::Plan => crate::qgc::write(&geographic, &mut findings),
     };
     (text, findings.into_notes())
+}
+
+/// These places on the Earth.
+pub(crate) fn on_earth(places: &[Ned], frame: LocalFrame) -> Vec<LatLon> {
+    places.iter().map(|it| frame.lat_lon(*it)).collect()
 }
 
 /// Degrees to a tenth of a millimetre on the ground: what is beyond it is not meant.

@@ -1,19 +1,33 @@
 //! Plain GeoJSON (RFC 7946), and as this program writes it: what a feature is stands in its properties, under the names of a
 //! mission file. Polygons that say nothing are keep-out areas, which is the safe side.
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use crate::applicability;
-use crate::content::{Content, Height, Outline, Reference, Rule, Waypoint, Window, Zone};
+use crate::content::{Content, Height, Outline, Reference, Rule, Survey, Waypoint, Window, Zone};
 use crate::findings::{Findings, Wrong};
 use crate::json::Node;
 use crate::shape::{self, Order};
+use crate::terms;
 use domain::geodesy::{LatLon, Origin};
+use domain::mission::terms::Order as Sequence;
 
 /// The property that says what a feature is.
 const KIND: &str = "kind";
-const PROPERTIES: [&str; 9] =
-    [KIND, "name", "height_m", "flying", "altitude_m", "floor_m", "ceiling_m", "from_utc", "until_utc"];
+const PROPERTIES: [&str; 12] = [
+    KIND,
+    "name",
+    "order",
+    "height_m",
+    "flying",
+    "altitude_m",
+    "floor_m",
+    "ceiling_m",
+    "from_utc",
+    "until_utc",
+    "spacing_m",
+    "heading_deg",
+];
 
 /// Reads a document.
 pub(crate) fn read(document: &Node<'_>, findings: &mut Findings) -> Content {
@@ -38,7 +52,11 @@ fn feature(node: &Node<'_>, index: usize, content: &mut Content, findings: &mut 
     };
     let nothing = Value::Null;
     let properties = node.get("properties").unwrap_or(Node { value: &nothing, place: node.place.clone() });
-    properties.note_unknown(&PROPERTIES, findings);
+    if properties.get(KIND).and_then(|it| it.value.as_str()) == Some("leg") {
+        findings.note(&node.place, "a leg of a plan: left out, the planner makes its own");
+        return Ok(());
+    }
+    properties.note_unknown(&[&PROPERTIES[..], &terms::PROPERTIES].concat(), findings);
     let name = match properties.get("name") {
         Some(it) => it.text()?.to_owned(),
         None => format!("feature {index}"),
@@ -47,6 +65,7 @@ fn feature(node: &Node<'_>, index: usize, content: &mut Content, findings: &mut 
         it.one_of(&[
             ("origin", Kind::Origin),
             ("objective", Kind::Objective),
+            ("survey", Kind::Survey),
             ("keep-out", Kind::Zone(Rule::KeepOut)),
             ("permission", Kind::Zone(Rule::Permission)),
         ])
@@ -58,12 +77,25 @@ fn feature(node: &Node<'_>, index: usize, content: &mut Content, findings: &mut 
             let altitude_m = properties.get("altitude_m").map(|it| it.number()).transpose()?;
             let place = shape::lat_lon(&coordinates()?, Order::LongitudeFirst)?;
             content.origin = Some(Origin { place, altitude_m });
+            let order =
+                properties.get("order").map(|it| it.one_of(&[("given", Sequence::Given), ("free", Sequence::Free)]));
+            content.order = order.transpose()?.unwrap_or_default();
         }
         (Some(Kind::Objective), "Point") => {
             let height = Height { metres: properties.need("height_m")?.number()?, above: Reference::TakeOff };
             let at = Some(shape::lat_lon(&coordinates()?, Order::LongitudeFirst)?);
             let flying = properties.need("flying")?.boolean()?;
-            content.waypoints.push(Waypoint { name, at, height, flying, source: node.place.clone() });
+            let (terms, source) = (terms::read(&properties)?, node.place.clone());
+            content.waypoints.push(Waypoint { name, at, height, flying, terms, survey: None, source });
+        }
+        (Some(Kind::Survey), "Polygon") => {
+            let height = Height { metres: properties.need("height_m")?.number()?, above: Reference::TakeOff };
+            let Outline::Polygon(corners) = shape::polygon(&coordinates()?, findings)? else { return Ok(()) };
+            let spacing_m = properties.need("spacing_m")?.number()?;
+            let heading_deg = properties.get("heading_deg").map(|it| it.number()).transpose()?;
+            let survey = Some(Survey { corners, spacing_m, heading_deg });
+            let (terms, source) = (terms::read(&properties)?, node.place.clone());
+            content.waypoints.push(Waypoint { name, at: None, height, flying: true, terms, survey, source });
         }
         (kind @ (None | Some(Kind::Zone(_))), "Polygon" | "MultiPolygon") => {
             let rule = if let Some(Kind::Zone(rule)) = kind {
@@ -84,7 +116,11 @@ fn feature(node: &Node<'_>, index: usize, content: &mut Content, findings: &mut 
         }
         (Some(_), _) => {
             let message = format!("the geometry is {}, which does not fit its `kind`", crate::json::short(&shape));
-            return Err(Wrong::at(&geometry.place, message, "origin and objective are Points, areas are Polygons"));
+            return Err(Wrong::at(
+                &geometry.place,
+                message,
+                "origin and objective are Points, surveys and areas are Polygons",
+            ));
         }
     }
     Ok(())
@@ -94,6 +130,7 @@ fn feature(node: &Node<'_>, index: usize, content: &mut Content, findings: &mut 
 enum Kind {
     Origin,
     Objective,
+    Survey,
     Zone(Rule),
 }
 
@@ -115,12 +152,24 @@ pub(crate) fn write(mission: &crate::export::Geographic<'_>) -> String {
     let origin = mission.origin;
     let mut features = vec![feature_of(
         point(origin.place),
-        json!({ KIND: "origin", "name": mission.name, "altitude_m": origin.altitude_m }),
+        json!({ KIND: "origin", "name": mission.name, "altitude_m": origin.altitude_m, "order": order(mission.order) }),
     )];
-    features.extend(mission.objectives.iter().map(|(objective, at)| {
-        let (name, height_m) = (&objective.name, objective.position.height_m() + 0.0);
-        let properties = json!({ KIND: "objective", "name": name, "height_m": height_m, "flying": objective.flying });
-        feature_of(point(*at), properties)
+    features.extend(mission.objectives.iter().map(|(objective, places)| {
+        let mut properties = Map::new();
+        properties.insert("name".into(), json!(objective.name));
+        properties.insert("height_m".into(), json!(objective.position.height_m() + 0.0));
+        terms::write(&objective.terms, &mut properties);
+        let Some(survey) = &objective.survey else {
+            properties.insert(KIND.into(), json!("objective"));
+            properties.insert("flying".into(), json!(objective.flying));
+            let at = places.last().copied().unwrap_or(origin.place);
+            return feature_of(point(at), Value::Object(properties));
+        };
+        properties.insert(KIND.into(), json!("survey"));
+        properties.insert("spacing_m".into(), json!(survey.spacing_m()));
+        properties.insert("heading_deg".into(), json!(survey.heading_deg()));
+        let corners = crate::export::on_earth(survey.corners(), mission.frame);
+        feature_of(json!({ "type": "Polygon", "coordinates": [ring(&corners)] }), Value::Object(properties))
     }));
     features.extend(mission.areas.iter().map(|(area, corners)| {
         let properties = json!({
@@ -133,7 +182,29 @@ pub(crate) fn write(mission: &crate::export::Geographic<'_>) -> String {
         });
         feature_of(json!({ "type": "Polygon", "coordinates": [ring(corners)] }), properties)
     }));
+    features.extend(mission.route.iter().map(|leg| {
+        let ends = [leg.way.0, leg.way.1];
+        let [from_height_m, to_height_m] = ends.map(|it| it.height_m() + 0.0);
+        let coordinates: Value = crate::export::on_earth(&ends, mission.frame).into_iter().map(position).collect();
+        let properties = json!({
+            KIND: "leg",
+            "objective": leg.objective,
+            "text": leg.text,
+            "from_height_m": from_height_m,
+            "to_height_m": to_height_m,
+            "begins_s": leg.begins_s,
+            "time_s": leg.time_s,
+        });
+        feature_of(json!({ "type": "LineString", "coordinates": coordinates }), properties)
+    }));
     format!("{:#}\n", json!({ "type": "FeatureCollection", "features": features }))
+}
+
+fn order(order: Sequence) -> &'static str {
+    match order {
+        Sequence::Given => "given",
+        Sequence::Free => "free",
+    }
 }
 
 fn feature_of(geometry: Value, properties: Value) -> Value {

@@ -28,7 +28,9 @@ mod kml;
 mod local;
 mod mission_file;
 mod qgc;
+mod qgc_survey;
 mod shape;
+mod terms;
 mod zone_text;
 
 pub use findings::Note;

@@ -1,9 +1,10 @@
 //! A mission file, as `kittiwake check` reads it, with remarks as comments.
 
 use domain::geodesy::{LatLon, Origin};
+use domain::mission::terms::{Order, Terms};
 use serde::Serialize;
 
-use crate::export::degrees;
+use crate::export::{degrees, utc};
 
 /// What is written.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,6 +12,7 @@ pub(crate) struct MissionFile {
     pub(crate) name: String,
     pub(crate) remarks: Vec<String>,
     pub(crate) origin: Origin,
+    pub(crate) order: Order,
     pub(crate) objectives: Vec<ObjectiveEntry>,
     pub(crate) areas: Vec<AreaEntry>,
 }
@@ -18,10 +20,54 @@ pub(crate) struct MissionFile {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct ObjectiveEntry {
     pub(crate) name: String,
-    pub(crate) latitude_deg: f64,
-    pub(crate) longitude_deg: f64,
+    /// Absent for a survey.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) latitude_deg: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) longitude_deg: Option<f64>,
     pub(crate) height_m: f64,
     pub(crate) flying: bool,
+    #[serde(flatten)]
+    pub(crate) terms: TermsEntry,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) survey: Option<SurveyEntry>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct TermsEntry {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    optional: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    worth: Option<f64>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    after: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reach_within_s: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reach_by_utc: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dwell_s: Option<f64>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct SurveyEntry {
+    pub(crate) corners_deg: Vec<[f64; 2]>,
+    pub(crate) spacing_m: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) heading_deg: Option<f64>,
+}
+
+impl From<&Terms> for TermsEntry {
+    fn from(terms: &Terms) -> TermsEntry {
+        TermsEntry {
+            optional: terms.worth.map(|_| true),
+            worth: terms.worth,
+            after: terms.after.iter().map(|it| one_line(it, LONGEST_NAME)).collect(),
+            reach_within_s: terms.within.map(|it| it.as_secs_f64()),
+            reach_by_utc: terms.by_utc_ms.map(utc),
+            dwell_s: Some(terms.dwell.as_secs_f64()).filter(|it| 0.0 < *it),
+        }
+    }
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -44,6 +90,8 @@ pub(crate) struct AreaEntry {
 #[derive(Serialize)]
 struct Head<'a> {
     name: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    order: Option<&'static str>,
     origin: OriginEntry,
 }
 
@@ -70,7 +118,8 @@ impl MissionFile {
     pub(crate) fn text(&self) -> String {
         let [latitude_deg, longitude_deg] = corner(self.origin.place);
         let origin = OriginEntry { latitude_deg, longitude_deg, altitude_m: self.origin.altitude_m };
-        let mut text = comments(&self.remarks) + &toml(&Head { name: &self.name, origin });
+        let order = (self.order == Order::Free).then_some("free");
+        let mut text = comments(&self.remarks) + &toml(&Head { name: &self.name, order, origin });
         for objective in &self.objectives {
             text.push('\n');
             text.push_str(&toml(&Objective { objective: [objective] }));
@@ -93,6 +142,8 @@ fn toml(table: &impl Serialize) -> String {
     toml::to_string(table).expect("tables of texts and numbers can be written")
 }
 
+/// The longest name of an objective or area, in characters.
+pub(crate) const LONGEST_NAME: usize = 100;
 /// The longest line of a comment, in characters.
 const LONGEST_LINE: usize = 500;
 

@@ -2,17 +2,24 @@
 //!
 //! Commands are those of MAVLink's `MAV_CMD`, frames those of `MAV_FRAME`. Latitude comes first, other than in GeoJSON.
 
+use std::time::Duration;
+
 use serde_json::{Value, json};
 
-use crate::content::{Content, Height, Outline, Reference, Rule, Waypoint, Window, Zone};
+use crate::content::{Content, Height, Outline, Reference, Rule, Survey, Waypoint, Window, Zone};
 use crate::export::{Geographic, degrees};
 use crate::findings::{Findings, Wrong};
 use crate::json::{Node, short};
 use crate::shape::{self, Order};
+use crate::terms;
 use domain::area::AreaKind;
 use domain::geodesy::{LatLon, Origin};
+use domain::mission::Objective;
+use domain::mission::terms::Terms;
 
 const WAYPOINT: i64 = 16;
+/// The vehicle stays for the seconds of the first parameter.
+const LOITER_TIME: i64 = 19;
 const RETURN: i64 = 20;
 const LAND: i64 = 21;
 const TAKEOFF: i64 = 22;
@@ -63,6 +70,14 @@ fn any_item(node: &Node<'_>, content: &mut Content, findings: &mut Findings) -> 
     match node.need("type")?.text()? {
         "SimpleItem" => item(node, content, findings),
         "ComplexItem" => {
+            match crate::qgc_survey::read(node)? {
+                Ok((survey, height)) => {
+                    add_survey(node, survey, height, content, findings);
+                    return Ok(());
+                }
+                Err("no survey") => {}
+                Err(why) => findings.note(&node.place, format!("not read as a survey, since {why}")),
+            }
             let style = node.get("TransectStyleComplexItem");
             let Some(expanded) = style.and_then(|it| it.get("Items")) else {
                 let kind = node.get("complexItemType").and_then(|it| it.value.as_str()).unwrap_or("pattern");
@@ -84,16 +99,27 @@ fn any_item(node: &Node<'_>, content: &mut Content, findings: &mut Findings) -> 
     }
 }
 
+fn add_survey(node: &Node<'_>, survey: Survey, height: Height, content: &mut Content, findings: &mut Findings) {
+    let text =
+        "a survey of the same polygon, angle and spacing; its camera, its turnaround and where it begins are left out";
+    findings.note(&node.place, text);
+    let name = format!("survey {}", content.waypoints.len() + 1);
+    let (source, terms) = (node.place.clone(), Terms::default());
+    content.waypoints.push(Waypoint { name, at: None, height, flying: true, terms, survey: Some(survey), source });
+}
+
 fn item(node: &Node<'_>, content: &mut Content, findings: &mut Findings) -> Result<(), Wrong> {
     let command = node.need("command")?.number()? as i64;
     match command {
         WAYPOINT => {}
-        17..=19 => findings.note(&node.place, "to loiter has no counterpart: the place is flown to"),
+        LOITER_TIME => {}
+        17..=18 => findings.note(&node.place, "to loiter has no counterpart: the place is flown to"),
         LAND => {}
         RETURN => {
             let height = Height { metres: 0.0, above: Reference::TakeOff };
             let source = node.place.clone();
-            content.waypoints.push(Waypoint { name: "return".into(), at: None, height, flying: false, source });
+            let (name, terms) = ("return".into(), Terms::default());
+            content.waypoints.push(Waypoint { name, at: None, height, flying: false, terms, survey: None, source });
             return Ok(());
         }
         TAKEOFF => {
@@ -108,9 +134,10 @@ fn item(node: &Node<'_>, content: &mut Content, findings: &mut Findings) -> Resu
     let params = node.need("params")?.items()?;
     let param = |index: usize| params.get(index).filter(|it| !it.value.is_null());
     let number = |index: usize| param(index).map_or(Ok(0.0), |it| it.number());
-    if command == WAYPOINT && 0.0 < number(0)? {
-        findings.note(&params[0].place, "a time to hold is left out: write it as `dwell_s` of the objective");
-    }
+    let dwell = match param(0).filter(|_| [WAYPOINT, LOITER_TIME].contains(&command)) {
+        Some(seconds) => terms::seconds(seconds)?,
+        None => Duration::ZERO,
+    };
     let flying = command != LAND;
     let at = match (number(4)?, number(5)?) {
         // Land where the vehicle is, which is where the item before it has brought it.
@@ -134,7 +161,8 @@ fn item(node: &Node<'_>, content: &mut Content, findings: &mut Findings) -> Resu
     let count = content.waypoints.len() + 1;
     let name = if flying { format!("waypoint {count}") } else { format!("land {count}") };
     let height = Height { metres: number(6)?, above };
-    content.waypoints.push(Waypoint { name, at, height, flying, source: node.place.clone() });
+    let terms = Terms { dwell, ..Terms::default() };
+    content.waypoints.push(Waypoint { name, at, height, flying, terms, survey: None, source: node.place.clone() });
     Ok(())
 }
 
@@ -198,16 +226,29 @@ fn rally_points(document: &Node<'_>, _: &mut Content, findings: &mut Findings) -
 pub(crate) fn write(mission: &Geographic<'_>, findings: &mut Findings) -> String {
     let mut items: Vec<Value> = Vec::new();
     let mut ground = Some(mission.origin.place);
-    for (objective, at) in &mission.objectives {
+    for (objective, places) in &mission.objectives {
         let height_m = objective.position.height_m() + 0.0;
         if let Some(from) = ground.take() {
             let id = items.len() + 1;
             items.push(simple_item(id, TAKEOFF, from, height_m.max(TAKEOFF_HEIGHT_M)));
         }
         let command = if objective.flying { WAYPOINT } else { LAND };
-        items.push(simple_item(items.len() + 1, command, *at, height_m));
-        ground = (!objective.flying).then_some(*at);
+        for (index, at) in places.iter().enumerate() {
+            let mut item = simple_item(items.len() + 1, command, *at, height_m);
+            if objective.flying && index + 1 == places.len() {
+                item["params"][0] = json!(objective.terms.dwell.as_secs_f64());
+            }
+            items.push(item);
+        }
+        if objective.survey.is_some() {
+            findings.note(&objective.name, "a survey is written as the ends of its lines");
+        }
+        note_terms(objective, findings);
+        ground = places.last().copied().filter(|_| !objective.flying);
         findings.note(&objective.name, "the name of an objective has no counterpart in a plan");
+    }
+    if mission.order != domain::mission::terms::Order::Given {
+        findings.note("order", "that the order is free has no counterpart: it becomes the order of the file");
     }
     let mut polygons = Vec::new();
     for (area, corners) in &mission.areas {
@@ -249,6 +290,20 @@ pub(crate) fn write(mission: &Geographic<'_>, findings: &mut Findings) -> String
         "rallyPoints": { "version": 2, "points": [] },
     });
     format!("{plan:#}\n")
+}
+
+/// What is asked of an objective, and has no counterpart in a plan.
+fn note_terms(objective: &Objective, findings: &mut Findings) {
+    let Terms { worth, after, within, by_utc_ms, dwell } = &objective.terms;
+    let lost = [
+        (worth.is_some(), "that it may be left out"),
+        (!after.is_empty(), "what comes before it"),
+        (within.is_some() || by_utc_ms.is_some(), "its time limit"),
+        (!objective.flying && !dwell.is_zero(), "how long the vehicle stays on the ground"),
+    ];
+    for (_, what) in lost.iter().filter(|(is_asked, _)| *is_asked) {
+        findings.note(&objective.name, format!("{what} has no counterpart in a plan: left out"));
+    }
 }
 
 /// The least height of a takeoff item. (The planner's `takeoff_height_m`.)

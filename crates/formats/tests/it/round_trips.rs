@@ -4,17 +4,20 @@ use super::samples::PLAN;
 use super::{import, mission, origin, settings, source};
 use domain::area::{Area, AreaKind};
 use domain::geometry::Ned;
+use domain::mission::terms::{Order, Terms};
 use domain::mission::{Mission, Objective};
+use domain::survey::Survey;
 use formats::assemble::Settings;
 use formats::export::{Target, export};
 use proptest::prelude::*;
+use std::time::Duration;
 
 /// Positions are written to a tenth of a millimetre, and heights in centimetres.
 const NEAR_M: f64 = 0.01;
 
 #[track_caller]
 fn written(mission: &Mission, target: Target) -> (String, Vec<String>) {
-    let (text, notes) = export(&source("m.toml", ""), mission, origin(), target);
+    let (text, notes) = export(&source("m.toml", ""), mission, origin(), target, &[]);
     (text, notes.into_iter().map(|it| format!("{}: {}", it.place, it.text)).collect())
 }
 
@@ -41,7 +44,10 @@ fn is_same_area(a: &Area, b: &Area) -> bool {
 }
 
 fn is_same_objective(a: &Objective, b: &Objective) -> bool {
-    a.name == b.name && a.flying == b.flying && a.position.distance_m(b.position) < NEAR_M
+    let near = |(a, b): (&Ned, &Ned)| a.distance_m(*b) < NEAR_M;
+    let (places, others) = (a.places(), b.places());
+    let is_same_way = places.len() == others.len() && places.iter().zip(&others).all(near);
+    a.name == b.name && a.flying == b.flying && a.terms == b.terms && is_same_way
 }
 
 fn area() -> impl Strategy<Value = Area> {
@@ -65,6 +71,41 @@ fn area() -> impl Strategy<Value = Area> {
                 from_utc_ms: window.0.map(|it| it * 1000),
                 until_utc_ms: window.1.map(|it| it * 1000),
             }
+        },
+    )
+}
+
+/// What a mission asks of its objectives: each comes after some of those before it.
+fn terms() -> impl Strategy<Value = Terms> {
+    let seconds = || (0..100_000_u64).prop_map(Duration::from_millis);
+    let by = prop::option::of((1_i64..2_000_000_000).prop_map(|it| it * 1000));
+    (prop::option::of((0..4000_u16).prop_map(|it| f64::from(it) / 4.0)), prop::option::of(seconds()), by, seconds())
+        .prop_map(|(worth, within, by_utc_ms, dwell)| Terms { worth, after: Vec::new(), within, by_utc_ms, dwell })
+}
+
+/// With terms, in any order, and with a survey at the end.
+fn missions_with_terms() -> impl Strategy<Value = Mission> {
+    let survey = (-60.0..0.0_f64, 20.0..80.0_f64, prop::option::of(-360.0..360.0));
+    (missions(), prop::collection::vec(terms(), 6), any::<bool>(), survey).prop_map(
+        |(mut mission, terms, is_free, (low_m, side_m, heading_deg))| {
+            let corner = |north: f64, east: f64| Ned::new(low_m + north * side_m, 0.7 * low_m + east * side_m, 0.0);
+            let corners = vec![corner(0.0, 0.0), corner(1.0, 0.0), corner(0.2, 0.4), corner(0.0, 1.0)];
+            let survey = Survey::new(corners, 7.0, heading_deg).expect("an arrowhead");
+            let end = survey.turns().last().expect("its end").at.at_height(30.0);
+            let look = Objective {
+                name: "look".into(),
+                position: end,
+                flying: true,
+                terms: Terms::default(),
+                survey: Some(survey),
+            };
+            mission.objectives.push(look);
+            let names: Vec<String> = mission.objectives.iter().map(|it| it.name.clone()).collect();
+            for (index, (objective, terms)) in mission.objectives.iter_mut().zip(terms).enumerate() {
+                objective.terms = Terms { after: names[..index].to_vec(), ..terms };
+            }
+            mission.order = if is_free { Order::Free } else { Order::Given };
+            mission
         },
     )
 }
@@ -93,11 +134,12 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn geojson_says_everything(mission in missions()) {
+    fn geojson_says_everything(mission in missions_with_terms()) {
         let (text, notes) = written(&mission, Target::GeoJson);
         prop_assert_eq!(notes, Vec::<String>::new());
         let read = back(&text);
         prop_assert!(read.objectives.len() == mission.objectives.len() && read.areas.len() == mission.areas.len());
+        prop_assert_eq!(read.order, mission.order);
         for (a, b) in read.objectives.iter().zip(&mission.objectives) {
             prop_assert!(is_same_objective(a, b), "{a:?} {b:?}");
         }
@@ -129,6 +171,29 @@ proptest! {
             prop_assert_eq!(said("no time window"), is_closed && (area.from_utc_ms.is_some() || area.until_utc_ms.is_some()));
         }
     }
+}
+
+#[test]
+fn a_plan_says_how_long_to_stay_and_where_the_lines_of_a_survey_end() {
+    let text = "name = \"m\"\norder = \"free\"\n[[objective]]\nname = \"look\"\nheight_m = 30\nflying = true\ndwell_s = 9\n\
+                survey = { corners_m = [[100, 0], [300, 0], [300, 60], [100, 60]], spacing_m = 30 }\n\
+                [[objective]]\nname = \"home\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n\
+                dwell_s = 5\nafter = [\"look\"]\noptional = true\nworth = 1.0\nreach_within_s = 900\n";
+    let mission = Mission::read(&source("m.toml", text)).unwrap_or_else(|it| panic!("{it}"));
+    let (plan, notes) = written(&mission, Target::Plan);
+    let found: Vec<_> =
+        back(&plan).objectives.iter().map(|it| format!("{} {}", it.position, it.terms.dwell.as_secs())).collect();
+    assert_eq!(found, ["(100, 15, 30) 0", "(300, 15, 30) 0", "(300, 45, 30) 0", "(100, 45, 30) 9", "(0, 0, 0) 0"]);
+    let lost: Vec<_> = notes.iter().filter(|it| !it.contains("the name of")).map(String::as_str).collect();
+    let expected = [
+        "look: a survey is written as the ends of its lines",
+        "home: that it may be left out has no counterpart in a plan: left out",
+        "home: what comes before it has no counterpart in a plan: left out",
+        "home: its time limit has no counterpart in a plan: left out",
+        "home: how long the vehicle stays on the ground has no counterpart in a plan: left out",
+        "order: that the order is free has no counterpart: it becomes the order of the file",
+    ];
+    assert_eq!(lost, expected);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! A sample of each format: what becomes of it, and everything that is said about it.
 
-use super::{import, mission, notes, settings, source};
+use super::{check_mistake, import, mission, notes, settings, source};
 use domain::area::{Area, AreaKind};
 use formats::assemble::{Settings, assemble};
 
@@ -44,6 +44,7 @@ fn a_plan_becomes_objectives_and_areas() {
             "return (0, 0, 0) false"
         ]
     );
+    assert_eq!(mission.objectives[0].terms.dwell.as_secs(), 5);
     let areas: Vec<_> = mission.areas.iter().map(|it| (it.name.as_str(), it.kind, it.corners.len())).collect();
     // The circle has 24 sides; each half of the frame is a C of eight corners.
     assert_eq!(
@@ -58,14 +59,68 @@ fn a_plan_becomes_objectives_and_areas() {
 /mission/firmwareType: the mission is flown by any vehicle: not read
 /mission/vehicleType: the mission is flown by any vehicle: not read
 /mission/items/0: the planner takes off by itself: no objective
-/mission/items/1/params/0: a time to hold is left out: write it as `dwell_s` of the objective
 /mission/items/2: command 178 has no counterpart: left out
+/mission/items/3: not read as a survey, since its polygon or its camera is missing
 /mission/items/3: a pattern is read as its items, which QGroundControl has made
 /mission/items/3/TransectStyleComplexItem/Items/1: command 206 has no counterpart: left out
 /rallyPoints/points/0: a rally point has no counterpart: left out
 /geoFence/polygons/0: a fence to stay inside is read as keep-out areas round it, 500 m wide
 "
     );
+}
+
+/// A survey of a field of 200 m by 90 m, as QGroundControl writes it.
+const SURVEY: &str = r#"{"fileType": "Plan", "mission": {"plannedHomePosition": [54, 6.6, 20], "items": [{
+    "type": "ComplexItem", "complexItemType": "survey", "version": 5, "angle": 0, "entryLocation": 0,
+    "flyAlternateTransects": false, "splitConcavePolygons": false,
+    "polygon": [[54.0009, 6.6], [54.0027, 6.6], [54.0027, 6.60137], [54.0009, 6.60137]],
+    "TransectStyleComplexItem": {
+        "CameraCalc": {"AdjustedFootprintSide": 30, "DistanceToSurface": 40, "DistanceMode": 1},
+        "FollowTerrain": false, "Refly90Degrees": false, "TurnAroundDistance": 10,
+        "Items": [{"type": "SimpleItem", "command": 16, "frame": 3, "params": [0, 0, 0, null, 54.001, 6.601, 40]}]
+    }}]}}"#;
+
+#[test]
+fn a_survey_of_a_plan_becomes_a_survey_if_it_can_be_one() {
+    /// `lines`: of the survey, or 0 for the waypoint in its items.
+    #[track_caller]
+    fn check(find: &str, replace: &str, lines: usize, height_m: f64, said: &str) {
+        assert!(SURVEY.contains(find), "{find}");
+        let text = SURVEY.replacen(find, replace, 1);
+        let assembled =
+            import("s.plan", &text, &Settings { origin: None, ..settings() }).unwrap_or_else(|it| panic!("{it}"));
+        let objective = &mission(&assembled).objectives[0];
+        let found = objective.survey.as_ref().map_or(0, |it| it.turns().iter().filter(|it| it.ends_line).count());
+        assert_eq!((found, objective.position.height_m().round()), (lines, height_m), "{objective:?}");
+        assert!(notes(&assembled).starts_with(&format!("/mission/items/0: {said}")), "{}", notes(&assembled));
+    }
+    let as_survey = "a survey of the same polygon, angle and spacing";
+    check("\"angle\": 0", "\"angle\": 0", 3, 40.0, as_survey);
+    check("\"angle\": 0", "\"angle\": 90", 7, 40.0, as_survey);
+    check("\"DistanceMode\": 1", "\"DistanceMode\": 2", 3, 20.0, as_survey);
+    check("\"DistanceMode\": 1", "\"DistanceToSurfaceRelative\": true", 3, 40.0, as_survey);
+    let why = "not read as a survey, since";
+    check("\"DistanceMode\": 1", "\"DistanceMode\": 3", 0, 40.0, &format!("{why} its height is above the terrain"));
+    check("\"FollowTerrain\": false", "\"FollowTerrain\": true", 0, 40.0, &format!("{why} it follows the terrain"));
+    check("\"Refly90Degrees\": false", "\"Refly90Degrees\": true", 0, 40.0, &format!("{why} it is flown twice"));
+    check("Transects\": false", "Transects\": true", 0, 40.0, &format!("{why} it skips every second line"));
+    check("Side\": 30", "Side\": 3", 0, 40.0, &format!("{why} its lines are closer together than 5 m"));
+    check("\"polygon\"", "\"area\"", 0, 40.0, &format!("{why} its polygon or its camera is missing"));
+    check_mistake(
+        "s.plan",
+        SURVEY,
+        "[54.0027, 6.6], ",
+        "[54.0009, 6.60137], [54.0027, 6.6], ",
+        "s.plan: /mission/items/0: a survey: it crosses",
+    );
+    check_mistake(
+        "s.plan",
+        SURVEY,
+        "\"angle\": 0",
+        "\"angle\": 1e3",
+        "s.plan: /mission/items/0: a survey: its heading is 1000",
+    );
+    check_mistake("s.plan", SURVEY, "[54.0009, 6.6]", "[154, 6.6]", "s.plan: /mission/items/0/polygon/0: latitude 154");
 }
 
 #[test]

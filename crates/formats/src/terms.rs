@@ -1,0 +1,62 @@
+//! What a mission asks of an objective besides its place, as properties of GeoJSON under the names of a mission file.
+
+use std::time::Duration;
+
+use domain::mission::terms::Terms;
+use serde_json::{Map, Value, json};
+
+use crate::applicability;
+use crate::findings::Wrong;
+use crate::json::Node;
+
+/// Their names.
+pub(crate) const PROPERTIES: [&str; 6] = ["optional", "worth", "after", "reach_within_s", "reach_by_utc", "dwell_s"];
+
+/// As they stand in `properties`. Whether they make sense together is asked of the mission file that they become part of.
+pub(crate) fn read(properties: &Node<'_>) -> Result<Terms, Wrong> {
+    let time = |key: &str| properties.get(key).map(|it| seconds(&it)).transpose();
+    let is_optional = properties.get("optional").map(|it| it.boolean()).transpose()?.unwrap_or_default();
+    let worth = properties.get("worth").map(|it| it.number()).transpose()?;
+    if is_optional != worth.is_some() {
+        let message = "`optional` and `worth` stand together: what is worth least is left out first";
+        return Err(Wrong::at(&properties.place, message, "give both, or none of them"));
+    }
+    let after = properties.list("after")?;
+    Ok(Terms {
+        worth,
+        after: after.iter().map(|it| it.text().map(str::to_owned)).collect::<Result<_, _>>()?,
+        within: time("reach_within_s")?,
+        by_utc_ms: properties.get("reach_by_utc").map(|it| applicability::moment(&it)).transpose()?,
+        dwell: time("dwell_s")?.unwrap_or_default(),
+    })
+}
+
+/// A time that a mission may ask for.
+pub(crate) fn seconds(node: &Node<'_>) -> Result<Duration, Wrong> {
+    let seconds = node.number()?;
+    Duration::try_from_secs_f64(seconds)
+        .map_err(|_| Wrong::at(&node.place, format!("found {seconds}, expected seconds from 0 on"), ""))
+}
+
+/// Adds those that differ from what holds without them.
+pub(crate) fn write(terms: &Terms, properties: &mut Map<String, Value>) {
+    let mut add = |key: &str, value: Value| {
+        properties.insert(key.to_owned(), value);
+    };
+    if let Some(worth) = terms.worth {
+        add("optional", json!(true));
+        add("worth", json!(worth));
+    }
+    if !terms.after.is_empty() {
+        add("after", json!(terms.after));
+    }
+    if let Some(within) = terms.within {
+        add("reach_within_s", json!(within.as_secs_f64()));
+    }
+    if let Some(by_utc_ms) = terms.by_utc_ms {
+        add("reach_by_utc", json!(crate::export::utc(by_utc_ms)));
+    }
+    if !terms.dwell.is_zero() {
+        add("dwell_s", json!(terms.dwell.as_secs_f64()));
+    }
+}
