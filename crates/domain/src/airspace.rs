@@ -7,10 +7,9 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use geo::Contains;
-
 use crate::area::{Area, AreaKind};
 use crate::geometry::Ned;
+use crate::outline::Outline;
 use crate::speeds::Speeds;
 use crate::time::Pace;
 
@@ -126,15 +125,21 @@ const STRAIGHT_UP_M: f64 = 1.0;
 /// floor and ceiling included. Along the border is not inside. A way that leads over ground and up or down counts at all heights
 /// between its ends: an autopilot need not climb evenly. (PX4 limits the speeds over ground and upwards each by itself.)
 pub fn stays(area: &Area, from: Ned, to: Ned, vertical_margin_m: f64) -> Vec<Stay> {
-    if area.is_beside(from, to) {
+    match area.is_beside(from, to) {
+        true => Vec::new(),
+        false => stays_within(area, &Outline::new(area), from, to, vertical_margin_m),
+    }
+}
+
+/// The same for an area whose outline is known.
+pub fn stays_within(area: &Area, outline: &Outline, from: Ned, to: Ned, vertical_margin_m: f64) -> Vec<Stay> {
+    let (lowest, highest) = heights_within(area, from, to, vertical_margin_m);
+    if highest < lowest || outline.is_beyond(0.0, from, to) {
         return Vec::new();
     }
-    let (lowest, highest) = heights_within(area, from, to, vertical_margin_m);
-    let polygon = area.polygon();
     let mut found: Vec<Stay> = Vec::new();
-    for stretch in area.crossings(from, to).windows(2) {
-        let middle = from.towards(to, (stretch[0] + stretch[1]) / 2.0);
-        if !polygon.contains(&geo::Point::new(middle.east_m, middle.north_m)) {
+    for stretch in outline.crossings(from, to).windows(2) {
+        if !outline.covers(from.towards(to, (stretch[0] + stretch[1]) / 2.0)) {
             continue;
         }
         let stay = Stay { enters: stretch[0].max(lowest), leaves: stretch[1].min(highest) };

@@ -3,6 +3,7 @@
 use geo::{Contains, Distance, Euclidean, Intersects, Line, Polygon};
 
 use crate::geometry::Ned;
+use crate::outline::Outline;
 
 /// What it takes to enter an area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,34 +82,7 @@ impl Area {
     /// ascending, with 0 and 1 added at the ends, so that each neighbouring pair is a stretch
     /// that is wholly inside or wholly outside.
     pub fn crossings(&self, from: Ned, to: Ned) -> Vec<f64> {
-        use geo::line_intersection::{LineIntersection, line_intersection};
-        let way = Line::new((from.east_m, from.north_m), (to.east_m, to.north_m));
-        let length_squared = way.dx() * way.dx() + way.dy() * way.dy();
-        let fraction = |x: f64, y: f64| {
-            if length_squared == 0.0 {
-                return 0.0;
-            }
-            (((x - way.start.x) * way.dx() + (y - way.start.y) * way.dy()) / length_squared).clamp(0.0, 1.0)
-        };
-        let mut found = vec![0.0, 1.0];
-        if self.is_beside(from, to) {
-            return found;
-        }
-        for edge in self.polygon().exterior().lines() {
-            match line_intersection(way, edge) {
-                Some(LineIntersection::SinglePoint { intersection, .. }) => {
-                    found.push(fraction(intersection.x, intersection.y));
-                }
-                Some(LineIntersection::Collinear { intersection }) => {
-                    found.push(fraction(intersection.start.x, intersection.start.y));
-                    found.push(fraction(intersection.end.x, intersection.end.y));
-                }
-                None => {}
-            }
-        }
-        found.sort_by(f64::total_cmp);
-        found.dedup_by(|a, b| (*a - *b).abs() < 1e-12);
-        found
+        if self.is_beside(from, to) { vec![0.0, 1.0] } else { Outline::new(self).crossings(from, to) }
     }
 
     /// Whether the bounding boxes of the way and the area do not touch: a cheap check that settles most pairs.

@@ -20,14 +20,33 @@ pub struct Corner {
 impl Corner {
     /// Whether a shortest way may pass the corner in the direction from `a` to `b`: the polygon is on one side of that line. Any
     /// other way through the corner could be cut short.
+    #[inline]
     pub fn is_touched_along(&self, a: Ned, b: Ned) -> bool {
         /// Rounding: a thousandth of a millimetre beside a kilometre.
         const EPSILON: f64 = 1e-9;
         let (north_m, east_m) = (b.north_m - a.north_m, b.east_m - a.east_m);
-        let length_m = north_m.hypot(east_m).max(f64::MIN_POSITIVE);
-        let cross = |side: Vector| (north_m * side.1 - east_m * side.0) / length_m;
+        let cross = |side: Vector| north_m * side.1 - east_m * side.0;
         let (behind, ahead) = (-cross(self.before), cross(self.after));
-        (-EPSILON < behind && -EPSILON < ahead) || (behind < EPSILON && ahead < EPSILON)
+        let touches = |length_m: f64| {
+            let tolerance = (EPSILON * length_m).max(f64::MIN_POSITIVE);
+            (-tolerance < behind && -tolerance < ahead) || (behind < tolerance && ahead < tolerance)
+        };
+        // Among hundreds of corners most are told apart without a root: the length is no greater than this sum.
+        touches(north_m.abs() + east_m.abs()) && touches(north_m.hypot(east_m))
+    }
+
+    /// Whether a shortest way may pass the corner along a line that meets the circle of `radius_m` around `centre`: if not, it leads to
+    /// nothing in there. Heights are not looked at.
+    #[inline]
+    pub fn may_lead_into(&self, centre: Ned, radius_m: f64) -> bool {
+        /// Rounding: more than that of [`Corner::is_touched_along`] at 100 km.
+        const ROUNDING_M: f64 = 1e-3;
+        let (north_m, east_m) = (centre.north_m - self.at.north_m, centre.east_m - self.at.east_m);
+        // The distance of the centre from the line along each side.
+        let cross = |side: Vector| north_m * side.1 - east_m * side.0;
+        let (behind_m, ahead_m) = (-cross(self.before), cross(self.after));
+        let reach_m = radius_m + ROUNDING_M;
+        (-reach_m < behind_m && -reach_m < ahead_m) || (behind_m < reach_m && ahead_m < reach_m)
     }
 }
 
@@ -98,7 +117,32 @@ fn add(a: Vector, b: Vector) -> Vector {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
+    use proptest::prelude::*;
+
     use super::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 2_000, failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn no_way_is_touched_along_into_a_circle_that_a_corner_does_not_lead_into(
+            ring in proptest::collection::vec((-200.0..200.0, -200.0..200.0), 3..9),
+            centre in (-900.0..900.0, -900.0..900.0),
+            radius_m in 1.0..200.0,
+            (angle, part) in (0.0..TAU, 0.0..=1.0),
+        ) {
+            let ring: Vec<Ned> = ring.into_iter().map(|(north, east)| Ned::new(north, east, 0.0)).collect();
+            let centre = Ned::new(centre.0, centre.1, 0.0);
+            let reach_m: f64 = part * radius_m;
+            let there = Ned::new(centre.north_m + reach_m * angle.cos(), centre.east_m + reach_m * angle.sin(), 0.0);
+            for corner in corners(&ring, 10.0) {
+                let touched = corner.is_touched_along(corner.at, there);
+                prop_assert!(!touched || corner.may_lead_into(centre, radius_m), "{corner:?}");
+            }
+        }
+    }
 
     #[test]
     fn corners_move_outwards_and_notches_have_none() {

@@ -29,12 +29,18 @@ impl Ned {
 
     /// Straight-line distance.
     pub fn distance_m(self, other: Ned) -> f64 {
-        self.horizontal_distance_m(other).hypot(other.down_m - self.down_m)
+        match other.down_m - self.down_m {
+            0.0 => self.horizontal_distance_m(other),
+            down_m => self.horizontal_distance_m(other).hypot(down_m),
+        }
     }
 
     /// Distance over ground.
     pub fn horizontal_distance_m(self, other: Ned) -> f64 {
-        (other.north_m - self.north_m).hypot(other.east_m - self.east_m)
+        let (north_m, east_m) = (other.north_m - self.north_m, other.east_m - self.east_m);
+        // A search computes it a hundred thousand times, and a root takes a third of the time of `hypot`, which is there for squares
+        // that do not fit: those of a thousand kilometres do.
+        (north_m * north_m + east_m * east_m).sqrt()
     }
 
     /// The point `fraction` of the way to `other` (0 here, 1 there).

@@ -16,6 +16,7 @@ pub mod geodesy;
 pub mod geometry;
 pub mod memory;
 pub mod mission;
+pub mod outline;
 pub mod permission;
 pub mod plan;
 pub mod quantity;

@@ -7,11 +7,12 @@ use std::cell::Cell;
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-use geo::{Closest, ClosestPoint, Distance, Euclidean, Line, Point};
+use geo::{Closest, ClosestPoint, Point};
 
 use crate::airspace::{Airspace, Motion, stays};
 use crate::area::Area;
 use crate::geometry::Ned;
+use crate::outline::Outline;
 use crate::speeds::Speeds;
 
 mod level;
@@ -248,8 +249,7 @@ impl Search<'_> {
         let height_m = to.height_m();
         let (low_m, high_m) = (height_m - self.vertical_margin_m, height_m + self.vertical_margin_m);
         let areas = self.barred.iter().copied().filter(|it| it.touches_heights(low_m, high_m)).collect();
-        let (margin_m, vertical_margin_m) = (self.limits.margin_m, self.vertical_margin_m);
-        Level { areas, margin_m, vertical_margin_m, legs_left: &self.legs_left }.shortest(from, to)
+        Level::new(areas, self.limits.margin_m, self.vertical_margin_m, &self.legs_left).shortest(from, to)
     }
 
     fn is_free(&self, from: Ned, to: Ned) -> bool {
@@ -258,7 +258,7 @@ impl Search<'_> {
 }
 
 /// Which ends of a leg may be nearer to a border than the margin, because they are given.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Exempt {
     /// The leg begins where the vehicle is.
     pub start: bool,
@@ -269,21 +269,7 @@ pub struct Exempt {
 /// Whether the level leg from `from` to `to` keeps `margin_m` from `area`, but for the first and last `margin_m` of it
 /// where those are exempt. Heights are not looked at.
 pub fn keeps_clear(area: &Area, from: Ned, to: Ned, margin_m: f64, exempt: Exempt) -> bool {
-    if area.is_beyond(margin_m, from, to) {
-        return true;
-    }
-    let length_m = from.horizontal_distance_m(to);
-    let (trim_start_m, trim_end_m) =
-        (if exempt.start { margin_m } else { 0.0 }, if exempt.end { margin_m } else { 0.0 });
-    if length_m <= trim_start_m + trim_end_m {
-        return true;
-    }
-    let point = |at_m: f64| {
-        let here = from.towards(to, at_m / length_m);
-        Point::new(here.east_m, here.north_m)
-    };
-    let kept = Line::new(point(trim_start_m), point(length_m - trim_end_m));
-    margin_m <= Euclidean.distance(&kept, &area.polygon())
+    area.is_beyond(margin_m, from, to) || Outline::new(area).keeps_clear(from, to, margin_m, exempt)
 }
 
 /// Points `margin_m` away from the borders that `point` is nearer to: from there a way keeps its margin.

@@ -11,11 +11,12 @@ use std::cell::Cell;
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 
-use crate::airspace::stays;
+use crate::airspace::stays_within;
 use crate::area::Area;
 use crate::corners::{Corner, corners};
 use crate::geometry::Ned;
-use crate::way::{Exempt, footholds, keeps_clear};
+use crate::outline::Outline;
+use crate::way::{Exempt, footholds};
 
 /// The part of the margin that legs must keep: the corners lie a little farther out, so that rounding does not bar the leg
 /// along a side.
@@ -58,16 +59,29 @@ impl Effort {
 /// A search among areas at one height.
 pub(super) struct Level<'a> {
     /// Those at this height that may not be entered.
-    pub(super) areas: Vec<&'a Area>,
+    areas: Vec<&'a Area>,
+    /// Of the same areas.
+    outlines: Vec<Outline>,
     /// Distance kept to their borders, in metres.
-    pub(super) margin_m: f64,
+    margin_m: f64,
     /// Heights this close to a floor or a ceiling count as inside, in metres.
-    pub(super) vertical_margin_m: f64,
+    vertical_margin_m: f64,
     /// Legs that may still be looked at; without any left there is no way.
-    pub(super) legs_left: &'a Cell<u32>,
+    legs_left: &'a Cell<u32>,
 }
 
-impl Level<'_> {
+impl<'a> Level<'a> {
+    /// Among `areas` at this height, with so many legs left to look at.
+    pub(super) fn new(
+        areas: Vec<&'a Area>,
+        margin_m: f64,
+        vertical_margin_m: f64,
+        legs_left: &'a Cell<u32>,
+    ) -> Level<'a> {
+        let outlines = areas.iter().map(|it| Outline::new(it)).collect();
+        Level { areas, outlines, margin_m, vertical_margin_m, legs_left }
+    }
+
     /// The points to fly to from `from`, the last one is `to`; `None` if there is no way.
     pub(super) fn shortest(&self, from: Ned, to: Ned) -> Option<Vec<Ned>> {
         let efforts = Effort::among(self.areas.iter().copied());
@@ -75,9 +89,11 @@ impl Level<'_> {
     }
 
     fn is_clear_of(&self, area: usize, from: Ned, to: Ned, exempt: Exempt) -> bool {
-        let area = self.areas[area];
-        stays(area, from, to, self.vertical_margin_m).is_empty()
-            && keeps_clear(area, from, to, KEPT * self.margin_m, exempt)
+        let (area, outline, kept_m) = (self.areas[area], &self.outlines[area], KEPT * self.margin_m);
+        outline.is_beyond(kept_m, from, to)
+            || outline.is_aside(kept_m, from, to)
+            || (stays_within(area, outline, from, to, self.vertical_margin_m).is_empty()
+                && outline.keeps_clear(from, to, kept_m, exempt))
     }
 }
 
@@ -228,7 +244,7 @@ mod tests {
     }
 
     fn level<'a>(areas: &'a [Area], legs_left: &'a Cell<u32>) -> Level<'a> {
-        Level { areas: areas.iter().collect(), margin_m: 10.0, vertical_margin_m: 2.0, legs_left }
+        Level::new(areas.iter().collect(), 10.0, 2.0, legs_left)
     }
 
     fn length_m(from: Ned, way: &[Ned]) -> f64 {
