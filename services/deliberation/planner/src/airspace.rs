@@ -9,6 +9,7 @@ use domain::geometry::Ned;
 use domain::state::State;
 use domain::time::{Now, Pace};
 
+use crate::area_map::AreaMap;
 use crate::config::Config;
 use crate::permissions::{Permissions, Standing};
 
@@ -53,6 +54,8 @@ pub(crate) struct Airspace<'a> {
     pub rule: airspace::Airspace<'a>,
     /// In the mission's order.
     pub zones: Vec<Zone<'a>>,
+    /// What is known of them whatever the time, by the same index.
+    pub map: &'a AreaMap,
 }
 
 /// The permissions that `state` holds; one of which no end is known holds forever.
@@ -62,9 +65,9 @@ pub(crate) fn grants(state: &State, known: &Grants) -> Grants {
 }
 
 impl<'a> Airspace<'a> {
-    /// The areas as they stand `now` for a vehicle that holds `grants`.
+    /// The areas, of which `map` is one, as they stand `now` for a vehicle that holds `grants`.
     pub(crate) fn new(
-        areas: &'a [Area],
+        (areas, map): (&'a [Area], &'a AreaMap),
         grants: &'a Grants,
         permissions: &Permissions,
         closures: &Closures,
@@ -82,12 +85,18 @@ impl<'a> Airspace<'a> {
             let closure = closures.get(&area.name).map(|reason| Access::Closed { reason: reason.clone() });
             Zone { area, access: closure.unwrap_or_else(|| access(area, permissions, now, config)) }
         };
-        Airspace { rule, zones: areas.iter().map(zone).collect() }
+        Airspace { rule, zones: areas.iter().map(zone).collect(), map }
     }
 
     /// Whether a vehicle in the air at `point` must leave an area now.
     pub(crate) fn is_trespassed(&self, point: Ned) -> bool {
-        self.rule.trespassed(point).next().is_some()
+        let is_trespassed = |zone: usize| self.alone(zone).trespassed(point).next().is_some();
+        self.map.along(point, point).into_iter().any(is_trespassed)
+    }
+
+    /// The rule for one zone.
+    fn alone(&self, zone: usize) -> airspace::Airspace<'a> {
+        airspace::Airspace { areas: std::slice::from_ref(self.zones[zone].area), ..self.rule }
     }
 
     /// Whether `zone` must not be stayed in between two moments by a plan that has asked for `asked`.
@@ -101,15 +110,14 @@ impl<'a> Airspace<'a> {
     /// the fraction at which it first is, in the order in which they are.
     pub(crate) fn first_entries(&self, from: Ned, to: Ned, motion: Motion, asked: &Asked) -> Vec<(f64, usize)> {
         let way_m = from.distance_m(to);
-        let entry = |(index, zone): (usize, &Zone<'a>)| {
-            if zone.area.kind == AreaKind::Permission && asked.contains(&index) {
+        let entry = |index: usize| {
+            if self.zones[index].area.kind == AreaKind::Permission && asked.contains(&index) {
                 return None;
             }
-            let alone = airspace::Airspace { areas: std::slice::from_ref(zone.area), ..self.rule };
-            let breach = alone.first_breach(from, to, motion)?;
+            let breach = self.alone(index).first_breach(from, to, motion)?;
             Some((if way_m > 0.0 { from.distance_m(breach.at) / way_m } else { 0.0 }, index))
         };
-        let mut found: Vec<_> = self.zones.iter().enumerate().filter_map(entry).collect();
+        let mut found: Vec<_> = self.map.along(from, to).into_iter().filter_map(entry).collect();
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         found
     }
@@ -119,7 +127,8 @@ impl<'a> Airspace<'a> {
     pub(crate) fn needed(&self, from: Ned, to: Ned, motion: Motion, asked: &Asked) -> Vec<String> {
         let nothing_held = Grants::new();
         let without = airspace::Airspace { grants: &nothing_held, ..self.rule };
-        let is_needed = |&(index, zone): &(usize, &Zone<'a>)| {
+        let is_needed = |&index: &usize| {
+            let zone = &self.zones[index];
             let mut visits = self.visits(zone.area, from, to, motion).into_iter().peekable();
             let is_permission = zone.area.kind == AreaKind::Permission;
             is_permission
@@ -128,7 +137,7 @@ impl<'a> Airspace<'a> {
                     without.bars(zone.area, soonest, latest).is_some() && !self.is_barred(index, asked, soonest, latest)
                 })
         };
-        self.zones.iter().enumerate().filter(is_needed).map(|(_, zone)| zone.area.name.clone()).collect()
+        self.map.along(from, to).into_iter().filter(is_needed).map(|it| self.zones[it].area.name.clone()).collect()
     }
 
     /// Between which moments the way is inside `area`.

@@ -16,6 +16,7 @@ use domain::time::{Now, Pace, Time};
 use domain::way::{Leaving, leaving};
 
 use crate::airspace::{self, Airspace, Closures};
+use crate::area_map::AreaMap;
 use crate::config::Config;
 use crate::drafting::{Unreachable, draft};
 use crate::energy::Judge;
@@ -38,6 +39,8 @@ pub(crate) struct MissionPlanner {
     config: Config,
     pace: Pace,
     mission: Mission,
+    /// Of the mission's areas.
+    map: AreaMap,
     objectives: Objectives,
     permissions: Permissions,
     plan: Plan,
@@ -101,6 +104,7 @@ impl MissionPlanner {
             pace,
             objectives: Objectives::new(&mission.objectives),
             mission,
+            map: AreaMap::default(),
             permissions: Permissions::default(),
             plan: Plan::default(),
             revision: 0,
@@ -155,6 +159,7 @@ impl MissionPlanner {
             // The step that asked would only ask for the same again.
             failed = None;
         }
+        self.map.update(&self.mission.areas);
         let grants = airspace::grants(&state, &known);
         let mut closures = Closures::new();
         loop {
@@ -176,7 +181,7 @@ impl MissionPlanner {
             } else {
                 objective.ahead()
             };
-            let areas: &[Area] = &self.mission.areas;
+            let areas = (self.mission.areas.as_slice(), &self.map);
             let airspace = Airspace::new(areas, &grants, &self.permissions, &closures, (now, self.pace), &self.config);
             let mut steps = match steps_to(&state, &ahead, failed.take(), tolerance, &airspace, &self.config) {
                 Ok(steps) => steps,
@@ -440,8 +445,8 @@ impl MissionPlanner {
         }
         let is_left = |area: &&Area| soon.iter().all(|(over, _)| over.name != area.name);
         let areas: Vec<Area> = self.mission.areas.iter().filter(is_left).cloned().collect();
-        let closures = Closures::new();
-        let later = Airspace::new(&areas, grants, &self.permissions, &closures, (now, self.pace), &self.config);
+        let (closures, map) = (Closures::new(), AreaMap::new(&areas));
+        let later = Airspace::new((&areas, &map), grants, &self.permissions, &closures, (now, self.pace), &self.config);
         steps_to(state, ahead, None, self.tolerance(), &later, &self.config).ok()?;
         let reason = format!("area {} is closed for {} s more", last.name, wait.as_secs());
         Some(Hold { area: last.name.clone(), since: now.time, wait, reason, outlasts_grant: false })
@@ -474,7 +479,7 @@ impl MissionPlanner {
             .collect();
         let closures = Closures::new();
         let at = (self.after(now, wait), self.pace);
-        let later = Airspace::new(&self.mission.areas, &grants, &permissions, &closures, at, &self.config);
+        let later = Airspace::new((&self.mission.areas, &self.map), &grants, &permissions, &closures, at, &self.config);
         steps_to(state, ahead, None, self.tolerance(), &later, &self.config).ok()?;
         let reason = format!("{reason}; asked for again once it has ended, in {} s", wait.as_secs());
         Some(Hold { area: area.clone(), since: now.time, wait, reason, outlasts_grant: true })

@@ -1,115 +1,97 @@
-//! What a plan costs among many areas: the first one, from the request to the reply, as areas and corners grow.
-//!
-//! The areas stand in rows, as polygons between which there is room to fly; the mission leads across them all, at an
-//! angle, so that no row is open. `cargo bench -p planner`.
+//! What a plan costs among many areas, from the request to the reply: as areas and corners grow, as areas have floors and ceilings,
+//! and after one area has changed; and what a plain A* costs beside it. `cargo bench -p planner`.
 
-use std::f64::consts::TAU;
 use std::hint::black_box;
 use std::time::Duration;
 
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use domain::area::{Area, AreaKind};
-use domain::energy::EnergyModel;
-use domain::geometry::Ned;
-use domain::mission::{Mission, Objective};
-use domain::time::{Now, Pace};
-use kittiwake_proto::topics::{Request, Response};
-use kittiwake_proto::v1;
-use node::{Effect, Event, Node, Token};
-use planner::Planner;
-use planner::config::Config;
+use criterion::measurement::WallTime;
+use criterion::{BatchSize, BenchmarkGroup, BenchmarkId, Criterion, criterion_group, criterion_main};
+use kittiwake_proto::v1::ReplanRequest;
 
-/// Metres from one area to the next.
-const APART_M: f64 = 300.0;
-/// Metres from an area's centre to its farthest corners.
-const RADIUS_M: f64 = 120.0;
+mod plain_a_star;
+mod world;
 
-#[derive(serde::Deserialize)]
-struct Shipped {
-    planner: Config,
-    energy: EnergyModel,
+use world::{Heights, World, denied, first_request, plan};
+
+fn group<'a>(criterion: &'a mut Criterion, name: &str) -> BenchmarkGroup<'a, WallTime> {
+    let mut group = criterion.benchmark_group(name);
+    group.sample_size(20).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(3));
+    group
 }
 
-fn config() -> Shipped {
-    let text = include_str!("../../../../config/kittiwake.toml");
-    toml::from_str::<Shipped>(text).expect("the shipped configuration is one")
+fn name_of(world: World) -> BenchmarkId {
+    let World { areas, corners, shape, .. } = world;
+    BenchmarkId::from_parameter(format!("{areas} {} of {corners} corners", format!("{shape:?}").to_lowercase()))
 }
 
-/// Every fifth area asks for a permission; the others are closed.
-fn area(index: usize, columns: usize, corners: usize, star: bool) -> Area {
-    let (row, column) = (index / columns, index % columns);
-    let shift_m = if row.is_multiple_of(2) { 0.0 } else { APART_M / 2.0 };
-    let corner = |corner: usize| {
-        let angle = TAU * corner as f64 / corners as f64;
-        // A star has corners that a way may touch from many sides, a circle none.
-        let distance_m = RADIUS_M * if star && corner.is_multiple_of(2) { 0.9 } else { 1.0 };
-        let (north, east) = (APART_M * row as f64, APART_M * column as f64 + shift_m);
-        Ned::new(north + distance_m * angle.cos(), east + distance_m * angle.sin(), 0.0)
-    };
-    Area {
-        name: format!("area {index}"),
-        kind: if index.is_multiple_of(5) { AreaKind::Permission } else { AreaKind::KeepOut },
-        corners: (0..corners).map(corner).collect(),
-        floor_m: None,
-        ceiling_m: None,
-        from_utc_ms: None,
-        until_utc_ms: None,
-    }
-}
-
-/// A planner for a mission from one end of the areas to the other.
-fn planner(config: &Shipped, areas: usize, corners: usize, star: bool) -> Planner {
-    let columns = (areas as f64).sqrt().ceil() as usize;
-    let end_m = APART_M * columns as f64 - 100.0;
-    let there = Objective {
-        name: "there".into(),
-        position: Ned::new(end_m, end_m * 0.8, 0.0),
-        flying: false,
-        terms: Default::default(),
-        survey: None,
-    };
-    let areas = (0..areas).map(|it| area(it, columns, corners, star)).collect();
-    let mission = Mission { name: "across".into(), objectives: vec![there], areas, order: Default::default() };
-    Planner::new(&config.planner, &config.energy, mission, Pace::REAL_TIME)
-}
-
-/// The steps of the plan that the planner makes for a vehicle before the first area.
-fn plan(planner: &mut Planner, id: usize) -> usize {
-    let position = Some(v1::Ned { north_m: -200.0, east_m: -200.0, down_m: 0.0 });
-    let state = Some(v1::PlanningState { position, ..Default::default() });
-    let request = v1::ReplanRequest { request_id: id.to_string(), state, ..Default::default() };
-    let event = Event::Request { vehicle: "uav1".into(), token: Token(1), request: Request::Replan(request) };
-    let mut effects = Vec::new();
-    planner.on(Now::default(), event, &mut effects);
-    let steps = effects.into_iter().find_map(|it| match it {
-        Effect::Reply { response: Response::Replan(reply), .. } => match reply.reply {
-            Some(v1::replan_reply::Reply::Plan(plan)) => Some(plan.steps.len()),
-            other => panic!("{other:?}"),
-        },
-        _ => None,
+fn bench_first_plan(group: &mut BenchmarkGroup<WallTime>, id: BenchmarkId, world: World) {
+    let request = first_request(world);
+    group.bench_function(id, |bencher| {
+        let search = |planner: &mut _| black_box(plan(planner, request.clone()));
+        bencher.iter_batched_ref(|| world.planner(), search, BatchSize::LargeInput);
     });
-    steps.filter(|it| 3 < *it).expect("a plan with turns")
 }
 
 fn first_plans(criterion: &mut Criterion) {
-    let config = config();
-    let mut group = criterion.benchmark_group("first plan");
-    group.sample_size(10).warm_up_time(Duration::from_millis(500));
-    let circles = [(10, 20), (35, 20), (100, 20), (300, 20), (1000, 20), (10, 100), (100, 100)];
+    let mut group = group(criterion, "first plan");
+    let circles = [(10, 20), (35, 20), (100, 20), (300, 20), (1000, 20), (10, 100), (35, 100), (100, 100), (300, 100)];
     let stars = [(35, 20), (100, 20)];
-    let worlds = circles.map(|it| (it, false)).into_iter().chain(stars.map(|it| (it, true)));
-    for ((areas, corners), star) in worlds {
-        let shape = if star { "stars" } else { "circles" };
-        group.bench_function(BenchmarkId::from_parameter(format!("{areas} {shape} of {corners} corners")), |bencher| {
-            bencher.iter_batched_ref(
-                || planner(&config, areas, corners, star),
-                |planner| black_box(plan(planner, 0)),
-                criterion::BatchSize::LargeInput,
-            );
-        });
+    let circles = circles.map(|(areas, corners)| World::circles(areas, corners));
+    for world in circles.into_iter().chain(stars.map(|(areas, corners)| World::stars(areas, corners))) {
+        bench_first_plan(&mut group, name_of(world), world);
     }
-    group.finish();
 }
 
-criterion_group!(benches, first_plans);
+fn floors_and_ceilings(criterion: &mut Criterion) {
+    let mut group = group(criterion, "floors and ceilings");
+    for world in [World::circles(35, 20), World::circles(100, 20), World::circles(100, 100), World::circles(1000, 20)] {
+        for heights in [Heights::All, Heights::Ceilings, Heights::Floors, Heights::Bands] {
+            let World { areas, corners, .. } = world;
+            let id = BenchmarkId::new(format!("{heights:?}").to_lowercase(), format!("{areas} of {corners} corners"));
+            bench_first_plan(&mut group, id, World { heights, ..world });
+        }
+    }
+}
+
+/// The vehicle has come to the border of the first area that it asks for, and is denied it for good.
+fn replans(criterion: &mut Criterion) {
+    let mut group = group(criterion, "replan");
+    for world in [World::circles(35, 20), World::circles(100, 20), World::circles(1000, 20), World::circles(100, 100)] {
+        let has_planned = || {
+            let mut planner = world.planner();
+            let steps = plan(&mut planner, first_request(world));
+            (planner, denied(&steps))
+        };
+        group.bench_function(name_of(world), |bencher| {
+            let search = |(planner, request): &mut (_, _)| black_box(plan(planner, std::mem::take(request)));
+            bencher.iter_batched_ref(has_planned, search, BatchSize::LargeInput);
+        });
+    }
+}
+
+/// The same request again, with nothing changed.
+fn repeated_plans(criterion: &mut Criterion) {
+    let mut group = group(criterion, "repeated plan");
+    for world in [World::circles(35, 20), World::circles(100, 20), World::circles(1000, 20), World::circles(100, 100)] {
+        let mut planner = world.planner();
+        let mut ids = 0..u64::MAX;
+        group.bench_function(name_of(world), |bencher| {
+            bencher.iter(|| {
+                let request_id = ids.next().map(|it| it.to_string()).unwrap_or_default();
+                black_box(plan(&mut planner, ReplanRequest { request_id, ..first_request(world) }))
+            });
+        });
+    }
+}
+
+fn plain_a_star(criterion: &mut Criterion) {
+    let mut group = group(criterion, "plain A*");
+    group.sample_size(10);
+    for world in [World::circles(10, 20), World::circles(35, 20), World::circles(100, 20)] {
+        let areas = world.all_areas();
+        group.bench_function(name_of(world), |bencher| bencher.iter(|| black_box(plain_a_star::legs(world, &areas))));
+    }
+}
+
+criterion_group!(benches, first_plans, floors_and_ceilings, replans, repeated_plans, plain_a_star);
 criterion_main!(benches);

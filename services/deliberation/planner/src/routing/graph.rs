@@ -3,15 +3,16 @@
 //! Evaluations, ICAPS 2016), and among them only those that may be part of a cheapest way (the tangents of the areas).
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
+use std::collections::BinaryHeap;
 use std::time::Duration;
 
 use domain::airspace::{latest, soonest};
 use domain::area::AreaKind;
+use domain::geometry::Ned;
 use domain::way::{Effort, Turns};
 
-use super::legs::{Leg, Obstacles};
-use super::nodes::{GOAL, Nodes, START};
+use super::legs::{Obstacles, Touched};
+use super::nodes::{Extent, GOAL, Nodes, START};
 use super::{Open, PROHIBITIVE_MS, TimedWay};
 use crate::airspace::{Access, Asked};
 
@@ -23,7 +24,8 @@ pub(super) struct Graph<'a> {
     nodes: Nodes<'a>,
     /// By node, labels that no other one there is as good as.
     settled: Vec<Vec<usize>>,
-    legs: BTreeMap<(usize, usize), Leg>,
+    /// By node, what the rest of the way costs at least, times the factor that it may cost too much.
+    least_ms: Vec<u64>,
     labels: Vec<Label>,
     open: BinaryHeap<Reverse<(u64, Next)>>,
     /// Labels from which legs begin.
@@ -43,6 +45,8 @@ struct Label {
 /// What may be looked at next; the cheapest first, then what was found first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Next {
+    /// Legs from this label to the corners of this ring may be looked at.
+    Around(usize, usize),
     /// A node that is reached, by the index of its label.
     Reached(usize),
     /// A leg that may be barred, or dearer than its flight: from this label to this node.
@@ -57,7 +61,7 @@ impl<'a> Graph<'a> {
             effort,
             nodes: Nodes::new(obstacles),
             settled: Vec::new(),
-            legs: BTreeMap::new(),
+            least_ms: Vec::new(),
             labels: Vec::new(),
             open: BinaryHeap::new(),
             expanded: Vec::new(),
@@ -67,15 +71,16 @@ impl<'a> Graph<'a> {
     /// The way of the least cost, or up to the stated factor more, if enough legs may be looked at.
     pub(super) fn search(mut self) -> Option<TimedWay> {
         if self.effort.turns == Turns::Any {
-            self.nodes.meet(&self.obstacles.all());
+            self.nodes.meet(self.obstacles.all());
         }
-        self.settled.resize(self.nodes.len(), Vec::new());
+        self.note_nodes();
         let start =
             Label { node: START, asked: Asked::new(), cost_ms: 0, at: self.begins, before: None, entered: vec![] };
         self.reach(start);
         let mut looked_at = 0;
         while let Some(Reverse((_, next))) = self.open.pop() {
             match next {
+                Next::Around(index, ring) => self.around(index, ring),
                 Next::Perhaps(from, to) => {
                     let Label { node, asked, cost_ms, .. } = &self.labels[from];
                     if self.is_settled(to, asked, cost_ms + self.flight_ms(*node, to)) {
@@ -86,8 +91,7 @@ impl<'a> Graph<'a> {
                         self.obstacles.among.gave_up.set(true);
                         return None;
                     }
-                    self.look_at(from, to);
-                    if let Some(label) = self.fly(from, to) {
+                    if let Some(label) = self.look_at(from, to) {
                         self.reach(label);
                     }
                 }
@@ -102,7 +106,7 @@ impl<'a> Graph<'a> {
                     }
                     self.settled[node].push(index);
                     self.expanded.push(index);
-                    (GOAL..self.nodes.len()).for_each(|to| self.perhaps(index, to));
+                    self.look_around(index, Extent::default());
                 }
             }
         }
@@ -110,42 +114,69 @@ impl<'a> Graph<'a> {
     }
 
     fn reach(&mut self, label: Label) {
-        self.open.push(Reverse((label.cost_ms + self.least_ms(label.node), Next::Reached(self.labels.len()))));
+        self.open.push(Reverse((label.cost_ms + self.least_ms[label.node], Next::Reached(self.labels.len()))));
         self.labels.push(label);
     }
 
-    /// The leg from the label `index` to the node `to` may be looked at.
-    fn perhaps(&mut self, index: usize, to: usize) {
-        let Label { node, asked, cost_ms, .. } = &self.labels[index];
-        if *node == to || !self.nodes.may_join(*node, to, self.effort.turns) {
-            return;
+    /// Legs from the label `index` may be looked at, to all nodes but those that there were before.
+    fn look_around(&mut self, index: usize, before: Extent) {
+        let Label { node, cost_ms, .. } = self.labels[index];
+        let (open, rings) = self.nodes.since(before, node, self.effort.turns);
+        for to in open {
+            if self.nodes.may_join(node, *to, self.effort.turns)
+                && let Some(next) = self.perhaps(index, *to)
+            {
+                self.open.push(next);
+            }
         }
-        let cost_ms = cost_ms + self.flight_ms(*node, to);
-        if !self.is_settled(to, asked, cost_ms) {
-            self.open.push(Reverse((cost_ms + self.least_ms(to), Next::Perhaps(index, to))));
+        let at = self.nodes.at(node);
+        let speed_m_s = self.obstacles.among.config.speeds().cruise_m_s;
+        for ring in rings {
+            // No way by a point in a circle is shorter than one by the nearest points to both ends.
+            let (centre, radius_m) = self.nodes.around(ring);
+            let beside_s = |end: Ned| (end.horizontal_distance_m(centre) - radius_m).max(0.0) / speed_m_s;
+            let least_s = beside_s(at) + self.effort.factor * beside_s(self.nodes.at(GOAL));
+            let least_ms = cost_ms + (least_s * 1e3).floor() as u64;
+            self.open.push(Reverse((least_ms, Next::Around(index, ring))));
         }
     }
 
-    /// Finds out what the leg touches. Areas that are met by this have their corners join, as goals of all legs that begin
-    /// anywhere up to now: what was settled before stays so, since a cheaper way round such an area would have been tried
-    /// straight through it first.
-    fn look_at(&mut self, index: usize, to: usize) {
-        let from = self.labels[index].node;
-        if self.legs.contains_key(&(from, to)) {
-            return;
-        }
-        let leg = self.obstacles.leg(self.nodes.at(from), self.nodes.at(to), self.nodes.exempt(from, to));
-        let touched: BTreeSet<usize> = leg.stays.iter().map(|it| it.0).chain(leg.near.iter().copied()).collect();
-        self.legs.insert((from, to), leg);
-        let old = self.nodes.len();
-        self.nodes.meet(&touched);
-        self.nodes.cross(&touched, self.nodes.at(from), self.nodes.at(to));
-        self.settled.resize(self.nodes.len(), Vec::new());
-        for to in old..self.nodes.len() {
-            for at in 0..self.expanded.len() {
-                self.perhaps(self.expanded[at], to);
+    /// Legs from the label `index` to the corners of a ring may be looked at.
+    fn around(&mut self, index: usize, ring: usize) {
+        let node = self.labels[index].node;
+        for to in self.nodes.touched_from(node, ring, self.effort.turns) {
+            if let Some(next) = self.perhaps(index, to) {
+                self.open.push(next);
             }
         }
+    }
+
+    /// The leg from the label `index` to the node `to` may be looked at, unless nothing is gained by it.
+    fn perhaps(&self, index: usize, to: usize) -> Option<Reverse<(u64, Next)>> {
+        let Label { node, asked, cost_ms, .. } = &self.labels[index];
+        let cost_ms = cost_ms + self.flight_ms(*node, to);
+        (!self.is_settled(to, asked, cost_ms)).then(|| Reverse((cost_ms + self.least_ms[to], Next::Perhaps(index, to))))
+    }
+
+    /// The label at `to` after the leg from the label `index`; `None` if it must not be flown then. Areas that are met by this have
+    /// their corners join, as goals of all legs that begin anywhere up to now: what was settled before stays so, since a cheaper way
+    /// round such an area would have been tried straight through it first.
+    fn look_at(&mut self, index: usize, to: usize) -> Option<Label> {
+        let from = self.labels[index].node;
+        let (here, there) = (self.nodes.at(from), self.nodes.at(to));
+        let touched = self.obstacles.touched(here, there, self.nodes.exempt(from, to));
+        let mut met = touched.areas();
+        met.retain(|it| self.obstacles.may_bar(*it));
+        let before = self.nodes.extent();
+        self.nodes.meet(met.iter().copied());
+        self.nodes.cross(&met, here, there);
+        if self.settled.len() < self.nodes.len() {
+            self.note_nodes();
+            for at in 0..self.expanded.len() {
+                self.look_around(self.expanded[at], before);
+            }
+        }
+        self.fly(index, to, &touched)
     }
 
     /// Whether a settled label of `node` is as good as one at this cost: no way on from there is cheaper, since what only it has
@@ -171,10 +202,14 @@ impl<'a> Graph<'a> {
         (points, along.iter().flat_map(|label| label.entered.clone()).collect())
     }
 
-    /// What the rest of the way costs at least, times the factor that it may cost too much.
-    fn least_ms(&self, node: usize) -> u64 {
-        let rest_s = self.obstacles.among.config.speeds().time_s(self.nodes.at(node), self.nodes.at(GOAL));
-        (self.effort.factor * rest_s * 1e3).floor() as u64
+    /// There are more nodes.
+    fn note_nodes(&mut self) {
+        let speeds = self.obstacles.among.config.speeds();
+        for node in self.least_ms.len()..self.nodes.len() {
+            let rest_s = speeds.time_s(self.nodes.at(node), self.nodes.at(GOAL));
+            self.least_ms.push((self.effort.factor * rest_s * 1e3).floor() as u64);
+        }
+        self.settled.resize(self.nodes.len(), Vec::new());
     }
 
     /// A leg more costs something, so that no point is flown to without need, and so does one to another height than the
@@ -185,24 +220,24 @@ impl<'a> Graph<'a> {
         (time_s * 1e3).ceil() as u64 + 1 + u64::from(is_elsewhere)
     }
 
-    /// The label at `to` after the leg from the label `index`, which was looked at; `None` if it must not be flown then.
-    fn fly(&self, index: usize, to: usize) -> Option<Label> {
-        let from = &self.labels[index];
-        let leg = self.legs.get(&(from.node, to))?;
-        let obstacles = self.obstacles;
+    /// The label at `to` after the leg from the label `index`, which touches that; `None` if it must not be flown then.
+    fn fly(&self, index: usize, to: usize, touched: &Touched) -> Option<Label> {
+        let Touched::Areas { stays, near } = touched else { return None };
+        let (from, obstacles) = (&self.labels[index], self.obstacles);
+        let time = obstacles.time(self.nodes.at(from.node), self.nodes.at(to));
         let (airspace, planned) = (obstacles.among.airspace, obstacles.among.asked);
-        let at = |fraction: f64| from.at.saturating_add(leg.time.mul_f64(fraction));
+        let at = |fraction: f64| from.at.saturating_add(time.mul_f64(fraction));
         let is_asked = |zone: usize| planned.contains(&zone) || from.asked.contains(&zone);
         let bars = |zone: usize, enters: f64, leaves: f64| {
             let area = airspace.zones[zone].area;
             let is_free = area.kind == AreaKind::Permission && is_asked(zone);
             !is_free && airspace.rule.bars(area, soonest(at(enters)), latest(at(leaves))).is_some()
         };
-        if leg.near.iter().any(|zone| bars(*zone, 0.0, 1.0) && !opens(obstacles, *zone)) {
+        if near.iter().any(|zone| bars(*zone, 0.0, 1.0) && !opens(obstacles, *zone)) {
             return None;
         }
         let (mut wait_ms, mut wait_s, mut entered) = (0, 0.0_f64, Vec::new());
-        for (zone, stays) in &leg.stays {
+        for (zone, stays) in stays {
             if !stays.iter().any(|stay| bars(*zone, stay.enters, stay.leaves)) || from.asked.contains(zone) {
                 continue;
             }

@@ -1,17 +1,17 @@
 //! What a straight leg has to do with the areas, whatever the time.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Duration;
 
-use domain::airspace::{Stay, is_at_heights, stays};
+use domain::airspace::{Stay, is_at_heights, stays_within};
 use domain::area::{Area, AreaKind};
+use domain::corners::Corner;
 use domain::geometry::Ned;
-use domain::way::{Exempt, KEPT, keeps_clear};
-use geo::{BoundingRect, Coord, Intersects, Line, Rect};
-use rstar::primitives::{GeomWithData, Rectangle};
-use rstar::{AABB, RTree};
+use domain::way::{Exempt, KEPT};
 
-use super::Among;
+use super::{Among, Open};
+use crate::area_map::MARGINS;
 
 /// The areas that may be in the way from a start to a goal.
 pub(super) struct Obstacles<'a> {
@@ -20,26 +20,55 @@ pub(super) struct Obstacles<'a> {
     pub(super) to: Ned,
     /// Distance kept to the borders of the areas, in metres.
     pub(super) margin_m: f64,
-    /// By their index, each with the rectangle outside of which a leg keeps the margin from it.
-    bounds: BTreeMap<usize, Rect<f64>>,
-    /// The same, to be found by place.
-    zones: RTree<Placed>,
+    /// Which of [`MARGINS`] that is.
+    part: usize,
+    /// By index, whether an area may be in the way.
+    may_bar: Vec<bool>,
 }
 
-/// The rectangle of a zone, with its index.
-type Placed = GeomWithData<Rectangle<[f64; 2]>, usize>;
+/// What a leg touches.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Touched {
+    /// The first one on it of the areas that are closed at all times, whatever else it touches.
+    Wall(usize),
+    /// These.
+    Areas {
+        /// Areas whose inside it touches.
+        stays: Vec<(usize, Vec<Stay>)>,
+        /// Areas that it passes nearer than the margin.
+        near: Vec<usize>,
+    },
+}
 
-/// A leg, with what it touches.
-pub(super) struct Leg {
-    pub(super) time: Duration,
-    /// Zones whose inside it touches.
-    pub(super) stays: Vec<(usize, Vec<Stay>)>,
-    /// Zones that it passes nearer than the margin.
-    pub(super) near: Vec<usize>,
+impl Touched {
+    /// Their indices.
+    pub(super) fn areas(&self) -> Vec<usize> {
+        match self {
+            Touched::Wall(area) => vec![*area],
+            Touched::Areas { stays, near } => stays.iter().map(|it| it.0).chain(near.iter().copied()).collect(),
+        }
+    }
+
+    /// The same where areas have other indices; `None` if one of them is no more.
+    pub(super) fn moved(&self, to: &BTreeMap<usize, usize>) -> Option<Touched> {
+        let moved = |area: &usize| to.get(area).copied();
+        Some(match self {
+            Touched::Wall(area) => Touched::Wall(moved(area)?),
+            Touched::Areas { stays, near } => {
+                let stays = stays.iter().map(|(area, stays)| Some((moved(area)?, stays.clone())));
+                let mut stays = stays.collect::<Option<Vec<_>>>()?;
+                let mut near = near.iter().map(moved).collect::<Option<Vec<_>>>()?;
+                stays.sort_by_key(|it| it.0);
+                near.sort_unstable();
+                Touched::Areas { stays, near }
+            }
+        })
+    }
 }
 
 impl<'a> Obstacles<'a> {
-    pub(super) fn new(from: Ned, to: Ned, margin_m: f64, among: Among<'a>) -> Obstacles<'a> {
+    /// Those for a way that keeps this part of the margin.
+    pub(super) fn new(from: Ned, to: Ned, part: usize, among: Among<'a>) -> Obstacles<'a> {
         let Among { airspace, asked, config, .. } = among;
         let low_m = from.height_m().min(to.height_m()).min(config.least_height_m.get());
         let high_m = from.height_m().max(to.height_m()).max(config.highest_m.get());
@@ -47,54 +76,83 @@ impl<'a> Obstacles<'a> {
         let may_bar = |zone: usize| {
             let area = airspace.zones[zone].area;
             let is_asked = area.kind == AreaKind::Permission && asked.contains(&zone);
-            let touches = area.touches_heights(low_m - vertical_m, high_m + vertical_m);
-            (!is_asked && touches).then(|| Some((zone, bounds(area, margin_m)?)))?
+            !is_asked && area.touches_heights(low_m - vertical_m, high_m + vertical_m)
         };
-        let bounds: BTreeMap<usize, Rect<f64>> = (0..airspace.zones.len()).filter_map(may_bar).collect();
-        let corners = |it: &Rect<f64>| Rectangle::from_corners([it.min().x, it.min().y], [it.max().x, it.max().y]);
-        let placed = bounds.iter().map(|(zone, it)| Placed::new(corners(it), *zone)).collect();
-        Obstacles { among, from, to, margin_m, bounds, zones: RTree::bulk_load(placed) }
+        let may_bar = (0..airspace.zones.len()).map(may_bar).collect();
+        Obstacles { among, from, to, margin_m: MARGINS[part] * config.margin_m(), part, may_bar }
     }
 
     /// Every zone that may be in the way.
-    pub(super) fn all(&self) -> BTreeSet<usize> {
-        self.bounds.keys().copied().collect()
+    pub(super) fn all(&self) -> impl Iterator<Item = usize> {
+        (0..self.may_bar.len()).filter(|it| self.may_bar[*it])
+    }
+
+    /// Whether a zone may be in the way: not where its permission is asked for before, nor far from all heights.
+    pub(super) fn may_bar(&self, zone: usize) -> bool {
+        self.may_bar[zone]
     }
 
     pub(super) fn area(&self, zone: usize) -> &'a Area {
         self.among.airspace.zones[zone].area
     }
 
-    /// The leg between two points.
-    pub(super) fn leg(&self, here: Ned, there: Ned, exempt: Exempt) -> Leg {
-        let time = self.among.config.speeds().time(here, there);
-        let mut leg = Leg { time, stays: Vec::new(), near: Vec::new() };
-        let line = Line::new((here.east_m, here.north_m), (there.east_m, there.north_m));
-        let around = AABB::from_corners([here.east_m, here.north_m], [there.east_m, there.north_m]);
-        let mut close: Vec<usize> = self.zones.locate_in_envelope_intersecting(&around).map(|it| it.data).collect();
-        close.sort_unstable();
-        for zone in close {
-            match self.meeting(zone, &line, here, there, exempt) {
-                None => {}
-                Some(Meeting::Inside(stays)) => leg.stays.push((zone, stays)),
-                Some(Meeting::Near) => leg.near.push(zone),
-            }
-        }
-        leg
+    /// The corners that ways round a zone turn at.
+    pub(super) fn corners(&self, zone: usize) -> &'a [Corner] {
+        self.among.airspace.map.corners(zone, self.part, self.margin_m)
     }
 
-    fn meeting(&self, zone: usize, line: &Line, here: Ned, there: Ned, exempt: Exempt) -> Option<Meeting> {
-        if !self.bounds.get(&zone)?.intersects(line) {
+    /// How long the leg between two points takes.
+    pub(super) fn time(&self, here: Ned, there: Ned) -> Duration {
+        self.among.config.speeds().time(here, there)
+    }
+
+    /// What the leg between two points touches.
+    pub(super) fn touched(&self, here: Ned, there: Ned, exempt: Exempt) -> Arc<Touched> {
+        let stops_at_walls = self.among.open != Open::Everything;
+        let look = || self.look(here, there, exempt, stops_at_walls);
+        self.among.airspace.map.legs.get((here, there), self.margin_m, exempt, stops_at_walls, look)
+    }
+
+    /// What the leg touches, of all areas, so that it can be kept for other plans.
+    fn look(&self, here: Ned, there: Ned, exempt: Exempt, stops_at_walls: bool) -> Touched {
+        let map = self.among.airspace.map;
+        let (x, y) = (there.east_m - here.east_m, there.north_m - here.north_m);
+        // From where on the way is beside the box of an area, times the square of the way's length.
+        let begins = |zone: usize| {
+            let bounds = map.outline(zone).bounds()?;
+            let nearest = |along: f64, low: f64, high: f64| along * if 0.0 < along { low } else { high };
+            Some(nearest(x, bounds.min().x, bounds.max().x) + nearest(y, bounds.min().y, bounds.max().y))
+        };
+        let mut close: Vec<(f64, usize)> =
+            map.near(here, there, self.margin_m).filter_map(|zone| Some((begins(zone)?, zone))).collect();
+        close.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let (mut stays, mut near) = (Vec::new(), Vec::new());
+        for (_, zone) in close {
+            let Some(meeting) = self.meeting(zone, here, there, exempt) else { continue };
+            if stops_at_walls && is_wall(self.area(zone)) {
+                return Touched::Wall(zone);
+            }
+            match meeting {
+                Meeting::Inside(inside) => stays.push((zone, inside)),
+                Meeting::Near => near.push(zone),
+            }
+        }
+        stays.sort_by_key(|it| it.0);
+        near.sort_unstable();
+        Touched::Areas { stays, near }
+    }
+
+    fn meeting(&self, zone: usize, here: Ned, there: Ned, exempt: Exempt) -> Option<Meeting> {
+        let (area, vertical_m) = (self.area(zone), self.among.airspace.rule.vertical_margin_m);
+        let (outline, kept_m) = (self.among.airspace.map.outline(zone), KEPT * self.margin_m);
+        if outline.is_aside(kept_m, here, there) || !is_at_heights(area, here, there, vertical_m) {
             return None;
         }
-        let (area, vertical_m) = (self.area(zone), self.among.airspace.rule.vertical_margin_m);
-        let inside = stays(area, here, there, vertical_m);
+        let inside = stays_within(area, outline, here, there, vertical_m);
         if !inside.is_empty() {
             return Some(Meeting::Inside(inside));
         }
-        let is_near = is_at_heights(area, here, there, vertical_m)
-            && !keeps_clear(area, here, there, KEPT * self.margin_m, exempt);
-        is_near.then_some(Meeting::Near)
+        (!outline.keeps_clear(here, there, kept_m, exempt)).then_some(Meeting::Near)
     }
 }
 
@@ -105,9 +163,7 @@ enum Meeting {
     Near,
 }
 
-/// The rectangle around `area` and the margin.
-fn bounds(area: &Area, margin_m: f64) -> Option<Rect<f64>> {
-    let around = area.polygon().bounding_rect()?;
-    let margin = Coord { x: margin_m, y: margin_m };
-    Some(Rect::new(around.min() - margin, around.max() + margin))
+/// Whether an area is closed at all times, whatever is asked for.
+fn is_wall(area: &Area) -> bool {
+    area.kind == AreaKind::KeepOut && area.from_utc_ms.is_none() && area.until_utc_ms.is_none()
 }

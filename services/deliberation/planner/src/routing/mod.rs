@@ -16,15 +16,18 @@ use domain::geometry::Ned;
 use domain::way::{Effort, Leaving, leaving};
 
 use crate::airspace::{Access, Airspace, Asked};
+use crate::area_map::MARGINS;
 use crate::config::Config;
 
 mod graph;
+mod kept_legs;
 mod legs;
 mod nodes;
 #[cfg(test)]
 mod tests;
 
 use graph::Graph;
+pub(crate) use kept_legs::KeptLegs;
 use legs::Obstacles;
 
 /// A way in straight legs.
@@ -42,9 +45,6 @@ pub(crate) struct Way {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub(crate) struct NoWay(pub String);
-
-/// Where there is no way that keeps the margin, half of it is tried: two areas may be that close to each other.
-const MARGINS: [f64; 2] = [1.0, 0.5];
 
 /// What may be opened to find out what is in the way, at a price that nobody would pay for a detour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -114,8 +114,8 @@ fn search(from: Ned, to: Ned, begins: Duration, among: Among) -> Option<(Way, Ve
     }
     let start = points.pop()?;
     at.pop();
-    let (way, entered) = MARGINS.into_iter().find_map(|margin| {
-        let obstacles = Obstacles::new(start, to, margin * config.margin_m(), among);
+    let (way, entered) = (0..MARGINS.len()).find_map(|part| {
+        let obstacles = Obstacles::new(start, to, part, among);
         cheapest(&obstacles, now)
     })?;
     points.extend(way.iter().map(|(point, _)| *point));
@@ -128,6 +128,6 @@ type TimedWay = (Vec<(Ned, Duration)>, Vec<usize>);
 
 /// The cheapest way, or one that is little dearer where there is too much in the way to find it in time.
 fn cheapest(obstacles: &Obstacles, begins: Duration) -> Option<TimedWay> {
-    let efforts = Effort::among(obstacles.all().iter().map(|zone| obstacles.area(*zone)));
+    let efforts = Effort::among(obstacles.all().map(|zone| obstacles.area(zone)));
     efforts.into_iter().find_map(|effort| Graph::new(obstacles, begins, effort).search())
 }

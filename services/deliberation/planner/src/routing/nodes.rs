@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 
 use domain::airspace::is_at_heights;
 use domain::area::Area;
-use domain::corners::{Corner, corners};
+use domain::corners::Corner;
 use domain::geometry::Ned;
 use domain::way::{Exempt, Turns, beyond, footholds};
 
@@ -38,8 +38,30 @@ pub(super) struct Nodes<'a> {
     columns: Vec<(Ned, Place)>,
     /// [`START`], [`GOAL`], then the others.
     nodes: Vec<Node>,
+    /// Those of them that are no corners.
+    open: Vec<usize>,
+    /// The others.
+    rings: Vec<Ring<'a>>,
 }
 
+/// The corners of an area at one height: nodes that follow each other.
+struct Ring<'a> {
+    height_m: f64,
+    first: usize,
+    corners: &'a [Corner],
+    /// The middle of a circle around them, and its radius in metres.
+    centre: Ned,
+    radius_m: f64,
+}
+
+/// The nodes and rings that there are at a moment.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Extent {
+    open: usize,
+    rings: usize,
+}
+
+#[derive(Debug, Clone, Copy)]
 struct Node {
     at: Ned,
     place: Place,
@@ -59,10 +81,13 @@ enum Place {
 impl<'a> Nodes<'a> {
     pub(super) fn new(obstacles: &'a Obstacles<'a>) -> Nodes<'a> {
         let Obstacles { from, to, .. } = *obstacles;
-        let columns = vec![(from, Place::Start), (to, Place::Goal)];
-        let nodes = columns.iter().map(|&(at, place)| Node { at, place }).collect();
         let (met, crossed) = (BTreeSet::new(), BTreeSet::new());
-        let mut this = Nodes { obstacles, heights: Vec::new(), met, crossed, columns, nodes };
+        let (nodes, open, rings) = (Vec::new(), Vec::new(), Vec::new());
+        let mut this = Nodes { obstacles, heights: Vec::new(), met, crossed, columns: Vec::new(), nodes, open, rings };
+        for (at, place) in [(from, Place::Start), (to, Place::Goal)] {
+            this.columns.push((at, place));
+            this.add_open(at, place);
+        }
         this.add_height(to.height_m());
         if SAME_HEIGHT_M < (from.height_m() - to.height_m()).abs() {
             this.add_height(from.height_m());
@@ -84,40 +109,73 @@ impl<'a> Nodes<'a> {
         Exempt { start: matches!(from, Place::Start), end: matches!(to, Place::Goal) }
     }
 
-    /// Whether a cheapest way may have this leg: it climbs or descends only from the start, to the goal, or beside areas, and
-    /// meets corners as `turns` says.
+    /// What there is now.
+    pub(super) fn extent(&self) -> Extent {
+        Extent { open: self.open.len(), rings: self.rings.len() }
+    }
+
+    /// The nodes that are no corners, and of the rings those to which a leg from `from` may lead, but for those of `known`.
+    pub(super) fn since(&self, known: Extent, from: usize, turns: Turns) -> (&[usize], impl Iterator<Item = usize>) {
+        let Node { at, place } = self.nodes[from];
+        let may_lead_to = move |ring: &Ring| {
+            let may_turn = match place {
+                Place::Corner(corner) => turns == Turns::Any || corner.may_lead_into(ring.centre, ring.radius_m),
+                Place::Start | Place::Goal | Place::Beside => true,
+            };
+            may_turn && (from == START || ring.height_m == at.height_m())
+        };
+        let rings = known.rings..self.rings.len();
+        (&self.open[known.open..], rings.filter(move |it| may_lead_to(&self.rings[*it])))
+    }
+
+    /// A circle over the ground around the corners of a ring: its middle, at their height, and its radius in metres.
+    pub(super) fn around(&self, ring: usize) -> (Ned, f64) {
+        (self.rings[ring].centre, self.rings[ring].radius_m)
+    }
+
+    /// Of the corners of a ring, those at which a cheapest way from `from` may turn: the area is on one side of the leg.
+    pub(super) fn touched_from(&self, from: usize, ring: usize, turns: Turns) -> impl Iterator<Item = usize> {
+        let (Ring { first, corners, .. }, a) = (&self.rings[ring], self.nodes[from].at);
+        let is_touched = move |corner: &Corner| turns == Turns::Any || corner.is_touched_along(a, corner.at);
+        let nodes = corners.iter().zip(*first..).filter(move |it| is_touched(it.0)).map(|it| it.1);
+        nodes.filter(move |to| self.may_join(from, *to, turns))
+    }
+
+    /// Whether a cheapest way may have this leg, whose end meets the corner there, if any, as `turns` says: it climbs or descends only
+    /// from the start, to the goal, or beside areas, and meets the corner where it begins as `turns` says.
     pub(super) fn may_join(&self, from: usize, to: usize, turns: Turns) -> bool {
         let (a, b) = (&self.nodes[from], &self.nodes[to]);
         let is_corner = |node: &Node| matches!(node.place, Place::Corner(_));
         let may_climb = from == START || to == GOAL || !(is_corner(a) || is_corner(b));
-        let touches = |node: &Node| match node.place {
-            Place::Corner(corner) => corner.is_touched_along(a.at, b.at),
+        let leaves = match a.place {
+            Place::Corner(corner) => turns == Turns::Any || corner.is_touched_along(a.at, b.at),
             Place::Start | Place::Goal | Place::Beside => true,
         };
-        (may_climb || a.at.down_m == b.at.down_m) && (turns == Turns::Any || (touches(a) && touches(b)))
+        from != to && leaves && (may_climb || a.at.down_m == b.at.down_m)
     }
 
     /// The corners of these areas join, unless they have already.
-    pub(super) fn meet(&mut self, zones: &BTreeSet<usize>) {
+    pub(super) fn meet(&mut self, zones: impl IntoIterator<Item = usize>) {
         let Obstacles { from, to, margin_m, .. } = *self.obstacles;
         for zone in zones {
-            if !self.met.insert(*zone) {
+            if !self.met.insert(zone) {
                 continue;
             }
-            let area = self.obstacles.area(*zone);
             for height_m in self.heights.clone() {
-                self.add_corners(area, height_m);
+                self.add_corners(zone, height_m);
             }
-            for foothold in [from, to].into_iter().flat_map(|end| footholds(end, &[area], margin_m)) {
-                self.nodes.push(Node { at: foothold, place: Place::Beside });
+            for foothold in
+                [from, to].into_iter().flat_map(|end| footholds(end, &[self.obstacles.area(zone)], margin_m))
+            {
+                self.add_open(foothold, Place::Beside);
             }
         }
     }
 
     /// The leg from `a` to `b` meets these areas: the heights over and under them join, and the points where it comes to them
     /// and leaves them, unless they have already.
-    pub(super) fn cross(&mut self, zones: &BTreeSet<usize>, a: Ned, b: Ned) {
-        let Obstacles { margin_m, among, .. } = *self.obstacles;
+    pub(super) fn cross(&mut self, zones: &[usize], a: Ned, b: Ned) {
+        let among = self.obstacles.among;
         let limits = among.config.flight_limits();
         let clearance_m = among.config.vertical_margin_m.get() + among.config.vertical_tolerance_m.get();
         for zone in zones {
@@ -130,14 +188,15 @@ impl<'a> Nodes<'a> {
             if heights.is_empty() {
                 continue;
             }
-            let corners = corners(&area.corners, margin_m).into_iter().map(|it| it.at).collect();
+            let corners = self.obstacles.corners(*zone).iter().map(|it| it.at).collect();
             let fractions = Area { corners, ..area.clone() }.crossings(a, b);
             let mut beside = fractions.into_iter().filter(|it| 0.0 < *it && *it < 1.0);
             let (first, last) = (beside.next(), beside.next_back());
             for place in [first, last].into_iter().flatten().map(|it| a.towards(b, it)) {
                 self.columns.push((place, Place::Beside));
-                self.nodes
-                    .extend(self.heights.iter().map(|it| Node { at: place.at_height(*it), place: Place::Beside }));
+                for height_m in self.heights.clone() {
+                    self.add_open(place.at_height(height_m), Place::Beside);
+                }
             }
         }
     }
@@ -148,22 +207,40 @@ impl<'a> Nodes<'a> {
             return;
         }
         self.heights.push(height_m);
-        let columns = self.columns.iter().map(|(at, place)| Node { at: at.at_height(height_m), place: *place });
         // The ends themselves are there.
         let (start, goal) = (self.nodes[START].at, self.nodes[GOAL].at);
-        self.nodes.extend(columns.filter(|it| it.at != start && it.at != goal));
+        for (at, place) in self.columns.clone() {
+            let at = at.at_height(height_m);
+            if at != start && at != goal {
+                self.add_open(at, place);
+            }
+        }
         for zone in self.met.clone() {
-            self.add_corners(self.obstacles.area(zone), height_m);
+            self.add_corners(zone, height_m);
         }
     }
 
-    /// The corners of `area`, if it has to be flown round at this height.
-    fn add_corners(&mut self, area: &Area, height_m: f64) {
-        let Obstacles { from, margin_m, among, .. } = *self.obstacles;
+    fn add_open(&mut self, at: Ned, place: Place) {
+        self.open.push(self.nodes.len());
+        self.nodes.push(Node { at, place });
+    }
+
+    /// The corners of an area, if it has to be flown round at this height.
+    fn add_corners(&mut self, zone: usize, height_m: f64) {
+        let Obstacles { from, among, .. } = *self.obstacles;
         let level = from.at_height(height_m);
-        if is_at_heights(area, level, level, among.airspace.rule.vertical_margin_m) {
-            let node = |it: Corner| Node { at: it.at.at_height(height_m), place: Place::Corner(it) };
-            self.nodes.extend(corners(&area.corners, margin_m).into_iter().map(node));
+        if !is_at_heights(self.obstacles.area(zone), level, level, among.airspace.rule.vertical_margin_m) {
+            return;
         }
+        let corners = self.obstacles.corners(zone);
+        let extent = |of: fn(&Ned) -> f64| {
+            let all = corners.iter().map(|it| of(&it.at));
+            all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| (it.min(low), it.max(high)))
+        };
+        let (north_m, east_m) = (extent(|it| it.north_m), extent(|it| it.east_m));
+        let centre = Ned::new((north_m.0 + north_m.1) / 2.0, (east_m.0 + east_m.1) / 2.0, -height_m);
+        let radius_m = corners.iter().map(|it| it.at.horizontal_distance_m(centre)).fold(0.0, f64::max);
+        self.rings.push(Ring { height_m, first: self.nodes.len(), corners, centre, radius_m });
+        self.nodes.extend(corners.iter().map(|it| Node { at: it.at.at_height(height_m), place: Place::Corner(*it) }));
     }
 }

@@ -3,15 +3,19 @@
 use std::f64::consts::TAU;
 use std::time::Duration;
 
-use domain::airspace::Grants;
+use domain::airspace::{Grants, is_at_heights, stays};
 use domain::area::{Area, AreaKind};
 use domain::time::{Now, Pace};
-use domain::way::{Exempt, Turns};
+use domain::way::{Exempt, KEPT, Turns, keeps_clear};
 use proptest::prelude::*;
 
 use super::*;
 use crate::airspace::Closures;
+use crate::area_map::AreaMap;
 use crate::permissions::Permissions;
+
+mod brute_force;
+mod kept;
 
 /// A regular polygon with rounded-off regularity: each corner at a distance of its own.
 fn area(index: usize, kind: AreaKind, centre: (f64, f64), radius_m: f64, corners: usize) -> Area {
@@ -33,12 +37,32 @@ fn area(index: usize, kind: AreaKind, centre: (f64, f64), radius_m: f64, corners
 
 /// Searches among these areas, and hands over the obstacles.
 fn among<T>(areas: &[Area], from: Ned, to: Ned, search: impl FnOnce(&Obstacles) -> T) -> T {
+    among_keeping(0, areas, from, to, search)
+}
+
+/// The same for ways that keep this part of the margin.
+fn among_keeping<T>(part: usize, areas: &[Area], from: Ned, to: Ned, search: impl FnOnce(&Obstacles) -> T) -> T {
     let (grants, asked, config) = (Grants::new(), Asked::new(), Config::for_tests());
     let clock = (Now::default(), Pace::REAL_TIME);
-    let airspace = Airspace::new(areas, &grants, &Permissions::default(), &Closures::new(), clock, &config);
+    let map = AreaMap::new(areas);
+    let airspace = Airspace::new((areas, &map), &grants, &Permissions::default(), &Closures::new(), clock, &config);
     let gave_up = Cell::new(false);
     let among = Among { airspace: &airspace, asked: &asked, open: Open::Nothing, config: &config, gave_up: &gave_up };
-    search(&Obstacles::new(from, to, config.margin_m(), among))
+    search(&Obstacles::new(from, to, part, among))
+}
+
+/// Whether the leg enters an area of which `is_counted`, or passes one nearer than the margin: looked at area by area, without any map.
+fn is_barred(obstacles: &Obstacles, here: Ned, there: Ned, exempt: Exempt, is_counted: impl Fn(&Area) -> bool) -> bool {
+    let (vertical_m, kept_m) = (obstacles.among.airspace.rule.vertical_margin_m, KEPT * obstacles.margin_m);
+    let is_touched = |area: &Area| {
+        let is_near = is_at_heights(area, here, there, vertical_m) && !keeps_clear(area, here, there, kept_m, exempt);
+        is_near || !stays(area, here, there, vertical_m).is_empty()
+    };
+    obstacles.all().map(|it| obstacles.area(it)).any(|it| is_counted(it) && is_touched(it))
+}
+
+fn is_keep_out(area: &Area) -> bool {
+    area.kind == AreaKind::KeepOut
 }
 
 fn any_area(index: usize) -> impl Strategy<Value = Area> {
@@ -69,9 +93,7 @@ proptest! {
                 prop_assert!(best < way.last().expect("it has an end").1 + Duration::from_millis(20), "{way:?}");
                 for (index, leg) in way.windows(2).enumerate() {
                     let exempt = Exempt { start: index == 0, end: index == way.len() - 2 };
-                    let touched = obstacles.leg(leg[0].0, leg[1].0, exempt);
-                    let is_closed = |zone: &usize| obstacles.area(*zone).kind == AreaKind::KeepOut;
-                    prop_assert!(!touched.stays.iter().any(|it| is_closed(&it.0)) && !touched.near.iter().any(is_closed));
+                    prop_assert!(!is_barred(obstacles, leg[0].0, leg[1].0, exempt, is_keep_out), "{way:?}");
                 }
             }
             Ok(())
@@ -116,9 +138,8 @@ proptest! {
             }
             let legs = way.iter().flat_map(|it| it.0.windows(2));
             for (here, there) in legs.map(|it| (it[0].0, it[1].0)) {
-                let touched = obstacles.leg(here, there, Exempt { start: here == from, end: there == to });
-                let is_closed = |zone: &usize| obstacles.area(*zone).kind == AreaKind::KeepOut;
-                prop_assert!(!touched.stays.iter().any(|it| is_closed(&it.0)), "{way:?}");
+                let exempt = Exempt { start: here == from, end: there == to };
+                prop_assert!(!is_barred(obstacles, here, there, exempt, is_keep_out), "{way:?}");
                 let limits = obstacles.among.config.flight_limits();
                 prop_assert!(there.height_m() == to.height_m() || there.height_m() == from.height_m() || limits.permits(there.height_m()));
             }
@@ -139,8 +160,7 @@ fn a_way_is_found_among_a_hundred_areas_of_a_hundred_corners() {
     among(&areas, from, to, |obstacles| {
         let way = cheapest(obstacles, Duration::ZERO).expect("there is a way").0;
         let touches = |ends: &[(Ned, Duration)]| {
-            let leg = obstacles.leg(ends[0].0, ends[1].0, Exempt { start: false, end: false });
-            !leg.near.is_empty() || !leg.stays.is_empty()
+            is_barred(obstacles, ends[0].0, ends[1].0, Exempt { start: false, end: false }, |_| true)
         };
         assert!(!way.windows(2).any(touches), "{way:?}");
         let flown_m: f64 = way.windows(2).map(|it| it[0].0.distance_m(it[1].0)).sum();

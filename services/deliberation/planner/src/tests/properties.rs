@@ -45,7 +45,7 @@ fn areas() -> impl Strategy<Value = Vec<Area>> {
     (0..5usize).prop_flat_map(|count| (0..count).map(area_like).collect::<Vec<_>>())
 }
 
-fn planner(areas: &[Area], goal: Ned) -> MissionPlanner {
+fn mission_among(areas: &[Area], goal: Ned) -> Mission {
     let objectives = vec![Objective {
         name: "there".into(),
         position: goal,
@@ -53,10 +53,13 @@ fn planner(areas: &[Area], goal: Ned) -> MissionPlanner {
         terms: Default::default(),
         survey: None,
     }];
-    let mission = Mission { name: "random".into(), objectives, areas: areas.to_vec(), order: Default::default() };
+    Mission { name: "random".into(), objectives, areas: areas.to_vec(), order: Default::default() }
+}
+
+fn planner(areas: &[Area], goal: Ned) -> MissionPlanner {
     // Hardly any wait is expected, so that areas are asked for rather than flown round.
     let config = Config { expected_wait_s: 0.01.try_into().unwrap(), ..Config::for_tests() };
-    MissionPlanner::new(&config, &energy_for_tests(), mission, Pace::REAL_TIME)
+    MissionPlanner::new(&config, &energy_for_tests(), mission_among(areas, goal), Pace::REAL_TIME)
 }
 
 fn from(position: Ned, held: &BTreeSet<String>) -> PlanRequest {
@@ -162,6 +165,31 @@ proptest! {
         let request = PlanRequest { failed: Some(step), denials, ..from(position, &held) };
         if let Answer::Plan(steps) = planner.replan(request, Now::default()) {
             assert_allowed(&steps, &areas, &held)?;
+        }
+    }
+
+    #[test]
+    fn a_planner_that_has_planned_before_plans_as_a_new_one(
+        areas in areas(),
+        goal in spot(),
+        height_m in prop_oneof![Just(0.0), 5.0..50.0],
+        plans in proptest::collection::vec((spot(), any::<prop::sample::Index>(), area_like(0)), 1..5),
+    ) {
+        let mut areas = areas;
+        let mut kept = planner(&areas, goal);
+        for (start, index, changed) in plans {
+            let request = from(start.at_height(height_m), &BTreeSet::new());
+            let what = |answer: Answer| match answer {
+                Answer::Plan(steps) => Ok(steps.iter().map(|it| (it.way(), it.communication.clone())).collect::<Vec<_>>()),
+                other => Err(other),
+            };
+            let new = what(planner(&areas, goal).replan(request.clone(), Now::default()));
+            prop_assert_eq!(what(kept.replan(request, Now::default())), new);
+            if !areas.is_empty() {
+                let index = index.index(areas.len());
+                areas[index] = Area { name: areas[index].name.clone(), ..changed };
+            }
+            kept.take_over(mission_among(&areas, goal));
         }
     }
 }

@@ -1,0 +1,73 @@
+//! In small worlds: over, under and round, no way costs much more than the best of a search among everything.
+
+use super::*;
+
+/// A way costs at most this many times the best one over these points. (Measured among 160,000 random worlds: 998 of 1,000 ways cost at
+/// most 1.02 times as much, the worst 1.63 times: a climb in the middle of a turn is not tried.)
+const FACTOR: f64 = 2.0;
+
+/// The points that the search among everything may turn, climb and descend at: the ends, all corners of all areas, and a grid, each at
+/// all heights at which there may be a reason to fly.
+fn points(obstacles: &Obstacles) -> Vec<Ned> {
+    let Obstacles { from, to, among, margin_m, .. } = *obstacles;
+    let (limits, config) = (among.config.flight_limits(), among.config);
+    let clearance_m = config.vertical_margin_m.get() + config.vertical_tolerance_m.get();
+    let areas: Vec<&Area> = obstacles.all().map(|it| obstacles.area(it)).collect();
+    let beyond = areas.iter().flat_map(|it| domain::way::beyond(it, clearance_m)).filter(|it| limits.permits(*it));
+    let mut heights: Vec<f64> = [from.height_m(), to.height_m()].into_iter().chain(beyond).collect();
+    heights.sort_by(f64::total_cmp);
+    heights.dedup();
+    let corners = areas.iter().flat_map(|it| domain::corners::corners(&it.corners, margin_m)).map(|it| it.at);
+    let grid = (0..25).map(|it| Ned::new(f64::from(it / 5 - 2) * 200.0, f64::from(it % 5 - 2) * 200.0, 0.0));
+    let places: Vec<Ned> = [from, to].into_iter().chain(corners).chain(grid).collect();
+    let columns = places.iter().flat_map(|place| heights.iter().map(|it| place.at_height(*it)));
+    [from, to].into_iter().chain(columns).collect()
+}
+
+/// The time that the quickest way over `points` takes, in seconds, from the first to the second one (Dijkstra).
+fn quickest_s(obstacles: &Obstacles, points: &[Ned]) -> Option<f64> {
+    let speeds = obstacles.among.config.speeds();
+    let mut best_s = vec![f64::INFINITY; points.len()];
+    let mut open: Vec<usize> = (0..points.len()).collect();
+    best_s[0] = 0.0;
+    loop {
+        let (at, _) = open.iter().enumerate().min_by(|a, b| best_s[*a.1].total_cmp(&best_s[*b.1]))?;
+        let here = open.swap_remove(at);
+        if here == 1 || best_s[here].is_infinite() {
+            return best_s[1].is_finite().then_some(best_s[1]);
+        }
+        for there in open.iter().copied() {
+            let reached_s = best_s[here] + speeds.time_s(points[here], points[there]);
+            let exempt = Exempt { start: points[here] == points[0], end: points[there] == points[1] };
+            if reached_s < best_s[there].min(best_s[1])
+                && !is_barred(obstacles, points[here], points[there], exempt, |_| true)
+            {
+                best_s[there] = reached_s;
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn in_three_dimensions_a_way_costs_little_more_than_the_best(
+        volumes in (0..4usize).prop_flat_map(|count| (0..count).map(any_volume).collect::<Vec<_>>()),
+        from in (-500.0..500.0, -500.0..500.0, 5.0..60.0),
+        to in (-500.0..500.0, -500.0..500.0, 5.0..60.0),
+    ) {
+        let at = |(north_m, east_m, height_m): (f64, f64, f64)| Ned::new(north_m, east_m, -height_m);
+        let closed: Vec<Area> = volumes.into_iter().map(|it| Area { kind: AreaKind::KeepOut, ..it }).collect();
+        let (from, to) = (at(from), at(to));
+        // As a plan does: where there is no way that keeps the margin, with half of it.
+        let found_s = (0..MARGINS.len()).find_map(|part| among_keeping(part, &closed, from, to, |obstacles| {
+            Some(cheapest(obstacles, Duration::ZERO)?.0.last()?.1.as_secs_f64())
+        }));
+        let best_s = among(&closed, from, to, |obstacles| quickest_s(obstacles, &points(obstacles)));
+        if let Some(best_s) = best_s {
+            let found_s = found_s.expect("there is a way");
+            prop_assert!(found_s <= FACTOR * best_s + 0.1, "{found_s} s, and {best_s} s at best");
+        }
+    }
+}
