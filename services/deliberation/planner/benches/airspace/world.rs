@@ -48,7 +48,7 @@ pub(crate) enum Heights {
     All,
     /// From the ground to 40, 60 or 80 m.
     Ceilings,
-    /// From 6, 20 or 30 m up, without limit: half of them can be flown under.
+    /// From 6, 20 or 30 m up, without limit: two of three lie above the height at which plans fly.
     Floors,
     /// Between two of these.
     Bands,
