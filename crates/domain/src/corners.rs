@@ -35,8 +35,8 @@ impl Corner {
         touches(north_m.abs() + east_m.abs()) && touches(north_m.hypot(east_m))
     }
 
-    /// Whether a shortest way may pass the corner along a line that meets the circle of `radius_m` around `centre`: if not, it leads to
-    /// nothing in there. Heights are not looked at.
+    /// Whether a shortest way may pass the corner along a line that meets the circle of `radius_m` around `centre`: if not, it
+    /// leads to nothing in there. Heights are not looked at.
     #[inline]
     pub fn may_lead_into(&self, centre: Ned, radius_m: f64) -> bool {
         /// Rounding: more than that of [`Corner::is_touched_along`] at 100 km.

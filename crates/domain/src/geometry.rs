@@ -38,8 +38,8 @@ impl Ned {
     /// Distance over ground.
     pub fn horizontal_distance_m(self, other: Ned) -> f64 {
         let (north_m, east_m) = (other.north_m - self.north_m, other.east_m - self.east_m);
-        // A search computes it a hundred thousand times, and a root takes a third of the time of `hypot`, which is there for squares
-        // that do not fit: those of a thousand kilometres do.
+        // A search computes it a hundred thousand times, and a root takes less time than `hypot`, which is there for squares that
+        // do not fit: those of a thousand kilometres do.
         (north_m * north_m + east_m * east_m).sqrt()
     }
 

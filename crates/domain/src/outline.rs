@@ -62,8 +62,8 @@ impl Outline {
         !self.is_beyond(0.0, point, point) && self.polygon.contains(&Point::new(point.east_m, point.north_m))
     }
 
-    /// Fractions of the way from `from` to `to` at which the path over ground meets the border, ascending, with 0 and 1 added at the
-    /// ends, so that each neighbouring pair is a stretch that is wholly inside or wholly outside.
+    /// Fractions of the way from `from` to `to` at which the path over ground meets the border, ascending, with 0 and 1 added at
+    /// the ends, so that each neighbouring pair is a stretch that is wholly inside or wholly outside.
     pub fn crossings(&self, from: Ned, to: Ned) -> Vec<f64> {
         let mut found = vec![0.0, 1.0];
         if self.is_beyond(0.0, from, to) {
