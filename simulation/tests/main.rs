@@ -17,4 +17,5 @@ mod pairs;
 mod permission_protocol;
 mod responses;
 mod support;
+mod survey;
 mod trouble;

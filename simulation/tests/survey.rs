@@ -1,12 +1,10 @@
 //! A survey from takeoff to landing, with an area across its lines, as a whole flight.
 
-mod support;
-
 use std::time::Duration;
 
+use crate::support::{mission_file, simulation};
 use control_tower::policy::Policy;
 use kittiwake_proto::v1::MissionOutcome;
-use support::{mission_file, simulation};
 
 const FIELD: &str = "\
 name = \"field\"

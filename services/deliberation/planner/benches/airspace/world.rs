@@ -117,7 +117,7 @@ impl World {
         let text = include_str!("../../../../../config/kittiwake.toml");
         let shipped = toml::from_str::<Shipped>(text).expect("the shipped configuration is one");
         let (name, position) = ("there".into(), self.goal());
-        let there = Objective { name, position, flying: false, terms: Default::default() };
+        let there = Objective { name, position, flying: false, terms: Default::default(), survey: None };
         let areas = self.all_areas();
         let mission = Mission { name: "across".into(), objectives: vec![there], areas, order: Default::default() };
         Planner::new(&shipped.planner, &shipped.energy, mission, Pace::REAL_TIME)
