@@ -313,7 +313,7 @@ fn tower(start: u64) -> ControlTower {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn a_vehicle_believes_only_what_the_tower_has_given_and_not_taken_back(

@@ -36,7 +36,7 @@ fn a_hanging_collector_gets_traces_and_delays_nothing() {
     let request = requests.recv_timeout(LIMIT).expect("traces are exported");
     assert!(request.starts_with("POST /v1/traces "), "{request}");
     let start = std::time::Instant::now();
-    system.wait_for("mission: over");
+    system.wait_for("mission over: ");
     let ending = system.end();
     ending.expect(0, &["SUCCESS", "SUCCESS"]);
     assert!(start.elapsed() < LIMIT);

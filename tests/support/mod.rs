@@ -135,9 +135,17 @@ impl System {
         self.launcher.id()
     }
 
-    /// Runs `kittiwake inject ..` against this system.
+    /// Runs `kittiwake inject ..` against this system, until the process that it is for is seen: on a crowded machine that may take
+    /// longer than the command waits.
+    #[track_caller]
     pub fn inject(&self, args: &[&str]) -> Output {
-        kittiwake(&[&["inject"], args, &["--pid", &self.pid().to_string()]].concat())
+        let pid = self.pid().to_string();
+        let all = [&["inject"], args, &["--pid", &pid]].concat();
+        wait_for("the receiver of an injection", || {
+            let output = kittiwake(&all);
+            let is_seen = !String::from_utf8_lossy(&output.stderr).contains("unavailable: no ");
+            is_seen.then_some(output)
+        })
     }
 
     /// The gateway's document about the vehicle.

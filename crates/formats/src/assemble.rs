@@ -121,8 +121,10 @@ impl Assembly {
             self.inside(&outline, zone)?;
             findings.note(&zone.source, "a fence to stay inside is read as keep-out areas round it, 500 m wide");
             let band = Band { floor_m: None, ceiling_m: None };
-            for part in local::frame_round(&outline) {
-                self.add(zone, "keep-out", &part, band)?;
+            for fence in Assembly::cut(outline, zone, findings) {
+                for part in local::frame_round(&fence) {
+                    self.add(zone, "keep-out", &part, band)?;
+                }
             }
             return Ok(());
         }
@@ -142,15 +144,21 @@ impl Assembly {
         }
         local::checked(&outline, &zone.source)?;
         let Some(band) = heights::band(zone, self.terrain, findings)? else { return Ok(()) };
-        let (parts, is_cut) = local::cut(outline);
-        if is_cut {
-            findings.note(&zone.source, "it is cut off 140 km from the take-off point");
-        }
+        let parts = Assembly::cut(outline, zone, findings);
         let kind = if zone.rule == Rule::Permission { "permission" } else { "keep-out" };
         for part in &parts {
             self.add(zone, kind, part, band)?;
         }
         Ok(())
+    }
+
+    /// What of a zone a mission file takes.
+    fn cut(outline: Polygon<f64>, zone: &Zone, findings: &mut Findings) -> Vec<Polygon<f64>> {
+        let (parts, is_cut) = local::cut(outline);
+        if is_cut {
+            findings.note(&zone.source, "it is cut off 140 km from the take-off point");
+        }
+        parts
     }
 
     /// A fence that is not left has the take-off point in it: otherwise its frame may be too narrow to be noticed.

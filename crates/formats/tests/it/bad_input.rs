@@ -170,6 +170,15 @@ fn a_wrong_file_of_another_format_is_reported_with_its_place() {
 }
 
 #[test]
+fn a_fence_to_stay_inside_that_reaches_too_far_is_cut_off() {
+    let text = PLAN.replacen("[[53.99, 6.58], [54.01, 6.58]", "[[53.99, 2.58], [54.01, 2.58]", 1);
+    let assembled = import("q.plan", &text, &settings()).unwrap();
+    let told = format!("{:?}", assembled.notes);
+    assert!(told.contains("it is cut off 140 km from the take-off point"), "{told}");
+    domain::mission::Mission::read(&super::source("m.toml", &assembled.text)).unwrap();
+}
+
+#[test]
 fn a_take_off_point_that_is_not_known_is_asked_for() {
     let told = import("z.json", ED_269, &Settings { origin: None, ..settings() }).unwrap_err().to_string();
     assert!(told.starts_with("z.json: the take-off point is not known\n  help: give it with --origin"), "{told}");
@@ -232,7 +241,7 @@ fn broken() -> impl Strategy<Value = String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(2000))]
+    #![proptest_config(ProptestConfig { cases: 2_000, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Whatever stands in a file: it is refused, or becomes a mission whose areas are sound.
     #[test]

@@ -131,7 +131,7 @@ fn missions() -> impl Strategy<Value = Mission> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn geojson_says_everything(mission in missions_with_terms()) {
