@@ -31,11 +31,12 @@ proptest! {
         latitude in 53.3..54.7_f64, longitude in 5.5..7.7_f64, radius_m in 1.0..30_000.0_f64, direction in 0.0..360.0_f64,
     ) {
         let text = zone(&format!(r#"{{"type": "Circle", "center": [{longitude}, {latitude}], "radius": {radius_m}}}"#));
-        // Not too near to the take-off point for a mission.
+        // Not too near to the take-off point for a mission, and not so far from it that the zone is left out.
         let origin = LatLon::new(54.0, 6.6).unwrap();
         let centre = LatLon::new(latitude, longitude).unwrap();
         let local = LocalFrame::at(origin).local(centre);
-        prop_assume!(radius_m * 1.01 + 20.0 < local.horizontal_distance_m(Ned::default()));
+        let distance_m = local.horizontal_distance_m(Ned::default());
+        prop_assume!(radius_m * 1.01 + 20.0 < distance_m && distance_m < 100_000.0);
         let assembled = import("z.json", &text, &settings()).unwrap();
         let area = &mission(&assembled).areas[0];
         // A place at a distance from the centre on the Earth.

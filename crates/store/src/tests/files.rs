@@ -154,6 +154,15 @@ fn what_stands_in_the_way_of_writing_is_reported_and_the_state_is_outdated() {
     assert_eq!(open(folder.path()).1, Loaded::Newest(state("next")));
 }
 
+#[test]
+fn a_digit_too_many_before_the_checksum_is_noticed() {
+    let folder = saved();
+    let path = folder.path().join("mcm.0");
+    let text = String::from_utf8(fs::read(&path).unwrap()).unwrap();
+    fs::write(&path, text.replacen("kittiwake-state-1 ", "kittiwake-state-01 ", 1)).unwrap();
+    assert!(!matches!(open(folder.path()).1, Loaded::Newest(_)));
+}
+
 /// The files of `saved`, made once: a sync takes its time.
 static SAVED: LazyLock<[Vec<u8>; 2]> = LazyLock::new(|| {
     let folder = saved();
