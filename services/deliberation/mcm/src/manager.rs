@@ -175,8 +175,9 @@ impl Node for Mcm {
         self.wake(now);
         self.tick();
         self.world.flush();
-        self.reporter.report(&self.tree, &mut self.world, self.next_tick.is_none(), self.ticks);
+        // Decisions first: who stops listening at the report has heard why.
         self.world.publish_decisions();
+        self.reporter.report(&self.tree, &mut self.world, self.next_tick.is_none(), self.ticks);
         if let Some(record) = self.timing.as_mut().and_then(|timing| timing.end_wake(&mut self.tree)) {
             self.world.publish(record);
         }
