@@ -52,7 +52,7 @@ fn without_exit_when_done_it_stays_up_after_the_mission() {
 #[test]
 fn a_process_that_dies_is_started_again_and_one_that_cannot_live_ends_the_system() {
     // On the ground: in the air nothing is given up.
-    let files = Files::shipped().with("kittiwake.toml", "start = \"at-once\"", "start = \"operator\"");
+    let files = Files::begun_by_operator();
     let config = files.config();
     let system = System::start(&["--speed", "1", "--config", config.to_str().unwrap()]);
     system.wait_for(" is up: ");

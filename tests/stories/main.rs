@@ -13,6 +13,7 @@ mod changed_files;
 mod chaos;
 mod check;
 mod crowd;
+mod deployment;
 mod disturbances;
 mod ends;
 mod hung;

@@ -9,7 +9,7 @@ use serde_json::Value;
 use crate::support::browser::watch;
 use crate::support::files::Files;
 use crate::support::http::Http;
-use crate::support::{System, kittiwake, wait_for};
+use crate::support::{System, wait_for};
 
 const LIST: &str = "/api/v1/recordings";
 
@@ -42,7 +42,7 @@ fn a_mission_is_recorded_listed_downloaded_and_read_back() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path().join("recordings");
     // A recording is what the gateway heard: the mission begins once it hears the vehicle, however long it takes to start.
-    let files = Files::shipped().with("kittiwake.toml", "start = \"at-once\"", "start = \"operator\"");
+    let files = Files::begun_by_operator();
     let config = files.config();
     let args = ["--config", config.to_str().unwrap(), "--speed", "8", "--recordings", folder.to_str().unwrap()];
     let system = System::up(&args, &[]);
@@ -55,8 +55,7 @@ fn a_mission_is_recorded_listed_downloaded_and_read_back() {
         let vehicle: Value = serde_json::from_slice(&answer.body).ok()?;
         vehicle["operator"]["startAwaited"].as_bool()?.then_some(())
     });
-    let started = kittiwake(&["vehicle", "start", "--pid", &system.pid().to_string()]);
-    assert!(started.status.success(), "{}", String::from_utf8_lossy(&started.stderr));
+    system.begin();
     system.wait_for("mission over: success");
     let list = recorded(&http, &["complete"]);
     assert_eq!((&list[0]["vehicle"], &list[0]["outcome"]), (&"uav1".into(), &"MISSION_OUTCOME_SUCCESS".into()));

@@ -25,6 +25,11 @@ impl Files {
         self
     }
 
+    /// As shipped, but for a mission that begins by an operator's order.
+    pub fn begun_by_operator() -> Files {
+        Files::shipped().with("kittiwake.toml", "start = \"at-once\"", "start = \"operator\"")
+    }
+
     /// The configuration file.
     pub fn config(&self) -> PathBuf {
         self.0.path().join("kittiwake.toml")

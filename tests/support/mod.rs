@@ -8,6 +8,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
+use files::Files;
+
 pub mod browser;
 pub mod crowd;
 pub mod files;
@@ -130,6 +132,25 @@ impl System {
         Ending { code, stdout, lines: said.lines() }
     }
 
+    /// One of `files`, whose mission begins with [`System::begin`]; returns when it waits for that, as everybody has heard.
+    #[track_caller]
+    pub fn waiting(files: &Files, args: &[&str]) -> System {
+        let config = files.config();
+        let config = config.to_str().expect("a readable path");
+        let system = System::start(&[&["--config", config], args].concat());
+        wait_for("the manager to wait for the operator", || {
+            system.try_status()?["operator"]["startAwaited"].as_bool()?.then_some(())
+        });
+        system
+    }
+
+    /// The operator's order that its mission begins.
+    #[track_caller]
+    pub fn begin(&self) {
+        let started = kittiwake(&["vehicle", "start", "--pid", &self.pid().to_string()]);
+        assert!(started.status.success(), "{}", String::from_utf8_lossy(&started.stderr));
+    }
+
     /// The launcher's process id.
     pub fn pid(&self) -> u32 {
         self.launcher.id()
@@ -153,6 +174,12 @@ impl System {
         let output = kittiwake(&["status", "--pid", &self.pid().to_string()]);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         serde_json::from_slice(&output.stdout).expect("the status is JSON")
+    }
+
+    /// The same; `None` while it cannot be had, as before the system is up.
+    pub fn try_status(&self) -> Option<Value> {
+        let output = kittiwake(&["status", "--pid", &self.pid().to_string()]);
+        output.status.success().then(|| serde_json::from_slice(&output.stdout).expect("the status is JSON"))
     }
 
     /// The link to the operator's page, with its token.

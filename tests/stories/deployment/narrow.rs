@@ -14,8 +14,8 @@ use kittiwake_proto::topics::Topic;
 use zenoh::qos::CongestionControl;
 use zenoh::{Session, Wait};
 
+use super::world::Deployment;
 use crate::support::wait_for;
-use crate::world::Deployment;
 
 const NARROW: Shape = Shape { bits_per_s: Some(64_000.0), delay: Duration::from_millis(100), loss: 0.0 };
 const LOSSY: Shape = Shape { loss: 0.02, ..NARROW };

@@ -1,7 +1,7 @@
 //! Certificates that are revoked and renewed while the link is up, and one that two machines use.
 
+use super::world::{Credentials, Router};
 use crate::support::kittiwake;
-use crate::world::{Credentials, Router};
 
 /// Runs `kittiwake certs` with these arguments to its end.
 #[track_caller]

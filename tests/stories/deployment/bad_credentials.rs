@@ -3,8 +3,8 @@
 use std::net::TcpListener;
 use std::process::Output;
 
+use super::world::{Credentials, Router, table_with};
 use crate::support::{kittiwake, shipped};
-use crate::world::{Credentials, Router, table_with};
 
 fn router(more: &[&str]) -> Output {
     let table = shipped().join("zenoh/link.toml").to_string_lossy().into_owned();

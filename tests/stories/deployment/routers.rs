@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
+use super::world::{Deployment, ON_BOARD, Router, Services};
 use crate::support::wait_for;
-use crate::world::{Deployment, ON_BOARD, Router, Services};
 
 /// Mission time runs four times as fast as the wall clock; routers and links do not depend on it.
 const SPEED: &[&str] = &["--speed", "4"];

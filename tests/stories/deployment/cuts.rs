@@ -9,8 +9,8 @@ use faulty_link::{CLEAR, Direction, Proxy, Shape};
 use kittiwake_proto::topics::{Message, Topic};
 use serde_json::Value;
 
+use super::world::{Deployment, ON_BOARD};
 use crate::support::wait_for;
-use crate::world::{Deployment, ON_BOARD};
 
 /// Length of the operator's name, which is part of every order: so an order on its way is larger than
 /// any other message to the aircraft.

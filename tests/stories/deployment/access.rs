@@ -13,8 +13,8 @@ use zenoh::config::Config;
 use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh::{Session, Wait};
 
+use super::world::{Credentials, Router};
 use crate::support::{LIMIT, wait_for};
-use crate::world::{Credentials, Router};
 
 /// What may cross, written by hand a second time, since the table is under test.
 const DOWN: &[&str] = &[
