@@ -139,7 +139,7 @@ impl System {
         let config = config.to_str().expect("a readable path");
         let system = System::start(&[&["--config", config], args].concat());
         wait_for("the manager to wait for the operator", || {
-            system.try_status()?["operator"]["startAwaited"].as_bool()?.then_some(())
+            system.status()["operator"]["startAwaited"].as_bool()?.then_some(())
         });
         system
     }
@@ -169,17 +169,14 @@ impl System {
         })
     }
 
-    /// The gateway's document about the vehicle.
+    /// The gateway's document about the vehicle. On a crowded machine the mission may have begun before the launcher has seen
+    /// every process, and only then the system can be asked.
+    #[track_caller]
     pub fn status(&self) -> Value {
-        let output = kittiwake(&["status", "--pid", &self.pid().to_string()]);
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        serde_json::from_slice(&output.stdout).expect("the status is JSON")
-    }
-
-    /// The same; `None` while it cannot be had, as before the system is up.
-    pub fn try_status(&self) -> Option<Value> {
-        let output = kittiwake(&["status", "--pid", &self.pid().to_string()]);
-        output.status.success().then(|| serde_json::from_slice(&output.stdout).expect("the status is JSON"))
+        wait_for("a status", || {
+            let output = kittiwake(&["status", "--pid", &self.pid().to_string()]);
+            output.status.success().then(|| serde_json::from_slice(&output.stdout).expect("the status is JSON"))
+        })
     }
 
     /// The link to the operator's page, with its token.
