@@ -61,6 +61,9 @@ pub struct Args {
     /// Measure only the link between aircraft and ground: clear, narrow, with losses, and cut
     #[arg(long, conflicts_with = "operator")]
     pub link: bool,
+    /// Measure only how fast a flag is answered while the gateway or the control tower hangs, and during a flood of flags
+    #[arg(long, conflicts_with_all = ["operator", "link"])]
+    pub disturbed: bool,
     /// Write everything to this file as JSON
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,

@@ -8,13 +8,14 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use bus::Tapped;
+use bus::{Stop, Tapped};
 use control_tower::policy::Policy;
 use kittiwake::outcome::Outcome;
 use kittiwake::service::Service;
 use kittiwake::settings::Settings;
 use kittiwake::{check_inputs, output, telemetry};
 use kittiwake_proto::topics::Message;
+use kittiwake_proto::v1::{SkillKind, SkillState};
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand::seq::SliceRandom;
@@ -22,14 +23,16 @@ use serde::Serialize;
 
 use crate::analysis::{Class, Samples, analyse};
 use crate::args::Args;
+use crate::disturbed::Disturbance;
 use crate::injector::Injector;
-use crate::system::{System, is_report};
+use crate::system::{System, await_skill, is_report};
 use crate::variant::{Folder, Variant};
 
 pub mod analysis;
 pub mod args;
 mod audience;
 mod cost;
+mod disturbed;
 pub mod floor;
 mod injector;
 pub mod link;
@@ -91,16 +94,20 @@ pub fn run(args: &Args) -> Outcome {
     };
     let vehicle = inputs.config.vehicle.as_str();
     let telemetry = telemetry::start("kpi", vehicle, &inputs.config.telemetry);
-    let result = match (args.operator, args.link) {
-        (true, _) => operator::measure(&program, &args.config, vehicle).and_then(|it| {
+    let result = match (args.operator, args.link, args.disturbed) {
+        (true, ..) => operator::measure(&program, &args.config, vehicle).and_then(|it| {
             output::line(operator::text(&it));
             write_json(args, &it)
         }),
-        (false, true) => link::measure(&program, &args.config, vehicle).and_then(|it| {
+        (_, true, _) => link::measure(&program, &args.config, vehicle).and_then(|it| {
             output::line(link::text(&it));
             write_json(args, &it)
         }),
-        (false, false) => measure(&program, args, vehicle).and_then(|it| publish(args, &it)),
+        (.., true) => disturbed(&program, args, vehicle).and_then(|it| {
+            output::line(disturbed::text(&it));
+            write_json(args, &it)
+        }),
+        (false, false, false) => measure(&program, args, vehicle).and_then(|it| publish(args, &it)),
     };
     telemetry.end();
     told(result)
@@ -178,6 +185,11 @@ fn measure(program: &Path, args: &Args, vehicle: &str) -> Result<Measured, Strin
     })
 }
 
+fn disturbed(program: &Path, args: &Args, vehicle: &str) -> Result<disturbed::Disturbed, String> {
+    let folder = Folder::new().map_err(|it| it.to_string())?;
+    disturbed::measure(&Flights { program, args, vehicle, folder: &folder })
+}
+
 /// Flies the mission with the executable `program` until each class of transitions has the samples that `args` wants.
 ///
 /// # Errors
@@ -200,8 +212,8 @@ impl Flights<'_> {
         Ok(Tick {
             tick_ms,
             mission: self.missions(tick_ms)?,
-            flat: self.contingencies(tick_ms, "flat.toml")?,
-            nested: self.contingencies(tick_ms, "nested.toml")?,
+            flat: self.contingencies(tick_ms, "flat.toml", Disturbance::Nothing)?,
+            nested: self.contingencies(tick_ms, "nested.toml", Disturbance::Nothing)?,
         })
     }
 
@@ -235,7 +247,7 @@ impl Flights<'_> {
     }
 
     /// Flies until every flag was raised, and acted on, so often.
-    fn contingencies(&self, tick_ms: u32, table: &'static str) -> Result<Samples, String> {
+    fn contingencies(&self, tick_ms: u32, table: &'static str, meanwhile: Disturbance) -> Result<Samples, String> {
         let variant = Variant { tick_ms: Some(tick_ms), contingencies: Some(table), mission: Some("mission.toml") };
         let config = self.folder.write(&self.args.config, &variant)?;
         let mut samples = Samples::default();
@@ -243,14 +255,18 @@ impl Flights<'_> {
             let missing = self.missing(&samples, flight.into());
             let settings = self.settings(&config, Policy::Grant, flight.into());
             let system = System::start(self.program, &settings, self.vehicle, &Service::ALL)?;
+            let mut heard = Vec::new();
+            await_skill(&system, SkillKind::Takeoff, SkillState::Ended, &mut heard)?;
+            let disturbance = meanwhile.begin(&system)?;
             let injector = system.join(Injector::new(missing.clone(), flight.into()));
-            let (mut heard, mut answered) = (Vec::new(), 0);
+            let mut answered = 0;
             let ended = system.listen(FLIGHT, &mut heard, |it| {
                 // Lowered once it is answered.
                 answered += usize::from(matches!(&it.message, Message::FlagEvent(flag) if !flag.raised));
                 missing.len() <= answered || is_report(it)
             });
             injector.stop();
+            disturbance.iter().for_each(Stop::stop);
             drop(system);
             if !ended? {
                 return Err(format!("contingency flight {flight} at {tick_ms} ms did not end"));

@@ -5,18 +5,16 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 
-use bus::Tapped;
 use control_tower::policy::Policy;
 use kittiwake::inject::Injector;
 use kittiwake::service::Service;
 use kittiwake::settings::Settings;
-use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::{FlagEvent, SkillKind, SkillState};
 use serde::Serialize;
 
 use crate::load::{Load, Watch};
 use crate::rates::{self, Rate};
-use crate::system::{System, is_report};
+use crate::system::{System, await_skill, is_report};
 
 /// By the process's name.
 pub(crate) type Loads = BTreeMap<&'static str, Load>;
@@ -91,12 +89,4 @@ fn pause(raised: bool) -> Injector {
         reason: "measurement".into(),
         ..Default::default()
     })
-}
-
-fn await_skill(system: &System, kind: SkillKind, state: SkillState, heard: &mut Vec<Tapped>) -> Result<(), String> {
-    let seen = system.listen(Duration::from_secs(60), heard, |it| match &it.message {
-        Message::SkillEvent(event) => event.kind() == kind && event.state() == state,
-        _ => false,
-    })?;
-    if seen { Ok(()) } else { Err(format!("skill {kind:?} did not come to {state:?}")) }
 }

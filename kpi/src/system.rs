@@ -17,6 +17,7 @@ use kittiwake::up::Happening;
 use kittiwake::up::children::Children;
 use kittiwake::up::supervise::Child;
 use kittiwake_proto::topics::{Message, Topic};
+use kittiwake_proto::v1::{SkillKind, SkillState};
 use node::Node;
 
 /// A process that starts, or ends, takes no longer than this.
@@ -177,6 +178,20 @@ fn end(children: &mut Children, happenings: &Receiver<Happening>, which: &[Child
 /// Whether the message says that the mission is over.
 pub(crate) fn is_report(it: &Tapped) -> bool {
     matches!(&it.message, Message::McmStatus(status) if status.report.is_some())
+}
+
+/// Collects what passes by until a skill of this kind is in this state.
+pub(crate) fn await_skill(
+    system: &System,
+    kind: SkillKind,
+    state: SkillState,
+    heard: &mut Vec<Tapped>,
+) -> Result<(), String> {
+    let seen = system.listen(Duration::from_secs(60), heard, |it| match &it.message {
+        Message::SkillEvent(event) => event.kind() == kind && event.state() == state,
+        _ => false,
+    })?;
+    if seen { Ok(()) } else { Err(format!("skill {kind:?} did not come to {state:?}")) }
 }
 
 fn cannot_start(cause: io::Error) -> String {
