@@ -60,3 +60,22 @@ impl Drop for Folder {
         let _ = std::fs::remove_dir_all(&self.0);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use kittiwake::check_inputs;
+    use kittiwake::settings::Settings;
+
+    use super::*;
+
+    #[test]
+    fn the_tables_and_the_mission_of_the_measurements_are_sound() {
+        let base = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/kittiwake.toml");
+        let folder = Folder::new().unwrap();
+        for table in ["flat.toml", "nested.toml"] {
+            let variant = Variant { tick_ms: Some(10), contingencies: Some(table), mission: Some("mission.toml") };
+            let config = folder.write(&base, &variant).unwrap();
+            check_inputs::read(&Settings::of_file(&config)).map(drop).unwrap_or_else(|it| panic!("{table}: {it}"));
+        }
+    }
+}
