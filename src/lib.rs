@@ -19,6 +19,7 @@ pub mod check_inputs;
 mod cli;
 mod companion;
 pub mod config;
+pub mod flood;
 mod health;
 mod http_client;
 pub mod inject;

@@ -5,12 +5,10 @@ use std::time::Duration;
 
 use bus::{Process, Stop};
 use domain::contingency::Then;
-use domain::time::{Now, Time};
 use kittiwake::check_inputs;
+use kittiwake::flood::{Flood, PERIOD, per_batch};
 use kittiwake::settings::Settings;
-use kittiwake_proto::topics::Topic;
 use kittiwake_proto::v1::FlagEvent;
-use node::{Effect, Event, Node};
 use rand::SeedableRng;
 use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
@@ -23,25 +21,21 @@ use crate::trouble::ranges::{STORM_FLAGS, STORM_HZ};
 pub(crate) const FLAG: &str = "unheard_of";
 /// The reason of known flags.
 pub(crate) const STORM: &str = "chaos storm";
-/// Messages are sent in batches of this period.
-const PERIOD: Duration = Duration::from_millis(10);
 
 /// Publishes `rate_hz` events of unknown flags a second for `time`, at the router at `locator`.
 pub(crate) fn of_unknown(locator: &str, rate_hz: u32, time: Duration) {
-    let per_batch = (f64::from(rate_hz) * PERIOD.as_secs_f64()).ceil() as u64;
+    let per_batch = per_batch(rate_hz);
     let event = |number: u64| (format!("{FLAG}_{}", number % per_batch), true);
-    send(locator, per_batch, batches(time), 0, event);
+    send(locator, rate_hz, per_batch * batches(time), event);
 }
 
 /// These flags rise one after the other, and fall one after the other, again and again for `time`; in the end all have fallen.
 pub(crate) fn storm(locator: &str, flags: Vec<String>, time: Duration) {
     let count = flags.len().max(1) as u64;
-    let per_batch = (f64::from(STORM_HZ) * PERIOD.as_secs_f64()).ceil() as u64;
     // Whole rounds, the last of which lowers every flag.
-    let rounds = (batches(time) * per_batch).div_ceil(2 * count);
-    let last = 2 * count * rounds - batches(time) * per_batch;
+    let rounds = (batches(time) * per_batch(STORM_HZ)).div_ceil(2 * count);
     let event = move |number: u64| (flags[(number % count) as usize].clone(), (number / count).is_multiple_of(2));
-    send(locator, per_batch, batches(time), last, event);
+    send(locator, STORM_HZ, 2 * count * rounds, event);
 }
 
 /// Flags of the contingency table, drawn by `draw`. Not those by which an order is carried out, which an operator gives and
@@ -59,57 +53,15 @@ fn batches(time: Duration) -> u64 {
     (time.as_secs_f64() / PERIOD.as_secs_f64()) as u64
 }
 
-/// Sends `batches` of events, and after them `last` more.
-fn send(locator: &str, per_batch: u64, batches: u64, last: u64, event: impl Fn(u64) -> (String, bool)) {
-    let total = per_batch * batches + last;
-    let mut node = Flood { event, per_batch, total, sent: 0, next: Time::ZERO, stop: Stop::new() };
-    let stop = node.stop.clone();
-    if let Err(cause) = Process::of(&mut node, &link(locator)).run(&stop) {
+/// Sends `total` events, `rate_hz` of them a second: each is the name of a flag, and whether it is raised.
+fn send(locator: &str, rate_hz: u32, total: u64, event: impl Fn(u64) -> (String, bool)) {
+    let event = |number| {
+        let (name, raised) = event(number);
+        FlagEvent { name, raised, source: "flood".into(), reason: STORM.into(), ..Default::default() }
+    };
+    let mut flood = Flood::new(rate_hz, total, event);
+    if let Err(cause) = Process::of(&mut flood, &link(locator)).run(&Stop::new()) {
         tracing::warn!(%cause, "no flood");
-    }
-}
-
-struct Flood<E> {
-    /// The name of the flag of an event, and whether it is raised.
-    event: E,
-    per_batch: u64,
-    total: u64,
-    sent: u64,
-    next: Time,
-    stop: Stop,
-}
-
-impl<E: Fn(u64) -> (String, bool)> Node for Flood<E> {
-    fn name(&self) -> &'static str {
-        "flood"
-    }
-
-    fn subscriptions(&self) -> &'static [Topic] {
-        &[]
-    }
-
-    fn on(&mut self, _: Now, _: Event, _: &mut Vec<Effect>) {}
-
-    fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
-        if now.time < self.next {
-            return;
-        }
-        if self.total <= self.sent {
-            self.stop.stop();
-            return;
-        }
-        self.next = now.time + PERIOD;
-        let until = self.total.min(self.sent + self.per_batch);
-        for number in self.sent..until {
-            let (name, raised) = (self.event)(number);
-            let (source, reason) = ("flood".to_owned(), STORM.to_owned());
-            effects.push(Effect::publish(FlagEvent { name, raised, source, reason, ..Default::default() }));
-        }
-        self.sent = until;
-    }
-
-    fn deadline(&self) -> Option<Time> {
-        Some(self.next)
     }
 }
 

@@ -4,17 +4,14 @@
 //! and lasts until the end. One that hangs is stopped by a signal, so that its sockets stay open and fill up.
 
 use std::fmt::Write;
-use std::time::Duration;
 
 use bus::Stop;
-use domain::time::{Now, Time};
+use kittiwake::flood::Flood;
 use kittiwake::service::Service;
 use kittiwake::up::supervise::Child;
-use kittiwake_proto::topics::Topic;
 use kittiwake_proto::v1::FlagEvent;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
-use node::{Effect, Event, Node};
 use serde::Serialize;
 
 use crate::analysis::Samples;
@@ -25,9 +22,8 @@ use crate::{Flights, load, say};
 
 /// The shipped one.
 const TICK_MS: u32 = 10;
-/// Of the flood, in events a second, sent in batches of a period.
+/// Events of the flood a second.
 const FLOOD_HZ: u32 = 1000;
-const PERIOD: Duration = Duration::from_millis(10);
 
 /// What goes on besides the flight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,7 +55,7 @@ impl Disturbance {
     pub(crate) fn begin(self, system: &System) -> Result<Option<Stop>, String> {
         match self {
             Disturbance::Nothing => Ok(None),
-            Disturbance::Flood => Ok(Some(system.join(Flood::default()))),
+            Disturbance::Flood => Ok(Some(system.join(Flood::new(FLOOD_HZ, u64::MAX, unknown_flag)))),
             Disturbance::Hangs(service) => {
                 let processes = system.processes();
                 let found = processes.into_iter().find(|it| it.0 == Child::Service(service)).map(|it| it.1);
@@ -142,41 +138,10 @@ pub(crate) fn text(it: &Disturbed) -> String {
     out
 }
 
-/// Raises one flag after the other, none of which is in a contingency table.
-#[derive(Debug, Default)]
-struct Flood {
-    sent: u64,
-    next: Time,
-}
-
-impl Node for Flood {
-    fn name(&self) -> &'static str {
-        "flood"
-    }
-
-    fn subscriptions(&self) -> &'static [Topic] {
-        &[]
-    }
-
-    fn on(&mut self, _: Now, _: Event, _: &mut Vec<Effect>) {}
-
-    fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
-        if now.time < self.next {
-            return;
-        }
-        self.next = now.time + PERIOD;
-        let batch = u64::from(FLOOD_HZ) * PERIOD.as_millis() as u64 / 1000;
-        for number in self.sent..self.sent + batch {
-            let (name, source, reason) =
-                (format!("unheard_of_{}", number % batch), "flood".to_owned(), "measurement".to_owned());
-            effects.push(Effect::publish(FlagEvent { name, raised: true, source, reason, ..Default::default() }));
-        }
-        self.sent += batch;
-    }
-
-    fn deadline(&self) -> Option<Time> {
-        Some(self.next)
-    }
+/// One of a few flags that are in no contingency table.
+fn unknown_flag(number: u64) -> FlagEvent {
+    let (source, reason) = ("flood".to_owned(), "measurement".to_owned());
+    FlagEvent { name: format!("unheard_of_{}", number % 10), raised: true, source, reason, ..Default::default() }
 }
 
 #[cfg(test)]

@@ -55,7 +55,7 @@ pub struct Oracle {
 }
 
 impl Oracle {
-    /// Of a system at that pace, in which the death of a process may take so much wall time.
+    /// For a system at that pace, in which a dead process may be away for `interruption` of wall time.
     pub fn new(pace: Pace, interruption: Duration) -> Oracle {
         let interruption = pace.wall(interruption);
         Oracle {

@@ -31,7 +31,7 @@ impl Corner {
             let tolerance = (EPSILON * length_m).max(f64::MIN_POSITIVE);
             (-tolerance < behind && -tolerance < ahead) || (behind < tolerance && ahead < tolerance)
         };
-        // Among hundreds of corners most are told apart without a root: the length is no greater than this sum.
+        // The sum is never less than the length, and cheaper: it rules out most corners without a square root.
         touches(north_m.abs() + east_m.abs()) && touches(north_m.hypot(east_m))
     }
 

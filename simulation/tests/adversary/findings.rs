@@ -71,6 +71,32 @@ fn a_landing_ordered_beyond_the_battery_is_refused() {
 }
 
 #[test]
+fn a_landing_that_costs_the_reserve_takes_an_override() {
+    let mut simulation = mission("land-reserve", &out_and_back(), Policy::Grant);
+    until(&mut simulation, |it| 150.0 < it.east_m);
+    let site = Some(v1::Ned { north_m: 9_500.0, east_m: 0.0, down_m: 0.0 });
+    for (overrides, words) in [(false, "land at: refused: the place is too far"), (true, "land at: flies to (9500, 0)")]
+    {
+        simulation.order(Verb::LandAt(v1::LandAt { position: site, overrides }));
+        simulation.pass(s(2));
+        says(&simulation, words);
+    }
+}
+
+#[test]
+fn a_place_nearer_than_home_is_not_too_far_to_land() {
+    let parts = vec![air("look", 0.0, 1500.0, 20.0), ground("home", 0.0, 0.0)];
+    let mut simulation = mission("land-near-by", &parts, Policy::Grant);
+    until(&mut simulation, |it| 1000.0 < it.east_m);
+    // A hundredth above the reserve: enough for neither, were the reserve kept.
+    simulation.inject_fault("battery", &["0.26"]);
+    simulation.pass(s(1));
+    simulation.order(land_at(60.0, 1000.0));
+    simulation.pass(s(1));
+    says(&simulation, "land at: flies to (60, 1000)");
+}
+
+#[test]
 fn a_landing_ordered_nearer_to_a_border_than_the_margin_is_refused() {
     let closed = area("K", "keep-out", [100.0, 100.0], [200.0, 200.0], "");
     let mut simulation = mission("land-near", &with(out_and_back(), closed), Policy::Grant);

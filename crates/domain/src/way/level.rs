@@ -71,7 +71,7 @@ pub(super) struct Level<'a> {
 }
 
 impl<'a> Level<'a> {
-    /// Among `areas` at this height, with so many legs left to look at.
+    /// A search among `areas` at one height. It counts `legs_left` down, and finds nothing once that is 0.
     pub(super) fn new(
         areas: Vec<&'a Area>,
         margin_m: f64,
