@@ -36,7 +36,7 @@ fn processes(status: &Value) -> Vec<(String, String, u64)> {
 
 #[test]
 fn garbage_on_every_key_is_counted_and_dropped() {
-    let system = System::start(&["--speed", "10"]);
+    let system = System::start(&["--speed", "5"]);
     system.wait_for("step 4 of 5");
     let before = processes(&system.status());
     let session = stranger(&system.locator());
@@ -69,7 +69,7 @@ fn garbage_on_every_key_is_counted_and_dropped() {
 
 #[test]
 fn numbers_that_are_none_never_reach_the_vehicle() {
-    let system = System::start(&["--speed", "10"]);
+    let system = System::start(&["--speed", "5"]);
     system.wait_for("step 4 of 5");
     let session = stranger(&system.locator());
     for number in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {

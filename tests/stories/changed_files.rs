@@ -19,7 +19,7 @@ fn spoil(folder: &Path) {
 fn files_that_are_spoiled_in_flight_keep_no_process_away() {
     let files = Files::shipped();
     let config = files.config().to_str().expect("a readable path").to_owned();
-    let system = System::start(&["--config", &config, "--speed", "10"]);
+    let system = System::start(&["--config", &config, "--speed", "5"]);
     system.wait_for("step 4 of 5: fly to (0, 500, 10)");
     spoil(files.config().parent().expect("a file is in a folder"));
     // The next run would say so, and name the file as its user does.
@@ -50,7 +50,7 @@ fn a_program_that_is_replaced_in_flight_is_flown_to_the_end() {
     let (program, other) = (folder.path().join("kittiwake"), folder.path().join("kittiwake.new"));
     std::fs::hard_link(KITTIWAKE, &program).expect("the program is in the same file system");
     let config = crate::support::shipped().join("kittiwake.toml");
-    let args = ["--exit-when-done", "--speed", "10", "--config", config.to_str().expect("a readable path")];
+    let args = ["--exit-when-done", "--speed", "5", "--config", config.to_str().expect("a readable path")];
     let system = System::of(&program, &args, &[]);
     system.wait_for("step 4 of 5: fly to (0, 500, 10)");
     // As packages are installed: at once, by a new file of the same name.

@@ -7,7 +7,7 @@ use crate::support::files::Files;
 use crate::support::{Ending, System, wait_for};
 
 /// Slow enough that a leg lasts seconds, on a busy machine too.
-const SPEED: &str = "10";
+const SPEED: &str = "5";
 
 fn start() -> System {
     System::start(&["--speed", SPEED])

@@ -1,6 +1,20 @@
 //! `--exit-when-done`: the system ends with its mission, and not before the aircraft is at rest.
 
+use crate::support::files::Files;
 use crate::support::{System, wait_for};
+
+/// Straight up and down again: the stay up there and the landing last longer than a command takes on a crowded machine.
+fn up_and_down(stays_s: u32) -> (System, Files) {
+    let mission = format!(
+        "name = \"up and down\"\n\
+         [[objective]]\nname = \"up\"\nnorth_m = 0\neast_m = 0\nheight_m = 60\nflying = true\ndwell_s = {stays_s}\n\
+         [[objective]]\nname = \"down\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n"
+    );
+    let files = Files::shipped();
+    let config = files.config();
+    std::fs::write(config.with_file_name("missions").join("reference.toml"), mission).expect("the file can be written");
+    (System::start(&["--speed", "2", "--config", config.to_str().expect("a readable path")]), files)
+}
 
 #[track_caller]
 fn fault(system: &System, line: &str) {
@@ -19,8 +33,7 @@ fn wait_for_landing(system: &System) {
 
 #[test]
 fn an_aircraft_that_is_not_heard_keeps_the_system_up_until_it_is_seen_on_the_ground() {
-    let system = System::start(&["--speed", "10"]);
-    system.wait_for("step 3 of 3: land");
+    let (system, _files) = up_and_down(0);
     wait_for_landing(&system);
     fault(&system, "drop vehicle_status");
     system.wait_for("mission over: success");
@@ -32,8 +45,7 @@ fn an_aircraft_that_is_not_heard_keeps_the_system_up_until_it_is_seen_on_the_gro
 
 #[test]
 fn a_land_detector_that_reports_the_air_for_ever_does_not_keep_the_system_up() {
-    let system = System::start(&["--speed", "10"]);
-    system.wait_for("step 3 of 3: land");
+    let (system, _files) = up_and_down(0);
     wait_for_landing(&system);
     fault(&system, "land_detector flying");
     // The mission ends before the detector has been contradicted for three seconds; unless the machine is so busy that this is
@@ -48,8 +60,8 @@ fn a_land_detector_that_reports_the_air_for_ever_does_not_keep_the_system_up() {
 
 #[test]
 fn a_crash_is_told_by_the_exit_code() {
-    let system = System::start(&["--speed", "10"]);
-    system.wait_for("step 4 of 5: fly to (0, 500, 10)");
+    let (system, _files) = up_and_down(60);
+    system.wait_for("step 1 succeeded");
     fault(&system, "motor_failure 2");
     let ending = system.end();
     ending.expect(6, &["WAITING", "WAITING"]);
