@@ -4,14 +4,9 @@ use nix::sys::signal::Signal;
 use serde_json::Value;
 
 use crate::support::files::Files;
-use crate::support::{Ending, System, wait_for};
+use crate::support::{Ending, FLY_LONG_LEG, System, wait_for};
 
-/// Slow enough that a leg lasts seconds, on a busy machine too.
-const SPEED: &str = "5";
-
-fn start() -> System {
-    System::start(&["--speed", SPEED])
-}
+const SPEED: &str = "10";
 
 /// Injects a fault; the simulator has answered when this returns.
 #[track_caller]
@@ -21,11 +16,12 @@ fn fault(system: &System, line: &str) {
     assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// Waits until the vehicle is well under way on its longest leg.
+/// A system whose vehicle is under way on a long leg.
 #[track_caller]
-fn wait_until_under_way(system: &System) {
-    system.wait_for("step 4 of 5: fly to (0, 500, 10)");
-    wait_for_mode(system, "FLIGHT_MODE_OFFBOARD");
+fn under_way() -> System {
+    let system = System::on_long_leg(SPEED);
+    wait_for_mode(&system, "FLIGHT_MODE_OFFBOARD");
+    system
 }
 
 #[track_caller]
@@ -68,92 +64,80 @@ fn a_swallowed_acknowledgement_costs_a_second_and_no_try() {
 
 #[test]
 fn without_proof_of_life_the_vehicle_loiters_by_itself_and_the_mission_goes_on_later() {
-    let system = start();
-    wait_until_under_way(&system);
+    let system = under_way();
     let skill_manager = system.process("skill-manager");
     skill_manager.signal(Signal::SIGSTOP);
     let status = wait_for_mode(&system, "FLIGHT_MODE_LOITER");
     assert_eq!(status["failsafe"], true, "{status}");
     skill_manager.signal(Signal::SIGCONT);
-    system.end().expect(0, &["SUCCESS", "SUCCESS"]);
+    system.end().expect(0, &["SUCCESS"]);
 }
 
 #[test]
 fn a_flag_in_flight_stops_the_vehicle_and_the_mission_is_replanned() {
-    let system = start();
-    wait_until_under_way(&system);
+    let system = under_way();
     assert!(system.inject(&["flag", "obstacle"]).status.success());
     let ending = system.end();
-    ending.expect(0, &["SUCCESS", "SUCCESS"]);
+    ending.expect(0, &["SUCCESS"]);
     ending.expect_in_order(&[
         "flag `obstacle` raised",
         "`obstacle`: stop",
         "`obstacle` is over",
         "plan: plan 2",
-        "step 1 of 2: fly to (0, 500, 10)",
+        "step 1 of 2: fly to (0, 2000, 10)",
     ]);
 }
 
 #[test]
 fn a_rejected_stop_is_tried_again_and_does_not_become_a_landing() {
-    let system = start();
-    wait_until_under_way(&system);
+    let system = under_way();
     fault(&system, "reject_acks 1");
     assert!(system.inject(&["flag", "obstacle"]).status.success());
     let ending = system.end();
-    ending.expect(0, &["SUCCESS", "SUCCESS"]);
-    let parts =
-        ["`obstacle`: stop", "`obstacle`: stop failed (try 1 of 3)", "`obstacle` is over", "fly to (0, 500, 10)"];
+    ending.expect(0, &["SUCCESS"]);
+    let parts = ["`obstacle`: stop", "`obstacle`: stop failed (try 1 of 3)", "`obstacle` is over", FLY_LONG_LEG];
     ending.expect_in_order(&parts);
 }
 
 #[test]
 fn a_frozen_source_stops_the_vehicle_until_it_is_heard_again() {
-    let system = start();
-    wait_until_under_way(&system);
+    let system = under_way();
     fault(&system, "freeze vehicle_local_position");
     system.wait_for("flag `local_position_stale` raised");
     fault(&system, "thaw vehicle_local_position");
     let ending = system.end();
-    ending.expect(0, &["SUCCESS", "SUCCESS"]);
-    ending.expect_in_order(&[
-        "flag `local_position_stale` raised",
-        "`local_position_stale` is over",
-        "fly to (0, 500, 10)",
-    ]);
+    ending.expect(0, &["SUCCESS"]);
+    ending.expect_in_order(&["flag `local_position_stale` raised", "`local_position_stale` is over", FLY_LONG_LEG]);
 }
 
 #[test]
 fn a_critical_battery_ends_the_mission_on_the_ground() {
-    let system = start();
-    wait_until_under_way(&system);
+    let system = under_way();
     fault(&system, "battery 0.09");
     let ending = system.end();
-    ending.expect(4, &["WAITING", "WAITING"]);
+    ending.expect(4, &["WAITING"]);
     assert_eq!(ending.report()["outcome"], "MISSION_OUTCOME_EMERGENCY");
     ending.expect_in_order(&["flag `battery_critical` raised", "`battery_critical`: land", "mission: over"]);
 }
 
 #[test]
 fn services_that_die_in_flight_come_back_and_the_mission_flies_on() {
-    let system = start();
-    wait_until_under_way(&system);
+    let system = under_way();
     let address = system.status()["vehicle"].clone();
     for service in ["gateway", "control-tower", "monitor"] {
         system.process(service).signal(Signal::SIGKILL);
         system.wait_for(&format!("{service} ended by signal 9"));
     }
     let ending = system.end();
-    ending.expect(0, &["SUCCESS", "SUCCESS"]);
+    ending.expect(0, &["SUCCESS"]);
     assert_eq!(address, "uav1");
 }
 
 #[test]
 fn a_mission_manager_that_dies_leaves_the_vehicle_safe() {
-    let system = start();
-    wait_until_under_way(&system);
+    let system = under_way();
     system.process("mcm").signal(Signal::SIGKILL);
     system.wait_for("mcm ended by signal 9");
     // It comes back and plans from where the vehicle is.
-    system.end().expect(0, &["SUCCESS", "SUCCESS"]);
+    system.end().expect(0, &["SUCCESS"]);
 }

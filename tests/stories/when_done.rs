@@ -10,9 +10,8 @@ fn up_and_down(stays_s: u32) -> (System, Files) {
          [[objective]]\nname = \"up\"\nnorth_m = 0\neast_m = 0\nheight_m = 60\nflying = true\ndwell_s = {stays_s}\n\
          [[objective]]\nname = \"down\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n"
     );
-    let files = Files::shipped();
+    let files = Files::shipped().flying(&mission);
     let config = files.config();
-    std::fs::write(config.with_file_name("missions").join("reference.toml"), mission).expect("the file can be written");
     (System::start(&["--speed", "2", "--config", config.to_str().expect("a readable path")]), files)
 }
 

@@ -30,6 +30,19 @@ impl Files {
         Files::shipped().with("kittiwake.toml", "start = \"at-once\"", "start = \"operator\"")
     }
 
+    /// As shipped, but for a mission that is a leg of two kilometres without areas.
+    pub fn with_long_leg() -> Files {
+        Files::shipped().flying(
+            "name = \"long\"\n[[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 2000\nheight_m = 0\nflying = false\n",
+        )
+    }
+
+    /// With this mission.
+    pub fn flying(self, mission: &str) -> Files {
+        std::fs::write(self.0.path().join("missions/reference.toml"), mission).expect("the file can be written");
+        self
+    }
+
     /// The configuration file.
     pub fn config(&self) -> PathBuf {
         self.0.path().join("kittiwake.toml")

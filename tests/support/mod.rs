@@ -22,6 +22,9 @@ mod wait;
 /// On a machine in order every wait is much shorter than this.
 pub const LIMIT: Duration = Duration::from_secs(100);
 
+/// The step of [`System::on_long_leg`].
+pub const FLY_LONG_LEG: &str = "fly to (0, 2000, 10)";
+
 /// The program under test.
 pub const KITTIWAKE: &str = env!("CARGO_BIN_EXE_kittiwake");
 
@@ -141,6 +144,18 @@ impl System {
         wait_for("the manager to wait for the operator", || {
             system.status()["operator"]["startAwaited"].as_bool()?.then_some(())
         });
+        system
+    }
+
+    /// At this speed, on a leg of two kilometres without areas: 200 mission seconds, in which commands can be given on a machine
+    /// that is as crowded as can be. Returns as it begins.
+    #[track_caller]
+    pub fn on_long_leg(speed: &str) -> System {
+        let files = Files::with_long_leg();
+        let config = files.config();
+        let system = System::start(&["--config", config.to_str().expect("a readable path"), "--speed", speed]);
+        // It flies with a copy of its files.
+        system.wait_for(&["step 2 of 3: ", FLY_LONG_LEG].concat());
         system
     }
 
