@@ -21,6 +21,7 @@ pub mod permission;
 pub mod plan;
 pub mod quantity;
 pub mod route;
+pub mod site;
 pub mod skill;
 pub mod speeds;
 pub mod state;

@@ -1,6 +1,7 @@
 //! A mission as a human writes it: objectives to reach, and areas on the way.
 
 mod place;
+mod site_entry;
 mod sites;
 mod survey;
 pub mod terms;
@@ -15,9 +16,11 @@ use crate::area::{Area, AreaKind};
 use crate::file::{Mistake, Mistakes, Source};
 use crate::geodesy::{LocalFrame, Origin};
 use crate::geometry::Ned;
+use crate::site::Site;
 use crate::survey::Survey;
 use place::OriginEntry;
-use sites::Site;
+use site_entry::SiteEntry;
+use sites::Place;
 use terms::{Order, Terms};
 
 /// A mission that may be flown; [`Mission::read`] is the only way to obtain one.
@@ -31,6 +34,8 @@ pub struct Mission {
     pub areas: Vec<Area>,
     /// In which order the objectives are attempted.
     pub order: Order,
+    /// Where a flight may end early, with distinct names.
+    pub sites: Vec<Site>,
 }
 
 /// A state to reach.
@@ -208,6 +213,7 @@ impl Mission {
             objectives: self.objectives.iter().map(|objective| waiting(objective).into()).collect(),
             areas: self.areas.iter().map(Into::into).collect(),
             free_order: self.order == Order::Free,
+            sites: self.sites.iter().map(Into::into).collect(),
             ..v1::PlannerStatus::default()
         };
         let hash = Sha256::digest(canonical.encode_to_vec());
@@ -236,14 +242,16 @@ impl Mission {
         let areas: Vec<_> = file.area.iter().map(|it| check.area(it)).collect();
         check.distinct("objective", file.objective.iter().map(|it| &it.name));
         check.distinct("area", file.area.iter().map(|it| &it.name));
+        let alternates = check.alternates(&file.site);
         if objectives.is_empty() {
             check.say(None, "a mission without objectives", "add an [[objective]]");
         }
         check.precedence(file.order, &file.objective);
         if check.mistakes.is_empty() {
             check.sites(&file, &objectives, &areas);
+            check.alternates_among(&file.site, &alternates, &areas);
         }
-        let mission = Mission { name: file.name, objectives, areas, order: file.order };
+        let mission = Mission { name: file.name, objectives, areas, order: file.order, sites: alternates };
         Mistakes(check.mistakes).or((mission, origin))
     }
 
@@ -254,7 +262,7 @@ impl Mission {
         if let Some(most_m) = sites::too_high(height_m, objective.flying) {
             return Some(format!("objective `{}` is at {height_m} m, the highest is {most_m} m", objective.name));
         }
-        let site = Site { position: objective.position, flying: objective.flying, is_end };
+        let site = Place { position: objective.position, flying: objective.flying, is_end };
         let unfit =
             self.areas.iter().filter(|it| sites::always_applies(it)).find_map(|area| sites::unfit(site, area))?;
         Some(format!("objective `{}` {}", objective.name, unfit.in_words()))
@@ -263,13 +271,14 @@ impl Mission {
     /// The places of this mission that a wind of `wind_m_s` brings too near to a border, a sentence for each. They are no
     /// mistakes: the wind need not blow.
     pub fn too_near_in_wind(&self, wind_m_s: f64) -> Vec<String> {
-        let start = ("the take-off point".to_owned(), Site { position: Ned::default(), flying: false, is_end: true });
+        let start = ("the take-off point".to_owned(), Place::to_end_at(Ned::default()));
         let objectives = self.objectives.iter().map(|it| {
-            let site = |place| (it.in_words(place), Site { position: place, flying: it.flying, is_end: false });
+            let site = |place| (it.in_words(place), Place { position: place, flying: it.flying, is_end: false });
             it.places().into_iter().map(site).collect()
         });
+        let sites = self.sites.iter().map(|it| vec![(format!("site `{}`", it.name), Place::to_end_at(it.position))]);
         // Of a survey, the first turn near to an area says enough.
-        let near = |sites: Vec<(String, Site)>| {
+        let near = |sites: Vec<(String, Place)>| {
             let near = |area: &Area| {
                 let (name, near) = sites
                     .iter()
@@ -281,14 +290,14 @@ impl Mission {
             };
             self.areas.iter().filter_map(near).collect::<Vec<_>>()
         };
-        std::iter::once(vec![start]).chain(objectives).flat_map(near).collect()
+        std::iter::once(vec![start]).chain(objectives).chain(sites).flat_map(near).collect()
     }
 }
 
 /// Why the vehicle must not be sent to land at `site`, by one of `areas`, which apply then; the end of a sentence that begins with
 /// the place. The rule for the places of a mission, for a place that comes in another way.
 pub fn unfit_landing_site<'a>(site: Ned, areas: impl IntoIterator<Item = &'a Area>) -> Option<String> {
-    let site = Site { position: site, flying: false, is_end: true };
+    let site = Place::to_end_at(site);
     areas.into_iter().find_map(|area| sites::unfit(site, area)).map(|it| it.in_words())
 }
 
@@ -303,6 +312,8 @@ struct MissionFile {
     objective: Vec<ObjectiveEntry>,
     #[serde(default)]
     area: Vec<AreaEntry>,
+    #[serde(default)]
+    site: Vec<SiteEntry>,
 }
 
 #[derive(Deserialize)]
@@ -456,7 +467,7 @@ impl Checker<'_> {
 
     /// Where the mission begins, flies to and ends, against each area.
     fn sites(&mut self, file: &MissionFile, objectives: &[Objective], areas: &[Area]) {
-        let start = Site { position: Ned::default(), flying: false, is_end: true };
+        let start = Place::to_end_at(Ned::default());
         for (entry, area) in file.area.iter().zip(areas).filter(|(_, it)| sites::always_applies(it)) {
             if let Some(unfit) = sites::unfit(start, area) {
                 let message = format!("the take-off point {}", unfit.in_words());
@@ -469,7 +480,7 @@ impl Checker<'_> {
             for area in areas.iter().filter(|it| sites::always_applies(it)) {
                 let site = |position| {
                     let is_end = is_last && position == objective.position;
-                    Site { position, flying: objective.flying, is_end }
+                    Place { position, flying: objective.flying, is_end }
                 };
                 let places = objective.places();
                 let unfit = places.iter().find_map(|it| Some((it, sites::unfit(site(*it), area)?)));

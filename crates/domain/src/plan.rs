@@ -8,6 +8,7 @@ use crate::area::Area;
 use crate::fmu::FlightMode;
 use crate::mission::ObjectiveStatus;
 use crate::mission::terms::Order;
+use crate::site::Site;
 use crate::skill::Goal;
 use crate::state::State;
 
@@ -182,4 +183,6 @@ pub struct PlannerStatus {
     pub epoch: u64,
     /// In which order the objectives are attempted; a free one was chosen when the first plan was made.
     pub order: Order,
+    /// Where a flight may end early.
+    pub sites: Vec<Site>,
 }

@@ -10,6 +10,7 @@ use kittiwake_proto::v1;
 use crate::area::{Area, AreaKind};
 use crate::fmu::FlightMode;
 use crate::geometry::{Ned, NedVelocity};
+use crate::site::{Site, SiteKind};
 use crate::survey::InvalidSurvey;
 
 mod fmu;
@@ -131,6 +132,34 @@ impl TryFrom<v1::Area> for Area {
     }
 }
 
+impl From<SiteKind> for v1::SiteKind {
+    fn from(kind: SiteKind) -> v1::SiteKind {
+        match kind {
+            SiteKind::Landing => v1::SiteKind::Landing,
+            SiteKind::Ditch => v1::SiteKind::Ditch,
+        }
+    }
+}
+
+impl From<&Site> for v1::Site {
+    fn from(it: &Site) -> v1::Site {
+        v1::Site { name: it.name.clone(), position: Some(it.position.into()), kind: v1::SiteKind::from(it.kind) as i32 }
+    }
+}
+
+impl TryFrom<v1::Site> for Site {
+    type Error = InvalidMessage;
+    fn try_from(it: v1::Site) -> Result<Site, InvalidMessage> {
+        let kind = match it.kind() {
+            v1::SiteKind::Landing => SiteKind::Landing,
+            v1::SiteKind::Ditch => SiteKind::Ditch,
+            v1::SiteKind::Unspecified => return Err(InvalidMessage::Missing("kind")),
+        };
+        let position = it.position.ok_or(InvalidMessage::Missing("position"))?.try_into()?;
+        Ok(Site { name: it.name, position, kind })
+    }
+}
+
 /// `value` if it is a finite number.
 pub fn finite(field: &'static str, value: f64) -> Result<f64, InvalidMessage> {
     if value.is_finite() { Ok(value) } else { Err(out_of_range(field, value, "a finite number")) }
@@ -180,6 +209,11 @@ pub(crate) mod generators {
         "[a-zA-Z][a-zA-Z0-9 ]{0,8}"
     }
 
+    pub(crate) fn site() -> impl Strategy<Value = Site> {
+        let kind = prop::sample::select(vec![SiteKind::Landing, SiteKind::Ditch]);
+        (name(), ned(), kind).prop_map(|(name, position, kind)| Site { name, position, kind })
+    }
+
     pub(crate) fn area() -> impl Strategy<Value = Area> {
         let kind = prop::sample::select(vec![AreaKind::Permission, AreaKind::KeepOut]);
         let height = || prop::option::of(-500.0..500.0);
@@ -206,16 +240,33 @@ mod tests {
 
     proptest! {
         #[test]
-        fn places_velocities_and_areas_survive_the_wire(
+        fn places_velocities_areas_and_sites_survive_the_wire(
             ned in generators::ned(),
             velocity in generators::velocity(),
             mode in generators::mode(),
             area in generators::area(),
+            site in generators::site(),
         ) {
             prop_assert_eq!(Ned::try_from(v1::Ned::from(ned)), Ok(ned));
             prop_assert_eq!(NedVelocity::try_from(v1::NedVelocity::from(velocity)), Ok(velocity));
             prop_assert_eq!(flight_mode(mode.into()), Some(mode));
             prop_assert_eq!(Area::try_from(v1::Area::from(&area)), Ok(area));
+            prop_assert_eq!(Site::try_from(v1::Site::from(&site)), Ok(site));
         }
+    }
+
+    #[test]
+    fn a_site_of_an_unknown_kind_or_without_a_place_is_refused() {
+        #[track_caller]
+        fn check(site: v1::Site, expected: &str) {
+            assert_eq!(Site::try_from(site).unwrap_err().to_string(), expected);
+        }
+        let kind = v1::SiteKind::Ditch as i32;
+        let position = Some(v1::Ned::default());
+        check(v1::Site { position, ..Default::default() }, "`kind` is missing");
+        check(v1::Site { position, kind: 99, ..Default::default() }, "`kind` is missing");
+        check(v1::Site { kind, ..Default::default() }, "`position` is missing");
+        let nowhere = Some(v1::Ned { north_m: f64::NAN, ..Default::default() });
+        assert!(Site::try_from(v1::Site { position: nowhere, kind, ..Default::default() }).is_err());
     }
 }

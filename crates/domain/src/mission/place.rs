@@ -20,15 +20,55 @@ pub(super) struct OriginEntry {
     altitude_m: Option<Spanned<f64>>,
 }
 
-const WHERE_IS_IT: &str = "give `north_m` and `east_m`, or `latitude_deg` and `longitude_deg`, or a `survey`";
 const GIVE_CORNERS: &str = "give `corners_m` as [north, east], or `corners_deg` as [latitude, longitude]";
 const NO_ORIGIN: &str = "add an [origin] with `latitude_deg` and `longitude_deg`: the take-off point";
+
+/// What a file says about where something is.
+pub(super) struct Written<'a> {
+    /// `objective` or `site`.
+    pub(super) what: &'static str,
+    pub(super) name: &'a Spanned<String>,
+    pub(super) north_m: Option<&'a Spanned<f64>>,
+    pub(super) east_m: Option<&'a Spanned<f64>>,
+    pub(super) latitude_deg: Option<&'a Spanned<f64>>,
+    pub(super) longitude_deg: Option<&'a Spanned<f64>>,
+}
+
+impl Written<'_> {
+    /// What says where it is, or its name if nothing does.
+    pub(super) fn span(&self) -> Range<usize> {
+        self.first().unwrap_or(self.name.span())
+    }
+
+    fn first(&self) -> Option<Range<usize>> {
+        self.north_m.or(self.latitude_deg).map(Spanned::span)
+    }
+
+    fn in_words(&self) -> String {
+        format!("{} `{}`", self.what, self.name.as_ref())
+    }
+
+    fn help(&self) -> String {
+        let or_survey = if self.what == "objective" { ", or a `survey`" } else { "" };
+        format!("give `north_m` and `east_m`, or `latitude_deg` and `longitude_deg`{or_survey}")
+    }
+}
 
 impl ObjectiveEntry {
     /// What says where it is, or its name if nothing does.
     pub(super) fn place_span(&self) -> Range<usize> {
-        let first = self.north_m.as_ref().or(self.latitude_deg.as_ref()).map(Spanned::span);
-        first.or_else(|| self.survey_span()).unwrap_or(self.name.span())
+        self.written().first().or_else(|| self.survey_span()).unwrap_or(self.name.span())
+    }
+
+    fn written(&self) -> Written<'_> {
+        Written {
+            what: "objective",
+            name: &self.name,
+            north_m: self.north_m.as_ref(),
+            east_m: self.east_m.as_ref(),
+            latitude_deg: self.latitude_deg.as_ref(),
+            longitude_deg: self.longitude_deg.as_ref(),
+        }
     }
 }
 
@@ -57,8 +97,12 @@ impl Checker<'_> {
 
     /// Where an objective is, at height 0.
     pub(super) fn objective_place(&mut self, it: &ObjectiveEntry) -> Ned {
-        let (ObjectiveEntry { north_m, east_m, latitude_deg, longitude_deg, .. }, name) = (it, it.name.as_ref());
-        match (north_m, east_m, latitude_deg, longitude_deg) {
+        self.place(&it.written())
+    }
+
+    /// Where something is, at height 0.
+    pub(super) fn place(&mut self, it: &Written<'_>) -> Ned {
+        match (it.north_m, it.east_m, it.latitude_deg, it.longitude_deg) {
             (Some(north), Some(east), None, None) => Ned::new(
                 self.within("north_m", north, -FARTHEST_M, FARTHEST_M),
                 self.within("east_m", east, -FARTHEST_M, FARTHEST_M),
@@ -68,8 +112,8 @@ impl Checker<'_> {
                 let found = self.local(*latitude.as_ref(), *longitude.as_ref(), latitude.span());
                 let distance_m = found.map_or(0.0, |it| it.horizontal_distance_m(Ned::default()));
                 if FARTHEST_M < distance_m {
-                    let message = format!("objective `{name}` is {:.0} km from the origin", distance_m / 1000.0);
-                    self.say(Some(latitude.span()), message, "an objective is at most 100 km from the origin");
+                    let message = format!("{} is {:.0} km from the origin", it.in_words(), distance_m / 1000.0);
+                    self.say(Some(latitude.span()), message, "places are at most 100 km from the origin");
                 }
                 found.unwrap_or_default()
             }
@@ -79,11 +123,8 @@ impl Checker<'_> {
             (None, None, Some(_), None) => self.lacks(it, "longitude_deg"),
             (None, None, None, None) => self.lacks(it, "place"),
             _ => {
-                self.say(
-                    Some(it.place_span()),
-                    format!("objective `{name}` has metres and degrees for its place"),
-                    WHERE_IS_IT,
-                );
+                let message = format!("{} has metres and degrees for its place", it.in_words());
+                self.say(Some(it.span()), message, &it.help());
                 Ned::default()
             }
         }
@@ -118,12 +159,9 @@ impl Checker<'_> {
         None
     }
 
-    fn lacks(&mut self, it: &ObjectiveEntry, what: &str) -> Ned {
-        self.say(
-            Some(it.place_span()),
-            format!("objective `{}` has no {}", it.name.as_ref(), quoted(what)),
-            WHERE_IS_IT,
-        );
+    fn lacks(&mut self, it: &Written<'_>, what: &str) -> Ned {
+        let message = format!("{} has no {}", it.in_words(), quoted(what));
+        self.say(Some(it.span()), message, &it.help());
         Ned::default()
     }
 

@@ -1,4 +1,4 @@
-//! Where a mission begins, what it flies to and where it ends, against the areas that always apply.
+//! Where a mission begins, what it flies to and where it may end, against the areas that always apply.
 //!
 //! An area with a time window is left to those who know the time: the planner, and the mission manager for an ordered place.
 
@@ -26,13 +26,20 @@ pub(super) fn too_high(height_m: f64, flying: bool) -> Option<f64> {
 
 /// A place that a mission uses.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Site {
+pub(super) struct Place {
     /// Where.
     pub(super) position: Ned,
     /// In the air or on the ground.
     pub(super) flying: bool,
     /// The mission begins or ends there.
     pub(super) is_end: bool,
+}
+
+impl Place {
+    /// On the ground, to end a flight at.
+    pub(super) fn to_end_at(position: Ned) -> Place {
+        Place { position, flying: false, is_end: true }
+    }
 }
 
 /// What is wrong with a place.
@@ -88,7 +95,7 @@ impl Unfit {
 }
 
 /// How near `site` lies to `area`, in metres, if that is nearer than the margin and what a wind of `wind_m_s` adds to it.
-pub(super) fn too_near_in_wind(site: Site, area: &Area, wind_m_s: f64) -> Option<TooNearInWind> {
+pub(super) fn too_near_in_wind(site: Place, area: &Area, wind_m_s: f64) -> Option<TooNearInWind> {
     let expected_m = MARGIN_M + wind_m_s * REACTION_S;
     let ground = Area { floor_m: None, ceiling_m: None, ..area.clone() };
     if !is_at_heights_of(site, area) || ground.contains(site.position) {
@@ -108,7 +115,7 @@ pub(super) struct TooNearInWind {
 }
 
 /// Whether the vehicle is at heights of `area` when it is at `site`, or lifts off there.
-fn is_at_heights_of(site: Site, area: &Area) -> bool {
+fn is_at_heights_of(site: Place, area: &Area) -> bool {
     let height_m = site.position.height_m();
     let highest_m = if site.flying { height_m } else { height_m + CLIMB_M };
     area.is_simple() && area.touches_heights(height_m, highest_m)
@@ -120,7 +127,7 @@ pub(super) fn always_applies(area: &Area) -> bool {
 }
 
 /// What is wrong with `site` because of `area`, if that applies when the site is used.
-pub(super) fn unfit(site: Site, area: &Area) -> Option<Unfit> {
+pub(super) fn unfit(site: Place, area: &Area) -> Option<Unfit> {
     if !is_at_heights_of(site, area) {
         return None;
     }

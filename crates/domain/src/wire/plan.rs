@@ -15,6 +15,7 @@ use crate::plan::{
     Step, StepDone, StepId,
 };
 use crate::quantity::Fraction;
+use crate::site::Site;
 use crate::state::State;
 
 impl From<State> for v1::PlanningState {
@@ -283,6 +284,7 @@ impl From<PlannerStatus> for v1::PlannerStatus {
             hold: status.hold,
             epoch: status.epoch,
             free_order: status.order == Order::Free,
+            sites: status.sites.iter().map(Into::into).collect(),
             memory: None,
         }
     }
@@ -302,6 +304,7 @@ impl TryFrom<v1::PlannerStatus> for PlannerStatus {
             hold: status.hold,
             epoch: status.epoch,
             order: if status.free_order { Order::Free } else { Order::Given },
+            sites: status.sites.into_iter().map(Site::try_from).collect::<Result<_, _>>()?,
         })
     }
 }
@@ -310,7 +313,7 @@ impl TryFrom<v1::PlannerStatus> for PlannerStatus {
 mod tests {
     use proptest::prelude::*;
 
-    use super::super::generators::{area, mode, name, ned};
+    use super::super::generators::{area, mode, name, ned, site};
     use super::super::mission::tests::objective;
     use super::super::skill::tests::goal;
     use super::*;
@@ -397,18 +400,22 @@ mod tests {
     }
 
     fn status() -> impl Strategy<Value = PlannerStatus> {
-        let mission = (name(), prop::collection::vec(objective(), 0..3), prop::collection::vec(area(), 0..3));
+        let sites = prop::collection::vec(site(), 0..3);
+        let mission = (name(), prop::collection::vec(objective(), 0..3), prop::collection::vec(area(), 0..3), sites);
         (mission, distinct_steps(0), any::<u64>(), any::<u32>(), name(), any::<u64>(), any::<bool>()).prop_map(
-            |((mission, objectives, areas), steps, revision, current_objective, hold, epoch, free)| PlannerStatus {
-                mission,
-                objectives,
-                areas,
-                steps,
-                revision,
-                current_objective,
-                hold,
-                epoch,
-                order: if free { Order::Free } else { Order::Given },
+            |((mission, objectives, areas, sites), steps, revision, current_objective, hold, epoch, free)| {
+                PlannerStatus {
+                    mission,
+                    objectives,
+                    areas,
+                    steps,
+                    revision,
+                    current_objective,
+                    hold,
+                    epoch,
+                    order: if free { Order::Free } else { Order::Given },
+                    sites,
+                }
             },
         )
     }

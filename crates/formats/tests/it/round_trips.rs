@@ -126,7 +126,7 @@ fn missions() -> impl Strategy<Value = Mission> {
             survey: None,
         };
         let objectives = objectives.into_iter().enumerate().map(objective).collect();
-        Mission { name: "sample".into(), objectives, areas, order: Default::default() }
+        Mission { name: "sample".into(), objectives, areas, order: Default::default(), sites: Vec::new() }
     })
 }
 

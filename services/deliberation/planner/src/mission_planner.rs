@@ -275,7 +275,7 @@ impl MissionPlanner {
         &self.objectives
     }
 
-    /// The mission's name and areas.
+    /// The mission's name, areas and sites.
     pub(crate) fn mission(&self) -> &Mission {
         &self.mission
     }
@@ -307,6 +307,7 @@ impl MissionPlanner {
             hold: self.hold.as_ref().map(|hold| hold.reason.clone()).unwrap_or_default(),
             epoch: self.epoch,
             order: self.mission.order,
+            sites: self.mission.sites.clone(),
         }
     }
 

@@ -53,12 +53,13 @@ pub(crate) fn persist(planner: &MissionPlanner, configured: &str) -> Persisted {
 /// # Errors
 /// Why the state cannot be used; nothing is changed then.
 pub(crate) fn resume(planner: &mut MissionPlanner, persisted: Persisted) -> Result<(), UnusableState> {
-    let PlannerStatus { mission, objectives, areas, revision, epoch, order, .. } = persisted.status;
+    let PlannerStatus { mission, objectives, areas, sites, revision, epoch, order, .. } = persisted.status;
     if objectives.is_empty() {
         return Err(UnusableState::Empty);
     }
     let past: Vec<Objective> = objectives.into_iter().map(objective).collect::<Result<_, _>>()?;
-    let mission = Mission { name: mission, objectives: past.iter().map(|it| it.objective()).collect(), areas, order };
+    let objectives = past.iter().map(|it| it.objective()).collect();
+    let mission = Mission { name: mission, objectives, areas, order, sites };
     planner.go_on(
         mission,
         Objectives::with_past(past),

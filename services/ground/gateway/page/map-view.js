@@ -80,7 +80,7 @@ export function showAll() {
   follow(false);
   const doc = store.doc;
   const tried = (store.whatIf ?? []).flatMap((it) => it.plan?.steps ?? []).map((it) => it.goalState?.position);
-  const points = [{}, vehicle()?.position, ...(doc?.areas ?? []).flatMap((it) => it.corners), ...(doc?.mission?.objectives ?? []).map((it) => it.position), ...tried].filter(Boolean);
+  const points = [{}, vehicle()?.position, ...(doc?.areas ?? []).flatMap((it) => it.corners), ...(doc?.mission?.objectives ?? []).map((it) => it.position), ...(doc?.sites ?? []).map((it) => it.position), ...tried].filter(Boolean);
   const [north, east] = [points.map((it) => it.northM ?? 0), points.map((it) => it.eastM ?? 0)];
   const [high, low, right, left] = [Math.max(...north), Math.min(...north), Math.max(...east), Math.min(...east)];
   view.north = (high + low) / 2;

@@ -8,6 +8,7 @@ import { listen, pointed } from "./map-input.js";
 import { grid, mark, scaleBar, wind } from "./map-ground.js";
 import { area } from "./map-areas.js";
 import { route, sites } from "./map-route.js";
+import { alternates } from "./map-sites.js";
 import { aircraft, traffic } from "./map-aircraft.js";
 
 export function mountMap() {
@@ -48,6 +49,7 @@ function draw(canvas) {
     doc.areas?.forEach((it) => area(pen, it));
     route(pen);
     sites(pen);
+    alternates(pen);
     doc.traffic?.forEach((it) => traffic(pen, it));
     const here = vehicle();
     if (here?.position) aircraft(pen, here);

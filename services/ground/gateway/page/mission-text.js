@@ -2,6 +2,7 @@
 //
 // Settled objectives are left out: an upload starts where the vehicle is.
 
+const SITES = { SITE_KIND_LANDING: "landing", SITE_KIND_DITCH: "ditch" };
 const KINDS = { AREA_KIND_PERMISSION: "permission", AREA_KIND_KEEP_OUT: "keep-out" };
 
 /** A text as a basic string of TOML: every string of JSON is one. */
@@ -21,7 +22,7 @@ export function missionText(mission) {
   const settled = mission.objectives.filter((it) => it.state !== "OBJECTIVE_STATE_WAITING");
   const lines = ["# Positions are metres from the take-off point; heights are above it."];
   if (settled.length) lines.push(`# Settled and left out: ${settled.map((it) => it.name).join(", ")}.`);
-  lines.push(`name = ${quoted(mission.mission)}`, ...(mission.freeOrder ? ['order = "free"'] : []), "", ...waiting.map(among(waiting)).flatMap(objective), ...mission.areas.flatMap(area));
+  lines.push(`name = ${quoted(mission.mission)}`, ...(mission.freeOrder ? ['order = "free"'] : []), "", ...waiting.map(among(waiting)).flatMap(objective), ...mission.areas.flatMap(area), ...(mission.sites ?? []).flatMap(site));
   return `${lines.join("\n").trimEnd()}\n`;
 }
 
@@ -68,4 +69,16 @@ function area({ name, kind, corners, floorM, ceilingM, fromUtcMs, untilUtcMs }) 
     untilUtcMs == null ? null : `until_utc = ${quoted(utc(untilUtcMs))}`,
     "",
   ].filter((it) => it != null);
+}
+
+function site({ name, kind, position }) {
+  return [
+    "[[site]]",
+    `name = ${quoted(name)}`,
+    `kind = ${quoted(SITES[kind])}`,
+    `north_m = ${float(position?.northM)}`,
+    `east_m = ${float(position?.eastM)}`,
+    `height_m = ${float(0 - (position?.downM ?? 0))}`,
+    "",
+  ];
 }

@@ -45,6 +45,23 @@ fn an_uploaded_mission_is_gone_on_with_and_its_flight_is_not_disturbed() {
 }
 
 #[test]
+fn the_sites_of_an_uploaded_mission_are_kept() {
+    let text = format!(
+        "{KEEP_OUT}[[site]]\nname = \"field\"\nkind = \"landing\"\nnorth_m = -50.0\neast_m = 0.0\n\
+         [[site]]\nname = \"pond\"\nkind = \"ditch\"\nnorth_m = -90.0\neast_m = 0.0\n"
+    );
+    let mut story = Story::under_way(REFERENCE);
+    assert!(story.ask(Ask::Upload(v1::MissionText { text, wind: None })).accepted);
+    let before = story.status().sites;
+    assert_eq!(
+        before.iter().map(|it| (it.name.as_str(), it.kind())).collect::<Vec<_>>(),
+        [("field", v1::SiteKind::Landing), ("pond", v1::SiteKind::Ditch)]
+    );
+    story.restart(REFERENCE).unwrap();
+    assert_eq!(story.status().sites, before);
+}
+
+#[test]
 fn another_mission_file_starts_from_its_beginning() {
     let mut story = Story::under_way(REFERENCE);
     story.planner.core.skip(0, "skipped".into());

@@ -53,7 +53,7 @@ fn mission_among(areas: &[Area], goal: Ned) -> Mission {
         terms: Default::default(),
         survey: None,
     }];
-    Mission { name: "random".into(), objectives, areas: areas.to_vec(), order: Default::default() }
+    Mission { name: "random".into(), objectives, areas: areas.to_vec(), order: Default::default(), sites: Vec::new() }
 }
 
 fn planner(areas: &[Area], goal: Ned) -> MissionPlanner {

@@ -63,6 +63,7 @@ static FILES: &[File] = files![
     "map-input.js": SCRIPT,
     "map-pen.js": SCRIPT,
     "map-route.js": SCRIPT,
+    "map-sites.js": SCRIPT,
     "map-view.js": SCRIPT,
     "map.css": STYLE,
     "map.js": SCRIPT,

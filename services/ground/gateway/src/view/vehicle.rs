@@ -40,6 +40,7 @@ pub(crate) fn vehicle(
         contingencies: mcm.map(|it| doc::Contingencies { acting: it.acting.clone(), active: it.contingencies.clone() }),
         permissions: message_of(&state.ledger).map_or_else(Vec::new, |it| it.permissions.clone()),
         areas: planner.map_or_else(Vec::new, |it| it.areas.clone()),
+        sites: planner.map_or_else(Vec::new, |it| it.sites.clone()),
         tree: tree(state),
         aircraft: aircraft(state),
         traffic: state.traffic.values().filter_map(|it| traffic(it, now, ages)).collect(),
