@@ -6,7 +6,7 @@ use std::path::Path;
 
 use domain::file::{Mistakes, Source};
 use domain::mission::Mission;
-use formats::assemble::{self, assemble};
+use formats::assemble::{self, Assembled, assemble};
 use formats::export::Target;
 use formats::{Import, Note};
 use serde_json::{Value, json};
@@ -36,7 +36,8 @@ pub(super) fn import(args: &ImportArgs) -> Result<Done, Failure> {
         Failure::bad_input(format!("nothing was written, since the mission could not be flown:\n{mistakes}"))
     })?;
     write_new(&args.out, &assembled.text)?;
-    let written = format!("{}: objectives: {}, areas: {}", args.out.display(), assembled.objectives, assembled.areas);
+    let Assembled { objectives, areas, sites, .. } = assembled;
+    let written = format!("{}: objectives: {objectives}, areas: {areas}, sites: {sites}", args.out.display());
     Ok(done(&args.out, written, &assembled.notes))
 }
 
@@ -146,7 +147,7 @@ mod tests {
         let (exported, imported) = (folder.path().join("h.geojson"), folder.path().join("copy.toml"));
         export(&export_of(shipped("harbour.toml"), Some(exported.clone()))).unwrap();
         let done = import(&import_of(exported.clone(), Vec::new(), imported.clone())).unwrap();
-        assert!(done.text.ends_with("copy.toml: objectives: 2, areas: 3"), "{}", done.text);
+        assert!(done.text.ends_with("copy.toml: objectives: 2, areas: 3, sites: 2"), "{}", done.text);
         let (mission, origin_read) = Mission::read_with_origin(&Source::read(&imported).unwrap()).unwrap();
         assert_eq!((mission.name.as_str(), mission.areas[0].corners.len(), origin_read), ("copy", 8, origin()));
         // A file that a human may have changed meanwhile stays.

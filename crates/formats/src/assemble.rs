@@ -8,12 +8,14 @@ use domain::geometry::Ned;
 use geo::{Contains as _, Polygon};
 
 use crate::Import;
-use crate::content::{Height, Rule, Survey, Waypoint, Zone};
+use crate::content::{Height, Rule, Site, Survey, Waypoint, Zone};
 use crate::export::utc;
 use crate::findings::{Findings, Note, Wrong};
 use crate::heights::{self, Band, Terrain};
 use crate::local::{self, Side};
-use crate::mission_file::{AreaEntry, LONGEST_NAME, MissionFile, ObjectiveEntry, SurveyEntry, corner, one_line};
+use crate::mission_file::{
+    AreaEntry, LONGEST_NAME, MissionFile, ObjectiveEntry, SiteEntry, SurveyEntry, corner, one_line,
+};
 
 /// What the files do not say.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,6 +39,8 @@ pub struct Assembled {
     pub objectives: usize,
     /// Areas in it.
     pub areas: usize,
+    /// Sites in it.
+    pub sites: usize,
 }
 
 /// Places and areas of `mission`, and areas of `others`, as one mission file.
@@ -60,7 +64,7 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
         fences: Vec::new(),
     };
     let (mut notes, mut mistakes) = (Vec::new(), Vec::new());
-    let mut objectives = Vec::new();
+    let (mut objectives, mut sites) = (Vec::new(), Vec::new());
     for (index, import) in std::iter::once(mission).chain(others).enumerate() {
         let mut findings = Findings::about(&import.path);
         for zone in &import.content.zones {
@@ -70,9 +74,14 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
         if index == 0 {
             let converted = import.content.waypoints.iter().map(|it| assembly.objective(it, origin));
             objectives = converted.filter_map(|it| findings.unless_wrong(it)).collect();
+            let converted = import.content.sites.iter().map(|it| assembly.site(it));
+            sites = converted.filter_map(|it| findings.unless_wrong(it)).collect();
         } else {
             for waypoint in &import.content.waypoints {
                 findings.note(&waypoint.source, "a place to fly to in a file of areas: left out");
+            }
+            for site in &import.content.sites {
+                findings.note(&site.source, "a place to land at in a file of areas: left out");
             }
         }
         notes.extend(import.notes.iter().cloned());
@@ -88,8 +97,10 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
         order: mission.content.order,
         objectives,
         areas: assembly.areas,
+        sites,
     };
-    let assembled = Assembled { text: file.text(), notes, objectives: file.objectives.len(), areas: file.areas.len() };
+    let (objectives, areas, sites) = (file.objectives.len(), file.areas.len(), file.sites.len());
+    let assembled = Assembled { text: file.text(), notes, objectives, areas, sites };
     Mistakes(mistakes).or(assembled)
 }
 
@@ -195,7 +206,7 @@ impl Assembly {
         let at = waypoint.at.unwrap_or(origin.place);
         let survey = waypoint.survey.as_ref().map(|it| self.survey(it, waypoint)).transpose()?;
         if survey.is_none() {
-            self.within_fences(at, waypoint)?;
+            self.within_fences(at, &waypoint.name, &waypoint.source)?;
         }
         let [latitude_deg, longitude_deg] = corner(at).map(|it| Some(it).filter(|_| survey.is_none()));
         Ok(ObjectiveEntry {
@@ -212,7 +223,7 @@ impl Assembly {
     /// A survey whose lines can be flown, with all corners inside of all fences.
     fn survey(&self, survey: &Survey, waypoint: &Waypoint) -> Result<SurveyEntry, Wrong> {
         for at in &survey.corners {
-            self.within_fences(*at, waypoint)?;
+            self.within_fences(*at, &waypoint.name, &waypoint.source)?;
         }
         let corners = survey.corners.iter().map(|it| self.frame.local(*it)).collect();
         domain::survey::Survey::new(corners, survey.spacing_m, survey.heading_deg).map_err(|invalid| {
@@ -229,13 +240,25 @@ impl Assembly {
         })
     }
 
-    fn within_fences(&self, at: LatLon, waypoint: &Waypoint) -> Result<(), Wrong> {
+    fn site(&mut self, site: &Site) -> Result<SiteEntry, Wrong> {
+        self.within_fences(site.at, &site.name, &site.source)?;
+        let [latitude_deg, longitude_deg] = corner(site.at);
+        Ok(SiteEntry {
+            name: self.names.unique(&site.name, "site"),
+            kind: site.kind.word(),
+            latitude_deg,
+            longitude_deg,
+            height_m: self.height_m(site.height, &site.source)?,
+        })
+    }
+
+    fn within_fences(&self, at: LatLon, name: &str, source: &str) -> Result<(), Wrong> {
         let Ned { north_m, east_m, .. } = self.frame.local(at);
         if self.fences.iter().all(|it| it.contains(&geo::Point::new(east_m, north_m))) {
             return Ok(());
         }
-        let message = format!("`{}` lies outside of a fence to stay inside", waypoint.name);
-        Err(Wrong::at(&waypoint.source, message, "move one of them"))
+        let message = format!("`{name}` lies outside of a fence to stay inside");
+        Err(Wrong::at(source, message, "move one of them"))
     }
 
     fn height_m(&self, height: Height, source: &str) -> Result<f64, Wrong> {

@@ -2,6 +2,7 @@
 
 use domain::geodesy::{LatLon, Origin};
 use domain::mission::terms::{Order, Terms};
+use domain::site::SiteKind;
 
 /// What one file says.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -14,6 +15,8 @@ pub struct Content {
     pub zones: Vec<Zone>,
     /// In which order the places are flown to.
     pub order: Order,
+    /// Where a flight may end early.
+    pub sites: Vec<Site>,
 }
 
 /// A place to fly to.
@@ -31,6 +34,21 @@ pub struct Waypoint {
     pub terms: Terms,
     /// A polygon to be flown over, in place of the place.
     pub survey: Option<Survey>,
+    /// Its place in the file.
+    pub source: String,
+}
+
+/// A place to come down at.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Site {
+    /// Made unique when a mission is written.
+    pub name: String,
+    /// Where.
+    pub at: LatLon,
+    /// Of the ground there.
+    pub height: Height,
+    /// What happens to a vehicle there.
+    pub kind: SiteKind,
     /// Its place in the file.
     pub source: String,
 }

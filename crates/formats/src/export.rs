@@ -8,6 +8,7 @@ use domain::geodesy::{LatLon, LocalFrame, Origin};
 use domain::geometry::Ned;
 use domain::mission::terms::Order;
 use domain::mission::{Mission, Objective};
+use domain::site::Site;
 
 use crate::findings::{Findings, Note};
 
@@ -22,6 +23,7 @@ pub(crate) struct Geographic<'a> {
     pub(crate) order: Order,
     pub(crate) route: &'a [Leg],
     pub(crate) areas: Vec<(&'a Area, Vec<LatLon>)>,
+    pub(crate) sites: Vec<(&'a Site, LatLon)>,
 }
 
 /// A leg of the way that would be flown, for formats that can show one.
@@ -66,6 +68,7 @@ pub fn export(
         order: mission.order,
         route,
         areas: mission.areas.iter().map(|it| (it, on_earth(&it.corners, frame))).collect(),
+        sites: mission.sites.iter().map(|it| (it, frame.lat_lon(it.position))).collect(),
     };
     let mut findings = Findings::about(&source.path);
     let text = match target {

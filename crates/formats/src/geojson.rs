@@ -4,13 +4,14 @@
 use serde_json::{Map, Value, json};
 
 use crate::applicability;
-use crate::content::{Content, Height, Outline, Reference, Rule, Survey, Waypoint, Window, Zone};
+use crate::content::{Content, Height, Outline, Reference, Rule, Site, Survey, Waypoint, Window, Zone};
 use crate::findings::{Findings, Wrong};
 use crate::json::Node;
 use crate::shape::{self, Order};
 use crate::terms;
 use domain::geodesy::{LatLon, Origin};
 use domain::mission::terms::Order as Sequence;
+use domain::site::SiteKind;
 
 /// The property that says what a feature is.
 const KIND: &str = "kind";
@@ -66,6 +67,8 @@ fn feature(node: &Node<'_>, index: usize, content: &mut Content, findings: &mut 
             ("origin", Kind::Origin),
             ("objective", Kind::Objective),
             ("survey", Kind::Survey),
+            ("landing", Kind::Site(SiteKind::Landing)),
+            ("ditch", Kind::Site(SiteKind::Ditch)),
             ("keep-out", Kind::Zone(Rule::KeepOut)),
             ("permission", Kind::Zone(Rule::Permission)),
         ])
@@ -87,6 +90,12 @@ fn feature(node: &Node<'_>, index: usize, content: &mut Content, findings: &mut 
             let flying = properties.need("flying")?.boolean()?;
             let (terms, source) = (terms::read(&properties)?, node.place.clone());
             content.waypoints.push(Waypoint { name, at, height, flying, terms, survey: None, source });
+        }
+        (Some(Kind::Site(kind)), "Point") => {
+            let metres = properties.get("height_m").map_or(Ok(0.0), |it| it.number())?;
+            let height = Height { metres, above: Reference::TakeOff };
+            let at = shape::lat_lon(&coordinates()?, Order::LongitudeFirst)?;
+            content.sites.push(Site { name, at, height, kind, source: node.place.clone() });
         }
         (Some(Kind::Survey), "Polygon") => {
             let height = Height { metres: properties.need("height_m")?.number()?, above: Reference::TakeOff };
@@ -119,7 +128,7 @@ fn feature(node: &Node<'_>, index: usize, content: &mut Content, findings: &mut 
             return Err(Wrong::at(
                 &geometry.place,
                 message,
-                "origin and objective are Points, surveys and areas are Polygons",
+                "origin, objectives and sites are Points, surveys and areas are Polygons",
             ));
         }
     }
@@ -131,6 +140,7 @@ enum Kind {
     Origin,
     Objective,
     Survey,
+    Site(SiteKind),
     Zone(Rule),
 }
 
@@ -146,7 +156,7 @@ fn zone(name: String, rule: Rule, outline: Outline, properties: &Node<'_>, sourc
     Ok(Zone { name, rule, outline, lower, upper, window, remarks: Vec::new(), source })
 }
 
-/// A document with the origin, the objectives and the areas of a mission.
+/// A document with the origin, the objectives, the sites and the areas of a mission.
 pub(crate) fn write(mission: &crate::export::Geographic<'_>) -> String {
     let point = |at: LatLon| json!({ "type": "Point", "coordinates": position(at) });
     let origin = mission.origin;
@@ -170,6 +180,10 @@ pub(crate) fn write(mission: &crate::export::Geographic<'_>) -> String {
         properties.insert("heading_deg".into(), json!(survey.heading_deg()));
         let corners = crate::export::on_earth(survey.corners(), mission.frame);
         feature_of(json!({ "type": "Polygon", "coordinates": [ring(&corners)] }), Value::Object(properties))
+    }));
+    features.extend(mission.sites.iter().map(|(site, at)| {
+        let height_m = site.position.height_m() + 0.0;
+        feature_of(point(*at), json!({ KIND: site.kind.word(), "name": site.name, "height_m": height_m }))
     }));
     features.extend(mission.areas.iter().map(|(area, corners)| {
         let properties = json!({

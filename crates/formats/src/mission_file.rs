@@ -15,6 +15,7 @@ pub(crate) struct MissionFile {
     pub(crate) order: Order,
     pub(crate) objectives: Vec<ObjectiveEntry>,
     pub(crate) areas: Vec<AreaEntry>,
+    pub(crate) sites: Vec<SiteEntry>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -71,6 +72,15 @@ impl From<&Terms> for TermsEntry {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct SiteEntry {
+    pub(crate) name: String,
+    pub(crate) kind: &'static str,
+    pub(crate) latitude_deg: f64,
+    pub(crate) longitude_deg: f64,
+    pub(crate) height_m: f64,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct AreaEntry {
     #[serde(skip)]
     pub(crate) remarks: Vec<String>,
@@ -109,6 +119,11 @@ struct Objective<'a> {
 }
 
 #[derive(Serialize)]
+struct Site<'a> {
+    site: [&'a SiteEntry; 1],
+}
+
+#[derive(Serialize)]
 struct Area<'a> {
     area: [&'a AreaEntry; 1],
 }
@@ -123,6 +138,10 @@ impl MissionFile {
         for objective in &self.objectives {
             text.push('\n');
             text.push_str(&toml(&Objective { objective: [objective] }));
+        }
+        for site in &self.sites {
+            text.push('\n');
+            text.push_str(&toml(&Site { site: [site] }));
         }
         for area in &self.areas {
             text.push('\n');

@@ -1,4 +1,5 @@
-//! Plans of QGroundControl (`.plan`, JSON): its mission items become places to fly to, its fence becomes areas.
+//! Plans of QGroundControl (`.plan`, JSON): its mission items become places to fly to, its fence becomes areas, its rally points
+//! become sites.
 //!
 //! Commands are those of MAVLink's `MAV_CMD`, frames those of `MAV_FRAME`. Latitude comes first, other than in GeoJSON.
 
@@ -6,7 +7,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 
-use crate::content::{Content, Height, Outline, Reference, Rule, Survey, Waypoint, Window, Zone};
+use crate::content::{Content, Height, Outline, Reference, Rule, Site, Survey, Waypoint, Window, Zone};
 use crate::export::{Geographic, degrees};
 use crate::findings::{Findings, Wrong};
 use crate::json::{Node, short};
@@ -16,6 +17,7 @@ use domain::area::AreaKind;
 use domain::geodesy::{LatLon, Origin};
 use domain::mission::Objective;
 use domain::mission::terms::Terms;
+use domain::site::SiteKind;
 
 const WAYPOINT: i64 = 16;
 /// The vehicle stays for the seconds of the first parameter.
@@ -214,15 +216,43 @@ fn fence_part(part: &Node<'_>, index: usize, findings: &mut Findings) -> Result<
     })
 }
 
-fn rally_points(document: &Node<'_>, _: &mut Content, findings: &mut Findings) -> Result<(), Wrong> {
+fn rally_points(document: &Node<'_>, content: &mut Content, findings: &mut Findings) -> Result<(), Wrong> {
     let Some(rally) = document.get("rallyPoints") else { return Ok(()) };
-    for point in rally.list("points")? {
-        findings.note(&point.place, "a rally point has no counterpart: left out");
+    rally.note_unknown(&["version", "points"], findings);
+    for (index, point) in rally.list("points")?.iter().enumerate() {
+        // `[latitude, longitude, height to fly at]`.
+        let at = shape::lat_lon(point, Order::LatitudeFirst);
+        let Some(at) = findings.unless_wrong(at) else { continue };
+        let text = "a rally point is read as a site on the ground, as high as the take-off point; how high to fly there is not read";
+        findings.note(&point.place, text);
+        let height = Height { metres: 0.0, above: Reference::TakeOff };
+        let (name, kind, source) = (format!("rally {}", index + 1), SiteKind::Landing, point.place.clone());
+        content.sites.push(Site { name, at, height, kind, source });
     }
     Ok(())
 }
 
-/// A plan with the objectives of a mission as items, and its keep-out areas as a fence; and what it cannot say.
+/// The rally points of a plan: sites to land at.
+fn rally(mission: &Geographic<'_>, findings: &mut Findings) -> Vec<Value> {
+    let mut points = Vec::new();
+    for (site, at) in &mission.sites {
+        if site.kind == SiteKind::Ditch {
+            findings
+                .note(&site.name, "a ditch has no counterpart in a plan: left out, as an autopilot would land there");
+            continue;
+        }
+        if site.position.height_m() != 0.0 {
+            findings.note(&site.name, "the height of its ground has no counterpart in a plan");
+        }
+        findings.note(&site.name, "the name of a site has no counterpart in a plan");
+        let height_m = site.position.height_m() + RALLY_HEIGHT_M;
+        points.push(json!([degrees(at.latitude_deg()), degrees(at.longitude_deg()), height_m]));
+    }
+    points
+}
+
+/// A plan with the objectives of a mission as items, its keep-out areas as a fence, and its sites as rally points; and what it
+/// cannot say.
 pub(crate) fn write(mission: &Geographic<'_>, findings: &mut Findings) -> String {
     let mut items: Vec<Value> = Vec::new();
     let mut ground = Some(mission.origin.place);
@@ -266,6 +296,7 @@ pub(crate) fn write(mission: &Geographic<'_>, findings: &mut Findings) -> String
         let corners: Vec<Value> = corners.iter().map(|at| pair(*at)).collect();
         polygons.push(json!({ "polygon": corners, "inclusion": false, "version": 1 }));
     }
+    let points = rally(mission, findings);
     let home = mission.origin.place;
     let altitude_m = mission.origin.altitude_m;
     if altitude_m.is_none() {
@@ -287,7 +318,7 @@ pub(crate) fn write(mission: &Geographic<'_>, findings: &mut Findings) -> String
             "items": items,
         },
         "geoFence": { "version": 2, "circles": [], "polygons": polygons },
-        "rallyPoints": { "version": 2, "points": [] },
+        "rallyPoints": { "version": 2, "points": points },
     });
     format!("{plan:#}\n")
 }
@@ -306,6 +337,8 @@ fn note_terms(objective: &Objective, findings: &mut Findings) {
     }
 }
 
+/// An autopilot flies this high to a rally point, in metres above it. (The mission manager's `return_height_m`.)
+const RALLY_HEIGHT_M: f64 = 15.0;
 /// The least height of a takeoff item. (The planner's `takeoff_height_m`.)
 const TAKEOFF_HEIGHT_M: f64 = 10.0;
 

@@ -165,6 +165,16 @@ fn a_wrong_file_of_another_format_is_reported_with_its_place() {
         "54.02, 6.6, 40",
         "/mission/items/1: `waypoint 1` lies outside of a fence to stay inside",
     );
+    check(
+        "q.plan",
+        PLAN,
+        "[54.0, 6.598, 25]",
+        "[54.0, 96.598, 25]",
+        "/rallyPoints/points/0: `rally 1` lies outside of a fence",
+    );
+    check("q.plan", PLAN, "[54.0, 6.598, 25]", "[94.0, 6.598, 25]", "/rallyPoints/points/0: latitude 94");
+    check("q.plan", PLAN, "[54.0, 6.598, 25]", "[54.0]", "/rallyPoints/points/0: expected a place, two numbers");
+    check("q.plan", PLAN, "[54.0, 6.598, 25]", "25", "/rallyPoints/points/0: expected a place, two numbers");
     check("q.plan", PLAN, "\"fileType\": \"Plan\"", "\"fileType\": \"Other\"", "this JSON is in none of the formats");
     check("q.plan", PLAN, "\"version\": 1,", "\"version\" 1,", "line 3 column 15: expected `:`");
 }

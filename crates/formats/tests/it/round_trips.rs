@@ -6,6 +6,7 @@ use domain::area::{Area, AreaKind};
 use domain::geometry::Ned;
 use domain::mission::terms::{Order, Terms};
 use domain::mission::{Mission, Objective};
+use domain::site::{Site, SiteKind};
 use domain::survey::Survey;
 use formats::assemble::Settings;
 use formats::export::{Target, export};
@@ -110,11 +111,24 @@ fn missions_with_terms() -> impl Strategy<Value = Mission> {
     )
 }
 
+/// Around the take-off point, where there are no areas.
+fn sites() -> impl Strategy<Value = Vec<Site>> {
+    let site = (-60.0..60.0_f64, -60.0..60.0_f64, 0..90_u8, any::<bool>());
+    prop::collection::vec(site, 0..4).prop_map(|sites| {
+        let site = |(index, (north_m, east_m, height_m, is_ditch)): (usize, (f64, f64, u8, bool))| Site {
+            name: format!("site {index}"),
+            position: Ned::new(north_m, east_m, -f64::from(height_m)),
+            kind: if is_ditch { SiteKind::Ditch } else { SiteKind::Landing },
+        };
+        sites.into_iter().enumerate().map(site).collect()
+    })
+}
+
 fn missions() -> impl Strategy<Value = Mission> {
     let areas = prop::collection::vec(area(), 0..8);
     // Around the take-off point, where there are no areas.
     let objectives = prop::collection::vec((-60.0..60.0_f64, -60.0..60.0_f64, 1.0..100.0_f64, any::<bool>()), 1..6);
-    (areas, objectives).prop_map(|(mut areas, objectives)| {
+    (areas, objectives, sites()).prop_map(|(mut areas, objectives, sites)| {
         for (index, area) in areas.iter_mut().enumerate() {
             area.name = format!("area {index}");
         }
@@ -126,7 +140,7 @@ fn missions() -> impl Strategy<Value = Mission> {
             survey: None,
         };
         let objectives = objectives.into_iter().enumerate().map(objective).collect();
-        Mission { name: "sample".into(), objectives, areas, order: Default::default(), sites: Vec::new() }
+        Mission { name: "sample".into(), objectives, areas, order: Default::default(), sites }
     })
 }
 
@@ -146,6 +160,10 @@ proptest! {
         for (a, b) in read.areas.iter().zip(&mission.areas) {
             prop_assert!(is_same_area(a, b), "{a:?} {b:?}");
         }
+        prop_assert_eq!(read.sites.len(), mission.sites.len());
+        for (a, b) in read.sites.iter().zip(&mission.sites) {
+            prop_assert!((&a.name, a.kind) == (&b.name, b.kind) && a.position.distance_m(b.position) < NEAR_M, "{a:?} {b:?}");
+        }
         // What is written again is the same text but for where rings begin, which is seen above.
         prop_assert_eq!(written(&read, Target::GeoJson).0.lines().count(), text.lines().count());
     }
@@ -162,6 +180,18 @@ proptest! {
         prop_assert_eq!(read.areas.len(), closed.len());
         for (a, b) in read.areas.iter().zip(closed) {
             prop_assert!(a.kind == AreaKind::KeepOut && is_same_ring(&a.corners, &b.corners), "{a:?} {b:?}");
+        }
+        let landings: Vec<_> = mission.sites.iter().filter(|it| it.kind == SiteKind::Landing).collect();
+        prop_assert_eq!(read.sites.len(), landings.len());
+        for (a, b) in read.sites.iter().zip(landings) {
+            let is_there = a.position.distance_m(b.position.at_height(0.0)) < NEAR_M;
+            prop_assert!(a.kind == SiteKind::Landing && is_there, "{a:?} {b:?}");
+        }
+        for site in &mission.sites {
+            let said = |part: &str| notes.iter().any(|it| it.starts_with(&format!("{}: ", site.name)) && it.contains(part));
+            let is_ditch = site.kind == SiteKind::Ditch;
+            prop_assert_eq!(said("a ditch has no counterpart"), is_ditch);
+            prop_assert_eq!(said("the height of its ground"), !is_ditch && site.position.height_m() != 0.0);
         }
         for area in &mission.areas {
             let said = |part: &str| notes.iter().any(|it| it.starts_with(&format!("{}: ", area.name)) && it.contains(part));

@@ -45,6 +45,9 @@ fn a_plan_becomes_objectives_and_areas() {
         ]
     );
     assert_eq!(mission.objectives[0].terms.dwell.as_secs(), 5);
+    let sites: Vec<_> =
+        mission.sites.iter().map(|it| format!("{} {} {}", it.name, it.position, it.kind.word())).collect();
+    assert_eq!(sites, ["rally 1 (0, -131, 0) landing"]);
     let areas: Vec<_> = mission.areas.iter().map(|it| (it.name.as_str(), it.kind, it.corners.len())).collect();
     // The circle has 24 sides; each half of the frame is a C of eight corners.
     assert_eq!(
@@ -63,7 +66,7 @@ fn a_plan_becomes_objectives_and_areas() {
 /mission/items/3: not read as a survey, since its polygon or its camera is missing
 /mission/items/3: a pattern is read as its items, which QGroundControl has made
 /mission/items/3/TransectStyleComplexItem/Items/1: command 206 has no counterpart: left out
-/rallyPoints/points/0: a rally point has no counterpart: left out
+/rallyPoints/points/0: a rally point is read as a site on the ground, as high as the take-off point; how high to fly there is not read
 /geoFence/polygons/0: a fence to stay inside is read as keep-out areas round it, 500 m wide
 "
     );
