@@ -153,10 +153,15 @@ impl EnergyModel {
 
     /// What may be used of a battery with this charge.
     pub fn budget(&self, charge: Fraction) -> Budget {
+        self.budget_above(charge, self.0.reserve)
+    }
+
+    /// What may be used of a battery with this charge until only `reserve` of its capacity is left.
+    pub fn budget_above(&self, charge: Fraction, reserve: Fraction) -> Budget {
         let capacity_wh = self.0.capacity_wh.get();
         let charge_wh = capacity_wh * charge.get();
-        let usable_wh = (charge_wh - capacity_wh * self.0.reserve.get()).max(0.0);
-        Budget { charge_wh, usable_wh, capacity_wh, reserve: self.0.reserve }
+        let usable_wh = (charge_wh - capacity_wh * reserve.get()).max(0.0);
+        Budget { charge_wh, usable_wh, capacity_wh, reserve }
     }
 
     /// The charge of a battery after this many Wh, 0 to 1.

@@ -5,6 +5,7 @@
 //! that a human wrote ([`file::Source::read`]).
 
 pub mod airspace;
+pub mod alternates;
 pub mod area;
 pub mod contingency;
 pub mod corners;

@@ -4,13 +4,14 @@
 //! its own; both keep their distance to borders by [`keeps_clear`] and turn at [`crate::corners::corners`].
 
 use std::cell::Cell;
+use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use std::time::Duration;
 
 use geo::{Closest, ClosestPoint, Point};
 
-use crate::airspace::{Airspace, Motion, stays};
-use crate::area::Area;
+use crate::airspace::{Airspace, Grants, Motion, latest, stays};
+use crate::area::{Area, AreaKind};
 use crate::geometry::Ned;
 use crate::outline::Outline;
 use crate::speeds::Speeds;
@@ -43,7 +44,7 @@ const DIRECTIONS: u32 = 32;
 const HEIGHT_STEP_M: f64 = 1.0;
 /// A search of a way at all heights gives up after this number of legs: it runs in the mission manager's loop, which counts
 /// as hung after a second. (Measured: 2 to 10 us for a leg.)
-const MOST_LEGS: u32 = 20_000;
+pub const MOST_LEGS: u32 = 20_000;
 /// A height other than the preferred one is chosen only if it saves this much time.
 const WORTH_ANOTHER_HEIGHT_S: f64 = 20.0;
 
@@ -180,16 +181,38 @@ fn exit_along(from: Ned, direction: (f64, f64), clearance_m: f64, airspace: &Air
 /// origin, or over or under barred areas where that is much quicker or the only way. The descent to the ground at `to`
 /// is allowed too.
 pub fn way_to(from: Ned, to: Ned, preferred_m: f64, airspace: &Airspace, limits: &FlightLimits) -> Option<Vec<Ned>> {
-    let Leaving::Flies(out) = leaving(from, airspace, limits) else { return None };
+    way_within(from, to, preferred_m, airspace, limits, MOST_LEGS).way
+}
+
+/// What a search of limited effort has found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found<Way> {
+    /// `None` if there is no way, or none was found with the effort.
+    pub way: Option<Way>,
+    /// Legs that were looked at.
+    pub legs: u32,
+}
+
+/// The same with no more than `most_legs` looked at in each of its two searches.
+pub fn way_within(
+    from: Ned,
+    to: Ned,
+    preferred_m: f64,
+    airspace: &Airspace,
+    limits: &FlightLimits,
+    most_legs: u32,
+) -> Found<Vec<Ned>> {
+    let mut legs = 0;
+    let Leaving::Flies(out) = leaving(from, airspace, limits) else { return Found { way: None, legs } };
     let start = out.last().copied().unwrap_or(from);
     let flight_s = limits.speeds.time_s(start, to.at_height(preferred_m));
     let descent_s = preferred_m.max(start.height_m()) / limits.speeds.descent_m_s;
     // With the areas that open or expire until well after the landing; if that leaves no way, with those that do so until
     // it. Times are taken as up to 25 % and ten seconds later, as in the airspace rule.
-    [2.0 * flight_s + 60.0, 1.25 * (flight_s + descent_s) + 10.0].into_iter().find_map(|horizon_s| {
+    let way = [2.0 * flight_s + 60.0, 1.25 * (flight_s + descent_s) + 10.0].into_iter().find_map(|horizon_s| {
         let barred = airspace.barred(Duration::try_from_secs_f64(horizon_s).unwrap_or(Duration::MAX));
         let vertical_margin_m = airspace.vertical_margin_m;
-        let search = Search { barred: &barred, vertical_margin_m, limits, legs_left: Cell::new(MOST_LEGS) };
+        let search = Search { barred: &barred, vertical_margin_m, limits, legs_left: Cell::new(most_legs) };
         let mut best: Option<(f64, Vec<Ned>)> = None;
         for height_m in search.heights(start, preferred_m) {
             let penalty_s = if height_m == preferred_m { 0.0 } else { WORTH_ANOTHER_HEIGHT_S };
@@ -204,9 +227,48 @@ pub fn way_to(from: Ned, to: Ned, preferred_m: f64, airspace: &Airspace, limits:
                 best = Some((time_s, way));
             }
         }
+        legs += most_legs - search.legs_left.get();
         let (_, way) = best?;
         Some(out.iter().copied().chain(way).collect())
-    })
+    });
+    Found { way, legs }
+}
+
+/// A way that takes permissions which are not held.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WayToAsk {
+    /// The points to fly to.
+    pub points: Vec<Ned>,
+    /// The areas to get permission for; none if the way takes none, so that something else bars it.
+    pub needs: BTreeSet<String>,
+}
+
+/// As [`way_within`], were every permission held.
+pub fn way_if_granted(
+    from: Ned,
+    to: Ned,
+    preferred_m: f64,
+    airspace: &Airspace,
+    limits: &FlightLimits,
+    most_legs: u32,
+) -> Found<WayToAsk> {
+    let all: Grants = airspace.areas.iter().map(|it| (it.name.clone(), Duration::MAX)).collect();
+    let with_all = Airspace { grants: &all, ..*airspace };
+    let Found { way, legs } = way_within(from, to, preferred_m, &with_all, limits, most_legs);
+    let way = way.map(|points| {
+        let flown: Vec<Ned> = std::iter::once(from).chain(points.iter().copied()).chain([to]).collect();
+        let is_on_way = |area: &&Area| {
+            let margin_m = airspace.vertical_margin_m;
+            area.kind == AreaKind::Permission
+                && flown.windows(2).any(|it| !stays(area, it[0], it[1], margin_m).is_empty())
+        };
+        let flight =
+            Duration::try_from_secs_f64(limits.speeds.time_along_s(from, &flown[1..])).unwrap_or(Duration::MAX);
+        let barred = airspace.barred(latest(flight));
+        let needs = barred.into_iter().filter(is_on_way).map(|it| it.name.clone()).collect();
+        WayToAsk { points, needs }
+    });
+    Found { way, legs }
 }
 
 /// A search of a way among areas that may not be entered.
@@ -296,7 +358,6 @@ mod tests {
     use super::*;
     use crate::airspace::Grants;
     use crate::airspace::tests::{airspace, area, square};
-    use crate::area::AreaKind;
 
     const LIMITS: FlightLimits = FlightLimits {
         speeds: Speeds { cruise_m_s: 10.0, climb_m_s: 3.0, descent_m_s: 1.5 },

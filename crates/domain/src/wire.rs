@@ -13,6 +13,7 @@ use crate::geometry::{Ned, NedVelocity};
 use crate::site::{Site, SiteKind};
 use crate::survey::InvalidSurvey;
 
+mod alternate;
 mod fmu;
 mod mission;
 pub mod permission;

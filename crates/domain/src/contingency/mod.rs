@@ -9,11 +9,14 @@ use std::time::Duration;
 
 use serde::Deserialize;
 
+use crate::quantity::Fraction;
+
 mod arbitration;
 pub mod rule;
 mod table;
 
 pub use arbitration::{Raised, responder};
+use rule::Quantity;
 pub use rule::Rule;
 
 /// A checked table: rows with distinct flags and priorities, most urgent first.
@@ -26,6 +29,21 @@ impl Contingencies {
     /// The rows, most urgent first.
     pub fn rows(&self) -> &[Row] {
         &self.rows
+    }
+
+    /// The charge of the battery below which a row has the vehicle land where it is, so that no flight is to end with less; zero
+    /// without such a row.
+    pub fn lands_below(&self) -> Fraction {
+        let of_row = |row: &Row| match row.raise {
+            Some(Rule::Below { value: Quantity::BatteryRemaining, threshold, .. })
+                if Severity::Land <= row.severity() =>
+            {
+                Fraction::try_from(threshold).ok()
+            }
+            _ => None,
+        };
+        let levels = self.rows.iter().filter_map(of_row);
+        levels.fold(Fraction::ZERO, |most, it| if most < it { it } else { most })
     }
 
     /// The row of a flag.

@@ -286,6 +286,22 @@ then = "resume"
     }
 
     #[test]
+    fn the_charge_below_which_it_lands_where_it_is_is_that_of_the_rows() {
+        #[track_caller]
+        fn check(find: &str, replace: &str, expected: f64) {
+            assert_eq!(read(&good().replacen(find, replace, 1)).unwrap().lands_below().get(), expected);
+        }
+        // Nothing but a return.
+        check("threshold = 0.2,", "threshold = 0.2,", 0.0);
+        check("[\"return_home\"]", "[\"land\"]", 0.2);
+        check(
+            "value = \"battery-remaining\", threshold = 0.2, clear = 0.25",
+            "value = \"battery-voltage\", threshold = 13.0, clear = 14.0",
+            0.0,
+        );
+    }
+
+    #[test]
     fn every_mistake_is_reported_with_its_place() {
         #[track_caller]
         fn check(find: &str, replace: &str, expected: &str) {
