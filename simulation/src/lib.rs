@@ -60,6 +60,7 @@ struct Seen {
     landed: bool,
     armed: bool,
     responder: String,
+    alternates: Vec<v1::Alternate>,
     witness: Witness,
 }
 
@@ -225,6 +226,11 @@ impl Simulation<'_> {
         self.seen.borrow().responder.clone()
     }
 
+    /// Where the flight may end early, best first, as the mission manager tells it.
+    pub fn alternates(&self) -> Vec<v1::Alternate> {
+        self.seen.borrow().alternates.clone()
+    }
+
     /// Every decision so far with its time, one line each.
     pub fn decision_log(&self) -> String {
         let line =
@@ -249,6 +255,7 @@ impl Seen {
             Message::McmStatus(it) => {
                 self.report = self.report.take().or_else(|| it.report.clone());
                 self.responder.clone_from(&it.acting);
+                self.alternates.clone_from(&it.alternates);
             }
             Message::VehicleLandDetected(it) => self.landed = it.landed,
             Message::VehicleStatus(it) => self.armed = it.armed,

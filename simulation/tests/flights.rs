@@ -162,7 +162,8 @@ fn a_low_battery_brings_the_vehicle_home_and_ends_the_mission() {
     check_flag(
         "battery_low",
         "flag `battery_low` raised: by hand
-         `battery_low`: return_home
+         `battery_low`: divert
+         flies to home to land
          `battery_low` is over
          over: `battery_low`: by hand
          MISSION_OUTCOME_EMERGENCY: `battery_low`: by hand",

@@ -118,7 +118,7 @@ fn while_the_battery_is_low_a_return_waits_for_the_towers_answer_and_no_longer()
         &[
             "asking for area harbour, which the only way leads through",
             "area harbour is closed without permission; holds for up to 10 s",
-            "`battery_low`: return_home failed (try 2 of 2): no way there that may be flown",
+            "`battery_low`: divert failed (try 2 of 2): no way there that may be flown",
         ],
     );
 }
@@ -174,7 +174,7 @@ fn a_pause_that_becomes_a_return_ends_with_a_report() {
 fn an_abort_does_not_wait_for_an_automatic_return() {
     let mut simulation = under_way();
     simulation.inject_fault("battery", &["0.2"]);
-    assert!(simulation.fly_until("`battery_low`: return_home", LIMIT));
+    assert!(simulation.fly_until("`battery_low`: divert", LIMIT));
     simulation.pass(Duration::from_secs(3));
     let begun = simulation.now();
     simulation.order(ABORT);
@@ -247,7 +247,7 @@ fn a_pause_in_the_last_metre_of_a_landing_is_ended_by_one_resume() {
 fn the_pilot_in_command_overrides_what_the_table_answers_first() {
     let mut simulation = under_way();
     simulation.inject_fault("battery", &["0.2"]);
-    assert!(simulation.fly_until("`battery_low`: return_home", LIMIT));
+    assert!(simulation.fly_until("`battery_low`: divert", LIMIT));
     let position = Some(v1::Ned { north_m: 40.0, east_m: 400.0, down_m: 0.0 });
     simulation.order(Verb::LandAt(v1::LandAt { position, overrides: true }));
     simulation.fly(LIMIT);

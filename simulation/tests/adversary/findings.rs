@@ -107,7 +107,6 @@ fn a_landing_ordered_nearer_to_a_border_than_the_margin_is_refused() {
 }
 
 #[test]
-#[ignore = "finding: a low battery takes the vehicle away from a landing place 60 m off and home over 1,000 m"]
 fn a_low_battery_on_the_way_to_an_ordered_place_near_by_lands_there() {
     let parts = vec![air("look", 0.0, 1500.0, 20.0), ground("home", 0.0, 0.0)];
     let mut simulation = mission("near-by", &parts, Policy::Grant);

@@ -8,6 +8,7 @@ mod closed_sky;
 mod combinations;
 mod findings;
 mod orders;
+mod sites;
 mod two_things_wrong;
 mod unusual_missions;
 

@@ -60,6 +60,10 @@ impl Outbox {
         self.purposes.remove(&call)
     }
 
+    pub(crate) fn is_empty(&self) -> bool {
+        self.effects.is_empty()
+    }
+
     /// Moves all effects out: requests before messages that are only read, since each takes time
     /// to be sent.
     pub(crate) fn drain_into(&mut self, effects: &mut Vec<Effect>) {

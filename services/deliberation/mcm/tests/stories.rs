@@ -9,6 +9,7 @@ use kittiwake_proto::v1::SkillOutcome::{Failed, Rejected, Succeeded, TimedOut};
 use kittiwake_proto::v1::operator_command::Verb;
 use node::CallError;
 
+mod alternates;
 mod interruptions;
 mod late_plans;
 mod memory;

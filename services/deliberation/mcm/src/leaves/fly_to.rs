@@ -7,9 +7,10 @@ use behavior_tree::{Leaf, LeafResult, Ports, Status};
 use domain::geometry::Ned;
 use domain::skill::Goal;
 use domain::time::Time;
+use domain::way::{Found, MOST_LEGS};
 
 use super::skill_run::SkillRun;
-use crate::world::{Stay, WayOut, WhatMayBeEntered, World};
+use crate::world::{Choice, Stay, WayOut, WhatMayBeEntered, World};
 
 /// The destination.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,8 +19,11 @@ pub(super) enum Destination {
     Home,
     /// Over the operator's landing site, at the height that the operator saw; over free ground, if there is none.
     LandingSite,
-    /// Over the nearest landing site at which no landing has failed, at the height of returns or higher.
+    /// Over the best place to land at that is not here, at the height of returns or higher: one at which no landing has failed, as
+    /// near as can be. Over any other, if there is none.
     AlternateSite,
+    /// Over the best place that can be reached, home among them, at the same height.
+    BestSite,
     /// Out of every area in which the vehicle must not be.
     OutOfArea,
     /// Over the nearest place where no area forbids to come straight down.
@@ -42,6 +46,16 @@ struct Leg {
     is_last: bool,
     chosen_by: WhatMayBeEntered,
     look_again: Time,
+}
+
+/// Where to fly, and how.
+struct Chosen {
+    /// The end, where that is a place to land at.
+    site: Option<Ned>,
+    /// The points on the way.
+    way: Vec<Ned>,
+    /// The place, to be recorded.
+    place: Option<String>,
 }
 
 /// Why there is no way.
@@ -76,31 +90,61 @@ impl FlyTo {
     }
 
     /// The destination and the points on the way there, or why there is none. A destination that was chosen is kept.
-    fn choose(&self, from: Ned, world: &World) -> Result<(Option<Ned>, Vec<Ned>), NoWay> {
+    fn choose(&self, from: Ned, world: &World) -> Result<Chosen, NoWay> {
         let height_m = world.transit_height_m(from);
-        let way_to = |site, height_m| world.way_to(site, height_m).ok_or(NoWay::To(site, height_m));
-        let (site, way) = match self.destination(world) {
-            Destination::Home => (Some(Ned::default()), way_to(Ned::default(), height_m)?),
+        let way_to = |site, height_m| -> Result<Chosen, NoWay> {
+            let way = world.way_to(site, height_m).ok_or(NoWay::To(site, height_m))?;
+            Ok(Chosen { site: Some(site), way, place: None })
+        };
+        let along = |way| Chosen { site: None, way, place: None };
+        match self.destination(world) {
+            Destination::Home => way_to(Ned::default(), height_m),
             Destination::LandingSite => {
                 let site = world.landing_site().ok_or(NoWay::Anywhere("there is no landing site"))?;
-                (Some(site), way_to(site, world.clear_height_m(from))?)
+                way_to(site, world.clear_height_m(from))
             }
             Destination::AlternateSite => {
-                let kept = self.leg.as_ref().and_then(|leg| leg.site);
-                let sites = kept.into_iter().chain(world.alternate_sites());
-                let mut reachable = sites.filter_map(|site| Some((Some(site), world.way_to(site, height_m)?)));
-                reachable.next().ok_or(NoWay::Anywhere("no other place to land at can be reached"))?
+                let chosen = self.first_with_way(world.places_elsewhere(), height_m, world);
+                chosen.ok_or(NoWay::Anywhere("no other place to land at can be reached"))
+            }
+            Destination::BestSite => {
+                let places = world.places_to_divert_to();
+                // What has to be asked for comes before a ditch, and is asked for.
+                let free = places.iter().take_while(|it| !it.asks).cloned().collect();
+                let asks = places.into_iter().find(|it| it.asks).map(|it| it.position);
+                let chosen = self.first_with_way(free, height_m, world);
+                chosen.ok_or(match asks {
+                    Some(site) => NoWay::To(site, height_m),
+                    None => NoWay::Anywhere("no place to land at can be reached with what is left in the battery"),
+                })
             }
             Destination::OutOfArea => match world.way_out() {
-                Some(WayOut::Flies(way)) => (None, way),
-                Some(WayOut::Stays(stay)) => return Err(NoWay::Out(stay)),
-                None => return Err(NoWay::Anywhere("the vehicle's position is not known")),
+                Some(WayOut::Flies(way)) => Ok(along(way)),
+                Some(WayOut::Stays(stay)) => Err(NoWay::Out(stay)),
+                None => Err(NoWay::Anywhere("the vehicle's position is not known")),
             },
             Destination::FreeGround => {
-                (None, world.way_to_free_ground().ok_or(NoWay::Anywhere("no free ground near"))?)
+                world.way_to_free_ground().map(along).ok_or(NoWay::Anywhere("no free ground near"))
             }
-        };
-        Ok((site, way))
+        }
+    }
+
+    /// The first of `places` to which there is a way, the one that is flown to before all others.
+    fn first_with_way(&self, mut places: Vec<Choice>, height_m: f64, world: &World) -> Option<Chosen> {
+        if let Some(kept) = self.leg.as_ref().and_then(|leg| leg.site) {
+            // A place beside a blocked one is in no list once the vehicle is on its way there.
+            if self.destination == Destination::AlternateSite && places.iter().all(|it| it.position != kept) {
+                places.push(Choice { position: kept, words: "the place that was chosen".into(), asks: false });
+            }
+            // The sort keeps the order of the others.
+            places.sort_by_key(|it| it.position != kept);
+        }
+        let mut legs_left = MOST_LEGS;
+        places.into_iter().find_map(|it| {
+            let Found { way, legs } = world.way_within(it.position, height_m, legs_left);
+            legs_left = legs_left.saturating_sub(legs);
+            Some(Chosen { site: Some(it.position), way: way?, place: Some(it.words) })
+        })
     }
 
     /// The first point of the way that is not reached yet, and whether it is the last one. A way that is chosen where a leg has
@@ -123,7 +167,7 @@ impl FlyTo {
         if !vehicle.flying {
             return Ok(Status::Success);
         }
-        let (site, way) = match self.choose(vehicle.position, world) {
+        let Chosen { site, way, place } = match self.choose(vehicle.position, world) {
             Ok(chosen) => chosen,
             Err(NoWay::To(site, height_m)) if world.may_wait_for_way(site, height_m, NO_WAY) => {
                 self.wait(vehicle.position, Some(site), world, ports);
@@ -143,6 +187,10 @@ impl FlyTo {
             }
         };
         world.has_found_way();
+        let is_another = self.leg.as_ref().is_none_or(|leg| leg.waits.is_some() || leg.site != site);
+        if let Some(place) = place.filter(|_| is_another) {
+            world.say("contingency", format!("flies to {place} to land"));
+        }
         let Some((target, is_last)) = FlyTo::next_point(&way, vehicle.position, world) else {
             return Ok(Status::Success);
         };

@@ -45,6 +45,7 @@ pub(crate) fn registry(table: Option<&Contingencies>) -> Registry<World> {
     registry.action("FlyHome", [], |_| Ok(FlyTo::new(Destination::Home)));
     registry.action("FlyToLandingSite", [], |_| Ok(FlyTo::new(Destination::LandingSite)));
     registry.action("FlyToAlternateSite", [], |_| Ok(FlyTo::new(Destination::AlternateSite)));
+    registry.action("FlyToBestSite", [], |_| Ok(FlyTo::new(Destination::BestSite)));
     registry.action("FlyToFreeGround", [], |_| Ok(FlyTo::new(Destination::FreeGround)));
     registry.action("LeaveArea", [], |_| Ok(FlyTo::new(Destination::OutOfArea)));
     let needs = Port::input::<Needs>("permissions").describe("what to ask for");

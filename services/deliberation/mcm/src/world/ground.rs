@@ -15,7 +15,7 @@ use crate::config::Start;
 /// The autopilot disarms by itself after a landing (PX4: 2 s, COM_DISARM_LAND); longer than this is not waited for it.
 const DISARM_LIMIT: Duration = Duration::from_secs(10);
 /// A place nearer than this to a failed landing counts as the same place.
-const SAME_SITE_M: f64 = 20.0;
+pub(super) const SAME_SITE_M: f64 = 20.0;
 /// Where the only landing site is blocked, a landing is tried this far beside it, in so many directions. (ENG: beyond what counts as
 /// the same place.)
 const ASIDE_M: [f64; 3] = [30.0, 60.0, 90.0];
@@ -113,23 +113,20 @@ impl World {
         }
     }
 
-    /// Landing sites, nearest first: home, the operator's, and those of the mission, except those at which a landing failed.
-    /// Once it has failed at all of them, those that are not here: a site may be free again.
-    pub(crate) fn alternate_sites(&self) -> Vec<Ned> {
-        let Some(vehicle) = &self.vehicle else { return Vec::new() };
-        let is_blocked = |site: &Ned| self.blocked_sites.iter().any(|it| it.horizontal_distance_m(*site) < SAME_SITE_M);
-        let distance_m = |site: &Ned| site.horizontal_distance_m(vehicle.position);
-        let mut sites: Vec<Ned> = self.sites().filter(|it| !is_blocked(it)).collect();
-        if sites.is_empty() {
-            sites = self.sites().filter(|it| SAME_SITE_M <= distance_m(it)).collect();
+    /// How many landings have failed at `place`.
+    pub(super) fn failed_landings_at(&self, place: Ned) -> u32 {
+        let is_there = |it: &&Ned| it.horizontal_distance_m(place) < SAME_SITE_M;
+        self.blocked_sites.iter().filter(is_there).count() as u32
+    }
+
+    /// Where a landing has failed `here`: places beside it, near ones first, at which none has, and where one is allowed. To hover
+    /// over a blocked place ends with the battery.
+    pub(super) fn places_beside(&self, here: Ned) -> Vec<Ned> {
+        if self.failed_landings_at(here) == 0 {
+            return Vec::new();
         }
-        if sites.is_empty() {
-            // Nowhere else to go: beside the blocked place, since to hover over it ends with the battery.
-            let is_fit = |it: &Ned| self.unfit_to_land(*it).is_none();
-            sites = aside(vehicle.position).filter(|it| !is_blocked(it) && is_fit(it)).collect();
-        }
-        sites.sort_by(|a, b| distance_m(a).total_cmp(&distance_m(b)));
-        sites
+        let is_fit = |it: &Ned| self.failed_landings_at(*it) == 0 && self.unfit_to_land(*it).is_none();
+        aside(here).filter(is_fit).collect()
     }
 
     /// The height at which a response flies home or to another place to land at: that of returns, or higher where the vehicle is higher.
@@ -145,8 +142,10 @@ impl World {
     }
 
     fn sites(&self) -> impl Iterator<Item = Ned> {
-        let objectives = self.planner.status().into_iter().flat_map(|it| &it.objectives);
-        let of_mission = objectives.filter(|it| !it.objective.flying).map(|it| it.objective.position);
+        let status = self.planner.status();
+        let on_ground = status.into_iter().flat_map(|it| &it.objectives).filter(|it| !it.objective.flying);
+        let of_mission = self.mission_sites().iter().map(|it| it.position);
+        let of_mission = of_mission.chain(on_ground.map(|it| it.objective.position));
         [Ned::default()].into_iter().chain(self.operator.landing_site()).chain(of_mission)
     }
 

@@ -10,6 +10,7 @@ use behavior_tree::Library;
 use domain::contingency::Contingencies;
 use domain::geometry::Ned;
 use domain::mission::{MissionOutcome, MissionReport};
+use domain::site::Site;
 use domain::skill::Goal;
 use domain::state::State;
 use domain::time::{Now, Time};
@@ -26,6 +27,7 @@ use crate::outbox::Outbox;
 use crate::vehicle::{ConfirmedState, FlightJudge, Vehicle};
 
 mod airspace;
+mod alternates;
 mod conditions;
 mod contingencies;
 mod energy;
@@ -44,6 +46,8 @@ mod ways;
 
 use airspace::AirspaceWatch;
 pub(crate) use airspace::WhatMayBeEntered;
+use alternates::Alternates;
+pub(crate) use alternates::Choice;
 use ground::UnplannedLanding;
 use memory::Memory;
 use news::News;
@@ -79,6 +83,7 @@ pub(crate) struct World {
     operator: Operator,
     memory: Memory,
     airspace_watch: AirspaceWatch,
+    alternates: Alternates,
     /// The response that is under way.
     response: Option<ActiveResponse>,
     /// Flags that are up and not answered, by row, as recorded last.
@@ -91,6 +96,8 @@ pub(crate) struct World {
     unplanned_landing: Option<UnplannedLanding>,
     /// Where landings have failed.
     blocked_sites: Vec<Ned>,
+    /// The mission's sites as they were before a restart, until the planner is heard.
+    remembered_sites: Vec<Site>,
     /// A transition action flies.
     in_transition: bool,
     outbox: Outbox,
@@ -141,6 +148,7 @@ impl World {
             operator: Operator::default(),
             memory: Memory::default(),
             airspace_watch: AirspaceWatch::default(),
+            alternates: Alternates::default(),
             response: None,
             waits: BTreeMap::new(),
             was_flying: false,
@@ -148,6 +156,7 @@ impl World {
             at_rest_since: None,
             unplanned_landing: None,
             blocked_sites: Vec::new(),
+            remembered_sites: Vec::new(),
             in_transition: false,
             outbox: Outbox::default(),
             journal: Journal::default(),
@@ -259,6 +268,11 @@ impl World {
     /// Answers a request.
     pub(crate) fn reply(&mut self, token: Token, response: Response) {
         self.outbox.reply(token, response);
+    }
+
+    /// Whether nothing is to be sent.
+    pub(crate) fn has_nothing_to_send(&self) -> bool {
+        self.outbox.is_empty()
     }
 
     /// Moves everything that is to be sent to `effects`.

@@ -6,6 +6,7 @@
 
 use domain::geometry::Ned;
 use domain::mission::{MissionOutcome, MissionReport};
+use domain::site::Site;
 use domain::wire::InvalidMessage;
 use kittiwake_proto::v1;
 
@@ -57,6 +58,7 @@ impl World {
             accepted_planner_loss: self.memory.accepted_loss(),
             decisions: self.permissions.latest_decisions().iter().map(area_decision).collect(),
             plan_revision: self.planner.revision(),
+            sites: self.mission_sites().iter().map(Into::into).collect(),
         }
     }
 
@@ -77,8 +79,10 @@ impl World {
             outcome => Some(MissionOutcome::try_from(outcome)?),
         };
         let report = memory.report.map(MissionReport::try_from).transpose()?;
+        let sites = memory.sites.into_iter().map(Site::try_from).collect::<Result<_, _>>()?;
         let overriding = Some(memory.overriding).filter(|it| !it.is_empty());
         self.operator = Operator::restored(memory.started, landing_site, overriding);
+        self.remembered_sites = sites;
         let why = Some(memory.unplanned_landing).filter(|it| !it.is_empty());
         self.unplanned_landing = why.map(|why| UnplannedLanding { since: self.now.time, why });
         if let Some(outcome) = outcome {

@@ -144,6 +144,7 @@ impl World {
             plan_approval,
             memory: Some(self.memory.own().clone().into()),
             ends: self.ending().unwrap_or_default(),
+            alternates: self.told_alternates().iter().map(Into::into).collect(),
             ..v1::McmStatus::default()
         }
     }

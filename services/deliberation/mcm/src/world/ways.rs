@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use domain::airspace::{Grants, latest, stays};
+use domain::airspace::latest;
 use domain::area::{Area, AreaKind};
 use domain::geometry::Ned;
 use domain::mission::unfit_landing_site;
-use domain::way::{self, Leaving};
+use domain::way::{self, Found, Leaving, MOST_LEGS};
 
 use super::World;
 
@@ -112,21 +112,9 @@ impl World {
     pub(super) fn needed_for_way(&self, to: Ned, preferred_height_m: f64) -> BTreeSet<String> {
         let Some(here) = self.vehicle.map(|it| it.position) else { return BTreeSet::new() };
         let held = self.grants();
-        let all: Grants = self.planner.areas().iter().map(|it| (it.name.clone(), Duration::MAX)).collect();
-        let with_all = self.airspace(&all, self.limits.leave_lead);
-        let Some(way) = way::way_to(here, to, preferred_height_m, &with_all, &self.limits.flight) else {
-            return BTreeSet::new();
-        };
-        let points: Vec<Ned> = std::iter::once(here).chain(way).chain([to]).collect();
-        let is_on_way = |area: &&Area| {
-            let margin_m = self.limits.vertical_margin_m;
-            area.kind == AreaKind::Permission
-                && points.windows(2).any(|it| !stays(area, it[0], it[1], margin_m).is_empty())
-        };
         let airspace = self.airspace(&held, self.limits.leave_lead);
-        let flight = Duration::try_from_secs_f64(self.limits.flight.speeds.time_along_s(here, &points[1..]))
-            .unwrap_or(Duration::MAX);
-        airspace.barred(latest(flight)).into_iter().filter(is_on_way).map(|it| it.name.clone()).collect()
+        let found = way::way_if_granted(here, to, preferred_height_m, &airspace, &self.limits.flight, MOST_LEGS);
+        found.way.map(|it| it.needs).unwrap_or_default()
     }
 
     /// Asks for the permissions without which there is no way to `to`, if that is why there is none; returns whether an
@@ -144,10 +132,15 @@ impl World {
 
     /// The points to fly to, the last one over `to`, preferably at this height; `None` if there is no way.
     pub(crate) fn way_to(&self, to: Ned, preferred_height_m: f64) -> Option<Vec<Ned>> {
-        let here = self.vehicle?.position;
+        self.way_within(to, preferred_height_m, MOST_LEGS).way
+    }
+
+    /// The same with limited effort.
+    pub(crate) fn way_within(&self, to: Ned, preferred_height_m: f64, most_legs: u32) -> Found<Vec<Ned>> {
+        let Some(here) = self.vehicle.map(|it| it.position) else { return Found { way: None, legs: 0 } };
         let grants = self.grants();
         let airspace = self.airspace(&grants, self.limits.leave_lead);
-        way::way_to(here, to, preferred_height_m, &airspace, &self.limits.flight)
+        way::way_within(here, to, preferred_height_m, &airspace, &self.limits.flight, most_legs)
     }
 
     /// `why`, and what is in the way to `site`.

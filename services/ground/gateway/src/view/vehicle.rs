@@ -41,6 +41,7 @@ pub(crate) fn vehicle(
         permissions: message_of(&state.ledger).map_or_else(Vec::new, |it| it.permissions.clone()),
         areas: planner.map_or_else(Vec::new, |it| it.areas.clone()),
         sites: planner.map_or_else(Vec::new, |it| it.sites.clone()),
+        alternates: mcm.map_or_else(Vec::new, |it| it.alternates.clone()),
         tree: tree(state),
         aircraft: aircraft(state),
         traffic: state.traffic.values().filter_map(|it| traffic(it, now, ages)).collect(),

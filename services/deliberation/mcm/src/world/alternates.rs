@@ -1,0 +1,180 @@
+//! Where the flight may end early, looked at ahead: a response takes the best place from here and searches one way, the one that
+//! it flies.
+//!
+//! Without the planner: sites and objectives are known from its last status, and sites also after a restart of this process.
+
+use domain::airspace::Grants;
+use domain::alternates::{Alternate, Candidate, Charge, Viewpoint, Way, candidates, rank, to_divert_to};
+use domain::geometry::Ned;
+use domain::site::{MOST_SITES, Site, SiteKind};
+use domain::way::{Found, MOST_LEGS};
+
+use super::ground::SAME_SITE_M;
+use super::{WhatMayBeEntered, World};
+
+/// A look ends after so many legs of ways, and each search in it after half of them: it runs in the loop that answers flags, twice a
+/// second. (Measured: 2 to 10 us for a leg.)
+const LEGS_OF_A_LOOK: u32 = 2_000;
+/// So many places are told. (ENG: an operator's screen, and a link that may be narrow.)
+const MOST_TOLD: usize = 8;
+
+/// The ways as they were seen last.
+#[derive(Debug, Default)]
+pub(super) struct Alternates {
+    looks: Vec<Look>,
+    /// What the ways keep to.
+    entered: Option<WhatMayBeEntered>,
+    /// The candidate that the next look begins with.
+    turn: usize,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Look {
+    candidate: Candidate,
+    /// The outer `None`: it was not looked at yet.
+    way: Option<Option<Way>>,
+}
+
+/// A place to go to.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Choice {
+    pub(crate) position: Ned,
+    /// What it is.
+    pub(crate) words: String,
+    /// The way there took a permission that was not held.
+    pub(crate) asks: bool,
+}
+
+impl Choice {
+    fn of(alternate: &Alternate) -> Choice {
+        let candidate = &alternate.candidate;
+        Choice { position: candidate.position, words: candidate.to_string(), asks: alternate.asks() }
+    }
+}
+
+impl World {
+    /// Looks at the ways to as many places as the effort of one look suffices for: new ones first, then in turn.
+    pub(crate) fn look_at_alternates(&mut self) {
+        let Some(vehicle) = self.vehicle.filter(|it| it.flying) else {
+            self.alternates = Alternates::default();
+            return;
+        };
+        let entered = self.what_may_be_entered();
+        let is_same = self.alternates.entered.as_ref() == Some(&entered);
+        let mut looks: Vec<Look> = self
+            .candidates()
+            .into_iter()
+            .map(|candidate| Look { way: self.known_way(&candidate).filter(|_| is_same).cloned(), candidate })
+            .collect();
+        let turn = self.alternates.turn;
+        let in_turn = (0..looks.len()).map(|it| (turn + it) % looks.len());
+        let (new, known): (Vec<usize>, Vec<usize>) = in_turn.partition(|it| looks[*it].way.is_none());
+        let grants = self.grants();
+        let view = self.viewpoint(vehicle.position, &grants);
+        let (mut legs_left, mut next) = (LEGS_OF_A_LOOK, turn);
+        for index in new.into_iter().chain(known) {
+            let Found { way, legs } = view.look_at(looks[index].candidate.position, LEGS_OF_A_LOOK / 2);
+            looks[index].way = Some(way);
+            next = index + 1;
+            legs_left = legs_left.saturating_sub(legs.max(1));
+            if legs_left == 0 {
+                break;
+            }
+        }
+        self.alternates = Alternates { looks, entered: Some(entered), turn: next };
+    }
+
+    /// The best places as they were looked at last, best first; none on the ground.
+    pub(super) fn told_alternates(&self) -> Vec<Alternate> {
+        let looks = self.alternates.looks.iter();
+        let seen = looks.filter_map(|it| Some(self.alternate(it.candidate.clone(), it.way.clone()?)));
+        let mut alternates: Vec<Alternate> = seen.collect();
+        rank(&mut alternates);
+        alternates.truncate(MOST_TOLD);
+        alternates
+    }
+
+    /// The places to land at in the order in which a response tries them that does not land where it is: landings that can be
+    /// reached as the permissions are; else, where a landing here has failed, places beside it; then ditches, and what the battery may not suffice for.
+    pub(crate) fn places_elsewhere(&self) -> Vec<Choice> {
+        let Some(here) = self.vehicle.map(|it| it.position) else { return Vec::new() };
+        let mut ranked = self.ranked_alternates();
+        ranked.retain(|it| it.failed_landings == 0 || SAME_SITE_M <= it.candidate.position.horizontal_distance_m(here));
+        let is_landing = |it: &Alternate| it.is_reachable() && it.candidate.kind == SiteKind::Landing && !it.asks();
+        let (landings, others): (Vec<Alternate>, Vec<Alternate>) = ranked.into_iter().partition(is_landing);
+        let beside = if landings.is_empty() { self.places_beside(here) } else { Vec::new() };
+        let beside = beside.into_iter().map(|position| Choice {
+            position,
+            words: format!("a place {:.0} m aside", position.horizontal_distance_m(here)),
+            asks: false,
+        });
+        landings.iter().map(Choice::of).chain(beside).chain(others.iter().map(Choice::of)).collect()
+    }
+
+    /// The places that can be reached, in the order in which a vehicle diverts to them.
+    pub(crate) fn places_to_divert_to(&self) -> Vec<Choice> {
+        to_divert_to(&self.ranked_alternates()).into_iter().map(Choice::of).collect()
+    }
+
+    /// Every candidate, best first. One that was not looked at under the present permissions is looked at now, as far as the effort
+    /// suffices that any search of a response may take.
+    fn ranked_alternates(&self) -> Vec<Alternate> {
+        let Some(here) = self.vehicle.map(|it| it.position) else { return Vec::new() };
+        let is_same = self.alternates.entered.as_ref() == Some(&self.what_may_be_entered());
+        let grants = self.grants();
+        let view = self.viewpoint(here, &grants);
+        let mut legs_left = MOST_LEGS;
+        let mut look = |candidate: &Candidate| {
+            let Found { way, legs } = view.look_at(candidate.position, legs_left.min(LEGS_OF_A_LOOK));
+            legs_left = legs_left.saturating_sub(legs);
+            way
+        };
+        let candidates = self.candidates().into_iter();
+        let mut alternates: Vec<Alternate> = candidates
+            .map(|candidate| {
+                let known = self.known_way(&candidate).filter(|_| is_same).cloned();
+                let way = known.unwrap_or_else(|| look(&candidate));
+                self.alternate(candidate, way)
+            })
+            .collect();
+        rank(&mut alternates);
+        alternates
+    }
+
+    fn alternate(&self, candidate: Candidate, way: Option<Way>) -> Alternate {
+        let charge = Charge {
+            energy: &self.limits.energy,
+            left: self.vehicle.and_then(|it| it.charge),
+            lands_below: self.table.lands_below(),
+        };
+        let failed_landings = self.failed_landings_at(candidate.position);
+        Alternate::new(candidate, way, charge, failed_landings)
+    }
+
+    fn known_way(&self, candidate: &Candidate) -> Option<&Option<Way>> {
+        self.alternates.looks.iter().find(|it| it.candidate == *candidate)?.way.as_ref()
+    }
+
+    fn viewpoint<'a>(&'a self, here: Ned, grants: &'a Grants) -> Viewpoint<'a> {
+        let energy = &self.limits.energy;
+        Viewpoint {
+            from: here,
+            height_m: self.transit_height_m(here),
+            airspace: self.airspace(grants, self.limits.leave_lead),
+            limits: &self.limits.flight,
+            energy,
+            wind: energy.usual_wind(),
+        }
+    }
+
+    /// The sites of the mission.
+    pub(super) fn mission_sites(&self) -> &[Site] {
+        let sites = self.planner.status().map_or(&self.remembered_sites, |it| &it.sites);
+        &sites[..sites.len().min(MOST_SITES)]
+    }
+
+    fn candidates(&self) -> Vec<Candidate> {
+        let objectives = self.planner.status().into_iter().flat_map(|it| &it.objectives).map(|it| &it.objective);
+        candidates(self.operator.landing_site(), self.mission_sites(), objectives)
+    }
+}
