@@ -16,6 +16,7 @@ line{stroke:#0b5cab;stroke-width:3}
 circle{stroke:#fff;stroke-width:2}
 circle.reached{fill:#0b7a3e}circle.missed{fill:#b3261e}
 rect.home{fill:#1a2a33}
+rect.landing{fill:#0b5cab}rect.ditch{fill:#fff;stroke:#0b5cab;stroke-width:3}
 polygon.permission{fill:#e8a80033;stroke:#a87900;stroke-width:2}
 polygon.keep-out{fill:#b3261e33;stroke:#b3261e;stroke-width:2}
 text{font:20px system-ui,sans-serif;fill:#1a2a33}text.area{font-style:italic;fill:#5b4a00}";
@@ -58,20 +59,21 @@ fn of_objective(number: usize, it: &v1::ObjectiveForecast) -> String {
         let _ = writeln!(section, "<p>Waits: {}.</p>", escape(&it.reason));
     }
     section += "<table>\n<tr><th>At</th><th>Leg</th><th class=\"figure\">Metres</th><th class=\"figure\">Time</th>\
-                <th class=\"figure\">Wh</th><th class=\"figure\">Left</th><th>Areas</th></tr>\n";
+                <th class=\"figure\">Wh</th><th class=\"figure\">Left</th><th>Areas</th><th>Alternate</th></tr>\n";
     let mut at_s = it.begins_s;
     for leg in &it.legs {
         let left = leg.charge.map_or_else(|| "-".to_owned(), |it| format!("{:.0} %", it * 100.0));
         let _ = writeln!(
             section,
             "<tr><td>{}</td><td>{}</td><td class=\"figure\">{:.0}</td><td class=\"figure\">{}</td><td class=\"figure\">{:.1}</td>\
-             <td class=\"figure\">{left}</td><td>{}</td></tr>",
+             <td class=\"figure\">{left}</td><td>{}</td><td>{}</td></tr>",
             text::clock(at_s),
             escape(&leg.text),
             leg.length_m,
             text::clock(leg.time_s),
             leg.energy_wh,
-            escape(&text::areas(leg))
+            escape(&text::areas(leg)),
+            escape(&text::alternate(leg))
         );
         at_s += leg.time_s;
     }
@@ -92,13 +94,17 @@ mod tests {
         let (position, corner) = (v1::Ned::default(), v1::Ned { north_m: f64::MAX, ..Default::default() });
         let objective = v1::Objective { name: evil.into(), position: Some(position), ..Default::default() };
         let area = v1::Area { name: evil.into(), corners: vec![corner, position], ..Default::default() };
-        let leg = v1::LegForecast { text: evil.into(), from: Some(position), to: Some(position), ..Default::default() };
+        let alternate = Some(v1::Alternate { name: evil.into(), why_not: evil.into(), ..Default::default() });
+        let (from, to) = (Some(position), Some(position));
+        let leg = v1::LegForecast { text: evil.into(), from, to, alternate, ..Default::default() };
+        let site = v1::Site { name: evil.into(), position: Some(position), ..Default::default() };
         let forecast =
             v1::ObjectiveForecast { objective: evil.into(), reachable: true, legs: vec![leg], ..Default::default() };
         let status = v1::PlannerStatus {
             mission: evil.into(),
             objectives: vec![objective],
             areas: vec![area],
+            sites: vec![site],
             ..Default::default()
         };
         let reply = v1::MissionReply {

@@ -1,4 +1,4 @@
-//! A forecast as a drawing: areas, legs and objectives from above, north up.
+//! A forecast as a drawing: areas, legs, objectives and sites from above, north up.
 
 use std::fmt::Write;
 
@@ -47,10 +47,11 @@ pub(super) fn draw(reply: &v1::MissionReply) -> String {
     let legs: Vec<&v1::LegForecast> = reply.forecast.iter().flat_map(|it| &it.legs).collect();
     let ends = legs.iter().flat_map(|it| [&it.from, &it.to]).flatten().map(place);
     let places = status.objectives.iter().filter_map(|it| it.position.as_ref().map(place));
-    let points: Vec<(f64, f64)> = corners.chain(ends).chain(places).collect();
+    let sites = status.sites.iter().filter_map(|it| it.position.as_ref().map(place));
+    let points: Vec<(f64, f64)> = corners.chain(ends).chain(places).chain(sites).collect();
     let scale = Scale::of(&points);
     let mut svg =
-        format!("<svg viewBox=\"0 0 {SIZE} {SIZE}\" role=\"img\" aria-label=\"areas, legs and objectives\">\n");
+        format!("<svg viewBox=\"0 0 {SIZE} {SIZE}\" role=\"img\" aria-label=\"areas, legs, objectives and sites\">\n");
     for area in &status.areas {
         let corners: Vec<(f64, f64)> = area.corners.iter().map(|it| scale.at(place(it))).collect();
         let points: Vec<String> = corners.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
@@ -73,6 +74,21 @@ pub(super) fn draw(reply: &v1::MissionReply) -> String {
     let (x, y) = scale.at((0.0, 0.0));
     let _ =
         writeln!(svg, "<rect class=\"home\" x=\"{:.1}\" y=\"{:.1}\" width=\"14\" height=\"14\"/>", x - 7.0, y - 7.0);
+    for site in &status.sites {
+        let Some(position) = site.position else { continue };
+        let (x, y) = scale.at(place(&position));
+        let class = if site.kind() == v1::SiteKind::Ditch { "ditch" } else { "landing" };
+        let _ = writeln!(
+            svg,
+            "<rect class=\"{class}\" x=\"{:.1}\" y=\"{:.1}\" width=\"14\" height=\"14\"/>\n\
+             <text x=\"{:.1}\" y=\"{:.1}\">{}</text>",
+            x - 7.0,
+            y - 7.0,
+            x + 12.0,
+            y + 6.0,
+            escape(&site.name)
+        );
+    }
     for (number, objective) in (1..).zip(&reply.forecast) {
         let known = status.objectives.iter().find(|it| it.name == objective.objective);
         let Some(position) = known.and_then(|it| it.position) else { continue };

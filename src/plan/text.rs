@@ -77,6 +77,28 @@ pub(super) fn areas(leg: &v1::LegForecast) -> String {
     through.into_iter().chain(leg.asks.iter().map(ask)).collect::<Vec<_>>().join("; ")
 }
 
+/// Where the vehicle would best come down early during a leg; empty if that was not looked for.
+pub(super) fn alternate(leg: &v1::LegForecast) -> String {
+    let Some(it) = &leg.alternate else { return String::new() };
+    let name = match it.role() {
+        v1::AlternateRole::Home => "home".to_owned(),
+        v1::AlternateRole::Objective => format!("the place of `{}`", it.name),
+        _ if it.kind() == v1::SiteKind::Ditch => format!("ditch `{}`", it.name),
+        _ => format!("site `{}`", it.name),
+    };
+    let (Some(length_m), Some(time_s), Some(energy_wh)) = (it.length_m, it.time_s, it.energy_wh) else {
+        return format!("none: {}", it.why_not);
+    };
+    let way = format!("{name}, {length_m:.0} m, {}, {energy_wh:.1} Wh", clock(time_s));
+    if !it.why_not.is_empty() {
+        return format!("none within the battery; nearest is {way}: {}", it.why_not);
+    }
+    match it.permissions.as_slice() {
+        [] => way,
+        areas => format!("{way}, with permission for {}", areas.join(", ")),
+    }
+}
+
 fn of_objective(it: &v1::ObjectiveForecast) -> String {
     let worth = it.worth.map(|worth| format!(", optional, worth {worth}")).unwrap_or_default();
     if !it.reachable {
@@ -101,6 +123,10 @@ fn of_objective(it: &v1::ObjectiveForecast) -> String {
             "{}",
             Some(areas(leg)).filter(|it| !it.is_empty()).map(|it| format!("  {it}")).unwrap_or_default()
         );
+        let alternate = alternate(leg);
+        if !alternate.is_empty() {
+            let _ = writeln!(text, "  {:>6}    alternate: {alternate}", "");
+        }
         at_s += leg.time_s;
     }
     if 0.0 < it.stay_s {
@@ -114,6 +140,39 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_alternate_of_a_leg_is_told_with_what_it_takes() {
+        #[track_caller]
+        fn check(change: impl Fn(&mut v1::Alternate), expected: &str) {
+            let mut it = v1::Alternate {
+                role: v1::AlternateRole::Site as i32,
+                name: "field".into(),
+                kind: v1::SiteKind::Landing as i32,
+                length_m: Some(120.4),
+                time_s: Some(61.0),
+                energy_wh: Some(12.34),
+                ..Default::default()
+            };
+            change(&mut it);
+            let leg = v1::LegForecast { alternate: Some(it), ..Default::default() };
+            assert_eq!(alternate(&leg), expected);
+        }
+        check(|_| {}, "site `field`, 120 m, 1:01, 12.3 Wh");
+        check(|it| it.role = v1::AlternateRole::Home as i32, "home, 120 m, 1:01, 12.3 Wh");
+        check(|it| it.role = v1::AlternateRole::Objective as i32, "the place of `field`, 120 m, 1:01, 12.3 Wh");
+        check(|it| it.kind = v1::SiteKind::Ditch as i32, "ditch `field`, 120 m, 1:01, 12.3 Wh");
+        check(
+            |it| it.permissions = vec!["A".into(), "B".into()],
+            "site `field`, 120 m, 1:01, 12.3 Wh, with permission for A, B",
+        );
+        check(
+            |it| it.why_not = "the way needs 13 Wh of 9 usable".into(),
+            "none within the battery; nearest is site `field`, 120 m, 1:01, 12.3 Wh: the way needs 13 Wh of 9 usable",
+        );
+        check(|it| (it.length_m, it.why_not) = (None, "no way there".into()), "none: no way there");
+        assert_eq!(alternate(&v1::LegForecast::default()), "", "it was not looked for");
+    }
+
+    #[test]
     fn a_forecast_is_printed_with_its_figures() {
         let ask = v1::PermissionForecast { area: "A".into(), asked_s: 3.0, until_s: 95.0 };
         let leg = v1::LegForecast {
@@ -124,6 +183,13 @@ mod tests {
             charge: Some(0.982),
             areas: vec!["B".into()],
             asks: vec![ask],
+            alternate: Some(v1::Alternate {
+                role: v1::AlternateRole::Home as i32,
+                length_m: Some(100.0),
+                time_s: Some(17.0),
+                energy_wh: Some(5.5),
+                ..Default::default()
+            }),
             ..Default::default()
         };
         let there = v1::ObjectiveForecast {
@@ -167,6 +233,7 @@ mission ``, judged in a wind of 8 m/s from 270 degrees
 objective `there`: 90 m, 0:09, 8.9 Wh
       at  leg                                               m   time     Wh  left
     0:03  fly to (0, 90, 10), asking A                     90   0:09    2.9  98 %  through B; asks for A at 0:03, needed until 1:35
+            alternate: home, 100 m, 0:17, 5.5 Wh
     0:12  stays for 0:30
 
 objective `more`, optional, worth 2: not reached: left out

@@ -1,9 +1,11 @@
 //! What a mission needs, as far as it is known beforehand: each objective is planned from where the
 //! one before leaves the vehicle, as if every permission were granted.
 
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 use domain::airspace::Grants;
+use domain::alternates::Alternate;
 use domain::energy::{Budget, Shortfall};
 use domain::geometry::Ned;
 use domain::mission::Progress;
@@ -89,6 +91,10 @@ pub(crate) struct LegForecast {
     pub areas: Vec<String>,
     /// Permissions that are asked for when it begins.
     pub asks: Vec<PermissionForecast>,
+    /// Those that are held at its end.
+    pub held: BTreeSet<String>,
+    /// Where the vehicle would best come down early; `None` if that was not looked for.
+    pub alternate: Option<Alternate>,
 }
 
 impl MissionForecast {
@@ -130,7 +136,7 @@ pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now
                 let Some(last) = steps.last() else { break };
                 forecast.plan = Some(planner.plan());
                 let begins_s = (now.time - start.time).as_secs_f64();
-                let legs = legs(&steps, begins_s, used_wh, first_charge, &planner);
+                let legs = legs(&steps, begins_s, used_wh, (first_charge, &state.permissions), &planner);
                 used_wh += legs.iter().map(|it| it.energy_wh).sum::<f64>();
                 let time_s = legs.iter().map(|it| it.time_s).sum();
                 forecast.add(legs, begins_s);
@@ -199,11 +205,11 @@ fn legs(
     steps: &[Step],
     begins_s: f64,
     mut used_wh: f64,
-    first_charge: Option<Fraction>,
+    (first_charge, held): (Option<Fraction>, &BTreeSet<String>),
     planner: &MissionPlanner,
 ) -> Vec<LegForecast> {
     let judge = planner.judge();
-    let mut at_s = begins_s;
+    let (mut at_s, mut held) = (begins_s, held.clone());
     let leg = |step: &Step| {
         let (time_s, energy_wh) = (step.flight_time_s(judge.config), judge.step_wh(step));
         let asks = step.communication.ask.iter().map(|need| PermissionForecast {
@@ -213,6 +219,7 @@ fn legs(
         });
         let asks = asks.collect();
         (at_s, used_wh) = (at_s + time_s, used_wh + energy_wh);
+        held.extend(asked(step));
         LegForecast {
             text: step.to_string(),
             way: step.way(),
@@ -221,6 +228,8 @@ fn legs(
             charge: charge_after(first_charge, used_wh, planner),
             areas: step.action.nominal.invariant.permissions.clone(),
             asks,
+            held: held.clone(),
+            alternate: None,
         }
     };
     steps.iter().map(leg).collect()

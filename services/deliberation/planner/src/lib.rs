@@ -21,6 +21,7 @@ use node::{Effect, Event, Node};
 
 mod actions;
 mod airspace;
+mod alternates;
 mod area_map;
 mod back_chaining;
 mod communication;

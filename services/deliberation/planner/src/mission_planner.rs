@@ -264,6 +264,11 @@ impl MissionPlanner {
         Ok(())
     }
 
+    /// How fast mission time runs.
+    pub(crate) fn pace(&self) -> Pace {
+        self.pace
+    }
+
     /// This much mission time after `now`.
     pub(crate) fn after(&self, now: Now, time: Duration) -> Now {
         let wall_ms = i64::try_from(self.pace.to_wall(time).as_millis()).unwrap_or(i64::MAX);

@@ -11,6 +11,7 @@ use domain::mission::{Mission, Objective, Progress};
 use domain::state::State;
 use domain::time::Now;
 
+use crate::alternates::with_alternates;
 use crate::forecast::{Forecast, MissionForecast};
 use crate::mission_planner::MissionPlanner;
 
@@ -114,7 +115,9 @@ fn validate(
     if MOST_OBJECTIVES < mission.objectives.len() {
         return Err(Refusal::new(format!("the mission has more than {MOST_OBJECTIVES} objectives")));
     }
-    let forecast = planner.forecast(&mission, state, now, wind.unwrap_or(planner.judge().wind));
+    let wind = wind.unwrap_or(planner.judge().wind);
+    let forecast = planner.forecast(&mission, state, now, wind);
+    let forecast = with_alternates(forecast, planner, &mission, wind, now);
     if let Some(why) = not_flown(&forecast) {
         return Err(Refusal { forecast: Some(Box::new(forecast)), ..Refusal::new(why) });
     }

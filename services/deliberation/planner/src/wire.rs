@@ -111,6 +111,7 @@ fn leg_forecast(leg: LegForecast) -> v1::LegForecast {
         charge: leg.charge,
         areas: leg.areas,
         asks: leg.asks.into_iter().map(ask).collect(),
+        alternate: leg.alternate.as_ref().map(Into::into),
     }
 }
 

@@ -13,6 +13,7 @@ use crate::Planner;
 use crate::config::{Config, energy_for_tests};
 
 mod airspace;
+mod alternates;
 mod giving_up;
 mod memory;
 mod operator;
