@@ -119,7 +119,13 @@ impl World {
         let (name, position) = ("there".into(), self.goal());
         let there = Objective { name, position, flying: false, terms: Default::default(), survey: None };
         let areas = self.all_areas();
-        let mission = Mission { name: "across".into(), objectives: vec![there], areas, order: Default::default(), sites: Vec::new() };
+        let mission = Mission {
+            name: "across".into(),
+            objectives: vec![there],
+            areas,
+            order: Default::default(),
+            sites: Vec::new(),
+        };
         Planner::new(&shipped.planner, &shipped.energy, mission, Pace::REAL_TIME)
     }
 }
