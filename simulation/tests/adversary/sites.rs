@@ -150,9 +150,11 @@ fn a_site_that_is_revoked_on_the_way_without_another_is_asked_for_again() {
     assert!(simulation.fly_until("flies to site `field` to land", LIMIT), "{}", brief(&simulation));
     until(&mut simulation, |it| 20.0 < it.north_m);
     simulation.decide("P", Decision::Revoke);
+    let asks = "asking for area P, which the only way leads through";
+    assert!(simulation.fly_until(asks, LIMIT), "{}", brief(&simulation));
+    simulation.decide("P", Decision::Grant);
     ends_as(&mut simulation, MissionOutcome::Emergency);
     is_at(&simulation, 100.0, 1000.0);
-    says(&simulation, "asking for area P, which the only way leads through");
 }
 
 #[test]
