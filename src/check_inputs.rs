@@ -5,29 +5,26 @@ use std::sync::Arc;
 use std::time::SystemTime;
 
 use domain::contingency::Contingencies;
-use domain::file::{Mistakes, Source};
-use domain::geodesy::{LatLon, LocalFrame, Origin};
-use domain::geometry::Ned;
+use domain::file::{Mistake, Mistakes, Source};
 use domain::mission::Mission;
+use domain::time::Pace;
 use mcm::{LoadedTrees, Trees};
 use rustls::ServerConfig;
 
+use crate::backend::Backend;
 use crate::config::Config;
 use crate::outcome::Outcome;
 use crate::output;
 use crate::settings::Settings;
 
-/// The vehicle may stand this far from the origin of its mission, in metres: less than the margin to any border.
-const TAKEOFF_AREA_M: f64 = 5.0;
-
 /// Everything that a process may need, checked.
 pub struct Inputs {
-    /// The configuration with the settings of this run in it.
+    /// Where the configuration comes from.
+    pub config_file: PathBuf,
+    /// The configuration with the settings of this run in it, and the simulated vehicle where the mission has it stand.
     pub config: Config,
     /// The mission.
     pub mission: Mission,
-    /// Where the mission takes off, if it says so.
-    pub origin: Option<Origin>,
     /// The trees.
     pub trees: LoadedTrees,
     /// The contingency table.
@@ -44,14 +41,17 @@ pub struct Inputs {
 
 /// Reads all inputs; every mistake in any of them is reported at once.
 pub fn read(settings: &Settings) -> Result<Inputs, Mistakes> {
-    let config = read_config(settings)?;
-    let mission = Source::read(&config.mission).and_then(|it| Mission::read_with_origin(&it));
+    let mut config = read_config(settings)?;
+    let mission = Source::read(&config.mission).and_then(|it| Mission::read(&it));
     let behavior = read_behavior(&config);
     match (mission, behavior) {
-        (Ok((mission, origin)), Ok((trees, contingencies))) => {
+        (Ok(mission), Ok((trees, contingencies))) => {
+            let stands = config.vehicle_sim.origin.of_mission(mission.origin);
+            config.vehicle_sim.origin = stands.map_err(|why| mistake(&config.mission, why, ""))?;
             let (access, state) = (settings.access.clone(), settings.state.clone());
             let (tower_key, tower_secret) = (settings.tower_key.clone(), settings.tower_secret.clone());
-            Ok(Inputs { config, mission, origin, trees, contingencies, access, state, tower_key, tower_secret })
+            let config_file = settings.config.clone();
+            Ok(Inputs { config_file, config, mission, trees, contingencies, access, state, tower_key, tower_secret })
         }
         (mission, behavior) => {
             let mistakes = [mission.err(), behavior.err()].into_iter().flatten().flat_map(|it| it.0);
@@ -64,22 +64,46 @@ impl Inputs {
     /// What is no mistake and should be known before the flight, a line for each.
     pub fn notes(&self) -> Vec<String> {
         let near = self.mission.too_near_in_wind(self.config.planner.wind_m_s.get());
-        let notes = near.into_iter().chain(self.elsewhere());
-        notes.map(|it| format!("note: {}: {it}", self.config.mission.display())).collect()
+        near.into_iter().map(|it| format!("note: {}: {it}", self.config.mission.display())).collect()
     }
 
-    /// That the mission takes off where the simulated vehicle does not stand: it is flown from there, and so shifted.
-    fn elsewhere(&self) -> Option<String> {
-        let stands = &self.config.vehicle_sim.origin;
-        let stands = LatLon::new(stands.latitude_deg.get(), stands.longitude_deg.get()).ok()?;
-        let away_m = LocalFrame::at(self.origin?.place).local(stands).horizontal_distance_m(Ned::default());
-        (TAKEOFF_AREA_M < away_m).then(|| {
-            format!(
-                "its origin lies {away_m:.0} m from where the simulated vehicle stands, expected at most {TAKEOFF_AREA_M} m: \
-                 it is flown shifted"
-            )
-        })
+    /// What forbids to start a vehicle backend, if anything does.
+    ///
+    /// # Errors
+    /// What is wrong, and what to do.
+    pub fn suits(&self, backend: Backend) -> Result<(), Mistakes> {
+        if backend == Backend::Sim {
+            return self.stands_at_origin();
+        }
+        if backend.takes_any_speed() || self.config.speed.pace() == Pace::REAL_TIME {
+            return Ok(());
+        }
+        let message = format!("found speed {}, expected 1: `{backend}` is no simulation of ours", self.config.speed);
+        Err(mistake(&self.config_file, message, "leave `--speed` out, and set `speed = 1.0` in the configuration"))
     }
+
+    /// For those who start the simulated vehicle: that it stands where the mission takes off. Elsewhere the planner would refuse the
+    /// mission.
+    ///
+    /// # Errors
+    /// How far away it stands, where the configuration wants that.
+    fn stands_at_origin(&self) -> Result<(), Mistakes> {
+        let Some(origin) = self.mission.origin else { return Ok(()) };
+        let away_m = origin.place.distance_m(self.config.vehicle_sim.origin.in_wgs84().place);
+        let most_m = self.config.planner.origin_tolerance_m.get();
+        if away_m <= most_m {
+            return Ok(());
+        }
+        let message = format!(
+            "its origin lies {away_m:.0} m from where the simulated vehicle stands, expected at most {most_m} m: it would not be flown"
+        );
+        let help = "set `at_mission_origin = true` in [vehicle_sim.origin], or move the one to the other";
+        Err(mistake(&self.config.mission, message, help))
+    }
+}
+
+fn mistake(path: &Path, message: String, help: &str) -> Mistakes {
+    Mistakes(vec![Mistake { path: path.to_owned(), place: None, message, help: help.into() }])
 }
 
 /// The trees and the table, in this order: the trees say which actions there are.
@@ -130,6 +154,12 @@ fn read_config(settings: &Settings) -> Result<Config, Mistakes> {
     gateway.tls_certificate = settings.tls_certificate.clone().or_else(|| gateway.tls_certificate.as_ref().map(beside));
     gateway.tls_key = settings.tls_key.clone().or_else(|| gateway.tls_key.as_ref().map(beside));
     gateway.plain_http_beyond_loopback |= settings.plain_http_beyond_loopback;
+    if let Some(endpoint) = &settings.connect_autopilot {
+        config.mavlink_bridge.connect = endpoint.clone();
+    }
+    if let Some(endpoint) = &settings.px4_endpoint {
+        config.px4_bridge.endpoint = endpoint.clone();
+    }
     if let Some(vehicle) = &settings.vehicle {
         config.vehicle = vehicle.clone();
     }

@@ -6,12 +6,14 @@ use std::path::PathBuf;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand};
 
+use crate::backend::Backend;
 use crate::config::VehicleName;
-use crate::operate::args::{AuditArgs, MissionArgs, PermissionArgs, VehicleArgs};
+use crate::operate::args::{AuditArgs, MissionArgs, PermissionArgs, VehicleArgs, WhyArgs};
 use crate::plan::WindArg;
 use crate::run::run_file;
 use crate::service::Service;
-use crate::settings::Settings;
+use crate::settings::{Settings, default_config};
+use crate::simulate::args::{ReplayArgs, SimulateArgs};
 
 /// Onboard mission and contingency manager for unmanned aircraft.
 ///
@@ -33,10 +35,20 @@ pub struct Cli {
 pub enum Command {
     /// Start every process and fly the mission (the default)
     Up(UpArgs),
-    /// Check the configuration, mission, trees, contingencies and link table that `up` and the routers read; start nothing
+    /// Check every file that `up` and the routers read, and prove by flights in virtual time that the table answers everything
     Check(CheckArgs),
+    /// Listen to a PX4, and check whether its parameters make its failsafes the net below ours; command nothing
+    #[command(name = "px4-check")]
+    Px4Check(Px4CheckArgs),
+    /// Read the parameters of an autopilot over MAVLink, and check whether they make its failsafes the net below ours
+    #[command(name = "autopilot-check")]
+    AutopilotCheck(AutopilotCheckArgs),
     /// Print what would be flown: legs, time, energy, permissions, what is left out and why; start nothing
     Plan(PlanArgs),
+    /// Fly in virtual time, many times faster than real time, with faults and random trouble; judge every run
+    Simulate(SimulateArgs),
+    /// Give the mission manager and the planner of a recorded flight the same again, and compare every decision
+    Replay(ReplayArgs),
     /// The router that every process connects to; prints where it listens
     Router(RouterArgs),
     /// Make, revoke or renew the certificates of the routers at both ends of the link
@@ -59,6 +71,12 @@ pub enum Command {
     Permission(PermissionArgs),
     /// Check the files in which a gateway records orders
     Audit(AuditArgs),
+    /// Tell why the vehicle did what it did: its decisions as sentences, each under the one that led to it
+    Why(WhyArgs),
+    /// Print what a shell needs to complete this program's arguments
+    Completions(CompletionsArgs),
+    /// Write the manual's pages, one for each command, for `man -l FILE` or a folder of the manual
+    Man(ManArgs),
     /// Measure: fly real systems and print the reference's tables beside our figures; starts `kittiwake-kpi`
     #[command(disable_help_flag = true)]
     Kpi(CompanionArgs),
@@ -66,6 +84,23 @@ pub enum Command {
     /// `kittiwake-chaos`
     #[command(disable_help_flag = true)]
     Chaos(CompanionArgs),
+}
+
+/// For `kittiwake completions`.
+#[derive(Debug, Args)]
+#[command(after_help = "For bash: kittiwake completions bash > ~/.local/share/bash-completion/completions/kittiwake")]
+pub struct CompletionsArgs {
+    /// The shell
+    #[arg(value_name = "SHELL")]
+    pub shell: clap_complete::Shell,
+}
+
+/// For `kittiwake man`.
+#[derive(Debug, Args)]
+pub struct ManArgs {
+    /// The folder to write them to, which must exist
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
 }
 
 /// For `kittiwake kpi` and `kittiwake chaos`.
@@ -77,11 +112,14 @@ pub struct CompanionArgs {
 }
 
 /// For `kittiwake up`.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(after_help = EXIT_CODES)]
 pub struct UpArgs {
     #[command(flatten)]
     pub settings: Settings,
+    /// What flies. `--vehicle px4` says the same where the vehicle keeps the name of the configuration file
+    #[arg(long, value_name = "BACKEND")]
+    pub backend: Option<Backend>,
     /// Where the router listens; without it on a socket that only this user can reach. With `tcp/127.0.0.1:0` every user of
     /// this machine can fly
     #[arg(long, value_name = "LOCATOR")]
@@ -94,6 +132,16 @@ pub struct UpArgs {
     pub json: bool,
 }
 
+impl UpArgs {
+    /// What flies, and the settings of its processes: a backend's name as `--vehicle` names no vehicle.
+    pub fn flown(&self) -> (Backend, Settings) {
+        let named = self.settings.vehicle.as_ref().and_then(|it| Backend::of_name(it.as_str()));
+        let vehicle = self.settings.vehicle.clone().filter(|_| named.is_none());
+        let backend = self.backend.or(named).unwrap_or(Backend::Sim);
+        (backend, Settings { vehicle, ..self.settings.clone() })
+    }
+}
+
 const EXIT_CODES: &str = "\
 Exit codes:
     0  all objectives achieved
@@ -102,11 +150,18 @@ Exit codes:
     4  the mission ended by an emergency response
     5  the system could not be kept up
     6  the vehicle crashed
-  130  interrupted before the mission was over";
+  130  interrupted before the mission was over
+
+Examples:
+    kittiwake up --speed 5                                    fly the configured mission, five times as fast
+    kittiwake up --mission config/missions/rounds.toml        another mission
+    kittiwake up --exit-when-done --speed 20 --permissions silent   until it is over, with a tower that never answers";
 
 /// For `kittiwake check`.
 #[derive(Debug, Args)]
-#[command(after_help = "Exit codes:\n    0  no mistakes\n    2  a file has a mistake or cannot be read")]
+#[command(
+    after_help = "Exit codes:\n    0  nothing found\n    1  the table does not answer everything, or the mission cannot be flown\n    2  a file has a mistake or cannot be read"
+)]
 pub struct CheckArgs {
     /// The same settings as `up` takes, so that the files it would read are checked
     #[command(flatten)]
@@ -117,6 +172,53 @@ pub struct CheckArgs {
     /// Print only the tree that the contingency table becomes, as XML
     #[arg(long)]
     pub print_tree: bool,
+    /// Print only the contingencies: what raises each, how loudly it calls, what is flown, and where its numbers come from
+    #[arg(long, conflicts_with = "print_tree")]
+    pub print_contingencies: bool,
+    /// Only read the files: fly nothing
+    #[arg(long, conflicts_with_all = ["quick", "html", "jobs"])]
+    pub files_only: bool,
+    /// Fly a sample: each kind of row alone, and two pairs of each, in turn through the phases of a mission; seconds instead of minutes
+    #[arg(long)]
+    pub quick: bool,
+    /// Write the pair matrix as a page with the story behind each cell; or as a picture alone, if the name ends with .svg
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["print_tree", "print_contingencies"])]
+    pub html: Option<PathBuf>,
+    /// Flights at a time; without it as many as the machine has processors
+    #[arg(long, value_name = "J")]
+    pub jobs: Option<std::num::NonZeroUsize>,
+}
+
+/// For `kittiwake px4-check`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Exit codes:\n    0  PX4 is heard, and no parameter is the wrong way round\n    1  it is not, or one is\n    2  a file has a mistake or cannot be read\n    5  the endpoint is taken"
+)]
+pub struct Px4CheckArgs {
+    #[command(flatten)]
+    pub settings: Settings,
+    /// PX4's parameters, as QGroundControl saves them or as `param show` prints them: over Zenoh they cannot be read
+    #[arg(long, value_name = "FILE")]
+    pub params: Option<PathBuf>,
+    /// Seconds for which it listens; 0 does not
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    pub listen_s: u64,
+}
+
+/// For `kittiwake autopilot-check`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Exit codes:\n    0  an autopilot is heard, and no parameter is otherwise than it should be\n    1  none is heard, or one is\n    2  a file has a mistake or cannot be read\n    5  the address is taken, or the device cannot be opened"
+)]
+pub struct AutopilotCheckArgs {
+    #[command(flatten)]
+    pub settings: Settings,
+    /// Change what is otherwise than it should be, where there is one good value
+    #[arg(long)]
+    pub write: bool,
+    /// Seconds after which an autopilot that was not heard is given up
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    pub limit_s: u64,
 }
 
 /// For `kittiwake plan`.
@@ -129,7 +231,7 @@ pub struct PlanArgs {
     #[arg(value_name = "MISSION")]
     pub mission: PathBuf,
     /// The configuration file, with the speeds and the vehicle's energy
-    #[arg(long, value_name = "FILE", default_value = "config/kittiwake.toml")]
+    #[arg(long, value_name = "FILE", default_value_os_t = default_config())]
     pub config: PathBuf,
     /// The mean wind, in metres per second, and the direction it comes from in degrees; without a direction it blows against every
     /// leg, and without this option the wind of the configuration does
@@ -244,6 +346,12 @@ pub struct RenewArgs {
 pub enum ServiceCommand {
     /// The autopilot and its vehicle, simulated
     VehicleSim(ProcessArgs),
+    /// Between a PX4 and the `fmu/` topics: the router that PX4's Zenoh module connects to, commands, setpoints, telemetry
+    #[command(name = "px4-bridge")]
+    Px4Bridge(ProcessArgs),
+    /// Between an autopilot that speaks MAVLink and the `fmu/` topics: PX4 or ArduPilot, over UDP, TCP or a serial line
+    #[command(name = "mavlink-bridge")]
+    MavlinkBridge(ProcessArgs),
     /// Turns skills into commands to the autopilot
     SkillManager(ProcessArgs),
     /// Watches the vehicle's state and raises flags
@@ -263,6 +371,8 @@ impl ServiceCommand {
     pub fn split(self) -> (Service, ProcessArgs) {
         match self {
             ServiceCommand::VehicleSim(args) => (Service::VehicleSim, args),
+            ServiceCommand::Px4Bridge(args) => (Service::Px4Bridge, args),
+            ServiceCommand::MavlinkBridge(args) => (Service::MavlinkBridge, args),
             ServiceCommand::SkillManager(args) => (Service::SkillManager, args),
             ServiceCommand::Monitor(args) => (Service::Monitor, args),
             ServiceCommand::Planner(args) => (Service::Planner, args),
@@ -291,6 +401,9 @@ pub struct ProcessArgs {
 
 /// For `kittiwake inject`.
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n    kittiwake inject flag obstacle         the vehicle stops, replans and goes on\n    kittiwake inject fault battery 0.2     a battery that drops to 20 %\n    kittiwake inject fault wind 6 0 3      wind to the north and to the east, and its gusts, in m/s"
+)]
 pub struct InjectArgs {
     #[command(subcommand)]
     pub what: Injection,
@@ -323,6 +436,9 @@ pub enum Injection {
 
 /// For `kittiwake status`.
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n    kittiwake status                                          of the system that runs here\n    kittiwake status --url http://127.0.0.1:8080 --vehicle uav1   of another, with KITTIWAKE_TOKEN"
+)]
 pub struct StatusArgs {
     #[command(flatten)]
     pub target: TargetArgs,
@@ -355,7 +471,7 @@ pub struct HealthArgs {
     #[arg(long, value_name = "NAME", requires = "process")]
     pub vehicle: Option<VehicleName>,
     /// The configuration file that names the vehicle, if --vehicle does not
-    #[arg(long, value_name = "FILE", default_value = "config/kittiwake.toml", requires = "process")]
+    #[arg(long, value_name = "FILE", default_value_os_t = default_config(), requires = "process")]
     pub config: PathBuf,
     /// Print the result as JSON
     #[arg(long)]
@@ -375,8 +491,8 @@ pub struct TargetArgs {
     /// The router's locator
     #[arg(long, value_name = "LOCATOR")]
     pub connect: Option<String>,
-    /// The gateway's address, such as `http://127.0.0.1:8080`
-    #[arg(long, value_name = "URL")]
+    /// The gateway's address, such as `http://127.0.0.1:8080`; else KITTIWAKE_URL, else the system that runs here
+    #[arg(long = "url", alias = "http", value_name = "URL")]
     pub http: Option<String>,
     /// The vehicle
     #[arg(long, value_name = "NAME")]
@@ -403,6 +519,21 @@ mod tests {
     }
 
     #[test]
+    fn a_backend_is_named_as_such_or_in_place_of_the_vehicle() {
+        #[track_caller]
+        fn check(args: &[&str], backend: Backend, vehicle: Option<&str>) {
+            let (found, settings) = Cli::parse_from([&["kittiwake"], args].concat()).up.flown();
+            assert_eq!((found, settings.vehicle.as_ref().map(|it| it.as_str())), (backend, vehicle), "{args:?}");
+        }
+        check(&[], Backend::Sim, None);
+        check(&["--vehicle", "uav2"], Backend::Sim, Some("uav2"));
+        check(&["--vehicle", "px4"], Backend::Px4, None);
+        check(&["--vehicle", "sim"], Backend::Sim, None);
+        check(&["--vehicle", "mavlink"], Backend::Mavlink, None);
+        check(&["--backend", "px4", "--vehicle", "uav2"], Backend::Px4, Some("uav2"));
+    }
+
+    #[test]
     fn what_follows_a_companion_is_handed_on_as_it_is() {
         let cli = Cli::parse_from(["kittiwake", "kpi", "--floor", "--tick-ms", "10,5", "--help"]);
         let Some(Command::Kpi(args)) = cli.command else { panic!("{cli:?}") };
@@ -426,8 +557,13 @@ mod tests {
         check(&["up", "--permissions", "maybe"], "grant, delay, deny, random, silent");
         check(&["up", "--http", "here"], "invalid socket address");
         check(&["mcm", "--vehicle", "a/b"], "lower-case");
-        check(&["health", "--process", "autopilot"], "router, vehicle-sim, skill-manager");
+        check(&["health", "--process", "autopilot"], "router, vehicle-sim, px4-bridge, mavlink-bridge, skill-manager");
         check(&["health", "--vehicle", "uav1"], "--process <NAME>");
+        check(&["simulate", "--runs", "0"], "--runs");
+        check(&["simulate", "--fault", "batery@60:0.2"], "did you mean `battery`?");
+        check(&["simulate", "--fault", "gnss_loss@-3"], "expected seconds after the start");
+        check(&["simulate", "--flag", "obstacle"], "NAME@SECONDS");
+        check(&["simulate", "--shrink", "7", "--runs", "2"], "--runs");
         check(&["fly"], "unrecognized subcommand");
     }
 }

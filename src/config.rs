@@ -40,6 +40,10 @@ pub struct Config {
     pub telemetry: crate::telemetry::Config,
     /// The simulated vehicle and its autopilot.
     pub vehicle_sim: vehicle_sim::config::Config,
+    /// The bridge to a PX4.
+    pub px4_bridge: px4_bridge::config::Config,
+    /// The bridge to an autopilot that speaks MAVLink.
+    pub mavlink_bridge: mavlink_bridge::config::Config,
     /// Skills and how they are flown.
     pub skill_manager: skill_manager::config::Config,
     /// Rates, and the rules that raise flags.

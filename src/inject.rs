@@ -19,8 +19,8 @@ use crate::settings::Settings;
 use crate::target::Target;
 use crate::{check_inputs, output};
 
-/// How long the receiver is waited for, and then its answer.
-const LIMIT: Duration = Duration::from_secs(5);
+/// How long the receiver is waited for, and then its answer: longer than a companion that is busy with other things takes.
+const LIMIT: Duration = Duration::from_secs(10);
 
 /// Injects what the arguments say and prints the result.
 pub fn inject(args: &InjectArgs) -> Outcome {

@@ -15,6 +15,7 @@ use clap::Parser;
 
 use crate::companion::Companion;
 
+pub mod backend;
 pub mod check_inputs;
 mod cli;
 mod companion;
@@ -23,6 +24,7 @@ pub mod flood;
 mod health;
 mod http_client;
 pub mod inject;
+mod manual;
 mod operate;
 pub mod outcome;
 pub mod output;
@@ -31,6 +33,7 @@ pub mod run;
 pub mod service;
 pub mod settings;
 pub mod setup;
+mod simulate;
 mod status;
 mod target;
 pub mod telemetry;
@@ -52,7 +55,11 @@ pub fn main() -> ExitCode {
         None => up::up(&cli.up),
         Some(cli::Command::Up(args)) => up::up(&args),
         Some(cli::Command::Check(args)) => setup::check::check(&args),
+        Some(cli::Command::Px4Check(args)) => setup::px4_check::px4_check(&args),
+        Some(cli::Command::AutopilotCheck(args)) => setup::autopilot_check::autopilot_check(&args),
         Some(cli::Command::Plan(args)) => plan::plan(&args),
+        Some(cli::Command::Simulate(args)) => simulate::simulate(&args),
+        Some(cli::Command::Replay(args)) => simulate::replay::replay(&args),
         Some(cli::Command::Router(args)) => run::router::router(&args),
         Some(cli::Command::Certs(args)) => setup::certs::certs(&args),
         Some(cli::Command::Service(command)) => {
@@ -67,6 +74,9 @@ pub fn main() -> ExitCode {
         Some(cli::Command::Mission(args)) => operate::mission(&args),
         Some(cli::Command::Permission(args)) => operate::permission(&args),
         Some(cli::Command::Audit(args)) => operate::audit::audit(&args),
+        Some(cli::Command::Why(args)) => operate::why::why(&args),
+        Some(cli::Command::Completions(args)) => manual::completions(args.shell),
+        Some(cli::Command::Man(args)) => manual::write(&args.folder),
         Some(cli::Command::Kpi(args)) => companion::become_companion(Companion::Kpi, &args),
         Some(cli::Command::Chaos(args)) => companion::become_companion(Companion::Chaos, &args),
     };

@@ -11,6 +11,8 @@ pub enum Outcome {
     Unavailable,
     /// The mission cannot be flown as it is.
     NotFlyable,
+    /// A simulated flight broke a rule.
+    Breached,
     /// A file or an argument is wrong; nothing was started.
     BadInput,
     /// The system refused the order.
@@ -33,7 +35,7 @@ impl From<Outcome> for u8 {
     fn from(it: Outcome) -> u8 {
         match it {
             Outcome::Success => 0,
-            Outcome::Unavailable | Outcome::NotFlyable => 1,
+            Outcome::Unavailable | Outcome::NotFlyable | Outcome::Breached => 1,
             Outcome::BadInput => 2,
             Outcome::ObjectivesFailed | Outcome::Refused => 3,
             Outcome::Emergency => 4,

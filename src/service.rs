@@ -5,11 +5,17 @@ use std::path::Path;
 
 use bus::{Direct, Scope};
 
+use crate::backend::Backend;
+
 /// A process that the launcher starts. A new one is a variant here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Service {
     /// The autopilot and its vehicle, simulated.
     VehicleSim,
+    /// Between a PX4 and the `fmu/` topics.
+    Px4Bridge,
+    /// Between an autopilot that speaks MAVLink and the `fmu/` topics.
+    MavlinkBridge,
     /// Turns skills into commands to the autopilot.
     SkillManager,
     /// Watches the vehicle's state and raises flags.
@@ -25,9 +31,11 @@ pub enum Service {
 }
 
 impl Service {
-    /// Every service, the layers that others build on first.
-    pub const ALL: [Service; 7] = [
+    /// Every service, the layers that others build on first. A system has one vehicle backend: see [`crate::backend::Backend`].
+    pub const ALL: [Service; 9] = [
         Service::VehicleSim,
+        Service::Px4Bridge,
+        Service::MavlinkBridge,
         Service::SkillManager,
         Service::Monitor,
         Service::Planner,
@@ -40,6 +48,8 @@ impl Service {
     pub fn name(self) -> &'static str {
         match self {
             Service::VehicleSim => "vehicle-sim",
+            Service::Px4Bridge => "px4-bridge",
+            Service::MavlinkBridge => "mavlink-bridge",
             Service::SkillManager => "skill-manager",
             Service::Monitor => "monitor",
             Service::Planner => "planner",
@@ -53,9 +63,13 @@ impl Service {
     pub fn scope(self, vehicle: &str) -> Scope {
         match self {
             Service::ControlTower | Service::Gateway => Scope::Fleet,
-            Service::VehicleSim | Service::SkillManager | Service::Monitor | Service::Planner | Service::Mcm => {
-                Scope::Vehicle(vehicle.to_owned())
-            }
+            Service::VehicleSim
+            | Service::Px4Bridge
+            | Service::MavlinkBridge
+            | Service::SkillManager
+            | Service::Monitor
+            | Service::Planner
+            | Service::Mcm => Scope::Vehicle(vehicle.to_owned()),
         }
     }
 }
@@ -66,17 +80,25 @@ impl Service {
     /// direct links.
     fn calls(self) -> Option<&'static [Service]> {
         match self {
-            Service::VehicleSim | Service::Monitor => Some(&[]),
+            Service::VehicleSim | Service::Px4Bridge | Service::MavlinkBridge | Service::Monitor => Some(&[]),
             Service::SkillManager => Some(&[Service::VehicleSim]),
             Service::Mcm => Some(&[Service::SkillManager, Service::Monitor]),
             Service::Planner | Service::ControlTower | Service::Gateway => None,
         }
     }
 
+    /// The name of its socket. The vehicle backends have one in common: who commands the vehicle need not know which one flies.
+    fn socket(self) -> &'static str {
+        match Backend::of_service(self) {
+            Some(_) => "vehicle",
+            None => self.name(),
+        }
+    }
+
     /// Its direct links, with their sockets in `folder`.
     pub fn direct(self, folder: &Path) -> Option<Direct> {
-        let connect = self.calls()?.iter().map(|it| it.name().to_owned()).collect();
-        Some(Direct { folder: folder.to_owned(), listen: Some(self.name().to_owned()), connect })
+        let connect = self.calls()?.iter().map(|it| it.socket().to_owned()).collect();
+        Some(Direct { folder: folder.to_owned(), listen: Some(self.socket().to_owned()), connect })
     }
 }
 
@@ -91,6 +113,16 @@ mod tests {
     use super::*;
     use crate::cli::{Cli, Command};
     use clap::Parser;
+
+    #[test]
+    fn whoever_commands_the_vehicle_calls_whichever_backend_flies() {
+        let folder = Path::new("/run/links");
+        let called = Service::SkillManager.direct(folder).map(|it| it.connect).unwrap_or_default();
+        for backend in Backend::ALL {
+            let listens = backend.service().direct(folder).and_then(|it| it.listen);
+            assert!(listens.is_some_and(|it| called.contains(&it)), "{backend}");
+        }
+    }
 
     #[test]
     fn every_service_is_a_subcommand_of_its_name() {

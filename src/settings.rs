@@ -10,11 +10,25 @@ use control_tower::policy::Policy;
 
 use crate::config::{Speed, VehicleName};
 
+/// Where configurations are looked for: that of the folder that the program is started in comes first, as in the repository, then
+/// that of an installed system, where docs/deployment.md puts it.
+const CONFIG_FILES: [&str; 2] = ["config/kittiwake.toml", "/etc/kittiwake/config/kittiwake.toml"];
+
+/// The configuration file where none is named: `config/kittiwake.toml`, or the installed one if only that is there. If neither is,
+/// the first one, so that it is the one that is reported as missing.
+pub fn default_config() -> PathBuf {
+    first_file(&CONFIG_FILES).into()
+}
+
+fn first_file<'a>(files: &[&'a str]) -> &'a str {
+    files.iter().find(|it| Path::new(it).is_file()).unwrap_or(&files[0])
+}
+
 /// The configuration file and what overrides it.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Settings {
     /// The configuration file; paths in it are relative to its folder
-    #[arg(long, value_name = "FILE", default_value = "config/kittiwake.toml")]
+    #[arg(long, value_name = "FILE", default_value_os_t = default_config())]
     pub config: PathBuf,
     /// The mission to fly, instead of the configured one
     #[arg(long, value_name = "FILE")]
@@ -39,6 +53,9 @@ pub struct Settings {
     /// folder, and a gateway what the configuration file says
     #[arg(long, value_name = "DIR")]
     pub recordings: Option<PathBuf>,
+    /// Where the mission manager and the planner write what they are given and decide, each a file, for `kittiwake replay`
+    #[arg(long, value_name = "DIR")]
+    pub record_inputs: Option<PathBuf>,
     /// The folder of the persisted state: the mission's progress, what was ordered, whether the mission is over, and what
     /// the control tower has decided, for processes that are started again. Without it `up` makes a folder for this run, in memory,
     /// and a planner, a mission manager and a control tower start without a state
@@ -60,9 +77,15 @@ pub struct Settings {
     /// Allow the gateway to speak plain HTTP on other addresses than the loopback's, where others can read tokens
     #[arg(long)]
     pub plain_http_beyond_loopback: bool,
-    /// The vehicle's name
+    /// The vehicle's name; with `up` also what flies it: `sim`, `px4` or `mavlink`
     #[arg(long, value_name = "NAME")]
     pub vehicle: Option<VehicleName>,
+    /// Where PX4's Zenoh module connects to, such as `tcp/127.0.0.1:7447`. Whoever reaches it can fly the vehicle
+    #[arg(long, value_name = "LOCATOR")]
+    pub px4_endpoint: Option<px4_bridge::config::Endpoint>,
+    /// Where the autopilot that speaks MAVLink is: `udpin:127.0.0.1:14540`, `tcpout:127.0.0.1:5760` or `serial:/dev/ttyACM0:921600`
+    #[arg(long, value_name = "WHERE")]
+    pub connect_autopilot: Option<mavlink_bridge::socket::Endpoint>,
 }
 
 fn policies() -> impl TypedValueParser<Value = Policy> {
@@ -82,6 +105,7 @@ impl Settings {
             http: None,
             access: None,
             recordings: None,
+            record_inputs: None,
             state: None,
             tower_key: None,
             tower_secret: None,
@@ -89,6 +113,8 @@ impl Settings {
             tls_key: None,
             plain_http_beyond_loopback: false,
             vehicle: None,
+            px4_endpoint: None,
+            connect_autopilot: None,
         }
     }
 
@@ -105,12 +131,15 @@ impl Settings {
         add("--http", self.http.map(|it| it.to_string().into()));
         add("--access", self.access.clone().map(Into::into));
         add("--recordings", self.recordings.clone().map(Into::into));
+        add("--record-inputs", self.record_inputs.clone().map(Into::into));
         add("--state", self.state.clone().map(Into::into));
         add("--tower-key", self.tower_key.clone().map(Into::into));
         add("--tower-secret", self.tower_secret.clone().map(Into::into));
         add("--tls-certificate", self.tls_certificate.clone().map(Into::into));
         add("--tls-key", self.tls_key.clone().map(Into::into));
         add("--vehicle", self.vehicle.as_ref().map(|it| it.to_string().into()));
+        add("--px4-endpoint", self.px4_endpoint.as_ref().map(|it| it.to_string().into()));
+        add("--connect-autopilot", self.connect_autopilot.as_ref().map(|it| it.to_string().into()));
         if self.plain_http_beyond_loopback {
             args.push("--plain-http-beyond-loopback".into());
         }
@@ -127,6 +156,17 @@ mod tests {
     struct Cli {
         #[command(flatten)]
         settings: Settings,
+    }
+
+    #[test]
+    fn the_first_configuration_file_that_is_there_is_read() {
+        #[track_caller]
+        fn check(files: &[&str], expected: &str) {
+            assert_eq!(first_file(files), expected);
+        }
+        check(&["config/kittiwake.toml", "Cargo.toml"], "config/kittiwake.toml");
+        check(&["no/such.toml", "Cargo.toml"], "Cargo.toml");
+        check(&["no/such.toml", "nor/this.toml"], "no/such.toml");
     }
 
     #[test]
@@ -148,6 +188,8 @@ mod tests {
             "keys",
             "--recordings",
             "kept",
+            "--record-inputs",
+            "inputs",
             "--state",
             "kept",
             "--tower-key",
@@ -160,6 +202,10 @@ mod tests {
             "cert.key",
             "--vehicle",
             "uav2",
+            "--px4-endpoint",
+            "tcp/127.0.0.1:7448",
+            "--connect-autopilot",
+            "udpin:127.0.0.1:14541",
             "--plain-http-beyond-loopback",
         ];
         let cli = Cli::parse_from(["kittiwake"].iter().chain(&given));

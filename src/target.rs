@@ -9,6 +9,9 @@ use crate::run::run_file::{self, Running};
 /// everybody on the machine could read.
 const TOKEN: &str = "KITTIWAKE_TOKEN";
 
+/// The environment variable with the gateway's address, where no argument names a system: the one of the commands about vehicles.
+const URL: &str = "KITTIWAKE_URL";
+
 /// The addresses of that system.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Target {
@@ -27,10 +30,18 @@ pub struct Target {
 }
 
 impl Target {
-    /// The system that the arguments name, or the only one that runs.
+    /// The system that the arguments name, else the one of KITTIWAKE_URL, else the only one that runs.
     pub fn find(args: &TargetArgs) -> Result<Target, String> {
-        choose(args, run_file::running(), std::env::var(TOKEN).ok())
+        let args = named_by(args, std::env::var(URL).ok());
+        choose(&args, run_file::running(), std::env::var(TOKEN).ok())
     }
+}
+
+/// The arguments, with the address of the environment where none of them names a system.
+fn named_by(args: &TargetArgs, url: Option<String>) -> TargetArgs {
+    let names_one = args.pid.is_some() || args.connect.is_some() || args.http.is_some();
+    let http = args.http.clone().or(url.filter(|it| !names_one && !it.is_empty()));
+    TargetArgs { http, ..args.clone() }
 }
 
 /// `own` is the caller's own token.
@@ -64,19 +75,17 @@ fn choose(args: &TargetArgs, running: Vec<Running>, own: Option<String>) -> Resu
             ca: None,
         }),
         0 if others.is_empty() => {
-            Err("unavailable: no system runs; start one with `kittiwake up`, or name one with --connect or --http"
+            Err("unavailable: no system runs; start one with `kittiwake up`, or name one with --connect or --url"
                 .into())
         }
         0 => Err(format!("unavailable: no such system runs; these do:\n{}", list(&others))),
-        _ => {
-            Err(format!("several systems run; name one with --pid, --connect, --http or --vehicle:\n{}", list(&found)))
-        }
+        _ => Err(format!("several systems run; name one with --pid, --connect, --url or --vehicle:\n{}", list(&found))),
     }
 }
 
 fn list(running: &[Running]) -> String {
     let line =
-        |it: &Running| format!("  --pid {}  {}  --connect {}  --http {}", it.pid, it.vehicle, it.connect, it.http);
+        |it: &Running| format!("  --pid {}  {}  --connect {}  --url {}", it.pid, it.vehicle, it.connect, it.http);
     running.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
@@ -109,6 +118,16 @@ mod tests {
     #[test]
     fn the_only_system_needs_no_name() {
         check(TargetArgs::default(), &[1], Ok("tcp/127.0.0.1:1"));
+    }
+
+    #[test]
+    fn the_address_of_the_environment_counts_where_no_argument_names_a_system() {
+        let of = |args: TargetArgs, url: &str| named_by(&args, Some(url.into())).http;
+        assert_eq!(of(TargetArgs::default(), "http://ground:8080").as_deref(), Some("http://ground:8080"));
+        assert_eq!(of(TargetArgs::default(), ""), None);
+        assert_eq!(of(TargetArgs { pid: Some(2), ..Default::default() }, "http://ground:8080"), None);
+        let here = TargetArgs { http: Some("http://here:1".into()), ..Default::default() };
+        assert_eq!(of(here, "http://ground:8080").as_deref(), Some("http://here:1"));
     }
 
     #[test]

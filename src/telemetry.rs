@@ -17,6 +17,8 @@ use tracing_subscriber::prelude::*;
 
 use crate::http_client::client;
 
+mod sampling;
+
 /// Where traces go.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -72,8 +74,7 @@ fn provider(service: &'static str, vehicle: &str, exporter: Option<SpanExporter>
         // Ids are passed on; spans are not recorded if they are not exported.
         return provider.with_sampler(Sampler::AlwaysOff).build();
     };
-    // Also if another process, which may have no collector, decided not to sample the trace.
-    let provider = provider.with_sampler(Sampler::AlwaysOn);
+    let provider = provider.with_sampler(sampling::ByCause);
     let batches = BatchConfigBuilder::default().with_max_queue_size(QUEUE).build();
     provider.with_span_processor(BatchSpanProcessor::builder(exporter).with_batch_config(batches).build()).build()
 }

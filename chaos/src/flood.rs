@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use bus::{Process, Stop};
-use domain::contingency::Then;
+use domain::contingency::{SOMEBODY_ELSE_FLIES, Then};
 use kittiwake::check_inputs;
 use kittiwake::flood::{Flood, PERIOD, per_batch};
 use kittiwake::settings::Settings;
@@ -39,11 +39,15 @@ pub(crate) fn storm(locator: &str, flags: Vec<String>, time: Duration) {
 }
 
 /// Flags of the contingency table, drawn by `draw`. Not those by which an order is carried out, which an operator gives and
-/// nobody else, nor a crash, after which there is nothing to be seen.
+/// nobody else, nor a crash, after which there is nothing to be seen, nor that somebody else flies, which only an order ends.
 pub(crate) fn known_flags(config: &Path, draw: u64) -> Result<Vec<String>, String> {
     let inputs = check_inputs::read(&Settings::of_file(config)).map_err(|it| it.to_string())?;
     let is_order = |flag: &str| [Order::Abort, Order::Return].iter().any(|it| it.flag() == flag);
-    let rows = inputs.contingencies.rows().iter().filter(|it| it.then != Then::Crashed && !is_order(&it.flag));
+    let rows = inputs
+        .contingencies
+        .rows()
+        .iter()
+        .filter(|it| it.then != Then::Crashed && !is_order(&it.flag) && it.flag != SOMEBODY_ELSE_FLIES);
     let flags: Vec<String> = rows.map(|it| it.flag.clone()).collect();
     let mut chance = ChaCha8Rng::seed_from_u64(draw);
     Ok(flags.choose_multiple(&mut chance, STORM_FLAGS).cloned().collect())

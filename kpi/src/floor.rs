@@ -104,6 +104,7 @@ fn skill_event(id: u64) -> v1::SkillEvent {
         velocity: Some(v1::NedVelocity { north_m_s: 0.1, east_m_s: 0.2, down_m_s: 0.3 }),
         position_timestamp_us: 83_412_675,
         landed_timestamp_us: 82_900_113,
+        flown_by_other: false,
     }
 }
 
@@ -136,7 +137,7 @@ impl Node for Near {
                     v1::vehicle_command::Command::SetMode(v1::SetMode { mode: v1::FlightMode::Loiter as i32 });
                 self.commanded += 1;
                 effects.push(Effect::publish(v1::VehicleCommand { id: self.commanded, command: Some(command) }));
-                let response = v1::SkillReply { skill_id: self.commanded, refusal: String::new() };
+                let response = v1::SkillReply { skill_id: self.commanded, ..Default::default() };
                 effects.push(Effect::Reply { token, response: Response::Skill(response) });
             }
             _ => {}
@@ -203,6 +204,7 @@ impl Far {
             goal: Some(goal.into()),
             when_busy: v1::WhenBusy::Replace as i32,
             gave_up_skill_id: ended.skill_id,
+            takes_control: false,
         };
         let (call, request) = (CallId(self.count), Request::Skill(request));
         effects.push(Effect::Call { call, vehicle: None, trace: None, request, timeout: Duration::from_secs(1) });

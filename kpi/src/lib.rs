@@ -10,8 +10,8 @@ use std::time::Duration;
 
 use bus::{Stop, Tapped};
 use control_tower::policy::Policy;
+use kittiwake::backend::Backend;
 use kittiwake::outcome::Outcome;
-use kittiwake::service::Service;
 use kittiwake::settings::Settings;
 use kittiwake::{check_inputs, output, telemetry};
 use kittiwake_proto::topics::Message;
@@ -226,7 +226,7 @@ impl Flights<'_> {
             // One in three is not answered at all.
             let permissions = if flight % 3 == 0 { Policy::Silent } else { Policy::Random };
             let settings = self.settings(&config, permissions, flight.into());
-            let system = System::start(self.program, &settings, self.vehicle, &Service::ALL)?;
+            let system = System::start(self.program, &settings, self.vehicle, &Backend::Sim.services())?;
             let mut heard = Vec::new();
             if !system.listen(FLIGHT, &mut heard, is_report)? {
                 return Err(format!("flight {flight} at {tick_ms} ms did not end"));
@@ -254,7 +254,7 @@ impl Flights<'_> {
         for flight in 1..=MOST_FLIGHTS {
             let missing = self.missing(&samples, flight.into());
             let settings = self.settings(&config, Policy::Grant, flight.into());
-            let system = System::start(self.program, &settings, self.vehicle, &Service::ALL)?;
+            let system = System::start(self.program, &settings, self.vehicle, &Backend::Sim.services())?;
             let mut heard = Vec::new();
             await_skill(&system, SkillKind::Takeoff, SkillState::Ended, &mut heard)?;
             let disturbance = meanwhile.begin(&system)?;

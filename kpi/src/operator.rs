@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 use control_tower::policy::Policy;
 use domain::time::{Now, Time};
 use gateway::access::{Role, entry};
+use kittiwake::backend::Backend;
 use kittiwake::run::run_file::{self, RunFolder};
 use kittiwake::service::Service;
 use kittiwake::settings::Settings;
@@ -81,7 +82,7 @@ pub(crate) fn measure(program: &Path, config: &Path, vehicle: &str) -> Result<Op
     settings.permissions = Some(Policy::Grant);
     settings.http = Some(address);
     settings.access = Some(badges.folder.0.clone());
-    let system = System::start(program, &settings, vehicle, &Service::ALL)?;
+    let system = System::start(program, &settings, vehicle, &Backend::Sim.services())?;
     let audience = Audience::new()?;
     let sight = Sight { system: &system, audience: &audience, address, vehicle };
     crate::say("operator: one client");
@@ -267,6 +268,7 @@ impl Node for Speaker {
                 topic: "kpi".into(),
                 text: format!("{MARK}{}", bus::monotonic_ns()),
                 sequence: self.sequence,
+                ..DecisionRecord::default()
             }));
             (self.next, self.left) = (self.next + self.period, self.left - 1);
         }

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use control_tower::policy::Policy;
+use kittiwake::backend::Backend;
 use kittiwake::inject::Injector;
 use kittiwake::service::Service;
 use kittiwake::settings::Settings;
@@ -50,7 +51,7 @@ pub(crate) fn measure(
     let mut settings = Settings::of_file(config);
     settings.permissions = Some(Policy::Grant);
     settings.http = Some(([127, 0, 0, 1], 0).into());
-    let mut system = System::start(program, &settings, vehicle, &Service::ALL)?;
+    let mut system = System::start(program, &settings, vehicle, &Backend::Sim.services())?;
     let mut heard = Vec::new();
     say("taking off");
     await_skill(&system, SkillKind::Offboard, SkillState::Execute, &mut heard)?;

@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use prost::{Message, Name};
-use prost_reflect::{DescriptorPool, DynamicMessage, SerializeOptions};
+use prost_reflect::{DescriptorPool, DynamicMessage, MessageDescriptor, SerializeOptions};
 
 static POOL: LazyLock<DescriptorPool> = LazyLock::new(|| {
     let bytes = include_bytes!(concat!(env!("OUT_DIR"), "/descriptor.bin"));
@@ -31,6 +31,32 @@ pub fn from_json<M: Message + Name + Default>(json: &serde_json::Value) -> Resul
     let descriptor = POOL.get_message_by_name(&M::full_name()).expect("every compiled message is in the pool");
     let dynamic = DynamicMessage::deserialize(descriptor, json).map_err(|error| error.to_string())?;
     dynamic.transcode_to().map_err(|error| error.to_string())
+}
+
+/// The first member of `json` that [`from_json`] refuses, as a JSON pointer such as `/position/northM`; `None` if the value as a whole
+/// is of another kind, or nothing is wrong with it.
+pub fn wrong_member<M: Name>(json: &serde_json::Value) -> Option<String> {
+    wrong_in(&POOL.get_message_by_name(&M::full_name())?, json)
+}
+
+fn wrong_in(message: &MessageDescriptor, json: &serde_json::Value) -> Option<String> {
+    use serde_json::{Value, json};
+    let is_wrong =
+        |name: &str, value: &Value| DynamicMessage::deserialize(message.clone(), json!({ name: value })).is_err();
+    let (name, value) = json.as_object()?.iter().find(|(name, value)| is_wrong(name, value))?;
+    // The name as RFC 6901 escapes it.
+    let here = format!("/{}", name.replace('~', "~0").replace('/', "~1"));
+    let field = message.get_field_by_json_name(name).or_else(|| message.get_field_by_name(name));
+    let Some(field) = field.filter(|it| !it.is_map()) else { return Some(here) };
+    let inner = |value: &Value| field.kind().as_message().and_then(|it| wrong_in(it, value)).unwrap_or_default();
+    let within = match value.as_array().filter(|_| field.is_list()) {
+        Some(items) => match items.iter().position(|item| is_wrong(name, &json!([item]))) {
+            Some(n) => format!("/{n}{}", inner(&items[n])),
+            None => String::new(),
+        },
+        None => inner(value),
+    };
+    Some(here + &within)
 }
 
 /// Any JSON as a field of a message.
@@ -89,6 +115,26 @@ mod tests {
         assert_eq!(from_json(&to_json(&message)), Ok(message));
         let wrong = json!({ "revision": "3", "aprove": true });
         assert!(from_json::<v1::DecidePlan>(&wrong).unwrap_err().contains("aprove"));
+    }
+
+    #[test]
+    fn a_mistake_has_a_place() {
+        let check = |json, expected: Option<&str>| {
+            assert_eq!(wrong_member::<v1::InsertObjective>(&json).as_deref(), expected, "{json}");
+            assert_eq!(from_json::<v1::InsertObjective>(&json).is_ok(), expected.is_none() && json.is_object());
+        };
+        check(json!({ "index": 1, "objective": { "name": "a", "position": { "northM": 1.5 } } }), None);
+        check(json!({ "index": "one" }), Some("/index"));
+        check(json!({ "indx": 1 }), Some("/indx"));
+        check(json!({ "a/b~c": 1 }), Some("/a~1b~0c"));
+        check(json!({ "objective": 7 }), Some("/objective"));
+        check(
+            json!({ "objective": { "position": { "eastM": 1, "northM": "far" } } }),
+            Some("/objective/position/northM"),
+        );
+        check(json!([]), None);
+        let status = json!({ "objectives": [{ "name": "a" }, { "name": 7 }] });
+        assert_eq!(wrong_member::<v1::PlannerStatus>(&status).as_deref(), Some("/objectives/1/name"));
     }
 
     #[test]

@@ -98,7 +98,7 @@ fn kind(kind: &Kind) -> Value {
         Kind::Bytes => json!({ "type": "string", "contentEncoding": "base64" }),
         Kind::Message(it) => match it.full_name() {
             "google.protobuf.Value" => json!({}),
-            "google.protobuf.ListValue" => json!({ "type": "array" }),
+            "google.protobuf.ListValue" => json!({ "type": "array", "items": {} }),
             name => reference(name),
         },
         Kind::Enum(it) => reference(it.full_name()),
@@ -149,7 +149,8 @@ mod tests {
         assert_eq!(all["kittiwake.v1.CommandAuthority"]["required"], json!([]));
         assert_eq!(
             all["kittiwake.v1.Problem"]["properties"]["missing"]["additionalProperties"],
-            json!({ "type": "array" })
+            json!({ "type": "array", "items": {} }),
+            "without items a generated client drops the whole problem"
         );
     }
 }

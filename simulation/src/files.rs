@@ -1,19 +1,30 @@
 //! The configuration files, read for the services that fly here.
 
+use std::path::{Path, PathBuf};
+
 use domain::contingency::Contingencies;
 use domain::energy::EnergyModel;
 use domain::file::{Mistake, Mistakes, Source};
 use domain::mission::Mission;
+use domain::quantity::Positive;
 use domain::time::Pace;
-use mcm::Mcm;
+use mcm::{LoadedTrees, Mcm};
 use serde::Deserialize;
 
-use crate::{Setup, read_mission, read_table};
+use crate::Setup;
+
+/// Names of files in a recording.
+pub(crate) const CONFIG: &str = "kittiwake.toml";
+pub(crate) const MISSION: &str = "mission.toml";
+const TABLE: &str = "contingencies.toml";
+const TREES: &str = "trees";
 
 pub(crate) struct Files {
     pub(crate) contingencies: Contingencies,
     pub(crate) mission: Mission,
-    pub(crate) mcm: Mcm,
+    pub(crate) mcm: mcm::config::Config,
+    trees: LoadedTrees,
+    trees_path: PathBuf,
     pub(crate) vehicle_sim: vehicle_sim::config::Config,
     pub(crate) skill_manager: skill_manager::config::Config,
     pub(crate) monitor: monitor::config::Config,
@@ -26,7 +37,9 @@ pub(crate) struct Files {
 /// The services' sections; those of the processes and their launcher are not used here.
 #[derive(Deserialize)]
 struct Sections {
-    mission: std::path::PathBuf,
+    mission: PathBuf,
+    contingencies: PathBuf,
+    trees: PathBuf,
     vehicle_sim: vehicle_sim::config::Config,
     skill_manager: skill_manager::config::Config,
     monitor: monitor::config::Config,
@@ -39,22 +52,57 @@ struct Sections {
 
 impl Files {
     pub(crate) fn read(setup: &Setup<'_>) -> Result<Files, Mistakes> {
-        let sections: Sections = Source::read(&setup.config.join("kittiwake.toml"))?.parse()?;
+        let (folder, file) = places(setup.config);
+        let sections: Sections = Source::read(&file)?.parse()?;
+        let (trees, table) = (folder.join(&sections.trees), folder.join(&sections.contingencies));
+        Files::read_beside(setup, sections, trees, table)
+    }
+
+    /// Those of an unpacked recording, wherever its configuration had them.
+    pub(crate) fn read_unpacked(setup: &Setup<'_>) -> Result<Files, Mistakes> {
+        let (folder, file) = places(setup.config);
+        Files::read_beside(setup, Source::read(&file)?.parse()?, folder.join(TREES), folder.join(TABLE))
+    }
+
+    /// What a recording needs of them, by their names in it; `mission` is the text that is flown, if that is no file.
+    pub(crate) fn texts(setup: &Setup<'_>, mission: Option<String>) -> Result<Vec<(String, String)>, Mistakes> {
+        let (folder, file) = places(setup.config);
+        let config = Source::read(&file)?;
+        let sections: Sections = config.parse()?;
+        let path = setup.mission.map_or_else(|| folder.join(&sections.mission), Path::to_owned);
+        let mission = mission.map_or_else(|| Ok(Source::read(&path)?.text), Ok)?;
+        let table = Source::read(&folder.join(&sections.contingencies))?.text;
+        let mut texts =
+            vec![(CONFIG.to_owned(), config.text), (MISSION.to_owned(), mission), (TABLE.to_owned(), table)];
+        for name in crate::recording::trees() {
+            let text = Source::read(&folder.join(&sections.trees).join(name))?.text;
+            texts.push((format!("{TREES}/{name}"), text));
+        }
+        Ok(texts)
+    }
+
+    fn read_beside(
+        setup: &Setup<'_>,
+        mut sections: Sections,
+        trees_path: PathBuf,
+        table_path: PathBuf,
+    ) -> Result<Files, Mistakes> {
+        let (folder, file) = places(setup.config);
         let mission = match setup.mission {
             Some(path) => read_mission(path)?,
-            None => read_mission(&setup.config.join(&sections.mission))?,
+            None => read_mission(&folder.join(&sections.mission))?,
         };
-        let (trees, contingencies) = read_table(setup.config)?;
-        let (table, pace) = (contingencies.clone(), Pace::REAL_TIME);
-        let mcm = Mcm::new(&sections.mcm, &sections.energy, crate::VEHICLE, setup.seed, &trees, table, pace);
-        let mcm = mcm.map_err(|error| {
-            let (path, message) = (setup.config.join("trees"), error.to_string());
-            Mistakes(vec![Mistake { path, place: None, message, help: String::new() }])
+        let of_mission = sections.vehicle_sim.origin.of_mission(mission.origin);
+        sections.vehicle_sim.origin = of_mission.map_err(|message| {
+            Mistakes(vec![Mistake { path: file.clone(), place: None, message, help: String::new() }])
         })?;
+        let (trees, contingencies) = read_table(&trees_path, &table_path)?;
         Ok(Files {
             contingencies,
             mission,
-            mcm,
+            mcm: sections.mcm,
+            trees,
+            trees_path,
             vehicle_sim: sections.vehicle_sim,
             skill_manager: sections.skill_manager,
             monitor: sections.monitor,
@@ -64,4 +112,56 @@ impl Files {
             gateway: sections.gateway,
         })
     }
+
+    /// A mission manager that flies by them. `instance` makes its request ids unique among restarts.
+    pub(crate) fn manager(&self, instance: u64) -> Result<Mcm, Mistakes> {
+        self.manager_of(crate::VEHICLE, instance, Pace::REAL_TIME)
+    }
+
+    /// The same for another vehicle and another pace.
+    pub(crate) fn manager_of(&self, vehicle: &str, instance: u64, pace: Pace) -> Result<Mcm, Mistakes> {
+        let table = self.contingencies.clone();
+        Mcm::new(&self.mcm, &self.energy, vehicle, instance, &self.trees, table, pace).map_err(|error| {
+            let message = error.to_string();
+            Mistakes(vec![Mistake { path: self.trees_path.clone(), place: None, message, help: String::new() }])
+        })
+    }
+
+    /// Sends and looks as seldom as every limit of the services allows: what is decided stays the same, and costs a tenth.
+    ///
+    /// # Errors
+    /// If one of the rates is none, which is a mistake in this function.
+    pub(crate) fn made_coarse(mut self) -> Result<Files, String> {
+        let rate = Positive::try_from;
+        let rates = &mut self.vehicle_sim.rates;
+        // Each limit on an age (config/kittiwake.toml) is at least five times the period.
+        rates.vehicle_attitude = rate(10.0)?;
+        rates.vehicle_local_position = rate(10.0)?;
+        rates.vehicle_global_position = rate(2.0)?;
+        rates.battery_status = rate(4.0)?;
+        self.monitor.introspection_rate_hz = rate(10.0)?;
+        self.skill_manager.setpoint_rate_hz = rate(5.0)?;
+        self.skill_manager.feedback_rate_hz = rate(2.0)?;
+        self.mcm.tick_period_ms = rate(100.0)?;
+        Ok(self)
+    }
+}
+
+/// The folder and the configuration file, of which either is named.
+fn places(config: &Path) -> (PathBuf, PathBuf) {
+    if config.is_dir() {
+        return (config.to_owned(), config.join(CONFIG));
+    }
+    (config.parent().unwrap_or(Path::new("")).to_owned(), config.to_owned())
+}
+
+/// A tree folder and a table, read as the program reads them.
+fn read_table(trees: &Path, table: &Path) -> Result<(mcm::LoadedTrees, Contingencies), Mistakes> {
+    let trees = mcm::Trees::read(trees)?;
+    let table = Contingencies::read(&Source::read(table)?, &trees.actions())?;
+    Ok((trees.load(&table)?, table))
+}
+
+fn read_mission(path: &Path) -> Result<Mission, Mistakes> {
+    Mission::read(&Source::read(path)?)
 }

@@ -11,30 +11,48 @@ use std::time::Duration;
 
 use control_tower::policy::Policy;
 use domain::contingency::Contingencies;
-use domain::file::{Mistakes, Source};
+use domain::file::{Mistake, Mistakes, Source};
+use domain::geometry::Ned;
 use domain::mission::Mission;
+use domain::quantity::Positive;
 use domain::time::{Now, Pace, Time};
-use kittiwake_proto::topics::{Message, Request, Service};
+use kittiwake_proto::topics::{Request, Service};
 use kittiwake_proto::v1;
-use node::Scope;
-pub use node::virtual_bus::Machine;
-use node::virtual_bus::{UTC_START_MS, VirtualBus};
+use node::virtual_bus::VirtualBus;
+pub use node::virtual_bus::{Disturbance, Machine};
+use node::{Node, Scope};
 use signed_permissions::key::SecretKey;
 
+pub mod bounds;
+pub mod chaos;
 mod files;
+pub mod proof;
+pub mod recording;
+mod restart;
+pub mod resumable;
+mod seen;
 
+use bounds::Excursion;
+use files::Files;
+use recording::{Header, Recorded, Tape};
+pub use restart::Memory;
+use restart::Starts;
+use seen::Seen;
 pub use witness::Breach;
-use witness::Witness;
+use witness::modes::ModeStorm;
+use witness::setpoints::StaleSetpoint;
 
-/// The ground of the simulated vehicle is at height 0; below this the vehicle may stand there.
-const LOW_M: f64 = 1.0;
 /// The vehicle that flies.
 const VEHICLE: &str = "uav1";
+
+fn simulated(files: &Files, setup: &Setup<'_>) -> vehicle_sim::VehicleSim {
+    vehicle_sim::VehicleSim::new(&files.vehicle_sim, Pace::REAL_TIME, setup.seed)
+}
 
 /// What is flown, and how the control tower answers.
 #[derive(Debug, Clone)]
 pub struct Setup<'a> {
-    /// The folder of `kittiwake.toml`.
+    /// The folder of `kittiwake.toml`, or a configuration file of another name.
     pub config: &'a Path,
     /// The mission file; `None`: the one that the configuration names.
     pub mission: Option<&'a Path>,
@@ -46,22 +64,73 @@ pub struct Setup<'a> {
     pub machine: Machine,
 }
 
+/// What is flown otherwise than the files say.
+#[derive(Debug, Clone, Default)]
+pub struct Changes {
+    /// The mission, in place of that of the files.
+    pub mission: Option<Mission>,
+    /// Mission seconds for which a grant of the control tower holds.
+    pub grant_valid_s: Option<Positive>,
+    /// What the mission manager and the planner are given and decide goes here.
+    pub tape: Option<Tape>,
+}
+
+/// Files that were read once, for many short flights without a gateway and with telemetry that is as seldom as the services allow.
+pub struct System {
+    files: Rc<Files>,
+}
+
+impl System {
+    /// Reads the files of this configuration: a folder with `kittiwake.toml`, or a configuration file.
+    ///
+    /// # Errors
+    /// Every mistake in them.
+    pub fn read(config: &Path) -> Result<System, Mistakes> {
+        let setup = Setup { config, mission: None, permissions: Policy::Grant, seed: 1, machine: Machine::Ideal };
+        let files = Files::read(&setup)?.made_coarse().map_err(|message| {
+            Mistakes(vec![Mistake { path: config.to_owned(), place: None, message, help: String::new() }])
+        })?;
+        Ok(System { files: Rc::new(files) })
+    }
+
+    /// The contingency table.
+    pub fn table(&self) -> &Contingencies {
+        &self.files.contingencies
+    }
+
+    /// A flight of the mission of this text.
+    ///
+    /// # Errors
+    /// Mistakes in the text.
+    pub fn simulation(&self, mission: &str, permissions: Policy) -> Result<Simulation<'static>, Mistakes> {
+        let mission = Mission::read(&Source { path: "the mission of the proof".into(), text: mission.to_owned() })?;
+        // Without a folder: all files have been read.
+        let setup = Setup { config: Path::new(""), mission: None, permissions, seed: 1, machine: Machine::Ideal };
+        let vehicle = simulated(&self.files, &setup);
+        Simulation::without_gateway(&setup, &self.files, mission, None, vehicle)
+    }
+}
+
+/// With which the control tower signs: the same in every flight.
+fn tower_key() -> SecretKey {
+    SecretKey::of_seed([1; 32]).expect("32 bytes make a key")
+}
+
+/// A node whose inputs and decisions go to the tape, the one of this number; `start` is 0 for the first of its kind.
+fn recorded<N: Node>(node: N, number: u8, tape: &Tape, start: u64, now: Now, instance: u64) -> Recorded<N, Tape> {
+    match start {
+        0 => Recorded::new(node, number, tape.clone()),
+        _ => Recorded::restarted(node, number, tape.clone(), now, instance),
+    }
+}
+
 /// A system in flight.
 pub struct Simulation<'a> {
     bus: VirtualBus<'a>,
+    starts: Starts,
     seen: Rc<RefCell<Seen>>,
-}
-
-#[derive(Debug, Default)]
-struct Seen {
-    decisions: Vec<(Time, v1::DecisionRecord)>,
-    report: Option<v1::MissionReport>,
-    aircraft: Option<v1::VehicleLocalPosition>,
-    landed: bool,
-    armed: bool,
-    responder: String,
-    alternates: Vec<v1::Alternate>,
-    witness: Witness,
+    /// Requests from outside so far.
+    requests: u64,
 }
 
 impl Simulation<'_> {
@@ -70,8 +139,49 @@ impl Simulation<'_> {
     /// # Errors
     /// Every mistake in the files.
     pub fn new(setup: &Setup<'_>) -> Result<Simulation<'static>, Mistakes> {
+        Simulation::changed(setup, Changes::default())
+    }
+
+    /// The same, with changes.
+    ///
+    /// # Errors
+    /// Every mistake in the files.
+    pub fn changed(setup: &Setup<'_>, changes: Changes) -> Result<Simulation<'static>, Mistakes> {
+        let mut files = Files::read(setup)?;
+        files.mission = changes.mission.unwrap_or(files.mission);
+        files.control_tower.grant_valid_s = changes.grant_valid_s.unwrap_or(files.control_tower.grant_valid_s);
         let access = gateway::AccessControl { tokens: Default::default(), audit: gateway::audit::Audit::in_memory() };
-        Ok(Simulation::with_gateway(setup, access)?.0)
+        let vehicle = simulated(&files, setup);
+        Ok(Simulation::of(setup, &Rc::new(files), access, changes.tape, vehicle)?.0)
+    }
+
+    /// The same with another vehicle backend in place of the simulated vehicle, which is made of that one's configuration.
+    ///
+    /// # Errors
+    /// Every mistake in the files.
+    pub fn with_vehicle<N: Node + 'static>(
+        setup: &Setup<'_>,
+        vehicle: impl FnOnce(&vehicle_sim::config::Config) -> N,
+    ) -> Result<Simulation<'static>, Mistakes> {
+        let files = Files::read(setup)?;
+        let access = gateway::AccessControl { tokens: Default::default(), audit: gateway::audit::Audit::in_memory() };
+        let vehicle = vehicle(&files.vehicle_sim);
+        Ok(Simulation::of(setup, &Rc::new(files), access, None, vehicle)?.0)
+    }
+
+    /// What stands at the beginning of a recording of such a flight; `mission` is its text, if it is no file.
+    ///
+    /// # Errors
+    /// Every mistake in the files.
+    pub fn header(setup: &Setup<'_>, mission: Option<String>) -> Result<Header, Mistakes> {
+        Ok(Header {
+            program: env!("CARGO_PKG_VERSION").to_owned(),
+            vehicle: VEHICLE.to_owned(),
+            instance: setup.seed,
+            speed: 1.0,
+            tower_key: tower_key().public().to_string(),
+            files: Files::texts(setup, mission)?,
+        })
     }
 
     /// The same with the HTTP half of its gateway, which accepts the tokens of `access` and answers while the
@@ -83,24 +193,86 @@ impl Simulation<'_> {
         setup: &Setup<'_>,
         access: gateway::AccessControl,
     ) -> Result<(Simulation<'static>, gateway::http::Api), Mistakes> {
-        let files = files::Files::read(setup)?;
+        let files = Files::read(setup)?;
+        let vehicle = simulated(&files, setup);
+        Simulation::of(setup, &Rc::new(files), access, None, vehicle)
+    }
+
+    fn of(
+        setup: &Setup<'_>,
+        files: &Rc<Files>,
+        access: gateway::AccessControl,
+        tape: Option<Tape>,
+        vehicle: impl Node + 'static,
+    ) -> Result<(Simulation<'static>, gateway::http::Api), Mistakes> {
+        let mut simulation = Simulation::without_gateway(setup, files, files.mission.clone(), tape, vehicle)?;
+        let (rows, pace) = (files.contingencies.rows(), Pace::REAL_TIME);
+        let (gateway, api) = gateway::Gateway::new(&files.gateway, pace, access, rows, || {});
+        simulation.bus.add(Scope::Fleet, gateway);
+        Ok((simulation, api))
+    }
+
+    /// The services that fly, and the control tower: a vehicle that has never heard the ground.
+    fn without_gateway(
+        setup: &Setup<'_>,
+        files: &Rc<Files>,
+        mission: Mission,
+        tape: Option<Tape>,
+        vehicle: impl Node + 'static,
+    ) -> Result<Simulation<'static>, Mistakes> {
         let pace = Pace::REAL_TIME;
-        let seen = Rc::new(RefCell::new(Seen::default()));
+        let seen = Rc::new(RefCell::new(Seen::of(files)));
         let mut bus = VirtualBus::new(setup.machine);
         let on_board = || Scope::Vehicle(VEHICLE.into());
         let record = seen.clone();
         bus.tap(move |time, message| record.borrow_mut().take_in(time, message));
-        bus.add(on_board(), vehicle_sim::VehicleSim::new(&files.vehicle_sim, pace, setup.seed));
-        bus.add(on_board(), skill_manager::SkillManager::new(&files.skill_manager, pace));
-        bus.add(on_board(), monitor::Monitor::new(&files.monitor, &files.contingencies, pace));
-        bus.add(on_board(), planner::Planner::new(&files.planner, &files.energy, files.mission, pace));
-        let key = SecretKey::of_seed([1; 32]).expect("32 bytes make a key");
-        bus.add(on_board(), files.mcm.that_verifies_with(key.public()));
-        let tower = control_tower::ControlTower::new(&files.control_tower, setup.permissions, setup.seed, pace, 1);
-        bus.add(Scope::Fleet, tower.that_signs_with(key));
-        let (gateway, api) = gateway::Gateway::new(&files.gateway, pace, access, files.contingencies.rows(), || {});
-        bus.add(Scope::Fleet, gateway);
-        Ok((Simulation { bus, seen }, api))
+        bus.add(on_board(), vehicle);
+        let mut starts = Starts::default();
+        let of = |files: &Rc<Files>| files.clone();
+        let (skills, rules, plans, flies) = (of(files), of(files), of(files), of(files));
+        bus.add(
+            on_board(),
+            starts.of_forgetful(move |_| skill_manager::SkillManager::new(&skills.skill_manager, pace)),
+        );
+        bus.add(
+            on_board(),
+            starts.of_forgetful(move |_| monitor::Monitor::new(&rules.monitor, &rules.contingencies, pace)),
+        );
+        // Whether a manager can be made of these files is known after the first one.
+        files.manager(setup.seed)?;
+        let Setup { permissions, seed, .. } = *setup;
+        let manager = move |start: u64| {
+            // As a process has one: unique among all starts.
+            let instance = seed.wrapping_add(start << 32);
+            let manager = flies.manager(instance).expect("these files have made one before");
+            (manager.that_verifies_with(tower_key().public()), instance)
+        };
+        let planner =
+            move |_: u64| planner::Planner::new(&plans.planner, &plans.energy, mission.clone(), Pace::REAL_TIME);
+        match tape {
+            None => {
+                bus.add(on_board(), starts.of_resumable(move |start, _| planner(start)));
+                bus.add(on_board(), starts.of_resumable(move |start, _| manager(start).0));
+            }
+            // By their numbers in `recording::RECORDED`.
+            Some(tape) => {
+                let of_planner = tape.clone();
+                let planner = move |start, now| recorded(planner(start), 1, &of_planner, start, now, start);
+                let manager = move |start, now| {
+                    let (manager, instance) = manager(start);
+                    recorded(manager, 0, &tape, start, now, instance)
+                };
+                bus.add(on_board(), starts.of_resumable(planner));
+                bus.add(on_board(), starts.of_resumable(manager));
+            }
+        }
+        let grants = files.clone();
+        let tower = move |start: u64, _| {
+            let tower = control_tower::ControlTower::new(&grants.control_tower, permissions, seed, pace, 1 + start);
+            tower.that_signs_with(tower_key())
+        };
+        bus.add(Scope::Fleet, starts.of_resumable(tower));
+        Ok(Simulation { bus, starts, seen, requests: 0 })
     }
 
     /// Flies until the report is there, or `limit` of virtual time has passed.
@@ -122,6 +294,11 @@ impl Simulation<'_> {
         self.bus.run_until(limit, || seen.borrow().decisions.iter().any(|(_, it)| it.text.contains(text)))
     }
 
+    /// Something from outside that the mode of the vehicle may change for.
+    fn trouble(&mut self) {
+        self.seen.borrow_mut().modes.troubled();
+    }
+
     /// Raises a flag by hand.
     pub fn inject_flag(&mut self, name: &str) {
         let reason = "by hand".to_owned();
@@ -132,29 +309,39 @@ impl Simulation<'_> {
 
     /// The operator Anna gives an order.
     pub fn order(&mut self, verb: v1::operator_command::Verb) {
+        match verb {
+            v1::operator_command::Verb::Start(_) => self.seen.borrow_mut().ordered_to_start(),
+            v1::operator_command::Verb::Abort(_) => self.seen.borrow_mut().ordered_to_abort(),
+            _ => {}
+        }
         let command =
             v1::OperatorCommand { request_id: self.request_id(), operator: "anna".to_owned(), verb: Some(verb) };
         self.request(Request::OperatorCommand(command));
     }
 
-    /// The operator Anna makes a request about the mission.
+    /// The operator Anna makes a request about the mission. On the ground it says where the vehicle is, as the gateway does; in flight
+    /// the planner knows.
     pub fn ask(&mut self, request: v1::mission_request::Request) {
+        let request_id = self.request_id();
+        let on_ground = || v1::PlanningState { position: self.position(), flying: false, ..Default::default() };
         let request = v1::MissionRequest {
-            request_id: self.request_id(),
+            request_id,
             operator: "anna".to_owned(),
-            state: None,
+            state: self.is_on_ground().then(on_ground),
             request: Some(request),
         };
         self.request(Request::Mission(request));
     }
 
     fn request(&mut self, request: Request) {
+        self.trouble();
         self.bus.request(VEHICLE, request);
     }
 
-    /// Distinguishes requests; no two are made at one moment.
-    fn request_id(&self) -> String {
-        format!("{:?}", self.bus.now())
+    /// Distinguishes requests.
+    fn request_id(&mut self) -> String {
+        self.requests += 1;
+        format!("request-{}", self.requests)
     }
 
     /// Injects a fault into the simulated vehicle.
@@ -168,7 +355,30 @@ impl Simulation<'_> {
     /// # Panics
     /// If there is no such process.
     pub fn freeze(&mut self, process: &str, time: Duration) {
+        self.trouble();
         self.bus.freeze(process, time);
+    }
+
+    /// Kills a process; it is there again after this time. `vehicle-sim`, which is the world, and the gateway are never killed.
+    ///
+    /// # Panics
+    /// If there is no such process.
+    pub fn restart(&mut self, process: &str, time: Duration, memory: Memory) {
+        self.trouble();
+        let successor = self.starts.again(process, memory, self.bus.moment());
+        self.bus.restart(time, successor);
+    }
+
+    /// Has the bus lose, repeat and hold back messages for this long.
+    pub fn disturb(&mut self, disturbance: Disturbance, time: Duration) {
+        self.trouble();
+        self.bus.disturb(disturbance, time);
+    }
+
+    /// Sets the wall clock of every machine by this many milliseconds, forward or back.
+    pub fn set_clock(&mut self, by_ms: i64) {
+        self.trouble();
+        self.bus.set_clock(by_ms);
     }
 
     /// Takes down a flag raised by hand.
@@ -193,9 +403,24 @@ impl Simulation<'_> {
         }));
     }
 
+    /// The control tower may grant again, although it has forgotten what it had decided; one that has not refuses that.
+    pub fn accept_loss(&mut self) {
+        self.request(Request::AcceptLoss(v1::AcceptLossRequest { vehicle: VEHICLE.to_owned() }));
+    }
+
     /// The breaches that the witness has seen.
     pub fn breaches(&self) -> Vec<Breach> {
         self.seen.borrow().witness.breaches().to_vec()
+    }
+
+    /// Where the vehicle was each time that its gripper let go of a load.
+    pub fn loads_released_at(&self) -> Vec<Ned> {
+        self.seen.borrow().witness.loads_released_at().to_vec()
+    }
+
+    /// How often the autopilot was commanded to release the load.
+    pub fn release_commands(&self) -> usize {
+        self.seen.borrow().releases
     }
 
     /// Requests without a reply: service, request, how often.
@@ -215,20 +440,68 @@ impl Simulation<'_> {
 
     /// Whether the vehicle stands on the ground, disarmed.
     pub fn is_on_ground(&self) -> bool {
-        let seen = self.seen.borrow();
-        let height_m = seen.aircraft.as_ref().and_then(|it| it.position).map(|it| -it.down_m);
-        let is_low = height_m.is_some_and(|it| it < LOW_M);
-        !seen.armed && (seen.landed || is_low)
+        self.seen.borrow().is_on_ground()
+    }
+
+    /// Where a flight may end as planned or as listed: home, the places of the objectives, the sites of the mission, and where an
+    /// operator has ordered to land. With their names.
+    pub fn places(&self) -> Vec<(String, v1::Ned)> {
+        self.seen.borrow().places()
+    }
+
+    /// Why the vehicle stays where it is: a response, an operator, the planner. Empty if nothing says so.
+    pub fn reason_to_stay(&self) -> String {
+        self.seen.borrow().reason_to_stay()
+    }
+
+    /// What the mission manager says it does.
+    pub fn phase(&self) -> v1::MissionPhase {
+        self.seen.borrow().manager.phase()
+    }
+
+    /// The report, once the mission is over.
+    pub fn report(&self) -> Option<v1::MissionReport> {
+        self.seen.borrow().report.clone()
+    }
+
+    /// The first change of the commanded mode that no cause explains.
+    pub fn mode_storm(&self) -> Option<ModeStorm> {
+        self.seen.borrow().modes.storm()
+    }
+
+    /// Each time the vehicle flew offboard after a setpoint that was too old.
+    pub fn stale_setpoints(&self) -> Vec<StaleSetpoint> {
+        self.seen.borrow().setpoints.stale().to_vec()
+    }
+
+    /// What was outside of the bounds of height and energy, the first of each kind.
+    pub fn excursions(&self) -> Vec<Excursion> {
+        self.seen.borrow().bounds.found().to_vec()
     }
 
     /// The flag that is answered, empty if none is.
     pub fn responder(&self) -> String {
-        self.seen.borrow().responder.clone()
+        self.seen.borrow().manager.acting.clone()
     }
 
     /// Where the flight may end early, best first, as the mission manager tells it.
     pub fn alternates(&self) -> Vec<v1::Alternate> {
-        self.seen.borrow().alternates.clone()
+        self.seen.borrow().manager.alternates.clone()
+    }
+
+    /// How far the battery suffices, as the mission manager tells it; `None` on the ground.
+    pub fn energy(&self) -> Option<v1::EnergyOutlook> {
+        self.seen.borrow().manager.energy.clone()
+    }
+
+    /// The charge of the battery as it was sent last, 0 to 1.
+    pub fn charge(&self) -> Option<f64> {
+        self.seen.borrow().charge
+    }
+
+    /// Every decision so far with its time.
+    pub fn decisions(&self) -> Vec<(Time, v1::DecisionRecord)> {
+        self.seen.borrow().decisions.clone()
     }
 
     /// Every decision so far with its time, one line each.
@@ -244,34 +517,4 @@ impl Simulation<'_> {
         let wanted = seen.decisions.iter().filter(|(_, it)| topics.contains(&it.topic.as_str()));
         wanted.map(|(_, it)| it.text.clone()).collect()
     }
-}
-
-impl Seen {
-    fn take_in(&mut self, time: Time, message: &Message) {
-        let utc_ms = UTC_START_MS + time.since_start().as_millis() as i64;
-        self.witness.take_in(Now { time, utc_ms }, message);
-        match message {
-            Message::DecisionRecord(it) => self.decisions.push((time, it.clone())),
-            Message::McmStatus(it) => {
-                self.report = self.report.take().or_else(|| it.report.clone());
-                self.responder.clone_from(&it.acting);
-                self.alternates.clone_from(&it.alternates);
-            }
-            Message::VehicleLandDetected(it) => self.landed = it.landed,
-            Message::VehicleStatus(it) => self.armed = it.armed,
-            Message::VehicleLocalPosition(it) => self.aircraft = Some(*it),
-            _ => {}
-        }
-    }
-}
-
-/// A tree folder, a table and a mission, read as the program reads them.
-pub(crate) fn read_table(config: &Path) -> Result<(mcm::LoadedTrees, Contingencies), Mistakes> {
-    let trees = mcm::Trees::read(&config.join("trees"))?;
-    let table = Contingencies::read(&Source::read(&config.join("contingencies.toml"))?, &trees.actions())?;
-    Ok((trees.load(&table)?, table))
-}
-
-pub(crate) fn read_mission(path: &Path) -> Result<Mission, Mistakes> {
-    Mission::read(&Source::read(path)?)
 }

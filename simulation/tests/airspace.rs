@@ -160,6 +160,49 @@ fn an_area_that_opens_on_the_way_is_flown_round_or_asked_for() {
     assert!(permissions.iter().any(|it| it == "area P: granted"), "{permissions:#?}");
 }
 
+#[test]
+fn an_area_that_is_soon_over_is_waited_for_and_another_one_is_flown_round() {
+    // Straight the flight takes a minute, and round the area two and a half.
+    let there = [0.0, 500.0, 0.0];
+    let across = |name: &str, places: &[[f64; 3]], until: &str| {
+        let closed = wide(600.0, [200.0, 300.0], &format!("until_utc = \"2026-01-01T00:{until}Z\""));
+        let mut flight = Flight::of(name, places, &closed, Policy::Grant);
+        flight.succeed();
+        let plans: Vec<String> = flight.plans().iter().map(|it| it.split_once(": ").unwrap().1.to_owned()).collect();
+        (plans, flight.simulation.decision_log())
+    };
+    let (plans, log) = across("soon_over", &[there], "01:00");
+    assert_eq!(plans, ["takeoff by 10 m; fly to (0, 500, 10); land"], "\n{log}");
+    assert!(log.contains("area K is closed for ") && log.contains("sooner than by the way round it"), "\n{log}");
+    // In the air, where the vehicle is.
+    let (plans, log) = across("soon_over_in_flight", &[[0.0, 0.0, 10.0], there], "01:00");
+    assert_eq!(plans, ["takeoff by 10 m", "fly to (0, 500, 10); land"], "\n{log}");
+    assert!(log.contains("area K is closed for ") && log.contains("sooner than by the way round it"), "\n{log}");
+    let (plans, log) = across("long_closed", &[there], "20:00");
+    let round = "takeoff by 10 m; fly to (610, 190, 10); fly to (610, 310, 10); fly to (0, 500, 10); land";
+    assert_eq!(plans, [round], "\n{log}");
+    assert!(!log.contains("is closed for"), "\n{log}");
+}
+
+#[test]
+fn an_area_whose_hours_begin_on_the_way_is_flown_round_or_asked_for() {
+    // The simulation begins on a Thursday at midnight; the flight takes 200 s.
+    let hours = "hours_utc = [\"Mon 08:00-18:00\", \"Thu 00:01-12:00\"]";
+    let far = [1340.0, 1740.0];
+    let there = [[0.0, 2000.0, 0.0]];
+    Flight::of("hours_keep_out", &there, &area("K", "keep-out", far, hours), Policy::Grant).succeed();
+    let mut flight = Flight::of("hours_permission", &there, &area("P", "permission", far, hours), Policy::Grant);
+    flight.succeed();
+    let permissions = flight.simulation.story(&["permission"]);
+    assert!(permissions.iter().any(|it| it == "area P: granted"), "{permissions:#?}");
+    // On another day nobody is asked.
+    let sunday = "hours_utc = [\"Sun 00:00-24:00\"]";
+    let mut flight = Flight::of("hours_over", &there, &area("P", "permission", far, sunday), Policy::Grant);
+    flight.succeed();
+    let permissions = flight.simulation.story(&["permission"]);
+    assert!(permissions.iter().all(|it| !it.contains("area P")), "{permissions:#?}");
+}
+
 /// `areas` with a window that opens 60 s after the start.
 fn opening(areas: &str) -> String {
     areas.replace("OPENS", "2026-01-01T00:01:00Z")

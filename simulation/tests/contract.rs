@@ -219,5 +219,7 @@ fn returning() {
 #[test]
 fn ended() {
     const OVER: (u16, &str) = (409, "the mission is over: `operator_abort`: ordered by anna");
-    check(State::Ended, [OVER, OVER, OVER, OVER, OVER, OVER, OVER, NO_FLAG, NO_PLAN]);
+    const NO_NEXT: (u16, &str) =
+        (409, "the mission is over: `operator_abort`: ordered by anna; upload the next mission to fly again");
+    check(State::Ended, [NO_NEXT, OVER, OVER, OVER, OVER, OVER, OVER, NO_FLAG, NO_PLAN]);
 }

@@ -101,7 +101,7 @@ fn denied_areas_are_flown_round_and_an_objective_inside_one_fails() {
          area A: denied (the area is closed)
          transition: fly to (0, 90, 10)
          plan 2: fly to (100, 100, 10); fly to (100, 300, 10); fly to (69, 362, 10), asking B; fly to (0, 500, 10); land
-         asking for area B
+         asking for area B ahead
          area B: denied (the area is closed)
          transition: fly to (69, 362, 10)
          hold for 30 s: area B: denied by the control tower: the area is closed; asked once more
@@ -123,7 +123,7 @@ fn a_silent_tower_counts_as_a_denial() {
          asking for area A
          transition: stop
          plan 2: fly to (100, 100, 10); fly to (100, 300, 10); fly to (69, 362, 10), asking B; fly to (0, 500, 10); land
-         asking for area B
+         asking for area B ahead
          transition: stop
          plan 3: fly to (100, 300, 10); fly to (100, 100, 10); fly to (0, 0, 10); land
          every objective is settled

@@ -11,7 +11,7 @@ use formats::Import;
 use formats::assemble::{Assembled, Settings, assemble};
 use kittiwake_proto::v1::MissionOutcome;
 
-use crate::support::{mission_file, simulation};
+use crate::support::{config_with, mission_file, simulation, simulation_of};
 
 /// The side of the harbour's square cells, in metres; each has a zone in its middle.
 const CELL_M: f64 = 400.0;
@@ -110,6 +110,49 @@ fn imported() -> Assembled {
     assemble(&read("berths.plan", plan()), &files, &settings).unwrap_or_else(|mistakes| panic!("{mistakes}"))
 }
 
+/// A plan of QGroundControl far from where the simulated vehicle is configured to stand: a look at a place on the other side of the
+/// antimeridian, and back.
+const REEF: &str = r#"{"fileType": "Plan", "mission": {"plannedHomePosition": [-16.5, 179.998, 5], "items": [
+    {"type": "SimpleItem", "command": 22, "frame": 3, "params": [0, 0, 0, null, -16.5, 179.998, 20]},
+    {"type": "SimpleItem", "command": 16, "frame": 3, "params": [0, 0, 0, null, -16.499, -179.998, 20]},
+    {"type": "SimpleItem", "command": 20, "frame": 3, "params": [0, 0, 0, null, 0, 0, 0]}
+]}}"#;
+
+/// The mission file of [`REEF`].
+#[track_caller]
+fn reef(name: &str) -> std::path::PathBuf {
+    let plan = formats::read(&Source { path: "reef.plan".into(), text: REEF.into() });
+    let settings = Settings { name: "reef".into(), origin: None, relief_m: None };
+    let assembled = plan.and_then(|plan| assemble(&plan, &[], &settings));
+    mission_file(name, &assembled.unwrap_or_else(|mistakes| panic!("{mistakes}")).text)
+}
+
+#[test]
+fn an_imported_mission_is_flown_from_its_own_origin() {
+    let mut simulation = simulation(Some(&reef("reef")), Policy::Grant);
+    let report = simulation.fly(Duration::from_secs(1200));
+    let log = simulation.decision_log();
+    let report = report.unwrap_or_else(|| panic!("no end:\n{log}"));
+    assert_eq!(report.outcome(), MissionOutcome::Success, "\n{log}");
+    let plans: Vec<_> = simulation.story(&["plan"]).into_iter().filter(|it| it.starts_with("plan ")).collect();
+    // A thousandth of a degree of latitude is 110.66 m there, four of longitude are 427.06 m.
+    assert_eq!(plans, ["plan 1: takeoff by 20 m; fly to (111, 427, 20)", "plan 2: fly to (0, 0, 10); land"], "\n{log}");
+}
+
+#[test]
+fn a_mission_for_another_place_stays_on_the_ground() {
+    let (config, mission) = (config_with("elsewhere", &[("at_mission_origin", "false")]), reef("elsewhere"));
+    let mut simulation = simulation_of(&config, Some(&mission), Policy::Grant);
+    let report = simulation.fly(Duration::from_secs(60));
+    let log = simulation.decision_log();
+    let report = report.unwrap_or_else(|| panic!("no end:\n{log}"));
+    assert_eq!(report.outcome(), MissionOutcome::Failure, "\n{log}");
+    let reason = &report.objectives[0].reason;
+    let figures = " km from the vehicle's: -16.500000, 179.998000 and 54.000000, 6.600000, expected at most 5 m";
+    assert!(reason.starts_with("the mission's origin is ") && reason.ends_with(figures), "{reason}");
+    assert!(simulation.is_on_ground() && !log.contains("takeoff"), "\n{log}");
+}
+
 #[test]
 fn a_harbour_is_imported_planned_and_flown() {
     let assembled = imported();
@@ -127,12 +170,13 @@ fn a_harbour_is_imported_planned_and_flown() {
         "plan 1: takeoff by 40 m; fly to (240, 66, 40); fly to (893, 707, 40); fly to (1049, 836, 40); fly to (1372, 1133, 40); \
          fly to (1600, 1200, 40)",
         "transition: stop",
-        "plan 2: fly to (1513, 244, 10); fly to (1434, 86, 10); fly to (1313, -150, 10); fly to (1303, -174, 10); \
-         fly to (1107, -1029, 10); fly to (1026, -1310, 10), asking Z203; fly to (1000, -1400, 10); land",
+        // Some zones have hours, and none of them in the night in which the simulation begins.
+        "plan 2: fly to (1517, 569, 10); fly to (1303, -174, 10); fly to (1107, -1029, 10); fly to (1026, -1310, 10), asking \
+         Z203; fly to (1000, -1400, 10); land",
         "asking for area Z203",
         "area Z203: granted",
         "plan 3: takeoff by 10 m; fly to (722, -929, 10); fly to (700, -900, 10); fly to (446, -646, 10); \
-         fly to (114, -286, 10); fly to (95, -261, 10); fly to (83, -231, 10); fly to (0, 0, 10); land",
+         fly to (0, 0, 10); land",
         "every objective is settled",
     ];
     assert_eq!(simulation.story(&["plan", "permission", "contingency"]), story, "\n{log}");

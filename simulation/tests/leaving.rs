@@ -5,9 +5,9 @@ use std::time::Duration;
 use control_tower::policy::Policy;
 use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, Decision};
-use simulation::{Machine, Setup, Simulation};
+use simulation::Simulation;
 
-use crate::support::{config, config_with, mission_file, simulation};
+use crate::support::{config, config_with, mission_file, simulation, simulation_of};
 
 const LIMIT: Duration = Duration::from_secs(2400);
 
@@ -75,14 +75,7 @@ fn a_paused_vehicle_is_out_before_its_permission_ends() {
 fn paused_inside_by_short_grants(name: &str) -> Simulation<'static> {
     let (mission, config) =
         (config().join("missions/reference.toml"), config_with(name, &[("grant_valid_s", "150.0")]));
-    let setup = Setup {
-        config: &config,
-        mission: Some(&mission),
-        permissions: Policy::Grant,
-        seed: 1,
-        machine: Machine::Ideal,
-    };
-    let mut simulation = inside_of(Simulation::new(&setup).unwrap());
+    let mut simulation = inside_of(simulation_of(&config, Some(&mission), Policy::Grant));
     simulation.order(Verb::Pause(v1::PauseMission { overrides: false }));
     simulation
 }

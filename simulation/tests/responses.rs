@@ -280,5 +280,6 @@ fn a_pause_that_outlasts_the_battery_ends_with_a_report() {
     simulation.order(Verb::Pause(v1::PauseMission { overrides: true }));
     // The autopilot lands it when the battery is nearly empty.
     let report = end(&mut simulation, MissionOutcome::Failure);
-    assert!(report.reason.starts_with("landed because of `operator_pause`, and no operator"), "{report:?}");
+    let landed = report.reason.starts_with("landed because of `autopilot_");
+    assert!(landed && report.reason.contains(", and no operator resumed the mission"), "{report:?}");
 }

@@ -38,7 +38,7 @@ fn a_survey_is_flown_to_its_end() {
     let story = [
         "plan 1: takeoff by 30 m; fly to (100, 20, 30); fly to (170, 20, 30), asking road; fly to (300, 20, 30); fly to (300, 60, 30); \
          fly to (100, 60, 30); fly to (100, 100, 30); fly to (300, 100, 30)",
-        "asking for area road",
+        "asking for area road ahead",
         "area road: granted",
         "transition: stop",
         "plan 2: fly to (0, 0, 10); land",
@@ -51,7 +51,7 @@ fn a_survey_is_flown_to_its_end() {
 fn a_survey_that_was_paused_is_flown_to_its_end() {
     let mission = mission_file("survey_paused", FIELD);
     let mut simulation = simulation(Some(&mission), Policy::Grant);
-    assert!(simulation.fly_until("area road: granted", Duration::from_secs(300)), "{}", simulation.decision_log());
+    assert!(simulation.fly_until("step 3 of 8", Duration::from_secs(300)), "{}", simulation.decision_log());
     simulation.pass(Duration::from_secs(25));
     simulation.inject_flag("obstacle");
     let report = simulation.fly(Duration::from_secs(600)).unwrap_or_else(|| panic!("{}", simulation.decision_log()));

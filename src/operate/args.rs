@@ -1,6 +1,7 @@
 //! The arguments of `kittiwake vehicle`, `mission` and `permission`, a subcommand for each route of the gateway, and of
-//! `kittiwake audit`.
+//! `kittiwake audit` and `kittiwake why`.
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
@@ -42,7 +43,14 @@ Exit codes:
     0  done
     2  bad input
     3  refused by the system, for the reason printed
-    5  the gateway or a service behind it is not reachable";
+    5  the gateway or a service behind it is not reachable
+
+Examples:
+    kittiwake vehicle list                                   every vehicle, those in trouble first
+    kittiwake vehicle pause                                  hold until `kittiwake vehicle resume`
+    kittiwake mission upload config/missions/harbour.toml    while flying: checked first, then swapped at once
+    kittiwake permission pending                             areas that wait for a decision
+    kittiwake vehicle show --url https://ground:8443 --token-file token --vehicle uav1";
 
 /// For `kittiwake vehicle`.
 #[derive(Debug, Args)]
@@ -225,7 +233,7 @@ pub struct ExportArgs {
     #[arg(long)]
     pub route: bool,
     /// The configuration file that the way is planned with
-    #[arg(long, value_name = "FILE", default_value = "config/kittiwake.toml")]
+    #[arg(long, value_name = "FILE", default_value_os_t = crate::settings::default_config())]
     pub config: PathBuf,
     /// Where to write it; without it, on standard output
     #[arg(long, value_name = "FILE")]
@@ -310,6 +318,24 @@ pub enum AuditCommand {
     },
 }
 
+/// For `kittiwake why`.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Without a file it asks the gateway of the system that runs here, which keeps the last 500 decisions; where none runs \
+        it reads the newest recording.\n\nExit codes:\n    0  told\n    2  the file is no recording, or bad input\n    \
+        3  refused by the system, for the reason printed\n    5  the gateway is not reachable"
+)]
+pub struct WhyArgs {
+    /// A recording of a mission; `kittiwake up` prints their folder
+    #[arg(value_name = "FILE", conflicts_with_all = ["url", "pid", "token_file", "ca", "vehicle"])]
+    pub file: Option<PathBuf>,
+    /// Only the last N decisions
+    #[arg(long, value_name = "N")]
+    pub last: Option<NonZeroUsize>,
+    #[command(flatten)]
+    pub gateway: GatewayArgs,
+}
+
 /// Finite: JSON cannot say anything else.
 fn metres(text: &str) -> Result<f64, String> {
     let found = text.parse().ok().filter(|it: &f64| it.is_finite());
@@ -390,6 +416,11 @@ mod tests {
         check("permission", Some("Usage"));
         check("audit verify access", None);
         check("audit", Some("Usage"));
+        check("why", None);
+        check("why --last 3 flight.mcap", None);
+        check("why --json --url https://ground:8443 --vehicle uav2", None);
+        check("why --last 0", Some("invalid value '0'"));
+        check("why flight.mcap --vehicle uav1", Some("cannot be used with"));
         check("vehicle pause --token secret", Some("unexpected argument"));
         check("vehicle pause --vehicle a/b", Some("lower-case"));
     }

@@ -18,7 +18,7 @@ use crate::operate::route::route;
 
 /// Writes a mission file. What is written passes `kittiwake check`; if it would not, nothing is written.
 pub(super) fn import(args: &ImportArgs) -> Result<Done, Failure> {
-    let read = |path: &Path| Source::read_at_most(path, formats::LARGEST_BYTES).and_then(|it| formats::read(&it));
+    let read = |path: &Path| Source::read(path).and_then(|it| formats::read(&it));
     let mut mistakes = Vec::new();
     let mut imports: Vec<Import> = Vec::new();
     for path in std::iter::once(&args.file).chain(&args.areas) {
@@ -44,8 +44,8 @@ pub(super) fn import(args: &ImportArgs) -> Result<Done, Failure> {
 /// Prints or writes a mission in another format.
 pub(super) fn export(args: &ExportArgs) -> Result<Done, Failure> {
     let source = Source::read(&args.file).map_err(bad_input)?;
-    let (mission, origin) = Mission::read_with_origin(&source).map_err(bad_input)?;
-    let origin = args.origin.or(origin).ok_or_else(|| {
+    let mission = Mission::read(&source).map_err(bad_input)?;
+    let origin = args.origin.or(mission.origin).ok_or_else(|| {
         let path = args.file.display();
         Failure::bad_input(format!("{path}: the mission has no [origin]: give it with --origin LATITUDE,LONGITUDE"))
     })?;
@@ -148,8 +148,8 @@ mod tests {
         export(&export_of(shipped("harbour.toml"), Some(exported.clone()))).unwrap();
         let done = import(&import_of(exported.clone(), Vec::new(), imported.clone())).unwrap();
         assert!(done.text.ends_with("copy.toml: objectives: 2, areas: 3, sites: 2"), "{}", done.text);
-        let (mission, origin_read) = Mission::read_with_origin(&Source::read(&imported).unwrap()).unwrap();
-        assert_eq!((mission.name.as_str(), mission.areas[0].corners.len(), origin_read), ("copy", 8, origin()));
+        let mission = Mission::read(&Source::read(&imported).unwrap()).unwrap();
+        assert_eq!((mission.name.as_str(), mission.areas[0].corners.len(), mission.origin), ("copy", 8, origin()));
         // A file that a human may have changed meanwhile stays.
         let failure = import(&import_of(exported, Vec::new(), imported)).err().unwrap();
         assert_eq!(failure.outcome, Outcome::BadInput);
@@ -204,7 +204,7 @@ mod tests {
         check(plan, None, "at height 300 m, expected at most 120 m");
         // The mistakes of all files are reported at once.
         check("{", Some("<kml"), "areas: no valid XML");
-        check(&" ".repeat(33 << 20), None, "has more than 33554432 bytes");
+        check(&" ".repeat(33 << 20), None, "the file has 33 MiB; at most 32 MiB are read");
         let folder = tempfile::tempdir().unwrap();
         let missing =
             import(&import_of(folder.path().join("none"), Vec::new(), folder.path().join("m"))).err().unwrap();

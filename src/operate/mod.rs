@@ -1,4 +1,4 @@
-//! `kittiwake vehicle`, `mission` and `permission`: the gateway's routes as subcommands, for operators
+//! `kittiwake vehicle`, `mission`, `permission` and `why`: the gateway's routes as subcommands, for operators
 //! and, with `--json`, for scripts.
 //!
 //! Nothing is decided here: the gateway's answer is printed as it is, and the exit code says what kind of
@@ -23,6 +23,7 @@ mod permission;
 mod route;
 mod show;
 mod vehicle;
+pub mod why;
 mod words;
 
 /// The outcome of a command.

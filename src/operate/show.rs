@@ -68,6 +68,9 @@ pub fn vehicle(it: &Value) -> String {
         vec!["battery".into(), percent(&aircraft["battery"]["remaining"])],
         vec!["mission".into(), progress(mission, &it["plan"]["current"])],
     ];
+    if it["energy"].is_object() {
+        lines.insert(4, vec!["energy".into(), energy(&it["energy"])]);
+    }
     let mut add = |name: &str, found: String| {
         if !found.is_empty() {
             lines.push(vec![name.to_owned(), found]);
@@ -114,7 +117,11 @@ pub fn mission(status: &Value) -> String {
     }
     let hold = status["hold"].as_str().filter(|it| !it.is_empty());
     let hold = hold.map(|why| format!("\nholding: {why}")).unwrap_or_default();
-    format!("mission `{}`\n{}{hold}", text(&status["mission"]), table(lines))
+    let degrees = |key: &str| status["origin"][key].as_f64();
+    let origin = degrees("latitudeDeg").zip(degrees("longitudeDeg"));
+    let origin =
+        origin.map(|(latitude, longitude)| format!(", origin {latitude:.6}, {longitude:.6}")).unwrap_or_default();
+    format!("mission `{}`{origin}\n{}{hold}", text(&status["mission"]), table(lines))
 }
 
 /// The steps of the present plan.
@@ -156,6 +163,20 @@ pub fn command(authority: &Value) -> String {
         Some(to) => format!("{holder}, offered to {to}"),
         None => holder,
     }
+}
+
+/// How far the battery suffices.
+fn energy(it: &Value) -> String {
+    let place = |it: &Value| {
+        let share = it["margin"].as_f64().map_or_else(|| "-".to_owned(), |it| format!("{:.0} %", it * 100.0));
+        format!("{} in {} s leaves {share} above the reserve", text(&it["place"]), number(&it["timeS"], 0))
+    };
+    let mut parts = vec![format!("hovers for {} s", number(&it["enduranceS"], 0))];
+    parts.extend(Some(&it["home"]).filter(|it| it.is_object()).map(place));
+    parts.extend(Some(&it["best"]).filter(|it| it.is_object() && it["place"] != "home").map(place));
+    parts.extend(it["turnHomeS"].as_f64().map(|it| format!("turn home within {it:.0} s")));
+    parts.extend(it["consumption"].as_f64().map(|it| format!("takes {:.0} % of the figures", it * 100.0)));
+    parts.join("; ")
 }
 
 fn waits_for(operator: &Value) -> String {
@@ -248,6 +269,18 @@ mod tests {
     }
 
     #[test]
+    fn how_far_the_battery_suffices_is_a_line() {
+        let document = json!({ "vehicle": "uav1", "energy": {
+            "enduranceS": 640.2, "turnHomeS": 210.7, "consumption": 0.963,
+            "home": { "place": "home", "timeS": 95.4, "margin": 0.284 },
+            "best": { "place": "site `field`", "timeS": 31.0, "margin": 0.41 },
+        } });
+        let expected = "energy    hovers for 640 s; home in 95 s leaves 28 % above the reserve; site `field` in 31 s leaves 41 % above the \
+                        reserve; turn home within 211 s; takes 96 % of the figures";
+        assert!(vehicle(&document).lines().any(|it| it == expected), "{}", vehicle(&document));
+    }
+
+    #[test]
     fn a_forecast_says_what_each_objective_needs() {
         let reply = json!({ "forecast": [
             { "objective": "there", "reachable": true, "plan": { "steps": [{}, {}] }, "lengthM": 500.4, "flightTimeS": 61.7, "energyWh": 17.24,
@@ -257,6 +290,17 @@ mod tests {
         let expected =
             "\n  there: 2 steps, 500 m in 62 s of flight, 17.2 Wh, permission for A\n  moon: cannot be reached: no way";
         assert_eq!(forecast(&reply), expected);
+    }
+
+    #[test]
+    fn a_mission_is_shown_with_its_origin_if_it_has_one() {
+        let head = |status: Value| mission(&status).lines().next().unwrap_or_default().to_owned();
+        assert_eq!(head(json!({ "mission": "reef" })), "mission `reef`");
+        let origin = json!({ "latitudeDeg": -16.5, "longitudeDeg": 179.998, "altitudeAmslM": 5.0 });
+        assert_eq!(
+            head(json!({ "mission": "reef", "origin": origin })),
+            "mission `reef`, origin -16.500000, 179.998000"
+        );
     }
 
     #[test]

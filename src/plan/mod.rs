@@ -76,6 +76,16 @@ pub fn plan(args: &PlanArgs) -> Outcome {
     if reply.accepted { Outcome::Success } else { Outcome::NotFlyable }
 }
 
+/// A forecast with the configured wind, in words: legs, energy, areas and alternates.
+pub fn in_words(reply: &v1::MissionReply) -> String {
+    text::plan(reply, None, &[])
+}
+
+/// `text` as it stands in a page.
+pub fn escape(text: &str) -> String {
+    html::escape(text)
+}
+
 /// What the planner answers about the mission of `inputs`, for a vehicle with a full battery at the take-off point.
 ///
 /// # Errors

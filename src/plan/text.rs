@@ -50,7 +50,7 @@ pub(super) fn totals(reply: &v1::MissionReply) -> Vec<String> {
     lines
 }
 
-/// The wind that energy is judged in.
+/// The wind that times and energy are judged in.
 pub(super) fn wind_in_words(wind: Option<WindArg>) -> String {
     match wind {
         None => "the wind of the configuration, against every leg".to_owned(),
@@ -68,11 +68,12 @@ pub(super) fn clock(seconds: f64) -> String {
     format!("{}:{:02}", seconds / 60, seconds % 60)
 }
 
-/// What a leg needs besides: the areas it leads through, and the permissions that are asked for when it begins.
+/// What a leg needs besides: the areas it leads through, and the permissions that are asked for when it begins, or ahead of it.
 pub(super) fn areas(leg: &v1::LegForecast) -> String {
     let through = (!leg.areas.is_empty()).then(|| format!("through {}", leg.areas.join(", ")));
     let ask = |it: &v1::PermissionForecast| {
-        format!("asks for {} at {}, needed until {}", it.area, clock(it.asked_s), clock(it.until_s))
+        let ahead = if it.ahead { "ahead, " } else { "" };
+        format!("asks for {} {ahead}at {}, needed until {}", it.area, clock(it.asked_s), clock(it.until_s))
     };
     through.into_iter().chain(leg.asks.iter().map(ask)).collect::<Vec<_>>().join("; ")
 }
@@ -174,7 +175,8 @@ mod tests {
 
     #[test]
     fn a_forecast_is_printed_with_its_figures() {
-        let ask = v1::PermissionForecast { area: "A".into(), asked_s: 3.0, until_s: 95.0 };
+        let ask = v1::PermissionForecast { area: "A".into(), asked_s: 3.0, until_s: 95.0, ahead: false };
+        let ahead = v1::PermissionForecast { area: "C".into(), asked_s: 1.0, ahead: true, ..ask.clone() };
         let leg = v1::LegForecast {
             text: "fly to (0, 90, 10), asking A".into(),
             length_m: 90.0,
@@ -182,7 +184,7 @@ mod tests {
             energy_wh: 2.94,
             charge: Some(0.982),
             areas: vec!["B".into()],
-            asks: vec![ask],
+            asks: vec![ask, ahead],
             alternate: Some(v1::Alternate {
                 role: v1::AlternateRole::Home as i32,
                 length_m: Some(100.0),
@@ -232,7 +234,7 @@ mission ``, judged in a wind of 8 m/s from 270 degrees
 
 objective `there`: 90 m, 0:09, 8.9 Wh
       at  leg                                               m   time     Wh  left
-    0:03  fly to (0, 90, 10), asking A                     90   0:09    2.9  98 %  through B; asks for A at 0:03, needed until 1:35
+    0:03  fly to (0, 90, 10), asking A                     90   0:09    2.9  98 %  through B; asks for A at 0:03, needed until 1:35; asks for C ahead, at 0:01, needed until 1:35
             alternate: home, 100 m, 0:17, 5.5 Wh
     0:12  stays for 0:30
 

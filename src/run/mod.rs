@@ -2,9 +2,10 @@
 //! it, and what it leaves behind.
 
 pub mod end;
+pub mod inputs;
 pub mod persisted;
 pub mod process;
-pub mod resumable;
+pub(crate) mod px4_port;
 pub mod router;
 pub mod run_file;
 pub mod state_folder;

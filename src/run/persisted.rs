@@ -16,10 +16,10 @@ use domain::time::{Now, Time};
 use kittiwake_proto::json::{from_json, to_json};
 use kittiwake_proto::topics::{Request, Service, Topic};
 use node::{Effect, Event, Node, Token};
+use simulation::resumable::{Resumable, Resumed};
 use store::{InUse, Loaded, Medium, State, Store};
 
 use crate::output;
-use crate::run::resumable::{Resumable, Resumed};
 use crate::run::writer::{Progress, Writer};
 
 /// Format of the stored states, for [`Store::open`].

@@ -6,26 +6,35 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use bus::{BusError, Direct, Link, Nudge, Process, Stop};
 use control_tower::ControlTower;
+use domain::file::Mistakes;
 use domain::time::Pace;
 use gateway::Gateway;
 use gateway::process::{GatewayProcess, StartError};
+use mavlink_bridge::MavlinkBridge;
+use mavlink_bridge::socket::Socket;
 use mcm::Mcm;
 use monitor::Monitor;
 use node::Node;
 use planner::Planner;
+use px4_bridge::Px4Bridge;
 use rustls::ServerConfig;
+use simulation::recording::{RECORDED, Recorded};
+use simulation::resumable::Resumable;
 use skill_manager::SkillManager;
 use vehicle_sim::VehicleSim;
 
+use crate::backend::Backend;
 use crate::check_inputs::{self, Inputs};
 use crate::cli::ProcessArgs;
+use crate::config::Config;
 use crate::outcome::Outcome;
 use crate::run::end::stop_on_end;
 use crate::run::persisted::{self, Persisted};
-use crate::run::resumable::Resumable;
+use crate::run::px4_port::Px4Port;
 use crate::run::watchdog::Watched;
-use crate::run::{state_folder, tower_key};
+use crate::run::{inputs, state_folder, tower_key};
 use crate::service::Service;
+use crate::settings::Settings;
 use crate::setup::access;
 use crate::{output, telemetry};
 
@@ -47,6 +56,10 @@ enum Failure {
     State(#[from] persisted::StartError),
     #[error(transparent)]
     Key(#[from] tower_key::Failure),
+    #[error("{0}")]
+    Files(Mistakes),
+    #[error("{}: the recording of the inputs cannot be begun: {cause}", folder.display())]
+    Inputs { folder: PathBuf, cause: std::io::Error },
     #[error("the operating system refuses: {0}")]
     System(#[from] std::io::Error),
 }
@@ -57,6 +70,9 @@ pub fn run_service(service: Service, args: &ProcessArgs) -> Outcome {
         Ok(inputs) => inputs,
         Err(outcome) => return outcome,
     };
+    if let Some(Err(mistakes)) = Backend::of_service(service).map(|it| inputs.suits(it)) {
+        return check_inputs::tell(&mistakes);
+    }
     let tls = match (service == Service::Gateway).then(|| check_inputs::read_tls(&inputs.config)).transpose() {
         Ok(tls) => tls.flatten(),
         Err(outcome) => return outcome,
@@ -71,40 +87,57 @@ pub fn run_service(service: Service, args: &ProcessArgs) -> Outcome {
     let stop = Stop::new();
     let result = stop_on_end(&stop, args.exit_with_parent)
         .map_err(Failure::from)
-        .and_then(|()| run(service, inputs, tls, &link, direct.as_ref(), &stop));
+        .and_then(|()| run(service, &args.settings, inputs, tls, &link, direct.as_ref(), &stop));
     telemetry.end();
     report(service.name(), result)
 }
 
 fn run(
     service: Service,
+    settings: &Settings,
     inputs: Inputs,
     tls: Option<Arc<ServerConfig>>,
     link: &Link,
     direct: Option<&Direct>,
     stop: &Stop,
 ) -> Result<(), Failure> {
-    let Inputs { config, mission, trees, contingencies, access, state, tower_key, tower_secret, origin: _ } = inputs;
+    let Inputs { config_file: _, config, mission, trees, contingencies, access, state, tower_key, tower_secret } =
+        inputs;
     let (pace, seed) = (config.speed.pace(), config.seed);
     let place = Place { link, direct, pace, stop };
     let on_bus = |mut node: Box<dyn Node>| place.run(node.as_mut(), Nudge::default());
     let vehicle = config.vehicle.as_str();
     match service {
         Service::VehicleSim => on_bus(Box::new(VehicleSim::new(&config.vehicle_sim, pace, seed))),
+        Service::Px4Bridge => {
+            let nudge = Nudge::default();
+            let port = Px4Port::open(&config.px4_bridge, &nudge)?;
+            place.run(&mut Px4Bridge::new(&config.px4_bridge, port), nudge)
+        }
+        Service::MavlinkBridge => {
+            let nudge = Nudge::default();
+            let wake = nudge.clone();
+            let socket = Socket::open(&config.mavlink_bridge.connect, move || wake.wake())?;
+            place.run(&mut MavlinkBridge::new(&config.mavlink_bridge, socket), nudge)
+        }
         Service::SkillManager => on_bus(Box::new(SkillManager::new(&config.skill_manager, pace))),
         Service::Monitor => on_bus(Box::new(Monitor::new(&config.monitor, &contingencies, pace))),
         Service::Planner => {
+            let record = Record { settings, config: &config, instance: start_number(), tower_key: String::new() };
             let planner = Planner::new(&config.planner, &config.energy, mission, pace);
-            place.run_with_state(planner, state, vehicle)
+            place.run_recorded(planner, &record, state)
         }
         Service::Mcm => {
-            let mcm = Mcm::new(&config.mcm, &config.energy, vehicle, start_number(), &trees, contingencies, pace)?;
+            let key = tower_key.map(|path| tower_key::read_public(&path)).transpose()?;
+            let told = key.as_ref().map_or_else(String::new, ToString::to_string);
+            let record = Record { settings, config: &config, instance: start_number(), tower_key: told };
+            let mcm = Mcm::new(&config.mcm, &config.energy, vehicle, record.instance, &trees, contingencies, pace)?;
             let mcm = mcm.of_mission(&mission).measured_with(bus::monotonic_ns);
-            let mcm = match tower_key {
-                Some(path) => mcm.that_verifies_with(tower_key::read_public(&path)?),
+            let mcm = match key {
+                Some(key) => mcm.that_verifies_with(key),
                 None => mcm,
             };
-            place.run_with_state(mcm, state, vehicle)
+            place.run_recorded(mcm, &record, state)
         }
         Service::ControlTower => {
             let policy = config.permissions;
@@ -130,6 +163,14 @@ fn run(
     }
 }
 
+/// What the recording of a process begins with, if it has one.
+struct Record<'a> {
+    settings: &'a Settings,
+    config: &'a Config,
+    instance: u64,
+    tower_key: String,
+}
+
 /// Where a process runs.
 struct Place<'a> {
     link: &'a Link,
@@ -143,6 +184,26 @@ impl Place<'_> {
         let Place { link, direct, pace, stop } = *self;
         Ok(Process { direct, pace, nudge, is_only_one: true, ..Process::of(&mut Watched::new(node), link) }
             .run(stop)?)
+    }
+
+    /// `service` of a vehicle, whose inputs are recorded if the settings name a folder.
+    fn run_recorded<N: Resumable>(
+        &self,
+        service: N,
+        record: &Record<'_>,
+        state: Option<PathBuf>,
+    ) -> Result<(), Failure> {
+        let (name, vehicle) = (service.name(), record.config.vehicle.as_str());
+        let number = RECORDED.iter().position(|it| *it == name);
+        let (Some(folder), Some(number)) = (&record.settings.record_inputs, number) else {
+            return self.run_with_state(service, state, vehicle);
+        };
+        let header = inputs::header(record.config, &record.settings.config, record.instance, record.tower_key.clone());
+        let inputs = header.map_err(Failure::Files).and_then(|header| {
+            inputs::Inputs::begin(folder, name, &header)
+                .map_err(|cause| Failure::Inputs { folder: folder.clone(), cause })
+        })?;
+        self.run_with_state(Recorded::new(service, number as u8, inputs), state, vehicle)
     }
 
     /// `service`, whose state is `owner`'s and in `folder`, if there is one.
@@ -175,7 +236,10 @@ fn report(name: &str, result: Result<(), Failure>) -> Outcome {
             output::error_line(format_args!("{name}: {failure}"));
             match failure {
                 // It does not become better by trying again.
-                Failure::State(persisted::StartError::InUse(_)) | Failure::Key(_) => Outcome::BadInput,
+                Failure::State(persisted::StartError::InUse(_))
+                | Failure::Key(_)
+                | Failure::Files(_)
+                | Failure::Inputs { .. } => Outcome::BadInput,
                 _ => Outcome::NotKeptUp,
             }
         }

@@ -10,6 +10,7 @@ use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::MissionReport;
 use node::Event;
 
+use crate::backend::Backend;
 use crate::cli::UpArgs;
 use crate::config::Config;
 use crate::outcome::Outcome;
@@ -37,6 +38,7 @@ const REFRESH: Duration = Duration::from_millis(200);
 /// A system being brought up and kept up.
 pub struct Launcher<'a> {
     args: &'a UpArgs,
+    backend: Backend,
     config: Config,
     /// What every process is started with.
     files: FlownFiles,
@@ -77,6 +79,7 @@ impl<'a> Launcher<'a> {
     /// Nothing is started yet.
     pub fn new(
         args: &'a UpArgs,
+        backend: Backend,
         config: Config,
         files: FlownFiles,
         sender: Sender<Happening>,
@@ -105,11 +108,12 @@ impl<'a> Launcher<'a> {
         args.listen.iter().for_each(|it| children.listen_at(it));
         Ok(Launcher {
             args,
+            backend,
             recordings,
             demo,
             _state: state,
             start: Instant::now(),
-            supervisor: Supervisor::new(&config.launcher.restart),
+            supervisor: Supervisor::new(&config.launcher.restart, &backend.services()),
             children,
             liveness: Liveness::new(config.launcher.hung_after_s.seconds()),
             aircraft: Aircraft::default(),
@@ -297,20 +301,11 @@ impl<'a> Launcher<'a> {
             let (pid, connect, http) = (std::process::id(), connect.clone(), http.clone());
             let ca = self.config.gateway.tls_certificate.clone();
             let running = Running { pid, connect, http, token, vehicle, config, ca };
-            let Running { connect, http, .. } = &running;
-            self.screen.line(&format!(
-                "{} is up: speed {}, permissions {}, seed {}, router {connect}\nstatus: {http}/api/v1/vehicles/{}",
-                running.vehicle, self.config.speed, self.config.permissions, self.config.seed, running.vehicle
-            ));
-            if self.demo.is_some() {
-                self.screen.line(&format!("operate: {http}/#token={}", running.token));
-            }
-            if let Some(folder) = &self.recordings {
-                self.screen.line(&format!("recordings: {}", folder.display()));
-            }
+            // First the file, then the lines: who has read them may look for the system.
             return match RunFile::write(&running) {
                 Ok(file) => {
                     self.run_file = Some(file);
+                    self.tell_addresses(&running);
                     None
                 }
                 Err(cause) => Some(End::GaveUp(format!("cannot write the run file: {cause}"))),
@@ -321,7 +316,34 @@ impl<'a> Launcher<'a> {
         (limit <= self.now()).then(|| End::GaveUp(format!("not seen within {limit:?}: {}", names.join(", "))))
     }
 
+    fn tell_addresses(&self, running: &Running) {
+        let Running { connect, http, vehicle, .. } = running;
+        self.screen.line(&format!(
+            "{} is up: speed {}, permissions {}, seed {}, router {connect}\nstatus: {http}/api/v1/vehicles/{}",
+            vehicle, self.config.speed, self.config.permissions, self.config.seed, vehicle
+        ));
+        match self.backend {
+            Backend::Sim => {}
+            Backend::Px4 => {
+                self.screen.line(&format!("vehicle: px4, awaited at {}", self.config.px4_bridge.endpoint));
+            }
+            Backend::Mavlink => {
+                self.screen.line(&format!("vehicle: over MAVLink, {}", self.config.mavlink_bridge.connect));
+            }
+        }
+        if self.demo.is_some() {
+            self.screen.line(&format!("operate: {http}/#token={}", running.token));
+        }
+        if let Some(folder) = &self.recordings {
+            self.screen.line(&format!("recordings: {}", folder.display()));
+        }
+    }
+
     fn check_report(&mut self) -> Option<End> {
+        if self.reported.is_some() && self.progress.report().is_none() && !self.args.exit_when_done {
+            // An operator has begun the next mission: it gets a report of its own.
+            self.reported = None;
+        }
         if self.reported.is_none() {
             let report = self.progress.report()?.clone();
             self.screen.end_progress();
@@ -381,6 +403,9 @@ impl<'a> Launcher<'a> {
             }
         }
         for child in children {
+            if self.children.running().contains(child) {
+                self.screen.log(&format!("{child} did not end within {limit:?}: killed"));
+            }
             self.children.kill(*child);
             self.children.reap(*child);
         }

@@ -66,10 +66,14 @@ pub enum Happening {
 
 /// Runs the system until the mission is over, if the arguments say so, or until it is interrupted.
 pub fn up(args: &UpArgs) -> Outcome {
-    let inputs = match check_inputs::read_or_tell(&args.settings) {
+    let (backend, settings) = args.flown();
+    let inputs = match check_inputs::read_or_tell(&settings) {
         Ok(inputs) => inputs,
         Err(outcome) => return outcome,
     };
+    if let Err(mistakes) = inputs.suits(backend) {
+        return check_inputs::tell(&mistakes);
+    }
     if let Err(outcome) = check_inputs::read_tls(&inputs.config) {
         return outcome;
     }
@@ -82,7 +86,7 @@ pub fn up(args: &UpArgs) -> Outcome {
         // Fails only while the launcher ends.
         let _ = interrupt.send(Happening::Interrupted);
     };
-    let (files, config) = match FlownFiles::copy(&args.settings, &inputs.config) {
+    let (files, config) = match FlownFiles::copy(&settings, &inputs.config) {
         Ok(copy) => copy,
         Err(cause) => {
             output::error_line(cause);
@@ -90,7 +94,8 @@ pub fn up(args: &UpArgs) -> Outcome {
         }
     };
     let telemetry = telemetry::start("launcher", config.vehicle.as_str(), &config.telemetry);
-    let outcome = match end::on_signal(on_signal).and_then(|()| Launcher::new(args, config, files, sender, happenings))
+    let outcome = match end::on_signal(on_signal)
+        .and_then(|()| Launcher::new(args, backend, config, files, sender, happenings))
     {
         Ok(launcher) => launcher.run(),
         Err(cause) => {

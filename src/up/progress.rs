@@ -1,5 +1,6 @@
 //! The progress of the mission, from the messages of the processes.
 
+use domain::wire::decision::told;
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::{
     DecisionRecord, McmStatus, MissionPhase, MissionReport, ObjectiveReport, ObjectiveState, PlannerStatus,
@@ -32,8 +33,10 @@ impl Progress {
             Message::McmStatus(it) => self.mcm = it,
             Message::PlannerStatus(it) => self.planner = it,
             Message::SkillFeedback(it) => self.feedback = it,
-            Message::DecisionRecord(DecisionRecord { at_s, topic, text, .. }) => {
-                return Some(format!("[{at_s:7.1} s] {topic}: {text}"));
+            Message::DecisionRecord(record) => {
+                let DecisionRecord { at_s, topic, text, .. } = &record;
+                let line = format!("[{at_s:7.1} s] {topic}: {text}");
+                return Some(line + &told(record).addition());
             }
             _ => {}
         }
@@ -157,13 +160,14 @@ fn skill(kind: SkillKind) -> Option<&'static str> {
         SkillKind::Takeoff => Some("takeoff"),
         SkillKind::Stop => Some("stop"),
         SkillKind::Offboard => Some("offboard"),
+        SkillKind::Release => Some("release"),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use kittiwake_proto::v1::{Ned, Objective, PlanStep};
+    use kittiwake_proto::v1::{Ned, Objective, PlanStep, RejectedAlternative};
 
     fn in_flight() -> Progress {
         let mut progress = Progress::default();
@@ -219,6 +223,9 @@ mod tests {
     fn a_decision_is_printed_at_once() {
         let decision =
             DecisionRecord { at_s: 12.34, topic: "step".into(), text: "takeoff".into(), ..Default::default() };
-        assert_eq!(Progress::default().on(decision.into()).unwrap(), "[   12.3 s] step: takeoff");
+        assert_eq!(Progress::default().on(decision.clone().into()).unwrap(), "[   12.3 s] step: takeoff");
+        let rejected = vec![RejectedAlternative { what: "home".into(), why: "too far".into() }];
+        let decision = DecisionRecord { rejected, ..decision };
+        assert_eq!(Progress::default().on(decision.into()).unwrap(), "[   12.3 s] step: takeoff; not home: too far");
     }
 }

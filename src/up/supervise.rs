@@ -102,10 +102,10 @@ pub struct Supervisor {
 }
 
 impl Supervisor {
-    /// Nothing is started yet; the router is due at once.
-    pub fn new(policy: &Policy) -> Supervisor {
-        let services = Service::ALL.map(|it| (Child::Service(it), State::Blocked));
-        let states = services.into_iter().chain([(Child::Router, State::Due(Duration::ZERO))]).collect();
+    /// For these services. Nothing is started yet; the router is due at once.
+    pub fn new(policy: &Policy, services: &[Service]) -> Supervisor {
+        let services = services.iter().map(|it| (Child::Service(*it), State::Blocked));
+        let states = services.chain([(Child::Router, State::Due(Duration::ZERO))]).collect();
         Supervisor { policy: policy.clone(), states, deaths: BTreeMap::new() }
     }
 
@@ -209,7 +209,7 @@ mod tests {
 
     fn started() -> Supervisor {
         let policy = "first_delay_s = 0.2\nlongest_delay_s = 0.5\ndeaths = 4\nwindow_s = 10.0";
-        let mut supervisor = Supervisor::new(&toml::from_str(policy).unwrap());
+        let mut supervisor = Supervisor::new(&toml::from_str(policy).unwrap(), &Service::ALL);
         supervisor.due(at(0));
         supervisor.router_listens(at(10));
         supervisor.due(at(10));
@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn the_router_comes_first_and_everybody_must_be_seen() {
-        let mut supervisor = Supervisor::new(&started().policy);
+        let mut supervisor = Supervisor::new(&started().policy, &Service::ALL);
         assert_eq!(supervisor.due(at(0)), [Child::Router]);
         assert_eq!(supervisor.due(at(5)), []);
         supervisor.router_listens(at(10));

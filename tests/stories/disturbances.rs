@@ -121,6 +121,21 @@ fn a_critical_battery_ends_the_mission_on_the_ground() {
 }
 
 #[test]
+fn what_an_expression_raises_ends_the_mission_at_a_landing_place() {
+    for (line, raised, response) in [
+        ("battery_temperature 70", "flag `battery_hot` raised: battery.temperature_c 69.", "`battery_hot`: divert"),
+        ("wind 0 15", "flag `wind_too_strong` raised: wind.speed_m_s 1", "`wind_too_strong`: return_home"),
+    ] {
+        let system = under_way();
+        fault(&system, line);
+        let ending = system.end();
+        ending.expect(4, &["WAITING"]);
+        assert_eq!(ending.report()["outcome"], "MISSION_OUTCOME_EMERGENCY");
+        ending.expect_in_order(&[raised, response, "mission: over"]);
+    }
+}
+
+#[test]
 fn services_that_die_in_flight_come_back_and_the_mission_flies_on() {
     let system = under_way();
     let address = system.status()["vehicle"].clone();

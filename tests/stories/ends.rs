@@ -1,7 +1,5 @@
 //! A system that has ended leaves no process, however it ended.
 
-use std::time::Duration;
-
 use nix::sys::signal::Signal;
 
 use crate::support::files::Files;
@@ -20,20 +18,20 @@ fn a_killed_launcher_leaves_no_child_not_even_a_frozen_one() {
 }
 
 #[test]
-fn sigterm_and_ctrl_c_end_everything_within_five_seconds() {
+fn sigterm_and_ctrl_c_end_everything_also_what_hangs() {
     for (signal, frozen) in [(Signal::SIGTERM, "planner"), (Signal::SIGINT, "router")] {
         let system = System::start(&[]);
         system.wait_for("step 1 of");
         let children = system.children();
         system.process(frozen).signal(Signal::SIGSTOP);
         system.launcher().signal(signal);
-        let start = std::time::Instant::now();
         let ending = system.end();
-        let took = start.elapsed();
         wait_until_gone(&children);
         assert_eq!(ending.code, Some(130));
         assert_eq!(ending.report()["reason"], "interrupted");
-        assert!(took < Duration::from_secs(5), "{took:?} with a frozen {frozen}");
+        // What hangs does not end by itself. Together the limits are below five seconds.
+        let limit = if frozen == "router" { "1s" } else { "2.5s" };
+        ending.expect_in_order(&[&format!("{frozen} did not end within {limit}: killed")]);
     }
 }
 

@@ -21,6 +21,18 @@ struct Flight {
     _files: Files,
 }
 
+/// Told when a wait was in vain.
+struct LastSeen(Value);
+
+impl Drop for LastSeen {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            let of = |name: &str| &self.0[name];
+            eprintln!("last seen: {} {} {} {}", of("mission"), of("contingencies"), of("operator"), of("report"));
+        }
+    }
+}
+
 impl Flight {
     fn start() -> Flight {
         let folder = tempfile::tempdir().expect("a temporary folder can be made");
@@ -31,10 +43,10 @@ impl Flight {
 
     fn start_over(folder: tempfile::TempDir, state: PathBuf) -> Flight {
         // So many deaths in a row, on the ground, would end the launcher.
-        let files = Files::shipped().with("kittiwake.toml", "deaths = 5", "deaths = 100");
+        let files = Files::with_long_leg().with("kittiwake.toml", "deaths = 5", "deaths = 100");
         let config = files.config();
         let readable = |it: &'_ Path| it.to_str().expect("a readable path").to_owned();
-        let system = System::up(&["--config", &readable(&config), "--speed", "10", "--state", &readable(&state)], &[]);
+        let system = System::up(&["--config", &readable(&config), "--speed", "5", "--state", &readable(&state)], &[]);
         let http = system.http();
         Flight { system, http, state, _folder: folder, _files: files }
     }
@@ -57,7 +69,11 @@ impl Flight {
 
     #[track_caller]
     fn wait_until(&self, what: &str, is: impl Fn(&Value) -> bool) -> Value {
-        wait_for(what, || Some(self.system.status()).filter(&is))
+        let mut last = LastSeen(Value::Null);
+        wait_for(what, || {
+            last.0 = self.system.status();
+            Some(last.0.clone()).filter(&is)
+        })
     }
 
     #[track_caller]

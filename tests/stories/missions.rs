@@ -50,7 +50,7 @@ fn denied_it_goes_round_a_asks_once_more_for_b_and_returns() {
     let ending = System::start(&["--permissions", "deny"]).end();
     ending.expect(3, &["FAILURE", "SUCCESS"]);
     let asked: Vec<_> = ending.story("permission").into_iter().filter(|it| it.starts_with("asking")).collect();
-    assert_eq!(asked, ["asking for area A", "asking for area B", "asking for area B"]);
+    assert_eq!(asked, ["asking for area A", "asking for area B ahead", "asking for area B"]);
     assert!(!steps(&ending).contains(&"fly to (0, 500, 10)".into()), "never into B");
     let report = ending.report();
     assert_eq!(report["outcome"], "MISSION_OUTCOME_FAILURE");

@@ -7,7 +7,7 @@ use gateway::access::{Role, entry};
 use nix::sys::signal::Signal;
 use serde_json::Value;
 
-use crate::support::files::write_private;
+use crate::support::files::{Files, write_private};
 use crate::support::{KITTIWAKE, System, kittiwake, shipped, wait_for};
 
 /// A system with its own tokens, for four people.
@@ -84,7 +84,10 @@ const BACK: &str =
 
 #[test]
 fn a_crew_flies_by_the_command_line() {
-    let crew = Crew::start(&["--speed", "5", "--permissions", "silent", "--exit-when-done"]);
+    // The tower's silence must be longer than a dozen commands take on a crowded machine.
+    let files = Files::shipped().with("kittiwake.toml", "permission_answer_s = 10.0", "permission_answer_s = 100.0");
+    let config = files.config().to_string_lossy().into_owned();
+    let crew = Crew::start(&["--config", &config, "--speed", "5", "--permissions", "silent", "--exit-when-done"]);
     // The gateway answers before it has seen a vehicle.
     wait_for("the vehicle", || {
         crew.runs("eve", "vehicle list").expect(0, "VEHICLE").stdout.contains("uav1").then_some(())

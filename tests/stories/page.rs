@@ -46,10 +46,18 @@ fn a_flag_is_raised_and_acknowledged() {
     assert!(system.inject(&["fault", "battery", "0.2"]).status.success());
     browser.wait_for(BATTERY, "acting");
     browser.wait_for("#fleet", "battery low");
+    browser.wait_for("#alarm", "uav1 warning: battery low");
+    browser.wait_for("#contingencies[data-alarm=bad]", "battery low");
+    browser.wait_for("#response", "battery low. Home, down in 0:");
+    browser.wait_for("#response", "The mission ends with it.");
+    wait_for("the tab to say it", || {
+        browser.run("return document.title", vec![]).as_str()?.contains("uav1: battery low").then_some(())
+    });
     browser.picture("flag");
     browser.take_command();
     browser.click(&format!("{BATTERY} button"));
     browser.wait_for(BATTERY, "Acknowledged by");
+    wait_for("the bar to go", || browser.text("#alarm").is_none().then_some(()));
     browser.picture("flag-acknowledged");
     browser.expect_no_error();
 }
@@ -113,11 +121,57 @@ fn loss_of_the_gateway_is_shown_until_it_is_back() {
     browser.wait_for("#staleness", "Connection lost");
     browser.wait_for("#strip[data-stale=true]", "");
     browser.picture("stale");
-    gateway.signal(Signal::SIGCONT);
+    // On a slow machine the launcher has found that it hangs, and another stands in its place.
+    let _ = gateway.try_signal(Signal::SIGCONT);
     browser.wait_for("body:not(.stale) #strip[data-stale=false]", "");
     // The whole system ends.
     drop(system);
     browser.wait_for("#staleness", "Connection lost");
+    browser.expect_no_error();
+}
+
+#[test]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
+fn a_page_knows_after_a_restart_of_the_gateway_what_was_flown_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let (system, browser) = watch(&["--speed", "2", "--recordings", folder.path().to_str().unwrap()]);
+    browser.wait_for("#timeline .log", "Area A: granted.");
+    // The gateway writes once a second; what it had not written when it was killed is lost.
+    let area = || browser.document("uav1")["aircraft"]["derived"]["distanceHomeM"].as_f64().filter(|it| 150.0 < *it);
+    wait_for("the vehicle to be in area A", area);
+    let before = browser.document("uav1")["missionTimeS"].as_f64().expect("the time is known");
+    system.process("gateway").signal(Signal::SIGKILL);
+    browser.wait_for("#staleness", "Connection lost");
+    browser.wait_for("body:not(.stale) #strip[data-stale=false]", "");
+    browser.wait_for("#timeline .log", "Area A: granted.");
+    let after = wait_for("the time", || browser.document("uav1")["missionTimeS"].as_f64());
+    assert!(before <= after, "{after} s after {before} s");
+    browser.picture("restarted");
+    browser.expect_no_error();
+}
+
+#[test]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
+fn an_alarm_is_shelved_and_comes_back() {
+    let (system, browser) = watch(&["--speed", "5"]);
+    browser.wait_for("#strip", "offboard");
+    assert!(system.inject(&["fault", "battery", "0.2"]).status.success());
+    browser.wait_for("#alarm .alarm", "uav1 warning: battery low");
+    let shelve =
+        "const it = document.querySelector('#alarm select'); it.value = '5'; it.dispatchEvent(new Event('change'))";
+    browser.run(shelve, vec![]);
+    browser.wait_for("#unshelve", "1 shelved until");
+    wait_for("the alarm to rest", || browser.text("#alarm .alarm").is_none().then_some(()));
+    browser.picture("shelved");
+    browser.click("#unshelve");
+    browser.wait_for("#alarm .alarm", "uav1 warning: battery low");
+    browser.fill("#journal-search", "battery");
+    wait_for("the journal to be filtered", || {
+        let lines =
+            "return [...document.querySelectorAll('#timeline .log li')].map((it) => it.textContent.toLowerCase())";
+        let lines = browser.run(lines, vec![]).as_array().cloned().unwrap_or_default();
+        (!lines.is_empty() && lines.iter().all(|it| it.as_str().is_some_and(|it| it.contains("battery")))).then_some(())
+    });
     browser.expect_no_error();
 }
 

@@ -60,7 +60,7 @@ fn of_two_vehicles_the_one_in_trouble_comes_first() {
     browser.click("#fleet .rows li:nth-child(1) button");
     browser.wait_for("[data-flag=battery_low]", "acting");
     browser.wait_for("#headline", "uav2");
-    browser.wait_for("#timeline .log", "Flag `battery_low` raised");
+    browser.wait_for("#timeline .log", "`battery_low`: ");
     browser.views("fleet");
     // Command is taken of one vehicle, not of all.
     browser.take_command();
@@ -71,6 +71,7 @@ fn of_two_vehicles_the_one_in_trouble_comes_first() {
     drop(uav2);
     browser.wait_for("#fleet .rows li:nth-child(1)", "no contact for");
     assert!(browser.text("#fleet .rows li:nth-child(1)").is_some_and(|it| it.contains("uav2")));
+    browser.wait_for("#alarm", "uav2 warning: no contact");
     browser.picture("fleet-lost");
     browser.click("#fleet .rows li:nth-child(1) button");
     browser.wait_for("#headline", "no contact for");

@@ -21,6 +21,10 @@ north_m = 0.0
 east_m = 0.0
 height_m = 0.0
 flying = false
+[origin]
+latitude_deg = 54.0
+longitude_deg = 6.6
+altitude_m = 20.0
 "#;
 
 /// The page of a system in the air.
@@ -63,6 +67,11 @@ fn another_mission_is_tried_out_and_uploaded_in_flight() {
     browser.wait_for("#said[data-tone=good]", "`survey` takes the place of `reference`");
     browser.wait_for("#headline", "Mission survey");
     wait_for("the editor to close", || browser.text("#editor").is_none().then_some(()));
+    // The text of the new mission has its origin.
+    browser.click("#mission-edit");
+    let origin = "[origin]\nlatitude_deg = 54.0\nlongitude_deg = 6.6\naltitude_m = 20.0\n";
+    wait_for("the mission's origin", || browser.value("#mission-text").contains(origin).then_some(()));
+    browser.click("#editor-close");
     browser.wait_for("#phase", "over: success");
     assert_eq!(browser.document("uav1")["report"]["objectives"][0]["name"], "mast");
     browser.expect_no_error();
@@ -75,6 +84,8 @@ fn objectives_are_inserted_removed_and_skipped_in_flight() {
     // So that no objective is settled but by the operator.
     browser.click("#verb-pause");
     browser.wait_for("[data-flag=operator_pause]", "acting");
+    browser.wait_for("[data-flag=operator_pause][data-tone=accent]", "acting");
+    assert_eq!(browser.text("#alarm"), None, "one's own order is no alarm");
     browser.fill("#insert-name", "mast");
     browser.click("#insert-pick");
     // North of the areas.

@@ -97,7 +97,8 @@ fn flags_and_faults_are_injected_by_the_roles_that_may() {
     sam.wait_for("#said[data-tone=good]", "the wind blows towards north 5, east 2 m/s");
     // Another aircraft, once it is reported, shows in the strip and on the map.
     sam.fill("#inject-fault", "intruder");
-    sam.fill("#inject-args", "-60 200 40 0 2");
+    // So far away that the vehicle need not hold.
+    sam.fill("#inject-args", "-800 200 40 0 2");
     sam.click("#inject-go");
     sam.wait_for("#strip", "Traffic");
     sam.wait_for("#strip", "40 m high");

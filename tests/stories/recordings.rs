@@ -88,7 +88,7 @@ fn a_mission_is_recorded_listed_downloaded_and_read_back() {
 #[test]
 fn a_killed_gateway_leaves_what_it_had_written() {
     let folder = tempfile::tempdir().unwrap();
-    let system = System::up(&["--speed", "10", "--recordings", folder.path().to_str().unwrap()], &[]);
+    let system = System::up(&["--speed", "4", "--recordings", folder.path().to_str().unwrap()], &[]);
     system.wait_for("step 4 of 5");
     let http = system.http();
     let live = recorded(&http, &["recording"]);
@@ -107,6 +107,37 @@ fn a_killed_gateway_leaves_what_it_had_written() {
     let summary = http.json(&format!("{LIST}/{}", live[0]["id"].as_str().unwrap()));
     assert!(3 < summary["decisions"].as_array().unwrap().len(), "{summary}");
     assert_eq!(summary["outcome"], Value::Null);
+}
+
+#[test]
+fn a_gateway_that_is_killed_in_flight_knows_again_what_was_flown() {
+    let folder = tempfile::tempdir().unwrap();
+    let system = System::up(&["--speed", "2", "--recordings", folder.path().to_str().unwrap()], &[]);
+    system.wait_for("step 4 of 5");
+    let http = system.http();
+    let live = recorded(&http, &["recording"]);
+    wait_for("the takeoff to be on the disk", || {
+        let summary = http.json(&format!("{LIST}/{}", live[0]["id"].as_str().unwrap()));
+        summary["decisions"].as_array().is_some_and(|it| 3 < it.len()).then_some(())
+    });
+    let before = http.json("/api/v1/vehicles/uav1")["missionTimeS"].as_f64().expect("the time is known");
+    system.process("gateway").signal(Signal::SIGKILL);
+    system.wait_for("gateway ended by signal 9");
+    wait_for("the gateway to be back", || std::net::TcpStream::connect(http.address).ok());
+    let after = wait_for("the vehicle's time to be known again", || {
+        let answer = http.get("/api/v1/vehicles/uav1");
+        serde_json::from_slice::<Value>(&answer.body).ok()?["missionTimeS"].as_f64()
+    });
+    assert!(before <= after, "{after} s after {before} s");
+    wait_for("the plan before the restart", || {
+        let decisions = http.json("/api/v1/vehicles/uav1/decisions");
+        let is_plan = |it: &Value| it["record"]["text"].as_str().is_some_and(|it| it.contains("takeoff by 10 m"));
+        decisions["decisions"].as_array()?.iter().any(is_plan).then_some(())
+    });
+    wait_for("the track from before the restart", || {
+        let track = http.json("/api/v1/vehicles/uav1/track");
+        track["points"][0]["missionTimeS"].as_f64().filter(|first| *first < before)
+    });
 }
 
 #[test]

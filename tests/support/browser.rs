@@ -192,7 +192,9 @@ impl Browser {
     #[track_caller]
     pub fn views(&self, name: &str) {
         let choose = "const it = document.getElementById('theme'); it.value = arguments[0]; it.dispatchEvent(new Event('change'))";
-        for (place, width, height) in [("standing", 820, 1180), ("tablet", 1024, 768), ("desk", 1440, 900)] {
+        for (place, width, height) in
+            [("telephone", 390, 844), ("standing", 820, 1180), ("tablet", 1024, 768), ("desk", 1440, 900)]
+        {
             self.size(width, height);
             for theme in ["dark", "light"] {
                 self.run(choose, vec![json!(theme)]);

@@ -20,7 +20,12 @@ impl Process {
     /// Sends it a signal.
     #[track_caller]
     pub fn signal(self, signal: Signal) {
-        kill(self.0, signal).expect("the process is there");
+        self.try_signal(signal).expect("the process is there");
+    }
+
+    /// Sends it a signal, if it is still there.
+    pub fn try_signal(self, signal: Signal) -> nix::Result<()> {
+        kill(self.0, signal)
     }
 
     /// Whether it runs. One that has ended and was not waited for yet does not.

@@ -30,8 +30,9 @@ fn installed_as_documented_it_flies_and_stays_down_after_a_power_cut_and_an_upgr
 /// The mission is over for the processes that have been started again: nothing takes off within a minute of mission time.
 #[track_caller]
 fn check_stays_down(site: &Site, after: &str) {
-    let is_new =
-        |it: &serde_json::Value| it["sources"]["introspection"]["wallAgeS"].as_f64().is_some_and(|it| it < 1.0);
+    let is_new = |it: &serde_json::Value| {
+        it["sources"]["introspection"]["wallAgeS"].as_f64().is_some_and(|it| it < 1.0) && it["missionTimeS"].is_number()
+    };
     let heard = site.wait_until(&format!("the vehicle to be heard after {after}"), is_new);
     let time_s = |it: &serde_json::Value| it["missionTimeS"].as_f64().unwrap_or_default();
     let until = time_s(&heard) + 60.0;

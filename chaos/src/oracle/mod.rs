@@ -216,6 +216,7 @@ fn limits(pace: Pace, interruption: Duration) -> Limits {
         without_response: usual.without_response + interruption,
         hover: usual.hover + interruption,
         notice: usual.notice + interruption,
+        hears: usual.hears.max(pace.wall(Duration::from_secs(1))) + interruption,
     }
 }
 

@@ -20,7 +20,10 @@ impl Truth {
         let manager = v1::McmStatus { phase: v1::MissionPhase::Nominal.into(), ..Default::default() };
         let oracle = Oracle::new(Pace::REAL_TIME, INTERRUPTION);
         let mut truth = Truth { oracle, at_s: 0, east_m: 0.0, height_m: 0.0, manager: Some(manager) };
-        truth.hear(v1::VehicleStatus { armed: true, ..Default::default() }.into());
+        truth.hear(
+            v1::VehicleStatus { armed: true, intended_mode: v1::FlightMode::Loiter.into(), ..Default::default() }
+                .into(),
+        );
         truth.fly(2, 0.0);
         truth.height_m = 10.0;
         truth.hear(v1::VehicleLandDetected { landed: false, ..Default::default() }.into());
@@ -117,7 +120,9 @@ fn after_the_end_it_may_not_take_off_even_over_a_loss_of_power() {
     truth.oracle.power_lost(truth.now());
     truth.check(&[]);
     truth.manager = None;
-    truth.hear(v1::VehicleStatus { armed: true, ..Default::default() }.into());
+    truth.hear(
+        v1::VehicleStatus { armed: true, intended_mode: v1::FlightMode::Loiter.into(), ..Default::default() }.into(),
+    );
     truth.height_m = 10.0;
     truth.fly(1, 0.0);
     truth.check(&["took off after the end"]);

@@ -55,18 +55,7 @@ impl fmt::Display for Violation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let s = |at: &Time| at.as_secs_f64();
         match self {
-            Violation::Breach(Breach::Entered { at, area, permission }) => {
-                write!(f, "at {:.0} s it entered area {area} without a permission: {permission:?}", s(at))
-            }
-            Violation::Breach(Breach::Stayed { at, area }) => {
-                write!(f, "at {:.0} s it was still in area {area}", s(at))
-            }
-            Violation::Breach(Breach::TookOff { at }) => {
-                write!(f, "at {:.0} s it took off after the end or in answer to a flag", s(at))
-            }
-            Violation::Breach(Breach::NoResponder { at, phase }) => {
-                write!(f, "at {:.0} s it flew and nothing responded, mission {phase:?}", s(at))
-            }
+            Violation::Breach(breach) => fmt::Display::fmt(breach, f),
             Violation::NobodyInCharge { at, silent_for } => {
                 write!(f, "at {:.0} s it flew and the mission manager had not been heard for {silent_for:.0?}", s(at))
             }

@@ -2,7 +2,7 @@
 //!
 //! A permission holds for as long as the tower meant when it decided, whatever a clock is set to afterwards: its date is
 //! corrected by how wrong the tower's clock was when the decision was first heard. The window of an area is by the vehicle's
-//! clock as it is now.
+//! clock as it is now. Hours of the week are left as they are: no campaign's mission has any.
 
 use std::collections::BTreeMap;
 

@@ -13,6 +13,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use bus::Scope;
+use kittiwake::backend::Backend;
 use kittiwake::service::Service;
 
 use super::kept::{Kept, Spec};
@@ -72,7 +73,7 @@ impl Keeper {
         let dial = format!("tls/localhost:{}", link.address().port());
         let mut kept = vec![ground_router, start(router(setup, Side::Aircraft, ["--dial", &dial]))?.0];
         let mut http = String::new();
-        for service in Service::ALL {
+        for service in Backend::Sim.services() {
             let (mut process, lines) = start(unit_of(setup, service, "127.0.0.1:0"))?;
             if service == Service::Gateway {
                 let said = find(&lines, |it| it.strip_prefix("http://").map(|it| it.trim_end_matches('/').to_owned()));

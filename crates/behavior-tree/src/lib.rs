@@ -104,6 +104,7 @@ mod script;
 mod shape;
 mod status;
 mod template;
+mod texts;
 mod tree;
 mod values;
 mod wake;

@@ -1,6 +1,7 @@
 //! Tree files, loaded and checked.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::task::Waker;
 
 use crate::leaf::registry::Registry;
@@ -10,17 +11,19 @@ use crate::load::forest::Forest;
 use crate::load::mistake::{LoadErrors, Mistake};
 use crate::load::mistakes::Mistakes;
 use crate::load::nearest::nearest;
-use crate::load::parse::parse;
+use crate::load::parse::{Contents, document, parse, read};
 use crate::machine::Tree;
 use crate::template::{InstantiateError, Template};
 use crate::values::value::Value;
-use crate::xml::element::{Document, Place};
+use crate::xml::element::Document;
+use crate::xml::source::Place;
 
 /// All trees of a program, parsed and checked once.
 pub struct Library<Ctx> {
     templates: BTreeMap<String, Template<Ctx>>,
     main_tree: Option<String>,
-    documents: Vec<(String, Document)>,
+    /// Names and texts.
+    files: Arc<[(String, String)]>,
 }
 
 impl<Ctx> Library<Ctx> {
@@ -39,22 +42,25 @@ impl<Ctx> Library<Ctx> {
         Name: Into<String>,
         Text: Into<String>,
     {
-        let files: Vec<(String, String)> = files.into_iter().map(|(name, text)| (name.into(), text.into())).collect();
+        let files: Arc<[(String, String)]> = files.into_iter().map(|(name, text)| (name.into(), text.into())).collect();
         let mut mistakes = Mistakes::new(files.clone());
         for mistake in &registry.mistakes {
             mistakes.add(Place { file: u32::MAX, offset: 0 }, Mistake::Registry(mistake.clone()));
         }
-        let parse = |(file, (_, text)): (usize, &(String, String))| parse(file as u32, text, &mut mistakes);
-        let documents: Vec<Document> = files.iter().enumerate().map(parse).collect();
-        check_includes(&documents, &mut mistakes);
-        let mut forest = Forest::new(registry, &documents, &mut mistakes);
+        let parsed: Vec<_> = files
+            .iter()
+            .zip(0..)
+            .filter_map(|((_, text), file)| Some((file, parse(file, text, &mut mistakes)?)))
+            .collect();
+        let contents: Vec<Contents<'_>> = parsed.iter().map(|(file, xml)| read(*file, xml, &mut mistakes)).collect();
+        check_includes(&contents, &mut mistakes);
+        let mut forest = Forest::new(registry, &contents, &mut mistakes);
         let templates = expand_all(&mut forest, &mut mistakes);
-        let main_tree = main_tree(&documents, &mut mistakes);
+        let main_tree = main_tree(&contents, &mut mistakes);
         if !mistakes.is_empty() {
             return Err(mistakes.into_errors());
         }
-        let names = files.into_iter().map(|(name, _)| name);
-        Ok(Library { templates, main_tree, documents: names.zip(documents).collect() })
+        Ok(Library { templates, main_tree, files })
     }
 
     /// The tree with the ID `id`.
@@ -91,7 +97,8 @@ impl<Ctx> Library<Ctx> {
     }
 
     /// The names and contents of the files, for writing them back.
-    pub fn documents(&self) -> impl Iterator<Item = (&str, &Document)> {
-        self.documents.iter().map(|(name, document)| (name.as_str(), document))
+    pub fn documents(&self) -> impl Iterator<Item = (&str, Document)> {
+        // They are read again, because few programs ask for them and loading without them is faster.
+        self.files.iter().map(|(name, text)| (name.as_str(), document(text)))
     }
 }

@@ -2,13 +2,15 @@
 //!
 //! Nodes are stored in preorder, so the children of a node follow it, and everything below it is one range.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::board::{Binding, BoundPort, SlotDef};
 use crate::kind::Kind;
 use crate::leaf::declaration::{LeafClass, Port};
 use crate::script::Script;
-use crate::xml::element::Place;
+use crate::texts::{Text, Texts};
+use crate::xml::source::Place;
 
 /// One node, as a tick reads it: small and without indirection.
 #[derive(Clone, Copy, Debug)]
@@ -31,14 +33,14 @@ pub(crate) const NONE: u32 = u32::MAX;
 /// What a node is called. Not read by a tick.
 #[derive(Clone, Debug)]
 pub(crate) struct NodeLabel {
-    pub(crate) tag: Arc<str>,
-    pub(crate) name: Arc<str>,
+    pub(crate) tag: Text,
+    pub(crate) name: Text,
     /// The parent. For the root of an included tree, its `SubTree` node; for the outermost root, [`NONE`].
     pub(crate) parent: u32,
     /// The tree that the node is written in, as an index into [`Shape::trees`].
     pub(crate) tree: u32,
-    /// The attributes as written: ports, pre- and postconditions.
-    pub(crate) attributes: Arc<[(String, String)]>,
+    /// Its range of [`Shape::attributes`].
+    pub(crate) attributes: Range<usize>,
 }
 
 /// The outermost tree, or a tree that is included by a `SubTree` node.
@@ -56,7 +58,7 @@ pub(crate) struct LeafDef {
     pub(crate) node: u32,
     pub(crate) class: LeafClass,
     pub(crate) declared: Arc<[Port]>,
-    pub(crate) bound: Vec<BoundPort>,
+    pub(crate) bound: Box<[BoundPort]>,
     /// Where the leaf is written.
     pub(crate) at: Place,
 }
@@ -79,6 +81,10 @@ pub(crate) struct Shape {
     pub(crate) tree_id: Arc<str>,
     pub(crate) nodes: Vec<NodeDef>,
     pub(crate) labels: Vec<NodeLabel>,
+    /// The attributes of all nodes as written: ports, pre- and postconditions.
+    pub(crate) attributes: Vec<(Text, Text)>,
+    /// The texts of the labels.
+    pub(crate) texts: Texts,
     pub(crate) trees: Vec<IncludedTree>,
     pub(crate) leaves: Vec<LeafDef>,
     pub(crate) conditions: Vec<Conditions>,
@@ -105,11 +111,27 @@ impl Shape {
         self.children(parent).nth(position)
     }
 
+    /// What kind of node it is. For a `SubTree`, the `ID` of the included tree.
+    pub(crate) fn tag(&self, node: usize) -> &str {
+        self.texts.get(self.labels[node].tag)
+    }
+
+    /// The node's name: its `name` attribute, or its tag.
+    pub(crate) fn name(&self, node: usize) -> &str {
+        self.texts.get(self.labels[node].name)
+    }
+
+    /// The names and values of the node's attributes.
+    pub(crate) fn attributes(&self, node: usize) -> impl Iterator<Item = (&str, &str)> {
+        let attributes = &self.attributes[self.labels[node].attributes.clone()];
+        attributes.iter().map(|(name, value)| (self.texts.get(*name), self.texts.get(*value)))
+    }
+
     /// The node's name after the names of the subtrees it is in.
     pub(crate) fn path(&self, node: usize) -> String {
         let label = &self.labels[node];
         let path = &self.trees[label.tree as usize].path;
-        if path.is_empty() { label.name.to_string() } else { format!("{path}/{}", label.name) }
+        if path.is_empty() { self.name(node).to_owned() } else { format!("{path}/{}", self.name(node)) }
     }
 
     /// The slot of a key.

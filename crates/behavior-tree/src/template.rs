@@ -15,7 +15,7 @@ use crate::values::value::Value;
 pub struct Template<Ctx> {
     pub(crate) shape: Arc<Shape>,
     /// One for every leaf of the shape, in the same order.
-    pub(crate) factories: Arc<[Factory<Ctx>]>,
+    pub(crate) factories: Arc<[Arc<dyn Factory<Ctx>>]>,
 }
 
 impl<Ctx> Clone for Template<Ctx> {
@@ -55,9 +55,9 @@ impl<Ctx> Template<Ctx> {
     fn build_leaves(&self, waker: &Waker) -> Result<Vec<Box<dyn Leaf<Ctx>>>, InstantiateError> {
         let mut leaves = Vec::with_capacity(self.factories.len());
         for (leaf, factory) in self.shape.leaves.iter().zip(&*self.factories) {
-            let built = factory(&spec_of(&self.shape, leaf, waker));
+            let built = factory.build(&spec_of(&self.shape, leaf, waker));
             leaves.push(built.map_err(|source| InstantiateError::Build {
-                node: self.shape.labels[leaf.node as usize].name.to_string(),
+                node: self.shape.name(leaf.node as usize).to_owned(),
                 source,
             })?);
         }
@@ -67,8 +67,8 @@ impl<Ctx> Template<Ctx> {
 
 /// The description of a node for the factory of its leaf.
 pub(crate) fn spec_of<'a>(shape: &'a Shape, leaf: &'a LeafDef, waker: &'a Waker) -> NodeSpec<'a> {
-    let label = &shape.labels[leaf.node as usize];
-    NodeSpec { tag: &label.tag, name: &label.name, declared: &leaf.declared, bound: &leaf.bound, waker }
+    let node = leaf.node as usize;
+    NodeSpec { tag: shape.tag(node), name: shape.name(node), declared: &leaf.declared, bound: &leaf.bound, waker }
 }
 
 /// No instance could be made.

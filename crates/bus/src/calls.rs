@@ -14,6 +14,7 @@ use zenoh::query::{ConsolidationMode, Querier, QueryTarget};
 use zenoh::{Session, Wait};
 
 use crate::clock::monotonic_ns;
+use crate::direct::Links;
 use crate::inbox::{LATE, SharedClocks};
 use crate::mailbox::{Mail, Mailbox};
 use crate::{BusError, Scope, trace};
@@ -23,18 +24,12 @@ const AGAIN: Duration = Duration::from_millis(20);
 
 pub(crate) struct Calls<'a> {
     session: &'a Session,
-    direct: Option<&'a Session>,
     scope: &'a Scope,
     mailbox: Mailbox,
     clocks: SharedClocks,
-    ways: HashMap<(Option<VehicleId>, Service), Ways<'a>>,
+    /// How a request leaves, unless it goes directly.
+    routed: HashMap<(Option<VehicleId>, Service), Querier<'a>>,
     open: HashMap<CallId, Open>,
-}
-
-/// How a request leaves.
-struct Ways<'a> {
-    direct: Option<Querier<'a>>,
-    routed: Querier<'a>,
 }
 
 struct Open {
@@ -51,14 +46,8 @@ struct Open {
 }
 
 impl<'a> Calls<'a> {
-    pub(crate) fn new(
-        session: &'a Session,
-        direct: Option<&'a Session>,
-        scope: &'a Scope,
-        mailbox: Mailbox,
-        clocks: SharedClocks,
-    ) -> Calls<'a> {
-        Calls { session, direct, scope, mailbox, clocks, ways: HashMap::new(), open: HashMap::new() }
+    pub(crate) fn new(session: &'a Session, scope: &'a Scope, mailbox: Mailbox, clocks: SharedClocks) -> Calls<'a> {
+        Calls { session, scope, mailbox, clocks, routed: HashMap::new(), open: HashMap::new() }
     }
 
     /// Sends a request; its outcome comes through the mailbox, exactly once.
@@ -68,12 +57,13 @@ impl<'a> Calls<'a> {
         vehicle: Option<VehicleId>,
         request: &Request,
         deadline: Instant,
+        links: &mut Links,
     ) -> Result<(), BusError> {
         let traceparent = trace::current().unwrap_or_default();
         let (service, payload, said_ns) = (request.service(), request.encode(), monotonic_ns());
         let open = Open { vehicle, service, payload, traceparent, said_ns, deadline, attempt: 0, again: None };
         self.open.insert(call, open);
-        self.send(call)
+        self.send(call, links)
     }
 
     /// When [`Calls::tend`] has something to do.
@@ -82,7 +72,7 @@ impl<'a> Calls<'a> {
     }
 
     /// Sends again what is due; what is past its deadline ends as an event for the node.
-    pub(crate) fn tend(&mut self, now: Instant, events: &mut Vec<Event>) -> Result<(), BusError> {
+    pub(crate) fn tend(&mut self, now: Instant, events: &mut Vec<Event>, links: &mut Links) -> Result<(), BusError> {
         let mut due: Vec<_> =
             self.open.iter().filter(|(_, it)| it.again.is_some_and(|at| at <= now)).map(|(id, _)| *id).collect();
         let mut late: Vec<_> = self.open.iter().filter(|(_, it)| it.deadline <= now).map(|(id, _)| *id).collect();
@@ -94,7 +84,7 @@ impl<'a> Calls<'a> {
                 events.push(Event::Reply { call, result: Err(error) });
             }
         }
-        due.into_iter().try_for_each(|call| self.send(call))
+        due.into_iter().try_for_each(|call| self.send(call, links))
     }
 
     /// The event for an answer that arrived; `None` if the call has already ended.
@@ -113,7 +103,8 @@ impl<'a> Calls<'a> {
         }
     }
 
-    fn send(&mut self, call: CallId) -> Result<(), BusError> {
+    /// The first time directly, where somebody serves it there; what did not arrive so is sent by the router the next time.
+    fn send(&mut self, call: CallId, links: &mut Links) -> Result<(), BusError> {
         let Some(open) = self.open.get_mut(&call) else { return Ok(()) };
         open.attempt += 1;
         open.again = None;
@@ -134,23 +125,23 @@ impl<'a> Calls<'a> {
         let copies = if matches!((self.scope, &vehicle), (Scope::Fleet, Some(_))) { 2 } else { 1 };
         let traceparent = open.traceparent.clone();
         let attachment = Attachment { traceparent, said_receiver_monotonic_ns, ..Default::default() };
-        let querier = match self.ways.entry((vehicle, service)) {
+        let attachment = attachment.encode_to_vec();
+        if attempt == 1 && links.ask(service, (call, attempt), &attachment, &open.payload) {
+            return Ok(());
+        }
+        let querier = match self.routed.entry((vehicle, service)) {
             std::collections::hash_map::Entry::Occupied(it) => it.into_mut(),
             std::collections::hash_map::Entry::Vacant(it) => {
                 let key = self.scope.publish(it.key().0.as_ref(), service.key());
                 let target = if copies == 2 { QueryTarget::All } else { QueryTarget::BestMatching };
-                it.insert(Ways {
-                    direct: self.direct.map(|session| declare(session, &key, target)).transpose()?,
-                    routed: declare(self.session, &key, target)?,
-                })
+                it.insert(declare(self.session, &key, target)?)
             }
-        }
-        .querier(attempt);
+        };
         let mut outcome = Outcome { mailbox: self.mailbox.clone(), call, attempt, copies, refused: 0, answered: false };
         let sent = querier
             .get()
             .payload(open.payload.clone())
-            .attachment(attachment.encode_to_vec())
+            .attachment(attachment)
             .callback_mut(move |reply| match reply.result() {
                 Ok(sample) => outcome.answer(match Response::decode(service, &sample.payload().to_bytes()) {
                     Ok(response) => Ok(Event::Reply { call, result: Ok(response) }),
@@ -168,14 +159,6 @@ impl<'a> Calls<'a> {
     }
 }
 
-impl<'a> Ways<'a> {
-    /// Directly where somebody serves there; what did not arrive so is sent by the router the next time.
-    fn querier(&mut self, attempt: u32) -> &Querier<'a> {
-        let serves = |it: &&Querier| it.matching_status().wait().is_ok_and(|it| it.matching());
-        self.direct.as_ref().filter(|_| attempt == 1).filter(serves).unwrap_or(&self.routed)
-    }
-}
-
 fn declare<'a>(session: &'a Session, key: &str, target: QueryTarget) -> Result<Querier<'a>, BusError> {
     session
         .declare_querier(key.to_owned())
@@ -184,7 +167,9 @@ fn declare<'a>(session: &'a Session, key: &str, target: QueryTarget) -> Result<Q
         .consolidation(ConsolidationMode::None)
         .congestion_control(CongestionControl::Drop)
         .priority(Priority::InteractiveHigh)
-        .express(true)
+        // Not express: each express message takes one of the two batches of its queue, and of a burst of requests the third would be
+        // lost to a link that is busy for a millisecond, and known to be lost only when zenoh gives it up.
+        .express(false)
         .wait()
         .map_err(|cause| BusError::Declare { key: key.to_owned(), cause: cause.to_string() })
 }
@@ -230,13 +215,13 @@ mod tests {
     /// What the loop hears of a request that went `copies` ways, of which `refused` were too late.
     #[track_caller]
     fn check(copies: u32, refused: u32, answer: Option<Result<Event, CallError>>, expected: &str) {
-        let mailbox = Mailbox::default();
+        let mailbox = Mailbox::new().unwrap();
         let call = CallId(1);
         let mut outcome = Outcome { mailbox: mailbox.clone(), call, attempt: 1, copies, refused, answered: false };
         answer.into_iter().for_each(|it| outcome.answer(it));
         drop(outcome);
         let mut heard = Vec::new();
-        mailbox.wait(Instant::now(), &mut heard);
+        mailbox.take(&mut heard);
         let heard: Vec<_> = heard
             .iter()
             .map(|it| match it {

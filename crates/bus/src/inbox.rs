@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use kittiwake_proto::topics::{Message, Request, Service, Topic};
-use kittiwake_proto::v1::Attachment;
 use node::{Event, Node, Token, VehicleId};
 use zenoh::query::Query;
 use zenoh::sample::SampleKind;
@@ -16,11 +15,12 @@ use crate::duplicates::DuplicateFilter;
 use crate::freshness::{self, Clocks, Late};
 use crate::losses::Loss;
 use crate::mailbox::{Mail, Mailbox, Slot};
-use crate::outbox::goes_directly;
 use crate::{BusError, Scope, keys, trace};
 
-/// No message of ours comes near this; one that does is refused before it is decoded.
+/// No message of ours comes near this, but for [`MAX_STATUS_PAYLOAD`]; one that does is refused before it is decoded.
 const MAX_PAYLOAD: usize = 256 * 1024;
+/// The planner's status names all areas: less than 4 MiB in the largest mission (`domain::mission::bounds`), and the plan.
+const MAX_STATUS_PAYLOAD: usize = 8 * 1024 * 1024;
 
 /// More requests than this never wait for a node that works.
 const MOST_OPEN: usize = 256;
@@ -43,58 +43,80 @@ impl SharedClocks {
     }
 }
 
-/// Queries that wait for the node's answer.
+/// Who waits for an answer.
+pub(crate) enum Asker {
+    /// Somebody over zenoh. Dropped without a word, it tells them that nobody answers.
+    Zenoh(Query),
+    /// Somebody over a direct link, by their own number of the request.
+    Direct {
+        /// The connection over which it came.
+        connection: u64,
+        /// The number.
+        number: u64,
+    },
+}
+
+/// Why a request does not reach the node.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Refusal {
+    /// It is none, or came too late, as this says.
+    Because(String),
+    /// The mailbox is full: it may be sent again.
+    NoRoom,
+}
+
+/// Requests that wait for the node's answer.
 #[derive(Clone, Default)]
-pub(crate) struct OpenQueries(Arc<Mutex<(u64, BTreeMap<Token, Query>)>>);
+pub(crate) struct OpenQueries(Arc<Mutex<(u64, BTreeMap<Token, Asker>)>>);
 
 impl OpenQueries {
-    /// Takes the query out, to be answered.
-    pub(crate) fn take(&self, token: Token) -> Option<Query> {
+    /// Takes out who waits, to be answered.
+    pub(crate) fn take(&self, token: Token) -> Option<Asker> {
         self.lock().1.remove(&token)
     }
 
-    fn keep(&self, query: Query) -> Token {
+    fn keep(&self, asker: Asker) -> Token {
         let mut inner = self.lock();
         inner.0 += 1;
         let token = Token(inner.0);
-        inner.1.insert(token, query);
-        // A node that never answers must not keep queries for ever; a dropped one tells its caller.
+        inner.1.insert(token, asker);
+        // A node that never answers must not keep them for ever; each caller has a deadline of its own.
         if MOST_OPEN < inner.1.len() {
             inner.1.pop_first();
         }
         token
     }
 
-    fn lock(&self) -> MutexGuard<'_, (u64, BTreeMap<Token, Query>)> {
+    fn lock(&self) -> MutexGuard<'_, (u64, BTreeMap<Token, Asker>)> {
         self.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 }
 
+/// What takes in whatever arrives, whichever way: zenoh's threads and the loop each have one.
+#[derive(Clone)]
+pub(crate) struct Inbox {
+    scope: Scope,
+    mailbox: Mailbox,
+    duplicates: DuplicateFilter,
+    /// The number of the last message of each topic, by its publisher.
+    last: Arc<Mutex<BTreeMap<(Topic, u64), u64>>>,
+    open: OpenQueries,
+}
+
+/// Publishers and topics whose last number is remembered; beyond that all are forgotten, and heard by the router first.
+const MOST_PUBLISHERS: usize = 1024;
+
 /// Declares everything the node wants to hear; the declarations live as long as the session.
-pub(crate) fn declare(
-    session: &Session,
-    direct: Option<&Session>,
-    scope: &Scope,
-    node: &dyn Node,
-    mailbox: &Mailbox,
-) -> Result<OpenQueries, BusError> {
-    let duplicates = DuplicateFilter::default();
+pub(crate) fn declare(session: &Session, node: &dyn Node, inbox: &Inbox) -> Result<(), BusError> {
+    let scope = inbox.scope();
     for &topic in node.subscriptions() {
-        for session in direct.filter(|_| goes_directly(topic)).into_iter().chain([session]) {
-            subscribe(session, scope, topic, &scope.listen(topic.key()), mailbox, &duplicates)?;
-        }
+        subscribe(session, topic, &scope.listen(topic.key()), inbox)?;
         if topic == Topic::Heartbeat && *scope == Scope::Fleet {
             // Ground processes speak for themselves, outside any vehicle's namespace.
-            subscribe(session, scope, topic, topic.key(), mailbox, &duplicates)?;
+            subscribe(session, topic, topic.key(), inbox)?;
         }
     }
-    let queries = OpenQueries::default();
-    for &service in node.serves() {
-        for session in direct.into_iter().chain([session]) {
-            serve(session, scope, service, &queries, mailbox)?;
-        }
-    }
-    Ok(queries)
+    node.serves().iter().try_for_each(|service| serve(session, *service, inbox))
 }
 
 /// Watches who is there; also tells who was there before.
@@ -150,95 +172,177 @@ pub(crate) fn listen_to_clocks(session: &Session, scope: &Scope) -> Result<Share
     Ok(clocks)
 }
 
-fn subscribe(
-    session: &Session,
-    scope: &Scope,
-    topic: Topic,
-    key: &str,
-    mailbox: &Mailbox,
-    duplicates: &DuplicateFilter,
-) -> Result<(), BusError> {
-    let (scope, mailbox, duplicates) = (scope.clone(), mailbox.clone(), duplicates.clone());
+fn subscribe(session: &Session, topic: Topic, key: &str, inbox: &Inbox) -> Result<(), BusError> {
+    let inbox = inbox.clone();
     session
         .declare_subscriber(key)
         .callback(move |sample| {
-            let key = sample.key_expr().as_str();
-            let payload = sample.payload();
-            if MAX_PAYLOAD < payload.len() {
-                return refuse(&mailbox, key, &format!("{} bytes, at most {MAX_PAYLOAD} expected", payload.len()));
-            }
-            let attachment = match topic.qos().keeps_newest_only() {
-                true => Attachment::default(),
-                false => sample.attachment().and_then(|it| trace::read(&it.to_bytes())).unwrap_or_default(),
-            };
-            let payload = payload.to_bytes();
-            let message = match Message::decode(topic, &payload) {
-                Ok(message) => message,
-                Err(malformed) => return refuse(&mailbox, key, &malformed.cause),
-            };
-            let vehicle = scope.vehicle_of(key);
-            if topic.qos().keeps_newest_only() {
-                let event = Event::Message { vehicle: vehicle.clone(), message };
-                mailbox.push_newest(Slot::Sample(vehicle, topic), Mail::Event(event, None));
-            } else {
-                if let Err(late) = in_time(&scope, attachment.said_receiver_monotonic_ns) {
-                    return refuse_late(&mailbox, key, late);
-                }
-                // Last: what is refused is no first copy.
-                if !duplicates.is_first(key, &attachment, &payload) {
-                    return;
-                }
-                let parent = Some(attachment.traceparent).filter(|it| !it.is_empty());
-                if !mailbox.push_from(key, Mail::Event(Event::Message { vehicle, message }, parent)) {
-                    dropped(&mailbox, key);
-                }
-            }
+            let attachment = sample.attachment().map(|it| it.to_bytes());
+            inbox.message(topic, sample.key_expr().as_str(), &sample.payload().to_bytes(), attachment.as_deref());
         })
         .background()
         .wait()
         .map_err(|cause| BusError::Declare { key: key.to_owned(), cause: cause.to_string() })
 }
 
-fn serve(
-    session: &Session,
-    scope: &Scope,
-    service: Service,
-    queries: &OpenQueries,
-    mailbox: &Mailbox,
-) -> Result<(), BusError> {
-    let key = scope.listen(service.key());
-    let (scope, mailbox, queries) = (scope.clone(), mailbox.clone(), queries.clone());
+fn serve(session: &Session, service: Service, inbox: &Inbox) -> Result<(), BusError> {
+    let key = inbox.scope().listen(service.key());
+    let inbox = inbox.clone();
     session
         .declare_queryable(&key)
         .complete(true)
         .callback(move |query| {
             let key = query.key_expr().as_str().to_owned();
             let payload = query.payload().map(|it| it.to_bytes().into_owned()).unwrap_or_default();
-            if MAX_PAYLOAD < payload.len() {
-                return refuse_query(&mailbox, query, &format!("{} bytes, at most {MAX_PAYLOAD}", payload.len()));
-            }
-            let request = match Request::decode(service, &payload) {
-                Ok(request) => request,
-                Err(malformed) => return refuse_query(&mailbox, query, &malformed.cause),
-            };
-            let attachment = query.attachment().and_then(|it| trace::read(&it.to_bytes())).unwrap_or_default();
-            if let Err(late) = in_time(&scope, attachment.said_receiver_monotonic_ns) {
-                refuse_late(&mailbox, &key, late);
-                let _ = query.reply_err(format!("{LATE}{late}")).wait();
-                return;
-            }
-            let parent = Some(attachment.traceparent).filter(|it| !it.is_empty());
-            let token = queries.keep(query);
-            let event = Event::Request { vehicle: scope.vehicle_of(&key), token, request };
-            if !mailbox.push_from(&key, Mail::Event(event, parent)) {
-                dropped(&mailbox, &key);
-                // Dropping the query tells the caller at once that nobody answers.
-                drop(queries.take(token));
+            let attachment = query.attachment().map(|it| it.to_bytes().into_owned());
+            let asker = Asker::Zenoh(query);
+            // Without room the query is dropped, which tells the caller at once that nobody answers.
+            if let Some((Asker::Zenoh(query), Refusal::Because(why))) =
+                inbox.request(service, &key, &payload, attachment.as_deref(), asker)
+            {
+                let _ = query.reply_err(why).wait();
             }
         })
         .background()
         .wait()
         .map_err(|cause| BusError::Declare { key: key.clone(), cause: cause.to_string() })
+}
+
+impl Inbox {
+    /// For what is heard in `scope`, into `mailbox`.
+    pub(crate) fn new(scope: &Scope, mailbox: Mailbox) -> Inbox {
+        let (duplicates, open) = (DuplicateFilter::default(), OpenQueries::default());
+        Inbox { scope: scope.clone(), mailbox, duplicates, last: Arc::default(), open }
+    }
+
+    pub(crate) fn scope(&self) -> &Scope {
+        &self.scope
+    }
+
+    pub(crate) fn mailbox(&self) -> &Mailbox {
+        &self.mailbox
+    }
+
+    /// The requests that wait for the node.
+    pub(crate) fn open(&self) -> &OpenQueries {
+        &self.open
+    }
+
+    /// A message with this key has arrived. Of two copies the first counts.
+    pub(crate) fn message(&self, topic: Topic, key: &str, payload: &[u8], attachment: Option<&[u8]>) {
+        let most_bytes = if topic == Topic::PlannerStatus { MAX_STATUS_PAYLOAD } else { MAX_PAYLOAD };
+        if most_bytes < payload.len() {
+            return self.refuse(key, &format!("{} bytes, at most {most_bytes} expected", payload.len()));
+        }
+        let message = match Message::decode(topic, payload) {
+            Ok(message) => message,
+            Err(malformed) => return self.refuse(key, &malformed.cause),
+        };
+        let vehicle = self.scope.vehicle_of(key);
+        if topic.qos().keeps_newest_only() {
+            let event = Event::Message { vehicle: vehicle.clone(), message };
+            return self.mailbox.push_newest(Slot::Sample(vehicle, topic), Mail::Event(event, None));
+        }
+        let attachment = attachment.and_then(trace::read).unwrap_or_default();
+        if let Err(late) = in_time(&self.scope, attachment.said_receiver_monotonic_ns) {
+            return self.refuse_late(key, late);
+        }
+        // Held until the message is in the mailbox: a later one that comes another way waits for it.
+        let mut last = self.last.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        // What is refused is no first copy.
+        if !self.duplicates.is_first(key, &attachment, payload) {
+            return;
+        }
+        if attachment.publisher != 0 {
+            if MOST_PUBLISHERS < last.len() {
+                last.clear();
+            }
+            let number = last.entry((topic, attachment.publisher)).or_default();
+            *number = attachment.sequence.max(*number);
+        }
+        let parent = Some(attachment.traceparent).filter(|it| !it.is_empty());
+        let mail = Mail::Event(Event::Message { vehicle, message }, parent);
+        let is_large = MAX_PAYLOAD < payload.len();
+        let has_room =
+            if is_large { self.mailbox.push_large_from(key, mail) } else { self.mailbox.push_from(key, mail) };
+        if !has_room {
+            self.dropped(key);
+        }
+    }
+
+    /// A message has arrived over a direct link. After one that did not (the link was full, or is new) it is left to the router, which
+    /// brings both in their order.
+    pub(crate) fn direct_message(&self, topic: Topic, key: &str, payload: &[u8], attachment: &[u8]) {
+        let Some(it) = trace::read(attachment) else { return };
+        let last =
+            self.last.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).get(&(topic, it.publisher)).copied();
+        if it.sequence <= last.unwrap_or(0) + 1 {
+            self.message(topic, key, payload, Some(attachment));
+        }
+    }
+
+    /// A request with this key has arrived. `None`: the node sees it; otherwise who asked, and why it does not.
+    pub(crate) fn request(
+        &self,
+        service: Service,
+        key: &str,
+        payload: &[u8],
+        attachment: Option<&[u8]>,
+        asker: Asker,
+    ) -> Option<(Asker, Refusal)> {
+        let refused = |why: &str| {
+            self.refuse(key, why);
+            Refusal::Because(why.to_owned())
+        };
+        if MAX_PAYLOAD < payload.len() {
+            return Some((asker, refused(&format!("{} bytes, at most {MAX_PAYLOAD}", payload.len()))));
+        }
+        let request = match Request::decode(service, payload) {
+            Ok(request) => request,
+            Err(malformed) => return Some((asker, refused(&malformed.cause))),
+        };
+        let attachment = attachment.and_then(trace::read).unwrap_or_default();
+        if let Err(late) = in_time(&self.scope, attachment.said_receiver_monotonic_ns) {
+            self.refuse_late(key, late);
+            return Some((asker, Refusal::Because(format!("{LATE}{late}"))));
+        }
+        let parent = Some(attachment.traceparent).filter(|it| !it.is_empty());
+        let token = self.open.keep(asker);
+        let event = Event::Request { vehicle: self.scope.vehicle_of(key), token, request };
+        if self.mailbox.push_from(key, Mail::Event(event, parent)) {
+            return None;
+        }
+        self.dropped(key);
+        self.open.take(token).map(|asker| (asker, Refusal::NoRoom))
+    }
+
+    /// Counts what is no message of ours.
+    pub(crate) fn refuse(&self, key: &str, why: &str) {
+        if let Some(it) = self.mailbox.lose(Loss::Malformed, key) {
+            tracing::warn!(
+                key = it.sender,
+                count = it.count,
+                why,
+                "message refused; further ones are counted for a while"
+            );
+        }
+    }
+
+    fn refuse_late(&self, key: &str, late: Late) {
+        if let Some(it) = self.mailbox.lose(Loss::Late, key) {
+            tracing::warn!(key = it.sender, count = it.count, %late, "not obeyed; further ones are counted for a while");
+        }
+    }
+
+    fn dropped(&self, key: &str) {
+        if let Some(it) = self.mailbox.lose(Loss::Dropped, key) {
+            tracing::error!(
+                key = it.sender,
+                count = it.count,
+                "too many at once: dropped; further ones are counted for a while"
+            );
+        }
+    }
 }
 
 /// Whether something may be obeyed. Only what comes from the ground is stamped, and by a vehicle's clock only.
@@ -247,31 +351,4 @@ fn in_time(scope: &Scope, said: u64) -> Result<(), Late> {
         Scope::Vehicle(_) => freshness::check(said, monotonic_ns()),
         Scope::Fleet => Ok(()),
     }
-}
-
-fn refuse_late(mailbox: &Mailbox, key: &str, late: Late) {
-    if let Some(it) = mailbox.lose(Loss::Late, key) {
-        tracing::warn!(key = it.sender, count = it.count, %late, "not obeyed; further ones are counted for a while");
-    }
-}
-
-fn refuse(mailbox: &Mailbox, key: &str, why: &str) {
-    if let Some(it) = mailbox.lose(Loss::Malformed, key) {
-        tracing::warn!(key = it.sender, count = it.count, why, "message refused; further ones are counted for a while");
-    }
-}
-
-fn dropped(mailbox: &Mailbox, key: &str) {
-    if let Some(it) = mailbox.lose(Loss::Dropped, key) {
-        tracing::error!(
-            key = it.sender,
-            count = it.count,
-            "too many at once: dropped; further ones are counted for a while"
-        );
-    }
-}
-
-fn refuse_query(mailbox: &Mailbox, query: Query, why: &str) {
-    refuse(mailbox, query.key_expr().as_str(), why);
-    let _ = query.reply_err(why.to_owned()).wait();
 }

@@ -12,6 +12,7 @@ mod clock;
 pub mod crossing;
 mod direct;
 mod duplicates;
+mod foreign;
 mod freshness;
 mod inbox;
 mod keys;
@@ -33,6 +34,7 @@ mod trace;
 
 pub use clock::{Clock, monotonic_ns};
 pub use direct::Direct;
+pub use foreign::{Foreign, ForeignLink, ForeignMail};
 pub use nudge::Nudge;
 pub use presence::{Presence, RouterView, look_at_router, look_for};
 pub use process::Process;
@@ -116,6 +118,12 @@ pub enum BusError {
         /// The key.
         key: String,
         /// What zenoh said.
+        cause: String,
+    },
+    /// The loop cannot be woken.
+    #[error("the operating system refuses an event counter: {cause}")]
+    NoWake {
+        /// What it said.
         cause: String,
     },
     /// A setting that this zenoh does not know: a mistake of ours, or another zenoh.

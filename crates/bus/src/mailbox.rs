@@ -7,12 +7,15 @@
 #![expect(clippy::disallowed_methods, reason = "the loop waits here, up to a deadline on the wall clock")]
 
 use std::collections::{HashMap, VecDeque};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Instant;
 
 use kittiwake_proto::topics::Topic;
 use node::{CallError, CallId, Event, VehicleId};
+use rustix::event::{EventfdFlags, PollFd, PollFlags, Timespec, eventfd, poll};
 
+use crate::BusError;
 use crate::losses::{Loss, Losses, Report, Totals};
 use crate::trace::Parent;
 
@@ -20,6 +23,8 @@ use crate::trace::Parent;
 const CAPACITY: usize = 4096;
 /// Part of it that one sender may take: a flood of one drops nothing of the others.
 const SHARE: usize = CAPACITY / 4;
+/// Large messages that may wait: with those of 8 MiB that bounds the memory.
+const MOST_LARGE: usize = 16;
 
 /// Something for the loop.
 #[derive(Debug)]
@@ -32,8 +37,14 @@ pub(crate) enum Mail {
     Unserved { call: CallId, attempt: u32 },
 }
 
-#[derive(Clone, Default)]
-pub(crate) struct Mailbox(Arc<(Mutex<Inner>, Condvar)>);
+#[derive(Clone)]
+pub(crate) struct Mailbox(Arc<Shared>);
+
+struct Shared {
+    inner: Mutex<Inner>,
+    /// Readable once the loop that sleeps is to wake: it also waits for sockets, for which there is no condition variable.
+    wake: OwnedFd,
+}
 
 #[derive(Default)]
 struct Inner {
@@ -41,9 +52,13 @@ struct Inner {
     newest: HashMap<Slot, Mail>,
     /// Messages that wait, by their key.
     waiting: HashMap<String, usize>,
+    /// Large messages that came in since the loop took everything.
+    large: usize,
     losses: Losses,
     stopped: bool,
     nudged: bool,
+    /// The loop waits, and nobody has woken it yet.
+    asleep: bool,
 }
 
 enum Entry {
@@ -62,6 +77,16 @@ pub(crate) enum Slot {
 }
 
 impl Mailbox {
+    /// An empty one.
+    ///
+    /// # Errors
+    /// If the operating system has no event counter left.
+    pub(crate) fn new() -> Result<Mailbox, BusError> {
+        let wake = eventfd(0, EventfdFlags::NONBLOCK | EventfdFlags::CLOEXEC);
+        let wake = wake.map_err(|cause| BusError::NoWake { cause: cause.to_string() })?;
+        Ok(Mailbox(Arc::new(Shared { inner: Mutex::default(), wake })))
+    }
+
     /// Queues what this process waits for itself; false, and counted, if there is no room.
     pub(crate) fn push(&self, mail: Mail) -> bool {
         let mut inner = self.lock();
@@ -70,7 +95,7 @@ impl Mailbox {
             return false;
         }
         inner.queue.push_back(Entry::Mail(mail));
-        self.0.1.notify_one();
+        self.wake(&mut inner);
         true
     }
 
@@ -85,8 +110,19 @@ impl Mailbox {
             None => drop(inner.waiting.insert(sender.to_owned(), 1)),
         }
         inner.queue.push_back(Entry::Mail(mail));
-        self.0.1.notify_one();
+        self.wake(&mut inner);
         true
+    }
+
+    /// As [`Mailbox::push_from`], for a large message: there is room for few of them.
+    pub(crate) fn push_large_from(&self, sender: &str, mail: Mail) -> bool {
+        let mut inner = self.lock();
+        if MOST_LARGE <= inner.large {
+            return false;
+        }
+        inner.large += 1;
+        drop(inner);
+        self.push_from(sender, mail)
     }
 
     /// Keeps `mail` as the newest of `slot`, in place of an unread older one.
@@ -94,7 +130,7 @@ impl Mailbox {
         let mut inner = self.lock();
         if inner.newest.insert(slot.clone(), mail).is_none() {
             inner.queue.push_back(Entry::Newest(slot));
-            self.0.1.notify_one();
+            self.wake(&mut inner);
         }
     }
 
@@ -110,31 +146,46 @@ impl Mailbox {
 
     /// Ends [`Mailbox::wait`] for good.
     pub(crate) fn stop(&self) {
-        self.lock().stopped = true;
-        self.0.1.notify_one();
+        let mut inner = self.lock();
+        inner.stopped = true;
+        self.wake(&mut inner);
     }
 
     /// Ends the present [`Mailbox::wait`], or the next one, at once.
     pub(crate) fn nudge(&self) {
-        self.lock().nudged = true;
-        self.0.1.notify_one();
+        let mut inner = self.lock();
+        inner.nudged = true;
+        self.wake(&mut inner);
     }
 
-    /// Moves everything that has arrived into `batch`, waiting for it until `deadline`. False once stopped.
-    pub(crate) fn wait(&self, deadline: Instant, batch: &mut Vec<Mail>) -> bool {
-        let mut inner = self.lock();
-        while inner.queue.is_empty() && !inner.stopped && !inner.nudged {
-            let left = deadline.saturating_duration_since(Instant::now());
-            if left.is_zero() {
-                break;
+    /// Waits until something has arrived here, or can be read from one of `others`, or for `deadline`.
+    pub(crate) fn wait<'a>(&'a self, deadline: Instant, others: impl Iterator<Item = BorrowedFd<'a>>) {
+        {
+            let mut inner = self.lock();
+            if !inner.queue.is_empty() || inner.stopped || inner.nudged {
+                return;
             }
-            inner = match self.0.1.wait_timeout(inner, left) {
-                Ok((inner, _)) => inner,
-                Err(poisoned) => poisoned.into_inner().0,
-            };
+            inner.asleep = true;
         }
+        let wake = PollFd::from_borrowed_fd(self.0.wake.as_fd(), PollFlags::IN);
+        let others = others.map(|it| PollFd::from_borrowed_fd(it, PollFlags::IN));
+        let mut all: Vec<_> = std::iter::once(wake).chain(others).collect();
+        let left = deadline.saturating_duration_since(Instant::now());
+        // Whatever ends it, also a signal: the loop looks at everything.
+        let _ = poll(&mut all, Timespec::try_from(left).ok().as_ref());
+        let woken = all[0].revents().contains(PollFlags::IN);
+        self.lock().asleep = false;
+        if woken {
+            let _ = rustix::io::read(&self.0.wake, &mut [0; 8]);
+        }
+    }
+
+    /// Moves everything that has arrived into `batch`. False once stopped.
+    pub(crate) fn take(&self, batch: &mut Vec<Mail>) -> bool {
+        let mut inner = self.lock();
         inner.nudged = false;
         inner.waiting.clear();
+        inner.large = 0;
         while let Some(entry) = inner.queue.pop_front() {
             match entry {
                 Entry::Mail(mail) => batch.push(mail),
@@ -144,9 +195,16 @@ impl Mailbox {
         !inner.stopped
     }
 
+    /// Called with the lock held: a loop that is about to sleep has said so before, and one that is awake looks by itself.
+    fn wake(&self, inner: &mut Inner) {
+        if std::mem::take(&mut inner.asleep) {
+            let _ = rustix::io::write(&self.0.wake, &1_u64.to_ne_bytes());
+        }
+    }
+
     /// A thread that panicked while it held the lock left plain data behind: go on with it.
     fn lock(&self) -> MutexGuard<'_, Inner> {
-        self.0.0.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+        self.0.inner.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 }
 
@@ -161,7 +219,7 @@ mod tests {
 
     fn names(mailbox: &Mailbox) -> Vec<String> {
         let mut batch = Vec::new();
-        mailbox.wait(Instant::now(), &mut batch);
+        mailbox.take(&mut batch);
         batch
             .into_iter()
             .map(|mail| match mail {
@@ -183,7 +241,7 @@ mod tests {
     fn of_a_slot_only_the_newest_is_kept_in_the_place_of_the_first() {
         #[track_caller]
         fn check(first: Slot, second: Slot, expected: &[&str]) {
-            let mailbox = Mailbox::default();
+            let mailbox = Mailbox::new().unwrap();
             mailbox.push_newest(first, peer("old"));
             mailbox.push(peer("event"));
             mailbox.push_newest(second, peer("new"));
@@ -198,7 +256,7 @@ mod tests {
 
     #[test]
     fn a_flood_of_one_sender_takes_its_share_and_no_more() {
-        let mailbox = Mailbox::default();
+        let mailbox = Mailbox::new().unwrap();
         (0..SHARE).for_each(|_| assert!(mailbox.push_from("kw/uav2/flood", peer("flood"))));
         assert!(!mailbox.push_from("kw/uav2/flood", peer("one too many")));
         assert!(mailbox.push_from("kw/uav1/event", peer("of another")));
@@ -208,8 +266,18 @@ mod tests {
     }
 
     #[test]
+    fn few_large_messages_wait() {
+        let mailbox = Mailbox::new().unwrap();
+        (0..MOST_LARGE).for_each(|number| assert!(mailbox.push_large_from(&number.to_string(), peer("large"))));
+        assert!(!mailbox.push_large_from("another", peer("one too many")));
+        assert!(mailbox.push_from("another", peer("small")));
+        assert_eq!(names(&mailbox)[MOST_LARGE..], ["small"]);
+        assert!(mailbox.push_large_from("another", peer("after it")), "what was taken out leaves room");
+    }
+
+    #[test]
     fn a_full_queue_drops_and_still_takes_in_who_is_there() {
-        let mailbox = Mailbox::default();
+        let mailbox = Mailbox::new().unwrap();
         for number in 0..CAPACITY {
             assert!(mailbox.push_from(&(number / SHARE).to_string(), peer("x")));
         }
@@ -221,7 +289,7 @@ mod tests {
 
     #[test]
     fn what_is_lost_is_counted() {
-        let mailbox = Mailbox::default();
+        let mailbox = Mailbox::new().unwrap();
         assert!(mailbox.lose(Loss::Dropped, "kw/uav1/event").is_some());
         assert!(mailbox.lose(Loss::Dropped, "kw/uav1/event").is_none(), "it has just been logged");
         assert_eq!(mailbox.losses().dropped, 2);
@@ -229,20 +297,25 @@ mod tests {
 
     #[test]
     fn a_nudge_ends_one_wait() {
-        let mailbox = Mailbox::default();
+        let mailbox = Mailbox::new().unwrap();
         let far = Instant::now() + std::time::Duration::from_secs(3600);
         mailbox.nudge();
-        assert!(mailbox.wait(far, &mut Vec::new()));
+        mailbox.wait(far, std::iter::empty());
+        assert!(mailbox.take(&mut Vec::new()));
         let nudger = mailbox.clone();
-        let waiting = std::thread::spawn(move || mailbox.wait(far, &mut Vec::new()));
+        let waiting = std::thread::spawn(move || {
+            mailbox.wait(far, std::iter::empty());
+            mailbox.take(&mut Vec::new())
+        });
         nudger.nudge();
         assert!(waiting.join().unwrap());
     }
 
     #[test]
     fn stopping_wakes_the_loop() {
-        let mailbox = Mailbox::default();
+        let mailbox = Mailbox::new().unwrap();
         mailbox.stop();
-        assert!(!mailbox.wait(Instant::now() + std::time::Duration::from_secs(3600), &mut Vec::new()));
+        mailbox.wait(Instant::now() + std::time::Duration::from_secs(3600), std::iter::empty());
+        assert!(!mailbox.take(&mut Vec::new()));
     }
 }

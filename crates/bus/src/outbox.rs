@@ -13,13 +13,14 @@ use zenoh::sample::Locality;
 use zenoh::{Session, Wait};
 
 use crate::clock::monotonic_ns;
+use crate::direct::Links;
 use crate::inbox::SharedClocks;
 use crate::{BusError, Scope, trace};
 
 pub(crate) struct Outbox<'a> {
     session: &'a Session,
-    /// The direct links, and the number by which receivers know copies.
-    direct: Option<(&'a Session, u64)>,
+    /// By which receivers know copies; 0 without direct links, where there are none.
+    number: u64,
     scope: &'a Scope,
     clocks: SharedClocks,
     ways: HashMap<(Option<VehicleId>, Topic), Ways<'a>>,
@@ -27,24 +28,23 @@ pub(crate) struct Outbox<'a> {
 
 /// How a topic leaves.
 struct Ways<'a> {
-    direct: Option<Publisher<'a>>,
     routed: Publisher<'a>,
     sequence: u64,
 }
 
 impl<'a> Outbox<'a> {
-    pub(crate) fn new(
-        session: &'a Session,
-        direct: Option<&'a Session>,
-        scope: &'a Scope,
-        clocks: SharedClocks,
-    ) -> Outbox<'a> {
-        let direct = direct.map(|it| (it, number_of(it)));
-        Outbox { session, direct, scope, clocks, ways: HashMap::new() }
+    pub(crate) fn new(session: &'a Session, has_links: bool, scope: &'a Scope, clocks: SharedClocks) -> Outbox<'a> {
+        let number = if has_links { number_of(session) } else { 0 };
+        Outbox { session, number, scope, clocks, ways: HashMap::new() }
     }
 
     /// Publishes without ever waiting for a receiver.
-    pub(crate) fn publish(&mut self, vehicle: Option<VehicleId>, message: &Message) -> Result<(), BusError> {
+    pub(crate) fn publish(
+        &mut self,
+        vehicle: Option<VehicleId>,
+        message: &Message,
+        links: &mut Links,
+    ) -> Result<(), BusError> {
         let topic = message.topic();
         let said = match (&vehicle, self.scope) {
             (Some(vehicle), Scope::Fleet) => match self.clocks.theirs(vehicle, monotonic_ns()) {
@@ -55,14 +55,11 @@ impl<'a> Outbox<'a> {
             _ => 0,
         };
         let key = self.scope.publish(vehicle.as_ref(), topic.key());
-        let direct = self.direct.filter(|_| goes_directly(topic));
         let ways = match self.ways.entry((vehicle, topic)) {
             std::collections::hash_map::Entry::Occupied(it) => it.into_mut(),
-            std::collections::hash_map::Entry::Vacant(it) => it.insert(Ways {
-                direct: direct.map(|(session, _)| declare(session, &key, topic)).transpose()?,
-                routed: declare(self.session, &key, topic)?,
-                sequence: 0,
-            }),
+            std::collections::hash_map::Entry::Vacant(it) => {
+                it.insert(Ways { routed: declare(self.session, &key, topic)?, sequence: 0 })
+            }
         };
         ways.sequence += 1;
         let traceparent = if topic.qos().keeps_newest_only() { String::new() } else { parent_of(topic) };
@@ -72,13 +69,15 @@ impl<'a> Outbox<'a> {
             source_monotonic_ns: monotonic_ns(),
             traceparent,
             said_receiver_monotonic_ns: said,
-            publisher: direct.map_or(0, |(_, number)| number),
+            publisher: if goes_directly(topic) { self.number } else { 0 },
         };
-        let (payload, attachment) = (ZBytes::from(payload), ZBytes::from(attachment.encode_to_vec()));
-        for publisher in ways.direct.iter().chain([&ways.routed]) {
-            if let Err(cause) = publisher.put(payload.clone()).attachment(attachment.clone()).wait() {
-                tracing::warn!(topic = topic.key(), %cause, "not published");
-            }
+        let attachment = attachment.encode_to_vec();
+        if goes_directly(topic) {
+            links.send(topic, &attachment, &payload);
+        }
+        let (payload, attachment) = (ZBytes::from(payload), ZBytes::from(attachment));
+        if let Err(cause) = ways.routed.put(payload).attachment(attachment).wait() {
+            tracing::warn!(topic = topic.key(), %cause, "not published");
         }
         Ok(())
     }

@@ -5,10 +5,12 @@ use node::Node;
 use zenoh::Wait;
 
 use crate::calls::Calls;
+use crate::direct::Links;
+use crate::inbox::Inbox;
 use crate::mailbox::Mailbox;
 use crate::outbox::Outbox;
 use crate::shell::Shell;
-use crate::{BusError, Clock, Direct, Link, Nudge, Stop, direct, inbox, keys, only_one, session};
+use crate::{BusError, Clock, Direct, Link, Nudge, Stop, inbox, keys, only_one, session};
 
 /// A node, and how it gets onto the bus.
 pub struct Process<'a> {
@@ -42,14 +44,17 @@ impl<'a> Process<'a> {
         if is_only_one {
             only_one::wait_to_be(&session, node.name())?;
         }
-        let direct = direct.map(|it| direct::open(it, &link.scope)).transpose()?;
-        let direct = direct.as_ref();
-        let mailbox = Mailbox::default();
+        let mailbox = Mailbox::new()?;
         let nudged = mailbox.clone();
         nudge.attach(move || nudged.nudge());
         let stopped = mailbox.clone();
         stop.on_stop(move || stopped.stop());
-        let queries = inbox::declare(&session, direct, &link.scope, node, &mailbox)?;
+        let inbox = Inbox::new(&link.scope, mailbox.clone());
+        let links = match direct {
+            Some(direct) => Links::open(direct, node, inbox.clone())?,
+            None => Links::none(inbox.clone()),
+        };
+        inbox::declare(&session, node, &inbox)?;
         inbox::watch_peers(&session, &link.scope, &mailbox)?;
         let clocks = inbox::listen_to_clocks(&session, &link.scope)?;
         let instance = session.zid().to_string();
@@ -60,17 +65,14 @@ impl<'a> Process<'a> {
             .declare_token(&token_key)
             .wait()
             .map_err(|cause| BusError::Declare { key: token_key, cause: cause.to_string() })?;
-        let outbox = Outbox::new(&session, direct, &link.scope, clocks.clone());
-        let calls = Calls::new(&session, direct, &link.scope, mailbox.clone(), clocks);
-        let mut shell = Shell::new(Clock::start(pace), outbox, calls, queries, mailbox, instance);
+        let outbox = Outbox::new(&session, direct.is_some(), &link.scope, clocks.clone());
+        let calls = Calls::new(&session, &link.scope, mailbox, clocks);
+        let mut shell = Shell::new(Clock::start(pace), outbox, calls, links, inbox, instance);
         let result = shell.run(node);
         drop(shell);
         // The token first, so that the others see it vanish, then the session. A close that hangs ends with the process.
         let _ = token.undeclare().wait();
         let _ = session.close().wait();
-        if let Some(direct) = direct {
-            let _ = direct.close().wait();
-        }
         result
     }
 }

@@ -18,7 +18,11 @@ const SETTINGS: &[(&str, &str, &str)] = &[
     ("timestamping/enabled", "false", "source times travel in the attachment"),
     ("transport/link/tx/lease", "2000", "a frozen process counts as lost after two seconds"),
     ("transport/link/tx/keep_alive", "4", "probed every 500 ms"),
-    ("transport/link/rx/max_message_size", "1048576", "a message of a megabyte is no message of ours"),
+    (
+        "transport/link/rx/max_message_size",
+        "9437184",
+        "the planner's status may have 8 MiB, and no message of ours may be larger",
+    ),
     ("queries_default_timeout", "10000", "a backstop: calls have deadlines of their own"),
 ];
 

@@ -11,8 +11,9 @@ use node::{Effect, Event, MessageKind, Node, Token, commands_first};
 use zenoh::Wait;
 
 use crate::calls::Calls;
-use crate::inbox::OpenQueries;
-use crate::mailbox::{Mail, Mailbox};
+use crate::direct::Links;
+use crate::inbox::{Asker, Inbox};
+use crate::mailbox::Mail;
 use crate::outbox::Outbox;
 use crate::trace::Parent;
 use crate::{BusError, Clock, trace};
@@ -27,8 +28,8 @@ pub(crate) struct Shell<'a> {
     clock: Clock,
     outbox: Outbox<'a>,
     calls: Calls<'a>,
-    queries: OpenQueries,
-    mailbox: Mailbox,
+    links: Links,
+    inbox: Inbox,
     instance: String,
     handled: u64,
     /// Messages that the node refused because of their content, by kind.
@@ -41,21 +42,21 @@ pub(crate) struct Shell<'a> {
 }
 
 impl<'a> Shell<'a> {
-    /// For a process of this `instance`, whose mailbox and queries are declared already.
+    /// For a process of this `instance`, whose inbox is declared already.
     pub(crate) fn new(
         clock: Clock,
         outbox: Outbox<'a>,
         calls: Calls<'a>,
-        queries: OpenQueries,
-        mailbox: Mailbox,
+        links: Links,
+        inbox: Inbox,
         instance: String,
     ) -> Shell<'a> {
         Shell {
             clock,
             outbox,
             calls,
-            queries,
-            mailbox,
+            links,
+            inbox,
             instance,
             handled: 0,
             refusals: BTreeMap::new(),
@@ -70,7 +71,10 @@ impl<'a> Shell<'a> {
         let mut batch = Vec::new();
         let mut effects = Vec::new();
         loop {
-            let go_on = self.mailbox.wait(self.next_wake(node), &mut batch);
+            let mailbox = self.inbox.mailbox().clone();
+            mailbox.wait(self.next_wake(node), self.links.descriptors());
+            self.links.read();
+            let go_on = mailbox.take(&mut batch);
             // What this batch is about; the decisions taken at its end belong to the same trace.
             let mut cause = None;
             for mail in batch.drain(..) {
@@ -79,7 +83,7 @@ impl<'a> Shell<'a> {
                 }
             }
             let mut late = Vec::new();
-            self.calls.tend(Instant::now(), &mut late)?;
+            self.calls.tend(Instant::now(), &mut late, &mut self.links)?;
             for event in late {
                 self.show(node, event, None, &mut cause, &mut effects)?;
             }
@@ -144,21 +148,18 @@ impl<'a> Shell<'a> {
         commands_first(effects);
         for effect in effects.drain(..) {
             match effect {
-                Effect::Publish { vehicle, message } => self.outbox.publish(vehicle, &message)?,
+                Effect::Publish { vehicle, message } => self.outbox.publish(vehicle, &message, &mut self.links)?,
                 Effect::Call { call, vehicle, trace, request, timeout } => {
                     // What comes from outside the bus brings its own trace, or begins one.
                     let span = trace
                         .map(|it| trace::span(request.service().key(), Some(it).filter(|it| !it.is_empty()).as_ref()));
                     let _entered = span.map(|it| it.entered());
-                    self.calls.call(call, vehicle, &request, Instant::now() + self.clock.to_wall(timeout))?;
+                    let deadline = Instant::now() + self.clock.to_wall(timeout);
+                    self.calls.call(call, vehicle, &request, deadline, &mut self.links)?;
                 }
                 Effect::Reply { token, response } => {
                     self.open.retain(|(open, _)| *open != token);
-                    if let Some(query) = self.queries.take(token)
-                        && let Err(cause) = query.reply(query.key_expr(), response.encode()).wait()
-                    {
-                        tracing::warn!(key = query.key_expr().as_str(), %cause, "reply not sent");
-                    }
+                    self.answer(token, Some(&response.encode()));
                 }
                 Effect::Refused { what, why } => {
                     let count = self.refusals.entry(what).or_default();
@@ -189,10 +190,23 @@ impl<'a> Shell<'a> {
                     "the node left a request without a reply; further ones are only counted"
                 );
             }
-            if let Some(query) = self.queries.take(token)
-                && let Err(cause) = query.reply_err(UNANSWERED).wait()
-            {
-                tracing::warn!(key = query.key_expr().as_str(), %cause, "failure not sent");
+            self.answer(token, None);
+        }
+    }
+
+    /// Tells who asked; `None`: that there is no answer.
+    fn answer(&mut self, token: Token, payload: Option<&[u8]>) {
+        match self.inbox.open().take(token) {
+            None => {}
+            Some(Asker::Direct { connection, number }) => self.links.answer(connection, number, payload),
+            Some(Asker::Zenoh(query)) => {
+                let sent = match payload {
+                    Some(payload) => query.reply(query.key_expr(), payload).wait(),
+                    None => query.reply_err(UNANSWERED).wait(),
+                };
+                if let Err(cause) = sent {
+                    tracing::warn!(key = query.key_expr().as_str(), %cause, "answer not sent");
+                }
             }
         }
     }
@@ -203,7 +217,8 @@ impl<'a> Shell<'a> {
             return Ok(());
         }
         self.next_heartbeat = now + HEARTBEAT;
-        let losses = self.mailbox.losses();
+        self.links.call();
+        let losses = self.inbox.mailbox().losses();
         let heartbeat = Heartbeat {
             service: node.name().to_owned(),
             instance: self.instance.clone(),
@@ -217,6 +232,6 @@ impl<'a> Shell<'a> {
             refused: self.refusals.values().sum(),
             unanswered: self.unanswered.values().sum(),
         };
-        self.outbox.publish(None, &Message::Heartbeat(heartbeat))
+        self.outbox.publish(None, &Message::Heartbeat(heartbeat), &mut self.links)
     }
 }

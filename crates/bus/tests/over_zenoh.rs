@@ -88,6 +88,42 @@ impl Node for Ticker {
     }
 }
 
+/// Says again and again what the planner says of a mission with two thousand areas of fifty corners.
+struct LargeMission {
+    next: Time,
+    status: v1::PlannerStatus,
+}
+
+impl LargeMission {
+    fn new() -> LargeMission {
+        let corner = v1::Ned { north_m: 123.4, east_m: -567.8, down_m: 0.0 };
+        let area = v1::Area { name: "zone".into(), corners: vec![corner; 50], ..Default::default() };
+        LargeMission { next: Time::ZERO, status: v1::PlannerStatus { areas: vec![area; 2000], ..Default::default() } }
+    }
+}
+
+impl Node for LargeMission {
+    fn name(&self) -> &'static str {
+        "planner"
+    }
+    fn subscriptions(&self) -> &'static [Topic] {
+        &[]
+    }
+    fn serves(&self) -> &'static [Service] {
+        &[]
+    }
+    fn on(&mut self, _: Now, _: Event, _: &mut Vec<Effect>) {}
+    fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
+        if self.next <= now.time {
+            self.next = now.time + Duration::from_secs(1);
+            effects.push(Effect::publish(self.status.clone()));
+        }
+    }
+    fn deadline(&self) -> Option<Time> {
+        Some(self.next)
+    }
+}
+
 /// A router and whatever runs on it; everything ends with the value.
 struct World {
     locator: String,
@@ -161,6 +197,22 @@ fn flag_name(event: Event) -> Option<(String, String)> {
         Event::Message { vehicle, message: Message::FlagEvent(flag) } => Some((vehicle.to_string(), flag.name)),
         _ => None,
     }
+}
+
+#[test]
+fn the_status_of_the_largest_mission_gets_through() {
+    let mut world = World::start();
+    let listen =
+        |name| move |seen| Probe { name, subscriptions: &[Topic::PlannerStatus], serves: &[], seen, on_peer: None };
+    let ground = world.run(Scope::Fleet, listen("gateway"));
+    let own = world.run(uav("uav1"), listen("mcm"));
+    world.run_linked(uav("uav1"), None, LargeMission::new());
+    let areas = |event| match event {
+        Event::Message { message: Message::PlannerStatus(status), .. } => Some(status.areas.len()),
+        _ => None,
+    };
+    assert_eq!(wait_for("the status on board", &own, areas), 2000);
+    assert_eq!(wait_for("the status on the ground", &ground, areas), 2000);
 }
 
 #[test]

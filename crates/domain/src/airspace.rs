@@ -211,7 +211,6 @@ impl<'a> Airspace<'a> {
 
     fn breach_of(&self, area: &Area, from: Ned, to: Ned, motion: Motion) -> Option<Breach> {
         let stays = stays(area, from, to, self.vertical_margin_m);
-        let way_s = motion.speeds.time_s(from, to);
         stays.into_iter().find_map(|stay| {
             let leaving = stay.enters == 0.0
                 && motion.airborne
@@ -221,10 +220,7 @@ impl<'a> Airspace<'a> {
             if leaving {
                 return None;
             }
-            let planned = |fraction: f64| {
-                let flown = Duration::try_from_secs_f64(way_s * fraction).unwrap_or(Duration::MAX);
-                motion.begins.saturating_add(flown)
-            };
+            let planned = |fraction: f64| motion.begins.saturating_add(motion.speeds.time_to(fraction, from, to));
             let (why, after) = self.bars(area, soonest(planned(stay.enters)), latest(planned(stay.leaves)))?;
             Some(Breach { area: area.name.clone(), why, at: from.towards(to, stay.enters), after })
         })
@@ -232,35 +228,39 @@ impl<'a> Airspace<'a> {
 
     /// Why the vehicle must not stay in `area` between two moments, and from when on; `None`: it may.
     pub fn bars(&self, area: &Area, from: Duration, until: Duration) -> Option<(Why, Duration)> {
-        let (opens, closes) = self.applies(area)?;
-        let stay = closes.map_or(until, |closes| until.min(closes));
-        let needed = stay.saturating_add(self.lead);
-        if closes.is_some_and(|closes| closes <= from) || needed < opens {
-            return None;
-        }
-        let begins = from.max(opens);
-        let why = match area.kind {
-            AreaKind::KeepOut => Why::KeepOut,
-            AreaKind::Permission => match self.grants.get(&area.name) {
-                None => Why::NotGranted,
-                Some(&held) if needed <= held => return None,
-                Some(&held) => Why::TooShort { held, needed },
-            },
-        };
-        Some((why, begins))
+        let latest_of_all = until.saturating_add(self.lead);
+        let windows = self.windows(area).take_while(|(opens, _)| *opens <= latest_of_all);
+        windows.filter(|(_, closes)| closes.is_none_or(|closes| from < closes)).find_map(|(opens, closes)| {
+            let stay = closes.map_or(until, |closes| until.min(closes));
+            let needed = stay.saturating_add(self.lead);
+            if needed < opens {
+                return None;
+            }
+            let why = match area.kind {
+                AreaKind::KeepOut => Why::KeepOut,
+                AreaKind::Permission => match self.grants.get(&area.name) {
+                    None => Why::NotGranted,
+                    Some(&held) if needed <= held => return None,
+                    Some(&held) => Why::TooShort { held, needed },
+                },
+            };
+            Some((why, from.max(opens)))
+        })
     }
 
-    /// From when to when an area applies, in mission time from now on; `None`: it no longer applies.
+    /// From when to when an area applies now or next, in mission time from now on; `None`: it no longer applies.
     pub fn applies(&self, area: &Area) -> Option<(Duration, Option<Duration>)> {
-        let until = |utc_ms: i64| {
-            let wall = Duration::from_millis(u64::try_from(utc_ms.saturating_sub(self.clock.utc_ms)).unwrap_or(0));
-            self.clock.pace.wall(wall)
+        self.windows(area).next()
+    }
+
+    /// The windows in which an area applies, in mission time from now on.
+    fn windows(&self, area: &Area) -> impl Iterator<Item = (Duration, Option<Duration>)> {
+        let clock = self.clock;
+        let after = move |utc_ms: i64| {
+            let wall = Duration::from_millis(u64::try_from(utc_ms.saturating_sub(clock.utc_ms)).unwrap_or(0));
+            clock.pace.wall(wall)
         };
-        let closes = area.until_utc_ms.map(until);
-        if closes == Some(Duration::ZERO) {
-            return None;
-        }
-        Some((area.from_utc_ms.map_or(Duration::ZERO, until), closes))
+        area.windows_after(clock.utc_ms).map(move |(from, until)| (after(from), until.map(after)))
     }
 
     fn is_inside(&self, area: &Area, position: Ned) -> bool {
@@ -282,6 +282,7 @@ pub(crate) mod tests {
             ceiling_m: Some(100.0),
             from_utc_ms: None,
             until_utc_ms: None,
+            hours: None,
         }
     }
 
@@ -299,7 +300,7 @@ pub(crate) mod tests {
         Ned::new(0.0, east, -height)
     }
 
-    const SPEEDS: Speeds = Speeds { cruise_m_s: 10.0, climb_m_s: 3.0, descent_m_s: 1.5 };
+    const SPEEDS: Speeds = Speeds::calm(10.0, 3.0, 1.5);
     const AIRBORNE: Motion = Motion { begins: Duration::ZERO, speeds: SPEEDS, airborne: true };
 
     #[test]
@@ -380,6 +381,44 @@ pub(crate) mod tests {
         // A permission need not outlast the window.
         let closes = Area { kind: AreaKind::Permission, ..window(None, Some(20)) };
         check(closes, Some(50), None);
+    }
+
+    #[test]
+    fn hours_count_if_any_moment_of_the_stay_lies_in_them() {
+        // The clock stands at 00:16:40 of Thursday, 1970-01-01. The stay counts from 8 s to 47 s, and the way out takes 30 s.
+        let during = |kind: AreaKind, texts: &[&str]| Area {
+            hours: Some(crate::hours::WeeklyHours::parse(texts).unwrap()),
+            ..square(kind)
+        };
+        let closed = |texts: &[&str]| during(AreaKind::KeepOut, texts);
+        check(closed(&["Thu 00:10-00:20"]), None, Some("keep-out area A would be entered at (0, 100, 10) in 8 s"));
+        // It begins after 20 s, after 80 s, is over and comes again in a week.
+        check(closed(&["Thu 00:17-00:20"]), None, Some("keep-out area A would be entered at (0, 100, 10) in 20 s"));
+        check(closed(&["Thu 00:18-00:20"]), None, None);
+        check(closed(&["Thu 00:10-00:16"]), None, None);
+        // The first window is over before the area is entered, the second one is not.
+        let areas = [closed(&["Thu 00:00-00:17", "Thu 00:18-00:20"])];
+        let grants = Grants::new();
+        let airspace = airspace(&areas, &grants);
+        let bars = |from_s, until_s| {
+            let bars = airspace.bars(&areas[0], Duration::from_secs(from_s), Duration::from_secs(until_s));
+            bars.map(|(_, after)| after.as_secs())
+        };
+        assert_eq!((bars(0, 5), bars(20, 40), bars(20, 50), bars(90, 95)), (Some(0), None, Some(80), Some(90)));
+        assert_eq!(bars(200, 300), None);
+        // A week later it closes again, and in a year nobody tells hours apart.
+        assert_eq!(bars(7 * 86_400, 7 * 86_400 + 10), Some(7 * 86_400));
+        assert_eq!(bars(365 * 86_400, 365 * 86_400 + 1), Some(365 * 86_400));
+        // With a permission for as long as both windows last it is entered, whatever comes later.
+        let held = |held_s| [("A".to_owned(), Duration::from_secs(held_s))].into_iter().collect::<Grants>();
+        let areas = [during(AreaKind::Permission, &["Thu 00:00-00:17", "Thu 00:18-00:20"])];
+        for (held_s, expected) in [(49, true), (50, true), (100, false)] {
+            let grants = held(held_s);
+            let airspace = Airspace { areas: &areas, grants: &grants, ..airspace };
+            let is_barred = airspace.bars(&areas[0], Duration::ZERO, Duration::from_secs(60)).is_some();
+            assert_eq!(is_barred, expected, "{held_s} s");
+        }
+        assert_eq!(airspace.applies(&areas[0]), Some((Duration::ZERO, Some(Duration::from_secs(20)))));
     }
 
     #[test]

@@ -13,6 +13,8 @@ use crate::quantity::Fraction;
 use crate::site::{Site, SiteKind};
 use crate::way::{FlightLimits, Found, WayToAsk, way_if_granted, way_within};
 
+mod reasons;
+
 /// Who names a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Role {

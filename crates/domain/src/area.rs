@@ -1,8 +1,9 @@
-//! Areas: polygons with an altitude band and a time window, entered with a permission or not at all.
+//! Areas: polygons with an altitude band, a time window and hours, entered with a permission or not at all.
 
 use geo::{Contains, Distance, Euclidean, Intersects, Line, Polygon};
 
 use crate::geometry::Ned;
+use crate::hours::WeeklyHours;
 use crate::outline::Outline;
 
 /// What it takes to enter an area.
@@ -14,7 +15,7 @@ pub enum AreaKind {
     KeepOut,
 }
 
-/// A polygon over the ground with an altitude band and a time window.
+/// A polygon over the ground with an altitude band, a time window and hours.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Area {
     /// Unique within a mission.
@@ -31,6 +32,8 @@ pub struct Area {
     pub from_utc_ms: Option<i64>,
     /// Applies until then.
     pub until_utc_ms: Option<i64>,
+    /// Applies at these hours of the week only; `None`: at all of them.
+    pub hours: Option<WeeklyHours>,
 }
 
 impl Area {
@@ -41,7 +44,30 @@ impl Area {
 
     /// Whether the area applies at this moment of UTC.
     pub fn is_active(&self, utc_ms: i64) -> bool {
-        self.from_utc_ms.is_none_or(|from| from <= utc_ms) && self.until_utc_ms.is_none_or(|until| utc_ms < until)
+        self.from_utc_ms.is_none_or(|from| from <= utc_ms)
+            && self.until_utc_ms.is_none_or(|until| utc_ms < until)
+            && self.hours.as_ref().is_none_or(|hours| hours.covers(utc_ms))
+    }
+
+    /// Whether it applies at every moment: it has neither a window nor hours that leave some out.
+    pub fn always_applies(&self) -> bool {
+        self.from_utc_ms.is_none()
+            && self.until_utc_ms.is_none()
+            && self.hours.as_ref().is_none_or(WeeklyHours::is_whole_week)
+    }
+
+    /// The windows in which it applies and that are not over at this moment of UTC, ascending: each with its beginning, which is
+    /// `utc_ms` or later, and its end, if it has one. Hours more than two weeks ahead are one window with the rest of the time.
+    pub fn windows_after(&self, utc_ms: i64) -> impl Iterator<Item = (i64, Option<i64>)> {
+        let begins = self.from_utc_ms.map_or(utc_ms, |from| from.max(utc_ms));
+        let ends = self.until_utc_ms;
+        let unbroken = self.hours.is_none().then_some((begins, i64::MAX));
+        let weekly = self.hours.iter().flat_map(move |hours| hours.windows_after(begins));
+        let windows = unbroken.into_iter().chain(weekly);
+        windows.take_while(move |(from, _)| ends.is_none_or(|ends| *from < ends)).map(move |(from, until)| {
+            let until = ends.map_or(until, |ends| ends.min(until));
+            (from, Some(until).filter(|it| *it < i64::MAX || ends.is_some()))
+        })
     }
 
     /// Whether some height between the two lies in the altitude band. The band is closed below and above.
@@ -139,7 +165,45 @@ mod tests {
             ceiling_m: Some(100.0),
             from_utc_ms: None,
             until_utc_ms: None,
+            hours: None,
         }
+    }
+
+    #[test]
+    fn an_area_applies_at_its_hours_within_its_window() {
+        #[track_caller]
+        fn check(window: (Option<i64>, Option<i64>), at: i64, expected: &[(i64, Option<i64>)]) {
+            let square = area(&[(0.0, 0.0), (10.0, 0.0), (10.0, 10.0)]);
+            let hours = WeeklyHours::parse(&["Mon,Tue 08:00-18:00"]).unwrap();
+            let area = Area { from_utc_ms: window.0, until_utc_ms: window.1, hours: Some(hours), ..square };
+            let found: Vec<_> = area.windows_after(at).take(2).collect();
+            assert_eq!(found, expected);
+            let applies_now = expected.first().is_some_and(|it| it.0 == at);
+            assert_eq!(area.is_active(at), applies_now, "{area:?} at {at}");
+            assert!(!area.always_applies());
+        }
+        // Hours after Monday 1970-01-05.
+        let at = |hours: i64| (4 * 24 + hours) * 3_600_000;
+        check((None, None), at(0), &[(at(8), Some(at(18))), (at(32), Some(at(42)))]);
+        check((None, None), at(9), &[(at(9), Some(at(18))), (at(32), Some(at(42)))]);
+        check((Some(at(10)), Some(at(33))), at(0), &[(at(10), Some(at(18))), (at(32), Some(at(33)))]);
+        check((Some(at(19)), Some(at(30))), at(0), &[]);
+        check((None, Some(at(10))), at(11), &[]);
+    }
+
+    #[test]
+    fn an_area_without_hours_has_one_window() {
+        #[track_caller]
+        fn check(window: (Option<i64>, Option<i64>), expected: &[(i64, Option<i64>)]) {
+            let square = area(&[(0.0, 0.0), (10.0, 0.0), (10.0, 10.0)]);
+            let area = Area { from_utc_ms: window.0, until_utc_ms: window.1, ..square };
+            assert_eq!(area.windows_after(1000).collect::<Vec<_>>(), expected);
+        }
+        check((None, None), &[(1000, None)]);
+        check((Some(500), Some(2000)), &[(1000, Some(2000))]);
+        check((Some(1500), None), &[(1500, None)]);
+        check((None, Some(1000)), &[]);
+        check((None, Some(i64::MAX)), &[(1000, Some(i64::MAX))]);
     }
 
     #[test]

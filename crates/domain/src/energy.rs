@@ -2,7 +2,8 @@
 //!
 //! Power is hovering, plus pushing through the air, which grows with the cube of the airspeed (parasite power: Leishman,
 //! Principles of Helicopter Aerodynamics, section 5.5), plus climbing or descending, which costs the same for every metre. The
-//! wind is a mean wind without gusts. A leg's time is given: how fast it is flown is not decided here.
+//! wind is a mean wind without gusts. A leg's time is given: how fast it is flown is decided by [`crate::speeds`], by the same wind
+//! triangle ([`crate::wind_triangle`]).
 
 use std::fmt;
 
@@ -95,14 +96,6 @@ impl Wind {
         let from_rad = from_deg.to_radians();
         Wind::Towards { north_m_s: -speed_m_s * from_rad.cos(), east_m_s: -speed_m_s * from_rad.sin() }
     }
-
-    /// The speed through the air of a vehicle with this velocity over ground, in m/s.
-    fn airspeed_m_s(self, north_m_s: f64, east_m_s: f64) -> f64 {
-        match self {
-            Wind::Towards { north_m_s: north, east_m_s: east } => (north_m_s - north).hypot(east_m_s - east),
-            Wind::Against(speed_m_s) => north_m_s.hypot(east_m_s) + speed_m_s,
-        }
-    }
 }
 
 impl EnergyModel {
@@ -144,6 +137,28 @@ impl EnergyModel {
         let legs = starts.zip(way).map(|(&from, &to)| Leg { from, to, time_s: speeds.time_s(from, to) });
         let stops_wh = self.stop_wh(wind) * way.len().saturating_sub(1) as f64;
         legs.map(|it| self.leg_wh(it, wind)).sum::<f64>() + stops_wh + self.landing_wh(wind)
+    }
+
+    /// The power in flight with this velocity over ground, and upwards, in W.
+    pub fn flight_w(&self, (north_m_s, east_m_s): (f64, f64), up_m_s: f64, wind: Wind) -> f64 {
+        self.level_w(wind.airspeed_m_s(north_m_s, east_m_s)) + self.vertical_j(up_m_s)
+    }
+
+    /// The model of a vehicle that takes this many times what these figures say, for the same flight.
+    pub fn taking(self, times: f64) -> EnergyModel {
+        let more = |it: Positive| Positive::try_from(it.get() * times).unwrap_or(it);
+        let Figures { hover_w, cruise_w, climb_w, descent_w, .. } = self.0;
+        let [hover_w, cruise_w, climb_w, descent_w] = [hover_w, cruise_w, climb_w, descent_w].map(more);
+        EnergyModel(Figures { hover_w, cruise_w, climb_w, descent_w, ..self.0 })
+    }
+
+    /// The wind to reckon with where one of this velocity was measured, as long as it blows stronger than the usual one; else the usual
+    /// one, against every leg. (A mean of some seconds says little of a gentle wind an hour later.)
+    pub fn wind_where_measured(&self, (north_m_s, east_m_s): (f64, f64)) -> Wind {
+        match self.usual_wind().speed_m_s() < north_m_s.hypot(east_m_s) {
+            true => Wind::Towards { north_m_s, east_m_s },
+            false => self.usual_wind(),
+        }
     }
 
     /// The wind to assume where none is known.
@@ -287,6 +302,24 @@ mod tests {
         check(0.5, 80.0, Some("needs 80 Wh of 75 usable (150 of 300 Wh left, 25 % reserve)"));
         check(0.1, 1.0, Some("needs 1 Wh of 0 usable (30 of 300 Wh left, 25 % reserve)"));
         check(0.1, 0.0, None);
+    }
+
+    #[test]
+    fn a_vehicle_that_takes_more_takes_more_of_everything() {
+        let (usual, iced) = (model(), model().taking(1.5));
+        for it in [leg(600.0, 800.0, 0.0, 10.0), leg(0.0, 0.0, 30.0, 3.0), leg(0.0, 0.0, -30.0, 1.5)] {
+            let [usual_wh, iced_wh] = [usual, iced].map(|model| model.leg_wh(it, Wind::CALM));
+            assert!((iced_wh - 1.5 * usual_wh).abs() < 1e-9, "{iced_wh} Wh of {usual_wh} Wh");
+        }
+        assert_eq!(iced.budget(Fraction::try_from(0.5).unwrap()), usual.budget(Fraction::try_from(0.5).unwrap()));
+        assert_eq!(usual.flight_w((10.0, 0.0), 3.0, Wind::CALM), 812.0 + 33.0);
+    }
+
+    #[test]
+    fn a_measured_wind_counts_once_it_is_stronger_than_the_usual_one() {
+        assert_eq!(model().wind_where_measured((3.0, 0.0)), Wind::Against(4.0));
+        let measured = Wind::Towards { north_m_s: 3.0, east_m_s: -4.0 };
+        assert_eq!(model().wind_where_measured((3.0, -4.0)), measured);
     }
 
     #[test]

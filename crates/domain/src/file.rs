@@ -5,6 +5,8 @@ use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+mod parsing;
+
 /// A file's text and its path.
 #[derive(Debug, Clone)]
 pub struct Source {
@@ -14,25 +16,20 @@ pub struct Source {
     pub text: String,
 }
 
-impl Source {
-    /// Reads the file.
-    pub fn read(path: &Path) -> Result<Source, Mistakes> {
-        match std::fs::read_to_string(path) {
-            Ok(text) => Ok(Source { path: path.to_owned(), text }),
-            Err(error) => Err(Mistakes(vec![Mistake {
-                path: path.to_owned(),
-                place: None,
-                message: format!("cannot be read: {error}"),
-                help: "give the path of a readable UTF-8 text file".into(),
-            }])),
-        }
-    }
+/// The largest file that is read, in bytes: 32 MiB. A mission at its bounds has a sixth of that; a parsed document takes about
+/// ten times the memory of its text.
+pub const LARGEST_BYTES: u64 = 32 << 20;
 
-    /// Reads the file if it has at most this many bytes; of a larger one no more is read.
+impl Source {
+    /// Reads the file if it has at most [`LARGEST_BYTES`]; of a larger one no more is read.
     ///
     /// # Errors
     /// If it cannot be read, or is larger.
-    pub fn read_at_most(path: &Path, most: u64) -> Result<Source, Mistakes> {
+    pub fn read(path: &Path) -> Result<Source, Mistakes> {
+        Source::read_at_most(path, LARGEST_BYTES)
+    }
+
+    fn read_at_most(path: &Path, most: u64) -> Result<Source, Mistakes> {
         use std::io::Read as _;
         let mistake = |message: String, help: &str| {
             Mistakes(vec![Mistake { path: path.to_owned(), place: None, message, help: help.into() }])
@@ -40,13 +37,20 @@ impl Source {
         let unreadable = |error: std::io::Error| {
             mistake(format!("cannot be read: {error}"), "give the path of a readable UTF-8 text file")
         };
+        let too_large = |size: &str| {
+            let message = format!("the file has {size}; at most {} are read", in_units(most));
+            mistake(message, "cut it to what the mission needs")
+        };
         let mut bytes = Vec::new();
         let file = std::fs::File::open(path).map_err(unreadable)?;
-        // One byte more shows that there is more; a file may grow or be a pipe, so its length is not asked for.
+        let known_size = file.metadata().ok().filter(std::fs::Metadata::is_file).map(|it| it.len());
+        if let Some(size) = known_size.filter(|size| most < *size) {
+            return Err(too_large(&in_units(size)));
+        }
+        // One byte more shows that there is more: a file may grow, and a pipe has no size.
         file.take(most + 1).read_to_end(&mut bytes).map_err(unreadable)?;
         if most < bytes.len() as u64 {
-            let message = format!("has more than {most} bytes, which is the most that is read");
-            return Err(mistake(message, "cut it to the region of the mission"));
+            return Err(too_large("more"));
         }
         let text = String::from_utf8(bytes);
         let text = text.map_err(|error| unreadable(std::io::Error::new(std::io::ErrorKind::InvalidData, error)))?;
@@ -54,10 +58,12 @@ impl Source {
     }
 
     /// Parses the text as TOML into `T`.
+    ///
+    /// # Errors
+    /// As many of its mistakes as can be found at once.
     pub fn parse<T: serde::de::DeserializeOwned>(&self) -> Result<T, Mistakes> {
-        toml::from_str(&self.text).map_err(|error| {
-            let message = error.message().trim().replace('\n', "; ");
-            Mistakes(vec![self.mistake(error.span(), message, "")])
+        parsing::parse(&self.text).map_err(|found| {
+            Mistakes(found.into_iter().map(|(span, message)| self.mistake(span, message, "")).collect())
         })
     }
 
@@ -75,6 +81,12 @@ impl Source {
         });
         Mistake { path: self.path.clone(), place, message: message.into(), help: help.into() }
     }
+}
+
+/// A number of bytes in MiB, rounded up, or in bytes below one of them.
+fn in_units(bytes: u64) -> String {
+    const MIB: u64 = 1 << 20;
+    if bytes < MIB { format!("{bytes} bytes") } else { format!("{} MiB", bytes.div_ceil(MIB)) }
 }
 
 /// One thing wrong with a file.
@@ -163,6 +175,23 @@ mod tests {
             mistake.to_string(),
             "config/x.toml:2:3: found 2, expected 3\n  |\n2 | bcd = 2\n  |   ^\n  help: write 3"
         );
+    }
+
+    #[test]
+    fn a_file_that_is_too_large_is_refused_with_its_size() {
+        #[track_caller]
+        fn check(size: u64, most: u64, expected: Option<&str>) {
+            let path = std::env::temp_dir().join(format!("kittiwake-file-{}-{size}-{most}", std::process::id()));
+            std::fs::File::create(&path).unwrap().set_len(size).unwrap();
+            let told = Source::read_at_most(&path, most).err().map(|it| it.0[0].message.clone());
+            std::fs::remove_file(&path).unwrap();
+            assert_eq!(told.as_deref(), expected);
+        }
+        check(10, 10, None);
+        check(11, 10, Some("the file has 11 bytes; at most 10 bytes are read"));
+        // A hole: it takes no room, and nothing of it is read.
+        check((51 << 20) - 1, 32 << 20, Some("the file has 51 MiB; at most 32 MiB are read"));
+        check((32 << 20) + 1, 32 << 20, Some("the file has 33 MiB; at most 32 MiB are read"));
     }
 
     #[test]

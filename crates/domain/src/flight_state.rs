@@ -28,9 +28,9 @@ pub const AT_GROUND_M: f64 = 1.0;
 pub const AT_REST_M_S: f64 = 0.35;
 /// Time at rest in a landing after which it stands, by the detector's statement. (PX4: its detector takes 0.7 s.)
 const SETTLED: Duration = Duration::from_secs(1);
-/// The same against its statement, or without one. (ENG: longer than a landing hesitates, less than the time in which it must
-/// come down by half a metre.)
-const SETTLED_UNNOTICED: Duration = Duration::from_secs(5);
+/// The same against its statement, or without one. (A real PX4 has rested for up to 5.4 s before its detector said so, and until
+/// then a takeoff is none to it. ENG: less than the time in which a landing must come down by half a metre, 10 s.)
+const SETTLED_UNNOTICED: Duration = Duration::from_secs(8);
 /// A statement of the land detector that is older than this is none; wall time at speed factors above 1. (ENG: three of
 /// the simulator's 1 Hz; PX4 sends it at 1 Hz or more.)
 const DETECTOR_SILENT: Duration = Duration::from_secs(3);
@@ -89,15 +89,33 @@ impl Evidence {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FlightState {
     flying: Option<bool>,
-    /// The height at which it stood last. Until it is seen to stand anywhere that is the origin, the take-off point.
-    ground_m: f64,
+    /// The height at which it stood last. Until it is seen to stand anywhere that is the origin, the take-off point; nothing is
+    /// known of it after the frame has moved in flight.
+    ground_m: Ground,
     /// The land detector has reported the air since the vehicle stood, and not the ground while it flew.
     noticed: bool,
     at_rest_since: Option<Time>,
     latest: Evidence,
 }
 
+/// The height at which the vehicle stood last.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Ground(Option<f64>);
+
+impl Default for Ground {
+    fn default() -> Ground {
+        Ground(Some(0.0))
+    }
+}
+
 impl FlightState {
+    /// The local frame moved: heights before and after it cannot be compared. The land detector decides until the vehicle is seen to
+    /// stand.
+    pub fn frame_moved(&mut self) {
+        self.ground_m = Ground(None);
+        self.latest.height_m = None;
+    }
+
     /// Whether the vehicle flies; `None` while nothing shows it.
     pub fn flying(&self) -> Option<bool> {
         self.flying
@@ -131,7 +149,7 @@ impl FlightState {
         // While it is armed it may be lifting off.
         let stands = self.flying == Some(false) && (!may_lift_off || was_flying != Some(false));
         if let Some(height_m) = evidence.height_m.filter(|_| stands) {
-            self.ground_m = height_m;
+            self.ground_m = Ground(Some(height_m));
         }
     }
 
@@ -171,7 +189,7 @@ impl FlightState {
     }
 
     fn distance_m(&self) -> Option<f64> {
-        Some((self.latest.height_m? - self.ground_m).abs())
+        Some((self.latest.height_m? - self.ground_m.0?).abs())
     }
 }
 

@@ -6,6 +6,8 @@
 //! Distances across that direction come out too long, by the square of the distance from the origin over six squared
 //! radii of the Earth: see the test for figures.
 
+use std::fmt;
+
 use geographiclib_rs::{DirectGeodesic as _, Geodesic, InverseGeodesic as _};
 
 use crate::geometry::Ned;
@@ -47,9 +49,21 @@ impl LatLon {
     pub fn longitude_deg(self) -> f64 {
         self.longitude_deg
     }
+
+    /// How far it is to `other` along the ellipsoid, in metres.
+    pub fn distance_m(self, other: LatLon) -> f64 {
+        Geodesic::wgs84().inverse(self.latitude_deg, self.longitude_deg, other.latitude_deg, other.longitude_deg)
+    }
 }
 
-/// Where a mission's local frame begins: the take-off point.
+/// Latitude and longitude to a tenth of a metre, as a map takes them.
+impl fmt::Display for LatLon {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.6}, {:.6}", self.latitude_deg, self.longitude_deg)
+    }
+}
+
+/// Where a local frame begins: of a mission and of a vehicle the take-off point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Origin {
     /// The take-off point.
@@ -121,6 +135,30 @@ mod tests {
         check(place(0.0, 179.5), place(0.0, -179.5), 0.0, 111_319.491);
         check(place(0.0, -179.5), place(0.0, 179.5), 0.0, -111_319.491);
         check(place(54.0, 6.6), place(54.0, 6.6), 0.0, 0.0);
+    }
+
+    #[test]
+    fn distances_are_those_on_the_ellipsoid() {
+        #[track_caller]
+        fn check(a: LatLon, b: LatLon, expected_m: f64, within_m: f64) {
+            for found_m in [a.distance_m(b), b.distance_m(a)] {
+                assert!((found_m - expected_m).abs() < within_m, "{found_m}");
+            }
+        }
+        check(place(54.0, 6.6), place(54.0, 6.6), 0.0, 1e-6);
+        // As above; the shorter way leads across the antimeridian.
+        check(place(0.0, 179.5), place(0.0, -179.5), 111_319.491, 0.01);
+        check(place(0.0, 180.0), place(0.0, -180.0), 0.0, 1e-6);
+        // A degree of the meridian at 54 degrees north: 111132.954 - 559.822 cos 2x + 1.175 cos 4x = 111,305.0 m.
+        check(place(53.995, 6.6), place(54.005, 6.6), 1113.05, 0.05);
+        // At a pole all longitudes are one place; half a degree from it to either side: 111,694 m a degree.
+        check(place(90.0, 0.0), place(90.0, 120.0), 0.0, 1e-6);
+        check(place(89.5, 0.0), place(89.5, 180.0), 111_694.0, 5.0);
+    }
+
+    #[test]
+    fn a_place_is_shown_as_a_map_takes_it() {
+        assert_eq!(place(54.0, -6.6).to_string(), "54.000000, -6.600000");
     }
 
     /// How much longer a short line across the direction to the origin is in the frame than on the Earth, as a fraction.

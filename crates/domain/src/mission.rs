@@ -1,10 +1,13 @@
 //! A mission as a human writes it: objectives to reach, and areas on the way.
 
+mod area_hours;
+pub mod bounds;
 mod place;
 mod site_entry;
 mod sites;
 mod survey;
 pub mod terms;
+mod volume;
 
 use std::ops::Range;
 
@@ -18,10 +21,13 @@ use crate::geodesy::{LocalFrame, Origin};
 use crate::geometry::Ned;
 use crate::site::Site;
 use crate::survey::Survey;
+use area_hours::HoursEntry;
+use bounds::LONGEST_NAME;
 use place::OriginEntry;
 use site_entry::SiteEntry;
 use sites::Place;
 use terms::{Order, Terms};
+use volume::VolumeEntry;
 
 /// A mission that may be flown; [`Mission::read`] is the only way to obtain one.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,6 +42,8 @@ pub struct Mission {
     pub order: Order,
     /// Where a flight may end early, with distinct names.
     pub sites: Vec<Site>,
+    /// Where the mission takes off, and all its places count from; `None`: from wherever the vehicle stands.
+    pub origin: Option<Origin>,
 }
 
 /// A state to reach.
@@ -66,6 +74,20 @@ pub struct ObjectiveStatus {
     pub replans: u32,
     /// Areas whose permission was requested for it, each once, in the order of the plan.
     pub permissions: Vec<String>,
+    /// How far the release of a load has come that it asks for.
+    pub release: ReleaseProgress,
+}
+
+/// How far a release has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ReleaseProgress {
+    /// No plan has it: a gripper that is open then has no load.
+    #[default]
+    NotPlanned,
+    /// A plan with it was given out: an open gripper may be its doing.
+    Planned,
+    /// The load was seen released at the place, and is not released again.
+    Seen,
 }
 
 /// The progress of an objective. Success and failure are final.
@@ -189,8 +211,6 @@ impl Objective {
     }
 }
 
-/// Rules for the name of an objective that comes in a message.
-const LONGEST_NAME: usize = 100;
 /// Greatest height above the origin; a higher one is a typing mistake.
 const HIGHEST_M: f64 = 10_000.0;
 /// Greatest distance from the origin; a longer one is a typing mistake.
@@ -207,6 +227,7 @@ impl Mission {
             plan_steps: 0,
             replans: 0,
             permissions: Vec::new(),
+            release: ReleaseProgress::NotPlanned,
         };
         let canonical = v1::PlannerStatus {
             mission: self.name.clone(),
@@ -214,32 +235,39 @@ impl Mission {
             areas: self.areas.iter().map(Into::into).collect(),
             free_order: self.order == Order::Free,
             sites: self.sites.iter().map(Into::into).collect(),
+            origin: self.origin.map(Into::into),
             ..v1::PlannerStatus::default()
         };
         let hash = Sha256::digest(canonical.encode_to_vec());
         hash.iter().take(16).map(|byte| format!("{byte:02x}")).collect()
     }
 
-    /// Parses and checks a mission file; every mistake that can be found is reported at once.
+    /// Parses and checks a mission file; every mistake that can be found is reported at once. One beyond the [`bounds`] is not
+    /// looked at any further.
     ///
     /// A mission may end in the air: the table of contingencies must have a row that brings it down then.
     ///
     /// # Errors
     /// The mistakes, each with its place.
     pub fn read(source: &Source) -> Result<Mission, Mistakes> {
-        Mission::read_with_origin(source).map(|(mission, _)| mission)
-    }
-
-    /// As [`Mission::read`], with the place on Earth from which the mission takes off, if the file names it.
-    ///
-    /// # Errors
-    /// The mistakes, each with its place.
-    pub fn read_with_origin(source: &Source) -> Result<(Mission, Option<Origin>), Mistakes> {
         let file: MissionFile = source.parse()?;
         let mut check = Checker { source, mistakes: Vec::new(), frame: None };
+        check.bounds(&file);
+        if !check.mistakes.is_empty() {
+            return Err(Mistakes(check.mistakes));
+        }
         let origin = file.origin.as_ref().and_then(|it| check.origin(it));
         let objectives: Vec<_> = file.objective.iter().map(|it| check.objective(it)).collect();
-        let areas: Vec<_> = file.area.iter().map(|it| check.area(it)).collect();
+        let mut areas: Vec<_> = file.area.iter().map(|it| check.area(it)).collect();
+        let mut spans: Vec<_> = file.area.iter().map(AreaEntry::corners_span).collect();
+        for (span, area) in file.volume.as_ref().map(|it| check.volume(it)).unwrap_or_default() {
+            if let Some(other) = file.area.iter().find(|it| *it.name.as_ref() == area.name) {
+                let message = format!("area `{}` has the name of a part of the volume", area.name);
+                check.say(Some(other.name.span()), message, "give it another one");
+            }
+            spans.push(span);
+            areas.push(area);
+        }
         check.distinct("objective", file.objective.iter().map(|it| &it.name));
         check.distinct("area", file.area.iter().map(|it| &it.name));
         let alternates = check.alternates(&file.site);
@@ -248,11 +276,11 @@ impl Mission {
         }
         check.precedence(file.order, &file.objective);
         if check.mistakes.is_empty() {
-            check.sites(&file, &objectives, &areas);
+            check.sites(&file, &objectives, &areas, &spans);
             check.alternates_among(&file.site, &alternates, &areas);
         }
-        let mission = Mission { name: file.name, objectives, areas, order: file.order, sites: alternates };
-        Mistakes(check.mistakes).or((mission, origin))
+        let mission = Mission { name: file.name, objectives, areas, order: file.order, sites: alternates, origin };
+        Mistakes(check.mistakes).or(mission)
     }
 
     /// Why `objective`, which is to be inserted, as the last one or not, cannot be flown to: too high, or by an area of this
@@ -263,8 +291,7 @@ impl Mission {
             return Some(format!("objective `{}` is at {height_m} m, the highest is {most_m} m", objective.name));
         }
         let site = Place { position: objective.position, flying: objective.flying, is_end };
-        let unfit =
-            self.areas.iter().filter(|it| sites::always_applies(it)).find_map(|area| sites::unfit(site, area))?;
+        let unfit = self.areas.iter().filter(|it| it.always_applies()).find_map(|area| sites::unfit(site, area))?;
         Some(format!("objective `{}` {}", objective.name, unfit.in_words()))
     }
 
@@ -306,6 +333,7 @@ pub fn unfit_landing_site<'a>(site: Ned, areas: impl IntoIterator<Item = &'a Are
 struct MissionFile {
     name: String,
     origin: Option<Spanned<OriginEntry>>,
+    volume: Option<Spanned<VolumeEntry>>,
     #[serde(default)]
     order: Order,
     #[serde(default)]
@@ -338,6 +366,7 @@ struct ObjectiveEntry {
     reach_within_s: Option<Spanned<f64>>,
     reach_by_utc: Option<Spanned<String>>,
     dwell_s: Option<Spanned<f64>>,
+    drop: Option<Spanned<bool>>,
 }
 
 #[derive(Deserialize)]
@@ -353,6 +382,7 @@ struct AreaEntry {
     ceiling_m: Option<Spanned<f64>>,
     from_utc: Option<Spanned<String>>,
     until_utc: Option<Spanned<String>>,
+    hours_utc: Option<HoursEntry>,
 }
 
 #[derive(Deserialize)]
@@ -360,7 +390,13 @@ struct AreaEntry {
 enum Kind {
     Permission,
     KeepOut,
+    /// Flown over, and not landed in: water, people.
+    NoLanding,
 }
+
+/// The height above the origin up to which an area is barred that may not be landed in, in metres. (ENG: with the vertical margin of 2 m
+/// below the least height of a flight, 5 m; it reaches down as far as there is ground.)
+const NO_LANDING_TO_M: f64 = 3.0;
 
 struct Checker<'a> {
     source: &'a Source,
@@ -417,17 +453,30 @@ impl Checker<'_> {
     fn area(&mut self, it: &AreaEntry) -> Area {
         let corners = self.area_corners(it);
         let has_corners = corners.is_some();
+        let is_below = matches!(it.kind, Kind::NoLanding);
+        if let Some(height) = it.floor_m.as_ref().or(it.ceiling_m.as_ref()).filter(|_| is_below) {
+            self.say(
+                Some(height.span()),
+                format!("area `{}` may not be landed in, and has a height", it.name.as_ref()),
+                "leave out `floor_m` and `ceiling_m`: such an area is the ground; or say `kind = \"keep-out\"`",
+            );
+        }
         let area = Area {
             name: it.name.as_ref().clone(),
             kind: match it.kind {
                 Kind::Permission => AreaKind::Permission,
-                Kind::KeepOut => AreaKind::KeepOut,
+                // Nothing comes down through it, so nothing lands in it.
+                Kind::KeepOut | Kind::NoLanding => AreaKind::KeepOut,
             },
             corners: corners.unwrap_or_default(),
             floor_m: it.floor_m.as_ref().map(|it| self.within("floor_m", it, -HIGHEST_M, HIGHEST_M)),
-            ceiling_m: it.ceiling_m.as_ref().map(|it| self.within("ceiling_m", it, -HIGHEST_M, HIGHEST_M)),
+            ceiling_m: match is_below {
+                true => Some(NO_LANDING_TO_M),
+                false => it.ceiling_m.as_ref().map(|it| self.within("ceiling_m", it, -HIGHEST_M, HIGHEST_M)),
+            },
             from_utc_ms: it.from_utc.as_ref().and_then(|it| self.moment(it)),
             until_utc_ms: it.until_utc.as_ref().and_then(|it| self.moment(it)),
+            hours: it.hours_utc.as_ref().and_then(|it| self.hours(it)),
         };
         let corners = Some(it.corners_span());
         if !has_corners {
@@ -466,18 +515,18 @@ impl Checker<'_> {
     }
 
     /// Where the mission begins, flies to and ends, against each area.
-    fn sites(&mut self, file: &MissionFile, objectives: &[Objective], areas: &[Area]) {
+    fn sites(&mut self, file: &MissionFile, objectives: &[Objective], areas: &[Area], spans: &[Range<usize>]) {
         let start = Place::to_end_at(Ned::default());
-        for (entry, area) in file.area.iter().zip(areas).filter(|(_, it)| sites::always_applies(it)) {
+        for (span, area) in spans.iter().zip(areas).filter(|(_, it)| it.always_applies()) {
             if let Some(unfit) = sites::unfit(start, area) {
                 let message = format!("the take-off point {}", unfit.in_words());
-                self.say(Some(entry.corners_span()), message, unfit.help());
+                self.say(Some(span.clone()), message, unfit.help());
             }
         }
         for (index, (entry, objective)) in file.objective.iter().zip(objectives).enumerate() {
             // In a free order any of them may be the last.
             let is_last = file.order == Order::Free || index + 1 == objectives.len();
-            for area in areas.iter().filter(|it| sites::always_applies(it)) {
+            for area in areas.iter().filter(|it| it.always_applies()) {
                 let site = |position| {
                     let is_end = is_last && position == objective.position;
                     Place { position, flying: objective.flying, is_end }

@@ -163,6 +163,7 @@ mod tests {
             ceiling_m: None,
             from_utc_ms: None,
             until_utc_ms: None,
+            hours: None,
         }
     }
 

@@ -6,6 +6,7 @@ use std::time::Duration;
 use crate::airspace::Grants;
 use crate::area::Area;
 use crate::fmu::FlightMode;
+use crate::geodesy::Origin;
 use crate::mission::ObjectiveStatus;
 use crate::mission::terms::Order;
 use crate::site::Site;
@@ -57,6 +58,8 @@ pub struct Step {
     pub nominal: Parameters,
     /// Permissions to get during it, each area once.
     pub ask: Vec<PermissionNeed>,
+    /// Permissions to ask for while it is flown because a later step needs them, each area once.
+    pub ask_ahead: Vec<AskAhead>,
     /// Added by the communication plan.
     pub auxiliary: bool,
     /// What it does, in words.
@@ -70,6 +73,16 @@ pub struct PermissionNeed {
     pub area: String,
     /// For how long it must hold from the grant on, in mission time: the stay and the time to leave.
     pub lasts: Duration,
+}
+
+/// A permission to ask for before the step that needs it begins.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AskAhead {
+    /// Which, and for how long it must hold from the grant on: until the flight to the step that needs it and that step's own need
+    /// are over.
+    pub need: PermissionNeed,
+    /// How long after the beginning of the step it is asked for, in mission time.
+    pub after: Duration,
 }
 
 /// A plan for one objective.
@@ -146,6 +159,8 @@ pub enum PlanReply {
         wait: Duration,
         /// The reason, for the operator.
         reason: String,
+        /// The mission asks for this stay: it is no wait for a plan.
+        planned: bool,
     },
     /// Every objective has reached its final state.
     Finished,
@@ -185,4 +200,6 @@ pub struct PlannerStatus {
     pub order: Order,
     /// Where a flight may end early.
     pub sites: Vec<Site>,
+    /// Where the mission's places count from, if it says so: the vehicle's local frame must have its origin there.
+    pub origin: Option<Origin>,
 }

@@ -61,6 +61,7 @@ mod tests {
             ceiling_m: Some(100.0),
             from_utc_ms: None,
             until_utc_ms: Some(1_000),
+            hours: None,
         }
     }
 

@@ -17,6 +17,8 @@ pub enum SkillKind {
     Stop,
     /// Fly by setpoints.
     Offboard,
+    /// Open the gripper over a place.
+    Release,
 }
 
 /// How a skill ended.
@@ -74,6 +76,8 @@ pub struct SkillEvent {
     pub position_timestamp_us: u64,
     /// When the land detector spoke last, by the same clock; 0 for never.
     pub landed_timestamp_us: u64,
+    /// It was pre-empted by a pilot or another ground station, not by the autopilot itself.
+    pub flown_by_other: bool,
 }
 
 /// What a skill is asked to do.
@@ -108,6 +112,11 @@ pub enum Goal {
         /// In mission seconds; `None`: without end.
         timeout_s: Option<f64>,
     },
+    /// Open the gripper, hovering. Ends once the load is seen released, at once if it is; refused away from the place.
+    Release {
+        /// Over which place.
+        over: Ned,
+    },
 }
 
 impl Goal {
@@ -118,6 +127,7 @@ impl Goal {
             Goal::Takeoff { .. } => SkillKind::Takeoff,
             Goal::Stop => SkillKind::Stop,
             Goal::Position { .. } | Goal::Velocity { .. } => SkillKind::Offboard,
+            Goal::Release { .. } => SkillKind::Release,
         }
     }
 
@@ -126,7 +136,7 @@ impl Goal {
         match self {
             Goal::Land => FlightMode::Land,
             Goal::Takeoff { .. } => FlightMode::Takeoff,
-            Goal::Stop => FlightMode::Loiter,
+            Goal::Stop | Goal::Release { .. } => FlightMode::Loiter,
             Goal::Position { .. } | Goal::Velocity { .. } => FlightMode::Offboard,
         }
     }
@@ -138,6 +148,7 @@ impl Goal {
             Goal::Takeoff { .. } => v1::SkillKind::Takeoff,
             Goal::Stop => v1::SkillKind::Stop,
             Goal::Position { .. } | Goal::Velocity { .. } => v1::SkillKind::Offboard,
+            Goal::Release { .. } => v1::SkillKind::Release,
         }
     }
 }
@@ -151,6 +162,7 @@ impl std::fmt::Display for Goal {
             Goal::Stop => f.write_str("stop"),
             Goal::Position { target, .. } => write!(f, "fly to {target}"),
             Goal::Velocity { .. } => f.write_str("fly at a velocity"),
+            Goal::Release { over } => write!(f, "release the load over {over}"),
         }
     }
 }
@@ -178,6 +190,7 @@ pub fn kind_name(kind: v1::SkillKind) -> &'static str {
         v1::SkillKind::Takeoff => "takeoff",
         v1::SkillKind::Stop => "stop",
         v1::SkillKind::Offboard => "offboard",
+        v1::SkillKind::Release => "release",
     }
 }
 

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::fmu::FlightMode;
+use crate::fmu::{FlightMode, Gripper};
 use crate::geometry::Ned;
 use crate::quantity::Fraction;
 
@@ -20,6 +20,8 @@ pub struct State {
     pub permissions: BTreeSet<String>,
     /// The charge of the battery; `None` where it is not known, or of no matter.
     pub charge: Option<Fraction>,
+    /// What the gripper does; `None` where that is not known, or a state to reach does not ask for it.
+    pub gripper: Option<Gripper>,
 }
 
 /// How far apart two states may be and still count as one.
@@ -34,9 +36,9 @@ pub struct Tolerance {
 }
 
 impl State {
-    /// A state to reach, in any mode.
+    /// A state to reach, in any mode, with or without a load.
     pub fn new(position: Ned, flying: bool) -> State {
-        State { position, flying, mode: None, permissions: BTreeSet::new(), charge: None }
+        State { position, flying, mode: None, permissions: BTreeSet::new(), charge: None, gripper: None }
     }
 
     /// Whether this state is `goal` within the tolerance.
@@ -46,6 +48,7 @@ impl State {
             && self.is_over(goal, tolerance)
             && apart_m <= if self.flying { tolerance.vertical_m } else { tolerance.ground_m }
             && goal.mode.is_none_or(|mode| self.mode == Some(mode))
+            && goal.gripper.is_none_or(|gripper| self.gripper == Some(gripper))
     }
 
     /// Whether both are over the same spot within the tolerance.
@@ -73,5 +76,21 @@ mod tests {
         // Ground is not level, but a deck is not the sea.
         check((0.0, 4.0, false), (0.0, 0.0, false), true);
         check((0.0, 0.0, false), (0.0, 30.0, false), false);
+    }
+
+    #[test]
+    fn a_state_without_a_load_is_matched_only_by_an_open_gripper() {
+        #[track_caller]
+        fn check(vehicle: Option<Gripper>, goal: Option<Gripper>, expected: bool) {
+            let state = |gripper| State { gripper, ..State::new(Ned::default(), true) };
+            let tolerance = Tolerance { horizontal_m: 3.0, vertical_m: 2.0, ground_m: 5.0 };
+            assert_eq!(state(vehicle).matches(&state(goal), tolerance), expected, "{vehicle:?} {goal:?}");
+        }
+        let (holding, released) = (Some(Gripper::Holding), Some(Gripper::Released));
+        check(released, released, true);
+        check(holding, released, false);
+        // What is not known does not count as released.
+        check(None, released, false);
+        check(holding, None, true);
     }
 }

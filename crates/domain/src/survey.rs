@@ -147,6 +147,7 @@ fn area_of(corners: &[Ned]) -> Area {
         ceiling_m: None,
         from_utc_ms: None,
         until_utc_ms: None,
+        hours: None,
     }
 }
 

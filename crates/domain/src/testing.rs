@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::contingency::{BRING_DOWN, REQUIRED, REQUIRED_RULES};
+use crate::contingency::{BRING_DOWN, REQUIRED, REQUIRED_RULES, SOMEBODY_ELSE_FLIES};
 use crate::file::Mistakes;
 
 /// The energy model of the shipped configuration, as a file has it.
@@ -37,11 +37,15 @@ pub fn table(rows: &str) -> String {
     text += rows;
     let missing = REQUIRED.iter().filter(|flag| !rows.contains(&format!("\"{flag}\"")));
     for (flag, priority) in missing.zip(1000..) {
-        let (action, then) = if BRING_DOWN.contains(flag) { ("land", "end-mission") } else { ("stop", "resume") };
-        let _ = writeln!(
+        let (action, then, more) = match *flag {
+            SOMEBODY_ELSE_FLIES => ("yield_control", "resume", "may_be_overridden = false\n"),
+            flag if BRING_DOWN.contains(&flag) => ("land", "end-mission", ""),
+            _ => ("stop", "resume", ""),
+        };
+        let _ = write!(
             text,
             "[[contingency]]\nflag = \"{flag}\"\npriority = {priority}\nactions = [\"{action}\"]\n\
-             emergency = \"{action}\"\nclears = \"after-action\"\nthen = \"{then}\""
+             emergency = \"{action}\"\nclears = \"after-action\"\nthen = \"{then}\"\n{more}"
         );
     }
     let unwatched = REQUIRED_RULES.iter().enumerate().filter(|(_, (rule, _))| !rows.contains(rule));
@@ -56,7 +60,7 @@ pub fn table(rows: &str) -> String {
              emergency = \"stop\"\nclears = \"with-condition\"\nthen = \"resume\""
         );
     }
-    text
+    text + "[action.yield_control]\nseverity = \"yield\"\ntries = 1\nlimit_s = 1.0\n"
 }
 
 /// Replaces `find` in a good file by `replace`, and checks that the mistake is reported as `expected`, with its place.

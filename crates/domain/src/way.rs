@@ -360,7 +360,7 @@ mod tests {
     use crate::airspace::tests::{airspace, area, square};
 
     const LIMITS: FlightLimits = FlightLimits {
-        speeds: Speeds { cruise_m_s: 10.0, climb_m_s: 3.0, descent_m_s: 1.5 },
+        speeds: Speeds::calm(10.0, 3.0, 1.5),
         least_height_m: 5.0,
         highest_m: 120.0,
         clearance_m: 20.0,

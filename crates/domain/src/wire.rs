@@ -8,14 +8,18 @@ use std::time::Duration;
 use kittiwake_proto::v1;
 
 use crate::area::{Area, AreaKind};
-use crate::fmu::FlightMode;
+use crate::fmu::{FlightMode, Gripper};
 use crate::geometry::{Ned, NedVelocity};
+use crate::hours::WeeklyHours;
 use crate::site::{Site, SiteKind};
 use crate::survey::InvalidSurvey;
 
+mod alarm;
 mod alternate;
+pub mod decision;
 mod fmu;
 mod mission;
+mod origin;
 pub mod permission;
 mod plan;
 mod skill;
@@ -96,6 +100,15 @@ pub fn flight_mode(mode: v1::FlightMode) -> Option<FlightMode> {
     }
 }
 
+/// The gripper in a field that may be unspecified; `None` if it is.
+pub fn gripper(gripper: v1::Gripper) -> Option<Gripper> {
+    match gripper {
+        v1::Gripper::Unspecified => None,
+        v1::Gripper::Holding => Some(Gripper::Holding),
+        v1::Gripper::Released => Some(Gripper::Released),
+    }
+}
+
 impl From<&Area> for v1::Area {
     fn from(it: &Area) -> v1::Area {
         v1::Area {
@@ -109,6 +122,7 @@ impl From<&Area> for v1::Area {
             ceiling_m: it.ceiling_m,
             from_utc_ms: it.from_utc_ms,
             until_utc_ms: it.until_utc_ms,
+            hours_utc: it.hours.as_ref().map(WeeklyHours::to_texts).unwrap_or_default(),
         }
     }
 }
@@ -129,8 +143,18 @@ impl TryFrom<v1::Area> for Area {
             ceiling_m: it.ceiling_m.map(|it| finite("ceiling_m", it)).transpose()?,
             from_utc_ms: it.from_utc_ms,
             until_utc_ms: it.until_utc_ms,
+            hours: hours(&it.hours_utc)?,
         })
     }
+}
+
+/// None means at all hours.
+fn hours(texts: &[String]) -> Result<Option<WeeklyHours>, InvalidMessage> {
+    if texts.is_empty() {
+        return Ok(None);
+    }
+    let invalid = |_| out_of_range("hours_utc", texts, "days and hours like Mon-Fri 08:00-18:00");
+    WeeklyHours::parse(texts).map(Some).map_err(invalid)
 }
 
 impl From<SiteKind> for v1::SiteKind {
@@ -192,6 +216,7 @@ pub(crate) mod generators {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::geodesy::{LatLon, Origin};
 
     pub(crate) fn ned() -> impl Strategy<Value = Ned> {
         (-1e6..1e6, -1e6..1e6, -1e4..1e4).prop_map(|(north, east, down)| Ned::new(north, east, down))
@@ -215,12 +240,21 @@ pub(crate) mod generators {
         (name(), ned(), kind).prop_map(|(name, position, kind)| Site { name, position, kind })
     }
 
+    pub(crate) fn origin() -> impl Strategy<Value = Origin> {
+        let place = (-90.0..=90.0, -180.0..=180.0).prop_map(|(latitude_deg, longitude_deg)| {
+            LatLon::new(latitude_deg, longitude_deg).expect("these ranges are those of places")
+        });
+        (place, prop::option::of(-500.0..9000.0)).prop_map(|(place, altitude_m)| Origin { place, altitude_m })
+    }
+
     pub(crate) fn area() -> impl Strategy<Value = Area> {
         let kind = prop::sample::select(vec![AreaKind::Permission, AreaKind::KeepOut]);
         let height = || prop::option::of(-500.0..500.0);
         let moment = || prop::option::of(any::<i64>());
-        (name(), kind, prop::collection::vec(ned(), 0..5), height(), height(), moment(), moment()).prop_map(
-            |(name, kind, corners, floor_m, ceiling_m, from_utc_ms, until_utc_ms)| Area {
+        let span = (0..10_000_i64, 1..3_000_i64);
+        let hours = prop::option::of(prop::collection::vec(span, 1..5));
+        (name(), kind, prop::collection::vec(ned(), 0..5), height(), height(), moment(), moment(), hours).prop_map(
+            |(name, kind, corners, floor_m, ceiling_m, from_utc_ms, until_utc_ms, hours)| Area {
                 name,
                 kind,
                 corners,
@@ -228,6 +262,7 @@ pub(crate) mod generators {
                 ceiling_m,
                 from_utc_ms,
                 until_utc_ms,
+                hours: hours.map(|spans| WeeklyHours::new(spans).expect("some, and few")),
             },
         )
     }
@@ -254,6 +289,13 @@ mod tests {
             prop_assert_eq!(Area::try_from(v1::Area::from(&area)), Ok(area));
             prop_assert_eq!(Site::try_from(v1::Site::from(&site)), Ok(site));
         }
+    }
+
+    #[test]
+    fn hours_that_make_no_sense_are_refused() {
+        let area = v1::Area { kind: v1::AreaKind::KeepOut as i32, hours_utc: vec!["Mon".into()], ..Default::default() };
+        let told = Area::try_from(area).unwrap_err().to_string();
+        assert_eq!(told, "`hours_utc` is [\"Mon\"], expected days and hours like Mon-Fri 08:00-18:00");
     }
 
     #[test]

@@ -1,38 +1,62 @@
-//! When a zone applies, as ED-269 and ED-318 say it. Our areas have one window: the hull of all periods, since an area that
-//! applies too long is on the safe side. A schedule within a period is left out for the same reason, and becomes a remark.
+//! When a zone applies, as ED-269 and ED-318 say it. Our areas have one window and hours of the week: the hull of all periods, and
+//! the hours of all their schedules together, since an area that applies too long is on the safe side.
 
+use domain::hours::WeeklyHours;
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
 use crate::content::Window;
 use crate::findings::{Findings, Wrong};
 use crate::json::{Node, short};
+use crate::schedule::{self, Spans};
 
-/// The hull of `periods`, each an object with `startDateTime`, `endDateTime` and `schedule`. None means always.
-pub(crate) fn hull(periods: &[Node<'_>], remarks: &mut Vec<String>, findings: &mut Findings) -> Result<Window, Wrong> {
-    let windows = periods.iter().map(|it| period(it, remarks, findings)).collect::<Result<Vec<_>, _>>()?;
+/// The hull of `periods`, each an object with `startDateTime`, `endDateTime` and `schedule`, and the hours of all of them. None
+/// means always.
+pub(crate) fn hull(
+    periods: &[Node<'_>],
+    remarks: &mut Vec<String>,
+    findings: &mut Findings,
+) -> Result<(Window, Option<WeeklyHours>), Wrong> {
+    let read = periods.iter().map(|it| period(it, remarks, findings)).collect::<Result<Vec<_>, _>>()?;
+    let (windows, spans): (Vec<Window>, Vec<Option<Spans>>) = read.into_iter().unzip();
     if let [_, second, ..] = periods {
         findings.note(&second.place, "a second period has no counterpart: the area applies from the first to the last");
     }
     let starts: Option<Vec<i64>> = windows.iter().map(|it| it.from_utc_ms).collect();
     let ends: Option<Vec<i64>> = windows.iter().map(|it| it.until_utc_ms).collect();
-    Ok(Window {
+    let window = Window {
         from_utc_ms: starts.and_then(|it| it.into_iter().min()),
         until_utc_ms: ends.and_then(|it| it.into_iter().max()),
-    })
+    };
+    Ok((window, hours(periods, spans, findings)))
 }
 
-fn period(node: &Node<'_>, remarks: &mut Vec<String>, findings: &mut Findings) -> Result<Window, Wrong> {
+/// The hours of these periods together; a period without any applies at all of them.
+fn hours(periods: &[Node<'_>], spans: Vec<Option<Spans>>, findings: &mut Findings) -> Option<WeeklyHours> {
+    let scheduled = periods.iter().zip(&spans).find(|(_, spans)| spans.is_some()).map(|(period, _)| period)?;
+    let place = format!("{}/schedule", scheduled.place);
+    let Some(spans) = spans.into_iter().collect::<Option<Vec<Spans>>>() else {
+        findings.note(&place, "another period has no schedule: the area applies at all hours");
+        return None;
+    };
+    match WeeklyHours::new(spans.concat()) {
+        Ok(hours) => Some(hours).filter(|it| !it.is_whole_week()),
+        Err(invalid) => {
+            findings.note(&place, format!("{invalid}: the area applies at all hours"));
+            None
+        }
+    }
+}
+
+fn period(
+    node: &Node<'_>,
+    remarks: &mut Vec<String>,
+    findings: &mut Findings,
+) -> Result<(Window, Option<Spans>), Wrong> {
     node.object()?;
     node.note_unknown(&["permanent", "startDateTime", "endDateTime", "schedule"], findings);
     let schedule = node.list("schedule")?;
-    if !schedule.is_empty() {
-        findings.note(
-            &format!("{}/schedule", node.place),
-            "a schedule has no counterpart: the area applies at all times of the period",
-        );
-        remarks.extend(schedule.iter().map(|it| format!("Published schedule: {}", in_words(it))));
-    }
+    remarks.extend(schedule.iter().map(|it| format!("Published schedule: {}", in_words(it))));
     let is_permanent = match node.get("permanent") {
         Some(it) => it.one_of(&[("YES", true), ("NO", false)])?,
         None => false,
@@ -43,9 +67,12 @@ fn period(node: &Node<'_>, remarks: &mut Vec<String>, findings: &mut Findings) -
         if window != Window::default() {
             findings.note(&node.place, "permanent, and with dates besides: the area always applies");
         }
-        return Ok(Window::default());
+        if !schedule.is_empty() {
+            findings.note(&node.place, "permanent, and with a schedule besides: the area applies at all hours");
+        }
+        return Ok((Window::default(), None));
     }
-    checked(window, &node.place)
+    Ok((checked(window, &node.place)?, schedule::spans(&schedule, findings)))
 }
 
 /// The window, if it does not end before it begins.

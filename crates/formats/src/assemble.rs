@@ -5,6 +5,8 @@ use std::collections::BTreeSet;
 use domain::file::{Mistake, Mistakes};
 use domain::geodesy::{LatLon, LocalFrame, Origin};
 use domain::geometry::Ned;
+use domain::hours::WeeklyHours;
+use domain::mission::bounds::LONGEST_NAME;
 use geo::{Contains as _, Polygon};
 
 use crate::Import;
@@ -13,9 +15,7 @@ use crate::export::utc;
 use crate::findings::{Findings, Note, Wrong};
 use crate::heights::{self, Band, Terrain};
 use crate::local::{self, Side};
-use crate::mission_file::{
-    AreaEntry, LONGEST_NAME, MissionFile, ObjectiveEntry, SiteEntry, SurveyEntry, corner, one_line,
-};
+use crate::mission_file::{AreaEntry, MissionFile, ObjectiveEntry, SiteEntry, SurveyEntry, corner, one_line};
 
 /// What the files do not say.
 #[derive(Debug, Clone, PartialEq)]
@@ -198,6 +198,7 @@ impl Assembly {
             ceiling_m: band.ceiling_m,
             from_utc: utc(zone.window.from_utc_ms),
             until_utc: utc(zone.window.until_utc_ms),
+            hours_utc: zone.hours.as_ref().map(WeeklyHours::to_texts).unwrap_or_default(),
         });
         Ok(())
     }
@@ -283,7 +284,12 @@ impl Names {
             empty if empty.is_empty() => among.to_owned(),
             name => name,
         };
-        let candidates = std::iter::once(wanted.clone()).chain((2..).map(|number| format!("{wanted} {number}")));
+        // With its number a name is not longer either.
+        let numbered = |number: u32| {
+            let number = number.to_string();
+            format!("{} {number}", one_line(&wanted, LONGEST_NAME - number.len() - 1))
+        };
+        let candidates = std::iter::once(wanted.clone()).chain((2..).map(numbered));
         let free = candidates.into_iter().find(|it| !self.0.contains(&(among, it.clone())));
         let name = free.unwrap_or(wanted);
         self.0.insert((among, name.clone()));

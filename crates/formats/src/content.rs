@@ -1,6 +1,7 @@
 //! What the files of all formats say, in one form: places in WGS 84, heights with the reference they were given in.
 
 use domain::geodesy::{LatLon, Origin};
+use domain::hours::WeeklyHours;
 use domain::mission::terms::{Order, Terms};
 use domain::site::SiteKind;
 
@@ -79,6 +80,8 @@ pub struct Zone {
     pub upper: Option<Height>,
     /// When it applies.
     pub window: Window,
+    /// At which hours of the week within the window; `None`: at all of them.
+    pub hours: Option<WeeklyHours>,
     /// What a human should know: authority, reason, schedule. They become comments.
     pub remarks: Vec<String>,
     /// Its place in the file.

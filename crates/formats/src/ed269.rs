@@ -70,7 +70,7 @@ fn zone(node: &Node<'_>, findings: &mut Findings) -> Result<Vec<Zone>, Wrong> {
         findings.note(&restriction.place, "conditions cannot be checked on board: the area needs a permission");
     }
     let mut remarks = zone_text::of_ed269(node);
-    let window = applicability::hull(&node.list("applicability")?, &mut remarks, findings)?;
+    let (window, hours) = applicability::hull(&node.list("applicability")?, &mut remarks, findings)?;
     let volumes = node.need("geometry")?.items()?;
     let mut zones = Vec::new();
     for volume in &volumes {
@@ -82,6 +82,7 @@ fn zone(node: &Node<'_>, findings: &mut Findings) -> Result<Vec<Zone>, Wrong> {
             lower,
             upper,
             window,
+            hours: hours.clone(),
             remarks: remarks.clone(),
             source: volume.place.clone(),
         });

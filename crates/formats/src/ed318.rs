@@ -66,12 +66,12 @@ fn zone(feature: &Node<'_>, findings: &mut Findings) -> Result<Vec<Zone>, Wrong>
         _ => {}
     }
     let mut remarks = zone_text::of_ed318(&properties);
-    let window = applicability::hull(&properties.list("limitedApplicability")?, &mut remarks, findings)?;
+    let (window, hours) = applicability::hull(&properties.list("limitedApplicability")?, &mut remarks, findings)?;
     let mut volumes = Vec::new();
     parts(&feature.need("geometry")?, findings, &mut volumes)?;
     let volume = |(outline, [lower, upper], source): Volume| {
-        let (name, remarks) = (name.to_owned(), remarks.clone());
-        Zone { name, rule, outline, lower, upper, window, remarks, source }
+        let (name, remarks, hours) = (name.to_owned(), remarks.clone(), hours.clone());
+        Zone { name, rule, outline, lower, upper, window, hours, remarks, source }
     };
     Ok(volumes.into_iter().map(volume).collect())
 }

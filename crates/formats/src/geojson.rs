@@ -10,12 +10,13 @@ use crate::json::Node;
 use crate::shape::{self, Order};
 use crate::terms;
 use domain::geodesy::{LatLon, Origin};
+use domain::hours::{InvalidHours, WeeklyHours, text};
 use domain::mission::terms::Order as Sequence;
 use domain::site::SiteKind;
 
 /// The property that says what a feature is.
 const KIND: &str = "kind";
-const PROPERTIES: [&str; 12] = [
+const PROPERTIES: [&str; 13] = [
     KIND,
     "name",
     "order",
@@ -26,6 +27,7 @@ const PROPERTIES: [&str; 12] = [
     "ceiling_m",
     "from_utc",
     "until_utc",
+    "hours_utc",
     "spacing_m",
     "heading_deg",
 ];
@@ -153,7 +155,22 @@ fn zone(name: String, rule: Rule, outline: Outline, properties: &Node<'_>, sourc
     let window = Window { from_utc_ms: moment("from_utc")?, until_utc_ms: moment("until_utc")? };
     let window = applicability::checked(window, &properties.place)?;
     let (lower, upper) = (height("floor_m")?, height("ceiling_m")?);
-    Ok(Zone { name, rule, outline, lower, upper, window, remarks: Vec::new(), source })
+    let hours = hours(properties)?;
+    Ok(Zone { name, rule, outline, lower, upper, window, hours, remarks: Vec::new(), source })
+}
+
+/// As a mission file has them; an empty list says nothing.
+fn hours(properties: &Node<'_>) -> Result<Option<WeeklyHours>, Wrong> {
+    let list = properties.list("hours_utc")?;
+    let texts = list.iter().map(|it| it.text()).collect::<Result<Vec<&str>, Wrong>>()?;
+    if texts.is_empty() {
+        return Ok(None);
+    }
+    let wrong = |(index, invalid): (usize, InvalidHours)| {
+        let place = list.get(index).map_or(&properties.place, |it| &it.place);
+        Wrong::at(place, invalid.to_string(), text::HELP)
+    };
+    WeeklyHours::parse(&texts).map(Some).map_err(wrong)
 }
 
 /// A document with the origin, the objectives, the sites and the areas of a mission.
@@ -193,6 +210,7 @@ pub(crate) fn write(mission: &crate::export::Geographic<'_>) -> String {
             "ceiling_m": area.ceiling_m,
             "from_utc": area.from_utc_ms.map(crate::export::utc),
             "until_utc": area.until_utc_ms.map(crate::export::utc),
+            "hours_utc": area.hours.as_ref().map(WeeklyHours::to_texts),
         });
         feature_of(json!({ "type": "Polygon", "coordinates": [ring(corners)] }), properties)
     }));

@@ -113,7 +113,7 @@ fn zones(placemark: Node<'_, '_>, lines: &Lines, findings: &mut Findings) -> Res
         let source = lines.place(polygon);
         let (outline, upper) = outline(polygon, &source, lines, findings)?;
         let (name, remarks) = (name.to_owned(), remarks.clone());
-        Ok(Zone { name, rule, outline, lower: None, upper, window, remarks, source })
+        Ok(Zone { name, rule, outline, lower: None, upper, window, hours: None, remarks, source })
     };
     polygons.into_iter().map(zone).collect()
 }

@@ -29,14 +29,12 @@ mod local;
 mod mission_file;
 mod qgc;
 mod qgc_survey;
+mod schedule;
 mod shape;
 mod terms;
 mod zone_text;
 
 pub use findings::Note;
-
-/// The largest file that is read, in bytes. A parsed document takes about ten times the memory of its text.
-pub const LARGEST_BYTES: u64 = 32 << 20;
 
 /// A file that was read.
 #[derive(Debug, Clone, PartialEq)]

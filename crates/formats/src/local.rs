@@ -167,5 +167,6 @@ pub(crate) fn area_of(corners: Vec<Ned>) -> domain::area::Area {
         ceiling_m: None,
         from_utc_ms: None,
         until_utc_ms: None,
+        hours: None,
     }
 }

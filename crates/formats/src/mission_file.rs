@@ -1,6 +1,7 @@
 //! A mission file, as `kittiwake check` reads it, with remarks as comments.
 
 use domain::geodesy::{LatLon, Origin};
+use domain::mission::bounds::LONGEST_NAME;
 use domain::mission::terms::{Order, Terms};
 use serde::Serialize;
 
@@ -48,6 +49,8 @@ pub(crate) struct TermsEntry {
     reach_by_utc: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     dwell_s: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drop: Option<bool>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -67,6 +70,7 @@ impl From<&Terms> for TermsEntry {
             reach_within_s: terms.within.map(|it| it.as_secs_f64()),
             reach_by_utc: terms.by_utc_ms.map(utc),
             dwell_s: Some(terms.dwell.as_secs_f64()).filter(|it| 0.0 < *it),
+            drop: terms.drop.then_some(true),
         }
     }
 }
@@ -95,6 +99,8 @@ pub(crate) struct AreaEntry {
     pub(crate) from_utc: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) until_utc: Option<String>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) hours_utc: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -161,8 +167,6 @@ fn toml(table: &impl Serialize) -> String {
     toml::to_string(table).expect("tables of texts and numbers can be written")
 }
 
-/// The longest name of an objective or area, in characters.
-pub(crate) const LONGEST_NAME: usize = 100;
 /// The longest line of a comment, in characters.
 const LONGEST_LINE: usize = 500;
 

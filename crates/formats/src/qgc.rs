@@ -25,6 +25,14 @@ const LOITER_TIME: i64 = 19;
 const RETURN: i64 = 20;
 const LAND: i64 = 21;
 const TAKEOFF: i64 = 22;
+/// `MAV_CMD_NAV_PAYLOAD_PLACE`: descends at a place and lets go of the load on the ground.
+const PAYLOAD_PLACE: i64 = 94;
+/// `MAV_CMD_DO_GRIPPER`: the number of the gripper, then what it does, at the item before.
+const GRIPPER: i64 = 211;
+/// `GRIPPER_ACTION_RELEASE`.
+const GRIPPER_RELEASE: f64 = 0.0;
+/// `MAV_FRAME_MISSION`: of an item without a place.
+const NO_PLACE: i64 = 2;
 /// `MAV_FRAME_GLOBAL_RELATIVE_ALT`: heights are above the take-off point.
 const RELATIVE: i64 = 3;
 
@@ -115,6 +123,13 @@ fn item(node: &Node<'_>, content: &mut Content, findings: &mut Findings) -> Resu
     match command {
         WAYPOINT => {}
         LOITER_TIME => {}
+        PAYLOAD_PLACE => {
+            findings.note(
+                &node.place,
+                "a load to be placed is dropped from the height of its item: nothing descends with it",
+            );
+        }
+        GRIPPER => return gripper(node, content, findings),
         17..=18 => findings.note(&node.place, "to loiter has no counterpart: the place is flown to"),
         LAND => {}
         RETURN => {
@@ -163,8 +178,34 @@ fn item(node: &Node<'_>, content: &mut Content, findings: &mut Findings) -> Resu
     let count = content.waypoints.len() + 1;
     let name = if flying { format!("waypoint {count}") } else { format!("land {count}") };
     let height = Height { metres: number(6)?, above };
-    let terms = Terms { dwell, ..Terms::default() };
+    let terms = Terms { dwell, drop: command == PAYLOAD_PLACE, ..Terms::default() };
     content.waypoints.push(Waypoint { name, at, height, flying, terms, survey: None, source: node.place.clone() });
+    Ok(())
+}
+
+/// A release belongs to the place before it.
+fn gripper(node: &Node<'_>, content: &mut Content, findings: &mut Findings) -> Result<(), Wrong> {
+    let params = node.need("params")?.items()?;
+    let action = match params.get(1).filter(|it| !it.value.is_null()) {
+        Some(action) => action.number()?,
+        None => GRIPPER_RELEASE,
+    };
+    if action != GRIPPER_RELEASE {
+        findings.note(&node.place, "a gripper that does anything else than release has no counterpart: left out");
+        return Ok(());
+    }
+    match content.waypoints.last_mut().filter(|it| it.flying) {
+        None => findings.note(&node.place, "a release that follows no place in flight has no counterpart: left out"),
+        Some(waypoint) if waypoint.terms.drop => {
+            findings.note(&node.place, "a second release at a place has no counterpart: left out");
+        }
+        Some(waypoint) => {
+            waypoint.terms.drop = true;
+            if !waypoint.terms.dwell.is_zero() {
+                findings.note(&node.place, "the time to hold before a release becomes a stay after it");
+            }
+        }
+    }
     Ok(())
 }
 
@@ -211,6 +252,7 @@ fn fence_part(part: &Node<'_>, index: usize, findings: &mut Findings) -> Result<
         lower: None,
         upper: None,
         window: Window::default(),
+        hours: None,
         remarks: Vec::new(),
         source: part.place.clone(),
     })
@@ -270,6 +312,10 @@ pub(crate) fn write(mission: &Geographic<'_>, findings: &mut Findings) -> String
             }
             items.push(item);
         }
+        if objective.terms.drop {
+            let id = items.len() + 1;
+            items.push(release_item(id));
+        }
         if objective.survey.is_some() {
             findings.note(&objective.name, "a survey is written as the ends of its lines");
         }
@@ -291,6 +337,9 @@ pub(crate) fn write(mission: &Geographic<'_>, findings: &mut Findings) -> String
         }
         if area.from_utc_ms.is_some() || area.until_utc_ms.is_some() {
             findings.note(&area.name, "a fence has no time window: the area always applies in the plan");
+        }
+        if area.hours.is_some() {
+            findings.note(&area.name, "a fence has no hours: the area applies at all of them in the plan");
         }
         findings.note(&area.name, "the name of an area has no counterpart in a plan");
         let corners: Vec<Value> = corners.iter().map(|at| pair(*at)).collect();
@@ -325,7 +374,7 @@ pub(crate) fn write(mission: &Geographic<'_>, findings: &mut Findings) -> String
 
 /// What is asked of an objective, and has no counterpart in a plan.
 fn note_terms(objective: &Objective, findings: &mut Findings) {
-    let Terms { worth, after, within, by_utc_ms, dwell } = &objective.terms;
+    let Terms { worth, after, within, by_utc_ms, dwell, drop } = &objective.terms;
     let lost = [
         (worth.is_some(), "that it may be left out"),
         (!after.is_empty(), "what comes before it"),
@@ -334,6 +383,10 @@ fn note_terms(objective: &Objective, findings: &mut Findings) {
     ];
     for (_, what) in lost.iter().filter(|(is_asked, _)| *is_asked) {
         findings.note(&objective.name, format!("{what} has no counterpart in a plan: left out"));
+    }
+    if *drop && !dwell.is_zero() {
+        findings
+            .note(&objective.name, "a stay after a drop has no counterpart in a plan, which holds before it releases");
     }
 }
 
@@ -344,6 +397,17 @@ const TAKEOFF_HEIGHT_M: f64 = 10.0;
 
 fn pair(at: LatLon) -> Value {
     json!([degrees(at.latitude_deg()), degrees(at.longitude_deg())])
+}
+
+fn release_item(id: usize) -> Value {
+    json!({
+        "type": "SimpleItem",
+        "autoContinue": true,
+        "command": GRIPPER,
+        "doJumpId": id,
+        "frame": NO_PLACE,
+        "params": [1, GRIPPER_RELEASE, 0, 0, 0, 0, 0],
+    })
 }
 
 fn simple_item(id: usize, command: i64, at: LatLon, height_m: f64) -> Value {

@@ -10,7 +10,8 @@ use crate::findings::Wrong;
 use crate::json::Node;
 
 /// Their names.
-pub(crate) const PROPERTIES: [&str; 6] = ["optional", "worth", "after", "reach_within_s", "reach_by_utc", "dwell_s"];
+pub(crate) const PROPERTIES: [&str; 7] =
+    ["optional", "worth", "after", "reach_within_s", "reach_by_utc", "dwell_s", "drop"];
 
 /// As they stand in `properties`. Whether they make sense together is asked of the mission file that they become part of.
 pub(crate) fn read(properties: &Node<'_>) -> Result<Terms, Wrong> {
@@ -28,6 +29,7 @@ pub(crate) fn read(properties: &Node<'_>) -> Result<Terms, Wrong> {
         within: time("reach_within_s")?,
         by_utc_ms: properties.get("reach_by_utc").map(|it| applicability::moment(&it)).transpose()?,
         dwell: time("dwell_s")?.unwrap_or_default(),
+        drop: properties.get("drop").map(|it| it.boolean()).transpose()?.unwrap_or_default(),
     })
 }
 
@@ -58,5 +60,8 @@ pub(crate) fn write(terms: &Terms, properties: &mut Map<String, Value>) {
     }
     if !terms.dwell.is_zero() {
         add("dwell_s", json!(terms.dwell.as_secs_f64()));
+    }
+    if terms.drop {
+        add("drop", json!(true));
     }
 }

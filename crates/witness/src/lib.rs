@@ -5,6 +5,7 @@
 //! virtual time as in the real time of a campaign.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::time::Duration;
 
 use domain::area::{Area, AreaKind};
@@ -12,6 +13,9 @@ use domain::geometry::Ned;
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
+
+pub mod modes;
+pub mod setpoints;
 
 /// Something that must never happen.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,6 +41,11 @@ pub enum Breach {
         /// When.
         at: Time,
     },
+    /// A command or a setpoint was sent while somebody else flew the vehicle, and no operator had ordered that.
+    Fought {
+        /// When.
+        at: Time,
+    },
     /// The vehicle is in the air and nothing brings it down or anywhere.
     NoResponder {
         /// When.
@@ -44,6 +53,38 @@ pub enum Breach {
         /// What the mission manager says it does.
         phase: v1::MissionPhase,
     },
+}
+
+impl Breach {
+    /// When.
+    pub fn at(&self) -> Time {
+        match self {
+            Breach::Entered { at, .. }
+            | Breach::Stayed { at, .. }
+            | Breach::TookOff { at }
+            | Breach::Fought { at }
+            | Breach::NoResponder { at, .. } => *at,
+        }
+    }
+
+    /// What happened, without the time.
+    pub fn what(&self) -> String {
+        match self {
+            Breach::Entered { area, permission, .. } => {
+                format!("it entered area {area} without a permission: {permission:?}")
+            }
+            Breach::Stayed { area, .. } => format!("it was still in area {area}"),
+            Breach::TookOff { .. } => "it took off after the end or in answer to a flag".to_owned(),
+            Breach::Fought { .. } => "it was commanded while somebody else flew it".to_owned(),
+            Breach::NoResponder { phase, .. } => format!("it flew and nothing responded, mission {phase:?}"),
+        }
+    }
+}
+
+impl fmt::Display for Breach {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "at {:.0} s {}", self.at().as_secs_f64(), self.what())
+    }
 }
 
 /// Higher than this above the ground the vehicle flies, if it is armed.
@@ -60,8 +101,10 @@ pub struct Limits {
     pub under_way: Duration,
     /// In the air after the end of the mission without a response. (A landing is seen by the land detector once a second.)
     pub without_response: Duration,
-    /// In one place without a response and without an operator's pause: longer than the planner holds for a permission.
+    /// In one place without a response, without a reason of the planner's and without an operator's pause: longer than the planner holds for a permission.
     pub hover: Duration,
+    /// From the status that shows it until whoever commands knows that somebody else flies, on a busy machine.
+    pub hears: Duration,
     /// Time to notice that an area must be left, on a busy machine.
     pub notice: Duration,
 }
@@ -74,6 +117,7 @@ impl Default for Limits {
             without_response: Duration::from_secs(10),
             hover: Duration::from_secs(200),
             notice: Duration::from_secs(20),
+            hears: Duration::from_secs(1),
         }
     }
 }
@@ -87,17 +131,34 @@ pub struct Witness {
     permissions: BTreeMap<String, v1::Permission>,
     inside: BTreeMap<String, Inside>,
     manager: v1::McmStatus,
+    /// A mission has ended, and no operator has begun another one since.
+    ended: bool,
+    /// An operator has ordered the start of one since; it begins once the manager has no report any more.
+    start_ordered: bool,
+    /// Somebody else flies since then, and no operator has ordered anything.
+    others_fly: Option<Time>,
+    is_flown_by_other: bool,
     /// A flag is answered since then.
     answering: Option<Time>,
     /// The mission is over, the vehicle flies and nothing responds, since then.
     unattended: Option<Time>,
     hover: Option<(Ned, Time)>,
+    /// The planner says what it holds for.
+    planner_holds: bool,
     /// As the land detector says; before its first message the vehicle stands on the ground.
     reported_airborne: bool,
     /// As the height says. The simulated ground is at height 0.
     is_high: bool,
     airborne: bool,
     armed: bool,
+    /// Where the vehicle says it is.
+    position: Option<Ned>,
+    gripper: v1::Gripper,
+    released: Vec<Ned>,
+}
+
+fn is_flown_by_other(status: &v1::VehicleStatus) -> bool {
+    domain::fmu::Status::from(status.clone()).is_flown_by_other()
 }
 
 /// How the vehicle is inside an area.
@@ -125,30 +186,59 @@ impl Witness {
         self.flies()
     }
 
+    /// Where the vehicle was each time that its gripper let go of a load.
+    pub fn loads_released_at(&self) -> &[Ned] {
+        &self.released
+    }
+
+    /// A request takes no grant away: a tower that has forgotten a grant asks for patience, and the grant counts until its end or until the
+    /// tower decides otherwise (docs/decisions.md, "The tower's ledger is stored before it is published").
+    fn hear_of(&mut self, permission: &v1::Permission) {
+        let before = self.permissions.get(&permission.area).map(v1::Permission::state);
+        let forgets =
+            before == Some(v1::PermissionState::Granted) && permission.state() == v1::PermissionState::Requested;
+        if !forgets {
+            self.permissions.insert(permission.area.clone(), permission.clone());
+        }
+    }
+
     /// A message passes by at this time.
     pub fn take_in(&mut self, now: Now, message: &Message) {
         let at = now.time;
         match message {
             Message::PlannerStatus(it) => {
                 self.areas = it.areas.iter().cloned().filter_map(|it| it.try_into().ok()).collect();
+                self.planner_holds = !it.hold.is_empty();
             }
             Message::PermissionLedger(it) => {
-                self.permissions.extend(it.permissions.iter().map(|it| (it.area.clone(), it.clone())));
+                it.permissions.iter().for_each(|it| self.hear_of(it));
             }
             Message::McmStatus(it) => {
                 self.manager = it.clone();
+                let begins = self.start_ordered && it.report.is_none();
+                self.start_ordered &= !begins;
+                self.ended = it.report.is_some() || self.ended && !begins;
                 self.answering = (!it.acting.is_empty()).then(|| self.answering.unwrap_or(at));
             }
             Message::VehicleLandDetected(it) => {
                 self.reported_airborne = !it.landed;
                 self.took_off(at);
             }
+            Message::VehicleCommand(_) | Message::TrajectorySetpoint(_) => self.commanded(at),
+            Message::DecisionRecord(it) if it.kind() == v1::DecisionKind::OrderAccepted => self.others_fly = None,
             Message::VehicleStatus(it) => {
                 self.armed = it.armed;
+                let before = self.is_flown_by_other;
+                self.is_flown_by_other = is_flown_by_other(it);
+                if self.is_flown_by_other != before {
+                    self.others_fly = self.is_flown_by_other.then_some(at);
+                }
                 self.took_off(at);
+                self.let_go(it.gripper());
             }
             Message::VehicleLocalPosition(it) => {
                 if let Some(Ok(position)) = it.position.map(Ned::try_from) {
+                    self.position = Some(position);
                     // A height that wavers about the limit is no takeoff.
                     let limit_m = if self.is_high { HIGH_M / 2.0 } else { HIGH_M };
                     self.is_high = limit_m < position.height_m();
@@ -158,6 +248,26 @@ impl Witness {
                 }
             }
             _ => {}
+        }
+    }
+
+    /// An operator orders the start of a mission: what has ended before is no reason to stay on the ground any more.
+    pub fn ordered_to_start(&mut self) {
+        self.start_ordered = self.ended;
+    }
+
+    /// Whoever commands has heard by now that somebody else flies.
+    fn commanded(&mut self, at: Time) {
+        if self.others_fly.is_some_and(|since| since + self.limits.hears < at) {
+            self.others_fly = None;
+            self.breaches.push(Breach::Fought { at });
+        }
+    }
+
+    fn let_go(&mut self, gripper: v1::Gripper) {
+        let held = std::mem::replace(&mut self.gripper, gripper) == v1::Gripper::Holding;
+        if held && gripper == v1::Gripper::Released {
+            self.released.extend(self.position);
         }
     }
 
@@ -172,7 +282,7 @@ impl Witness {
         let answers = self.answering.is_some_and(|since| since + self.limits.under_way < at);
         // A detector that is stuck in the air, or fell silent there, says nothing about a takeoff.
         let lifts_off = !was_airborne && self.airborne && self.is_high;
-        if lifts_off && (self.manager.report.is_some() || answers) {
+        if lifts_off && !self.is_flown_by_other && (self.ended || answers) {
             self.breaches.push(Breach::TookOff { at });
         }
     }
@@ -194,13 +304,15 @@ impl Witness {
             let is_valid =
                 |it: &v1::Permission| it.state() == v1::PermissionState::Granted && utc_ms < it.expires_utc_ms;
             let permitted = area.kind == AreaKind::Permission && permission.is_some_and(is_valid);
-            let opened_here = area.from_utc_ms.is_some_and(|it| (utc_ms - 1_000..=utc_ms).contains(&it));
+            let opened_here = !area.is_active(utc_ms - 1_001);
             let leave_by = || {
                 let way_out = Duration::from_secs_f64(area.distance_to_border_m(position) / LEAVING_M_S);
                 Inside::Leaves(at + self.limits.notice + way_out)
             };
             let stands = match self.inside.get(&area.name) {
                 _ if permitted => Inside::Permitted,
+                // Where a pilot flies is the pilot's affair.
+                _ if self.is_flown_by_other => Inside::Reported,
                 None if !opened_here => {
                     let permission = permission.map(v1::Permission::state).unwrap_or_default();
                     self.breaches.push(Breach::Entered { at, area: area.name.clone(), permission });
@@ -224,15 +336,43 @@ impl Witness {
         let phase = self.manager.phase();
         let is_over = matches!(phase, v1::MissionPhase::Ending | v1::MissionPhase::Over);
         // A detector that is stuck in the air says nothing about a vehicle that stands, until it is disarmed.
-        let flies_on = is_over && !responds && self.is_high;
-        self.unattended = flies_on.then(|| self.unattended.unwrap_or(at));
+        let is_alone = !responds && self.is_high;
+        self.unattended = (is_over && is_alone).then(|| self.unattended.unwrap_or(at));
         let rests = |(place, _): &(Ned, Time)| place.distance_m(position) < HOVER_RADIUS_M;
-        self.hover = (!responds).then(|| self.hover.filter(rests).unwrap_or((position, at)));
+        // The planner's reasons end by themselves, and in `no_plan`.
+        let waits = is_alone && !self.planner_holds;
+        self.hover = waits.then(|| self.hover.filter(rests).unwrap_or((position, at)));
         let unattended = self.unattended.is_some_and(|since| since + self.limits.without_response < at);
         let hovers = self.hover.is_some_and(|(_, since)| since + self.limits.hover < at);
         if unattended || hovers {
             self.breaches.push(Breach::NoResponder { at, phase });
             (self.unattended, self.hover) = (None, None);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use v1::PermissionState::{Denied, Expired, Granted, Requested, Revoked};
+
+    #[test]
+    fn a_tower_that_asks_for_patience_takes_no_grant_away_and_one_that_decides_does() {
+        #[track_caller]
+        fn check(heard: &[v1::PermissionState], expected: v1::PermissionState) {
+            let mut witness = Witness::default();
+            for state in heard {
+                let permission = v1::Permission { area: "A".into(), state: *state as i32, ..Default::default() };
+                let ledger = v1::PermissionLedger { permissions: vec![permission], ..Default::default() };
+                witness.take_in(Now { time: Time::ZERO, utc_ms: 0 }, &ledger.into());
+            }
+            assert_eq!(witness.permissions["A"].state(), expected, "{heard:?}");
+        }
+        check(&[Requested, Granted], Granted);
+        check(&[Granted, Requested], Granted);
+        for decided in [Denied, Revoked, Expired] {
+            check(&[Granted, Requested, decided], decided);
+            check(&[Granted, decided, Requested], Requested);
         }
     }
 }

@@ -179,7 +179,7 @@ impl Node for Speaker {
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
         if self.next <= now.time {
             self.next = now.time + PERIOD;
-            let message = Message::GroundContact(GroundContact { heard_age_wall_s: 0.0 });
+            let message = Message::GroundContact(GroundContact { heard_age_wall_s: 0.0, ..Default::default() });
             effects.push(Effect::Publish { vehicle: Some(self.vehicle.clone()), message });
         }
     }

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
 use faulty_link::Proxy;
+use kittiwake::backend::Backend;
 use kittiwake::run::run_file::RunFolder;
-use kittiwake::service::Service;
 
 /// Ends with the value.
 pub(crate) struct Rig {
@@ -46,7 +46,7 @@ impl Rig {
         let (own_router, on_board, mut lines) = router("aircraft", &format!("{vehicle}-router"), ["--dial", &dial])?;
         lines.next().ok_or("the aircraft's router has ended")?;
         let mut processes = vec![ground_router, own_router];
-        for service in Service::ALL {
+        for service in Backend::Sim.services() {
             let connect = if matches!(service.scope(vehicle), bus::Scope::Fleet) { &ground } else { &on_board };
             let mut command = Command::new(program);
             command.args([service.name(), "--connect", connect, "--vehicle", vehicle, "--http", "127.0.0.1:0"]);

@@ -2,14 +2,13 @@
 
 #![expect(unreachable_pub, reason = "no other crate uses a test: here `pub` means outside of the module")]
 
-pub mod dice;
-pub mod random_mission;
-
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use control_tower::policy::Policy;
 use simulation::{Machine, Setup, Simulation};
+
+pub mod story;
 
 /// The shipped configuration.
 pub fn config() -> PathBuf {
@@ -35,6 +34,16 @@ pub fn config_with(name: &str, changes: &[(&str, &str)]) -> PathBuf {
     copy
 }
 
+/// A copy of the shipped configuration with these rows after those of the contingency table.
+#[track_caller]
+pub fn config_with_rows(name: &str, rows: &str) -> PathBuf {
+    let copy = config_with(name, &[]);
+    let table = copy.join("contingencies.toml");
+    let text = std::fs::read_to_string(&table).unwrap();
+    std::fs::write(&table, format!("{text}\n{rows}")).unwrap();
+    copy
+}
+
 /// A path that no other test uses.
 fn own_path(name: &str) -> PathBuf {
     static NUMBER: AtomicUsize = AtomicUsize::new(0);
@@ -52,6 +61,12 @@ pub fn mission_file(name: &str, text: &str) -> PathBuf {
 /// The shipped system with this mission, the reference mission if there is none.
 #[track_caller]
 pub fn simulation(mission: Option<&Path>, permissions: Policy) -> Simulation<'static> {
-    let config = config();
-    Simulation::new(&Setup { config: &config, mission, permissions, seed: 1, machine: Machine::Ideal }).unwrap()
+    simulation_of(&config(), mission, permissions)
+}
+
+/// The system of this configuration with this mission, the configured one if there is none.
+#[track_caller]
+pub fn simulation_of(config: &Path, mission: Option<&Path>, permissions: Policy) -> Simulation<'static> {
+    let setup = Setup { config, mission, permissions, seed: 1, machine: Machine::Ideal };
+    Simulation::new(&setup).unwrap_or_else(|mistakes| panic!("{mistakes}"))
 }

@@ -230,10 +230,10 @@ pub fn mission_xml(nested: bool) -> String {
     )
 }
 
-/// A sequence of `count` conditions.
+/// `count` conditions in sequences of ten, below one sequence.
 pub fn conditions_xml(count: usize) -> String {
-    let leaves = "<Holds/>".repeat(count);
-    format!(r#"<root BTCPP_format="4"><BehaviorTree ID="Wide"><Sequence>{leaves}</Sequence></BehaviorTree></root>"#)
+    let tens = format!("<Sequence>{}</Sequence>", "<Holds/>".repeat(10)).repeat(count / 10);
+    format!(r#"<root BTCPP_format="4"><BehaviorTree ID="Wide"><Sequence>{tens}</Sequence></BehaviorTree></root>"#)
 }
 
 pub fn template(xml: &str, id: &str) -> Template<World> {

@@ -50,12 +50,12 @@ impl<Ctx> Tree<Ctx> {
 
     /// The first node called `name`, in preorder.
     pub fn find(&self, name: &str) -> Option<NodeId> {
-        self.shape.labels.iter().position(|label| &*label.name == name).map(NodeId::new)
+        (0..self.len()).find(|node| self.shape.name(*node) == name).map(NodeId::new)
     }
 
     /// A node's name: its `name` attribute, or its tag.
     pub fn name(&self, node: NodeId) -> &str {
-        self.shape.labels.get(node.index()).map_or("", |label| &label.name)
+        if node.index() < self.len() { self.shape.name(node.index()) } else { "" }
     }
 
     /// One node. `None` if `node` belongs to another tree.
@@ -63,8 +63,8 @@ impl<Ctx> Tree<Ctx> {
         let label = self.shape.labels.get(node.index())?;
         Some(NodeView {
             id: node,
-            tag: &label.tag,
-            name: &label.name,
+            tag: self.shape.tag(node.index()),
+            name: self.shape.name(node.index()),
             path: &self.shape.trees[label.tree as usize].path,
             parent: (label.parent != NONE).then_some(NodeId::new(label.parent as usize)),
             status: self.machine.status[node.index()],

@@ -25,18 +25,18 @@ impl<Ctx> Tree<Ctx> {
     }
 
     fn element(&self, node: usize) -> Element {
-        let (def, label) = (&self.shape.nodes[node], &self.shape.labels[node]);
+        let (def, tag) = (&self.shape.nodes[node], self.shape.tag(node));
         let mut element = match def.kind {
             Kind::SubTree => {
                 // The first node of the included tree follows its `SubTree` node.
                 let inner = &self.shape.labels[node + 1];
                 let path = &self.shape.trees[inner.tree as usize].path;
-                Element::new("SubTree").attribute("ID", &label.tag).attribute("_fullpath", path)
+                Element::new("SubTree").attribute("ID", tag).attribute("_fullpath", path)
             }
-            _ => Element::new(&label.tag).attribute("name", &label.name),
+            _ => Element::new(tag).attribute("name", self.shape.name(node)),
         };
         element = element.attribute("_uid", &(node + 1).to_string());
-        for (name, value) in label.attributes.iter().filter(|(name, _)| name != "_uid" && name != "_fullpath") {
+        for (name, value) in self.shape.attributes(node).filter(|(name, _)| *name != "_uid" && *name != "_fullpath") {
             element = element.attribute(name, value);
         }
         if def.kind == Kind::SubTree {
@@ -48,7 +48,7 @@ impl<Ctx> Tree<Ctx> {
     fn models(&self) -> Vec<Element> {
         let mut models: BTreeMap<&str, Element> = nodes::built_ins().map(|node| (node.tag, node.model())).collect();
         for leaf in &self.shape.leaves {
-            let tag = &*self.shape.labels[leaf.node as usize].tag;
+            let tag = self.shape.tag(leaf.node as usize);
             models.entry(tag).or_insert_with(|| leaf_model(tag, leaf.class, &leaf.declared));
         }
         for tree in &self.shape.trees[1..] {

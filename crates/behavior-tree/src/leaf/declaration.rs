@@ -1,5 +1,7 @@
 //! The declaration of a kind of leaf and of its ports.
 
+use std::sync::Arc;
+
 use crate::values::port_value::PortValue;
 use crate::values::types::Type;
 use crate::values::value::Value;
@@ -51,7 +53,7 @@ impl Direction {
 /// One declared port.
 #[derive(Clone, Debug)]
 pub struct Port {
-    pub(crate) name: String,
+    pub(crate) name: Arc<str>,
     pub(crate) direction: Direction,
     pub(crate) ty: Type,
     pub(crate) default: Option<String>,
@@ -80,7 +82,7 @@ impl Port {
 
     pub(crate) fn of_type(name: &str, direction: Direction, ty: Type) -> Self {
         let (default, optional, description) = (None, false, String::new());
-        Port { name: name.to_owned(), direction, ty, default, optional, description, fits: |_| true }
+        Port { name: name.into(), direction, ty, default, optional, description, fits: |_| true }
     }
 
     /// What the port is connected to if the tree leaves it out: a constant, or a key in braces.

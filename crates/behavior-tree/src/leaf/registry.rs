@@ -13,12 +13,32 @@ use crate::values::port_value::PortValue;
 use crate::values::types::Type;
 use crate::xml::element::Element;
 
-pub(crate) type Factory<Ctx> = Arc<dyn Fn(&NodeSpec<'_>) -> Result<Box<dyn Leaf<Ctx>>, BuildError> + Send + Sync>;
+/// Makes the leaves of one kind.
+pub(crate) trait Factory<Ctx>: Send + Sync {
+    fn build(&self, spec: &NodeSpec<'_>) -> Result<Box<dyn Leaf<Ctx>>, BuildError>;
+
+    /// Whether the leaf can be built.
+    fn check(&self, spec: &NodeSpec<'_>) -> Result<(), BuildError>;
+}
+
+impl<Ctx, L, B> Factory<Ctx> for B
+where
+    L: Leaf<Ctx> + 'static,
+    B: Fn(&NodeSpec<'_>) -> Result<L, BuildError> + Send + Sync,
+{
+    fn build(&self, spec: &NodeSpec<'_>) -> Result<Box<dyn Leaf<Ctx>>, BuildError> {
+        self(spec).map(|leaf| Box::new(leaf) as Box<dyn Leaf<Ctx>>)
+    }
+
+    fn check(&self, spec: &NodeSpec<'_>) -> Result<(), BuildError> {
+        self(spec).map(drop)
+    }
+}
 
 pub(crate) struct LeafKind<Ctx> {
     pub(crate) class: LeafClass,
     pub(crate) ports: Arc<[Port]>,
-    pub(crate) factory: Factory<Ctx>,
+    pub(crate) factory: Arc<dyn Factory<Ctx>>,
 }
 
 /// The kinds of leaf that trees may use, by tag, and the keys that programs set from outside.
@@ -85,8 +105,7 @@ impl<Ctx: 'static> Registry<Ctx> {
         L: Leaf<Ctx> + 'static,
         B: Fn(&NodeSpec<'_>) -> Result<L, BuildError> + Send + Sync + 'static,
     {
-        let factory: Factory<Ctx> = Arc::new(move |spec| build(spec).map(|leaf| Box::new(leaf) as Box<dyn Leaf<Ctx>>));
-        let kind = LeafKind { class, ports: ports.into_iter().collect(), factory };
+        let kind = LeafKind { class, ports: ports.into_iter().collect(), factory: Arc::new(build) };
         for (number, port) in kind.ports.iter().enumerate() {
             let name = &port.name;
             if !is_valid_name(name) {

@@ -57,7 +57,7 @@ impl NodeSpec<'_> {
     /// The place of a port that is used as `ty` and must not have the direction `not`.
     fn find(&self, name: &str, ty: Type, not: Direction) -> Result<u32, BuildError> {
         let tag = self.tag;
-        let position = self.declared.iter().position(|port| port.name == name);
+        let position = self.declared.iter().position(|port| *port.name == *name);
         let Some(position) = position else {
             return Err(BuildError::new(format!("`{tag}` uses port `{name}`, which it does not declare")));
         };

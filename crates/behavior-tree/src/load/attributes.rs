@@ -14,7 +14,7 @@ use crate::script::Purpose;
 use crate::shape::{Conditions, NONE};
 use crate::status::Status;
 use crate::values::value::Value;
-use crate::xml::element::{Attribute, Element};
+use crate::xml::source::SourceElement;
 
 /// The attributes of pre- and postconditions, which every node may have.
 const CONDITIONS: [&str; 8] =
@@ -25,7 +25,7 @@ const OF_EDITORS: [&str; 3] = ["_description", "_uid", "_fullpath"];
 
 /// Reads the attributes of one node.
 pub(super) struct Attributes<'a> {
-    pub(super) element: &'a Element,
+    pub(super) element: SourceElement<'a>,
     pub(super) names: Names<'a>,
     pub(super) scripts: &'a mut Scripts,
     pub(super) mistakes: &'a mut Mistakes,
@@ -56,8 +56,7 @@ impl Attributes<'_> {
 
     /// The pre- and postconditions, if there are any.
     pub(super) fn conditions(&mut self) -> Option<Conditions> {
-        let is_condition = |attribute: &Attribute| CONDITIONS.contains(&attribute.name.as_str());
-        if !self.element.attributes.iter().any(is_condition) {
+        if !self.element.attributes().any(|attribute| CONDITIONS.contains(&attribute.name)) {
             return None;
         }
         Some(Conditions {
@@ -75,8 +74,8 @@ impl Attributes<'_> {
     /// Finds misspelt attributes among those with an underscore. Unknown ones that resemble none of ours belong to an
     /// editor.
     pub(super) fn check_reserved(&mut self, also_known: &[&str]) {
-        for attribute in self.element.attributes.iter().filter(|attribute| attribute.name.starts_with('_')) {
-            let name = attribute.name.as_str();
+        for attribute in self.element.attributes().filter(|attribute| attribute.name.starts_with('_')) {
+            let name = attribute.name;
             let mut known = CONDITIONS.iter().chain(also_known).copied();
             if known.clone().any(|known| known == name) || OF_EDITORS.contains(&name) {
                 continue;
@@ -107,11 +106,11 @@ impl Attributes<'_> {
 
     fn count(&mut self, port: &'static str, binding: &Binding) -> Param {
         let param = self.number(port, i32::MIN, binding);
-        let children = self.element.children.len() as u32;
+        let children = self.element.children().count() as u32;
         if let Param::Constant(count) = param
             && children < threshold(count, children)
         {
-            let at = self.element.find(port).map_or(self.element.at, |attribute| attribute.at);
+            let at = self.element.find(port).map_or(self.element.at(), |attribute| attribute.at);
             self.mistakes.add(at, Mistake::Count { port, count, children });
         }
         param
@@ -149,7 +148,7 @@ impl Attributes<'_> {
 
     fn refuse(&mut self, port: &str, expected: &str) {
         if let Some(attribute) = self.element.find(port) {
-            let (port, expected, found) = (port.to_owned(), expected.to_owned(), attribute.value.clone());
+            let (port, expected, found) = (port.to_owned(), expected.to_owned(), attribute.value.to_owned());
             self.mistakes.add(attribute.at, Mistake::BadConstant { port, expected, found });
         }
     }

@@ -10,23 +10,27 @@ use super::scripts::Scripts;
 use crate::board::{Binding, BoundPort};
 use crate::kind::Kind;
 use crate::leaf::registry::{Factory, LeafKind};
-use crate::nodes::built_in::BuiltIn;
+use crate::nodes::built_in::{BuiltIn, Class};
 use crate::shape::{Conditions, IncludedTree, LeafDef, NONE, NodeDef, NodeLabel, Shape};
 use crate::template::{Template, spec_of};
-use crate::xml::element::Place;
+use crate::texts::{TextCollector, Texts};
+use crate::xml::source::{Place, SourceElement};
 
 /// Collects the nodes of one tree in preorder.
-pub(super) struct ShapeBuilder<Ctx> {
+pub(super) struct ShapeBuilder<'x, Ctx> {
     shape: Shape,
-    factories: Vec<Factory<Ctx>>,
+    texts: TextCollector<'x>,
+    factories: Vec<Arc<dyn Factory<Ctx>>>,
 }
 
-impl<Ctx> ShapeBuilder<Ctx> {
+impl<'x, Ctx> ShapeBuilder<'x, Ctx> {
     pub(super) fn new(id: &str) -> Self {
         let shape = Shape {
             tree_id: id.into(),
             nodes: Vec::new(),
             labels: Vec::new(),
+            attributes: Vec::new(),
+            texts: Texts::default(),
             trees: Vec::new(),
             leaves: Vec::new(),
             conditions: Vec::new(),
@@ -35,7 +39,7 @@ impl<Ctx> ShapeBuilder<Ctx> {
             slots: Vec::new(),
             keys: Vec::new(),
         };
-        ShapeBuilder { shape, factories: Vec::new() }
+        ShapeBuilder { shape, texts: TextCollector::default(), factories: Vec::new() }
     }
 
     /// How many nodes there are.
@@ -43,9 +47,11 @@ impl<Ctx> ShapeBuilder<Ctx> {
         self.shape.nodes.len()
     }
 
-    /// Enters an included tree, or the outermost one. The next node is its root.
-    pub(super) fn enter_tree(&mut self, id: &str, path: &str) {
+    /// Enters an included tree, or the outermost one, which has `nodes` nodes of its own. The next node is its root.
+    pub(super) fn enter_tree(&mut self, id: &str, path: &str, nodes: usize) {
         let root = self.len() as u32;
+        self.shape.nodes.reserve(nodes);
+        self.shape.labels.reserve(nodes);
         self.shape.trees.push(IncludedTree { id: id.into(), path: path.into(), root });
     }
 
@@ -55,11 +61,21 @@ impl<Ctx> ShapeBuilder<Ctx> {
     }
 
     /// Adds a node, which [`ShapeBuilder::end_node`] completes after the nodes below it.
-    pub(super) fn begin_node(&mut self, label: NodeLabel) -> usize {
+    pub(super) fn begin_node(&mut self, element: SourceElement<'x>, tag: &'x str, parent: u32, tree: u32) -> usize {
         let (kind, conditions) = (Kind::AlwaysFailure, NONE);
         let def = NodeDef { kind, end: 0, conditions, children: 0, is_decorator: false, keeps_place: false };
         self.shape.nodes.push(def);
-        self.shape.labels.push(label);
+        let tag = if tag == Class::SubTree.tag() { element.get("ID").unwrap_or(tag) } else { tag };
+        let name = element.get("name").filter(|name| !name.is_empty());
+        let first_attribute = self.shape.attributes.len();
+        for attribute in element.attributes().filter(|attribute| attribute.name != "name" && attribute.name != "ID") {
+            let attribute = (self.texts.add(attribute.name), self.texts.add(attribute.value));
+            self.shape.attributes.push(attribute);
+        }
+        let attributes = first_attribute..self.shape.attributes.len();
+        let tag = self.texts.add(tag);
+        let name = name.map_or(tag, |name| self.texts.add(name));
+        self.shape.labels.push(NodeLabel { tag, name, parent, tree, attributes });
         self.len() - 1
     }
 
@@ -80,7 +96,7 @@ impl<Ctx> ShapeBuilder<Ctx> {
     /// Adds the leaf of a node, with its ports in the order of their declaration.
     pub(super) fn add_leaf(&mut self, node: usize, kind: &LeafKind<Ctx>, bindings: Vec<Binding>, at: Place) -> Kind {
         let bound = kind.ports.iter().zip(bindings);
-        let bound = bound.map(|(port, binding)| BoundPort { name: port.name.as_str().into(), binding }).collect();
+        let bound = bound.map(|(port, binding)| BoundPort { name: port.name.clone(), binding }).collect();
         let (class, declared) = (kind.class, kind.ports.clone());
         self.shape.leaves.push(LeafDef { node: node as u32, class, declared, bound, at });
         self.factories.push(kind.factory.clone());
@@ -98,7 +114,8 @@ impl<Ctx> ShapeBuilder<Ctx> {
     /// A tree that is only a part of others may use keys that those others make: with `is_part`, such keys become
     /// parameters.
     pub(super) fn finish(self, keys: Keys, scripts: Scripts, is_part: bool, mistakes: &mut Mistakes) -> Template<Ctx> {
-        let ShapeBuilder { mut shape, factories } = self;
+        let ShapeBuilder { mut shape, texts, factories } = self;
+        shape.texts = texts.finish();
         let mut slots = keys.slots;
         slots.read_literals(mistakes);
         scripts.infer_types(&mut slots);
@@ -107,7 +124,7 @@ impl<Ctx> ShapeBuilder<Ctx> {
         shape.scripts = scripts.finish();
         (shape.slots, shape.keys) = slots.finish();
         for (leaf, factory) in shape.leaves.iter().zip(&factories) {
-            if let Err(error) = factory(&spec_of(&shape, leaf, Waker::noop())) {
+            if let Err(error) = factory.check(&spec_of(&shape, leaf, Waker::noop())) {
                 mistakes.add(leaf.at, Mistake::Factory(error.to_string()));
             }
         }

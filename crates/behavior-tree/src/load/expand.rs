@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::attributes::Attributes;
 use super::builder::ShapeBuilder;
 use super::connect::{add_global, add_parameter, autoremap, connect, connect_defaults};
-use super::forest::Forest;
+use super::forest::{Forest, MAX_NODES};
 use super::keys::Keys;
 use super::meaning::{Meaning, built_in_kind, meaning, wrong_children};
 use super::mistake::Mistake;
@@ -15,9 +15,9 @@ use super::parse::MAX_DEPTH;
 use super::scripts::{Names, Scripts};
 use crate::kind::Kind;
 use crate::nodes::built_in::Class;
-use crate::shape::{NONE, NodeLabel};
+use crate::shape::NONE;
 use crate::template::Template;
-use crate::xml::element::Element;
+use crate::xml::source::SourceElement;
 
 /// Expands all trees of a library. Those with mistakes are missing.
 pub(crate) fn expand_all<Ctx>(
@@ -40,10 +40,10 @@ fn expand<Ctx>(
     let mut keys = Keys::default();
     let scope = keys.open_scope(None, String::new(), false);
     for (key, ty) in &forest.registry().globals {
-        add_global(&mut keys, key, *ty, tree.at, mistakes);
+        add_global(&mut keys, key, *ty, tree.at(), mistakes);
     }
     for port in forest.model(id) {
-        add_parameter(&mut keys, port, tree.at, mistakes);
+        add_parameter(&mut keys, port, tree.at(), mistakes);
     }
     let (builder, scripts, inside) = (ShapeBuilder::new(id), Scripts::default(), vec![id.to_owned()]);
     let mut expander = Expander { forest, mistakes, keys, scripts, builder, inside };
@@ -59,7 +59,7 @@ struct Expander<'e, 'f, Ctx> {
     mistakes: &'e mut Mistakes,
     keys: Keys,
     scripts: Scripts,
-    builder: ShapeBuilder<Ctx>,
+    builder: ShapeBuilder<'f, Ctx>,
     /// The IDs of the trees on the way to the element, outermost first.
     inside: Vec<String>,
 }
@@ -74,38 +74,40 @@ struct Position {
 }
 
 impl<'f, Ctx> Expander<'_, 'f, Ctx> {
-    fn tree(&mut self, tree: &'f Element, id: &str, path: &str, position: Position) {
-        self.builder.enter_tree(id, path);
+    fn tree(&mut self, tree: SourceElement<'f>, id: &str, path: &str, position: Position) {
+        self.builder.enter_tree(id, path, tree.descendants().count().min(MAX_NODES));
         for (name, at) in repeated_names(tree) {
             self.mistakes.add(at, Mistake::DuplicateName { name: name.to_owned(), tree: id.to_owned() });
         }
-        match wrong_children(tree, &tree.tag, &(1..=1)) {
-            Some(mistake) => self.mistakes.add(tree.at, mistake),
-            None => self.node(&tree.children[0], position),
+        match wrong_children(tree, tree.tag(), &(1..=1)) {
+            Some(mistake) => self.mistakes.add(tree.at(), mistake),
+            None => tree.children().for_each(|root| self.node(root, position)),
         }
     }
 
-    fn node(&mut self, element: &'f Element, position: Position) {
+    fn node(&mut self, element: SourceElement<'f>, position: Position) {
         if MAX_DEPTH < position.depth {
-            return self.mistakes.add(element.at, Mistake::TooDeep { limit: MAX_DEPTH });
+            return self.mistakes.add(element.at(), Mistake::TooDeep { limit: MAX_DEPTH });
         }
         if let Err(mistake) = self.forest.take_node(self.builder.len()) {
-            return self.mistakes.add(element.at, mistake);
+            return self.mistakes.add(element.at(), mistake);
         }
         let registry = self.forest.registry();
         let Some((tag, meaning)) = meaning(element, registry, self.mistakes) else {
             return;
         };
-        let at = self.builder.begin_node(label(element, tag, position));
+        let at = self.builder.begin_node(element, tag, position.parent, position.scope as u32);
         let names = Names { keys: &mut self.keys, scope: position.scope, constants: &registry.constants };
         let mut attributes = Attributes { element, names, scripts: &mut self.scripts, mistakes: self.mistakes };
         let (kind, built_in) = match meaning {
             Meaning::Leaf(kind) => {
                 let bindings = attributes.bind(tag, &kind.ports);
-                (self.builder.add_leaf(at, kind, bindings, element.at), None)
+                (self.builder.add_leaf(at, kind, bindings, element.at()), None)
             }
-            Meaning::BuiltIn(built_in) if built_in.class == Class::SubTree => (Kind::SubTree, Some(built_in)),
-            Meaning::BuiltIn(built_in) => (built_in_kind(built_in, &mut attributes, &mut self.builder), Some(built_in)),
+            Meaning::BuiltIn(built_in, _) if built_in.class == Class::SubTree => (Kind::SubTree, Some(built_in)),
+            Meaning::BuiltIn(built_in, ports) => {
+                (built_in_kind(built_in, ports, &mut attributes, &mut self.builder), Some(built_in))
+            }
         };
         if let Some(conditions) = attributes.conditions() {
             self.builder.set_conditions(at, conditions);
@@ -113,25 +115,25 @@ impl<'f, Ctx> Expander<'_, 'f, Ctx> {
         let is_sub_tree = kind == Kind::SubTree;
         attributes.check_reserved(if is_sub_tree { &["_autoremap"] } else { &[] });
         let below = Position { parent: at as u32, depth: position.depth + 1, ..position };
-        if is_sub_tree {
+        let children = if is_sub_tree {
             self.sub_tree(element, at, below);
+            1
         } else {
-            element.children.iter().for_each(|child| self.node(child, below));
-        }
-        let children = if is_sub_tree { 1 } else { element.children.len() };
+            element.children().inspect(|child| self.node(*child, below)).count()
+        };
         self.builder.end_node(at, kind, children, built_in);
     }
 
     /// Expands the tree that the `SubTree` node `at` includes.
-    fn sub_tree(&mut self, element: &'f Element, at: usize, position: Position) {
+    fn sub_tree(&mut self, element: SourceElement<'f>, at: usize, position: Position) {
         let id = element.get("ID").unwrap_or_default();
         let Some(tree) = self.forest.tree(id) else {
             let nearest = self.mistakes.nearest(id, self.forest.ids());
-            return self.mistakes.add(element.at, Mistake::UnknownTree { id: id.to_owned(), nearest });
+            return self.mistakes.add(element.at(), Mistake::UnknownTree { id: id.to_owned(), nearest });
         };
         if self.inside.iter().any(|outer| outer == id) {
             let path = format!("{} > {id}", self.inside.join(" > "));
-            return self.mistakes.add(element.at, Mistake::Cycle { id: id.to_owned(), path });
+            return self.mistakes.add(element.at(), Mistake::Cycle { id: id.to_owned(), path });
         }
         let outer = self.builder.path(position.scope);
         let name = element.get("name").map_or_else(|| format!("{id}::{}", at + 1), str::to_owned);
@@ -146,18 +148,10 @@ impl<'f, Ctx> Expander<'_, 'f, Ctx> {
         self.tree(tree, id, &path, Position { scope, ..position });
         self.inside.pop();
         for (key, at) in self.keys.unused(scope) {
-            if !self.forest.model(id).iter().any(|port| port.name == key) {
+            if !self.forest.model(id).iter().any(|port| *port.name == *key) {
                 let nearest = self.mistakes.nearest(&key, self.keys.used(scope));
                 self.mistakes.add(at, Mistake::UnusedKey { tree: id.to_owned(), key, nearest });
             }
         }
     }
-}
-
-fn label(element: &Element, tag: &str, position: Position) -> NodeLabel {
-    let tag = if tag == Class::SubTree.tag() { element.get("ID").unwrap_or(tag) } else { tag };
-    let name = element.get("name").filter(|name| !name.is_empty()).unwrap_or(tag);
-    let attributes = element.attributes.iter().filter(|attribute| attribute.name != "name" && attribute.name != "ID");
-    let attributes = attributes.map(|attribute| (attribute.name.clone(), attribute.value.clone())).collect();
-    NodeLabel { tag: tag.into(), name: name.into(), parent: position.parent, tree: position.scope as u32, attributes }
 }

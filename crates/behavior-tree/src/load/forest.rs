@@ -5,13 +5,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::mistake::Mistake;
 use super::mistakes::Mistakes;
 use super::model::subtree_ports;
+use super::parse::Contents;
 use crate::leaf::declaration::Port;
 use crate::leaf::registry::Registry;
 use crate::nodes;
-use crate::xml::element::{Document, Element};
+use crate::xml::source::SourceElement;
 
 /// BehaviorTree.CPP's tools number the nodes of a tree with sixteen bits.
-const MAX_NODES: usize = u16::MAX as usize;
+pub(super) const MAX_NODES: usize = u16::MAX as usize;
 
 /// The limit for all trees of a library together: a few lines of XML can describe any number of nodes.
 const MAX_NODES_IN_ALL: usize = 4 * MAX_NODES;
@@ -20,29 +21,29 @@ const MAX_NODES_IN_ALL: usize = 4 * MAX_NODES;
 pub(crate) struct Forest<'a, Ctx> {
     registry: &'a Registry<Ctx>,
     /// Every `BehaviorTree` element by `ID`.
-    trees: BTreeMap<&'a str, &'a Element>,
+    trees: BTreeMap<&'a str, SourceElement<'a>>,
     /// The ports that `TreeNodesModel` declares for a tree.
     models: BTreeMap<&'a str, Vec<Port>>,
     nodes_left: usize,
 }
 
 impl<'a, Ctx> Forest<'a, Ctx> {
-    pub(crate) fn new(registry: &'a Registry<Ctx>, documents: &'a [Document], mistakes: &mut Mistakes) -> Self {
-        let mut trees: BTreeMap<&str, &Element> = BTreeMap::new();
-        for tree in documents.iter().flat_map(|document| &document.trees) {
+    pub(crate) fn new(registry: &'a Registry<Ctx>, contents: &[Contents<'a>], mistakes: &mut Mistakes) -> Self {
+        let mut trees: BTreeMap<&str, SourceElement<'_>> = BTreeMap::new();
+        for tree in contents.iter().flat_map(|file| &file.trees) {
             let Some(attribute) = tree.find("ID") else {
-                mistakes.add(tree.at, Mistake::MissingAttribute { tag: tree.tag.clone(), attribute: "ID" });
+                mistakes.add(tree.at(), Mistake::MissingAttribute { tag: tree.tag().to_owned(), attribute: "ID" });
                 continue;
             };
-            let id = attribute.value.as_str();
+            let id = attribute.value;
             if nodes::is_built_in(id) || registry.kinds.contains_key(id) {
                 mistakes.add(attribute.at, Mistake::TreeNamedLikeNode { id: id.to_owned() });
             }
-            if trees.insert(id, tree).is_some() {
+            if trees.insert(id, *tree).is_some() {
                 mistakes.add(attribute.at, Mistake::DuplicateTree { id: id.to_owned() });
             }
         }
-        let models = subtree_ports(documents, mistakes);
+        let models = subtree_ports(contents, mistakes);
         Forest { registry, trees, models, nodes_left: MAX_NODES_IN_ALL }
     }
 
@@ -50,13 +51,13 @@ impl<'a, Ctx> Forest<'a, Ctx> {
         self.registry
     }
 
-    pub(super) fn tree(&self, id: &str) -> Option<&'a Element> {
+    pub(super) fn tree(&self, id: &str) -> Option<SourceElement<'a>> {
         self.trees.get(id).copied()
     }
 
     /// The trees that other trees include.
     pub(super) fn parts(&self) -> BTreeSet<&'a str> {
-        self.trees.values().flat_map(|tree| parts_of(tree)).collect()
+        self.trees.values().flat_map(|tree| tree.descendants()).filter_map(included).collect()
     }
 
     pub(super) fn ids(&self) -> impl Iterator<Item = &'a str> {
@@ -79,9 +80,7 @@ impl<'a, Ctx> Forest<'a, Ctx> {
     }
 }
 
-/// The trees that a tree includes.
-fn parts_of(element: &Element) -> Vec<&str> {
-    let own = (element.tag == "SubTree").then(|| element.get("ID")).flatten();
-    let below = element.children.iter().flat_map(parts_of);
-    own.into_iter().chain(below).collect()
+/// The tree that an element includes.
+fn included(element: SourceElement<'_>) -> Option<&str> {
+    (element.tag() == "SubTree").then(|| element.get("ID")).flatten()
 }

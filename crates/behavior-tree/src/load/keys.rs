@@ -1,9 +1,10 @@
 //! Which slot a key means: remapping, `_autoremap` and `@`, resolved while loading.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 use super::slots::Slots;
-use crate::xml::element::Place;
+use crate::xml::source::Place;
 
 /// True if a key can have this name. `@` may come first.
 pub(super) fn is_valid_key(key: &str) -> bool {
@@ -74,13 +75,13 @@ impl Keys {
     /// The slot that a key means in a scope. Makes one for a new key.
     pub(super) fn resolve(&mut self, scope: usize, key: &str) -> u32 {
         let (mut scope, mut key) = match key.strip_prefix('@') {
-            Some(key) => (0, key.to_owned()),
-            None => (scope, key.to_owned()),
+            Some(key) => (0, Cow::Borrowed(key)),
+            None => (scope, Cow::Borrowed(key)),
         };
         while let Some((parent, outside)) = self.outside(scope, &key) {
             (scope, key) = match outside.strip_prefix('@') {
-                Some(of_outermost) => (0, of_outermost.to_owned()),
-                None => (parent, outside),
+                Some(of_outermost) => (0, Cow::Owned(of_outermost.to_owned())),
+                None => (parent, Cow::Owned(outside)),
             };
         }
         let slot = self.own(scope, &key);

@@ -1,10 +1,11 @@
 //! The mistakes found so far.
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
 use super::mistake::{LoadError, LoadErrors, Mistake};
 use super::nearest::nearest;
-use crate::xml::element::Place;
+use crate::xml::source::Place;
 
 /// More mistakes than this are only counted.
 const MAX_MISTAKES: usize = 100;
@@ -12,7 +13,7 @@ const MAX_MISTAKES: usize = 100;
 /// Collects mistakes while files are loaded.
 pub(crate) struct Mistakes {
     /// The name and text of every file.
-    files: Vec<(String, String)>,
+    files: Arc<[(String, String)]>,
     found: Vec<(Position, Mistake)>,
     seen: HashSet<(Position, Mistake)>,
     left_out: usize,
@@ -25,7 +26,7 @@ enum Position {
 }
 
 impl Mistakes {
-    pub(crate) fn new(files: Vec<(String, String)>) -> Self {
+    pub(crate) fn new(files: Arc<[(String, String)]>) -> Self {
         Mistakes { files, found: Vec::new(), seen: HashSet::new(), left_out: 0 }
     }
 

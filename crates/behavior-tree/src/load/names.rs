@@ -1,30 +1,18 @@
 //! The names of the nodes in one tree, by which a log distinguishes them.
 
-use std::collections::HashMap;
+use std::collections::HashSet;
 
-use crate::xml::element::{Element, Place};
+use crate::xml::source::{Place, SourceElement};
 
 /// The names that an earlier node of the tree also has.
-pub(super) fn repeated_names(tree: &Element) -> Vec<(&str, Place)> {
-    let (mut seen, mut repeated) = (HashMap::new(), Vec::new());
-    collect_names(tree, &mut |name, at| {
-        if seen.insert(name, at).is_some() {
-            repeated.push((name, at));
-        }
-    });
-    repeated
-}
-
-fn collect_names<'e>(element: &'e Element, take: &mut impl FnMut(&'e str, Place)) {
-    for child in &element.children {
-        if let Some(attribute) = child.find("name").filter(|name| is_given(&name.value, child)) {
-            take(&attribute.value, attribute.at);
-        }
-        collect_names(child, take);
-    }
+pub(super) fn repeated_names(tree: SourceElement<'_>) -> Vec<(&str, Place)> {
+    let named = tree.descendants().filter_map(|element| Some((element, element.find("name")?)));
+    let given = named.filter(|(element, name)| is_given(name.value, *element)).map(|(_, name)| name);
+    let mut seen = HashSet::new();
+    given.filter(|name| !seen.insert(name.value)).map(|name| (name.value, name.at)).collect()
 }
 
 /// Editors write the kind of a node as its name if it has none.
-fn is_given(name: &str, element: &Element) -> bool {
-    !name.is_empty() && name != element.tag && element.get("ID") != Some(name)
+fn is_given(name: &str, element: SourceElement<'_>) -> bool {
+    !name.is_empty() && name != element.tag() && element.get("ID") != Some(name)
 }

@@ -1,10 +1,11 @@
-//! From text to [`Document`].
+//! From text to the elements that a library is made of.
 
-use roxmltree::{Node, ParsingOptions};
+use roxmltree::{Document as Xml, ParsingOptions};
 
 use super::mistake::Mistake;
 use super::mistakes::Mistakes;
-use crate::xml::element::{Attribute, Document, Element, Place};
+use crate::xml::element::Document;
+use crate::xml::source::{SourceAttribute, SourceElement};
 
 /// Deeper files are refused, as BehaviorTree.CPP refuses them: every tick and every pass of the loader recurses.
 pub(super) const MAX_DEPTH: usize = 256;
@@ -12,79 +13,85 @@ pub(super) const MAX_DEPTH: usize = 256;
 /// More elements than this in one file are refused, so that a hostile file cannot fill the memory.
 const MAX_ELEMENTS: u32 = 1_000_000;
 
-/// Reads one file.
-pub(crate) fn parse(file: u32, text: &str, mistakes: &mut Mistakes) -> Document {
-    let mut document = Document::new();
+/// What is written in one file.
+#[derive(Default)]
+pub(crate) struct Contents<'x> {
+    pub(super) main_tree: Option<SourceAttribute<'x>>,
+    pub(super) includes: Vec<SourceElement<'x>>,
+    /// The `BehaviorTree` elements.
+    pub(super) trees: Vec<SourceElement<'x>>,
+    /// The children of `TreeNodesModel`.
+    pub(super) models: Vec<SourceElement<'x>>,
+}
+
+/// A file as data. What is wrong with the file is left out.
+pub(crate) fn document(text: &str) -> Document {
+    let mut mistakes = Mistakes::new([].into());
+    let Some(xml) = parse(0, text, &mut mistakes) else {
+        return Document::new();
+    };
+    let contents = read(0, &xml, &mut mistakes);
+    let copy = |elements: Vec<SourceElement<'_>>| elements.into_iter().map(SourceElement::to_element).collect();
+    Document {
+        main_tree: contents.main_tree.map(|main| main.value.to_owned()),
+        includes: copy(contents.includes),
+        trees: copy(contents.trees),
+        models: copy(contents.models),
+    }
+}
+
+/// Parses one file. `None` if it is not XML.
+pub(crate) fn parse<'x>(file: u32, text: &'x str, mistakes: &mut Mistakes) -> Option<Xml<'x>> {
     let options = ParsingOptions { nodes_limit: MAX_ELEMENTS, ..ParsingOptions::default() };
-    let xml = match roxmltree::Document::parse_with_options(text, options) {
-        Ok(xml) => xml,
+    match Xml::parse_with_options(text, options) {
+        Ok(xml) => Some(xml),
         Err(error) => {
             let position = error.pos();
             mistakes.add_at_line(file, position.row, position.col, Mistake::NotXml { reason: reason(&error) });
-            return document;
+            None
         }
-    };
-    let reader = Reader { file };
-    let root = xml.root_element();
-    let tag = root.tag_name().name();
-    if tag != "root" {
-        mistakes.add(reader.place(root), Mistake::NoRoot { found: tag.to_owned() });
-        return document;
     }
-    match root.attribute("BTCPP_format") {
+}
+
+/// Finds the parts of a parsed file.
+pub(crate) fn read<'x>(file: u32, xml: &'x Xml<'x>, mistakes: &mut Mistakes) -> Contents<'x> {
+    let mut contents = Contents::default();
+    let root = SourceElement::new(xml.root_element(), file);
+    if root.tag() != "root" {
+        mistakes.add(root.at(), Mistake::NoRoot { found: root.tag().to_owned() });
+        return contents;
+    }
+    match root.get("BTCPP_format") {
         Some("4") => {}
-        found => mistakes.add(reader.place(root), Mistake::Format { found: found.map(str::to_owned) }),
+        found => mistakes.add(root.at(), Mistake::Format { found: found.map(str::to_owned) }),
     }
-    document.main_tree = reader.attributes(root).into_iter().find(|it| it.name == "main_tree_to_execute");
-    for child in root.children().filter(Node::is_element) {
-        match child.tag_name().name() {
-            "BehaviorTree" => document.trees.push(reader.element(child, 0, mistakes)),
+    contents.main_tree = root.find("main_tree_to_execute");
+    for child in root.children() {
+        let parts = match child.tag() {
+            "BehaviorTree" => &mut contents.trees,
+            "include" => &mut contents.includes,
             "TreeNodesModel" => {
-                let models = child.children().filter(Node::is_element);
-                document.models.extend(models.map(|model| reader.element(model, 0, mistakes)));
+                let models = child.children().inspect(|model| check_depth(*model, 0, mistakes));
+                contents.models.extend(models);
+                continue;
             }
-            "include" => document.includes.push(reader.element(child, 0, mistakes)),
-            tag => mistakes.add(reader.place(child), Mistake::StrayElement { tag: tag.to_owned() }),
-        }
+            tag => {
+                mistakes.add(child.at(), Mistake::StrayElement { tag: tag.to_owned() });
+                continue;
+            }
+        };
+        check_depth(child, 0, mistakes);
+        parts.push(child);
     }
-    document
+    contents
 }
 
-/// Reads the elements of one file.
-struct Reader {
-    file: u32,
-}
-
-impl Reader {
-    fn element(&self, node: Node<'_, '_>, depth: usize, mistakes: &mut Mistakes) -> Element {
-        let mut children = Vec::new();
-        let mut text = String::new();
-        for child in node.children() {
-            if child.is_text() {
-                text.push_str(child.text().unwrap_or_default().trim());
-            } else if child.is_element() && depth < MAX_DEPTH {
-                children.push(self.element(child, depth + 1, mistakes));
-            } else if child.is_element() {
-                mistakes.add(self.place(child), Mistake::TooDeep { limit: MAX_DEPTH });
-                break;
-            }
+fn check_depth(element: SourceElement<'_>, depth: usize, mistakes: &mut Mistakes) {
+    for child in element.children() {
+        if depth == MAX_DEPTH {
+            return mistakes.add(child.at(), Mistake::TooDeep { limit: MAX_DEPTH });
         }
-        let (tag, attributes) = (node.tag_name().name().to_owned(), self.attributes(node));
-        Element { tag, attributes, children, text, at: self.place(node) }
-    }
-
-    fn attributes(&self, node: Node<'_, '_>) -> Vec<Attribute> {
-        node.attributes()
-            .map(|attribute| Attribute {
-                name: attribute.name().to_owned(),
-                value: attribute.value().to_owned(),
-                at: Place { file: self.file, offset: attribute.range().start as u32 },
-            })
-            .collect()
-    }
-
-    fn place(&self, node: Node<'_, '_>) -> Place {
-        Place { file: self.file, offset: node.range().start as u32 }
+        check_depth(child, depth + 1, mistakes);
     }
 }
 

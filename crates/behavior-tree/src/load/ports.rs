@@ -5,10 +5,10 @@ use super::mistake::Mistake;
 use super::mistakes::Mistakes;
 use crate::board::Binding;
 use crate::leaf::declaration::{Direction, Port};
-use crate::xml::element::{Attribute, Element, Place};
+use crate::xml::source::{Place, SourceAttribute, SourceElement};
 
 /// True if the attribute is a port. All others begin with an underscore or are `name` and `ID`.
-pub(super) fn is_port(attribute: &Attribute) -> bool {
+pub(super) fn is_port(attribute: &SourceAttribute<'_>) -> bool {
     !attribute.name.starts_with('_') && attribute.name != "name" && attribute.name != "ID"
 }
 
@@ -21,24 +21,24 @@ pub(super) struct Binder<'a> {
 
 impl Binder<'_> {
     /// The bindings of one node, in the order of `declared`.
-    pub(super) fn bind(&mut self, element: &Element, tag: &str, declared: &[Port]) -> Vec<Binding> {
-        for attribute in element.attributes.iter().filter(|attribute| is_port(attribute)) {
-            if !declared.iter().any(|port| port.name == attribute.name) {
-                let nearest = self.mistakes.nearest(&attribute.name, declared.iter().map(|port| port.name.as_str()));
-                let (tag, port) = (tag.to_owned(), attribute.name.clone());
+    pub(super) fn bind(&mut self, element: SourceElement<'_>, tag: &str, declared: &[Port]) -> Vec<Binding> {
+        for attribute in element.attributes().filter(is_port) {
+            if !declared.iter().any(|port| *port.name == *attribute.name) {
+                let nearest = self.mistakes.nearest(attribute.name, declared.iter().map(|port| &*port.name));
+                let (tag, port) = (tag.to_owned(), attribute.name.to_owned());
                 self.mistakes.add(attribute.at, Mistake::UnknownPort { tag, port, nearest });
             }
         }
         declared.iter().map(|port| self.bind_port(element, tag, port)).collect()
     }
 
-    fn bind_port(&mut self, element: &Element, tag: &str, port: &Port) -> Binding {
+    fn bind_port(&mut self, element: SourceElement<'_>, tag: &str, port: &Port) -> Binding {
         let (text, at) = match (element.find(&port.name), &port.default) {
-            (Some(attribute), _) => (attribute.value.as_str(), attribute.at),
-            (None, Some(default)) => (default.as_str(), element.at),
+            (Some(attribute), _) => (attribute.value, attribute.at),
+            (None, Some(default)) => (default.as_str(), element.at()),
             (None, None) => {
                 if !port.optional {
-                    self.mistakes.add(element.at, missing(tag, port));
+                    self.mistakes.add(element.at(), missing(tag, port));
                 }
                 return Binding::Unbound;
             }
@@ -55,7 +55,7 @@ impl Binder<'_> {
 
     fn bind_key(&mut self, port: &Port, key: &str, text: &str, at: Place) -> Result<Binding, Mistake> {
         if !is_valid_key(key) {
-            return Err(Mistake::BadKey { port: port.name.clone(), text: text.to_owned() });
+            return Err(Mistake::BadKey { port: port.name.to_string(), text: text.to_owned() });
         }
         let slot = self.keys.resolve(self.scope, key);
         let slots = &mut self.keys.slots;
@@ -69,7 +69,7 @@ impl Binder<'_> {
 }
 
 fn bind_constant(port: &Port, text: &str) -> Result<Binding, Mistake> {
-    let (name, found) = (port.name.clone(), text.to_owned());
+    let (name, found) = (port.name.to_string(), text.to_owned());
     if port.direction != Direction::Input {
         return Err(Mistake::ConstantOutput { port: name, found });
     }
@@ -84,5 +84,5 @@ fn bind_constant(port: &Port, text: &str) -> Result<Binding, Mistake> {
 /// A port without default is left out.
 pub(super) fn missing(tag: &str, port: &Port) -> Mistake {
     let (direction, ty) = (port.direction.word(), port.ty.name());
-    Mistake::MissingPort { tag: tag.to_owned(), port: port.name.clone(), direction, ty }
+    Mistake::MissingPort { tag: tag.to_owned(), port: port.name.to_string(), direction, ty }
 }

@@ -13,7 +13,7 @@ use crate::script::{Purpose, Script};
 use crate::shape::NONE;
 use crate::values::types::Type;
 use crate::values::value::Value;
-use crate::xml::element::{Attribute, Place};
+use crate::xml::source::{Place, SourceAttribute};
 
 /// What names mean in the expressions of one node.
 pub(super) struct Names<'a> {
@@ -38,12 +38,12 @@ impl Scripts {
     /// Compiles the expression in an attribute. Returns its index, or [`NONE`] if it has a mistake.
     pub(super) fn compile(
         &mut self,
-        attribute: &Attribute,
+        attribute: SourceAttribute<'_>,
         purpose: Purpose,
         names: &mut Names<'_>,
         mistakes: &mut Mistakes,
     ) -> u32 {
-        let (text, at) = (&attribute.value, attribute.at);
+        let (text, at) = (attribute.value, attribute.at);
         let mut invalid = None;
         let parsed = parse(text, &mut |name| {
             if let Some(number) = names.constants.get(name) {
@@ -57,7 +57,7 @@ impl Scripts {
         let statements = match (parsed.map_err(|error| error.reason), invalid) {
             (Ok(statements), None) => statements,
             (Err(reason), _) | (_, Some(reason)) => {
-                mistakes.add(at, Mistake::Expression { text: text.clone(), reason, nearest: None });
+                mistakes.add(at, Mistake::Expression { text: text.to_owned(), reason, nearest: None });
                 return NONE;
             }
         };
@@ -69,7 +69,7 @@ impl Scripts {
                 Use::Assign(..) => {}
             });
         }
-        self.scripts.push(Script { text: text.as_str().into(), statements });
+        self.scripts.push(Script { text: text.into(), statements });
         self.uses.push((at, purpose));
         self.scripts.len() as u32 - 1
     }

@@ -6,7 +6,7 @@ use crate::board::SlotDef;
 use crate::script::check::join;
 use crate::values::types::Type;
 use crate::values::value::Value;
-use crate::xml::element::Place;
+use crate::xml::source::Place;
 
 /// The keys of a tree, by slot: a key of the outermost tree and the keys connected to it share a slot.
 #[derive(Default)]

@@ -39,10 +39,14 @@ pub mod switch;
 pub mod timeout;
 pub mod while_do_else;
 
-use built_in::BuiltIn;
+use std::collections::HashMap;
+use std::sync::LazyLock;
+
+use built_in::{BuiltIn, BuiltInPort};
 use run::Run;
 
 use crate::kind::{Kind, with_node_kinds};
+use crate::leaf::declaration::Port;
 use crate::status::Status;
 
 macro_rules! dispatch {
@@ -67,8 +71,13 @@ pub(crate) fn built_ins() -> impl Iterator<Item = &'static BuiltIn> {
     BUILT_INS.iter().copied().flatten()
 }
 
-pub(crate) fn built_in(tag: &str) -> Option<&'static BuiltIn> {
-    built_ins().find(|built_in| built_in.tag == tag)
+/// The declaration of a kind of node, and its ports.
+pub(crate) fn built_in(tag: &str) -> Option<(&'static BuiltIn, &'static [Port])> {
+    static BY_TAG: LazyLock<HashMap<&str, (&BuiltIn, Vec<Port>)>> = LazyLock::new(|| {
+        let ports = |built_in: &BuiltIn| built_in.ports.iter().map(BuiltInPort::to_port).collect();
+        built_ins().map(|built_in| (built_in.tag, (built_in, ports(built_in)))).collect()
+    });
+    BY_TAG.get(tag).map(|(built_in, ports)| (*built_in, ports.as_slice()))
 }
 
 pub(crate) fn is_built_in(tag: &str) -> bool {

@@ -14,36 +14,22 @@
 #[derive(Clone, Debug, PartialEq)]
 pub struct Element {
     pub(crate) tag: String,
-    pub(crate) attributes: Vec<Attribute>,
+    /// Names and values.
+    pub(crate) attributes: Vec<(String, String)>,
     pub(crate) children: Vec<Element>,
     pub(crate) text: String,
-    pub(crate) at: Place,
-}
-
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Attribute {
-    pub(crate) name: String,
-    pub(crate) value: String,
-    pub(crate) at: Place,
-}
-
-/// A place in one of the loaded files, in bytes from the start.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(crate) struct Place {
-    pub(crate) file: u32,
-    pub(crate) offset: u32,
 }
 
 impl Element {
     /// An element without attributes and children.
     pub fn new(tag: &str) -> Self {
         let (attributes, children, text) = (Vec::new(), Vec::new(), String::new());
-        Element { tag: tag.to_owned(), attributes, children, text, at: Place::default() }
+        Element { tag: tag.to_owned(), attributes, children, text }
     }
 
     /// Adds an attribute.
     pub fn attribute(mut self, name: &str, value: &str) -> Self {
-        self.attributes.push(Attribute { name: name.to_owned(), value: value.to_owned(), at: Place::default() });
+        self.attributes.push((name.to_owned(), value.to_owned()));
         self
     }
 
@@ -66,7 +52,7 @@ impl Element {
 
     /// Names and values of the attributes, in order.
     pub fn attributes(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.attributes.iter().map(|attribute| (attribute.name.as_str(), attribute.value.as_str()))
+        self.attributes.iter().map(|(name, value)| (name.as_str(), value.as_str()))
     }
 
     /// The children, in order.
@@ -76,18 +62,14 @@ impl Element {
 
     /// The value of an attribute.
     pub fn get(&self, name: &str) -> Option<&str> {
-        self.find(name).map(|attribute| attribute.value.as_str())
-    }
-
-    pub(crate) fn find(&self, name: &str) -> Option<&Attribute> {
-        self.attributes.iter().find(|attribute| attribute.name == name)
+        self.attributes().find(|(known, _)| *known == name).map(|(_, value)| value)
     }
 }
 
 /// A whole tree file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Document {
-    pub(crate) main_tree: Option<Attribute>,
+    pub(crate) main_tree: Option<String>,
     pub(crate) includes: Vec<Element>,
     /// The `BehaviorTree` elements.
     pub(crate) trees: Vec<Element>,
@@ -103,8 +85,7 @@ impl Document {
 
     /// Sets the tree to run first.
     pub fn main_tree(mut self, id: &str) -> Self {
-        let name = "main_tree_to_execute".to_owned();
-        self.main_tree = Some(Attribute { name, value: id.to_owned(), at: Place::default() });
+        self.main_tree = Some(id.to_owned());
         self
     }
 

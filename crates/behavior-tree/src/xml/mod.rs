@@ -1,4 +1,5 @@
 //! Tree files: BehaviorTree.CPP's XML, format 4.
 
 pub(crate) mod element;
+pub(crate) mod source;
 mod write;

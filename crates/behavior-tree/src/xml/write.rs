@@ -9,7 +9,7 @@ impl Document {
     pub fn to_xml(&self) -> String {
         let mut root = Element::new("root").attribute("BTCPP_format", "4");
         if let Some(main) = &self.main_tree {
-            root = root.attribute(&main.name, &main.value);
+            root = root.attribute("main_tree_to_execute", main);
         }
         root = root.children(self.includes.iter().cloned()).children(self.trees.iter().cloned());
         if !self.models.is_empty() {
@@ -31,8 +31,8 @@ impl Element {
         let indent = "  ".repeat(depth);
         // Writing to a string cannot fail.
         let _ = write!(out, "{indent}<{}", self.tag);
-        for attribute in &self.attributes {
-            let _ = write!(out, " {}=\"{}\"", attribute.name, escaped(&attribute.value));
+        for (name, value) in &self.attributes {
+            let _ = write!(out, " {name}=\"{}\"", escaped(value));
         }
         if self.children.is_empty() && self.text.is_empty() {
             out.push_str("/>\n");

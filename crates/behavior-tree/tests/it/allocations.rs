@@ -62,7 +62,8 @@ fn loading_takes_memory_in_proportion_to_the_file() {
         (allocations(load) as f64, peak(load) as f64)
     };
     let (small, large) = (costs(1_000), costs(10_000));
-    assert!(large.0 < 11.0 * small.0, "{} and {} allocations", small.0, large.0);
+    // Names are kept in one piece, and the file is read in place: nothing is allocated for a node by itself.
+    assert!(large.0 < 200.0, "{} allocations", large.0);
     // Vectors grow by doubling, so the peak may be twice as high.
     assert!(large.1 < 20.0 * small.1, "{} and {} bytes", small.1, large.1);
 }

@@ -116,7 +116,7 @@ pub fn run_linked_router(
 
 /// Whether the address of a locator is free, since zenoh's own words about one that is not are for
 /// its developers.
-fn try_out(locator: &str) -> Result<(), BusError> {
+pub(crate) fn try_out(locator: &str) -> Result<(), BusError> {
     if let Some(path) = sockets::path_in(locator) {
         return Ok(sockets::check_to_listen(path)?);
     }

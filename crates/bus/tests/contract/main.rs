@@ -1,4 +1,5 @@
-//! What a node may rely on, whichever shell it runs on: each story runs over the virtual bus and over zenoh.
+//! What a node may rely on, whichever shell it runs on: each story runs over the virtual bus, over zenoh, and over zenoh with direct links
+//! beside it.
 
 #![expect(unreachable_pub, reason = "no other crate uses a test: here `pub` means outside of the module")]
 
@@ -8,8 +9,8 @@ mod peers;
 mod probe;
 mod shell;
 
-/// Makes two tests of each story, one for each shell.
-macro_rules! over_both {
+/// Makes a test of each story for each shell.
+macro_rules! over_each {
     ($($story:path => $name:ident),* $(,)?) => {
         mod over_the_virtual_bus {
             $(#[test] fn $name() { $story(&mut crate::shell::Virtual::new()); })*
@@ -17,10 +18,13 @@ macro_rules! over_both {
         mod over_zenoh {
             $(#[test] fn $name() { $story(&mut crate::shell::Real::start()); })*
         }
+        mod over_direct_links {
+            $(#[test] fn $name() { $story(&mut crate::shell::Real::linked()); })*
+        }
     };
 }
 
-over_both! {
+over_each! {
     crate::messages::newest_only => of_a_state_a_busy_node_gets_the_newest_for_each_vehicle,
     crate::messages::commands_first => commands_leave_before_what_others_read,
     crate::messages::in_order => events_of_one_sender_keep_their_order,

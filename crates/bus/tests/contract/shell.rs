@@ -6,9 +6,11 @@ use std::sync::mpsc::channel;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use bus::{Link, Process, Stop, run_router};
-use node::Scope;
+use bus::{Direct, Link, Process, Stop, run_router};
 use node::virtual_bus::{Machine, VirtualBus};
+use node::{Node, Scope};
+
+use tempfile::TempDir;
 
 use crate::probe::{Gate, Probe, Seen};
 
@@ -65,6 +67,8 @@ pub struct Real {
     locator: String,
     stop: Stop,
     threads: Vec<JoinHandle<()>>,
+    /// The folder of the direct links, and who listens there so far.
+    links: Option<(TempDir, Vec<String>)>,
 }
 
 impl Real {
@@ -77,7 +81,22 @@ impl Real {
             let ready = |bound: &[String]| sender.send(bound[0].clone()).unwrap();
             run_router(&["tcp/127.0.0.1:0".into()], &until, ready).unwrap();
         });
-        Real { locator: receiver.recv().unwrap(), stop, threads: vec![router] }
+        Real { locator: receiver.recv().unwrap(), stop, threads: vec![router], links: None }
+    }
+
+    /// The same; the nodes of one vehicle are also linked directly, each with those before it.
+    pub fn linked() -> Real {
+        let mut real = Real::start();
+        real.links = Some((tempfile::tempdir().unwrap(), Vec::new()));
+        real
+    }
+
+    fn direct(&mut self, own: &str) -> Option<Direct> {
+        let (folder, names) = self.links.as_mut()?;
+        let direct =
+            Direct { folder: folder.path().join("links"), listen: Some(own.to_owned()), connect: names.clone() };
+        names.push(own.to_owned());
+        Some(direct)
     }
 }
 
@@ -90,7 +109,11 @@ impl Shell for Real {
         };
         let link = Link { connect: vec![self.locator.clone()], scope, open_timeout: LIMIT };
         let stop = self.stop.clone();
-        self.threads.push(std::thread::spawn(move || Process::of(&mut probe, &link).run(&stop).unwrap()));
+        let own = format!("{}-{}", probe.name(), self.threads.len());
+        let direct = self.direct(&own).filter(|_| matches!(link.scope, bus::Scope::Vehicle(_)));
+        self.threads.push(std::thread::spawn(move || {
+            Process { direct: direct.as_ref(), ..Process::of(&mut probe, &link) }.run(&stop).unwrap();
+        }));
         seen
     }
 

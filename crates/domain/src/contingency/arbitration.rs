@@ -21,7 +21,8 @@ pub struct Raised {
 /// rows that were up when it was given and may be overridden, and before what is no more severe in their groups; whatever
 /// else rises later is answered as ever.
 ///
-/// So a hold never delays a landing, and never interrupts one.
+/// So a hold never delays a landing, and never interrupts one. A row that only slows the vehicle responds never: it is in force beside
+/// whatever is flown ([`super::narrowing`]).
 pub fn responder(rows: &[Row], raised: impl IntoIterator<Item = Raised> + Clone, phase: Phase) -> Option<usize> {
     let is_ordered = raised.clone().into_iter().any(|it| it.overrides);
     let is_known = |row: &Row| {
@@ -31,7 +32,7 @@ pub fn responder(rows: &[Row], raised: impl IntoIterator<Item = Raised> + Clone,
         })
     };
     let rank = |it: Raised| {
-        let row = rows.get(it.row)?;
+        let row = rows.get(it.row).filter(|row| !row.only_slows())?;
         let counts = it.under_way.is_some() || it.overrides || row.phases.contains(&phase);
         let gives_way = is_ordered && row.may_be_overridden && !it.overrides && is_known(row);
         let severity = it.under_way.map_or(row.severity(), |reached| reached.max(row.severity()));
@@ -41,32 +42,39 @@ pub fn responder(rows: &[Row], raised: impl IntoIterator<Item = Raised> + Clone,
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
+    use std::collections::BTreeSet;
     use std::time::Duration;
 
     use proptest::prelude::*;
 
+    use super::super::alarm::Alarm;
+    use super::super::group::Group;
     use super::super::{Action, Clears, Then};
     use super::*;
-    use Severity::{Hold, Land, Leave, Return};
+    use Severity::{Divert, Hold, Land, Leave, Return};
 
-    fn row(priority: u32, severity: Severity, phases: &[Phase]) -> Row {
-        let action =
-            Action { tree: "t".into(), severity, tries: 1, limit: Duration::from_secs(1), wait: Duration::ZERO };
+    pub(crate) fn row(priority: u32, severity: Severity, phases: &[Phase]) -> Row {
+        let (limit, wait, needs) = (Duration::from_secs(1), Duration::ZERO, BTreeSet::new());
+        let action = Action { tree: "t".into(), severity, tries: 1, limit, wait, needs };
         Row {
             flag: format!("flag_{priority}"),
             priority,
             group: None,
             raise: None,
+            when: None,
             phases: phases.iter().copied().collect(),
             actions: vec![action],
+            narrows: BTreeSet::new(),
             clears: Clears::AfterAction,
             then: Then::Resume,
             may_be_overridden: true,
+            alarm: Alarm::Caution,
+            source: None,
         }
     }
 
-    fn up(row: usize) -> Raised {
+    pub(crate) fn up(row: usize) -> Raised {
         Raised { row, overrides: false, is_overridden: false, under_way: None }
     }
 
@@ -93,6 +101,9 @@ mod tests {
         check(&rows, &[up(0), up(5)], cruise, Some(10));
         check(&rows, &[up(1), up(3)], cruise, Some(12));
         check(&rows, &[up(3), up(4)], cruise, Some(55));
+        // Who diverts does not insist on going home.
+        let [home, divert] = [row(10, Return, &all), row(12, Divert, &all)];
+        check(&[home, divert], &[up(0), up(1)], cruise, Some(12));
         // It does not count while landing, unless it responds already.
         check(&rows, &[up(3)], Phase::Landing, None);
         check(&rows, &[Raised { under_way: Some(Hold), ..up(3) }], Phase::Landing, Some(52));
@@ -107,7 +118,7 @@ mod tests {
         check(&rows, &[up(0), ordered], cruise, Some(10));
         check(&rows, &[known(0)], cruise, Some(10));
         let mut of_one_group = rows.clone();
-        (of_one_group[0].group, of_one_group[2].group) = (Some("energy".into()), Some("energy".into()));
+        (of_one_group[0].group, of_one_group[2].group) = (Some(Group::Energy), Some(Group::Energy));
         check(&of_one_group, &[known(0), up(2), ordered], cruise, Some(12));
         check(&of_one_group, &[known(2), up(0), ordered], cruise, Some(10));
         let mut rows = rows;
@@ -117,8 +128,8 @@ mod tests {
     }
 
     fn severity() -> impl Strategy<Value = Severity> {
-        use Severity::*;
-        prop::sample::select(vec![Hold, Leave, Slow, Return, Land, Ditch, Terminate])
+        // One that slows never responds: it has a test of its own.
+        prop::sample::select(Severity::ALL.into_iter().filter(|it| *it != Severity::Slow).collect::<Vec<_>>())
     }
 
     proptest! {

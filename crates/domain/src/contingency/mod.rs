@@ -1,8 +1,8 @@
 //! The contingency table: which facts raise which flag, and which response is flown.
 //!
 //! The table is a file, `config/contingencies.toml`, reviewed like code. The monitor evaluates each
-//! row's [`Rule`]; the mission manager generates its contingency subtree from the rest, and asks [`responder`] which row
-//! responds.
+//! row's [`Rule`] or its expression ([`when`]); the mission manager generates its contingency subtree from the rest, and asks
+//! [`responder`] which row responds, and [`narrowing`] what is forbidden meanwhile.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -11,13 +11,32 @@ use serde::Deserialize;
 
 use crate::quantity::Fraction;
 
+pub mod alarm;
 mod arbitration;
+pub mod expression;
+pub mod group;
+mod lattice;
+pub mod listing;
+pub mod narrowing;
+pub mod needs;
+mod ranges;
 pub mod rule;
+pub mod snapshot;
 mod table;
+mod table_when;
+pub mod unit;
+pub mod when;
 
+use alarm::Alarm;
 pub use arbitration::{Raised, responder};
+use group::Group;
+pub use lattice::Severity;
+use narrowing::Narrows;
+use needs::Need;
 use rule::Quantity;
 pub use rule::Rule;
+use snapshot::Field;
+use when::When;
 
 /// A checked table: rows with distinct flags and priorities, most urgent first.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,15 +53,21 @@ impl Contingencies {
     /// The charge of the battery below which a row has the vehicle land where it is, so that no flight is to end with less; zero
     /// without such a row.
     pub fn lands_below(&self) -> Fraction {
-        let of_row = |row: &Row| match row.raise {
-            Some(Rule::Below { value: Quantity::BatteryRemaining, threshold, .. })
-                if Severity::Land <= row.severity() =>
-            {
-                Fraction::try_from(threshold).ok()
-            }
+        let of_rule = |rule: Rule| match rule {
+            Rule::Below { value: Quantity::BatteryRemaining, threshold, .. } => Some(threshold),
             _ => None,
         };
-        let levels = self.rows.iter().filter_map(of_row);
+        // Whatever else an expression asks for, it may hold at each charge that it names.
+        let of_when = |when: &When| {
+            let thresholds = when.raises.thresholds().into_iter();
+            thresholds
+                .filter(|it| it.field == Field::BatteryCharge && !it.above)
+                .map(|it| it.value / 100.0)
+                .reduce(f64::max)
+        };
+        let of_row = |row: &Row| row.raise.and_then(of_rule).or_else(|| row.when.as_ref().and_then(of_when));
+        let landing = self.rows.iter().filter(|row| Severity::Land <= row.severity());
+        let levels = landing.filter_map(of_row).filter_map(|it| Fraction::try_from(it).ok());
         levels.fold(Fraction::ZERO, |most, it| if most < it { it } else { most })
     }
 
@@ -59,21 +84,31 @@ pub struct Row {
     pub flag: String,
     /// Lower is more urgent; decides between rows whose responses are equally severe.
     pub priority: u32,
-    /// Rows of one group are checked together, so that a group without a flag costs one check.
-    pub group: Option<String>,
-    /// When the monitor raises it; `None`: raised only by hand or by the mission manager itself.
+    /// What it is about; `None`: the table does not say. Rows of one group are checked together, so that a group without a flag
+    /// costs one check.
+    pub group: Option<Group>,
+    /// The fact by which the monitor raises it. A row has this, or [`Row::when`], or neither: then it is raised only by hand or by
+    /// the mission manager itself.
     pub raise: Option<Rule>,
+    /// The expression by which the monitor raises it.
+    pub when: Option<When>,
     /// The phases in which it counts; a flag that rises in another phase waits.
     pub phases: BTreeSet<Phase>,
     /// Tried in order until one succeeds, and from the first one again when all have failed. The last one is the
     /// emergency action.
     pub actions: Vec<Action>,
+    /// What is forbidden while its flag is up, whatever is flown.
+    pub narrows: BTreeSet<Narrows>,
     /// When the flag is cleared.
     pub clears: Clears,
     /// What follows once the response has ended and the flag is down.
     pub then: Then,
     /// Whether an operator's order with override comes before it.
     pub may_be_overridden: bool,
+    /// How loudly it calls for a human.
+    pub alarm: Alarm,
+    /// Where its numbers come from; `None`: the table does not say.
+    pub source: Option<String>,
 }
 
 impl Row {
@@ -82,9 +117,19 @@ impl Row {
         self.actions.first().map_or(Severity::Hold, |action| action.severity)
     }
 
+    /// Whether all that it does is to slow the vehicle, which interrupts nothing: see [`narrowing`].
+    pub fn only_slows(&self) -> bool {
+        self.severity() == Severity::Slow
+    }
+
     /// Whether it is raised because energy runs out, or may have: nothing waits then.
     pub fn is_about_energy(&self) -> bool {
-        self.raise.is_some_and(|rule| rule.is_about_energy())
+        self.raise.is_some_and(|rule| rule.is_about_energy()) || self.when.as_ref().is_some_and(When::is_about_energy)
+    }
+
+    /// Whether the monitor raises and clears it by what it measures.
+    pub fn is_watched(&self) -> bool {
+        self.raise.is_some() || self.when.is_some()
     }
 
     /// Its actions in words: `return_home, else land`.
@@ -106,41 +151,8 @@ pub struct Action {
     pub limit: Duration,
     /// For how long it holds while there is no way that may be flown, in mission time, before that counts as failed.
     pub wait: Duration,
-}
-
-/// How severe an action is. Later variants are more severe.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Severity {
-    /// Stays where it is.
-    Hold,
-    /// Leaves the area that it may not be in.
-    Leave,
-    /// Flies on, slower.
-    Slow,
-    /// Flies to a landing site and lands there.
-    Return,
-    /// Lands where it is.
-    Land,
-    /// Comes down where no landing is possible.
-    Ditch,
-    /// Stops the motors.
-    Terminate,
-}
-
-impl Severity {
-    /// What a vehicle does by a response this severe: `holds`.
-    pub fn in_words(self) -> &'static str {
-        match self {
-            Severity::Hold => "holds",
-            Severity::Leave => "leaves the area",
-            Severity::Slow => "flies slower",
-            Severity::Return => "flies to a landing site and lands",
-            Severity::Land => "lands where it is",
-            Severity::Ditch => "comes down where it is",
-            Severity::Terminate => "stops its motors",
-        }
-    }
+    /// What it cannot be flown without.
+    pub needs: BTreeSet<Need>,
 }
 
 /// The phase of the flight, by which rows count.
@@ -211,12 +223,22 @@ pub const TRANSITION_FAILED: &str = "transition_failed";
 pub const INTROSPECTION_LOST: &str = "introspection_lost";
 /// Raised by the mission manager when the vehicle is in an area without being allowed to, or must leave it now.
 pub const AREA_BREACHED: &str = "area_breached";
+/// Raised by the mission manager when the vehicle, braking now, would come to rest in an area that it may not enter.
+pub const AREA_AHEAD: &str = "area_ahead";
 /// Raised by the mission manager when the mission is over and the vehicle is in the air.
 pub const ENDED_IN_AIR: &str = "ended_in_air";
 /// Raised by the mission manager when what it or the planner knew before a restart is lost.
 pub const MEMORY_UNUSABLE: &str = "memory_unusable";
 /// Raised by the mission manager when what it or the planner knows cannot be written.
 pub const MEMORY_UNWRITABLE: &str = "memory_unwritable";
+/// Raised by the mission manager when a pilot or another ground station flies the vehicle.
+pub const SOMEBODY_ELSE_FLIES: &str = "somebody_else_flies";
+/// Raised by the monitor, and by the mission manager when a skill is pre-empted: the autopilot flies something else than what was asked for.
+pub const AUTOPILOT_PREEMPTS: &str = "autopilot_preempts";
+/// The same, where the autopilot brings the vehicle down.
+pub const AUTOPILOT_COMES_DOWN: &str = "autopilot_comes_down";
+/// Raised by the mission manager when positions can no longer be compared with those of the mission.
+pub const FRAME_MOVED: &str = "frame_moved";
 /// An operator's order to land here.
 pub const OPERATOR_ABORT: &str = "operator_abort";
 /// An operator's order to fly home.
@@ -226,17 +248,24 @@ pub const OPERATOR_LAND: &str = "operator_land";
 /// An operator's order to hold.
 pub const OPERATOR_PAUSE: &str = "operator_pause";
 
+/// Flags whose rows leave the vehicle to somebody else, until an operator orders something.
+pub const LEFT_TO_OTHERS: [&str; 3] = [SOMEBODY_ELSE_FLIES, AUTOPILOT_PREEMPTS, AUTOPILOT_COMES_DOWN];
+
 /// Flags whose rows bring the vehicle down, wherever it flies.
 pub(crate) const BRING_DOWN: [&str; 4] = [ENDED_IN_AIR, OPERATOR_ABORT, OPERATOR_RETURN, OPERATOR_LAND];
 
 /// Flags that the mission manager raises itself, so that each must have a row.
-pub(crate) const REQUIRED: [&str; 10] = [
+pub(crate) const REQUIRED: [&str; 14] = [
     TRANSITION_FAILED,
     INTROSPECTION_LOST,
     AREA_BREACHED,
+    AREA_AHEAD,
     ENDED_IN_AIR,
     MEMORY_UNUSABLE,
     MEMORY_UNWRITABLE,
+    SOMEBODY_ELSE_FLIES,
+    AUTOPILOT_PREEMPTS,
+    FRAME_MOVED,
     OPERATOR_ABORT,
     OPERATOR_RETURN,
     OPERATOR_LAND,

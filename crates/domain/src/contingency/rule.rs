@@ -145,6 +145,27 @@ pub enum Condition {
     GroundLinkLost,
     /// The land detector says the opposite of what motors, height and speed show ([`crate::flight_state`]).
     LandDetectorContradicts,
+    /// The autopilot would not arm, by its own checks. While it is armed it has.
+    WouldNotArm,
+    /// The autopilot flies something else than what was asked for, or one of its own failsafes.
+    AutopilotPreempts,
+}
+
+impl Condition {
+    /// As the table has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Condition::EstimatorInvalid => "estimator-invalid",
+            Condition::OffboardSignalLost => "offboard-signal-lost",
+            Condition::GnssLost => "gnss-lost",
+            Condition::MotorFailure => "motor-failure",
+            Condition::BatteryFailure => "battery-failure",
+            Condition::GroundLinkLost => "ground-link-lost",
+            Condition::LandDetectorContradicts => "land-detector-contradicts",
+            Condition::WouldNotArm => "would-not-arm",
+            Condition::AutopilotPreempts => "autopilot-preempts",
+        }
+    }
 }
 
 /// A stream of data from the vehicle.
@@ -173,9 +194,29 @@ pub enum DataSource {
     SkillManager,
     /// The heartbeats of the mission manager.
     MissionManager,
+    /// The ledger of the control tower, which it repeats at 1 Hz. Its limit is in seconds of wall time; a tower that was never heard
+    /// cannot be lost.
+    ControlTower,
 }
 
 impl DataSource {
+    /// As the table has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            DataSource::Status => "status",
+            DataSource::Attitude => "attitude",
+            DataSource::LocalPosition => "local-position",
+            DataSource::GlobalPosition => "global-position",
+            DataSource::LandDetected => "land-detected",
+            DataSource::Battery => "battery",
+            DataSource::GroundLink => "ground-link",
+            DataSource::Planner => "planner",
+            DataSource::SkillManager => "skill-manager",
+            DataSource::MissionManager => "mission-manager",
+            DataSource::ControlTower => "control-tower",
+        }
+    }
+
     /// Whether it is the heartbeats of a process, not something that the vehicle says.
     pub fn is_process(self) -> bool {
         matches!(self, DataSource::Planner | DataSource::SkillManager | DataSource::MissionManager)

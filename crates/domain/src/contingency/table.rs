@@ -5,9 +5,22 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::alarm::Alarm;
+use super::group::Group;
+use super::narrowing::Narrows;
+use super::needs::Need;
+use super::ranges::range;
+use super::rule::During;
+use super::table_when::{self, WhenEntry};
 use super::{Action, BRING_DOWN, Clears, Contingencies, Phase, REQUIRED, REQUIRED_RULES, Row, Rule, Severity, Then};
 use crate::file::{Mistake, Mistakes, Source, did_you_mean};
 use crate::quantity::Positive;
+
+mod ending;
+mod narrowing;
+
+use ending::{check_brings_down, check_end, check_yields};
+use narrowing::{check_narrows, check_slowing};
 
 impl Contingencies {
     /// Parses and checks a contingency file; `trees` are the names of the action trees that exist.
@@ -15,16 +28,22 @@ impl Contingencies {
     pub fn read(source: &Source, trees: &[&str]) -> Result<Contingencies, Mistakes> {
         let File { action: actions, contingency: mut entries } = source.parse()?;
         let mut mistakes = Vec::new();
-        for name in actions.keys() {
+        // One that slows is no tree: the limit is in force beside whatever is flown. One that yields flies nothing.
+        let is_tree = |it: &ActionEntry| !matches!(it.severity, Severity::Slow | Severity::Yield);
+        for (name, _) in actions.iter().filter(|(_, it)| is_tree(it)) {
             check_tree(source, name, trees, &mut mistakes);
         }
         for (index, entry) in entries.iter().enumerate() {
             check_twins(source, entry, &entries[..index], &mut mistakes);
             check_actions(source, entry, &actions, &mut mistakes);
             check_rule(source, entry, &mut mistakes);
+            check_end(source, entry, &actions, &mut mistakes);
+            check_yields(source, entry, &actions, &mut mistakes);
+            check_slowing(source, entry, &actions, &mut mistakes);
+            check_narrows(source, entry, &mut mistakes);
+            check_source(source, entry, &mut mistakes);
         }
         entries.sort_by_key(|it| *it.priority.as_ref());
-        check_groups(source, &entries, &mut mistakes);
         for required in REQUIRED {
             if !entries.iter().any(|it| it.flag.as_ref() == required) {
                 let message = format!("no row for the flag `{required}`, which the mission manager raises itself");
@@ -41,7 +60,11 @@ impl Contingencies {
         for entry in entries.iter().filter(|it| BRING_DOWN.contains(&it.flag.as_ref().as_str())) {
             check_brings_down(source, entry, &actions, &mut mistakes);
         }
-        let rows = entries.into_iter().map(|entry| entry.into_row(&actions)).collect();
+        let row = |entry: Entry| {
+            let when = table_when::read(source, &entry.when_entry(), &mut mistakes);
+            Row { when, ..entry.into_row(&actions) }
+        };
+        let rows = entries.into_iter().map(row).collect();
         Mistakes(mistakes).or(Contingencies { rows })
     }
 }
@@ -65,6 +88,9 @@ struct ActionEntry {
     limit_s: Positive,
     /// For how long it waits for a way, in mission seconds; without the key it does not wait.
     wait_s: Option<Positive>,
+    /// What it cannot be flown without.
+    #[serde(default)]
+    needs: BTreeSet<Need>,
 }
 
 type Actions = BTreeMap<Spanned<String>, ActionEntry>;
@@ -74,15 +100,26 @@ type Actions = BTreeMap<Spanned<String>, ActionEntry>;
 struct Entry {
     flag: Spanned<String>,
     priority: Spanned<u32>,
-    group: Option<Spanned<String>>,
+    group: Option<Group>,
     raise: Option<Spanned<Rule>>,
+    /// An expression in place of `raise`; the next four keys belong to it.
+    when: Option<Spanned<String>>,
+    clear_when: Option<Spanned<String>>,
+    for_s: Option<Spanned<f64>>,
+    clears_after_s: Option<Spanned<f64>>,
+    during: Option<Spanned<During>>,
     phases: Option<Spanned<BTreeSet<Phase>>>,
     actions: Spanned<Vec<Spanned<String>>>,
     emergency: Spanned<String>,
+    /// What is forbidden while its flag is up.
+    narrows: Option<Spanned<Vec<Spanned<Narrows>>>>,
     clears: Clears,
     then: Then,
     #[serde(default = "yes")]
     may_be_overridden: bool,
+    /// Without the key: a warning where the response is more than a hold, else a caution.
+    alarm: Option<Alarm>,
+    source: Option<Spanned<String>>,
 }
 
 fn yes() -> bool {
@@ -94,7 +131,19 @@ impl Entry {
         self.actions.as_ref().iter().chain([&self.emergency])
     }
 
-    /// Actions that do not exist are left out; they have been reported as mistakes.
+    fn when_entry(&self) -> WhenEntry<'_> {
+        WhenEntry {
+            flag: self.flag.as_ref().as_str(),
+            has_raise: self.raise.is_some(),
+            when: self.when.as_ref(),
+            clear_when: self.clear_when.as_ref(),
+            for_s: self.for_s.as_ref(),
+            clears_after_s: self.clears_after_s.as_ref(),
+            during: self.during.as_ref(),
+        }
+    }
+
+    /// Without its expression. Actions that do not exist are left out; they have been reported as mistakes.
     fn into_row(self, actions: &Actions) -> Row {
         let action = |name: &Spanned<String>| {
             let entry = find(actions, name.as_ref())?;
@@ -104,22 +153,28 @@ impl Entry {
                 tries: entry.tries.get(),
                 limit: entry.limit_s.seconds(),
                 wait: entry.wait_s.map_or(std::time::Duration::ZERO, |it| it.seconds()),
+                needs: entry.needs.clone(),
             })
         };
         let mut actions: Vec<Action> = self.chain().filter_map(action).collect();
         // After the last action the response starts with the first again: naming one twice in a row only doubles its
         // tries.
         actions.dedup_by(|a, b| a.tree == b.tree);
+        let holds = actions.first().is_none_or(|it| it.severity == Severity::Hold);
         Row {
             actions,
             flag: self.flag.into_inner(),
             priority: self.priority.into_inner(),
-            group: self.group.map(Spanned::into_inner),
+            group: self.group,
             raise: self.raise.map(Spanned::into_inner),
+            when: None,
             phases: self.phases.map_or_else(|| Phase::ALL.into_iter().collect(), Spanned::into_inner),
+            narrows: self.narrows.into_iter().flat_map(Spanned::into_inner).map(Spanned::into_inner).collect(),
             clears: self.clears,
             then: self.then,
             may_be_overridden: self.may_be_overridden,
+            alarm: self.alarm.unwrap_or(if holds { Alarm::Caution } else { Alarm::Warning }),
+            source: self.source.map(Spanned::into_inner),
         }
     }
 }
@@ -181,27 +236,10 @@ fn check_actions(source: &Source, entry: &Entry, actions: &Actions, mistakes: &m
     mistakes.push(source.mistake(Some(more.span()), message, help));
 }
 
-/// Without such a row nothing would bring down a vehicle in the air.
-fn check_brings_down(source: &Source, entry: &Entry, actions: &Actions, mistakes: &mut Vec<Mistake>) {
-    let flag = entry.flag.as_ref();
-    let ends = |name: &Spanned<String>| find(actions, name.as_ref()).is_some_and(|it| Severity::Return <= it.severity);
-    if !ends(&entry.emergency) {
-        let message = format!("`{flag}` brings the vehicle down, and its emergency action does not");
-        let help = "name an action of severity return, land or ditch";
-        mistakes.push(source.mistake(Some(entry.emergency.span()), message, help));
-    }
-    if entry.then == Then::Resume {
-        let help = "set `then = \"end-mission\"`";
-        let message = format!("`{flag}` brings the vehicle down, and the mission would continue");
-        mistakes.push(source.mistake(Some(entry.flag.span()), message, help));
-    }
-    let missing = |it: &Phase| {
-        *it != Phase::OnGround && entry.phases.as_ref().is_some_and(|phases| !phases.as_ref().contains(it))
-    };
-    if let Some(phase) = Phase::ALL.iter().find(|it| missing(it)) {
-        let message = format!("`{flag}` must count everywhere in the air, and does not {phase}");
-        let place = entry.phases.as_ref().map(Spanned::span);
-        mistakes.push(source.mistake(place, message, "add the phase, or leave the key out"));
+fn check_source(source: &Source, entry: &Entry, mistakes: &mut Vec<Mistake>) {
+    if let Some(text) = entry.source.as_ref().filter(|it| it.as_ref().trim().is_empty()) {
+        let help = "name the document or the reason that the numbers come from, or leave the key out";
+        mistakes.push(source.mistake(Some(text.span()), "this source says nothing", help));
     }
 }
 
@@ -217,23 +255,18 @@ fn check_rule(source: &Source, entry: &Entry, mistakes: &mut Vec<Mistake>) {
         let help = "thresholds are finite; `for_s` is seconds from 0 to 3600";
         mistakes.push(source.mistake(Some(rule.span()), "a number of this rule is out of range", help));
     }
+    if let Rule::Below { value, threshold, clear, .. } | Rule::Above { value, threshold, clear, .. } = *rule.as_ref() {
+        let (least, greatest, unit) = range(value);
+        for (name, number) in [("threshold", threshold), ("clear", clear)] {
+            if number.is_finite() && !(least..=greatest).contains(&number) {
+                let message = format!("`{name} = {number}` is beyond what `{}` can be", value.name());
+                mistakes.push(source.mistake(Some(rule.span()), message, format!("it counts {unit}")));
+            }
+        }
+    }
     if !hysteresis {
         let help = "`clear` lies at the threshold or on its safe side";
         mistakes.push(source.mistake(Some(rule.span()), "this rule would clear while it still holds", help));
-    }
-}
-
-/// Each group becomes one branch of the tree, so its rows must follow each other in priority.
-fn check_groups(source: &Source, by_priority: &[Entry], mistakes: &mut Vec<Mistake>) {
-    let name = |it: &Entry| it.group.as_ref().map(|it| it.as_ref().clone());
-    for (index, entry) in by_priority.iter().enumerate().skip(1) {
-        let Some(group) = &entry.group else { continue };
-        let interrupted = name(&by_priority[index - 1]) != name(entry)
-            && by_priority[..index].iter().any(|it| name(it) == name(entry));
-        if interrupted {
-            let message = format!("group `{}` is interrupted by a row of another priority", group.as_ref());
-            mistakes.push(source.mistake(Some(group.span()), message, "rows of a group follow each other in priority"));
-        }
     }
 }
 
@@ -308,10 +341,11 @@ then = "resume"
             check_mistake(&good(), find, replace, read, expected);
         }
         check("priority = 40\n", "", "c.toml:14:1: missing field `priority`");
+        check("\"energy\"", "\"enrgy\"", "c.toml:17:9: unknown variant `enrgy`, expected one of `energy`, `link`");
         check("priority = 40", "priority = 90", "c.toml:27:12: priority 90 is already that of `battery_low`");
         check("[\"return_home\"]", "[\"return_hom\"]", "c.toml:20:12: there is no action `return_hom`");
         check("[action.land]", "[action.lan]", "c.toml:9:9: there is no action tree `lan`");
-        check("tries = 2", "tries = 0", "c.toml:3:9: invalid value: integer `0`, expected a nonzero u32");
+        check("tries = 2", "tries = 0", "c.toml:3:9: invalid value: integer `0`, expected a whole number above 0");
         check("[\"takeoff\", \"cruise\"]", "[]", "c.toml:19:10: this row never counts");
         check("\"cruise\"]", "\"cruising\"]", "c.toml:19:22: unknown variant `cruising`");
         check(
@@ -321,6 +355,11 @@ then = "resume"
         );
         check("clear = 0.25", "clear = 0.1", "c.toml:18:9: this rule would clear while it still holds");
         check("for_s = 1.0", "for_s = -1.0", "c.toml:18:9: a number of this rule is out of range");
+        check(
+            "threshold = 0.2, clear = 0.25",
+            "threshold = 25, clear = 30",
+            "c.toml:18:9: `threshold = 25` is beyond what `battery-remaining` can be",
+        );
         check("battery-remaining", "battery-left", "c.toml:18:9: unknown variant `battery-left`, expected one of");
         check("\"never\"", "\"sometimes\"", "c.toml:22:10: unknown variant `sometimes`");
         check("\"obstacle\"", "\"battery_low\"", "c.toml:26:8: two rows for the flag `battery_low`");
@@ -336,7 +375,17 @@ then = "resume"
         check(
             &ended(""),
             &ended("phases = [\"cruise\"]\n"),
-            "c.toml:55:10: `ended_in_air` must count everywhere in the air",
+            "c.toml:62:10: `ended_in_air` must count everywhere in the air",
+        );
+        check(
+            "may_be_overridden = false",
+            "may_be_overridden = true",
+            "c.toml:82:8: `somebody_else_flies` must command nothing",
+        );
+        check(
+            "actions = [\"stop\"]\nemergency = \"stop\"",
+            "actions = [\"yield_control\"]\nemergency = \"yield_control\"",
+            "c.toml:28:12: `obstacle` yields, and nobody else flies",
         );
         check("\"battery_low\"", "\"Battery Low\"", "c.toml:15:8: `Battery Low` is no flag name");
     }

@@ -71,8 +71,8 @@ fn a_detector_that_is_stuck_at_landed_hides_no_flight() {
 #[test]
 fn a_detector_that_is_stuck_at_flying_hides_no_landing() {
     let flight = [(1, PARKED), (5, at(10.0)), (5, landing(5.0, Some(false), 0.7))];
-    check(&[&flight[..], &[(4, landing(0.4, Some(false), 0.0))]].concat(), Some(true));
-    let state = check(&[&flight[..], &[(6, landing(0.4, Some(false), 0.0))]].concat(), Some(false));
+    check(&[&flight[..], &[(7, landing(0.4, Some(false), 0.0))]].concat(), Some(true));
+    let state = check(&[&flight[..], &[(9, landing(0.4, Some(false), 0.0))]].concat(), Some(false));
     assert_eq!((state.contradicts_detector(), state.stands_still()), (Some(true), true));
     // Not where something holds it up, not while it moves, and not in another mode.
     check(&[&flight[..], &[(60, landing(2.0, Some(false), 0.0))]].concat(), Some(true));
@@ -85,8 +85,8 @@ fn a_silent_detector_leaves_what_was_known_until_height_or_motors_show_more() {
     let silent = |evidence| Evidence { landed: None, ..evidence };
     check(&[(1, silent(PARKED)), (1, silent(ARMED))], Some(false));
     check(&[(1, silent(PARKED)), (1, silent(ARMED)), (1, silent(at(3.0)))], Some(true));
-    check(&[(1, PARKED), (5, at(10.0)), (4, silent(landing(0.1, None, 0.0)))], Some(true));
-    check(&[(1, PARKED), (5, at(10.0)), (6, silent(landing(0.1, None, 0.0)))], Some(false));
+    check(&[(1, PARKED), (5, at(10.0)), (7, silent(landing(0.1, None, 0.0)))], Some(true));
+    check(&[(1, PARKED), (5, at(10.0)), (9, silent(landing(0.1, None, 0.0)))], Some(false));
     check(&[(1, Evidence::default())], None);
 }
 

@@ -35,13 +35,15 @@ pub enum Command {
     Loiter,
     /// Set the mode offboard: follow the setpoints.
     Offboard,
+    /// Open the gripper, so that the load falls. (MAVLink: `MAV_CMD_DO_GRIPPER` with `GRIPPER_ACTION_RELEASE`.)
+    Release,
 }
 
 impl Command {
     /// The mode that it sets; `None` if it sets none.
     pub fn mode(self) -> Option<FlightMode> {
         match self {
-            Command::Arm | Command::Disarm => None,
+            Command::Arm | Command::Disarm | Command::Release => None,
             Command::Takeoff { .. } => Some(FlightMode::Takeoff),
             Command::Land => Some(FlightMode::Land),
             Command::Loiter => Some(FlightMode::Loiter),
@@ -60,6 +62,7 @@ impl fmt::Display for Command {
             Command::Land => f.write_str("land"),
             Command::Loiter => f.write_str("loiter"),
             Command::Offboard => f.write_str("offboard"),
+            Command::Release => f.write_str("release"),
         }
     }
 }

@@ -10,12 +10,15 @@
 
 mod command;
 mod offboard;
+mod pre_emption;
 mod telemetry;
 
 pub use command::{Command, CommandAck, CommandId, CommandResult, VehicleCommand};
 pub use offboard::{OffboardControl, Setpoint};
+pub use pre_emption::{PreEmption, Reported};
 pub use telemetry::{
-    Attitude, Battery, Failure, GlobalPosition, LandDetected, LocalPosition, Status, TransponderReport, Wind,
+    Attitude, Battery, Failure, GlobalPosition, Gripper, LandDetected, LocalPosition, Status, TrafficKind,
+    TransponderReport, Wind, flown_by_other,
 };
 
 /// A flight mode, intended or actual.
@@ -31,6 +34,13 @@ pub enum FlightMode {
     Offboard,
     /// The autopilot's own return, flown only as one of its failsafes.
     Return,
+}
+
+impl FlightMode {
+    /// Whether Kittiwake commands this mode. Any other, and one without a name here, is chosen by somebody else or by the autopilot.
+    pub fn is_commanded(self) -> bool {
+        self != FlightMode::Return
+    }
 }
 
 /// The name as users read it.

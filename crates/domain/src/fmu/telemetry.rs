@@ -1,10 +1,11 @@
 //! The telemetry of an autopilot.
 
-use super::FlightMode;
+use super::{FlightMode, Reported};
+use crate::geodesy::Origin;
 use crate::geometry::{Ned, NedVelocity};
 
 /// What the autopilot does.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Status {
     /// Whether the motors may turn.
     pub armed: bool,
@@ -17,6 +18,66 @@ pub struct Status {
     pub failsafe: bool,
     /// The failures that the autopilot reports. Those without a name here are left out.
     pub failures: Vec<Failure>,
+    /// Where the local frame has its origin; `None` while the autopilot does not know. (PX4 takes the place at which its
+    /// estimator first knew the position.)
+    pub origin: Option<Origin>,
+    /// What its gripper does; `None`: it has none, or does not report it.
+    pub gripper: Option<Gripper>,
+    /// The mode that is flown was chosen by somebody else, a pilot or another ground station, since Kittiwake last
+    /// commanded one. A backend sets a mode before it arms, so that arming ends it. (No autopilot says so; a backend knows which modes it
+    /// has commanded. One that was started again says what it sees from then on: who has heard the rest remembers it.)
+    pub commanded_by_other: bool,
+    /// Why the autopilot flies a mode that was not asked for, or would not arm, in its own words; empty where it does not
+    /// say.
+    pub reason: String,
+    /// Whether it would arm now; `None` where it does not say.
+    pub can_arm: Option<bool>,
+    /// Changes whenever the autopilot was started again or its local frame moved: positions before and after it cannot be
+    /// compared. (PX4: counters of resets; a clock since boot that goes back.)
+    pub frame_epoch: u64,
+    /// How much the frame shakes, as the standard deviation of the accelerometer's fast part in m/s2; `None` where it is not measured.
+    /// (PX4: `accel_vibration_metric`; MAVLink: `VIBRATION`.)
+    pub vibration_m_s2: Option<f64>,
+}
+
+impl Status {
+    /// Whether a pilot or another ground station flies: [`flown_by_other`].
+    pub fn is_flown_by_other(&self) -> bool {
+        flown_by_other(self.armed, self.commanded_by_other, self.intended)
+    }
+
+    /// What it says about who flies.
+    pub fn reported(&self) -> Reported {
+        let Status { failsafe, intended, actual, .. } = *self;
+        Reported { failsafe, intended, actual, signal_lost: self.failures.contains(&Failure::OffboardSignalLost) }
+    }
+}
+
+/// Whether a pilot or another ground station flies. One rule for every process that decides by it: the motors may turn, and either
+/// the backend says that somebody else has chosen the mode, or the mode is one that Kittiwake never commands. (The second
+/// half is for a backend that was started again in flight, and does not know who commanded what. A mode that Kittiwake
+/// commands, too, then counts as its own.)
+pub fn flown_by_other(armed: bool, commanded_by_other: bool, intended: Option<FlightMode>) -> bool {
+    armed && (commanded_by_other || !intended.is_some_and(FlightMode::is_commanded))
+}
+
+/// What a gripper that carries a load does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Gripper {
+    /// It holds a load.
+    Holding,
+    /// It is open, and holds none.
+    Released,
+}
+
+/// As users read it.
+impl std::fmt::Display for Gripper {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Gripper::Holding => "holds its load",
+            Gripper::Released => "is open",
+        })
+    }
 }
 
 /// A failure that the autopilot reports.
@@ -56,6 +117,12 @@ pub struct Attitude {
 }
 
 impl Attitude {
+    /// Where the nose points, from north over east, -pi to pi.
+    pub fn heading_rad(&self) -> f64 {
+        let (sin, cos) = (self.q_w * self.q_z + self.q_x * self.q_y, self.q_y * self.q_y + self.q_z * self.q_z);
+        (2.0 * sin).atan2(1.0 - 2.0 * cos)
+    }
+
     /// The angle between the body's down axis and the local one.
     pub fn tilt_rad(&self) -> f64 {
         let (upright, sideways) =
@@ -116,12 +183,12 @@ pub struct LandDetected {
 pub struct Battery {
     /// At the terminals.
     pub voltage_v: f64,
-    /// Drawn at present.
-    pub current_a: f64,
+    /// Drawn at present; `None` where it is not measured.
+    pub current_a: Option<f64>,
     /// Charge left, 0 empty to 1 full.
     pub remaining: f64,
-    /// Of the cells.
-    pub temperature_c: f64,
+    /// Of the cells; `None` where it is not measured.
+    pub temperature_c: Option<f64>,
 }
 
 /// The wind as estimated: the direction it blows to, averaged over some seconds of flight.
@@ -133,20 +200,51 @@ pub struct Wind {
     pub east_m_s: f64,
 }
 
-/// Another aircraft, as a transponder receiver reports it.
+/// What a transponder is in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum TrafficKind {
+    /// An aircraft with people in it, or one of which it is not known.
+    Crewed,
+    /// An aircraft without.
+    Uncrewed,
+    /// A ship or a boat.
+    Vessel,
+}
+
+/// Other traffic, as a transponder receiver reports it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TransponderReport {
-    /// Names the aircraft; never empty.
+    /// Names the aircraft or the vessel; never empty.
     pub id: String,
     /// Where it is.
     pub position: Ned,
     /// How fast, and which way it flies.
     pub velocity: NedVelocity,
+    /// What it is.
+    pub kind: TrafficKind,
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn somebody_else_flies_by_what_the_backend_says_or_in_a_mode_that_is_never_commanded() {
+        #[track_caller]
+        fn check(armed: bool, commanded_by_other: bool, intended: Option<FlightMode>, expected: bool) {
+            assert_eq!(flown_by_other(armed, commanded_by_other, intended), expected, "{intended:?}");
+        }
+        use FlightMode::{Land, Loiter, Offboard, Return, Takeoff};
+        for mode in [Loiter, Takeoff, Land, Offboard] {
+            check(true, false, Some(mode), false);
+            check(true, true, Some(mode), true);
+            check(false, true, Some(mode), false);
+        }
+        for mode in [Some(Return), None] {
+            check(true, false, mode, true);
+            check(false, false, mode, false);
+        }
+    }
 
     #[test]
     fn tilt_is_the_angle_from_upright_whatever_the_heading() {

@@ -225,14 +225,27 @@ corners_deg = [[53.999, 6.602], [54.001, 6.602], [54.001, 6.604], [53.999, 6.604
 
     #[test]
     fn degrees_become_metres_from_the_origin() {
-        let source = Source { path: "m.toml".into(), text: GOOD.into() };
-        let (mission, origin) = Mission::read_with_origin(&source).unwrap();
+        let mission = read(GOOD).unwrap();
         let there = mission.objectives[0].position;
         // A degree of longitude is 65.6 km there.
         assert!(there.horizontal_distance_m(Ned::new(0.0, 500.0, 0.0)) < 1.0, "{there:?}");
         assert_eq!(mission.objectives[1].position, Ned::default());
         assert!(mission.areas[0].contains(there.at_height(0.0).towards(Ned::default(), 0.6)), "{mission:?}");
-        assert_eq!(origin.unwrap().altitude_m, Some(12.0));
+        let origin = mission.origin.unwrap();
+        assert_eq!((origin.place.latitude_deg(), origin.place.longitude_deg()), (54.0, 6.6));
+        assert_eq!(origin.altitude_m, Some(12.0));
+    }
+
+    #[test]
+    fn the_same_metres_from_another_origin_are_another_mission() {
+        let metres = |origin: &str| {
+            let objective = "[[objective]]\nname = \"look\"\nnorth_m = 0\neast_m = 500\nheight_m = 20\nflying = true\n";
+            read(&format!("name = \"look\"\n{origin}{objective}")).unwrap()
+        };
+        let here = metres("[origin]\nlatitude_deg = 54.0\nlongitude_deg = 6.6\n");
+        let there = metres("[origin]\nlatitude_deg = 54.01\nlongitude_deg = 6.6\n");
+        assert_eq!((&here.objectives, &here.areas), (&there.objectives, &there.areas));
+        assert!(here.identity() != there.identity() && here.identity() != metres("").identity());
     }
 
     #[test]

@@ -3,8 +3,9 @@
 use serde::Deserialize;
 use toml::Spanned;
 
+use super::bounds::LONGEST_NAME;
 use super::place::Written;
-use super::{Checker, HIGHEST_M, LONGEST_NAME, sites};
+use super::{Checker, HIGHEST_M, sites};
 use crate::area::Area;
 use crate::site::{MOST_SITES, Site, SiteKind};
 
@@ -70,7 +71,7 @@ impl Checker<'_> {
     pub(super) fn alternates_among(&mut self, entries: &[SiteEntry], alternates: &[Site], areas: &[Area]) {
         for (entry, site) in entries.iter().zip(alternates) {
             let place = sites::Place::to_end_at(site.position);
-            for unfit in areas.iter().filter(|it| sites::always_applies(it)).filter_map(|it| sites::unfit(place, it)) {
+            for unfit in areas.iter().filter(|it| it.always_applies()).filter_map(|it| sites::unfit(place, it)) {
                 let message = format!("site `{}` {}", site.name, unfit.in_words());
                 self.say(Some(entry.written().span()), message, unfit.help());
             }

@@ -1,6 +1,6 @@
 //! Where a mission begins, what it flies to and where it may end, against the areas that always apply.
 //!
-//! An area with a time window is left to those who know the time: the planner, and the mission manager for an ordered place.
+//! An area with a time window or hours is left to those who know the time: the planner, and the mission manager for an ordered place.
 
 use crate::area::{Area, AreaKind};
 use crate::geometry::Ned;
@@ -59,7 +59,7 @@ pub(super) enum SiteProblem {
 pub(super) struct Unfit {
     problem: SiteProblem,
     area: String,
-    /// The area has no time window.
+    /// The area has no time window and no hours.
     always: bool,
     /// The area begins this high above a place on the ground, so that only the climb from there, or the descent to it, is in it.
     begins_m: Option<f64>,
@@ -97,8 +97,12 @@ impl Unfit {
 /// How near `site` lies to `area`, in metres, if that is nearer than the margin and what a wind of `wind_m_s` adds to it.
 pub(super) fn too_near_in_wind(site: Place, area: &Area, wind_m_s: f64) -> Option<TooNearInWind> {
     let expected_m = MARGIN_M + wind_m_s * REACTION_S;
+    // A cheap check that settles most of what many places and areas make together.
+    if area.is_beyond(expected_m, site.position, site.position) || !is_at_heights_of(site, area) {
+        return None;
+    }
     let ground = Area { floor_m: None, ceiling_m: None, ..area.clone() };
-    if !is_at_heights_of(site, area) || ground.contains(site.position) {
+    if ground.contains(site.position) {
         return None;
     }
     let distance_m = area.distance_to_border_m(site.position);
@@ -121,18 +125,13 @@ fn is_at_heights_of(site: Place, area: &Area) -> bool {
     area.is_simple() && area.touches_heights(height_m, highest_m)
 }
 
-/// Whether `area` has no time window.
-pub(super) fn always_applies(area: &Area) -> bool {
-    area.from_utc_ms.is_none() && area.until_utc_ms.is_none()
-}
-
 /// What is wrong with `site` because of `area`, if that applies when the site is used.
 pub(super) fn unfit(site: Place, area: &Area) -> Option<Unfit> {
-    if !is_at_heights_of(site, area) {
+    if area.is_beyond(MARGIN_M, site.position, site.position) || !is_at_heights_of(site, area) {
         return None;
     }
     let begins_m = area.floor_m.map(|floor_m| floor_m - site.position.height_m()).filter(|it| 0.0 < *it);
-    let (name, always) = (area.name.clone(), always_applies(area));
+    let (name, always) = (area.name.clone(), area.always_applies());
     let because_of = |problem| Some(Unfit { problem, area: name, always, begins_m });
     let ground = Area { floor_m: None, ceiling_m: None, ..area.clone() };
     if ground.contains(site.position) {

@@ -1,5 +1,5 @@
-//! What a mission asks of its objectives besides their places: their order, which may be left out, until when, and for how
-//! long the vehicle stays.
+//! What a mission asks of its objectives besides their places: their order, which may be left out, until when, for how long
+//! the vehicle stays, and whether it releases its load.
 
 use std::time::Duration;
 
@@ -33,6 +33,8 @@ pub struct Terms {
     pub by_utc_ms: Option<i64>,
     /// For how long the vehicle stays there, in mission time, before the objective counts as reached.
     pub dwell: Duration,
+    /// It releases its load there, in flight; then it stays. The objective is reached once the load is gone.
+    pub drop: bool,
 }
 
 /// Most seconds of a stay, and of a time limit; a longer one is a typing mistake.
@@ -60,6 +62,13 @@ impl Checker<'_> {
         let seconds = "seconds from 0 to 86400";
         let within = it.reach_within_s.as_ref().map(|it| self.number("reach_within_s", it, seconds, 0.0, LONGEST_S));
         let dwell_s = it.dwell_s.as_ref().map_or(0.0, |it| self.number("dwell_s", it, seconds, 0.0, LONGEST_S));
+        if let Some(drop) = &it.drop
+            && *drop.as_ref()
+            && !it.flying
+        {
+            let message = format!("objective `{}` is on the ground, and a load is dropped in flight", it.name.as_ref());
+            self.say(Some(drop.span()), message, "set `flying = true` and a height, or take `drop` out");
+        }
         // What is out of range was reported.
         let time = |seconds| Duration::try_from_secs_f64(seconds).unwrap_or_default();
         Terms {
@@ -68,6 +77,7 @@ impl Checker<'_> {
             within: within.map(time),
             by_utc_ms: it.reach_by_utc.as_ref().and_then(|it| self.moment(it)),
             dwell: time(dwell_s),
+            drop: it.drop.as_ref().is_some_and(|it| *it.as_ref()),
         }
     }
 
@@ -150,6 +160,7 @@ worth = 2.5
 after = ["a"]
 reach_within_s = 600.0
 reach_by_utc = "2026-05-01T08:00:00Z"
+drop = true
 "#;
 
     fn read(text: &str) -> Result<Mission, Mistakes> {
@@ -167,6 +178,7 @@ reach_by_utc = "2026-05-01T08:00:00Z"
             within: Some(Duration::from_secs(600)),
             by_utc_ms: Some(1_777_622_400_000),
             dwell: Duration::ZERO,
+            drop: true,
         };
         assert_eq!(mission.objectives[1].terms, expected);
         let plain = read(&GOOD.replace("order = \"free\"\n", "")).unwrap();
@@ -184,6 +196,11 @@ reach_by_utc = "2026-05-01T08:00:00Z"
         check("2.5", "nan", "m.toml:18:9: `worth` is NaN, expected a number from 0 to 1000000");
         check("30.0", "-1.0", "m.toml:10:11: `dwell_s` is -1, expected seconds from 0 to 86400");
         check("600.0", "1e9", "m.toml:20:18: `reach_within_s` is 1000000000, expected seconds from 0 to 86400");
+        check(
+            "height_m = 20.0\nflying = true",
+            "height_m = 0.0\nflying = false",
+            "m.toml:22:8: objective `b` is on the ground, and a load is dropped in flight",
+        );
         check("2026-05-01T08:00:00Z", "soon", "m.toml:21:16: found `soon`, expected a UTC date and time");
         check("\"free\"", "\"any\"", "m.toml:3:9: unknown variant `any`");
         check("[\"a\"]", "[\"c\"]", "m.toml:19:10: there is no objective `c`");
@@ -214,6 +231,7 @@ reach_by_utc = "2026-05-01T08:00:00Z"
             ("08:00:00Z", "09:00:00Z"),
             ("\"free\"", "\"given\""),
             ("optional = true\nworth = 2.5\n", ""),
+            ("drop = true", "drop = false"),
         ] {
             let other = read(&GOOD.replacen(found, replaced, 1)).unwrap();
             assert_ne!(other.identity(), mission.identity(), "{found}");

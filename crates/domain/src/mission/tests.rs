@@ -172,3 +172,12 @@ fn two_objectives_with_one_name_are_refused() {
     let error = read(&twice).unwrap_err().to_string();
     assert!(error.starts_with("m.toml:15:8: two objectives with the name `deliver`"), "{error}");
 }
+
+#[test]
+fn an_area_that_may_not_be_landed_in_is_barred_near_the_ground_and_has_no_height_of_its_own() {
+    let text = GOOD.replacen("\"permission\"", "\"no-landing\"", 1);
+    let area = &read(&text).unwrap().areas[0];
+    assert_eq!((area.kind, area.floor_m, area.ceiling_m), (AreaKind::KeepOut, None, Some(3.0)));
+    let error = read(&text.replacen("\"no-landing\"", "\"no-landing\"\nceiling_m = 9.0", 1)).unwrap_err().to_string();
+    assert!(error.contains("may not be landed in, and has a height"), "{error}");
+}

@@ -26,6 +26,9 @@ const PER_METRE: f64 = 1e4;
 
 /// Areas with no more corners than this together are searched among everything.
 const FEW_CORNERS: usize = 100;
+/// Among areas with more corners than this together the exact search by tangents would only give up: its effort is saved, and a way
+/// costs up to a tenth more than the best. (Measured: among 1,000 areas of 20 corners half of the time went into it.)
+const MANY_CORNERS: usize = 5_000;
 /// Every turn among all corners.
 const EVERYTHING: Effort = Effort { turns: Turns::Any, factor: 1.0, most_legs: 20_000 };
 /// With how much effort a way is searched among more of them, in this order. A passage that is narrower than two margins may be
@@ -52,7 +55,8 @@ impl Effort {
     pub fn among<'a>(areas: impl Iterator<Item = &'a Area>) -> Vec<Effort> {
         let corners: usize = areas.map(|it| it.corners.len()).sum();
         let few = (corners <= FEW_CORNERS).then_some(EVERYTHING);
-        few.into_iter().chain(EFFORTS).collect()
+        let is_exact = |it: &Effort| it.factor == 1.0;
+        few.into_iter().chain(EFFORTS.into_iter().filter(|it| corners <= MANY_CORNERS || !is_exact(it))).collect()
     }
 }
 
@@ -240,6 +244,7 @@ mod tests {
             ceiling_m: None,
             from_utc_ms: None,
             until_utc_ms: None,
+            hours: None,
         }
     }
 
@@ -281,6 +286,19 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn among_many_corners_no_effort_is_spent_on_the_exact_search() {
+        #[track_caller]
+        fn check(areas: usize, corners: usize, expected: &[f64]) {
+            let areas: Vec<Area> = (0..areas).map(|it| area((0.0, 300.0 * it as f64), 100.0, corners)).collect();
+            let factors: Vec<f64> = Effort::among(areas.iter()).iter().map(|it| it.factor).collect();
+            assert_eq!(factors, expected);
+        }
+        check(5, 20, &[1.0, 1.0, 1.1, 1.1]);
+        check(50, 100, &[1.0, 1.1, 1.1]);
+        check(51, 100, &[1.1, 1.1]);
     }
 
     #[test]

@@ -5,7 +5,9 @@ use kittiwake_proto::v1;
 use super::{InvalidMessage, duration, finite};
 use crate::geometry::Ned;
 use crate::mission::terms::Terms;
-use crate::mission::{MissionOutcome, MissionReport, Objective, ObjectiveReport, ObjectiveStatus, Progress};
+use crate::mission::{
+    MissionOutcome, MissionReport, Objective, ObjectiveReport, ObjectiveStatus, Progress, ReleaseProgress,
+};
 use crate::survey::Survey;
 
 fn from_progress(progress: Progress) -> (v1::ObjectiveState, String) {
@@ -44,6 +46,28 @@ impl From<ObjectiveStatus> for v1::Objective {
             reach_by_utc_ms: terms.by_utc_ms,
             dwell_s: terms.dwell.as_secs_f64(),
             survey: status.objective.survey.map(Into::into),
+            drop: terms.drop,
+            release: v1::ReleaseProgress::from(status.release) as i32,
+        }
+    }
+}
+
+impl From<ReleaseProgress> for v1::ReleaseProgress {
+    fn from(release: ReleaseProgress) -> v1::ReleaseProgress {
+        match release {
+            ReleaseProgress::NotPlanned => v1::ReleaseProgress::Unspecified,
+            ReleaseProgress::Planned => v1::ReleaseProgress::Planned,
+            ReleaseProgress::Seen => v1::ReleaseProgress::Seen,
+        }
+    }
+}
+
+impl From<v1::ReleaseProgress> for ReleaseProgress {
+    fn from(release: v1::ReleaseProgress) -> ReleaseProgress {
+        match release {
+            v1::ReleaseProgress::Unspecified => ReleaseProgress::NotPlanned,
+            v1::ReleaseProgress::Planned => ReleaseProgress::Planned,
+            v1::ReleaseProgress::Seen => ReleaseProgress::Seen,
         }
     }
 }
@@ -70,7 +94,7 @@ impl TryFrom<v1::Survey> for Survey {
 impl TryFrom<v1::Objective> for ObjectiveStatus {
     type Error = InvalidMessage;
     fn try_from(status: v1::Objective) -> Result<ObjectiveStatus, InvalidMessage> {
-        let state = status.state();
+        let (state, release) = (status.state(), status.release().into());
         let position = Ned::try_from(status.position.ok_or(InvalidMessage::Missing("position"))?)?;
         let survey = status.survey.map(Survey::try_from).transpose()?;
         let end = survey.as_ref().and_then(|it| it.turns().last()).map(|it| it.at.at_height(position.height_m()));
@@ -80,13 +104,14 @@ impl TryFrom<v1::Objective> for ObjectiveStatus {
             within: status.reach_within_s.map(|it| duration("reach_within_s", it)).transpose()?,
             by_utc_ms: status.reach_by_utc_ms,
             dwell: duration("dwell_s", status.dwell_s)?,
+            drop: status.drop,
         };
         Ok(ObjectiveStatus {
             objective: Objective {
                 name: status.name,
                 position: end.unwrap_or(position),
-                // A survey on the ground would never be over.
-                flying: status.flying || survey.is_some(),
+                // A survey on the ground would never be over, and no load is dropped there.
+                flying: status.flying || survey.is_some() || status.drop,
                 terms,
                 survey,
             },
@@ -94,6 +119,7 @@ impl TryFrom<v1::Objective> for ObjectiveStatus {
             plan_steps: status.plan_steps,
             replans: status.replans,
             permissions: status.permissions,
+            release,
         })
     }
 }
@@ -184,8 +210,9 @@ pub(super) mod tests {
         let time = || (0..1_000_000u64).prop_map(Duration::from_millis);
         let worth = prop::option::of(0.0..1e6);
         let after = prop::collection::vec(name(), 0..3);
-        (worth, after, prop::option::of(time()), prop::option::of(any::<i64>()), time())
-            .prop_map(|(worth, after, within, by_utc_ms, dwell)| Terms { worth, after, within, by_utc_ms, dwell })
+        (worth, after, prop::option::of(time()), prop::option::of(any::<i64>()), time(), any::<bool>()).prop_map(
+            |(worth, after, within, by_utc_ms, dwell, drop)| Terms { worth, after, within, by_utc_ms, dwell, drop },
+        )
     }
 
     fn survey() -> impl Strategy<Value = Survey> {
@@ -202,18 +229,23 @@ pub(super) mod tests {
     pub(crate) fn objective() -> impl Strategy<Value = ObjectiveStatus> {
         let names = prop::collection::vec(name(), 0..3);
         let place = (ned(), prop::option::of(survey()), any::<bool>());
-        (name(), place, terms(), progress(), any::<u32>(), any::<u32>(), names).prop_map(
-            |(name, (position, survey, flying), terms, progress, plan_steps, replans, permissions)| {
+        let release = [ReleaseProgress::NotPlanned, ReleaseProgress::Planned, ReleaseProgress::Seen];
+        let release = prop::sample::select(release.to_vec());
+        let counts = (any::<u32>(), any::<u32>(), release);
+        (name(), place, terms(), progress(), counts, names).prop_map(
+            |(name, (position, survey, flying), terms, progress, counts, permissions)| {
+                let (plan_steps, replans, release) = counts;
                 let end =
                     survey.as_ref().and_then(|it| it.turns().last()).map(|it| it.at.at_height(position.height_m()));
                 let position = end.unwrap_or(position);
-                let flying = flying || survey.is_some();
+                let flying = flying || survey.is_some() || terms.drop;
                 ObjectiveStatus {
                     objective: Objective { name, position, flying, terms, survey },
                     progress,
                     plan_steps,
                     replans,
                     permissions,
+                    release,
                 }
             },
         )

@@ -7,12 +7,13 @@ use std::time::Duration;
 
 use kittiwake_proto::v1;
 
-use super::{InvalidMessage, duration, flight_mode, out_of_range};
+use super::{InvalidMessage, duration, flight_mode, gripper, out_of_range};
 use crate::area::Area;
+use crate::geodesy::Origin;
 use crate::mission::terms::Order;
 use crate::plan::{
-    Condition, Denial, DenialKind, FailedStep, Parameters, PermissionNeed, Plan, PlanReply, PlanRequest, PlannerStatus,
-    Step, StepDone, StepId,
+    AskAhead, Condition, Denial, DenialKind, FailedStep, Parameters, PermissionNeed, Plan, PlanReply, PlanRequest,
+    PlannerStatus, Step, StepDone, StepId,
 };
 use crate::quantity::Fraction;
 use crate::site::Site;
@@ -26,6 +27,7 @@ impl From<State> for v1::PlanningState {
             mode: state.mode.map_or(v1::FlightMode::Unspecified, Into::into) as i32,
             permissions: state.permissions.into_iter().collect(),
             charge: state.charge.map(Fraction::get),
+            gripper: state.gripper.map_or(v1::Gripper::Unspecified, Into::into) as i32,
         }
     }
 }
@@ -37,6 +39,7 @@ impl TryFrom<v1::PlanningState> for State {
         Ok(State {
             charge: state.charge.map(fraction).transpose()?,
             mode: flight_mode(state.mode()),
+            gripper: gripper(state.gripper()),
             position: state.position.ok_or(InvalidMessage::Missing("position"))?.try_into()?,
             flying: state.flying,
             permissions: state.permissions.into_iter().collect(),
@@ -96,6 +99,7 @@ impl From<Step> for v1::PlanStep {
             nominal: Some(step.nominal.into()),
             ask_for_s: step.ask.iter().map(|need| need.lasts.as_secs_f64()).collect(),
             ask_permissions: step.ask.into_iter().map(|need| need.area).collect(),
+            ask_ahead: step.ask_ahead.into_iter().map(Into::into).collect(),
             auxiliary: step.auxiliary,
             text: step.text,
         }
@@ -109,15 +113,36 @@ impl TryFrom<v1::PlanStep> for Step {
         if distinct.len() < step.ask_permissions.len() {
             return Err(InvalidMessage::Twice("ask_permissions"));
         }
+        let distinct_ahead: BTreeSet<&String> = step.ask_ahead.iter().map(|it| &it.area).collect();
+        if distinct_ahead.len() < step.ask_ahead.len() {
+            return Err(InvalidMessage::Twice("ask_ahead"));
+        }
         Ok(Step {
             id: step_id(step.id).ok_or(InvalidMessage::Missing("id"))?,
             objective: step.objective,
             reaches: step.goal_state.ok_or(InvalidMessage::Missing("goal_state"))?.try_into()?,
             nominal: step.nominal.ok_or(InvalidMessage::Missing("nominal"))?.try_into()?,
             ask: needs(step.ask_permissions, step.ask_for_s)?,
+            ask_ahead: step.ask_ahead.into_iter().map(AskAhead::try_from).collect::<Result<_, _>>()?,
             auxiliary: step.auxiliary,
             text: step.text,
         })
+    }
+}
+
+impl From<AskAhead> for v1::AskAhead {
+    fn from(ahead: AskAhead) -> v1::AskAhead {
+        let AskAhead { need: PermissionNeed { area, lasts }, after } = ahead;
+        v1::AskAhead { area, for_s: lasts.as_secs_f64(), after_s: after.as_secs_f64() }
+    }
+}
+
+impl TryFrom<v1::AskAhead> for AskAhead {
+    type Error = InvalidMessage;
+    fn try_from(ahead: v1::AskAhead) -> Result<AskAhead, InvalidMessage> {
+        let lasts = duration("ask_ahead.for_s", ahead.for_s)?;
+        let after = duration("ask_ahead.after_s", ahead.after_s)?;
+        Ok(AskAhead { need: PermissionNeed { area: ahead.area, lasts }, after })
     }
 }
 
@@ -230,7 +255,9 @@ impl From<PlanReply> for v1::ReplanReply {
         use v1::replan_reply::Reply;
         let reply = match reply {
             PlanReply::Plan(plan) => Reply::Plan(plan.into()),
-            PlanReply::Hold { wait, reason } => Reply::Hold(v1::HoldUntil { wait_s: wait.as_secs_f64(), reason }),
+            PlanReply::Hold { wait, reason, planned } => {
+                Reply::Hold(v1::HoldUntil { wait_s: wait.as_secs_f64(), reason, planned })
+            }
             PlanReply::Finished => Reply::Finished(v1::Finished {}),
             PlanReply::Refused(reason) => Reply::Refused(v1::PlanRefusal { reason }),
         };
@@ -244,7 +271,9 @@ impl TryFrom<v1::ReplanReply> for PlanReply {
         use v1::replan_reply::Reply;
         Ok(match reply.reply.ok_or(InvalidMessage::Missing("reply"))? {
             Reply::Plan(plan) => PlanReply::Plan(plan.try_into()?),
-            Reply::Hold(hold) => PlanReply::Hold { wait: duration("wait_s", hold.wait_s)?, reason: hold.reason },
+            Reply::Hold(v1::HoldUntil { wait_s, reason, planned }) => {
+                PlanReply::Hold { wait: duration("wait_s", wait_s)?, reason, planned }
+            }
             Reply::Finished(_) => PlanReply::Finished,
             Reply::Refused(refusal) => PlanReply::Refused(refusal.reason),
         })
@@ -286,6 +315,7 @@ impl From<PlannerStatus> for v1::PlannerStatus {
             free_order: status.order == Order::Free,
             sites: status.sites.iter().map(Into::into).collect(),
             memory: None,
+            origin: status.origin.map(Into::into),
         }
     }
 }
@@ -305,6 +335,7 @@ impl TryFrom<v1::PlannerStatus> for PlannerStatus {
             epoch: status.epoch,
             order: if status.free_order { Order::Free } else { Order::Given },
             sites: status.sites.into_iter().map(Site::try_from).collect::<Result<_, _>>()?,
+            origin: status.origin.map(Origin::try_from).transpose()?,
         })
     }
 }
@@ -313,16 +344,25 @@ impl TryFrom<v1::PlannerStatus> for PlannerStatus {
 mod tests {
     use proptest::prelude::*;
 
-    use super::super::generators::{area, mode, name, ned, site};
+    use super::super::generators::{area, mode, name, ned, origin, site};
     use super::super::mission::tests::objective;
     use super::super::skill::tests::goal;
     use super::*;
+    use crate::fmu::Gripper;
 
     fn state() -> impl Strategy<Value = State> {
         let permissions = prop::collection::btree_set(name(), 0..3);
         let charge = prop::option::of((0.0..=1.0).prop_map(|it| Fraction::try_from(it).unwrap()));
-        (ned(), any::<bool>(), prop::option::of(mode()), permissions, charge).prop_map(
-            |(position, flying, mode, permissions, charge)| State { position, flying, mode, permissions, charge },
+        let gripper = prop::option::of(prop::sample::select(vec![Gripper::Holding, Gripper::Released]));
+        (ned(), any::<bool>(), prop::option::of(mode()), permissions, charge, gripper).prop_map(
+            |(position, flying, mode, permissions, charge, gripper)| State {
+                position,
+                flying,
+                mode,
+                permissions,
+                charge,
+                gripper,
+            },
         )
     }
 
@@ -342,13 +382,22 @@ mod tests {
             let need = |(area, lasts_ms)| PermissionNeed { area, lasts: Duration::from_millis(lasts_ms) };
             needs.into_iter().map(need).collect()
         });
-        (1..u64::MAX, any::<u32>(), state(), parameters, ask, any::<bool>(), name()).prop_map(
-            |(id, objective, reaches, nominal, ask, auxiliary, text)| Step {
+        let times = (0..1_000_000u64, 0..1_000_000u64);
+        let ask_ahead = prop::collection::btree_map(name(), times, 0..3).prop_map(|ahead| {
+            let ahead = ahead.into_iter().map(|(area, (lasts_ms, after_ms))| AskAhead {
+                need: PermissionNeed { area, lasts: Duration::from_millis(lasts_ms) },
+                after: Duration::from_millis(after_ms),
+            });
+            ahead.collect()
+        });
+        (1..u64::MAX, any::<u32>(), state(), parameters, ask, ask_ahead, any::<bool>(), name()).prop_map(
+            |(id, objective, reaches, nominal, ask, ask_ahead, auxiliary, text)| Step {
                 id: StepId(id),
                 objective,
                 reaches,
                 nominal,
                 ask,
+                ask_ahead,
                 auxiliary,
                 text,
             },
@@ -389,8 +438,10 @@ mod tests {
     }
 
     fn reply() -> impl Strategy<Value = PlanReply> {
-        let hold = (0..1_000_000u64, name())
-            .prop_map(|(wait_ms, reason)| PlanReply::Hold { wait: Duration::from_millis(wait_ms), reason });
+        let hold = (0..1_000_000u64, name(), any::<bool>()).prop_map(|(wait_ms, reason, planned)| {
+            let wait = Duration::from_millis(wait_ms);
+            PlanReply::Hold { wait, reason, planned }
+        });
         prop_oneof![
             plan().prop_map(PlanReply::Plan),
             hold,
@@ -401,9 +452,10 @@ mod tests {
 
     fn status() -> impl Strategy<Value = PlannerStatus> {
         let sites = prop::collection::vec(site(), 0..3);
-        let mission = (name(), prop::collection::vec(objective(), 0..3), prop::collection::vec(area(), 0..3), sites);
+        let areas = prop::collection::vec(area(), 0..3);
+        let mission = (name(), prop::collection::vec(objective(), 0..3), areas, sites, prop::option::of(origin()));
         (mission, distinct_steps(0), any::<u64>(), any::<u32>(), name(), any::<u64>(), any::<bool>()).prop_map(
-            |((mission, objectives, areas, sites), steps, revision, current_objective, hold, epoch, free)| {
+            |((mission, objectives, areas, sites, origin), steps, revision, current_objective, hold, epoch, free)| {
                 PlannerStatus {
                     mission,
                     objectives,
@@ -415,6 +467,7 @@ mod tests {
                     epoch,
                     order: if free { Order::Free } else { Order::Given },
                     sites,
+                    origin,
                 }
             },
         )
@@ -456,6 +509,9 @@ mod tests {
         fn nominal(plan: &mut v1::Plan) -> &mut v1::ParameterSet {
             plan.steps[1].nominal.as_mut().unwrap()
         }
+        fn ahead(area: &str) -> v1::AskAhead {
+            v1::AskAhead { area: area.into(), for_s: 60.0, after_s: 2.0 }
+        }
         check(|plan| plan.steps.clear(), "`steps` is missing");
         check(|plan| plan.steps[1].id = 0, "`id` is missing");
         check(|plan| plan.steps[1].id = 1, "`steps.id` has the same entry twice");
@@ -469,6 +525,11 @@ mod tests {
         check(
             |plan| plan.steps[0].ask_permissions = vec!["A".into(), "A".into()],
             "`ask_permissions` has the same entry twice",
+        );
+        check(|plan| plan.steps[0].ask_ahead = vec![ahead("A"), ahead("A")], "`ask_ahead` has the same entry twice");
+        check(
+            |plan| plan.steps[0].ask_ahead = vec![v1::AskAhead { after_s: -1.0, ..ahead("A") }],
+            "`ask_ahead.after_s` is -1.0, expected seconds, zero or more",
         );
     }
 }

@@ -12,6 +12,7 @@ impl From<SkillKind> for v1::SkillKind {
             SkillKind::Takeoff => v1::SkillKind::Takeoff,
             SkillKind::Stop => v1::SkillKind::Stop,
             SkillKind::Offboard => v1::SkillKind::Offboard,
+            SkillKind::Release => v1::SkillKind::Release,
         }
     }
 }
@@ -25,6 +26,7 @@ impl TryFrom<v1::SkillKind> for SkillKind {
             v1::SkillKind::Takeoff => Ok(SkillKind::Takeoff),
             v1::SkillKind::Stop => Ok(SkillKind::Stop),
             v1::SkillKind::Offboard => Ok(SkillKind::Offboard),
+            v1::SkillKind::Release => Ok(SkillKind::Release),
         }
     }
 }
@@ -72,6 +74,7 @@ impl From<Goal> for v1::SkillGoal {
             Goal::Velocity { velocity, yaw_rate_rad_s, timeout_s } => {
                 G::Velocity(v1::VelocityGoal { velocity: Some(velocity.into()), yaw_rate_rad_s, timeout_s })
             }
+            Goal::Release { over } => G::Release(v1::ReleaseGoal { over: Some(over.into()) }),
         };
         v1::SkillGoal { goal: Some(goal) }
     }
@@ -96,6 +99,7 @@ impl TryFrom<v1::SkillGoal> for Goal {
                 yaw_rate_rad_s: it.yaw_rate_rad_s.map(|it| finite("yaw_rate_rad_s", it)).transpose()?,
                 timeout_s: it.timeout_s.map(|it| positive("timeout_s", it)).transpose()?,
             },
+            G::Release(it) => Goal::Release { over: it.over.ok_or(InvalidMessage::Missing("over"))?.try_into()? },
         })
     }
 }
@@ -120,6 +124,7 @@ impl From<SkillEvent> for v1::SkillEvent {
             velocity: event.velocity.map(Into::into),
             position_timestamp_us: event.position_timestamp_us,
             landed_timestamp_us: event.landed_timestamp_us,
+            flown_by_other: event.flown_by_other,
         }
     }
 }
@@ -145,6 +150,7 @@ impl TryFrom<v1::SkillEvent> for SkillEvent {
             velocity: event.velocity.map(TryInto::try_into).transpose()?,
             position_timestamp_us: event.position_timestamp_us,
             landed_timestamp_us: event.landed_timestamp_us,
+            flown_by_other: event.flown_by_other,
         })
     }
 }
@@ -169,7 +175,8 @@ pub(super) mod tests {
         let velocity = (velocity(), prop::option::of(-1.0..1.0), prop::option::of(0.1..100.0))
             .prop_map(|(velocity, yaw_rate_rad_s, timeout_s)| Goal::Velocity { velocity, yaw_rate_rad_s, timeout_s });
         let takeoff = (0.1..100.0).prop_map(|climb_m| Goal::Takeoff { climb_m });
-        prop_oneof![Just(Goal::Land), Just(Goal::Stop), takeoff, position, velocity]
+        let release = ned().prop_map(|over| Goal::Release { over });
+        prop_oneof![Just(Goal::Land), Just(Goal::Stop), takeoff, position, velocity, release]
     }
 
     fn event() -> impl Strategy<Value = SkillEvent> {
@@ -183,19 +190,22 @@ pub(super) mod tests {
             Just(SkillPhase::Closing),
             prop::sample::select(outcomes.to_vec()).prop_map(SkillPhase::Ended),
         ];
-        let kind = prop::sample::select(vec![K::Land, K::Takeoff, K::Stop, K::Offboard]);
-        let place = (prop::option::of(ned()), prop::option::of(velocity()), any::<u64>(), any::<u64>());
+        let kind = prop::sample::select(vec![K::Land, K::Takeoff, K::Stop, K::Offboard, K::Release]);
+        let place = (prop::option::of(ned()), prop::option::of(velocity()), any::<u64>(), any::<u64>(), any::<bool>());
         (any::<u64>(), name(), kind, phase, name(), place).prop_map(
-            |(skill_id, request_id, kind, phase, reason, (position, velocity, measured, landed))| SkillEvent {
-                skill_id,
-                request_id,
-                kind,
-                phase,
-                reason,
-                position,
-                velocity,
-                position_timestamp_us: measured,
-                landed_timestamp_us: landed,
+            |(skill_id, request_id, kind, phase, reason, (position, velocity, measured, landed, by_other))| {
+                SkillEvent {
+                    skill_id,
+                    request_id,
+                    kind,
+                    phase,
+                    reason,
+                    position,
+                    velocity,
+                    position_timestamp_us: measured,
+                    landed_timestamp_us: landed,
+                    flown_by_other: by_other,
+                }
             },
         )
     }
@@ -223,6 +233,9 @@ pub(super) mod tests {
             hold_at_target: false,
         });
         check(Goal::Velocity { velocity: NedVelocity::new(0.0, f64::NAN, 0.0), yaw_rate_rad_s: None, timeout_s: None });
+        check(Goal::Release { over: Ned::new(0.0, f64::NAN, 0.0) });
+        let nowhere = v1::skill_goal::Goal::Release(v1::ReleaseGoal { over: None });
+        assert_eq!(Goal::try_from(v1::SkillGoal { goal: Some(nowhere) }), Err(InvalidMessage::Missing("over")));
         assert_eq!(Goal::try_from(v1::SkillGoal { goal: None }), Err(InvalidMessage::Missing("goal")));
     }
 }

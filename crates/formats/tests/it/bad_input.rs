@@ -179,6 +179,69 @@ fn a_wrong_file_of_another_format_is_reported_with_its_place() {
     check("q.plan", PLAN, "\"version\": 1,", "\"version\" 1,", "line 3 column 15: expected `:`");
 }
 
+/// The same mistakes in the formats that are not ED-269, and what each repairs.
+#[test]
+fn shapes_heights_and_times_are_judged_alike_in_all_formats() {
+    /// An area of GeoJSON with these rings and properties: what is said of it.
+    fn geojson(rings: &str, properties: &str) -> Result<String, String> {
+        let text = format!(
+            r#"{{"type": "Feature", "properties": {{"kind": "keep-out"{properties}}},
+                "geometry": {{"type": "Polygon", "coordinates": {rings}}}}}"#
+        );
+        import("a.geojson", &text, &settings()).map(|it| notes(&it)).map_err(|it| it.to_string())
+    }
+    #[track_caller]
+    fn check(found: Result<String, String>, expected: Result<&str, &str>) {
+        match (&found, expected) {
+            (Ok(said), Ok(part)) => assert!(said.contains(part) && said.is_empty() == part.is_empty(), "{said}"),
+            (Err(told), Err(part)) => assert!(told.starts_with(part), "expected `{part}`, got `{told}`"),
+            _ => panic!("expected {expected:?}, got {found:?}"),
+        }
+    }
+    const SQUARE: &str = "[[6.606, 54.004], [6.609, 54.004], [6.609, 54.006], [6.606, 54.006], [6.606, 54.004]]";
+    const CLOCKWISE: &str = "[[6.606, 54.004], [6.606, 54.006], [6.609, 54.006], [6.609, 54.004], [6.606, 54.004]]";
+    check(geojson(&format!("[{SQUARE}]"), ""), Ok(""));
+    check(geojson(&format!("[{CLOCKWISE}]"), ""), Ok("the corners run clockwise, against RFC 7946: read all the same"));
+    // A hole is filled whatever its shape, and also where it lies outside.
+    let holes = [
+        "[]",
+        "7",
+        "[[6.607, 54.0045], [6.608, 54.0055], [6.608, 54.0045], [6.607, 54.0055]]",
+        "[[7, 55], [8, 55], [8, 56]]",
+    ];
+    for hole in holes {
+        check(geojson(&format!("[{SQUARE}, {hole}]"), ""), Ok("/geometry/coordinates/1: a hole has no counterpart"));
+    }
+    // A bow tie, and a ring that comes back along itself.
+    let bow_tie = "[[6.606, 54.004], [6.609, 54.006], [6.609, 54.004], [6.606, 54.006], [6.606, 54.004]]";
+    let spike =
+        "[[6.606, 54.004], [6.609, 54.004], [6.609, 54.006], [6.609, 54.004], [6.606, 54.006], [6.606, 54.004]]";
+    for ring in [bow_tie, spike] {
+        let told = "a.geojson: /geometry/coordinates: the ring crosses or touches itself";
+        check(geojson(&format!("[{ring}]"), ""), Err(told));
+    }
+    check(geojson("[]", ""), Err("a.geojson: a polygon without rings"));
+    check(geojson("[[]]", ""), Err("a.geojson: /geometry/coordinates/0: a ring of 0 different corners has no area"));
+    let point = "[[[6.606, 54.004], [6.606, 54.004], [6.606, 54.004], [6.606, 54.004]]]";
+    check(geojson(point, ""), Err("a.geojson: /geometry/coordinates/0: a ring of 1 different corners has no area"));
+    let square = format!("[{SQUARE}]");
+    let window = r#", "from_utc": "2026-05-01T08:00:00Z", "until_utc": "2026-05-01T08:00:00Z""#;
+    check(geojson(&square, window), Err("a.geojson: /properties: the period ends before it begins"));
+    check(
+        geojson(&square, r#", "hours_utc": ["Mon 08:00-09:00", "Mon"]"#),
+        Err("a.geojson: /properties/hours_utc/1: found `Mon`, expected days and hours\n  help: write it like"),
+    );
+    check(geojson(&square, r#", "hours_utc": 8"#), Err("a.geojson: /properties/hours_utc: found 8, expected a list"));
+    check(geojson(&square, r#", "hours": []"#), Ok("/properties: field `hours` is not in the format: not read"));
+    check_mistake(
+        "a.kml",
+        KML,
+        "</begin>",
+        "</begin><end>2020-01-01T00:00:00Z</end>",
+        "a.kml: line 4 column 5: the period ends before it begins",
+    );
+}
+
 #[test]
 fn a_fence_to_stay_inside_that_reaches_too_far_is_cut_off() {
     let text = PLAN.replacen("[[53.99, 6.58], [54.01, 6.58]", "[[53.99, 2.58], [54.01, 2.58]", 1);

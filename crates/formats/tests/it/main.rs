@@ -3,6 +3,7 @@
 mod bad_input;
 mod round_trips;
 mod samples;
+mod schedules;
 mod shapes;
 
 use std::path::Path;

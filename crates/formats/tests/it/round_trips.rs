@@ -4,6 +4,7 @@ use super::samples::PLAN;
 use super::{import, mission, origin, settings, source};
 use domain::area::{Area, AreaKind};
 use domain::geometry::Ned;
+use domain::hours::WeeklyHours;
 use domain::mission::terms::{Order, Terms};
 use domain::mission::{Mission, Objective};
 use domain::site::{Site, SiteKind};
@@ -40,7 +41,7 @@ fn is_same_ring(a: &[Ned], b: &[Ned]) -> bool {
 fn is_same_area(a: &Area, b: &Area) -> bool {
     let reversed: Vec<Ned> = b.corners.iter().rev().copied().collect();
     let band = |it: &Area| [it.floor_m, it.ceiling_m].map(|it| it.map(|it| (it * 100.0).round()));
-    let rest = |it: &Area| (it.name.clone(), it.kind, it.from_utc_ms, it.until_utc_ms, band(it));
+    let rest = |it: &Area| (it.name.clone(), it.kind, it.from_utc_ms, it.until_utc_ms, it.hours.clone(), band(it));
     rest(a) == rest(b) && (is_same_ring(&a.corners, &b.corners) || is_same_ring(&a.corners, &reversed))
 }
 
@@ -56,8 +57,9 @@ fn area() -> impl Strategy<Value = Area> {
     let band = (prop::option::of(1.0..50.0_f64), prop::option::of(60.0..110.0_f64));
     // Within 100 km everything is in reach, and farther than 100 m nothing is too near to the take-off point.
     let place = (200.0..60_000.0_f64, 0.0..std::f64::consts::TAU, 20.0..90.0_f64, 3_usize..9);
-    (any::<bool>(), window, band, place).prop_map(
-        |(keep_out, window, band, (distance_m, direction, radius_m, count))| {
+    let hours = prop::option::of(prop::collection::vec((0..10_080_i64, 1..2_000_i64), 1..4));
+    (any::<bool>(), window, hours, band, place).prop_map(
+        |(keep_out, window, hours, band, (distance_m, direction, radius_m, count))| {
             let (sin, cos) = direction.sin_cos();
             let corner = |index: usize| {
                 let (east, north) = (std::f64::consts::TAU * index as f64 / count as f64).sin_cos();
@@ -71,6 +73,7 @@ fn area() -> impl Strategy<Value = Area> {
                 ceiling_m: band.1,
                 from_utc_ms: window.0.map(|it| it * 1000),
                 until_utc_ms: window.1.map(|it| it * 1000),
+                hours: hours.map(|spans| WeeklyHours::new(spans).expect("some, and few")),
             }
         },
     )
@@ -80,8 +83,10 @@ fn area() -> impl Strategy<Value = Area> {
 fn terms() -> impl Strategy<Value = Terms> {
     let seconds = || (0..100_000_u64).prop_map(Duration::from_millis);
     let by = prop::option::of((1_i64..2_000_000_000).prop_map(|it| it * 1000));
-    (prop::option::of((0..4000_u16).prop_map(|it| f64::from(it) / 4.0)), prop::option::of(seconds()), by, seconds())
-        .prop_map(|(worth, within, by_utc_ms, dwell)| Terms { worth, after: Vec::new(), within, by_utc_ms, dwell })
+    let worth = prop::option::of((0..4000_u16).prop_map(|it| f64::from(it) / 4.0));
+    (worth, prop::option::of(seconds()), by, seconds(), any::<bool>()).prop_map(
+        |(worth, within, by_utc_ms, dwell, drop)| Terms { worth, after: Vec::new(), within, by_utc_ms, dwell, drop },
+    )
 }
 
 /// With terms, in any order, and with a survey at the end.
@@ -103,7 +108,9 @@ fn missions_with_terms() -> impl Strategy<Value = Mission> {
             mission.objectives.push(look);
             let names: Vec<String> = mission.objectives.iter().map(|it| it.name.clone()).collect();
             for (index, (objective, terms)) in mission.objectives.iter_mut().zip(terms).enumerate() {
-                objective.terms = Terms { after: names[..index].to_vec(), ..terms };
+                // A load is dropped in flight.
+                let drop = terms.drop && objective.flying;
+                objective.terms = Terms { after: names[..index].to_vec(), drop, ..terms };
             }
             mission.order = if is_free { Order::Free } else { Order::Given };
             mission
@@ -140,7 +147,7 @@ fn missions() -> impl Strategy<Value = Mission> {
             survey: None,
         };
         let objectives = objectives.into_iter().enumerate().map(objective).collect();
-        Mission { name: "sample".into(), objectives, areas, order: Default::default(), sites }
+        Mission { name: "sample".into(), objectives, areas, order: Default::default(), sites, origin: None }
     })
 }
 
@@ -199,6 +206,7 @@ proptest! {
             prop_assert_eq!(said("permission area"), !is_closed);
             prop_assert_eq!(said("no heights"), is_closed && (area.floor_m.is_some() || area.ceiling_m.is_some()));
             prop_assert_eq!(said("no time window"), is_closed && (area.from_utc_ms.is_some() || area.until_utc_ms.is_some()));
+            prop_assert_eq!(said("no hours"), is_closed && area.hours.is_some());
         }
     }
 }
@@ -236,4 +244,18 @@ fn the_sample_plan_comes_back_as_it_was_read() {
         "{first:?} {again:?}"
     );
     assert_eq!((first.objectives.len(), first.areas.len()), (again.objectives.len(), again.areas.len()));
+}
+
+#[test]
+fn a_drop_is_a_release_after_its_waypoint() {
+    let text = "name = \"m\"\n[[objective]]\nname = \"buoy\"\nnorth_m = 0\neast_m = 200\nheight_m = 30\nflying = true\n\
+                drop = true\n[[objective]]\nname = \"look\"\nnorth_m = 50\neast_m = 200\nheight_m = 30\nflying = true\n\
+                drop = true\ndwell_s = 9\n\
+                [[objective]]\nname = \"home\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n";
+    let mission = Mission::read(&source("m.toml", text)).unwrap_or_else(|it| panic!("{it}"));
+    let (plan, notes) = written(&mission, Target::Plan);
+    let drops: Vec<_> = back(&plan).objectives.iter().map(|it| (it.flying, it.terms.drop)).collect();
+    assert_eq!(drops, [(true, true), (true, true), (false, false)]);
+    let said = "look: a stay after a drop has no counterpart in a plan, which holds before it releases";
+    assert_eq!(notes.iter().filter(|it| it.contains("drop")).collect::<Vec<_>>(), [said]);
 }

@@ -72,6 +72,48 @@ fn a_plan_becomes_objectives_and_areas() {
     );
 }
 
+#[test]
+fn a_release_and_a_load_to_be_placed_become_drops() {
+    /// `items` after a waypoint; whether each objective drops, and what is said.
+    #[track_caller]
+    fn check(items: &str, expected: &[bool], said: &str) {
+        let text = format!(
+            r#"{{"fileType": "Plan", "mission": {{"plannedHomePosition": [54, 6.6, 20], "items": [
+            {{"type": "SimpleItem", "command": 16, "frame": 3, "params": [0, 0, 0, null, 54.001, 6.6, 40]}}{items}]}}}}"#
+        );
+        let assembled =
+            import("d.plan", &text, &Settings { origin: None, ..settings() }).unwrap_or_else(|it| panic!("{it}"));
+        let drops: Vec<_> = mission(&assembled).objectives.iter().map(|it| it.terms.drop).collect();
+        assert_eq!((drops.as_slice(), notes(&assembled).as_str()), (expected, said), "{items}");
+    }
+    let release = r#", {"type": "SimpleItem", "command": 211, "frame": 2, "params": [1, 0, 0, 0, 0, 0, 0]}"#;
+    let grab = r#", {"type": "SimpleItem", "command": 211, "frame": 2, "params": [1, 1, 0, 0, 0, 0, 0]}"#;
+    let place = r#", {"type": "SimpleItem", "command": 94, "frame": 3, "params": [5, 0, 0, 0, 54.002, 6.6, 30]}"#;
+    let land = r#", {"type": "SimpleItem", "command": 21, "frame": 3, "params": [0, 0, 0, 0, 54.003, 6.6, 0]}"#;
+    check("", &[false], "");
+    check(release, &[true], "");
+    check(
+        grab,
+        &[false],
+        "/mission/items/1: a gripper that does anything else than release has no counterpart: left out\n",
+    );
+    check(
+        &[release, release].concat(),
+        &[true],
+        "/mission/items/2: a second release at a place has no counterpart: left out\n",
+    );
+    check(
+        place,
+        &[false, true],
+        "/mission/items/1: a load to be placed is dropped from the height of its item: nothing descends with it\n",
+    );
+    check(
+        &[land, release].concat(),
+        &[false, false],
+        "/mission/items/2: a release that follows no place in flight has no counterpart: left out\n",
+    );
+}
+
 /// A survey of a field of 200 m by 90 m, as QGroundControl writes it.
 const SURVEY: &str = r#"{"fileType": "Plan", "mission": {"plannedHomePosition": [54, 6.6, 20], "items": [{
     "type": "ComplexItem", "complexItemType": "survey", "version": 5, "angle": 0, "entryLocation": 0,
@@ -141,8 +183,8 @@ fn zones_of_ed_269_become_areas() {
         ],
         "\
 /title: not needed: not read
-/UASZoneList/1/applicability/0/schedule: a schedule has no counterpart: the area applies at all times of the period
 /UASZoneList/1/applicability/1: a second period has no counterpart: the area applies from the first to the last
+/UASZoneList/1/applicability/0/schedule: another period has no schedule: the area applies at all hours
 /UASZoneList/1/geometry/0/horizontalProjection/coordinates/1: a hole has no counterpart: it is filled, the area covers it
 /UASZoneList/2: field `colour` is not in the format: not read
 /UASZoneList/2/restriction: conditions cannot be checked on board: the area needs a permission
@@ -187,7 +229,7 @@ fn zones_of_ed_318_become_areas() {
 /name: not needed: not read
 /metadata: not needed: not read
 /features/1/properties/type: U-space needs an authorised flight: the area needs a permission
-/features/1/properties/limitedApplicability/0/schedule: a schedule has no counterpart: the area applies at all times of the period
+/features/1/properties/limitedApplicability/0/schedule/0: sunrise and sunset have no fixed hour: the area applies on the whole day, and on the day after it
 /features/0/geometry/geometries/0: its upper limit is above the ellipsoid: converted with the most that the geoid differs from it
 ",
     );

@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use kittiwake_proto::topics::{Message, Request, Response, Topic};
 
-use super::VirtualBus;
 use super::calls::{OpenCall, Progress};
 use super::queue::Index;
+use super::{Member, VirtualBus};
 use crate::{CallError, CallId, Event, Token, VehicleId};
 
 impl VirtualBus<'_> {
@@ -18,13 +18,17 @@ impl VirtualBus<'_> {
         if vehicle.is_empty() && topic != Topic::Heartbeat {
             return;
         }
-        for to in 0..self.nodes.len() {
-            let receiver = &self.nodes[to];
-            let subscribes = receiver.node.subscriptions().contains(&topic) && receiver.scope.covers(&vehicle);
-            if subscribes && !receiver.has_ended && from != Some(to) {
-                self.send(from, to, Event::Message { vehicle: vehicle.clone(), message: message.clone() });
-            }
+        let topics = super::bit(topic);
+        let receives = |(to, it): (Index, &Member<'_>)| {
+            let is_told = it.subscribed & topics != 0 && !it.has_ended && from != Some(to) && it.scope.covers(&vehicle);
+            is_told.then_some(to)
+        };
+        let receivers: Vec<Index> = self.nodes.iter().enumerate().filter_map(receives).collect();
+        let Some((last, others)) = receivers.split_last() else { return };
+        for to in others {
+            self.send(from, *to, Event::Message { vehicle: vehicle.clone(), message: message.clone() });
         }
+        self.send(from, *last, Event::Message { vehicle, message });
     }
 
     /// A node calls.
@@ -64,6 +68,11 @@ impl VirtualBus<'_> {
             call.progress = Progress::AnsweredLate;
             return;
         }
+        if self.disturbances.loses(self.now) {
+            // Which its caller finds out when the time for it is over.
+            call.progress = Progress::AnsweredLate;
+            return;
+        }
         let (caller, id) = (call.caller, call.id);
         self.calls.close(caller, id);
         self.queue.send(Some(from), caller, Event::Reply { call: id, result }, self.now, delay);
@@ -97,7 +106,15 @@ impl VirtualBus<'_> {
     }
 
     fn send(&mut self, from: Option<Index>, to: Index, event: Event) {
-        let delay = self.delays.draw();
-        self.queue.send(from, to, event, self.now, delay);
+        let undisturbed = [Some(Duration::ZERO), None];
+        let [first, second] = from.map_or(undisturbed, |_| self.disturbances.copies(self.now, &event));
+        if let Some(late) = second {
+            let delay = late + self.delays.draw();
+            self.queue.send(from, to, event.clone(), self.now, delay);
+        }
+        if let Some(late) = first {
+            let delay = late + self.delays.draw();
+            self.queue.send(from, to, event, self.now, delay);
+        }
     }
 }

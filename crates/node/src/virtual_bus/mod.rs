@@ -8,19 +8,22 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use domain::time::{Now, Time};
-use kittiwake_proto::topics::{Message, Request, Service};
+use kittiwake_proto::topics::{Message, Request, Service, Topic};
 use kittiwake_proto::v1::Heartbeat;
 
 use crate::{Effect, Event, MessageKind, Node, Scope, Token, commands_first};
 
 mod calls;
 mod delivery;
+mod disturbance;
 mod machine;
 mod queue;
 #[cfg(test)]
 mod tests;
 
 use calls::Calls;
+pub use disturbance::Disturbance;
+use disturbance::Disturbances;
 use machine::Delays;
 pub use machine::Machine;
 use queue::{Index, Queue};
@@ -37,8 +40,13 @@ const LIVELOCK: u32 = 10_000;
 /// Nodes, their shared clock and the events between them.
 pub struct VirtualBus<'a> {
     nodes: Vec<Member<'a>>,
+    /// Processes that are being started again.
+    starting: Vec<Starting<'a>>,
     now: Time,
+    /// By how much the wall clock was set away from where it would be, in milliseconds.
+    clock_set_ms: i64,
     delays: Delays,
+    disturbances: Disturbances,
     queue: Queue,
     calls: Calls,
     next_token: u64,
@@ -54,6 +62,8 @@ type Tap<'a> = Box<dyn FnMut(Time, &Message) + 'a>;
 struct Member<'a> {
     node: Box<dyn Node + 'a>,
     scope: Scope,
+    /// A bit for each topic that it receives: every message asks every node.
+    subscribed: u64,
     /// When its next turn is at the earliest.
     free_from: Time,
     next_heartbeat: Time,
@@ -63,9 +73,20 @@ struct Member<'a> {
     open: Vec<(Token, Service)>,
 }
 
-/// What a node does next.
+/// A process that follows one that was killed, before its node is on the bus.
+struct Starting<'a> {
+    at: Time,
+    scope: Scope,
+    node: Box<dyn Node + 'a>,
+}
+
+/// What comes next.
 #[derive(Debug, Clone, Copy)]
 enum Turn {
+    /// A call expires.
+    Expiry,
+    /// A process that was killed is there again.
+    Start,
     /// Takes in what has arrived, and acts.
     Events(Index),
     /// Says that its loop turns.
@@ -77,8 +98,11 @@ impl<'a> VirtualBus<'a> {
     pub fn new(machine: Machine) -> VirtualBus<'a> {
         VirtualBus {
             nodes: Vec::new(),
+            starting: Vec::new(),
             now: Time::ZERO,
+            clock_set_ms: 0,
             delays: Delays::of(machine),
+            disturbances: Disturbances::default(),
             queue: Queue::default(),
             calls: Calls::default(),
             next_token: 1,
@@ -90,9 +114,14 @@ impl<'a> VirtualBus<'a> {
 
     /// Adds a node; it sees the nodes in its scope, and they see it.
     pub fn add(&mut self, scope: Scope, node: impl Node + 'a) {
+        self.add_boxed(scope, Box::new(node));
+    }
+
+    fn add_boxed(&mut self, scope: Scope, node: Box<dyn Node + 'a>) {
         let added = self.nodes.len();
         let member = Member {
-            node: Box::new(node),
+            subscribed: node.subscriptions().iter().fold(0, |topics, topic| topics | bit(*topic)),
+            node,
             scope,
             free_from: self.now,
             next_heartbeat: self.now,
@@ -151,6 +180,35 @@ impl<'a> VirtualBus<'a> {
         assert!(0 < count, "there is no node `{name}`");
     }
 
+    /// Kills the process of the node called like `successor`, which is there after `time`: what is under way to it is lost, its calls end with
+    /// it, and the others see it vanish and appear. One that is being started is killed, too.
+    ///
+    /// # Panics
+    /// If there is no such node.
+    pub fn restart(&mut self, time: Duration, successor: Box<dyn Node + 'a>) {
+        let (name, at) = (successor.name(), self.now + time);
+        if let Some(killed) = self.starting.iter().position(|it| it.node.name() == name) {
+            let scope = self.starting.remove(killed).scope;
+            return self.starting.push(Starting { at, scope, node: successor });
+        }
+        let killed = self.nodes.iter().position(|it| it.node.name() == name && !it.has_ended);
+        let Some(killed) = killed else { panic!("there is no node `{name}`") };
+        self.end(killed);
+        let scope = self.nodes[killed].scope.clone();
+        self.starting.push(Starting { at, scope, node: successor });
+    }
+
+    /// For this long what the nodes send each other is lost, sent twice or late, now and then. The later one takes the place of the
+    /// earlier one.
+    pub fn disturb(&mut self, disturbance: Disturbance, time: Duration) {
+        self.disturbances.begin(disturbance, self.now + time);
+    }
+
+    /// Sets the wall clock of every node by this many milliseconds, forward or back.
+    pub fn set_clock(&mut self, by_ms: i64) {
+        self.clock_set_ms += by_ms;
+    }
+
     /// Runs until `done` says so or `limit` of virtual time has passed; whether `done` said so.
     ///
     /// # Panics
@@ -170,32 +228,43 @@ impl<'a> VirtualBus<'a> {
             turns = if self.now < at { 0 } else { turns + 1 };
             self.now = self.now.max(at);
             match turn {
-                Some(Turn::Heartbeat(node)) => self.beat(node),
-                Some(Turn::Events(node)) => {
+                Turn::Expiry => self.expire_calls(),
+                Turn::Start => self.start(),
+                Turn::Heartbeat(node) => self.beat(node),
+                Turn::Events(node) => {
                     let name = self.nodes[node].node.name();
                     assert!(turns < LIVELOCK, "time stands still: {name} acts again and again");
                     self.take_turn(node);
                 }
-                None => self.expire_calls(),
             }
         }
     }
 
-    /// What comes next: when, and which node's turn; `None` when a call expires.
-    fn next(&self) -> Option<(Time, Option<Turn>)> {
+    /// What comes next, and when.
+    fn next(&self) -> Option<(Time, Turn)> {
         let arrival = self.queue.next(|node| self.nodes[node].free_from);
         // What has arrived comes first.
         if let Some((at, node)) = arrival.filter(|(at, _)| *at <= self.now) {
-            return Some((at, Some(Turn::Events(node))));
+            return Some((at, Turn::Events(node)));
         }
-        let expiry = self.calls.deadline().map(|at| (at, None));
-        let arrival = arrival.map(|(at, node)| (at, Some(Turn::Events(node))));
+        let expiry = self.calls.deadline().map(|at| (at, Turn::Expiry));
+        let arrival = arrival.map(|(at, node)| (at, Turn::Events(node)));
         let present = || self.nodes.iter().enumerate().filter(|(_, it)| !it.has_ended);
-        let deadlines = present()
-            .filter_map(|(index, it)| Some((it.node.deadline()?.max(it.free_from), Some(Turn::Events(index)))));
-        let heartbeats =
-            present().map(|(index, it)| (it.next_heartbeat.max(it.free_from), Some(Turn::Heartbeat(index))));
-        expiry.into_iter().chain(arrival).chain(deadlines).chain(heartbeats).min_by_key(|(at, _)| *at)
+        let deadlines =
+            present().filter_map(|(index, it)| Some((it.node.deadline()?.max(it.free_from), Turn::Events(index))));
+        let heartbeats = present().map(|(index, it)| (it.next_heartbeat.max(it.free_from), Turn::Heartbeat(index)));
+        let start = self.starting.iter().map(|it| (it.at, Turn::Start)).min_by_key(|(at, _)| *at);
+        let others = start.into_iter().chain(deadlines).chain(heartbeats);
+        expiry.into_iter().chain(arrival).chain(others).min_by_key(|(at, _)| *at)
+    }
+
+    /// The process that was to be there first is there.
+    fn start(&mut self) {
+        let first = self.starting.iter().enumerate().min_by_key(|(_, it)| it.at).map(|(index, _)| index);
+        if let Some(first) = first {
+            let Starting { scope, node, .. } = self.starting.remove(first);
+            self.add_boxed(scope, node);
+        }
     }
 
     /// A node says that its loop turns.
@@ -271,9 +340,16 @@ impl<'a> VirtualBus<'a> {
         }
     }
 
-    fn moment(&self) -> Now {
-        Now { time: self.now, utc_ms: UTC_START_MS + self.now.since_start().as_millis() as i64 }
+    /// The virtual time, and UTC.
+    pub fn moment(&self) -> Now {
+        Now { time: self.now, utc_ms: UTC_START_MS + self.clock_set_ms + self.now.since_start().as_millis() as i64 }
     }
+}
+
+/// The topic as a set of one.
+fn bit(topic: Topic) -> u64 {
+    const { assert!(Topic::ALL.len() <= u64::BITS as usize, "a set of topics is 64 bits wide") };
+    1_u64 << topic as u32
 }
 
 /// The start of the node at `index`, of which there is one.

@@ -14,13 +14,25 @@ pub(super) type Index = usize;
 /// Events under way. Those of one [`Flow`] arrive in order; other flows may overtake.
 #[derive(Default)]
 pub(super) struct Queue {
-    /// In the order in which they were sent.
-    events: Vec<Queued>,
+    /// By receiver: what waits for a node that hangs is looked at by nobody until that node goes on.
+    lanes: Vec<Lane>,
+    /// Events sent so far.
+    sent: u64,
     last_arrival: HashMap<Flow, Time>,
 }
 
+/// What is under way to one node.
+#[derive(Default)]
+struct Lane {
+    /// In the order in which they were sent.
+    events: Vec<Queued>,
+    /// The earliest arrival among them.
+    first_arrival: Option<Time>,
+}
+
 struct Queued {
-    to: Index,
+    /// Counts up over all lanes.
+    number: u64,
     arrives: Time,
     event: Event,
 }
@@ -50,19 +62,35 @@ impl Queue {
         let last = self.last_arrival.entry((from, to, Class::of(&event))).or_insert(Time::ZERO);
         let arrives = (now + delay).max(*last);
         *last = arrives;
-        self.events.push(Queued { to, arrives, event });
+        if self.lanes.len() <= to {
+            self.lanes.resize_with(to + 1, Lane::default);
+        }
+        self.sent += 1;
+        let lane = &mut self.lanes[to];
+        lane.first_arrival = Some(lane.first_arrival.map_or(arrives, |first| first.min(arrives)));
+        lane.events.push(Queued { number: self.sent, arrives, event });
     }
 
-    /// When a node can next take in an event, and which node: none before its time in `free_from`.
+    /// When a node can next take in an event, and which node: none before its time in `free_from`. Of several nodes that can at the
+    /// same moment, the one to which an event was sent first.
     pub(super) fn next(&self, free_from: impl Fn(Index) -> Time) -> Option<(Time, Index)> {
-        self.events.iter().map(|it| (it.arrives.max(free_from(it.to)), it.to)).min_by_key(|(at, _)| *at)
+        let turn = |(node, lane): (Index, &Lane)| Some((lane.first_arrival?.max(free_from(node)), node));
+        let turns = || self.lanes.iter().enumerate().filter_map(turn);
+        let (at, first) = turns().min_by_key(|(at, _)| *at)?;
+        let mut alike = turns().filter(|(other, _)| *other == at);
+        if alike.nth(1).is_none() {
+            return Some((at, first));
+        }
+        let alike = turns().filter(|(other, _)| *other == at);
+        alike.min_by_key(|(_, node)| self.lanes[*node].first_number(at))
     }
 
     /// Takes out what has arrived at `node`, as its mailbox has it: of each state only the newest, in the place of the
     /// first.
     pub(super) fn take(&mut self, node: Index, now: Time) -> Vec<Event> {
-        let has_arrived = |it: &mut Queued| it.to == node && it.arrives <= now;
-        let mut arrived: Vec<Queued> = self.events.extract_if(.., has_arrived).collect();
+        let Some(lane) = self.lanes.get_mut(node) else { return Vec::new() };
+        let mut arrived: Vec<Queued> = lane.events.extract_if(.., |it| it.arrives <= now).collect();
+        lane.first_arrival = lane.events.iter().map(|it| it.arrives).min();
         arrived.sort_by_key(|it| it.arrives);
         let mut mailbox: Vec<Event> = Vec::new();
         for Queued { event, .. } in arrived {
@@ -77,7 +105,16 @@ impl Queue {
 
     /// Drops what is under way to `node`.
     pub(super) fn drop_all(&mut self, node: Index) {
-        self.events.retain(|it| it.to != node);
+        if let Some(lane) = self.lanes.get_mut(node) {
+            *lane = Lane::default();
+        }
+    }
+}
+
+impl Lane {
+    /// The number of the event that was sent first, of those that have arrived at this time.
+    fn first_number(&self, at: Time) -> Option<u64> {
+        self.events.iter().find(|it| it.arrives <= at).map(|it| it.number)
     }
 }
 
@@ -107,6 +144,8 @@ mod tests {
     use super::*;
     use kittiwake_proto::topics::Message;
     use kittiwake_proto::v1;
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::{RngCore, SeedableRng};
 
     const fn ms(milliseconds: u64) -> Duration {
         Duration::from_millis(milliseconds)
@@ -166,5 +205,54 @@ mod tests {
         check(&[old.clone(), flag("f"), new.clone(), flag("f")], &["uav1 0.8", "f", "f"]);
         check(&[old, battery("uav2", 0.7), new], &["uav1 0.8", "uav2 0.7"]);
         check(&[peer("1", true), peer("2", true), peer("1", false)], &["1 false", "2 true"]);
+    }
+
+    #[test]
+    fn of_nodes_that_are_free_at_one_moment_the_one_that_was_sent_to_first_comes_first() {
+        let mut queue = Queue::default();
+        queue.send(Some(0), 2, flag("early"), Time::ZERO, ms(10));
+        queue.send(Some(0), 1, flag("late"), Time::ZERO, ms(5));
+        assert_eq!(queue.next(|_| Time::ZERO), Some((Time::ZERO + ms(5), 1)), "by arrival");
+        assert_eq!(queue.next(|_| Time::ZERO + ms(20)), Some((Time::ZERO + ms(20), 2)), "both are there: as sent");
+        let busy = |node: Index| Time::ZERO + ms(if node == 2 { 30 } else { 20 });
+        assert_eq!(queue.next(busy), Some((Time::ZERO + ms(20), 1)), "one hangs");
+        queue.drop_all(1);
+        assert_eq!(queue.next(busy), Some((Time::ZERO + ms(30), 2)));
+        assert_eq!(texts(&queue.take(2, Time::ZERO + ms(30))), ["early"]);
+        assert_eq!(queue.next(busy), None);
+    }
+
+    #[test]
+    fn the_order_is_that_of_one_list_of_all_events() {
+        for seed in 0..50 {
+            let mut dice = ChaCha8Rng::seed_from_u64(seed);
+            let mut below = |limit: u32| dice.next_u32() % limit;
+            let (mut queue, mut now, mut free_from) = (Queue::default(), Time::ZERO, [Time::ZERO; 4]);
+            // Receiver, arrival and name, in the order in which they were sent.
+            let mut list: Vec<(Index, Time, String)> = Vec::new();
+            let mut last_arrival: HashMap<(Index, Index), Time> = HashMap::new();
+            for number in 0..300 {
+                if below(3) < 2 {
+                    let (from, to, delay) = (below(4) as Index, below(4) as Index, ms(below(20).into()));
+                    let name = format!("event {number}");
+                    queue.send(Some(from), to, flag(&name), now, delay);
+                    let last = last_arrival.entry((from, to)).or_insert(Time::ZERO);
+                    *last = (now + delay).max(*last);
+                    list.push((to, *last, name));
+                    continue;
+                }
+                let turns = list.iter().map(|(to, arrives, _)| ((*arrives).max(free_from[*to]), *to));
+                let next = turns.min_by_key(|(at, _)| *at);
+                assert_eq!(queue.next(|node| free_from[node]), next, "seed {seed}");
+                let Some((at, node)) = next else { continue };
+                now = now.max(at);
+                let has_arrived = |(to, arrives, _): &mut (Index, Time, String)| *to == node && *arrives <= now;
+                let mut arrived: Vec<_> = list.extract_if(.., has_arrived).collect();
+                arrived.sort_by_key(|(_, arrives, _)| *arrives);
+                let expected: Vec<String> = arrived.into_iter().map(|(_, _, name)| name).collect();
+                assert_eq!(texts(&queue.take(node, now)), expected, "seed {seed}");
+                free_from[node] = now + ms(below(30).into());
+            }
+        }
     }
 }

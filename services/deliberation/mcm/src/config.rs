@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use domain::energy::EnergyModel;
+use domain::energy::{EnergyModel, Wind};
 use domain::quantity::Positive;
 use domain::route::TransitionLimits;
 use domain::speeds::Speeds;
@@ -47,11 +47,21 @@ pub struct Config {
     pub return_height_m: Positive,
     /// Speed of a return, and of leaving an area, in metres per second.
     pub return_speed_m_s: Positive,
+    /// No faster than this over ground while a flag slows the vehicle, in metres per second. (ENG: half of the cruise speed: a quarter
+    /// of the distance to stop.)
+    pub slow_speed_m_s: Positive,
+    /// By how much the action `climb` climbs, in metres, no higher than `highest_m`. (ENG: clear of people and vessels below.)
+    pub climb_by_m: Positive,
     /// Climb in metres per second, by which ways over and under areas are compared with ways round them.
     /// (PX4: MPC_Z_VEL_MAX_UP.)
     pub climb_m_s: Positive,
     /// The same for the descent. (PX4: MPC_Z_VEL_MAX_DN.)
     pub descent_m_s: Positive,
+    /// The fastest that it flies through the air, in metres per second: against the usual wind of `[energy]`, if that leaves less of it than
+    /// the speed of a way, the way takes longer. (The planner's `airspeed_m_s`.)
+    pub airspeed_m_s: Positive,
+    /// How it brakes over ground at least, in m/s2: where it would come to rest is looked at ahead. (PX4: MPC_ACC_HOR 3 m/s2.)
+    pub braking_m_s2: Positive,
     /// Least height of a flight without a plan, in metres above the nearest landing site; the vehicle climbs to it
     /// first. (ENG: clear of people.)
     pub least_height_m: Positive,
@@ -115,6 +125,9 @@ pub enum Verdict {
     Refuse,
 }
 
+/// The land detector speaks once a second (PX4 and ArduPilot as shipped, vehicle-sim): two times may be lost.
+const LAND_DETECTOR: Duration = Duration::from_secs(3);
+
 /// The same, ready for use: limits of the machine in mission time with their wall-clock floor.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Limits {
@@ -123,6 +136,8 @@ pub(crate) struct Limits {
     pub(crate) energy: EnergyModel,
     pub(crate) request_timeout: Duration,
     pub(crate) introspection: Duration,
+    /// How long what a skill has confirmed overrides an older land detector message.
+    pub(crate) land_detector: Duration,
     pub(crate) skill_silence: Duration,
     pub(crate) permission_answer: Duration,
     pub(crate) permission_tries: u32,
@@ -131,6 +146,10 @@ pub(crate) struct Limits {
     pub(crate) arrival_radius_m: f64,
     pub(crate) transition: TransitionLimits,
     pub(crate) return_height_m: f64,
+    pub(crate) slow_speed_m_s: f64,
+    pub(crate) climb_by_m: f64,
+    pub(crate) airspeed_m_s: f64,
+    pub(crate) braking_m_s2: f64,
     pub(crate) flight: FlightLimits,
     pub(crate) farthest_out_m: f64,
     pub(crate) vertical_margin_m: f64,
@@ -156,6 +175,7 @@ impl Config {
             tick_period: pace.wall(self.tick_period_ms.seconds() / 1000),
             request_timeout: pace.limit(self.request_timeout_s.seconds()),
             introspection: pace.limit(self.introspection_limit_s.seconds()),
+            land_detector: pace.limit(LAND_DETECTOR),
             skill_silence: pace.limit(self.skill_silence_s.seconds()),
             permission_answer: self.permission_answer_s.seconds(),
             permission_tries: self.permission_tries.max(1),
@@ -167,12 +187,12 @@ impl Config {
                 stand_off_m: self.transition_stand_off_m.get(),
             },
             return_height_m: self.return_height_m.get(),
+            slow_speed_m_s: self.slow_speed_m_s.get(),
+            climb_by_m: self.climb_by_m.get(),
+            airspeed_m_s: self.airspeed_m_s.get(),
+            braking_m_s2: self.braking_m_s2.get(),
             flight: FlightLimits {
-                speeds: Speeds {
-                    cruise_m_s: self.return_speed_m_s.get(),
-                    climb_m_s: self.climb_m_s.get(),
-                    descent_m_s: self.descent_m_s.get(),
-                },
+                speeds: self.speeds(energy.usual_wind()),
                 least_height_m: self.least_height_m.get(),
                 highest_m: self.highest_m.get(),
                 clearance_m: self.clearance_m.get(),
@@ -191,5 +211,44 @@ impl Config {
             plan_approval_default: self.plan_approval_default,
             report_period: pace.wall(Duration::from_millis(500)),
         }
+    }
+
+    /// How fast ways without a plan are flown in this wind, as the planner times its plans.
+    fn speeds(&self, wind: Wind) -> Speeds {
+        let calm = Speeds::calm(self.return_speed_m_s.get(), self.climb_m_s.get(), self.descent_m_s.get());
+        let in_wind = Speeds { airspeed_m_s: self.airspeed_m_s.get(), wind, ..calm };
+        // In a wind in which nothing is planned, a vehicle that is in the air still needs a way down, and a time for it that ends.
+        if in_wind.hold_in_wind() { in_wind } else { calm }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use domain::file::Source;
+    use domain::geometry::Ned;
+
+    use super::*;
+
+    #[derive(Deserialize)]
+    struct Shipped {
+        mcm: Config,
+        energy: EnergyModel,
+    }
+
+    #[test]
+    fn ways_without_a_plan_are_timed_in_the_usual_wind() {
+        #[track_caller]
+        fn check(headwind: &str, expected_s: f64) {
+            let text = include_str!("../../../../config/kittiwake.toml").replace("headwind_m_s = 4.0", headwind);
+            let Shipped { mcm, energy } = Source { path: "kittiwake.toml".into(), text }.parse().unwrap();
+            let speeds = mcm.limits(energy, Pace::REAL_TIME).flight.speeds;
+            let time_s = speeds.time_s(Ned::default(), Ned::new(600.0, 0.0, 0.0));
+            assert!((time_s - expected_s).abs() < 1e-6, "{headwind}: {time_s} s, expected {expected_s} s");
+        }
+        // 15 m/s through the air: 10 m/s over ground until the wind leaves less.
+        check("headwind_m_s = 4.0", 60.0);
+        check("headwind_m_s = 9.0", 100.0);
+        // Nothing is planned in that.
+        check("headwind_m_s = 15.0", 60.0);
     }
 }

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use domain::contingency::Contingencies;
+use domain::measured::Measured;
 use domain::time::Time;
 
 /// The flags of the table's rows, most urgent first.
@@ -24,6 +25,8 @@ pub(crate) struct Flags {
 pub(crate) struct Flag {
     since: Time,
     reason: String,
+    /// The value that it was raised by. A restart of the manager forgets it: the reason has it in words.
+    measured: Option<Measured>,
     /// The sources that say that its condition still holds, each once.
     sources: Vec<String>,
     acknowledged_by: Option<String>,
@@ -34,6 +37,11 @@ impl Flag {
     /// Why it was raised.
     pub(crate) fn reason(&self) -> &str {
         &self.reason
+    }
+
+    /// The value that it was raised by, if there is one.
+    pub(crate) fn measured(&self) -> Option<Measured> {
+        self.measured
     }
 
     /// Whether it was up when an operator last ordered something with override.
@@ -76,9 +84,17 @@ impl Flags {
     }
 
     /// Raises a row's flag; true if it was down.
-    pub(crate) fn raise(&mut self, now: Time, row: usize, source: String, reason: String) -> bool {
+    pub(crate) fn raise(
+        &mut self,
+        now: Time,
+        row: usize,
+        source: String,
+        reason: String,
+        measured: Option<Measured>,
+    ) -> bool {
         let rose = !std::mem::replace(&mut self.up[row], true);
-        let fresh = || Flag { since: now, reason, sources: Vec::new(), acknowledged_by: None, overridden: false };
+        let (sources, acknowledged_by, overridden) = (Vec::new(), None, false);
+        let fresh = || Flag { since: now, reason, measured, sources, acknowledged_by, overridden };
         let flag = self.rows[row].1.get_or_insert_with(fresh);
         if !flag.sources.contains(&source) {
             flag.sources.push(source);
@@ -97,7 +113,7 @@ impl Flags {
         overridden: bool,
     ) {
         self.up[row] = true;
-        self.rows[row].1 = Some(Flag { since: now, reason, sources, acknowledged_by, overridden });
+        self.rows[row].1 = Some(Flag { since: now, reason, measured: None, sources, acknowledged_by, overridden });
     }
 
     /// By `source` the flag's condition no longer holds; the flag stays up until its row takes it down.

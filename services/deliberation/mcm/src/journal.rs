@@ -1,78 +1,168 @@
 //! Decisions, until they are published as decision records.
 
-use domain::contingency::Contingencies;
-use domain::time::Time;
-use kittiwake_proto::v1;
+use domain::contingency::{Contingencies, Phase};
+use domain::decision::{DecisionKind, DecisionRecord, Rejected};
+use domain::measured::Measured;
+use domain::time::Now;
 
 use crate::flags::Flags;
 use crate::repeats::Repeats;
 use crate::world::Waits;
 
+mod numbers;
+mod said;
+mod threads;
+
+use numbers::Numbers;
+pub(crate) use said::{Cause, Said};
+use threads::Threads;
+
 /// The topic of what rises, falls and waits, which may do so faster than anybody reads.
-const CONTINGENCY: &str = "contingency";
+pub(crate) const CONTINGENCY: &str = "contingency";
 
 /// A decision. Those on the way from a flag to its action are put into words later, so that they do not delay the
 /// action.
 #[derive(Debug)]
 pub(crate) enum Decision {
-    /// In words already, with its topic.
-    Said(&'static str, String),
-    /// The flag of this row was raised for this reason.
-    Raised(usize, String),
-    /// This row responds from here on.
-    Responding(usize),
+    /// In words already.
+    Said(Said),
+    /// The flag of this row was raised for this reason, by this value.
+    Raised(usize, String, Option<Measured>),
+    /// This row responds from here on, and these rows, whose flags are up, do not.
+    Responding(usize, Vec<(usize, Passed)>),
     /// The flag of this row is up and not answered.
     Waits(usize, Waits),
 }
 
-/// The decisions of this wake.
+/// Why a row whose flag is up does not respond when another one begins to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Passed {
+    /// It does not count in this phase.
+    OutOfPhase(Phase),
+    /// Its first action is less severe.
+    LessSevere,
+    /// An operator's order comes before it.
+    Overridden,
+    /// It is as severe and lower in the table.
+    LessUrgent,
+}
+
+/// The decisions of this wake, and what later ones may follow from.
 #[derive(Debug, Default)]
 pub(crate) struct Journal {
-    published: u64,
-    pending: Vec<(Time, Decision)>,
+    numbers: Numbers,
+    pending: Vec<(Now, Decision)>,
     repeats: Repeats,
+    threads: Threads,
 }
 
 impl Journal {
     /// Records a decision.
-    pub(crate) fn decided(&mut self, at: Time, decision: Decision) {
+    pub(crate) fn decided(&mut self, at: Now, decision: Decision) {
         self.pending.push((at, decision));
     }
 
-    /// The records of the decisions since the last call, in words. Of contingencies the same words come a few times only within some
-    /// seconds.
-    pub(crate) fn records(&mut self, now: Time, flags: &Flags, table: &Contingencies) -> Vec<v1::DecisionRecord> {
-        let over = self.repeats.over(now).into_iter().map(|text| (now, CONTINGENCY, text));
-        let mut said: Vec<(Time, &'static str, String)> = over.collect();
-        for (at, decision) in self.pending.drain(..) {
-            let (topic, text) = in_words(decision, flags, table);
-            if topic != CONTINGENCY || self.repeats.is_said(at, &text) {
-                said.push((at, topic, text));
-            }
+    /// A number above that of every record so far, to be persisted.
+    pub(crate) fn ceiling(&self) -> u64 {
+        self.numbers.ceiling()
+    }
+
+    /// The records of the manager before have numbers up to this one.
+    pub(crate) fn number_above(&mut self, ceiling: u64) {
+        self.numbers.go_on_above(ceiling);
+    }
+
+    /// The records of the decisions since the last call. Of contingencies the same comes a few times only within some seconds.
+    pub(crate) fn records(&mut self, now: Now, flags: &Flags, table: &Contingencies) -> Vec<DecisionRecord> {
+        let Journal { numbers, pending, repeats, threads } = self;
+        let mut records = Vec::new();
+        let mut add = |at: Now, said: Said| {
+            let (number, parent) = (numbers.take_next(), threads.parent(&said));
+            threads.follow(&said, number);
+            records.push(record(number, at, said, parent, flags));
+        };
+        for text in repeats.over(now.time) {
+            add(now, Said::new(CONTINGENCY, DecisionKind::Note, text).led_to_by(Cause::Nothing));
         }
-        let mut records = Vec::with_capacity(said.len());
-        for (at, topic, text) in said {
-            self.published += 1;
-            let (at_s, topic, sequence) = (at.as_secs_f64(), topic.to_owned(), self.published);
-            records.push(v1::DecisionRecord { at_s, topic, text, sequence });
+        for (at, decision) in pending.drain(..) {
+            let said = in_words(decision, flags, table);
+            if said.topic != CONTINGENCY || repeats.is_said(at.time, &about(&said), &said.text) {
+                add(at, said);
+            }
         }
         records
     }
 }
 
-fn in_words(decision: Decision, flags: &Flags, table: &Contingencies) -> (&'static str, String) {
+/// What counts as the same when it repeats itself: that a flag is up or waits, with whatever value and behind whichever other, or the
+/// same words.
+fn about(said: &Said) -> String {
+    match (said.kind, said.row) {
+        (DecisionKind::ContingencyRaised | DecisionKind::ContingencyWaits, Some(row)) => {
+            format!("{:?} {row}", said.kind)
+        }
+        _ => said.text.clone(),
+    }
+}
+
+fn record(number: u64, at: Now, said: Said, parent: Option<u64>, flags: &Flags) -> DecisionRecord {
+    DecisionRecord {
+        number,
+        at_s: at.time.as_secs_f64(),
+        utc_ms: at.utc_ms,
+        topic: said.topic.to_owned(),
+        kind: said.kind,
+        text: said.text,
+        flag: said.row.map_or_else(String::new, |row| flags.name(row).to_string()),
+        measured: said.measured,
+        response: said.response,
+        response_reason: said.response_reason,
+        rejected: said.rejected,
+        parent,
+    }
+}
+
+fn in_words(decision: Decision, flags: &Flags, table: &Contingencies) -> Said {
+    let said = |kind, text: String| Said::new(CONTINGENCY, kind, text);
     match decision {
-        Decision::Said(topic, text) => (topic, text),
-        Decision::Raised(row, reason) => (CONTINGENCY, format!("flag `{}` raised: {reason}", flags.name(row))),
-        Decision::Responding(row) => {
-            let first = table.rows()[row].actions.first().map_or("nothing", |it| it.tree.as_str());
-            (CONTINGENCY, format!("`{}`: {first}", flags.name(row)))
+        Decision::Said(said) => said,
+        Decision::Raised(row, reason, measured) => {
+            let text = format!("flag `{}` raised: {reason}", flags.name(row));
+            said(DecisionKind::ContingencyRaised, text).about(row).led_to_by(Cause::Nothing).measuring(measured)
         }
-        Decision::Waits(row, Waits::Behind(other)) => {
-            (CONTINGENCY, format!("`{}` waits behind `{}`", flags.name(row), flags.name(other)))
+        Decision::Responding(row, passed) => {
+            let first = first_action(table, row);
+            let rejected = passed.into_iter().map(|(other, why)| rejected(other, why, row, flags, table)).collect();
+            said(DecisionKind::ContingencyAnswered, format!("`{}`: {first}", flags.name(row)))
+                .about(row)
+                .led_to_by(Cause::Raised(row))
+                .measuring(flags.get(flags.name(row)).and_then(|flag| flag.measured()))
+                .taking(first, String::new())
+                .rejecting(rejected)
         }
-        Decision::Waits(row, Waits::Until(phase)) => {
-            (CONTINGENCY, format!("`{}` does not count {phase}", flags.name(row)))
+        Decision::Waits(row, waits) => {
+            let flag = flags.name(row);
+            let text = match waits {
+                Waits::Behind(other) => format!("`{flag}` waits behind `{}`", flags.name(other)),
+                Waits::Until(phase) => format!("`{flag}` does not count {phase}"),
+            };
+            said(DecisionKind::ContingencyWaits, text).about(row).led_to_by(Cause::Raised(row))
         }
     }
+}
+
+/// The action that the row `other` asks for, and why it is not flown when `row` responds.
+fn rejected(other: usize, why: Passed, row: usize, flags: &Flags, table: &Contingencies) -> Rejected {
+    let asks = format!("`{}` asks for it", flags.name(other));
+    let why = match why {
+        Passed::OutOfPhase(phase) => format!("{asks} and does not count {phase}"),
+        Passed::LessSevere => format!("{asks}, which is less severe than {}", first_action(table, row)),
+        Passed::Overridden => format!("{asks} and is overridden by an operator"),
+        Passed::LessUrgent => format!("{asks} and is less urgent than `{}`", flags.name(row)),
+    };
+    Rejected { what: first_action(table, other).to_owned(), why }
+}
+
+fn first_action(table: &Contingencies, row: usize) -> &str {
+    table.rows()[row].actions.first().map_or("nothing", |it| it.tree.as_str())
 }

@@ -108,6 +108,21 @@ impl Mcm {
         }
     }
 
+    /// Another flight begins: nothing of the tree of the one before goes on.
+    fn begin_tree(&mut self, now: Now) {
+        match self.world.library().instantiate("mission", &[]) {
+            Ok(tree) => {
+                self.tree = tree;
+                if let Some(timing) = &mut self.timing {
+                    timing.follow(&mut self.tree);
+                }
+                self.next_tick = Some(now.time);
+            }
+            // The same trees have made the first one.
+            Err(mistake) => self.world.say("mission", format!("the tree cannot be made again: {mistake}")),
+        }
+    }
+
     /// Ticks the tree until no node asks for another tick at this moment.
     fn tick(&mut self) {
         if self.next_tick.is_none() {
@@ -162,6 +177,9 @@ impl Node for Mcm {
             Event::Request { token, request: Request::OperatorCommand(command), .. } => {
                 let reply = self.world.obey(command, self.next_tick.is_none());
                 self.world.reply(token, Response::OperatorCommand(reply));
+                if self.world.takes_new_tree() {
+                    self.begin_tree(now);
+                }
                 if self.world.responder().is_some() {
                     // The tree had ended, and the vehicle flies again: an order to come down must still be obeyed.
                     self.next_tick.get_or_insert(now.time);

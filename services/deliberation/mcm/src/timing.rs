@@ -41,6 +41,12 @@ impl Timing {
         Timing { now_ns, leaves, woken_ns: None, ticked_ns: 0, ticks: [0; BUCKETS], changes }
     }
 
+    /// Watches `tree` in place of the one before.
+    pub(crate) fn follow<World>(&mut self, tree: &mut Tree<World>) {
+        let Timing { woken_ns, ticked_ns, ticks, .. } = *self;
+        *self = Timing { woken_ns, ticked_ns, ticks, ..Timing::of(tree, self.now_ns) };
+    }
+
     /// A message was taken in, or a deadline has come. The first call since the last record begins a wake.
     pub(crate) fn wake(&mut self) {
         self.woken_ns.get_or_insert_with(self.now_ns);

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use behavior_tree::{Document, Element, Library, LoadError};
-use domain::contingency::{Action, Contingencies, Row};
+use domain::contingency::{Action, Contingencies, Row, Severity};
 use domain::file::{Mistake, Mistakes, Place, Source};
 
 use crate::leaves::registry;
@@ -54,20 +54,24 @@ pub struct LoadedTrees(pub(crate) Arc<Library<World>>);
 /// The contingency subtree as XML.
 pub fn contingency_xml(table: &Contingencies) -> String {
     let mut branches: Vec<Element> = Vec::new();
-    let mut rows = table.rows().iter().peekable();
-    while let Some(row) = rows.next() {
-        let Some(group) = &row.group else {
+    let mut groups = Vec::new();
+    // One that only slows responds never.
+    let rows = || table.rows().iter().filter(|row| !row.only_slows());
+    for row in rows() {
+        let Some(group) = row.group else {
             branches.push(branch(row));
             continue;
         };
-        let mut members = vec![branch(row)];
-        while let Some(next) = rows.next_if(|it| it.group.as_ref() == Some(group)) {
-            members.push(branch(next));
+        if groups.contains(&group) {
+            continue;
         }
+        groups.push(group);
+        // In the place of the most urgent one: their order does not matter, since no more than one of all rows responds.
+        let members = rows().filter(|it| it.group == Some(group)).map(branch);
         branches.push(
             Element::new("ReactiveSequence")
                 .attribute("name", &format!("group {group}"))
-                .child(Element::new("GroupResponds").attribute("group", group))
+                .child(Element::new("GroupResponds").attribute("group", group.name()))
                 .child(
                     Element::new("ReactiveFallback")
                         .attribute("name", &format!("{group}: the row that responds"))
@@ -83,7 +87,7 @@ pub fn contingency_xml(table: &Contingencies) -> String {
 /// have failed. A sequence with memory, so that a response under way does not depend on its condition any more.
 fn branch(row: &Row) -> Element {
     let leaf = |tag: &str| Element::new(tag).attribute("flag", &row.flag);
-    let actions = row.actions.iter().enumerate().map(|(index, action)| tries(&row.flag, index, action));
+    let actions = row.actions.iter().enumerate().map(|(index, action)| tries(row, index, action));
     let chain =
         Element::new("Fallback").attribute("name", &format!("{}: {}", row.flag, row.response())).children(actions);
     let response = Element::new("Sequence")
@@ -99,15 +103,24 @@ fn until(row: &Row) -> String {
     format!("until {} is over", row.flag)
 }
 
-/// All tries of an action, each within its limit.
-fn tries(flag: &str, index: usize, action: &Action) -> Element {
-    let limit = Element::new("Timeout")
-        .attribute("msec", &action.limit.as_millis().to_string())
-        .child(Element::new("SubTree").attribute("ID", &action.tree));
+/// All tries of an action, each within its limit and only if it is possible. The last action is tried whatever is missing.
+fn tries(row: &Row, index: usize, action: &Action) -> Element {
+    let of_action = |tag: &str| Element::new(tag).attribute("action", &index.to_string());
+    let flown = match action.severity {
+        // Somebody else flies: nothing is commanded.
+        Severity::Yield => Element::new("AlwaysSuccess").attribute("name", &action.tree),
+        _ => Element::new("SubTree").attribute("ID", &action.tree),
+    };
+    let limit = Element::new("Timeout").attribute("msec", &action.limit.as_millis().to_string()).child(flown);
+    let may_be_impossible = !action.needs.is_empty() || action.severity == Severity::Land;
+    let tried = match may_be_impossible && index + 1 < row.actions.len() {
+        true => Element::new("Sequence").child(of_action("IsPossible")).child(limit),
+        false => limit,
+    };
     let attempt = Element::new("Sequence")
-        .child(Element::new("AwaitTry").attribute("action", &index.to_string()))
-        .child(Element::new("Fallback").child(limit).child(Element::new("TryFailed")));
-    let name = format!("{flag} {}: {}, {} tries", index + 1, action.tree, action.tries);
+        .child(of_action("AwaitTry"))
+        .child(Element::new("Fallback").child(tried).child(Element::new("TryFailed")));
+    let name = format!("{} {}: {}, {} tries", row.flag, index + 1, action.tree, action.tries);
     retry(i64::from(action.tries), attempt).attribute("name", &name)
 }
 

@@ -3,13 +3,19 @@
 use std::time::Duration;
 
 use domain::flight_state::{Evidence, FlightState, Motors};
-use domain::fmu::{FlightMode, LocalPosition};
+use domain::fmu::{FlightMode, Gripper, LocalPosition, PreEmption, Reported, flown_by_other};
+use domain::geodesy::Origin;
 use domain::geometry::{Ned, NedVelocity};
 use domain::quantity::Fraction;
 use domain::skill::{SkillEvent, SkillKind, SkillOutcome, SkillPhase};
 use domain::time::{Pace, Time};
-use domain::wire::{InvalidMessage, duration, flight_mode};
+use domain::wire::{InvalidMessage, duration, flight_mode, gripper};
 use kittiwake_proto::v1;
+
+use crate::config::Limits;
+
+/// A battery that was heard longer ago, in seconds, does not show what is taken now.
+const BATTERY_FRESH_S: f64 = 0.5;
 
 /// The newest introspection, reduced to what decisions depend on.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,6 +30,20 @@ pub(crate) struct Vehicle {
     pub(crate) status_at: Time,
     /// The charge of the battery as it was heard last, however long ago.
     pub(crate) charge: Option<Fraction>,
+    /// What the gripper does; `None` where that is not known.
+    pub(crate) gripper: Option<Gripper>,
+    /// Whether a pilot or another ground station flies.
+    pub(crate) of_other: bool,
+    /// Whether the autopilot itself flies something else than what was asked for, for a reason of its own.
+    pub(crate) pre_empted: bool,
+    /// Positions of different epochs cannot be compared.
+    pub(crate) frame_epoch: u64,
+    /// Where the local frame has its origin, if that is known.
+    pub(crate) origin: Option<Origin>,
+    /// The wind as it is estimated, towards north and east in m/s; `None` where it is not.
+    pub(crate) wind: Option<(f64, f64)>,
+    /// What the battery gives, in W; `None` where it is not heard.
+    pub(crate) power_w: Option<f64>,
     /// When this introspection arrived.
     pub(crate) seen_at: Time,
     /// When the position was measured, by the vehicle's clock.
@@ -37,12 +57,14 @@ pub(crate) struct Vehicle {
 pub(crate) struct FlightJudge {
     state: FlightState,
     pace: Pace,
+    frame_epoch: Option<u64>,
+    pre_emption: PreEmption,
 }
 
 impl FlightJudge {
     /// Nothing is known yet.
     pub(crate) fn new(pace: Pace) -> FlightJudge {
-        FlightJudge { state: FlightState::default(), pace }
+        FlightJudge { state: FlightState::default(), pace, frame_epoch: None, pre_emption: PreEmption::default() }
     }
 }
 
@@ -53,6 +75,8 @@ pub(crate) struct ConfirmedState {
     at: Time,
     position: Option<(u64, Ned)>,
     flying: Option<(u64, bool)>,
+    /// When the load was seen released.
+    released: Option<Time>,
 }
 
 impl ConfirmedState {
@@ -67,23 +91,33 @@ impl ConfirmedState {
             SkillKind::Takeoff => Some((event.landed_timestamp_us, true)),
             _ => self.flying,
         };
+        if event.kind == SkillKind::Release {
+            self.released = Some(now);
+        }
         if let Some(position) = event.position {
             self.position = Some((event.position_timestamp_us, position));
         }
     }
 
-    /// `vehicle` with what has been confirmed, if that is not older. It counts only for `limit`, because the clock of a
+    /// `vehicle` with what has been confirmed, if that is not older. It counts only for a while, because the clock of a
     /// vehicle that was started again starts at zero.
-    pub(crate) fn correct(&self, mut vehicle: Vehicle, now: Time, limit: Duration) -> Vehicle {
-        if self.at + limit < now {
+    pub(crate) fn correct(&self, mut vehicle: Vehicle, now: Time, limits: &Limits) -> Vehicle {
+        // Where the land detector was silent, motors or height have shown it: that cannot be compared, and counts shortly.
+        let counts = |heard_us: u64| match heard_us {
+            0 => now <= self.at + limits.introspection,
+            _ => vehicle.landed_us <= heard_us && now <= self.at + limits.land_detector,
+        };
+        if let Some((_, flying)) = self.flying.filter(|it| counts(it.0)) {
+            vehicle.flying = flying;
+        }
+        if self.at + limits.introspection < now {
             return vehicle;
         }
         if let Some((_, position)) = self.position.filter(|it| vehicle.position_us <= it.0) {
             vehicle.position = position;
         }
-        // Where the land detector was silent, motors or height have shown it: that cannot be compared.
-        if let Some((_, flying)) = self.flying.filter(|it| it.0 == 0 || vehicle.landed_us <= it.0) {
-            vehicle.flying = flying;
+        if self.released.is_some_and(|at| vehicle.status_at <= at) {
+            vehicle.gripper = Some(Gripper::Released);
         }
         vehicle
     }
@@ -113,7 +147,17 @@ impl Vehicle {
         let battery = introspection.battery.filter(|_| ages.battery_s.is_some());
         let charge = battery.and_then(|it| Fraction::try_from(it.remaining).ok());
         let mode = flight_mode(status.actual_mode());
+        let intended = flight_mode(status.intended_mode());
+        // What is old says nothing about the power of now.
+        let is_fresh = ages.battery_s.is_some_and(|it| it < BATTERY_FRESH_S);
+        let power_w = introspection.battery.filter(|_| is_fresh).and_then(|it| Some(it.voltage_v * it.current_a?));
+        let wind = introspection.wind.map(|it| (it.north_m_s, it.east_m_s));
         let motors = Motors { armed: status.armed, lands: mode == Some(FlightMode::Land) };
+        if judge.frame_epoch.replace(status.frame_epoch).is_some_and(|before| before != status.frame_epoch) {
+            judge.state.frame_moved();
+        }
+        let signal_lost = status.failures().any(|it| it == v1::FailureFlag::OffboardSignalLost);
+        judge.pre_emption.update(now, Reported { failsafe: status.failsafe, intended, actual: mode, signal_lost });
         let position = (age("ages.local_position_s", ages.local_position_s)?, place);
         let landed_age = age("ages.land_detected_s", ages.land_detected_s)?;
         let landed = land_detected.as_ref().map(|it| (landed_age, it.landed));
@@ -127,6 +171,14 @@ impl Vehicle {
             mode,
             status_at: Time::after(now.since_start().saturating_sub(status_age)),
             charge,
+            gripper: gripper(status.gripper()),
+            of_other: flown_by_other(status.armed, status.commanded_by_other, intended),
+            pre_empted: judge.pre_emption.holds(),
+            frame_epoch: status.frame_epoch,
+            // One that no place on Earth has is not known.
+            origin: status.origin.and_then(|it| Origin::try_from(it).ok()),
+            wind: wind.filter(|(north_m_s, east_m_s)| north_m_s.is_finite() && east_m_s.is_finite()),
+            power_w: power_w.filter(|it| it.is_finite()),
             seen_at: now,
             position_us: place.timestamp_us,
             landed_us: land_detected.as_ref().map_or(0, |it| it.timestamp_us),

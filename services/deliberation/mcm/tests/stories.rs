@@ -10,14 +10,19 @@ use kittiwake_proto::v1::operator_command::Verb;
 use node::CallError;
 
 mod alternates;
+mod asking_ahead;
+mod drops;
 mod interruptions;
 mod late_plans;
 mod memory;
+mod narrowing;
 mod orders;
+mod progress;
 mod restarts;
 mod rig;
 mod signed;
 mod timing;
+mod why;
 use rig::{Rig, plan, step};
 
 fn fly(east_m: f64) -> Goal {
@@ -144,6 +149,20 @@ fn a_failed_step_is_replanned_while_a_transition_flies() {
     rig.plan(plan(&[step(7, fly(100.0), &[])]));
     // One request: the vehicle does not loiter in between.
     assert_eq!(rig.story(), "start fly 0 100 10, giving up 2");
+}
+
+#[test]
+fn a_transition_is_told_until_it_has_ended() {
+    for outcome in [Succeeded, Failed] {
+        let (mut rig, skill) = under_way();
+        rig.end(&skill, Failed, "it did not work");
+        let transition = rig.execute();
+        rig.wait(1.0);
+        assert!(rig.status().in_transition);
+        rig.end(&transition, outcome, "");
+        rig.wait(1.0);
+        assert!(!rig.status().in_transition, "after {outcome:?}");
+    }
 }
 
 #[test]
@@ -390,7 +409,13 @@ fn a_silent_tower_is_asked_three_times_and_then_counts_as_a_denial() {
     rig.execute();
     rig.vehicle(true, Offboard, (0.0, 40.0, 10.0));
     rig.story();
-    rig.wait(31.0);
+    rig.wait(16.0);
+    // What an operator is told meanwhile: how long of how long.
+    let awaited = rig.status().awaited;
+    assert!(matches!(awaited.as_slice(), [it] if it.area == "A" && it.limit_s == 30.0), "{awaited:?}");
+    assert!((14.0..=17.0).contains(&awaited[0].waited_s), "{awaited:?}");
+    rig.wait(15.0);
+    assert_eq!(rig.status().awaited, []);
     let story = rig.story();
     assert_eq!(story.matches("ask A").count(), 2, "{story}");
     assert!(
@@ -526,7 +551,7 @@ fn a_skill_that_is_given_up_before_its_id_is_known_is_cancelled_when_it_comes() 
     rig.flag("obstacle", true);
     assert_eq!(rig.story(), "replan after 0 () []\nstart fly 0 80 10\nstart stop");
     // The first request is refused and the stop is accepted: nothing is left to cancel.
-    let refusal = v1::SkillReply { skill_id: 0, refusal: "busy".into() };
+    let refusal = v1::SkillReply { skill_id: 0, refusal: "busy".into(), ..Default::default() };
     rig.answer(|it| matches!(it, Request::Skill(_)).then(|| Ok(Response::Skill(refusal.clone()))));
     rig.execute();
     assert_eq!(rig.story(), "");

@@ -1,11 +1,13 @@
 //! The areas as one request for a plan sees them: the airspace rule, and what it takes to get each permission.
 
+use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use domain::airspace::{self, Clock, Grants, Motion, Stay, latest, soonest, stays};
 use domain::area::{Area, AreaKind};
 use domain::geometry::Ned;
+use domain::plan::PermissionNeed;
 use domain::state::State;
 use domain::time::{Now, Pace};
 
@@ -56,6 +58,8 @@ pub(crate) struct Airspace<'a> {
     pub zones: Vec<Zone<'a>>,
     /// What is known of them whatever the time, by the same index.
     pub map: &'a AreaMap,
+    /// Legs that searches of ways may still look at, all together; without any left no way is found.
+    pub legs_left: Cell<u32>,
 }
 
 /// The permissions that `state` holds; one of which no end is known holds forever.
@@ -85,7 +89,7 @@ impl<'a> Airspace<'a> {
             let closure = closures.get(&area.name).map(|reason| Access::Closed { reason: reason.clone() });
             Zone { area, access: closure.unwrap_or_else(|| access(area, permissions, now, config)) }
         };
-        Airspace { rule, zones: areas.iter().map(zone).collect(), map }
+        Airspace { rule, zones: areas.iter().map(zone).collect(), map, legs_left: Cell::new(u32::MAX) }
     }
 
     /// Whether a vehicle in the air at `point` must leave an area now.
@@ -142,10 +146,7 @@ impl<'a> Airspace<'a> {
 
     /// Between which moments the way is inside `area`.
     fn visits(&self, area: &Area, from: Ned, to: Ned, motion: Motion) -> Vec<(Duration, Duration)> {
-        let way_s = motion.speeds.time_s(from, to);
-        let at = |fraction: f64| {
-            motion.begins.saturating_add(Duration::try_from_secs_f64(way_s * fraction).unwrap_or(Duration::MAX))
-        };
+        let at = |fraction: f64| motion.begins.saturating_add(motion.speeds.time_to(fraction, from, to));
         let visit = |stay: Stay| (soonest(at(stay.enters)), latest(at(stay.leaves)));
         stays(area, from, to, self.rule.vertical_margin_m).into_iter().map(visit).collect()
     }
@@ -159,9 +160,14 @@ impl<'a> Airspace<'a> {
         self.zones.iter().filter_map(left).collect()
     }
 
-    /// Whether the time window of `area` has closed, so that its permission is needed no more.
-    pub(crate) fn has_ended(&self, area: &str) -> bool {
-        self.zones.iter().any(|zone| zone.area.name == area && self.rule.applies(zone.area).is_none())
+    /// Whether the time window of the area has closed, or its hours have and come again only after the permission that was to be asked
+    /// for would have served, so that it is needed no more.
+    pub(crate) fn has_ended(&self, need: &PermissionNeed) -> bool {
+        let is_over = |area: &Area| match self.rule.applies(area) {
+            None => true,
+            Some((opens, _)) => area.hours.is_some() && need.lasts < opens,
+        };
+        self.zones.iter().any(|zone| zone.area.name == need.area && is_over(zone.area))
     }
 
     /// Whether the permission for `area` was refused or too short, and is not held; it may have been asked for before the

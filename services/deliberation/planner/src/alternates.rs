@@ -60,7 +60,7 @@ impl Search<'_> {
     /// The best place from `here`, in the air on `leg`.
     fn best(&mut self, leg: &LegForecast, here: Ned, at: Now) -> Option<Alternate> {
         let judge = self.planner.judge();
-        let (config, limits) = (judge.config, judge.config.flight_limits());
+        let (config, limits) = (judge.config, judge.config.in_wind(self.wind).flight_limits());
         let grants: Grants = leg.held.iter().map(|it| (it.clone(), Duration::MAX)).collect();
         let view = Viewpoint {
             from: here,

@@ -56,7 +56,7 @@ pub(crate) fn chain(start: &State, goal: &State, tolerance: Tolerance, config: &
 #[cfg(test)]
 mod tests {
     use super::*;
-    use domain::fmu::FlightMode;
+    use domain::fmu::{FlightMode, Gripper};
     use domain::geometry::Ned;
 
     /// `(east, height, flying)`.
@@ -103,6 +103,22 @@ mod tests {
             "takeoff to 0 at 60 m, position to 500 at 10 m, land to 500 at 0 m",
         );
         check((0.0, 0.0, false), (500.0, 1.0, true), "takeoff to 0 at 10 m, position to 500 at 1 m");
+    }
+
+    #[test]
+    fn a_load_is_released_by_a_vehicle_at_rest() {
+        #[track_caller]
+        fn check(start: &State, expected: &[&str]) {
+            let goal = State { gripper: Some(Gripper::Released), ..state((500.0, 40.0, true)) };
+            let links = chain(start, &goal, Config::for_tests().tolerance(), &Config::for_tests()).unwrap();
+            let names: Vec<_> = links.iter().rev().map(|it| it.action.name()).collect();
+            assert_eq!(names, expected, "{start:?}");
+        }
+        let there = || state((500.0, 40.0, true));
+        check(&state((0.0, 0.0, false)), &["takeoff", "position", "stop", "release"]);
+        check(&there(), &["stop", "release"]);
+        check(&State { mode: Some(FlightMode::Loiter), ..there() }, &["release"]);
+        check(&State { gripper: Some(Gripper::Released), ..there() }, &[]);
     }
 
     #[test]

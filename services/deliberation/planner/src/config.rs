@@ -1,11 +1,14 @@
 //! The planner's parameters.
 
+use domain::energy::Wind;
 use domain::quantity::{Fraction, Positive};
 use domain::speeds::Speeds;
 use domain::state::Tolerance;
 use domain::way::FlightLimits;
-use serde::Deserialize;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer};
 use std::num::NonZeroU32;
+use std::time::Duration;
 
 /// Section `[planner]` of the configuration. Durations are mission time.
 #[derive(Debug, Clone, Deserialize)]
@@ -18,6 +21,11 @@ pub struct Config {
     pub least_climb_m: Positive,
     /// Speed limit of a position step, in m/s. (ENG: below PX4's MPC_XY_VEL_MAX of 12 m/s.)
     pub cruise_speed_m_s: Positive,
+    /// The fastest that the vehicle flies through the air, in m/s: against a wind that leaves less of it than the cruise speed, legs
+    /// take longer, and in a wind that is as fast nothing is flown. (PX4: MPC_XY_VEL_MAX of 12 m/s is over ground; ENG: what a
+    /// multirotor of this power holds with a reserve for gusts.)
+    #[serde(deserialize_with = "airspeed")]
+    pub airspeed_m_s: Positive,
     /// Where to wait before the border of an area, in metres. (ENG: the braking distance from the
     /// cruise speed at PX4's MPC_ACC_HOR of 3 m/s^2 is 17 m.)
     pub stand_off_m: Positive,
@@ -69,6 +77,10 @@ pub struct Config {
     /// The same for one denied once, on top of what is left of the back-off, in seconds. (ENG: it may
     /// well be denied again.)
     pub expected_wait_after_denial_s: Positive,
+    /// A permission is asked for at least this long before the vehicle is at the border, during an earlier step if need be, in
+    /// seconds, from 0 to 120; 0: no earlier than in the step that leads to the border. (ENG: a tower decides within some
+    /// seconds; SPEC 5 has its answer awaited for 10 s.)
+    pub ask_ahead_s: LeadTime,
     /// A permission denied with a reason is asked for once more after this time, in seconds.
     /// (SPEC 5: 30 s.)
     pub retry_after_denial_s: Positive,
@@ -77,9 +89,82 @@ pub struct Config {
     pub hold_at_most_s: Positive,
     /// The status is repeated this often in wall time, in Hz. (SPEC 5: 1 Hz.)
     pub status_rate_hz: Positive,
+    /// A mission's origin may lie this far from that of the vehicle's local frame. (ENG: a satellite position without corrections
+    /// is some metres off.)
+    pub origin_tolerance_m: OriginTolerance,
+    /// The wind that legs are timed in and energy is judged in. It has no key in this section: it is the one of the energy model, or
+    /// that of a forecast.
+    #[serde(skip, default = "calm")]
+    pub(crate) wind: Wind,
+}
+
+fn calm() -> Wind {
+    Wind::CALM
+}
+
+/// From 1 to 100 m/s: what is slower stands in every breeze, and no multirotor is faster.
+fn airspeed<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Positive, D::Error> {
+    let speed = Positive::deserialize(deserializer)?;
+    match (1.0..=100.0).contains(&speed.get()) {
+        true => Ok(speed),
+        false => Err(D::Error::custom(format!("found {} m/s, expected an airspeed from 1 to 100 m/s", speed.get()))),
+    }
+}
+
+/// Metres over ground: from 0.1, since no position is known better, to 10, the least distance of a mission's places from the border
+/// of an area (see `domain::mission`).
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(try_from = "f64")]
+pub struct OriginTolerance(f64);
+
+impl OriginTolerance {
+    /// The number.
+    pub fn get(self) -> f64 {
+        self.0
+    }
+}
+
+impl TryFrom<f64> for OriginTolerance {
+    type Error = String;
+    fn try_from(metres: f64) -> Result<OriginTolerance, String> {
+        if (0.1..=10.0).contains(&metres) {
+            Ok(OriginTolerance(metres))
+        } else {
+            Err(format!("found {metres}, expected metres from 0.1 to 10"))
+        }
+    }
+}
+
+/// How long before a border a permission is asked for, in seconds: 0 to 120. (ENG: more than that, and a grant is spent on
+/// the way.)
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Deserialize)]
+#[serde(try_from = "f64")]
+pub struct LeadTime(f64);
+
+impl LeadTime {
+    /// The time.
+    pub fn duration(self) -> Duration {
+        Duration::from_secs_f64(self.0)
+    }
+}
+
+impl TryFrom<f64> for LeadTime {
+    type Error = String;
+    fn try_from(seconds: f64) -> Result<LeadTime, String> {
+        if (0.0..=120.0).contains(&seconds) {
+            Ok(LeadTime(seconds))
+        } else {
+            Err(format!("found {seconds}, expected a number of seconds from 0 to 120"))
+        }
+    }
 }
 
 impl Config {
+    /// The same in another wind.
+    pub(crate) fn in_wind(&self, wind: Wind) -> Config {
+        Config { wind, ..self.clone() }
+    }
+
     /// Distance kept to an area that is flown round, in metres.
     pub(crate) fn margin_m(&self) -> f64 {
         self.stand_off_m.get() * self.margin.get()
@@ -100,6 +185,8 @@ impl Config {
             cruise_m_s: self.cruise_speed_m_s.get(),
             climb_m_s: self.climb_m_s.get(),
             descent_m_s: self.descent_m_s.get(),
+            airspeed_m_s: self.airspeed_m_s.get(),
+            wind: self.wind,
         }
     }
 
@@ -128,15 +215,23 @@ pub(crate) fn energy_for_tests() -> domain::energy::EnergyModel {
 #[cfg(test)]
 impl Config {
     pub(crate) fn for_tests() -> Config {
+        Config::read_for_tests(Config::TEXT).expect("the fixture parses")
+    }
+
+    fn read_for_tests(text: &str) -> Result<Config, toml::de::Error> {
         #[derive(Deserialize)]
         struct File {
             planner: Config,
         }
-        let text = "
+        toml::from_str::<File>(text).map(|it| it.planner)
+    }
+
+    const TEXT: &str = "
             [planner]
             takeoff_height_m = 10.0
             least_climb_m = 2.0
             cruise_speed_m_s = 10.0
+            airspeed_m_s = 15.0
             stand_off_m = 20.0
             margin = 0.5
             horizontal_tolerance_m = 3.0
@@ -155,10 +250,51 @@ impl Config {
             grant_lead_s = 30.0
             expected_wait_s = 2.0
             expected_wait_after_denial_s = 15.0
+            ask_ahead_s = 8.0
             retry_after_denial_s = 30.0
             hold_at_most_s = 120.0
             status_rate_hz = 1.0
+            origin_tolerance_m = 5.0
         ";
-        toml::from_str::<File>(text).expect("the fixture parses").planner
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_airspeed_that_no_multirotor_has_is_refused() {
+        #[track_caller]
+        fn check(airspeed_m_s: &str, expected: &str) {
+            let text = Config::TEXT.replace("airspeed_m_s = 15.0", &format!("airspeed_m_s = {airspeed_m_s}"));
+            let told = Config::read_for_tests(&text).map(|_| ()).unwrap_err().to_string();
+            assert!(told.contains(expected), "{told}");
+        }
+        check("0.5", "found 0.5 m/s, expected an airspeed from 1 to 100 m/s");
+        check("150.0", "found 150 m/s, expected an airspeed from 1 to 100 m/s");
+        check("nan", "found NaN, expected a number between");
+        let without = Config::TEXT.replace("airspeed_m_s = 15.0", "");
+        assert!(Config::read_for_tests(&without).unwrap_err().to_string().contains("missing field `airspeed_m_s`"));
+    }
+
+    #[test]
+    fn a_tolerance_that_could_hide_a_border_is_refused() {
+        for good in [0.1, 5.0, 10.0] {
+            assert_eq!(OriginTolerance::try_from(good).map(OriginTolerance::get), Ok(good));
+        }
+        for bad in [0.0, 0.09, 10.1, -5.0, f64::INFINITY] {
+            let expected = format!("found {bad}, expected metres from 0.1 to 10");
+            assert_eq!(OriginTolerance::try_from(bad), Err(expected));
+        }
+        assert!(OriginTolerance::try_from(f64::NAN).is_err());
+    }
+
+    #[test]
+    fn a_lead_time_is_from_0_to_120_seconds() {
+        assert_eq!(LeadTime::try_from(0.0).unwrap().duration(), Duration::ZERO);
+        assert_eq!(LeadTime::try_from(120.0).unwrap().duration(), Duration::from_secs(120));
+        for refused in [-0.1, 120.1, f64::NAN] {
+            assert!(LeadTime::try_from(refused).is_err(), "{refused}");
+        }
     }
 }

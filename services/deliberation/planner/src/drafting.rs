@@ -10,7 +10,7 @@ use domain::plan::{Parameters, PermissionNeed};
 use domain::skill::Goal;
 use domain::state::{State, Tolerance};
 
-use crate::actions::{Action, Waits, position::Position, stop::Stop};
+use crate::actions::{Action, Waits, position::Position, release, stop::Stop};
 use crate::airspace::{Access, Airspace, Asked};
 use crate::back_chaining::{self, Link, NoChain};
 use crate::communication::{SAME_PLACE_M, Section, sections};
@@ -125,8 +125,11 @@ impl Draft<'_> {
     }
 
     fn wait_and_fly(&mut self, link: &Link) -> Result<(), NoWay> {
-        let motion = self.motion(&link.from);
-        let entries = self.airspace.first_entries(link.from.position, link.to.position, motion, &self.asked);
+        let way = (link.from.position, link.to.position);
+        let goal = link.action.set_parameters(&link.from, &link.to, self.config).goal;
+        let motion = self.motion(&link.from, &goal);
+        let (from, to) = release::free_way(&goal, way);
+        let entries = self.airspace.first_entries(from, to, motion, &self.asked);
         let ask: Vec<usize> = entries.into_iter().map(|(_, zone)| zone).collect();
         for zone in &ask {
             match &self.airspace.zones[*zone].access {
@@ -139,7 +142,7 @@ impl Draft<'_> {
             self.add(&Stop, &link.from, State { mode, ..link.from.clone() }, ask);
         }
         self.add(link.action, &link.from, link.to.clone(), Vec::new());
-        self.pass(motion.speeds.time_s(link.from.position, link.to.position));
+        self.pass(self.config.speeds().time_s(way.0, way.1) + release::time_s(&goal));
         Ok(())
     }
 
@@ -147,14 +150,17 @@ impl Draft<'_> {
         self.at = self.at.saturating_add(Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX));
     }
 
-    fn motion(&self, from: &State) -> Motion {
-        Motion { begins: self.at, speeds: self.config.speeds(), airborne: from.flying }
+    /// How what needs the free way of an action with this goal moves.
+    fn motion(&self, from: &State, goal: &Goal) -> Motion {
+        let speeds = release::free_speeds(goal, self.config.speeds());
+        Motion { begins: self.at, speeds, airborne: from.flying }
     }
 
     fn add(&mut self, action: &dyn Action, from: &State, mut to: State, ask: Vec<usize>) {
         let mut nominal = action.set_parameters(from, &to, self.config);
-        let motion = self.motion(from);
-        let needed = self.airspace.needed(from.position, to.position, motion, &self.asked);
+        let motion = self.motion(from, &nominal.goal);
+        let (begin, end) = release::free_way(&nominal.goal, (from.position, to.position));
+        let needed = self.airspace.needed(begin, end, motion, &self.asked);
         nominal.precondition.permissions = needed.clone();
         nominal.invariant.permissions = needed;
         let auxiliary = !ask.is_empty();
@@ -167,7 +173,7 @@ impl Draft<'_> {
         self.steps.push(Step {
             id: None,
             action: ActionStep { name: action.name(), from: from.position, to, nominal },
-            communication: CommunicationStep { ask, auxiliary },
+            communication: CommunicationStep { ask, ask_ahead: Vec::new(), auxiliary },
             passed: 0,
         });
     }
@@ -178,29 +184,47 @@ impl Step {
     pub(crate) fn asking(mut self, ask: Vec<PermissionNeed>) -> Step {
         let auxiliary = !ask.is_empty();
         hold(&mut self.action.nominal, auxiliary);
-        self.communication = CommunicationStep { ask, auxiliary };
+        self.communication = CommunicationStep { ask, ask_ahead: Vec::new(), auxiliary };
         self
     }
 
     /// How long it is flown at least, in seconds.
     pub(crate) fn flight_time_s(&self, config: &Config) -> f64 {
-        config.speeds().time_s(self.action.from, self.action.to.position)
+        config.speeds().time_s(self.action.from, self.action.to.position) + release::time_s(&self.action.nominal.goal)
     }
 
     /// The same as a duration.
     pub(crate) fn flight_time(&self, config: &Config) -> Duration {
-        config.speeds().time(self.action.from, self.action.to.position)
+        let besides = Duration::from_secs_f64(release::time_s(&self.action.nominal.goal));
+        config.speeds().time(self.action.from, self.action.to.position).saturating_add(besides)
     }
 
-    /// How it moves if it begins at this time from now on.
+    /// How what needs its free way moves if it begins at this time from now on.
     pub(crate) fn motion(&self, begins: Duration, config: &Config) -> Motion {
         let airborne = !matches!(self.action.nominal.goal, Goal::Takeoff { .. });
-        Motion { begins, speeds: config.speeds(), airborne }
+        let speeds = release::free_speeds(&self.action.nominal.goal, config.speeds());
+        Motion { begins, speeds, airborne }
+    }
+
+    /// How long after its beginning this fraction of its free way is behind.
+    pub(crate) fn free_time_to(&self, fraction: f64, config: &Config) -> Duration {
+        let (from, to) = self.free_way();
+        release::free_speeds(&self.action.nominal.goal, config.speeds()).time_to(fraction, from, to)
     }
 
     /// The straight way it is planned to take.
     pub(crate) fn way(&self) -> (Ned, Ned) {
         (self.action.from, self.action.to.position)
+    }
+
+    /// The straight way that must be free for it.
+    pub(crate) fn free_way(&self) -> (Ned, Ned) {
+        release::free_way(&self.action.nominal.goal, self.way())
+    }
+
+    /// Whether it releases the load.
+    pub(crate) fn releases(&self) -> bool {
+        matches!(self.action.nominal.goal, Goal::Release { .. })
     }
 
     /// Whether it asks for `area`.

@@ -7,6 +7,7 @@ use domain::quantity::Fraction;
 use domain::skill::Goal;
 use domain::state::{State, Tolerance};
 
+use crate::actions::release;
 use crate::back_chaining;
 use crate::communication::SAME_PLACE_M;
 use crate::config::Config;
@@ -56,7 +57,7 @@ impl Judge<'_> {
         links.iter().fold(Hop::default(), |hop, link| {
             let goal = link.action.set_parameters(&link.from, &link.to, self.config).goal;
             let (from, to) = (link.from.position, link.to.position);
-            let time_s = self.config.speeds().time_s(from, to);
+            let time_s = self.config.speeds().time_s(from, to) + release::time_s(&goal);
             Hop { time_s: hop.time_s + time_s, energy_wh: hop.energy_wh + self.piece_wh(&goal, from, to, time_s) }
         })
     }
@@ -85,7 +86,8 @@ impl Judge<'_> {
             Goal::Takeoff { .. } => self.model.takeoff_wh(self.wind),
             Goal::Land => self.model.landing_wh(self.wind),
             Goal::Position { .. } if SAME_PLACE_M < from.distance_m(to) => self.model.stop_wh(self.wind),
-            Goal::Stop | Goal::Position { .. } | Goal::Velocity { .. } => 0.0,
+            // What hovering for a release takes is in the time of the leg.
+            Goal::Stop | Goal::Position { .. } | Goal::Velocity { .. } | Goal::Release { .. } => 0.0,
         };
         self.model.leg_wh(Leg { from, to, time_s }, self.wind) + more_wh
     }

@@ -1,7 +1,7 @@
 //! What a mission needs, as far as it is known beforehand: each objective is planned from where the
 //! one before leaves the vehicle, as if every permission were granted.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use domain::airspace::Grants;
@@ -70,6 +70,8 @@ pub(crate) struct PermissionForecast {
     pub area: String,
     /// When it is asked for.
     pub asked_s: f64,
+    /// Whether that is before the leg begins.
+    pub ahead: bool,
     /// Until when it must hold.
     pub until_s: f64,
 }
@@ -89,7 +91,7 @@ pub(crate) struct LegForecast {
     pub charge: Option<f64>,
     /// Permission areas it leads through.
     pub areas: Vec<String>,
-    /// Permissions that are asked for when it begins.
+    /// Permissions that it needs to be asked for: when it begins, or ahead of it.
     pub asks: Vec<PermissionForecast>,
     /// Those that are held at its end.
     pub held: BTreeSet<String>,
@@ -144,6 +146,7 @@ pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now
                 now = planner.after(now, seconds(time_s));
                 state = State {
                     permissions: state.permissions,
+                    gripper: last.action.to.gripper.or(state.gripper),
                     charge: charge_after(first_charge, used_wh, &planner).and_then(|it| it.try_into().ok()),
                     ..last.action.to.clone()
                 };
@@ -153,6 +156,8 @@ pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now
             }
             Answer::Hold { wait, reason } => {
                 forecast.wait = reason;
+                let hover_wh = planner.judge().stay_wh(&state, wait.as_secs_f64());
+                (forecast.energy_wh, used_wh) = (forecast.energy_wh + hover_wh, used_wh + hover_wh);
                 now = planner.after(now, wait);
             }
             Answer::Dwell { wait, .. } => {
@@ -164,7 +169,9 @@ pub(crate) fn fly_through(mut planner: MissionPlanner, mut state: State, mut now
             Answer::Finished => break,
         }
     }
-    let way_home = if state.flying { planner.judge().home(&state) } else { Hop::default() };
+    // In a wind in which nothing can be flown there is no way home either.
+    let flies_home = state.flying && planner.judge().config.speeds().hold_in_wind();
+    let way_home = if flies_home { planner.judge().home(&state) } else { Hop::default() };
     let objectives = settled(&planner, &mut forecasts);
     let needs_wh = used_wh + way_home.energy_wh;
     let order = planner.chosen_order().map(|it| it.in_words()).unwrap_or_default();
@@ -210,14 +217,19 @@ fn legs(
 ) -> Vec<LegForecast> {
     let judge = planner.judge();
     let (mut at_s, mut held) = (begins_s, held.clone());
+    // When each area was asked for ahead.
+    let mut ahead: BTreeMap<String, f64> = BTreeMap::new();
     let leg = |step: &Step| {
         let (time_s, energy_wh) = (step.flight_time_s(judge.config), judge.step_wh(step));
         let asks = step.communication.ask.iter().map(|need| PermissionForecast {
             area: need.area.clone(),
-            asked_s: at_s,
+            asked_s: ahead.get(&need.area).copied().unwrap_or(at_s),
+            ahead: ahead.contains_key(&need.area),
             until_s: at_s + need.lasts.as_secs_f64(),
         });
         let asks = asks.collect();
+        let later = step.communication.ask_ahead.iter();
+        ahead.extend(later.map(|it| (it.need.area.clone(), at_s + it.after.as_secs_f64())));
         (at_s, used_wh) = (at_s + time_s, used_wh + energy_wh);
         held.extend(asked(step));
         LegForecast {

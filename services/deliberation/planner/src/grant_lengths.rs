@@ -57,21 +57,29 @@ fn length(area: &str, steps: &[Step], begins: Duration, airspace: &Airspace, con
         if 0 < index && step.asks_for(area) {
             break;
         }
-        let (from, to) = step.way();
+        let (from, to) = step.free_way();
         if let Some(stay) = stays(zone.area, from, to, airspace.rule.vertical_margin_m).last() {
-            left = flown.saturating_add(step.flight_time(config).mul_f64(stay.leaves));
+            let inside = match step.releases() {
+                // The load may begin to fall at the end of the step.
+                true => step.flight_time(config).saturating_add(step.free_time_to(stay.leaves, config)),
+                false => step.flight_time(config).mul_f64(stay.leaves),
+            };
+            left = flown.saturating_add(inside);
         }
         flown = flown.saturating_add(duration(step, airspace, config));
     }
     let until = match airspace.rule.applies(zone.area) {
-        Some((_, Some(closes))) => latest(left).min(closes.saturating_sub(soonest(begins))),
+        // Of several windows the stay may lie in a later one.
+        Some((_, Some(closes))) if zone.area.hours.is_none() => {
+            latest(left).min(closes.saturating_sub(soonest(begins)))
+        }
         _ => latest(left),
     };
     until.saturating_add(airspace.rule.lead)
 }
 
 /// The flight of `step`, and the wait for what it asks for.
-fn duration(step: &Step, airspace: &Airspace, config: &Config) -> Duration {
+pub(crate) fn duration(step: &Step, airspace: &Airspace, config: &Config) -> Duration {
     let waits = step.communication.ask.iter().filter_map(|need| {
         match airspace.zones.iter().find(|zone| zone.area.name == need.area)?.access {
             Access::Ask { wait_s, .. } => Some(wait_s),

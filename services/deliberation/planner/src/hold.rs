@@ -61,5 +61,7 @@ pub(crate) fn too_early(steps: &[Step], permissions: &Permissions, now: Time, co
 /// The steps before the one at `position`, or, if that is the first, that one without its asking.
 pub(crate) fn without_asking_at(mut steps: Vec<Step>, position: usize) -> Vec<Step> {
     steps.truncate(position.max(1));
+    // What they ask for ahead may be needed by a step that is left out.
+    steps.iter_mut().for_each(|it| it.communication.ask_ahead.clear());
     if position == 0 { steps.into_iter().map(|it| it.asking(Vec::new())).collect() } else { steps }
 }

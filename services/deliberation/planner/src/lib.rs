@@ -1,7 +1,7 @@
 //! Turns objectives into plans: what to fly, and which permissions to get on the way.
 //!
-//! The planner answers requests that carry the vehicle's state; it receives no telemetry, and it
-//! never waits: where there is nothing to fly it says how long to hold. It does not fly, and it does
+//! The planner answers requests that carry the vehicle's state. Of the telemetry it hears only the status, for the origin of the
+//! vehicle's local frame, and it never waits: where there is nothing to fly it says how long to hold. It does not fly, and it does
 //! not ask the control tower: the mission manager does both, step by step.
 //!
 //! Messages become domain types here and in `wire`; nothing below knows of them.
@@ -9,6 +9,7 @@
 use std::time::Duration;
 
 use domain::energy::EnergyModel;
+use domain::geodesy::Origin;
 use domain::geometry::Ned;
 use domain::memory::{MemoryHealth, MemoryLoss};
 use domain::mission::Mission;
@@ -23,6 +24,7 @@ mod actions;
 mod airspace;
 mod alternates;
 mod area_map;
+mod asking_ahead;
 mod back_chaining;
 mod communication;
 pub mod config;
@@ -140,12 +142,13 @@ impl Planner {
                 self.status_at = now.time;
                 if let Some(loss) = self.memory.loss.as_ref().filter(|it| it.id != request.accepted_loss) {
                     let reason = format!("waits for an operator, since the planner's memory is unusable: {}", loss.why);
-                    return PlanReply::Hold { wait: LOSS_PAUSE, reason }.into();
+                    return PlanReply::Hold { wait: LOSS_PAUSE, reason, planned: false }.into();
                 }
                 self.memory.loss = None;
                 match self.core.replan(request, now) {
                     Answer::Plan(_) => PlanReply::Plan(self.core.plan()),
-                    Answer::Hold { wait, reason } | Answer::Dwell { wait, reason } => PlanReply::Hold { wait, reason },
+                    Answer::Hold { wait, reason } => PlanReply::Hold { wait, reason, planned: false },
+                    Answer::Dwell { wait, reason } => PlanReply::Hold { wait, reason, planned: true },
                     Answer::Finished => PlanReply::Finished,
                 }
             }
@@ -153,6 +156,16 @@ impl Planner {
         .into();
         self.plans.remember(request_id, reply.clone());
         reply
+    }
+
+    fn vehicle_status(&mut self, now: Now, status: &v1::VehicleStatus, effects: &mut Vec<Effect>) {
+        let origin = match status.origin.map(Origin::try_from).transpose() {
+            Ok(origin) => origin,
+            Err(invalid) => return effects.push(Effect::refused(Topic::VehicleStatus, &invalid)),
+        };
+        if self.core.note_vehicle_origin(origin, status.armed) {
+            self.status_at = now.time;
+        }
     }
 
     fn next_step(&self, request: v1::NextStepRequest) -> v1::NextStepReply {
@@ -196,7 +209,7 @@ impl Node for Planner {
     }
 
     fn subscriptions(&self) -> &'static [Topic] {
-        &[Topic::McmStatus]
+        &[Topic::McmStatus, Topic::VehicleStatus]
     }
 
     fn serves(&self) -> &'static [Service] {
@@ -207,6 +220,9 @@ impl Node for Planner {
         let (token, request) = match event {
             Event::Request { token, request, .. } => (token, request),
             Event::Message { message: Message::McmStatus(status), .. } => return self.ends = status.ends,
+            Event::Message { message: Message::VehicleStatus(status), .. } => {
+                return self.vehicle_status(now, &status, effects);
+            }
             _ => return,
         };
         let response = match request {

@@ -3,12 +3,17 @@
 //! It knows neither messages nor topics, and the same requests at the same times get the same answers.
 
 mod feasibility;
+mod holding;
+pub(crate) mod origin;
+mod release;
 
 use std::time::Duration;
 
 use domain::airspace::Grants;
 use domain::area::Area;
-use domain::energy::{EnergyModel, Wind};
+use domain::energy::EnergyModel;
+use domain::fmu::Gripper;
+use domain::geodesy::Origin;
 use domain::mission::{Mission, Progress};
 use domain::plan::{self, DenialKind, FailedStep, PlanRequest, PlannerStatus, StepId};
 use domain::state::{State, Tolerance};
@@ -17,6 +22,7 @@ use domain::way::{Leaving, leaving};
 
 use crate::airspace::{self, Airspace, Closures};
 use crate::area_map::AreaMap;
+use crate::asking_ahead;
 use crate::config::Config;
 use crate::drafting::{Unreachable, draft};
 use crate::energy::Judge;
@@ -29,6 +35,8 @@ use crate::plan::{Plan, Step};
 use crate::repair::repair;
 use crate::stuck::{Stuck, Verdict};
 use crate::survey::Via;
+
+use holding::PlanNow;
 
 /// An area counts as over this long after its end.
 const OVER: Duration = Duration::from_secs(1);
@@ -52,8 +60,8 @@ pub(crate) struct MissionPlanner {
     stuck: Stuck,
     hold: Option<Hold>,
     energy: EnergyModel,
-    /// The wind that energy is judged in.
-    wind: Wind,
+    /// Where the vehicle's local frame has its origin, as it said last; `None` as long as it does not know.
+    vehicle_origin: Option<Origin>,
     /// When the mission's first plan was made, in milliseconds since the Unix epoch, UTC.
     begun_utc_ms: Option<i64>,
     /// The order that was chosen then, where it is free.
@@ -96,11 +104,18 @@ struct Failed {
     rest: Vec<Step>,
 }
 
+impl Failed {
+    /// Whether the load was to be released by it, or after it.
+    fn releases(&self) -> bool {
+        std::iter::once(&self.step).chain(&self.rest).any(Step::releases)
+    }
+}
+
 impl MissionPlanner {
     /// A planner that has not planned anything yet.
     pub(crate) fn new(config: &Config, energy: &EnergyModel, mission: Mission, pace: Pace) -> MissionPlanner {
         MissionPlanner {
-            config: config.clone(),
+            config: config.in_wind(energy.usual_wind()),
             pace,
             objectives: Objectives::new(&mission.objectives),
             mission,
@@ -114,7 +129,7 @@ impl MissionPlanner {
             stuck: Stuck::default(),
             hold: None,
             energy: *energy,
-            wind: energy.usual_wind(),
+            vehicle_origin: None,
             begun_utc_ms: None,
             chosen_order: None,
             is_forecast: false,
@@ -127,7 +142,10 @@ impl MissionPlanner {
         let PlanRequest { state, grants: known, failed: failed_step, denials, .. } = request;
         self.end_hold(now.time);
         self.note_granted(&state);
-        if let Some(refusal) = self.begin(&state, now) {
+        if let Some(answer) = self.answer_to_misfit() {
+            return answer;
+        }
+        if let Some(refusal) = self.too_windy().or_else(|| self.begin(&state, now)) {
             self.objectives.give_up_rest(&refusal);
             return Answer::Finished;
         }
@@ -138,7 +156,14 @@ impl MissionPlanner {
                 _ => self.permissions.denied(denial, now.time, &self.config),
             }
         }
+        let releases_next = self.plan.steps().first().is_some_and(Step::releases);
         let mut failed = self.take_failed(failed_step.as_ref().map(|step| step.id));
+        let release_was_due = releases_next || failed.as_ref().is_some_and(|it| it.step.releases());
+        let is_released = state.gripper == Some(Gripper::Released) && failed.as_ref().is_some_and(Failed::releases);
+        if self.judge_release(&state, release_was_due, now) || is_released {
+            // What was planned for a load that is gone is not mended.
+            failed = None;
+        }
         if let Some((Failed { step, .. }, FailedStep { reason, .. })) =
             failed.as_ref().zip(failed_step.filter(|it| !it.interrupted))
             && denials.is_empty()
@@ -163,6 +188,11 @@ impl MissionPlanner {
         let grants = airspace::grants(&state, &known);
         let mut closures = Closures::new();
         loop {
+            if self.judge_release(&state, false, now) {
+                failed = None;
+                closures.clear();
+                continue;
+            }
             let tolerance = self.tolerance();
             let Some(objective) = self.objectives.current() else { return Answer::Finished };
             objective.pass_turns_at(&state, tolerance);
@@ -199,6 +229,20 @@ impl MissionPlanner {
                     continue;
                 }
             };
+            let plan_now = PlanNow {
+                steps: &steps,
+                ahead: &ahead,
+                state: &state,
+                airspace: &airspace,
+                grants: &grants,
+                closures: &closures,
+                now,
+            };
+            if let Some(hold) = self.worth_waiting(plan_now) {
+                let Hold { wait, reason, .. } = hold.clone();
+                self.hold = Some(hold);
+                return Answer::Hold { wait, reason };
+            }
             if let Some((index, reason)) = self.infeasible(&steps, &state, now) {
                 if index == self.objectives.current_index() {
                     self.conclude(Progress::Failure(reason));
@@ -213,6 +257,7 @@ impl MissionPlanner {
                 closures.insert(area, reason);
                 continue;
             }
+            asking_ahead::set(&mut steps, &airspace, &self.config);
             let early = too_early(&steps, &self.permissions, now.time, &self.config);
             let Some(TooEarly { position, hold }) = early else { return self.adopt(steps) };
             let is_trespassing = state.flying && airspace.is_trespassed(state.position);
@@ -246,11 +291,17 @@ impl MissionPlanner {
         self.pass_turns_of(before.iter().chain([&step]));
         self.last_done = Some(id);
         self.stuck.flown(&step);
+        if self.has_lost_load(&step, state) {
+            return Ok(());
+        }
         if !self.plan.is_empty() {
             return Ok(());
         }
         let tolerance = self.tolerance();
         let Some(objective) = self.objectives.current() else { return Ok(()) };
+        if step.releases() && state.gripper == Some(Gripper::Released) {
+            objective.release_seen();
+        }
         let goal = objective.goal.clone();
         if objective.is_reached_in(state, tolerance) {
             if self.objectives.current().is_some_and(|it| it.stays_for(now.time).is_zero()) {
@@ -309,11 +360,17 @@ impl MissionPlanner {
             steps: self.flyable_steps(),
             revision: self.revision,
             current_objective: self.objectives.current_index() as u32,
-            hold: self.hold.as_ref().map(|hold| hold.reason.clone()).unwrap_or_default(),
+            hold: self.held_by().unwrap_or_default(),
             epoch: self.epoch,
             order: self.mission.order,
             sites: self.mission.sites.clone(),
+            origin: self.mission.origin,
         }
+    }
+
+    /// What is waited for.
+    fn held_by(&self) -> Option<String> {
+        self.hold.as_ref().map(|hold| hold.reason.clone()).or_else(|| self.waits_for_origin())
     }
 
     /// `step` of the current objective's plan, as it is flown; `None` if it has no id yet.
@@ -324,6 +381,7 @@ impl MissionPlanner {
             reaches: step.action.to.clone(),
             nominal: step.action.nominal.clone(),
             ask: step.communication.ask.clone(),
+            ask_ahead: step.communication.ask_ahead.clone(),
             auxiliary: step.communication.auxiliary,
             text: step.to_string(),
         })
@@ -355,7 +413,7 @@ impl MissionPlanner {
 
     /// By what this planner judges energy.
     pub(crate) fn judge(&self) -> Judge<'_> {
-        Judge { model: &self.energy, wind: self.wind, config: &self.config }
+        Judge { model: &self.energy, wind: self.config.wind, config: &self.config }
     }
 
     /// The order that was chosen when the first plan was made, where it is free.
@@ -404,10 +462,15 @@ impl MissionPlanner {
         }
     }
 
+    /// Whether every objective is settled.
+    pub(crate) fn is_over(&self) -> bool {
+        self.objectives.all().len() <= self.objectives.current_index()
+    }
+
     /// The mission as it would be put into a file now, with only what is still to be attempted.
     pub(crate) fn rest_of_mission(&self) -> Mission {
         let waiting = self.objectives.all().iter().filter(|it| it.progress == Progress::Waiting);
-        Mission { objectives: waiting.map(|it| it.objective()).collect(), ..self.mission.clone() }
+        Mission { objectives: waiting.map(|it| it.rest()).collect(), ..self.mission.clone() }
     }
 
     /// The plan becomes void; the mission manager learns it by the epoch.
@@ -441,21 +504,32 @@ impl MissionPlanner {
         now: Now,
     ) -> Option<Hold> {
         let soon = airspace.soon_over(self.config.hold_at_most_s.seconds());
-        let (last, wait) = soon.iter().max_by_key(|(_, left)| *left)?;
-        let wait = *wait + OVER;
+        let last = soon.iter().copied().max_by_key(|(_, left)| *left)?;
         let is_trespassing = state.flying && airspace.is_trespassed(state.position);
         let leaves = || leaving(state.position, &airspace.rule, &self.config.flight_limits());
         let must_leave = is_trespassing && !matches!(leaves(), Leaving::Stays { .. });
-        if must_leave || !self.permissions.may_still_hold(&last.name, wait, &self.config) {
+        if must_leave {
             return None;
         }
-        let is_left = |area: &&Area| soon.iter().all(|(over, _)| over.name != area.name);
-        let areas: Vec<Area> = self.mission.areas.iter().filter(is_left).cloned().collect();
-        let (closures, map) = (Closures::new(), AreaMap::new(&areas));
-        let later = Airspace::new((&areas, &map), grants, &self.permissions, &closures, (now, self.pace), &self.config);
-        steps_to(state, ahead, None, self.tolerance(), &later, &self.config).ok()?;
-        let reason = format!("area {} is closed for {} s more", last.name, wait.as_secs());
-        Some(Hold { area: last.name.clone(), since: now.time, wait, reason, outlasts_grant: false })
+        let opens_a_way = |ends: Duration, most_legs: u32| {
+            let is_left = |area: &&Area| soon.iter().all(|(over, left)| ends < *left || over.name != area.name);
+            let areas: Vec<Area> = self.mission.areas.iter().filter(is_left).cloned().collect();
+            let (closures, map) = (Closures::new(), AreaMap::new(&areas));
+            let then = (now, self.pace);
+            let later = Airspace::new((&areas, &map), grants, &self.permissions, &closures, then, &self.config);
+            later.legs_left.set(most_legs);
+            steps_to(state, ahead, None, self.tolerance(), &later, &self.config).is_ok()
+        };
+        let is_worth_it = |(area, left): (&Area, Duration), most_legs: u32| {
+            self.permissions.may_still_hold(&area.name, left + OVER, &self.config) && opens_a_way(left, most_legs)
+        };
+        // What ends elsewhere is not waited for, unless nothing else helps.
+        let ends = holding::ends_in_the_way(state, ahead, airspace, &soon);
+        let found = ends.into_iter().find(|it| is_worth_it(*it, holding::MOST_LEGS));
+        let (area, left) = found.or_else(|| Some(last).filter(|it| is_worth_it(*it, u32::MAX)))?;
+        let wait = left + OVER;
+        let reason = format!("area {} is closed for {} s more", area.name, wait.as_secs());
+        Some(Hold { area: area.name.clone(), since: now.time, wait, reason, outlasts_grant: false })
     }
 
     /// The hold after which there may be a way through `ahead` with new grants, because those for the areas in `too_short` have ended:

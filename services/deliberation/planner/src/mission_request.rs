@@ -3,9 +3,12 @@
 //! A change is made as a whole or not at all: a mission that cannot be flown is refused with the reason, and the
 //! present mission and plan stay as they are. A change that touches the present objective withdraws
 //! the plan (see [`MissionPlanner::epoch`]); any other change does not disturb the flight.
+//!
+//! Once the mission has ended another one can be uploaded while the vehicle stands on the ground: it waits there for an operator's order.
 
 use domain::energy::Wind;
-use domain::file::Source;
+use domain::file::{LARGEST_BYTES, Source};
+use domain::mission::bounds::MOST_OBJECTIVES;
 use domain::mission::terms::Order;
 use domain::mission::{Mission, Objective, Progress};
 use domain::state::State;
@@ -14,11 +17,7 @@ use domain::time::Now;
 use crate::alternates::with_alternates;
 use crate::forecast::{Forecast, MissionForecast};
 use crate::mission_planner::MissionPlanner;
-
-/// The longest mission text, in bytes: no file that a human wrote is longer.
-const LONGEST_TEXT: usize = 64 * 1024;
-/// The most objectives of a mission: one battery does not last for more.
-const MOST_OBJECTIVES: usize = 100;
+use crate::mission_planner::origin::Misfit;
 
 /// What is asked.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,9 +83,10 @@ pub(crate) fn answer(
     now: Now,
 ) -> Result<Done, Refusal> {
     match request {
-        MissionRequest::Upload(_) | MissionRequest::Insert(..) if !ends.is_empty() => {
-            Err(Refusal::new(format!("{ends}: nobody would fly it")))
+        MissionRequest::Upload(text) if !ends.is_empty() || planner.is_over() => {
+            upload_for_next_flight(planner, &text, state, ends, now)
         }
+        MissionRequest::Insert(..) if !ends.is_empty() => Err(Refusal::new(format!("{ends}: nobody would fly it"))),
         MissionRequest::Read => Ok(Done::new("the mission as it stands")),
         MissionRequest::Validate(text, wind) => validate(planner, &text, wind, state, now).map(|(_, done)| done),
         MissionRequest::Upload(text) => upload(planner, &text, state, now),
@@ -104,16 +104,20 @@ fn validate(
     state: &State,
     now: Now,
 ) -> Result<(Mission, Done), Refusal> {
-    if LONGEST_TEXT < text.len() {
-        return Err(Refusal::new(format!("the text has {} bytes, more than the limit of {LONGEST_TEXT}", text.len())));
+    // Of what comes over the bus its own limit is lower; `kittiwake plan` asks in the same process.
+    if LARGEST_BYTES < text.len() as u64 {
+        return Err(Refusal::new(format!("the text has {} bytes, more than the limit of {LARGEST_BYTES}", text.len())));
     }
     let mission = Mission::read(&Source { path: "mission".into(), text: text.to_owned() }).map_err(|mistakes| {
         let mistakes: Vec<String> = mistakes.0.iter().map(|mistake| mistake.to_string()).collect();
         let plural = if mistakes.len() == 1 { "" } else { "s" };
         Refusal { text: format!("{} mistake{plural} in the text", mistakes.len()), mistakes, ..Refusal::default() }
     })?;
-    if MOST_OBJECTIVES < mission.objectives.len() {
-        return Err(Refusal::new(format!("the mission has more than {MOST_OBJECTIVES} objectives")));
+    match planner.misfit(mission.origin) {
+        // On the ground the mission waits until the vehicle knows its place.
+        Some(Misfit::Unknown) if !state.flying => {}
+        Some(misfit) => return Err(Refusal::new(misfit.to_string())),
+        None => {}
     }
     let wind = wind.unwrap_or(planner.judge().wind);
     let forecast = planner.forecast(&mission, state, now, wind);
@@ -147,10 +151,27 @@ fn words_of<'a>(forecast: impl Iterator<Item = &'a Forecast>) -> Option<String> 
 }
 
 fn upload(planner: &mut MissionPlanner, text: &str, state: &State, now: Now) -> Result<Done, Refusal> {
-    refuse_if_over(planner)?;
     let (mission, done) = validate(planner, text, None, state, now)?;
     let text = format!("`{}` takes the place of `{}`", mission.name, planner.mission().name);
     let text = planner.with_wind(text, &mission);
+    planner.take_over(mission);
+    Ok(Done { text, ..done })
+}
+
+/// The mission has ended, or nothing of it is flown any more, since `ends`: the next one is taken where the vehicle stands.
+fn upload_for_next_flight(
+    planner: &mut MissionPlanner,
+    text: &str,
+    state: &State,
+    ends: &str,
+    now: Now,
+) -> Result<Done, Refusal> {
+    if state.flying {
+        let why = if ends.is_empty() { "the mission is over: every objective is settled" } else { ends };
+        return Err(Refusal::new(format!("{why}: nobody would fly it; upload it once the vehicle has landed")));
+    }
+    let (mission, done) = validate(planner, text, None, state, now)?;
+    let text = planner.with_wind(format!("`{}` waits for an operator's start", mission.name), &mission);
     planner.take_over(mission);
     Ok(Done { text, ..done })
 }
@@ -228,9 +249,8 @@ fn waiting(planner: &MissionPlanner, name: &str) -> Result<usize, Refusal> {
 
 /// A settled mission is over for good: the manager lands and reports.
 fn refuse_if_over(planner: &MissionPlanner) -> Result<(), Refusal> {
-    let objectives = planner.objectives();
-    match objectives.current_index() < objectives.all().len() {
-        true => Ok(()),
-        false => Err(Refusal::new("the mission is over: every objective is settled")),
+    match planner.is_over() {
+        false => Ok(()),
+        true => Err(Refusal::new("the mission is over: every objective is settled")),
     }
 }

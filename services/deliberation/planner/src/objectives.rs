@@ -3,9 +3,10 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
+use domain::fmu::Gripper;
 use domain::geometry::Ned;
 use domain::mission::terms::Terms;
-use domain::mission::{self, ObjectiveStatus, Progress};
+use domain::mission::{self, ObjectiveStatus, Progress, ReleaseProgress};
 use domain::state::{State, Tolerance};
 use domain::survey::Survey;
 use domain::time::Time;
@@ -39,6 +40,8 @@ pub(crate) struct Objective {
     pub survey: Option<Survey>,
     /// Since when the vehicle has been there, if it stays there.
     pub dwells_since: Option<Time>,
+    /// How far the release has come that it asks for. The goal asks for an open gripper until that was seen.
+    pub release: ReleaseProgress,
 }
 
 impl Objectives {
@@ -156,7 +159,7 @@ impl Objective {
     pub(crate) fn waiting(it: &mission::Objective) -> Objective {
         Objective {
             name: it.name.clone(),
-            goal: State::new(it.position, it.flying),
+            goal: State { gripper: it.terms.drop.then_some(Gripper::Released), ..State::new(it.position, it.flying) },
             progress: Progress::Waiting,
             plan_steps: 0,
             plans: 0,
@@ -164,6 +167,7 @@ impl Objective {
             terms: it.terms.clone(),
             survey: it.survey.clone(),
             dwells_since: None,
+            release: ReleaseProgress::NotPlanned,
         }
     }
 
@@ -171,9 +175,18 @@ impl Objective {
     pub(crate) fn planned(&mut self, new_steps: &[Step]) {
         self.plans += 1;
         self.plan_steps += new_steps.len() as u32;
+        if self.release == ReleaseProgress::NotPlanned && new_steps.iter().any(Step::releases) {
+            self.release = ReleaseProgress::Planned;
+        }
         let mut known: BTreeSet<String> = self.permissions.iter().cloned().collect();
         let asked = new_steps.iter().flat_map(|it| &it.communication.ask).map(|need| &need.area);
         self.permissions.extend(asked.filter(|it| known.insert((*it).clone())).cloned());
+    }
+
+    /// The load was seen released there: it is not asked for again.
+    pub(crate) fn release_seen(&mut self) {
+        self.release = ReleaseProgress::Seen;
+        self.goal.gripper = None;
     }
 
     /// For how long the vehicle, which is there `now`, stays there yet.
@@ -190,6 +203,7 @@ impl Objective {
             plan_steps: self.plan_steps,
             replans: self.plans.saturating_sub(1),
             permissions: self.permissions.clone(),
+            release: self.release,
         }
     }
 
@@ -202,6 +216,13 @@ impl Objective {
             terms: self.terms.clone(),
             survey: self.survey.clone(),
         }
+    }
+
+    /// The same with only what is still to be done: a load that was released is not released again.
+    pub(crate) fn rest(&self) -> mission::Objective {
+        let mut rest = self.objective();
+        rest.terms.drop &= self.release != ReleaseProgress::Seen;
+        rest
     }
 }
 

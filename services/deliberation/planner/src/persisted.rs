@@ -4,7 +4,7 @@
 //! The plan is not persisted: the mission manager asks for one from where the vehicle is by then. Where
 //! the state is stored is the shell's business.
 
-use domain::mission::{InvalidObjective, Mission, Objective as Goal, ObjectiveStatus};
+use domain::mission::{InvalidObjective, Mission, Objective as Goal, ObjectiveStatus, ReleaseProgress};
 use domain::plan::PlannerStatus;
 use domain::wire::InvalidMessage;
 
@@ -53,13 +53,13 @@ pub(crate) fn persist(planner: &MissionPlanner, configured: &str) -> Persisted {
 /// # Errors
 /// Why the state cannot be used; nothing is changed then.
 pub(crate) fn resume(planner: &mut MissionPlanner, persisted: Persisted) -> Result<(), UnusableState> {
-    let PlannerStatus { mission, objectives, areas, sites, revision, epoch, order, .. } = persisted.status;
+    let PlannerStatus { mission, objectives, areas, sites, revision, epoch, order, origin, .. } = persisted.status;
     if objectives.is_empty() {
         return Err(UnusableState::Empty);
     }
     let past: Vec<Objective> = objectives.into_iter().map(objective).collect::<Result<_, _>>()?;
     let objectives = past.iter().map(|it| it.objective()).collect();
-    let mission = Mission { name: mission, objectives, areas, order, sites };
+    let mission = Mission { name: mission, objectives, areas, order, sites, origin };
     planner.go_on(
         mission,
         Objectives::with_past(past),
@@ -74,11 +74,16 @@ pub(crate) fn resume(planner: &mut MissionPlanner, persisted: Persisted) -> Resu
 fn objective(status: ObjectiveStatus) -> Result<Objective, InvalidObjective> {
     let Goal { name, position, flying, terms, survey } = status.objective;
     let checked = Goal { terms, survey, ..Goal::new(name, position, flying)? };
-    Ok(Objective {
+    let mut objective = Objective {
         progress: status.progress,
         plan_steps: status.plan_steps,
         plans: if status.plan_steps == 0 { 0 } else { status.replans + 1 },
         permissions: status.permissions,
+        release: status.release,
         ..Objective::waiting(&checked)
-    })
+    };
+    if status.release == ReleaseProgress::Seen {
+        objective.release_seen();
+    }
+    Ok(objective)
 }

@@ -4,7 +4,7 @@
 //! and its part in [`Step`].
 
 use domain::geometry::Ned;
-use domain::plan::{Parameters, PermissionNeed, StepId};
+use domain::plan::{AskAhead, Parameters, PermissionNeed, StepId};
 use domain::state::State;
 
 /// What one step has in each track, with the id that names it.
@@ -53,6 +53,8 @@ pub(crate) struct ActionStep {
 pub(crate) struct CommunicationStep {
     /// Permissions to be got, and how long each must hold; empty for none.
     pub ask: Vec<PermissionNeed>,
+    /// What later steps need and is asked for during this one already; see [`crate::asking_ahead`].
+    pub ask_ahead: Vec<AskAhead>,
     /// The communication plan added the step.
     pub auxiliary: bool,
 }

@@ -32,7 +32,7 @@ pub(crate) fn repair(
     let is_held = |need: &&PermissionNeed| state.permissions.contains(&need.area);
     let ask: Vec<PermissionNeed> = failed.communication.ask.iter().filter(|need| !is_held(need)).cloned().collect();
     let asked_later = rest.iter().flat_map(|it| &it.communication.ask);
-    let is_useless = |need: &PermissionNeed| airspace.was_denied(&need.area) || airspace.has_ended(&need.area);
+    let is_useless = |need: &PermissionNeed| airspace.was_denied(&need.area) || airspace.has_ended(need);
     if ask.iter().chain(asked_later).any(is_useless) {
         return None;
     }
@@ -67,11 +67,12 @@ fn is_valid(steps: &[Step], here: Ned, airspace: &Airspace, config: &Config) -> 
     let mut asked = Asked::new();
     let mut begins = Duration::ZERO;
     steps.iter().all(|step| {
-        let (from, to) = step.way();
+        let (from, _) = step.way();
         if from != here {
             begins = begins.max(LATER);
         }
-        let is_kept_out = !airspace.first_entries(from, to, step.motion(begins, config), &asked).is_empty();
+        let (begin, end) = step.free_way();
+        let is_kept_out = !airspace.first_entries(begin, end, step.motion(begins, config), &asked).is_empty();
         let zones = airspace.zones.iter().enumerate();
         asked.extend(zones.filter(|(_, zone)| step.asks_for(&zone.area.name)).map(|(index, _)| index));
         begins = begins.saturating_add(step.flight_time(config));

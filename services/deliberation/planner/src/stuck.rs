@@ -86,7 +86,10 @@ impl Stuck {
 
     /// `step` was flown.
     pub(crate) fn flown(&mut self, step: &Step) {
-        self.last = None;
+        // To come to rest is no progress: a release that fails is tried after a stop each time.
+        if step.action.name != "stop" {
+            self.last = None;
+        }
         if step.action.to.flying {
             self.takeoffs = 0;
         }

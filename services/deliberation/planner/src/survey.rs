@@ -21,6 +21,7 @@ impl Objective {
         let Some(survey) = &self.survey else { return vec![Via { state: self.goal.clone(), passed: 0 }] };
         (survey.passed()..survey.turns().len())
             .map(|index| Via { state: self.turn(index), passed: index + 1 })
+            .map(|it| if it.passed == survey.turns().len() { Via { state: self.goal.clone(), ..it } } else { it })
             .collect()
     }
 

@@ -99,8 +99,12 @@ fn objective_forecast(forecast: Forecast) -> v1::ObjectiveForecast {
 
 fn leg_forecast(leg: LegForecast) -> v1::LegForecast {
     let (from, to) = leg.way;
-    let ask =
-        |it: PermissionForecast| v1::PermissionForecast { area: it.area, asked_s: it.asked_s, until_s: it.until_s };
+    let ask = |it: PermissionForecast| v1::PermissionForecast {
+        area: it.area,
+        asked_s: it.asked_s,
+        until_s: it.until_s,
+        ahead: it.ahead,
+    };
     v1::LegForecast {
         text: leg.text,
         from: Some(from.into()),

@@ -2,7 +2,7 @@
 //! conditions that the vehicle reports.
 
 use domain::contingency::rule::{Condition, Quantity};
-use domain::fmu::Failure;
+use domain::fmu::{Failure, Status};
 use domain::geometry::Ned;
 
 use crate::sources::Sources;
@@ -43,7 +43,7 @@ pub(crate) fn value(quantity: Quantity, sources: &Sources) -> Option<f64> {
     match quantity {
         Quantity::BatteryRemaining => battery.map(|it| it.remaining),
         Quantity::BatteryVoltage => battery.map(|it| it.voltage_v),
-        Quantity::BatteryTemperature => battery.map(|it| it.temperature_c),
+        Quantity::BatteryTemperature => battery.and_then(|it| it.temperature_c),
         Quantity::HorizontalAccuracy => local.map(|it| it.eph_m),
         Quantity::VerticalAccuracy => local.map(|it| it.epv_m),
         Quantity::Height => vertical.map(|it| it.position.height_m()),
@@ -64,6 +64,12 @@ pub(crate) fn reported(condition: Condition, sources: &Sources) -> Option<bool> 
         Condition::BatteryFailure => Failure::Battery,
         Condition::GroundLinkLost => Failure::GroundLinkLost,
         Condition::LandDetectorContradicts => return sources.contradicts_detector(),
+        Condition::WouldNotArm => {
+            // One that is armed has no more to say about it.
+            let refuses = |it: &Status| if it.armed { Some(false) } else { it.can_arm.map(|can_arm| !can_arm) };
+            return sources.status.latest().and_then(refuses);
+        }
+        Condition::AutopilotPreempts => return sources.pre_empts(),
     };
     let flagged = sources.status.latest().map(|it| it.failures.contains(&failure));
     let doubtful = sources.local_position.latest().map(|it| !(it.horizontal_valid && it.vertical_valid));

@@ -2,6 +2,7 @@
 
 use domain::contingency::Rule;
 use domain::contingency::rule::{Condition, DataSource, During, Quantity};
+use domain::measured::{Measured, Unit};
 use domain::time::Time;
 
 use crate::derived::value;
@@ -17,6 +18,15 @@ pub(crate) struct Evidence {
     pub(crate) value: Option<f64>,
     /// What it was compared with.
     pub(crate) threshold: Option<f64>,
+    /// The unit of both.
+    pub(crate) unit: Option<Unit>,
+}
+
+impl Evidence {
+    /// The value and its threshold, where there are both.
+    pub(crate) fn measured(&self) -> Option<Measured> {
+        Measured::new(self.value?, self.threshold?, self.unit?)
+    }
 }
 
 /// Why the fact holds.
@@ -31,7 +41,11 @@ pub(crate) fn for_raising(fact: &Fact, sources: &Sources, now: Time) -> Evidence
         Rule::Reported { condition, for_s, .. } => {
             let (subject, state) = condition_words(condition);
             let verb = if for_s > 0.0 { "has been" } else { "is" };
-            in_words(format!("{subject} {verb} reported {state}{}", lasting(for_s)))
+            let why = match condition {
+                Condition::WouldNotArm | Condition::AutopilotPreempts => its_own_words(sources),
+                _ => String::new(),
+            };
+            in_words(format!("{subject} {verb} reported {state}{}{why}", lasting(for_s)))
         }
         Rule::Stale { source, .. } => stale(fact, source, sources, now),
     }
@@ -54,6 +68,12 @@ pub(crate) fn for_clearing(fact: &Fact, sources: &Sources) -> Evidence {
     }
 }
 
+/// What the autopilot says about what it does: `: battery low`.
+fn its_own_words(sources: &Sources) -> String {
+    let reason = sources.status.latest().map(|it| it.reason.as_str()).filter(|it| !it.is_empty());
+    reason.map_or_else(String::new, |it| format!(": {it}"))
+}
+
 fn in_words(reason: String) -> Evidence {
     Evidence { reason, ..Evidence::default() }
 }
@@ -68,7 +88,7 @@ fn compared(quantity: Quantity, sources: &Sources, relation: &str, threshold: f6
         }
         None => format!("{name} {relation} {threshold}{unit}{lasting}"),
     };
-    Evidence { reason, value, threshold: Some(threshold) }
+    Evidence { reason, value, threshold: Some(threshold), unit: Some(quantity.into()) }
 }
 
 fn stale(fact: &Fact, source: DataSource, sources: &Sources, now: Time) -> Evidence {
@@ -84,7 +104,7 @@ fn stale(fact: &Fact, source: DataSource, sources: &Sources, now: Time) -> Evide
         None => format!("was not heard in the {age_s:.1} s since the first other source"),
     };
     let reason = format!("{} {problem}, the limit is {limit_s:.1} s", source_words(source));
-    Evidence { reason, value: Some(age_s), threshold: Some(limit_s) }
+    Evidence { reason, value: Some(age_s), threshold: Some(limit_s), unit: Some(Unit::Second) }
 }
 
 fn lasting(for_s: f64) -> String {
@@ -121,6 +141,8 @@ fn condition_words(condition: Condition) -> (&'static str, &'static str) {
         Condition::BatteryFailure => ("the battery", "faulty"),
         Condition::GroundLinkLost => ("the ground link", "lost"),
         Condition::LandDetectorContradicts => ("the land detector", "against motors and height"),
+        Condition::WouldNotArm => ("the autopilot", "not ready to arm"),
+        Condition::AutopilotPreempts => ("the autopilot", "flying something else than what was asked for"),
     }
 }
 
@@ -136,5 +158,6 @@ fn source_words(source: DataSource) -> &'static str {
         DataSource::Planner => "the planner",
         DataSource::SkillManager => "the skill manager",
         DataSource::MissionManager => "the mission manager",
+        DataSource::ControlTower => "the control tower",
     }
 }

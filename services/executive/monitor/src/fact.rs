@@ -107,8 +107,8 @@ impl Fact {
         let Rule::Stale { source, .. } = self.rule else { return None };
         match sources.last_update(source) {
             Some(update) => Some(update.at + self.stale_after),
-            // A link that never existed cannot be lost.
-            None if source == DataSource::GroundLink => None,
+            // A link that never existed cannot be lost, and neither can a tower.
+            None if matches!(source, DataSource::GroundLink | DataSource::ControlTower) => None,
             None => sources.first_heard().map(|at| at + self.absent_after),
         }
     }

@@ -5,7 +5,9 @@
 
 use std::time::Duration;
 
-use domain::contingency::{Row, Rule};
+use domain::contingency::Row;
+use domain::contingency::snapshot::Snapshot;
+use domain::measured::Measured;
 use domain::time::{Pace, Time};
 
 use crate::config::Config;
@@ -13,13 +15,21 @@ use crate::evidence::Evidence;
 use crate::fact::Fact;
 use crate::rule_watch::{Change, Occasion, RuleWatch};
 use crate::sources::Sources;
+use crate::when_watch::WhenWatch;
 
 /// One flag of the contingency table.
 #[derive(Debug, Clone)]
 pub(crate) struct Flag {
     name: String,
-    watch: Option<RuleWatch>,
+    watch: Option<Watch>,
     injected: Option<Injected>,
+}
+
+/// By what its row raises it.
+#[derive(Debug, Clone)]
+enum Watch {
+    Rule(RuleWatch),
+    When(WhenWatch),
 }
 
 /// Raised by the injector, and not cleared since.
@@ -52,13 +62,20 @@ pub(crate) struct RaisedFlag<'a> {
     pub(crate) name: &'a str,
     pub(crate) up_for: Duration,
     pub(crate) reason: &'a str,
+    /// The value that it was raised by, unless that was done by hand.
+    pub(crate) measured: Option<Measured>,
 }
 
 impl Flag {
     /// The flag of a row; it is down.
     pub(crate) fn new(row: &Row, config: &Config, pace: Pace) -> Flag {
-        let watch = |rule: Rule| RuleWatch::new(Fact::new(rule, config, pace));
-        Flag { name: row.flag.clone(), watch: row.raise.map(watch), injected: None }
+        let absent_after = pace.limit(config.absent_after_s.seconds());
+        let watch = match (row.raise, &row.when) {
+            (Some(rule), _) => Some(Watch::Rule(RuleWatch::new(Fact::new(rule, config, pace)))),
+            (None, Some(when)) => Some(Watch::When(WhenWatch::new(when.clone(), absent_after))),
+            (None, None) => None,
+        };
+        Flag { name: row.flag.clone(), watch, injected: None }
     }
 
     /// Its name in the table.
@@ -67,8 +84,17 @@ impl Flag {
     }
 
     /// Evaluates its rule; returns the change, if that raised or cleared the flag.
-    pub(crate) fn evaluate(&mut self, now: Time, occasion: Occasion, sources: &Sources) -> Option<FlagChange> {
-        let change = self.watch.as_mut()?.evaluate(now, occasion, sources)?;
+    pub(crate) fn evaluate(
+        &mut self,
+        now: Time,
+        occasion: Occasion,
+        sources: &Sources,
+        snapshot: &Snapshot,
+    ) -> Option<FlagChange> {
+        let change = match self.watch.as_mut()? {
+            Watch::Rule(watch) => watch.evaluate(now, occasion, sources),
+            Watch::When(watch) => watch.evaluate(now, sources, snapshot),
+        }?;
         let (raised, evidence) = match change {
             Change::Raised(evidence) => (true, evidence),
             Change::Cleared(evidence) => (false, evidence),
@@ -88,14 +114,21 @@ impl Flag {
 
     /// The flag if it is up. Where both raised it, the older reason counts.
     pub(crate) fn raised(&self, now: Time) -> Option<RaisedFlag<'_>> {
-        let injected = self.injected.as_ref().map(|it| (it.since, it.reason.as_str()));
-        let watched = self.watch.as_ref().and_then(RuleWatch::raised);
-        let (since, reason) = watched.into_iter().chain(injected).min_by_key(|(since, _)| *since)?;
-        Some(RaisedFlag { name: &self.name, up_for: now - since, reason })
+        let injected = self.injected.as_ref().map(|it| (it.since, it.reason.as_str(), None));
+        let watched = self.watch.as_ref().and_then(|watch| match watch {
+            Watch::Rule(watch) => watch.raised(),
+            Watch::When(watch) => watch.raised(),
+        });
+        let watched = watched.map(|(since, evidence)| (since, evidence.reason.as_str(), evidence.measured()));
+        let (since, reason, measured) = watched.into_iter().chain(injected).min_by_key(|(since, ..)| *since)?;
+        Some(RaisedFlag { name: &self.name, up_for: now - since, reason, measured })
     }
 
     /// When to evaluate it again even if nothing arrives.
     pub(crate) fn deadline(&self, sources: &Sources) -> Option<Time> {
-        self.watch.as_ref()?.deadline(sources)
+        match self.watch.as_ref()? {
+            Watch::Rule(watch) => watch.deadline(sources),
+            Watch::When(watch) => watch.deadline(),
+        }
     }
 }

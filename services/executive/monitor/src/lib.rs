@@ -1,10 +1,10 @@
 //! Watches the vehicle: publishes everything that is known about it, and raises flags.
 //!
 //! The introspection, 100 times a second of wall time, holds the newest sample of each source with
-//! its age, the values derived from the samples, and the flags that are up. Which fact raises which
-//! flag is the contingency table's business. A flag that is raised or cleared goes out as an event
-//! of its own while the sample that caused it is handled, so that it does not vanish between two
-//! introspections.
+//! its age, the values derived from the samples, and the flags that are up. Which fact or expression raises which
+//! flag is the contingency table's business; expressions read a snapshot of fields
+//! ([`domain::contingency::snapshot`]). A flag that is raised or cleared goes out as an event of its own while the
+//! sample that caused it is handled, so that it does not vanish between two introspections.
 //!
 //! A source that brings nothing new is one of three:
 //! - *silent*: nothing arrives, or nothing valid. The source ages, its last value stays. What is
@@ -31,15 +31,23 @@ use node::{Effect, Event, Node};
 
 pub mod config;
 
+mod clock;
 mod derived;
 mod evidence;
 mod fact;
 mod flag;
+mod gusts;
+mod jumps;
+mod manager;
+mod recent;
 mod rule_watch;
 mod schedule;
+mod snapshot;
 mod sources;
 mod staleness;
 mod touchdown;
+mod traffic;
+mod when_watch;
 mod wire;
 
 use config::Config;
@@ -82,7 +90,8 @@ impl Monitor {
     }
 
     fn evaluate(&mut self, now: Time, occasion: Occasion, effects: &mut Vec<Effect>) {
-        let changes = self.flags.iter_mut().filter_map(|it| it.evaluate(now, occasion, &self.sources));
+        let snapshot = snapshot::snapshot(&self.sources, now);
+        let changes = self.flags.iter_mut().filter_map(|it| it.evaluate(now, occasion, &self.sources, &snapshot));
         effects.extend(changes.map(wire::flag_event).map(Effect::publish));
     }
 }
@@ -100,7 +109,11 @@ impl Node for Monitor {
             Topic::VehicleGlobalPosition,
             Topic::VehicleLandDetected,
             Topic::BatteryStatus,
+            Topic::WindEstimate,
+            Topic::TransponderReport,
             Topic::GroundContact,
+            Topic::PermissionLedger,
+            Topic::McmStatus,
             Topic::Heartbeat,
             Topic::FlagEvent,
         ]
@@ -108,6 +121,7 @@ impl Node for Monitor {
 
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
         let Event::Message { message, .. } = event else { return };
+        self.sources.read_clock(now);
         let topic = message.topic();
         let result = match message {
             Message::FlagEvent(event) => self.inject(now.time, event),
@@ -119,6 +133,7 @@ impl Node for Monitor {
     }
 
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
+        self.sources.read_clock(now);
         self.evaluate(now.time, Occasion::Clock, effects);
         if self.schedule.is_due(now.time) {
             effects.push(Effect::publish(wire::introspection(now.time, &self.sources, &self.flags)));

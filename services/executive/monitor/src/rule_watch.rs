@@ -98,9 +98,9 @@ impl RuleWatch {
     }
 
     /// Since when its flag is up, and why.
-    pub(crate) fn raised(&self) -> Option<(Time, &str)> {
+    pub(crate) fn raised(&self) -> Option<(Time, &Evidence)> {
         match &self.state {
-            FlagState::Up { since, evidence } => Some((*since, &evidence.reason)),
+            FlagState::Up { since, evidence } => Some((*since, evidence)),
             FlagState::Down | FlagState::Pending { .. } => None,
         }
     }

@@ -9,11 +9,25 @@ use std::time::Duration;
 
 use domain::contingency::rule::DataSource;
 use domain::flight_state::{Evidence, FlightState, Motors};
-use domain::fmu::{Attitude, Battery, FlightMode, GlobalPosition, LandDetected, LocalPosition, Status};
-use domain::time::{Pace, Time};
+use domain::fmu::{
+    Attitude, Battery, FlightMode, GlobalPosition, LandDetected, LocalPosition, PreEmption, Status, TrafficKind,
+    TransponderReport, Wind,
+};
+use domain::time::{Now, Pace, Time};
 
+use crate::clock::Clock;
 use crate::config::Config;
+use crate::gusts::Gusts;
+use crate::jumps::Jumps;
+use crate::manager::{HeardOutlook, Outlook};
 use crate::touchdown::Touchdown;
+use crate::traffic::Traffic;
+
+/// A wind that was estimated longer ago, in wall time, is not known any more. (ENG: ten estimates at 1 Hz.)
+const WIND_SILENT: Duration = Duration::from_secs(10);
+
+/// A land detector that has told the same time this often is frozen. (ENG: three seconds at 1 Hz, as for one that contradicts.)
+const DETECTOR_FROZEN_SAMPLES: NonZeroU32 = NonZeroU32::new(3).unwrap();
 
 /// What arrives from a source, checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,8 +38,20 @@ pub(crate) enum Sample {
     GlobalPosition(GlobalPosition),
     LandDetected(LandDetected),
     Battery(Battery),
-    /// The ground is heard, and heard the vehicle this much wall time ago.
-    GroundContact(Duration),
+    Wind(Wind),
+    /// Another aircraft is reported.
+    Traffic(TransponderReport),
+    /// The ground is heard.
+    GroundContact {
+        /// It heard the vehicle this much wall time ago.
+        ago: Duration,
+        /// It does not record the flight although it is to.
+        record_fails: bool,
+    },
+    /// The control tower has told its decisions.
+    Ledger,
+    /// The mission manager has told what rules read.
+    Outlook(Outlook),
     /// The loop of the planner turns.
     Planner,
     /// That of the skill manager does.
@@ -108,19 +134,30 @@ impl<T> Source<T> {
 #[derive(Debug, Clone)]
 pub(crate) struct Sources {
     pub(crate) status: Source<Status>,
+    pre_emption: PreEmption,
     pub(crate) attitude: Source<Attitude>,
     pub(crate) local_position: Source<LocalPosition>,
     pub(crate) global_position: Source<GlobalPosition>,
     pub(crate) land_detected: Source<LandDetected>,
     pub(crate) battery: Source<Battery>,
+    wind: Source<Wind>,
+    traffic: Traffic,
+    clock: Clock,
+    gusts: Gusts,
+    jumps: Jumps,
+    outlook: HeardOutlook,
     flight: FlightState,
+    /// Since when it has flown.
+    flies_since: Option<Time>,
     touchdown: Touchdown,
+    record_fails: Option<bool>,
     /// When the ground and the vehicle last heard each other.
     contact: Option<Time>,
     /// When each process was last heard.
     planner: Option<Time>,
     skill_manager: Option<Time>,
     mission_manager: Option<Time>,
+    control_tower: Option<Time>,
     first_heard: Option<Time>,
     pace: Pace,
 }
@@ -130,45 +167,79 @@ impl Sources {
     pub(crate) fn new(config: &Config, pace: Pace) -> Sources {
         Sources {
             status: Source::of_states(),
+            pre_emption: PreEmption::default(),
             attitude: Source::of_measurements(config.attitude_frozen_samples, |a, b| a == b),
             // The estimator's trust in itself may change while its input stands still.
             local_position: Source::of_measurements(config.position_frozen_samples, |a, b| {
                 a.position == b.position && a.velocity == b.velocity
             }),
             global_position: Source::of_measurements(config.position_frozen_samples, |a, b| place(a) == place(b)),
-            land_detected: Source::of_states(),
-            battery: Source::of_measurements(config.battery_frozen_samples, |a, b| a == b),
+            // Its state lasts, but the time of it does not, where the autopilot tells one.
+            land_detected: Source::of_measurements(DETECTOR_FROZEN_SAMPLES, tells_the_same_time),
+            // Without a current nothing in it need change: PX4's simulated battery stays at its lowest charge for good.
+            battery: Source::of_measurements(config.battery_frozen_samples, |a, b| a.current_a.is_some() && a == b),
+            // An average of some seconds of still air may stay as it is.
+            wind: Source::of_states(),
+            traffic: Traffic::default(),
+            clock: Clock::default(),
+            gusts: Gusts::new(pace),
+            jumps: Jumps::new(pace),
+            outlook: HeardOutlook::default(),
             flight: FlightState::default(),
+            flies_since: None,
             touchdown: Touchdown::default(),
+            record_fails: None,
             contact: None,
             planner: None,
             skill_manager: None,
             mission_manager: None,
+            control_tower: None,
             first_heard: None,
             pace,
         }
+    }
+
+    /// Whether the autopilot flies something else than what was asked for, for a reason of its own.
+    pub(crate) fn pre_empts(&self) -> Option<bool> {
+        self.status.latest().map(|_| self.pre_emption.holds())
     }
 
     /// Takes in a sample.
     pub(crate) fn take(&mut self, now: Time, sample: Sample) {
         let armed = self.armed();
         match sample {
-            Sample::Status(it) => self.status.take(now, it, armed),
+            Sample::Status(it) => {
+                if self.status.latest().is_some_and(|before| before.frame_epoch != it.frame_epoch) {
+                    self.flight.frame_moved();
+                }
+                self.pre_emption.update(now, it.reported());
+                self.status.take(now, it, armed);
+            }
             Sample::Attitude(it) => self.attitude.take(now, it, armed),
             Sample::LocalPosition(it) => {
                 if it.vertical_valid {
                     self.touchdown.descends(now, -it.velocity.climb_rate_m_s());
                 }
+                self.jumps.measure(now, &it);
                 self.local_position.take(now, it, armed);
             }
             Sample::GlobalPosition(it) => self.global_position.take(now, it, armed),
             Sample::LandDetected(it) => self.land_detected.take(now, it, armed),
             Sample::Battery(it) => self.battery.take(now, it, armed),
+            // Neither says anything about whether the vehicle itself is heard.
+            Sample::Wind(it) => {
+                self.gusts.feel(now, it);
+                return self.wind.take(now, it, armed);
+            }
+            Sample::Traffic(it) => return self.traffic.hear(now, self.pace, it),
             // The newest contact counts: had the ground heard the vehicle later, it would say so.
-            Sample::GroundContact(ago) => {
+            Sample::GroundContact { ago, record_fails } => {
+                self.record_fails = Some(record_fails);
                 self.contact = Some(Time::after(now.since_start().saturating_sub(self.pace.wall(ago))));
                 return;
             }
+            Sample::Ledger => return self.control_tower = Some(now),
+            Sample::Outlook(it) => return self.outlook.hear(now, it),
             // What a process says of itself is no sign of the vehicle.
             Sample::Planner => return self.planner = Some(now),
             Sample::SkillManager => return self.skill_manager = Some(now),
@@ -187,6 +258,7 @@ impl Sources {
         self.flight.update(now, Evidence::new(self.pace, status, position, landed));
         if let Some(flying) = self.flight.flying() {
             self.touchdown.flies(flying);
+            self.flies_since = flying.then(|| self.flies_since.unwrap_or(now));
         }
     }
 
@@ -209,12 +281,60 @@ impl Sources {
             DataSource::Planner => heard(self.planner),
             DataSource::SkillManager => heard(self.skill_manager),
             DataSource::MissionManager => heard(self.mission_manager),
+            DataSource::ControlTower => heard(self.control_tower),
         }
     }
 
     /// How fast the vehicle came down last, in metres per second; 0 in the air, `None` where it was not seen to come down.
     pub(crate) fn touchdown_m_s(&self) -> Option<f64> {
         self.touchdown.speed_m_s()
+    }
+
+    /// The wall clock was read.
+    pub(crate) fn read_clock(&mut self, now: Now) {
+        self.clock.read(now, self.pace);
+    }
+
+    /// The greatest step of the wall clock of late, in seconds.
+    pub(crate) fn clock_step_s(&self, now: Time) -> f64 {
+        self.clock.step_s(now)
+    }
+
+    /// The wind; `None` where none was estimated of late.
+    pub(crate) fn wind(&self, now: Time) -> Option<Wind> {
+        let update = self.wind.last_update()?;
+        self.wind.latest().filter(|_| now - update.at < self.pace.wall(WIND_SILENT)).copied()
+    }
+
+    /// The strongest wind of the last minute, in metres per second; `None` where none was estimated of late.
+    pub(crate) fn gust_m_s(&self, now: Time) -> Option<f64> {
+        self.wind(now).map(|_| self.gusts.speed_m_s(now))
+    }
+
+    /// The greatest jump of the position of late, in metres; `None` before there was a position.
+    pub(crate) fn position_jump_m(&self, now: Time) -> Option<f64> {
+        self.local_position.latest().map(|_| self.jumps.greatest_m(now))
+    }
+
+    /// For how long it has flown; zero on the ground, `None` while nothing shows whether it flies.
+    pub(crate) fn flight_time(&self, now: Time) -> Option<Duration> {
+        self.flying().map(|_| self.flies_since.map_or(Duration::ZERO, |since| now - since))
+    }
+
+    /// What the mission manager has told of late.
+    pub(crate) fn outlook(&self, now: Time) -> Outlook {
+        self.outlook.at(now, self.pace)
+    }
+
+    /// Whether the ground does not record the flight although it is to; `None` before the ground was heard.
+    pub(crate) fn record_fails(&self) -> Option<bool> {
+        self.record_fails
+    }
+
+    /// How close traffic of this kind comes, in metres; `None` while the vehicle's own place is not known.
+    pub(crate) fn closest_approach_m(&self, now: Time, kind: TrafficKind) -> Option<f64> {
+        let own = self.local_position.latest().filter(|it| it.horizontal_valid && it.vertical_valid)?;
+        Some(self.traffic.closest_approach_m(now, self.pace, own, kind))
     }
 
     /// Armed, by the newest status.
@@ -231,6 +351,11 @@ impl Sources {
     pub(crate) fn contradicts_detector(&self) -> Option<bool> {
         self.flight.contradicts_detector()
     }
+}
+
+/// Whether the autopilot's own time stands still; one that tells none may be all right.
+fn tells_the_same_time(a: &LandDetected, b: &LandDetected) -> bool {
+    a.timestamp_us != 0 && a.timestamp_us == b.timestamp_us
 }
 
 fn place(global: &GlobalPosition) -> (f64, f64, f64) {
@@ -260,6 +385,22 @@ mod tests {
         check(true, &[], None);
         check(true, &[0.5], Some((0, false)));
         check(true, &[0.5, 0.4, 0.3], Some((200, false)));
+    }
+
+    #[test]
+    fn a_land_detector_whose_time_stands_still_is_frozen_and_one_that_tells_none_is_not() {
+        #[track_caller]
+        fn check(timestamps_us: [u64; 4], expected: Update) {
+            let mut source = Source::of_measurements(DETECTOR_FROZEN_SAMPLES, tells_the_same_time);
+            for (n, timestamp_us) in timestamps_us.into_iter().enumerate() {
+                let sample = LandDetected { landed: false, ground_contact: false, timestamp_us };
+                source.take(at_ms(n as u64 * 1000), sample, true);
+            }
+            assert_eq!(source.last_update(), Some(expected), "{timestamps_us:?}");
+        }
+        check([1, 2, 3, 4], Update { at: at_ms(3000), frozen: false });
+        check([7, 7, 7, 7], Update { at: at_ms(0), frozen: true });
+        check([0, 0, 0, 0], Update { at: at_ms(3000), frozen: false });
     }
 
     #[test]

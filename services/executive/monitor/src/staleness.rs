@@ -16,7 +16,7 @@ const MISSING_SAMPLES: f64 = 2.0;
 /// every twenty mission seconds, and a limit of three seconds must not find it stale.
 pub(crate) fn staleness_limit(pace: Pace, source: DataSource, limit: Positive) -> Duration {
     let limit = limit.seconds();
-    if source == DataSource::GroundLink || source.is_process() {
+    if matches!(source, DataSource::GroundLink | DataSource::ControlTower) || source.is_process() {
         return pace.wall(limit);
     }
     let missing = Duration::from_secs_f64(MISSING_SAMPLES / rate_hz(source));
@@ -32,6 +32,7 @@ fn rate_hz(source: DataSource) -> f64 {
         DataSource::LandDetected => 1.0,
         DataSource::Battery => 99.0,
         DataSource::GroundLink => 2.0,
+        DataSource::ControlTower => 1.0,
         DataSource::Planner | DataSource::SkillManager | DataSource::MissionManager => 4.0,
     }
 }

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use domain::contingency::rule::DataSource;
+use domain::measured::{Measured, Unit};
 use domain::time::Time;
 use domain::wire::InvalidMessage;
 use kittiwake_proto::topics::Message;
@@ -26,7 +27,11 @@ pub(crate) fn sample(message: Message) -> Result<Option<Sample>, InvalidMessage>
         Message::VehicleGlobalPosition(it) => Sample::GlobalPosition(it.try_into()?),
         Message::VehicleLandDetected(it) => Sample::LandDetected(it.into()),
         Message::BatteryStatus(it) => Sample::Battery(it.try_into()?),
+        Message::WindEstimate(it) => Sample::Wind(it.try_into()?),
+        Message::TransponderReport(it) => Sample::Traffic(it.try_into()?),
         Message::GroundContact(it) => ground_contact(it)?,
+        Message::PermissionLedger(_) => Sample::Ledger,
+        Message::McmStatus(it) => Sample::Outlook((&it).try_into()?),
         Message::Heartbeat(it) => return Ok(process(&it.service)),
         _ => return Ok(None),
     }))
@@ -54,6 +59,7 @@ pub(crate) fn flag_event(change: FlagChange) -> v1::FlagEvent {
         reason: evidence.reason,
         value: evidence.value,
         threshold: evidence.threshold,
+        unit: evidence.unit.map_or("", Unit::symbol).to_owned(),
     }
 }
 
@@ -69,6 +75,7 @@ pub(crate) fn introspection(now: Time, sources: &Sources, flags: &[Flag]) -> v1:
         ages: Some(ages(now, sources)),
         derived: derived(sources).map(Into::into),
         flags: flags.iter().filter_map(|it| it.raised(now)).map(Into::into).collect(),
+        wind: sources.wind(now).map(Into::into),
     }
 }
 
@@ -94,7 +101,15 @@ impl From<Derived> for v1::Derived {
 
 impl From<RaisedFlag<'_>> for v1::RaisedFlag {
     fn from(flag: RaisedFlag<'_>) -> v1::RaisedFlag {
-        v1::RaisedFlag { name: flag.name.into(), since_s: flag.up_for.as_secs_f64(), reason: flag.reason.into() }
+        let measured = flag.measured;
+        v1::RaisedFlag {
+            name: flag.name.into(),
+            since_s: flag.up_for.as_secs_f64(),
+            reason: flag.reason.into(),
+            value: measured.map(Measured::value),
+            threshold: measured.map(Measured::threshold),
+            unit: measured.map_or("", |it| it.unit().symbol()).to_owned(),
+        }
     }
 }
 
@@ -111,7 +126,8 @@ fn process(service: &str) -> Option<Sample> {
 fn ground_contact(contact: v1::GroundContact) -> Result<Sample, InvalidMessage> {
     let age_s = contact.heard_age_wall_s;
     if (0.0..=1e9).contains(&age_s) {
-        Ok(Sample::GroundContact(Duration::from_secs_f64(age_s)))
+        let record_fails = !contact.record_trouble.is_empty();
+        Ok(Sample::GroundContact { ago: Duration::from_secs_f64(age_s), record_fails })
     } else {
         let (field, expected) = ("heard_age_wall_s", "seconds from 0 to 1,000,000,000");
         Err(InvalidMessage::OutOfRange { field, value: format!("{age_s:?}"), expected })

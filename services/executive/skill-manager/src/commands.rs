@@ -19,6 +19,8 @@ pub(crate) enum Purpose {
     UndoArming,
     /// To hold a vehicle that no skill flies.
     Idle,
+    /// For nothing any more: since it was sent, somebody else has begun to fly.
+    Abandoned,
 }
 
 /// A command that was not acknowledged yet.
@@ -107,6 +109,14 @@ impl CommandLine {
     /// comes too late, and one for the command of another sender belong to none.
     pub(crate) fn acknowledged(&mut self, id: CommandId) -> Option<InFlight> {
         self.in_flight.take_if(|it| it.id == id)
+    }
+
+    /// What becomes of the command in flight counts no longer, and it is not repeated. The line stays busy as long as the autopilot may
+    /// still be at it.
+    pub(crate) fn abandon(&mut self) {
+        if let Some(in_flight) = &mut self.in_flight {
+            in_flight.purpose = Purpose::Abandoned;
+        }
     }
 
     /// The command that is given up at this moment.

@@ -45,6 +45,10 @@ pub struct Config {
     /// A takeoff that the autopilot ended by itself must be at its target height after this mission time.
     pub takeoff_settle_s: Positive,
 
+    /// A load is released no farther than this from its place, over ground.
+    pub release_distance_m: Positive,
+    /// It must be seen released within this mission time, never less than one second of wall time.
+    pub release_limit_s: Positive,
     /// A stop must have come to rest within this mission time, never less than one second of wall time.
     pub stop_limit_s: Positive,
     /// A landing must come down by `landing_least_descent_m` within this mission time, again and again until the land

@@ -26,6 +26,8 @@ pub(crate) struct Request {
     pub(crate) replaces: bool,
     /// The running skill that the caller has given up in any case.
     pub(crate) gave_up: Option<SkillId>,
+    /// An operator has ordered to take the vehicle back from somebody else.
+    pub(crate) takes_control: bool,
 }
 
 /// Answers callers, and hands accepted requests to the resource.
@@ -67,11 +69,20 @@ impl Executor {
         answer
     }
 
-    /// Cancels a skill that has not ended.
+    /// Whether a pilot or another ground station flies the vehicle.
+    pub(crate) fn is_flown_by_other(&self) -> bool {
+        self.resource.flown_by_other().is_some()
+    }
+
+    /// Cancels a skill that has not ended; `quietly`: somebody else flies, so that nothing is commanded.
     ///
     /// # Errors
     /// If there is nothing to cancel; the text says why.
-    pub(crate) fn cancel(&mut self, id: SkillId, now: Now) -> Result<(), String> {
+    pub(crate) fn cancel(&mut self, id: SkillId, quietly: bool, now: Now) -> Result<(), String> {
+        if quietly {
+            self.resource.let_others_fly(now);
+            return Ok(());
+        }
         if self.resource.cancel(id, now) {
             return Ok(());
         }
@@ -114,6 +125,14 @@ impl Executor {
 
     fn accept(&mut self, request: &Request, now: Now) -> Answer {
         let goal = request.goal.clone().map_err(|it| it.to_string())?;
+        if request.takes_control {
+            self.resource.take_control_back();
+        }
+        if let Some(how) = self.resource.flown_by_other() {
+            return Err(format!(
+                "somebody else flies the vehicle ({how}), until an operator orders to take control back"
+            ));
+        }
         if let Some(running) = self.resource.running().filter(|_| !request.replaces) {
             return Err(format!("busy with {} (skill {})", kind_name(running.kind()), running.id()));
         }

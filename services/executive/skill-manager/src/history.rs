@@ -83,7 +83,15 @@ mod tests {
 
     fn report(id: u64, state: SkillState) -> SkillReport {
         let (request_id, kind) = (format!("r{id}"), SkillKind::Land);
-        SkillReport { id: SkillId(id), request_id, kind, state, motion: None, landed_timestamp_us: 0 }
+        SkillReport {
+            id: SkillId(id),
+            request_id,
+            kind,
+            state,
+            motion: None,
+            landed_timestamp_us: 0,
+            flown_by_other: false,
+        }
     }
 
     fn ended(id: u64) -> SkillReport {

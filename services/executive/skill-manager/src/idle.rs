@@ -18,7 +18,8 @@ pub(crate) struct IdleCare {
 
 #[derive(Debug, Clone, Copy)]
 struct Idle {
-    since: Time,
+    /// When loiter is to be commanded.
+    due: Time,
     tries: u32,
 }
 
@@ -30,7 +31,12 @@ impl IdleCare {
 
     /// A skill has ended and its successor is not there yet.
     pub(crate) fn begin(&mut self, now: Time) {
-        self.idle.get_or_insert(Idle { since: now, tries: 0 });
+        self.idle.get_or_insert(Idle { due: now + self.wait, tries: 0 });
+    }
+
+    /// The same, where the last setpoint must not be flown for a moment longer.
+    pub(crate) fn begin_at_once(&mut self, now: Time) {
+        self.idle = Some(Idle { due: now, tries: 0 });
     }
 
     /// A skill or the autopilot flies the vehicle.
@@ -45,13 +51,14 @@ impl IdleCare {
 
     /// When loiter is to be commanded.
     pub(crate) fn loiter_due(&self) -> Option<Time> {
-        self.idle.map(|it| it.since + self.wait)
+        self.idle.map(|it| it.due)
     }
 
     /// Loiter was accepted or not; if not, it is tried again a few times.
     pub(crate) fn loiter_answered(&mut self, accepted: bool, now: Time) {
         let tried = self.idle.take().map(|it| it.tries + 1);
-        self.idle = tried.filter(|it| !accepted && *it < self.tries).map(|tries| Idle { since: now, tries });
+        let again = tried.filter(|it| !accepted && *it < self.tries);
+        self.idle = again.map(|tries| Idle { due: now + self.wait, tries });
     }
 }
 
@@ -59,8 +66,8 @@ impl IdleCare {
 /// or is flown by a failsafe of the autopilot. Where the data do not show it, it does: the command is
 /// rejected at worst.
 pub(crate) fn needs_loiter(view: &View) -> bool {
-    let loiters = view.status.is_some_and(|it| it.actual == FlightMode::Loiter && it.intended == FlightMode::Loiter);
-    let autopilot_flies = view.status.is_some_and(|it| it.failsafe || it.actual != it.intended);
+    let loiters = view.status.is_some_and(|it| it.is_in(FlightMode::Loiter));
+    let autopilot_flies = view.status.is_some_and(|it| it.is_pre_empted());
     !(view.at_rest_on_ground() == Some(true) || loiters || autopilot_flies)
 }
 
@@ -75,8 +82,10 @@ mod tests {
         fn check(flying: Option<bool>, status: Option<FlightStatus>, expected: bool) {
             assert_eq!(needs_loiter(&View { flying, status, ..View::default() }), expected);
         }
-        let flies =
-            |intended, actual| Some(FlightStatus { armed: true, intended, actual, failsafe: intended != actual });
+        let flies = |intended, actual| {
+            let failsafe = intended != actual;
+            Some(FlightStatus { intended: Some(intended), actual: Some(actual), failsafe, ..FlightStatus::flying() })
+        };
         use FlightMode::{Loiter, Offboard, Return, Takeoff};
         check(Some(true), flies(Offboard, Offboard), true);
         check(Some(true), flies(Takeoff, Takeoff), true);

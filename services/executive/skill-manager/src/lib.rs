@@ -17,6 +17,7 @@ pub mod config;
 
 mod catalog;
 mod commands;
+mod control;
 mod executor;
 mod fsm;
 mod history;
@@ -62,10 +63,13 @@ impl SkillManager {
                 if let Err(invalid) = &request.goal {
                     effects.push(Effect::refused(Service::Skill, invalid));
                 }
-                Response::Skill(wire::skill_reply(self.executor.request(request, now)))
+                let answer = self.executor.request(request, now);
+                let flown_by_other = answer.is_err() && self.executor.is_flown_by_other();
+                Response::Skill(wire::skill_reply(answer, flown_by_other))
             }
             Request::SkillCancel(message) => {
-                Response::SkillCancel(wire::cancel_reply(self.executor.cancel(SkillId(message.skill_id), now)))
+                let (id, quietly) = (SkillId(message.skill_id), message.without_command);
+                Response::SkillCancel(wire::cancel_reply(self.executor.cancel(id, quietly, now)))
             }
             Request::SkillTable(_) => {
                 let skills = self.executor.table(now).map(wire::skill_event).collect();

@@ -1,16 +1,15 @@
 //! What comes in and what goes out, as checked types.
 
-use domain::fmu::{CommandAck, LandDetected, LocalPosition, Setpoint, VehicleCommand};
+use domain::fmu::{CommandAck, LandDetected, LocalPosition, Setpoint, Status, VehicleCommand};
 use kittiwake_proto::v1::SkillKind;
 
 use crate::fsm::{SkillId, SkillState};
-use crate::vehicle::FlightStatus;
 
 /// Something that the autopilot says.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Input {
     Position(LocalPosition),
-    Status(FlightStatus),
+    Status(Status),
     Landed(LandDetected),
     Acknowledged(CommandAck),
 }
@@ -40,6 +39,8 @@ pub(crate) struct SkillReport {
     pub(crate) motion: Option<LocalPosition>,
     /// When the land detector last spoke, by the vehicle's clock; 0 for never.
     pub(crate) landed_timestamp_us: u64,
+    /// It was pre-empted by a pilot or another ground station.
+    pub(crate) flown_by_other: bool,
 }
 
 /// The progress of a skill that executes.

@@ -25,24 +25,26 @@ impl ModeWatch {
     }
 
     /// How the skill ends because of a status that is newer than the last acknowledgement; `None`: it
-    /// goes on. `limit` is how long the mode may take to be seen.
+    /// goes on. `limit` is how long the mode may take to be seen; `why` are the autopilot's own words about what it flies.
     pub(crate) fn judge(
         &mut self,
         skill: &dyn Skill,
         status: FlightStatus,
+        why: &str,
         now: Time,
         limit: Duration,
     ) -> Option<Ending> {
         let own = skill.mode();
         let afterwards = skill.mode_afterwards().filter(|_| self.seen);
-        let is_own = |mode: FlightMode| mode == own || afterwards == Some(mode);
+        let is_own = |mode: Option<FlightMode>| mode == Some(own) || (mode.is_some() && afterwards == mode);
+        let because = if why.is_empty() { String::new() } else { format!(": {why}") };
         let FlightStatus { armed, intended, actual, .. } = status;
         if is_own(actual) && is_own(intended) {
             self.seen = true;
         }
         if !self.seen {
             let (which, other) = if is_own(actual) { ("intended", intended) } else { ("actual", actual) };
-            let reason = || format!("accepted, but the {which} mode is {other}, not {own}");
+            let reason = || format!("accepted, but the {which} mode is {}, not {own}{because}", in_words(other));
             return (limit < now - self.since).then(|| Ending::because(SkillOutcome::Failed, reason()));
         }
         if !armed {
@@ -51,11 +53,17 @@ impl ModeWatch {
         }
         let preempted = |reason: String| Some(Ending::because(SkillOutcome::Preempted, reason));
         if !is_own(intended) {
-            preempted(format!("another controller set the mode to {intended}"))
+            preempted(format!("another controller set the mode to {}", in_words(intended)))
         } else if !is_own(actual) {
-            preempted(format!("the autopilot flies {actual} instead of {intended}"))
+            let (actual, intended) = (in_words(actual), in_words(intended));
+            preempted(format!("the autopilot flies {actual} instead of {intended}{because}"))
         } else {
             None
         }
     }
+}
+
+/// The mode as users read it.
+fn in_words(mode: Option<FlightMode>) -> String {
+    mode.map_or_else(|| "one without a name here".to_owned(), |it| it.to_string())
 }

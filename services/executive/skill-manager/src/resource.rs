@@ -6,19 +6,20 @@
 
 use std::time::Duration;
 
-use domain::fmu::{Command, CommandResult};
+use domain::fmu::{Command, CommandResult, Status};
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::v1::SkillOutcome;
 
 use crate::commands::{Acknowledgement, CommandLine, InFlight, Purpose};
 use crate::config::Config;
+use crate::control::Control;
 use crate::fsm::{Action, Ending, Event, SkillId, SkillState};
 use crate::idle::{IdleCare, needs_loiter};
-use crate::messages::{Input, Output};
+use crate::messages::{Input, Output, SkillReport};
 use crate::skill_run::{Aftermath, SkillRun, Start};
 use crate::slots::Slots;
 use crate::stream::SetpointStream;
-use crate::vehicle::{Vehicle, View, at_wall_rate};
+use crate::vehicle::{FlightStatus, Vehicle, View, at_wall_rate};
 
 /// The skills that run or wait, and the autopilot that they command.
 #[derive(Debug)]
@@ -26,6 +27,7 @@ pub(crate) struct Resource {
     slots: Slots,
     vehicle: Vehicle,
     commands: CommandLine,
+    control: Control,
     stream: SetpointStream,
     idle: IdleCare,
     /// A takeoff armed the vehicle and then did not take off.
@@ -46,6 +48,7 @@ impl Resource {
             slots: Slots::default(),
             vehicle: Vehicle::new(config, pace),
             commands: CommandLine::new(pace.limit(config.ack_timeout_s.seconds())),
+            control: Control::default(),
             stream: SetpointStream::new(pace.wall(config.setpoint_rate_hz.period())),
             idle: IdleCare::new(pace.limit(config.loiter_after_s.seconds()), config.loiter_tries),
             disarm_due: false,
@@ -60,10 +63,7 @@ impl Resource {
     pub(crate) fn receive(&mut self, input: Input, now: Now) {
         match input {
             Input::Position(position) => self.vehicle.moved(position, now.time),
-            Input::Status(status) => {
-                self.vehicle.reported(status, self.commands.is_busy(), now.time);
-                self.judge_mode(now);
-            }
+            Input::Status(status) => self.reported(&status, now),
             Input::Landed(landed) => self.vehicle.land_detected(landed, now.time),
             Input::Acknowledged(ack) => {
                 if let Some(command) = self.commands.acknowledged(ack.id) {
@@ -81,7 +81,7 @@ impl Resource {
             if self.vehicle.obeys(command.command) {
                 self.settled(command, &Acknowledgement::Answered(CommandResult::Accepted), now);
             } else if !command.is_repeated() && self.is_wanted(command.purpose) {
-                self.vehicle.commanded();
+                self.vehicle.commanded(command.command, now.time);
                 self.outbox.push(Output::Command(self.commands.repeat(command, now)));
             } else {
                 self.settled(command, &Acknowledgement::Missing, now);
@@ -142,6 +142,24 @@ impl Resource {
         true
     }
 
+    /// How it is known that somebody else flies the vehicle; `None`: nobody else does.
+    pub(crate) fn flown_by_other(&self) -> Option<&str> {
+        self.control.other()
+    }
+
+    /// An operator has ordered to take control back: what is requested from now on is flown.
+    pub(crate) fn take_control_back(&mut self) {
+        self.control.take_back();
+    }
+
+    /// Somebody else flies, as the caller of the skills says.
+    pub(crate) fn let_others_fly(&mut self, now: Now) {
+        if self.control.other().is_none() {
+            self.control.give_up("the caller of the skill says so");
+        }
+        self.go_quiet(now);
+    }
+
     /// Looks at what runs, then at what is to be commanded.
     pub(crate) fn proceed(&mut self, now: Now) {
         let view = self.view(now);
@@ -150,11 +168,53 @@ impl Resource {
         self.command_next(now);
     }
 
+    fn reported(&mut self, status: &Status, now: Now) {
+        if self.vehicle.reported(status, self.commands.is_busy(), now.time) {
+            self.frame_moved(now);
+        }
+        let (settled, is_busy) = (!self.commands.is_busy(), !self.slots.are_empty());
+        let stands = self.view(now).flying == Some(false);
+        if self.control.judge(FlightStatus::from(status), settled, is_busy, stands).is_some() {
+            self.go_quiet(now);
+        }
+        self.judge_mode(now);
+    }
+
+    /// Somebody else flies: nothing is commanded any more, not even what would undo a command, and nothing is streamed. (PX4
+    /// resumes offboard by itself when setpoints return.)
+    fn go_quiet(&mut self, now: Now) {
+        self.commands.abandon();
+        let how = self.control.other().unwrap_or_default();
+        let ending = Ending::because(SkillOutcome::Preempted, format!("somebody else flies: {how}"));
+        for run in self.slots.take_those(|_| true) {
+            self.end(run, ending.clone(), now);
+        }
+        self.disarm_due = false;
+        self.release();
+    }
+
+    /// Places and heights from before mean nothing any more: what flies to them ends, and the vehicle is held at once.
+    fn frame_moved(&mut self, now: Now) {
+        self.control.expect_nothing();
+        let reason = "the autopilot's local frame moved, or it was started again: the goal means nothing any more";
+        for run in self.slots.take_those(SkillRun::depends_on_frame) {
+            self.end(run, Ending::because(SkillOutcome::Failed, reason), now);
+            self.stream.stop();
+            self.idle.begin_at_once(now.time);
+        }
+    }
+
+    /// Ends a skill, whether it flies or waits.
+    fn end(&mut self, run: SkillRun, ending: Ending, now: Now) {
+        let event = if run.is_starting() { Event::Refused(ending) } else { Event::Done(ending) };
+        self.drive(run, event, now);
+    }
+
     /// Ends the registered skill if a status shows that the vehicle flies something else.
     fn judge_mode(&mut self, now: Now) {
         let Some(status) = self.view(now).status else { return };
-        let limit = self.mode_limit;
-        let ending = self.slots.registered_mut().and_then(|it| it.judge_mode(status, now.time, limit));
+        let (limit, why) = (self.mode_limit, self.vehicle.reason());
+        let ending = self.slots.registered_mut().and_then(|it| it.judge_mode(status, why, now.time, limit));
         self.end_registered(ending, now);
     }
 
@@ -184,7 +244,7 @@ impl Resource {
     }
 
     fn command(&mut self, command: Command, purpose: Purpose, now: Now) {
-        self.vehicle.commanded();
+        self.vehicle.commanded(command, now.time);
         self.outbox.push(Output::Command(self.commands.send(command, purpose, now)));
     }
 
@@ -226,6 +286,12 @@ impl Resource {
 
     /// A command was acknowledged or given up.
     fn settled(&mut self, InFlight { command, purpose, .. }: InFlight, ack: &Acknowledgement, now: Now) {
+        match ack {
+            Acknowledgement::Answered(CommandResult::Rejected { .. }) => self.vehicle.rejected(command),
+            _ if purpose == Purpose::Abandoned => {}
+            Acknowledgement::Answered(CommandResult::Accepted) => self.control.commanded(command),
+            Acknowledgement::Missing => self.control.expect_nothing(),
+        }
         match purpose {
             Purpose::Start(id) => {
                 if let Some(mut candidate) = self.slots.take_candidate_if(id) {
@@ -240,6 +306,7 @@ impl Resource {
                 }
             }
             Purpose::Cancel(id) => match self.slots.take_cancelling(id) {
+                Some(run) if ack.is_accepted() && run.goes_on_when_cancelled() => self.slots.put(run),
                 Some(run) if ack.is_accepted() => self.drive(run, Event::Neutral, now),
                 Some(run) => {
                     let reason = format!("cancel: {}", ack.describe(command));
@@ -249,7 +316,7 @@ impl Resource {
                 None if ack.is_accepted() && self.slots.registered().is_none() => self.release(),
                 None => {}
             },
-            Purpose::UndoArming => {}
+            Purpose::UndoArming | Purpose::Abandoned => {}
             // Without setpoints the autopilot's own failsafe holds the vehicle, if it does not loiter.
             Purpose::Idle if self.idle.is_idle() => {
                 self.stream.stop();
@@ -266,8 +333,8 @@ impl Resource {
             Purpose::Start(id) => self.slots.is_being_started(id),
             Purpose::Cancel(id) => self.slots.is_being_cancelled(id),
             Purpose::UndoArming => true,
-            // Tried more often than that, each time with a look whether it is still needed.
-            Purpose::Idle => false,
+            // The second is tried more often than that, each time with a look whether it is still needed.
+            Purpose::Abandoned | Purpose::Idle => false,
         }
     }
 
@@ -349,7 +416,8 @@ impl Resource {
     }
 
     fn announce(&mut self, run: &SkillRun, now: Now) {
-        let report = run.report(&self.view(now));
+        let flown_by_other = self.control.other().is_some();
+        let report = SkillReport { flown_by_other, ..run.report(&self.view(now)) };
         self.outbox.push(Output::Report(report));
     }
 }

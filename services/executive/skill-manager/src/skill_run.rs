@@ -33,6 +33,8 @@ pub(crate) struct SkillRun {
     wants_neutral: bool,
     /// Since when it waits for data.
     waits_since: Option<Time>,
+    /// Until when it must not be commanded, if that is known.
+    not_before: Option<Time>,
     /// When it sends its first command once more, or did.
     second_try: Option<Time>,
     /// Whether the vehicle still flies it.
@@ -87,6 +89,7 @@ impl SkillRun {
             flown: false,
             wants_neutral: false,
             waits_since: None,
+            not_before: None,
             second_try: None,
             watch: ModeWatch::new(now),
             feedback_due: now,
@@ -154,17 +157,26 @@ impl SkillRun {
                 return Start::Wait;
             }
             let waited = self.waits_since.is_some_and(|since| since + data_wait <= now);
+            self.not_before = None;
             match self.skill.ready(view) {
                 Ready::AlreadyTrue => return Start::Without(Event::AlreadyTrue),
+                Ready::NotBefore(at) => {
+                    // Data that are missing later are waited for from then on.
+                    (self.waits_since, self.not_before) = (None, Some(at));
+                    return Start::Wait;
+                }
+                Ready::Refuse(reason) if waited => {
+                    return Start::Without(Event::Refused(Ending::because(SkillOutcome::Failed, reason)));
+                }
                 Ready::Require(data) if waited => {
                     let reason = format!("no recent {data} from the vehicle");
                     return Start::Without(Event::Refused(Ending::because(SkillOutcome::Failed, reason)));
                 }
-                Ready::Await(_) | Ready::Require(_) if !waited => {
+                Ready::Await(_) | Ready::Require(_) | Ready::Refuse(_) if !waited => {
                     self.waits_since.get_or_insert(now);
                     return Start::Wait;
                 }
-                Ready::Command | Ready::Await(_) | Ready::Require(_) => {
+                Ready::Command | Ready::Await(_) | Ready::Require(_) | Ready::Refuse(_) => {
                     self.waits_since = None;
                     self.take(Event::Commanded);
                 }
@@ -176,9 +188,9 @@ impl SkillRun {
         }
     }
 
-    /// When it gives up waiting for data, or sends its first command once more.
+    /// When it gives up waiting for data, may be commanded, or sends its first command once more.
     pub(crate) fn wait_deadline(&self, data_wait: Duration) -> Option<Time> {
-        self.waits_since.map(|since| since + data_wait).or(self.second_try)
+        self.waits_since.map(|since| since + data_wait).or(self.not_before).or(self.second_try)
     }
 
     /// Whether its first command, which the autopilot has refused, is to be sent once more at `at`.
@@ -205,6 +217,11 @@ impl SkillRun {
         (!goes_on).then_some(Event::Accepted)
     }
 
+    /// Whether it goes on to its own end although the command that cancels it was accepted: what it has commanded happens.
+    pub(crate) fn goes_on_when_cancelled(&self) -> bool {
+        self.skill.is_irrevocable() && self.has_commanded()
+    }
+
     /// It is the registered skill from now on. Its first feedback is due at once.
     pub(crate) fn register(&mut self, now: Time) {
         self.flown = true;
@@ -225,10 +242,20 @@ impl SkillRun {
         }
     }
 
-    /// How it ends, if a status shows that the vehicle flies something else.
-    pub(crate) fn judge_mode(&mut self, status: FlightStatus, now: Time, limit: Duration) -> Option<Ending> {
+    /// How it ends, if a status shows that the vehicle flies something else; `why`: the autopilot's own words.
+    pub(crate) fn judge_mode(&mut self, status: FlightStatus, why: &str, now: Time, limit: Duration) -> Option<Ending> {
         // In C the mode is expected to change.
-        if self.executes() { self.watch.judge(self.skill.as_ref(), status, now, limit) } else { None }
+        if self.executes() { self.watch.judge(self.skill.as_ref(), status, why, now, limit) } else { None }
+    }
+
+    /// Whether its goal is a place or a height in the local frame.
+    pub(crate) fn depends_on_frame(&self) -> bool {
+        self.skill.depends_on_frame()
+    }
+
+    /// Whether it waits for its turn, or for the acknowledgement of a command.
+    pub(crate) fn is_starting(&self) -> bool {
+        matches!(self.state, SkillState::ProcessRequest(_))
     }
 
     /// Whether it is in E.
@@ -295,6 +322,7 @@ impl SkillRun {
             state: self.state.clone(),
             motion: view.motion,
             landed_timestamp_us: view.landed_timestamp_us,
+            flown_by_other: false,
         }
     }
 }

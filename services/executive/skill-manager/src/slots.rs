@@ -86,6 +86,17 @@ impl Slots {
         candidate.into_iter().chain(self.next.take())
     }
 
+    /// Every skill that runs or waits and is of this kind, the registered one first.
+    pub(crate) fn take_those(&mut self, of_kind: fn(&SkillRun) -> bool) -> Vec<SkillRun> {
+        let slots = [&mut self.registered, &mut self.candidate, &mut self.next];
+        slots.into_iter().filter_map(|slot| slot.take_if(|it| of_kind(it))).collect()
+    }
+
+    /// Whether no skill runs or waits.
+    pub(crate) fn are_empty(&self) -> bool {
+        self.are_idle() && self.next.is_none()
+    }
+
     /// The command that cancels the registered skill, if it waits to be sent.
     pub(crate) fn take_neutral(&mut self) -> Option<(SkillId, Command)> {
         let running = self.registered.as_mut()?;

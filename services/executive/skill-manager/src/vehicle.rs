@@ -3,34 +3,64 @@
 use std::time::Duration;
 
 use domain::flight_state::{Evidence, FlightState, Motors, detector_limit};
-use domain::fmu::{Command, FlightMode, LandDetected, LocalPosition, Status};
+use domain::fmu::{Command, FlightMode, Gripper, LandDetected, LocalPosition, Status};
 use domain::time::{Pace, Time};
-use domain::wire::InvalidMessage;
 
 use crate::config::Config;
 
-/// What the autopilot does, in modes that are known.
+/// What the autopilot does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct FlightStatus {
     /// Whether the motors may turn.
     pub(crate) armed: bool,
-    /// The mode that was asked for.
-    pub(crate) intended: FlightMode,
-    /// The mode that is flown.
-    pub(crate) actual: FlightMode,
+    /// The mode that was asked for; `None`: one without a name here, which is never one of ours.
+    pub(crate) intended: Option<FlightMode>,
+    /// The mode that is flown; `None` as for the intended one.
+    pub(crate) actual: Option<FlightMode>,
     /// Whether one of the autopilot's own failsafes flies.
     pub(crate) failsafe: bool,
+    /// What its gripper does, if that is known.
+    pub(crate) gripper: Option<Gripper>,
+    /// Whether a pilot or another ground station flies.
+    pub(crate) of_other: bool,
+    /// Whether it would arm now; `None` where it does not say.
+    pub(crate) can_arm: Option<bool>,
+    /// Positions of different epochs cannot be compared.
+    pub(crate) frame_epoch: u64,
 }
 
-impl TryFrom<Status> for FlightStatus {
-    type Error = InvalidMessage;
-    fn try_from(status: Status) -> Result<FlightStatus, InvalidMessage> {
-        Ok(FlightStatus {
+impl From<&Status> for FlightStatus {
+    fn from(status: &Status) -> FlightStatus {
+        FlightStatus {
             armed: status.armed,
-            intended: status.intended.ok_or(InvalidMessage::Missing("intended_mode"))?,
-            actual: status.actual.ok_or(InvalidMessage::Missing("actual_mode"))?,
+            intended: status.intended,
+            actual: status.actual,
             failsafe: status.failsafe,
-        })
+            gripper: status.gripper,
+            of_other: status.is_flown_by_other(),
+            can_arm: status.can_arm,
+            frame_epoch: status.frame_epoch,
+        }
+    }
+}
+
+impl FlightStatus {
+    /// Whether it flies in this mode, and was asked to.
+    pub(crate) fn is_in(&self, mode: FlightMode) -> bool {
+        self.intended == Some(mode) && self.actual == Some(mode)
+    }
+
+    /// Whether the autopilot itself flies something else than what was asked for.
+    pub(crate) fn is_pre_empted(&self) -> bool {
+        self.failsafe || self.actual != self.intended
+    }
+
+    /// One of a vehicle that loiters in the air.
+    #[cfg(test)]
+    pub(crate) fn flying() -> FlightStatus {
+        let mode = Some(FlightMode::Loiter);
+        let (failsafe, of_other, gripper, can_arm, frame_epoch) = (false, false, None, None, 0);
+        FlightStatus { armed: true, intended: mode, actual: mode, failsafe, gripper, of_other, can_arm, frame_epoch }
     }
 }
 
@@ -45,8 +75,14 @@ pub(crate) struct Vehicle {
     pace: Pace,
     /// The status came after the newest command was settled.
     status_is_settled: bool,
+    /// Why the autopilot pre-empts, or would not arm, by the newest status; empty where it does not say.
+    reason: String,
     /// The newest status that came while a command was in flight.
     during_command: Option<FlightStatus>,
+    /// When a command to release the load was sent last.
+    release_sent: Option<Time>,
+    /// Until then after it the gripper may open.
+    release_limit: Duration,
 }
 
 #[derive(Debug)]
@@ -71,6 +107,8 @@ pub(crate) struct View {
     pub(crate) stands_still: bool,
     /// When the land detector spoke last, by the vehicle's clock; 0 while it is silent.
     pub(crate) landed_timestamp_us: u64,
+    /// A command to release the load was sent so recently that the gripper may be about to open, until then.
+    pub(crate) may_release_until: Option<Time>,
 }
 
 impl Vehicle {
@@ -90,7 +128,10 @@ impl Vehicle {
             flight,
             pace,
             status_is_settled: false,
+            reason: String::new(),
             during_command: None,
+            release_sent: None,
+            release_limit: pace.limit(config.release_limit_s.seconds()),
         }
     }
 
@@ -100,12 +141,28 @@ impl Vehicle {
         self.judge_flight(now);
     }
 
-    /// A status has arrived, while a command was in flight or not.
-    pub(crate) fn reported(&mut self, status: FlightStatus, command_in_flight: bool, now: Time) {
+    /// A status has arrived, while a command was in flight or not. Returns whether the local frame moved, or the autopilot was started
+    /// again: positions before and after it cannot be compared.
+    pub(crate) fn reported(&mut self, status: &Status, command_in_flight: bool, now: Time) -> bool {
+        let reason = &status.reason;
+        let status = FlightStatus::from(status);
+        let has_moved = self.status.is_some_and(|(_, before)| before.frame_epoch != status.frame_epoch);
+        if has_moved {
+            // Until the next one comes.
+            self.position = None;
+            self.flight.frame_moved();
+        }
+        self.reason.clone_from(reason);
         self.status = Some((now, status));
         self.status_is_settled = !command_in_flight;
         self.during_command = Some(status).filter(|_| command_in_flight);
         self.judge_flight(now);
+        has_moved
+    }
+
+    /// Why the autopilot pre-empts, or would not arm, in its own words; empty where it does not say.
+    pub(crate) fn reason(&self) -> &str {
+        &self.reason
     }
 
     /// A statement of the land detector has arrived.
@@ -115,24 +172,36 @@ impl Vehicle {
     }
 
     fn judge_flight(&mut self, now: Time) {
-        let status = self.status.map(|(_, it)| Motors { armed: it.armed, lands: it.actual == FlightMode::Land });
+        let status = self.status.map(|(_, it)| Motors { armed: it.armed, lands: it.actual == Some(FlightMode::Land) });
         let position = self.position.map(|(at, it)| (now - at, it));
         let landed = self.landed.map(|(at, it)| (now - at, it.landed));
         self.flight.update(now, Evidence::new(self.pace, status, position, landed));
     }
 
     /// A command is sent: the mode in the newest status will soon be out of date.
-    pub(crate) fn commanded(&mut self) {
+    pub(crate) fn commanded(&mut self, command: Command, now: Time) {
         self.status_is_settled = false;
         self.during_command = None;
+        if command == Command::Release {
+            self.release_sent = Some(now);
+        }
+    }
+
+    /// The autopilot does not obey a command.
+    pub(crate) fn rejected(&mut self, command: Command) {
+        if command == Command::Release {
+            self.release_sent = None;
+        }
     }
 
     /// Whether a status that came since `command` was sent shows that the vehicle does what it says.
     pub(crate) fn obeys(&self, command: Command) -> bool {
-        let Some(FlightStatus { armed, intended, actual, .. }) = self.during_command else { return false };
-        match command.mode() {
-            Some(mode) => intended == mode && actual == mode,
-            None => armed == (command == Command::Arm),
+        let Some(status) = self.during_command else { return false };
+        let FlightStatus { armed, gripper, .. } = status;
+        match (command, command.mode()) {
+            (_, Some(mode)) => status.is_in(mode),
+            (Command::Release, None) => gripper == Some(Gripper::Released),
+            (_, None) => armed == (command == Command::Arm),
         }
     }
 
@@ -148,6 +217,7 @@ impl Vehicle {
             flying: self.flight.flying(),
             stands_still: self.flight.stands_still(),
             landed_timestamp_us: landed.map_or(0, |it| it.timestamp_us),
+            may_release_until: self.release_sent.map(|sent| sent + self.release_limit).filter(|until| now < *until),
         }
     }
 }
@@ -166,7 +236,8 @@ impl View {
             // With its motors on it may fly.
             return status.armed.then_some(false);
         }
-        Some(!status.armed || !matches!(status.intended, FlightMode::Takeoff | FlightMode::Offboard))
+        let lifts_off = matches!(status.intended, Some(FlightMode::Takeoff | FlightMode::Offboard));
+        Some(!status.armed || !(lifts_off || status.of_other))
     }
 }
 

@@ -3,7 +3,7 @@
 use domain::fmu::Status;
 use domain::wire::InvalidMessage;
 use kittiwake_proto::topics::Message;
-use kittiwake_proto::v1;
+use kittiwake_proto::v1::{self, SkillOutcome};
 
 use crate::executor::Request;
 use crate::fsm::{SkillId, SkillState};
@@ -14,7 +14,7 @@ use crate::messages::{Feedback, Input, Output, SkillReport};
 pub(crate) fn input(message: Message) -> Result<Option<Input>, InvalidMessage> {
     Ok(Some(match message {
         Message::VehicleLocalPosition(it) => Input::Position(it.try_into()?),
-        Message::VehicleStatus(it) => Input::Status(Status::from(it).try_into()?),
+        Message::VehicleStatus(it) => Input::Status(Status::from(it)),
         Message::VehicleLandDetected(it) => Input::Landed(it.into()),
         Message::VehicleCommandAck(it) => Input::Acknowledged(it.try_into()?),
         _ => return Ok(None),
@@ -35,15 +35,16 @@ pub(crate) fn request(message: v1::SkillRequest) -> Request {
         id: message.request_id,
         goal: goal.and_then(|it| has_id.then_some(it).ok_or(InvalidMessage::Missing("request_id"))),
         replaces: when_busy == v1::WhenBusy::Replace,
+        takes_control: message.takes_control,
         gave_up: (message.gave_up_skill_id != 0).then_some(SkillId(message.gave_up_skill_id)),
     }
 }
 
 /// The answer to a request.
-pub(crate) fn skill_reply(answer: Answer) -> v1::SkillReply {
+pub(crate) fn skill_reply(answer: Answer, flown_by_other: bool) -> v1::SkillReply {
     match answer {
-        Ok(id) => v1::SkillReply { skill_id: id.0, refusal: String::new() },
-        Err(refusal) => v1::SkillReply { skill_id: 0, refusal },
+        Ok(id) => v1::SkillReply { skill_id: id.0, refusal: String::new(), flown_by_other: false },
+        Err(refusal) => v1::SkillReply { skill_id: 0, refusal, flown_by_other },
     }
 }
 
@@ -84,6 +85,7 @@ pub(crate) fn skill_event(report: &SkillReport) -> v1::SkillEvent {
             event.velocity = report.motion.map(|it| it.velocity.into());
             event.position_timestamp_us = report.motion.map_or(0, |it| it.timestamp_us);
             event.landed_timestamp_us = report.landed_timestamp_us;
+            event.flown_by_other = report.flown_by_other && ending.outcome == SkillOutcome::Preempted;
         }
         _ => {}
     }

@@ -11,13 +11,15 @@ pub(crate) struct Battery {
     remaining: f64,
     current_a: f64,
     temperature_c: f64,
+    /// The motors take this many times what they should.
+    pub(crate) drain: f64,
 }
 
 impl Battery {
     /// Full, at the temperature of the air.
     pub(crate) fn new(config: config::Battery) -> Battery {
         let current_a = config.idle_w.get() / (f64::from(config.cells.get()) * config.cell_full_v.get());
-        Battery { remaining: 1.0, current_a, temperature_c: config.ambient_c.get(), config }
+        Battery { remaining: 1.0, current_a, temperature_c: config.ambient_c.get(), drain: 1.0, config }
     }
 
     /// Charge left, 0 to 1.
@@ -45,6 +47,11 @@ impl Battery {
         self.remaining = remaining.clamp(0.0, 1.0);
     }
 
+    /// Sets the temperature of the cells: one of them is damaged, or the sun has warmed them.
+    pub(crate) fn set_temperature_c(&mut self, temperature_c: f64) {
+        self.temperature_c = temperature_c;
+    }
+
     /// Whether the autopilot reports a failure.
     pub(crate) fn is_critical(&self) -> bool {
         self.remaining <= self.config.critical.get()
@@ -63,7 +70,7 @@ impl Battery {
     /// Power in flight: the induced power grows with the load to the power 3/2 (momentum theory),
     /// pushing through the air comes on top.
     pub(crate) fn flight_power_w(&self, load: f64, drag_w: f64) -> f64 {
-        self.config.idle_w.get() + self.config.hover_w.get() * load * load.sqrt() + drag_w
+        self.config.idle_w.get() + self.drain * (self.config.hover_w.get() * load * load.sqrt() + drag_w)
     }
 
     /// Power with the motors still.
@@ -118,6 +125,19 @@ mod tests {
         }
         assert!((24.0 * 60.0..27.0 * 60.0).contains(&time_s), "{time_s}");
         assert!((20.0..40.0).contains(&battery.temperature_c()), "{}", battery.temperature_c());
+    }
+
+    #[test]
+    fn cells_that_are_hot_cool_down_slowly() {
+        let mut battery = Battery::new(shipped::config().battery);
+        battery.set_temperature_c(70.0);
+        battery.step(battery.idle_power_w(), 1.0);
+        let after_a_second_c = battery.temperature_c();
+        assert!((69.5..70.0).contains(&after_a_second_c), "{after_a_second_c}");
+        for _ in 0..3600 {
+            battery.step(battery.idle_power_w(), 1.0);
+        }
+        assert!(battery.temperature_c() < 30.0, "{}", battery.temperature_c());
     }
 
     #[test]

@@ -63,6 +63,9 @@ pub(crate) enum Refusal {
     /// A failure forbids it.
     #[error("{0}")]
     Unfit(FailsafeCause),
+    /// Its own checks forbid arming.
+    #[error("{0}")]
+    NotReady(String),
     /// A fault of the simulator.
     #[error("an injected fault rejects it")]
     Injected,
@@ -94,6 +97,8 @@ pub(crate) fn judge(command: Command, situation: &Situation) -> Result<(), Refus
         (C::Offboard, _) if !situation.setpoints => Err(Refusal::NoSetpoints),
         (C::Offboard, P::Disarmed) => Ok(()),
         (C::Offboard, P::OnGround | P::InAir) => fit,
+        // As a real one, it opens wherever it is told to: that the place is right is for the sender to see.
+        (C::Release, _) => Ok(()),
     }
 }
 
@@ -120,6 +125,7 @@ mod tests {
         check(Command::Land, &[InAir]);
         check(Command::Loiter, &[Disarmed, OnGround, InAir]);
         check(Command::Offboard, &[Disarmed, OnGround, InAir]);
+        check(Command::Release, &[Disarmed, OnGround, InAir]);
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! The simulator's parameters. The shipped values are in the configuration file; there are no
 //! defaults in the code.
 
+mod origin;
+
 use std::num::NonZeroU8;
 
 use domain::quantity::{Fraction, Positive};
@@ -27,6 +29,8 @@ pub struct Config {
     pub airframe: Airframe,
     /// The battery.
     pub battery: Battery,
+    /// The gripper.
+    pub gripper: Gripper,
     /// Errors of the position estimate.
     pub estimator: Estimator,
     /// Rates of the telemetry.
@@ -43,6 +47,8 @@ pub struct Origin {
     pub longitude_deg: Within<-180, 180>,
     /// Above mean sea level, which is taken for the ellipsoid.
     pub altitude_amsl_m: Within<-500, 9000>,
+    /// Where a mission has an origin, the vehicle stands there instead.
+    pub at_mission_origin: bool,
 }
 
 /// Speeds, accelerations and angles that the autopilot does not exceed; PX4's parameter in brackets.
@@ -127,6 +133,16 @@ pub struct Battery {
     pub cooling_w_k: Positive,
     /// Heat that warms the pack by one degree.
     pub heat_capacity_j_k: Positive,
+}
+
+/// The gripper and its load.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Gripper {
+    /// Whether it holds a load at the start; it holds at most one.
+    pub holds_load: bool,
+    /// From the command until it is open.
+    pub opens_in_s: Positive,
 }
 
 /// Errors of the position estimate.
@@ -229,6 +245,7 @@ pub mod shipped {
             }
         }
         check("latitude_deg = 54.0", "latitude_deg = nan", &["line 16", "found NaN", "from -89 to 89"]);
+        check("at_mission_origin = true\n", "", &["missing field `at_mission_origin`"]);
         check("critical = 0.07", "critical = 7", &["found 7", "a fraction from 0 to 1"]);
         check("cells = 6", "cells = 0", &["cells"]);
         check("cruise_m_s = 12.0", "cruise = 12.0", &["unknown field `cruise`"]);

@@ -26,6 +26,8 @@ pub(crate) struct EstimatorFaults {
     pub(crate) invalid: bool,
     /// The estimate drifts at this speed, m/s.
     pub(crate) drift_m_s: f64,
+    /// The estimate is off by this, NED, since it has jumped.
+    pub(crate) offset: Vector3<f64>,
 }
 
 /// The estimate at one moment.
@@ -105,7 +107,7 @@ impl Estimator {
         let eph_m = self.config.eph_m.get() + self.deviation_m;
         let valid = !self.faults.invalid;
         Estimate {
-            position: truth.position + self.wander_error + self.error,
+            position: truth.position + self.wander_error + self.error + self.faults.offset,
             // The velocity drifts too: a filter that follows a wrong source takes both from it.
             velocity: truth.velocity + self.wander_velocity + self.error_velocity,
             horizontal_valid: valid && eph_m <= self.config.eph_limit_m.get(),

@@ -1,6 +1,6 @@
 //! From the local frame to WGS 84.
 
-use domain::geodesy::{LatLon, LocalFrame};
+use domain::geodesy::{self, LocalFrame};
 use domain::geometry::Ned;
 
 use crate::config::Origin;
@@ -9,15 +9,25 @@ use crate::config::Origin;
 #[derive(Debug, Clone)]
 pub(crate) struct Globe {
     frame: LocalFrame,
+    origin: geodesy::Origin,
     altitude_amsl_m: f64,
 }
 
 impl Globe {
     /// The globe around `origin`.
     pub(crate) fn new(origin: &Origin) -> Globe {
-        let place = LatLon::new(origin.latitude_deg.get(), origin.longitude_deg.get());
-        let place = place.expect("a configured origin is within narrower ranges");
-        Globe { frame: LocalFrame::at(place), altitude_amsl_m: origin.altitude_amsl_m.get() }
+        let altitude_amsl_m = origin.altitude_amsl_m.get();
+        let origin = origin.in_wgs84();
+        Globe { frame: LocalFrame::at(origin.place), origin, altitude_amsl_m }
+    }
+
+    /// An origin of the local frame that lies here in that of the simulation.
+    pub(crate) fn origin_at(&self, here: Ned) -> geodesy::Origin {
+        if here == Ned::default() {
+            return self.origin;
+        }
+        let altitude_m = Some(self.altitude_amsl_m + here.height_m());
+        geodesy::Origin { place: self.frame.lat_lon(here), altitude_m }
     }
 
     /// Latitude and longitude in degrees, and the height above mean sea level in metres.

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use domain::geometry::{Ned, NedVelocity};
 use domain::time::Time;
+use nalgebra::Vector3;
 
 use crate::VehicleSim;
 use crate::estimator::EstimatorFaults;
@@ -38,6 +39,10 @@ pub(crate) fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
             vehicle.battery.set_remaining(fraction);
             format!("the battery is at {:.1} %", fraction * 100.0)
         }
+        Fault::BatteryTemperature(temperature_c) => {
+            vehicle.battery.set_temperature_c(temperature_c);
+            format!("the battery's cells are at {temperature_c:.1} degrees Celsius")
+        }
         Fault::GnssLoss(on) => {
             estimator.gnss_lost = on;
             format!("satellites are {}", if on { "lost" } else { "back" })
@@ -66,6 +71,10 @@ pub(crate) fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
             vehicle.site_blocked = on;
             format!("the landing site is {}", if on { "blocked" } else { "free" })
         }
+        Fault::GripperStuck(on) => {
+            vehicle.gripper.stuck = on;
+            format!("the gripper {}", if on { "is stuck" } else { "works" })
+        }
         Fault::LandDetector(stuck) => {
             vehicle.detector_stuck = stuck;
             match stuck {
@@ -74,12 +83,69 @@ pub(crate) fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
                 None => "the land detector works".into(),
             }
         }
-        Fault::Intruder { north_m, east_m, height_m, north_m_s, east_m_s } => {
+        Fault::Intruder { north_m, east_m, height_m, north_m_s, east_m_s, kind } => {
             let from = Ned::new(north_m, east_m, 0.0).at_height(height_m);
-            let id = traffic.appear(from, NedVelocity::new(north_m_s, east_m_s, 0.0), now);
+            let id = traffic.appear(from, NedVelocity::new(north_m_s, east_m_s, 0.0), kind, now);
             format!("`{id}` appears")
         }
+        Fault::PilotTakesOver(mode) => {
+            vehicle.taken_over(mode, now);
+            format!("somebody else flies {mode:?}")
+        }
+        Fault::AutopilotFailsafe(Some((mode, why))) => {
+            let text = format!("the autopilot flies {mode:?} by a failsafe: {why}");
+            vehicle.others.begin_failsafe(mode, why);
+            vehicle.review(now);
+            text
+        }
+        Fault::AutopilotFailsafe(None) => {
+            vehicle.others.end_failsafe();
+            vehicle.review(now);
+            "the failsafe is over".into()
+        }
+        Fault::RestartAutopilot(holds) => {
+            vehicle.restart(holds, now);
+            "the autopilot starts again".into()
+        }
+        Fault::FrameJump { north_m, east_m, down_m } => {
+            vehicle.boot.move_frame(Vector3::new(north_m, east_m, down_m));
+            "the local frame has moved".into()
+        }
+        Fault::NotReady(why) => {
+            let text = why.as_ref().map_or_else(|| "it would arm".to_owned(), |why| format!("it would not arm: {why}"));
+            vehicle.others.not_ready = why;
+            text
+        }
+        Fault::Vibration(vibration_m_s2) => {
+            vehicle.vibration_m_s2 = vibration_m_s2;
+            format!("the frame shakes with {vibration_m_s2} m/s2")
+        }
+        Fault::Drain(factor) => {
+            vehicle.battery.drain = factor;
+            format!("the motors take {factor} times what they should")
+        }
+        Fault::PositionJump { north_m, east_m, up_m } => {
+            estimator.offset += nalgebra::Vector3::new(north_m, east_m, -up_m);
+            format!("the estimate jumps by north {north_m}, east {east_m}, up {up_m} m")
+        }
+        Fault::HeadingError(degrees) => {
+            vehicle.heading_error_rad = degrees.to_radians();
+            format!("the heading of the estimate is off by {degrees} degrees")
+        }
+        Fault::SteeringError { north_m, east_m } => {
+            vehicle.steering_error = Vector3::new(north_m, east_m, 0.0);
+            format!("the autopilot steers {north_m} m north, {east_m} m east of what it is sent")
+        }
+        Fault::SlowFlight(limit_m_s) => {
+            vehicle.slow_m_s = limit_m_s;
+            limit_m_s.map_or("it flies as fast as it can".into(), |it| format!("it flies no faster than {it} m/s"))
+        }
         Fault::Clear => {
+            vehicle.steering_error = Vector3::zeros();
+            vehicle.slow_m_s = None;
+            vehicle.vibration_m_s2 = 0.0;
+            vehicle.battery.drain = 1.0;
+            vehicle.heading_error_rad = 0.0;
             *estimator = EstimatorFaults::default();
             *commands_to_reject = 0;
             publisher.clear();
@@ -88,7 +154,10 @@ pub(crate) fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
             vehicle.wind.set(0.0, 0.0, 0.0);
             vehicle.link_lost_until = now;
             vehicle.site_blocked = false;
+            vehicle.gripper.stuck = false;
             vehicle.detector_stuck = None;
+            vehicle.others.end_failsafe();
+            vehicle.others.not_ready = None;
             "all faults are over".into()
         }
     }

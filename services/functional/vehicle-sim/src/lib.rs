@@ -13,6 +13,7 @@ use node::{Effect, Event, Node};
 
 mod arming;
 mod battery;
+mod boot;
 mod commander;
 pub mod config;
 mod controller;
@@ -21,6 +22,7 @@ mod failsafe;
 pub mod faults;
 mod frame;
 mod globe;
+mod gripper;
 mod guidance;
 mod inject;
 mod land_detector;
@@ -28,6 +30,7 @@ mod liftoff;
 mod multirotor;
 mod noise;
 mod offboard;
+mod others;
 mod pilot;
 mod publisher;
 mod schedule;
@@ -71,10 +74,16 @@ impl VehicleSim {
 
     /// An invalid message changes nothing, except that an invalid command is acknowledged.
     fn receive(&mut self, message: Message, now: Time, effects: &mut Vec<Effect>) -> Result<(), InvalidMessage> {
+        if self.vehicle.boot.is_silent(now) {
+            return Ok(());
+        }
         match message {
             Message::VehicleCommand(it) => return self.receive_command(it, now, effects),
             Message::OffboardControlMode(it) => self.vehicle.offboard.proof_of_life(it.try_into()?, now),
-            Message::TrajectorySetpoint(it) => self.vehicle.offboard.setpoint(it.try_into()?, now),
+            Message::TrajectorySetpoint(it) => {
+                let setpoint = self.vehicle.boot.setpoint(it.try_into()?);
+                self.vehicle.offboard.setpoint(setpoint, now);
+            }
             _ => {}
         }
         Ok(())
@@ -162,6 +171,7 @@ impl Node for VehicleSim {
         self.vehicle.advance(now.time);
         self.vehicle.review(now.time);
         let VehicleSim { vehicle, traffic, telemetry, publisher, .. } = self;
+        publisher.silence(vehicle.boot.is_silent(now.time));
         publisher.publish(now, |topic| telemetry.messages(topic, vehicle, traffic, now.time), effects);
     }
 

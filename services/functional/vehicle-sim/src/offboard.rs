@@ -23,6 +23,11 @@ impl Offboard {
         Offboard { loss, control: None, setpoint: None, followed: None }
     }
 
+    /// Nothing has come since a start of the autopilot.
+    pub(crate) fn forget(&mut self) {
+        (self.control, self.setpoint, self.followed) = (None, None, None);
+    }
+
     /// Takes in a proof of life.
     pub(crate) fn proof_of_life(&mut self, control: OffboardControl, now: Time) {
         self.control = Some((now, control));

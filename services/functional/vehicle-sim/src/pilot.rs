@@ -14,6 +14,10 @@ const AT_REST_M_S: f64 = 0.5;
 /// A takeoff is over when it is this close to its height, and slower than that.
 const REACHED_M: f64 = 0.3;
 const REACHED_M_S: f64 = 0.5;
+/// This near over the origin a return begins its descent.
+const OVER_HOME_M: f64 = 2.0;
+/// How fast a pilot flies.
+const MANUAL_M_S: f64 = 1.0;
 
 /// A flight mode, intended or actual.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +33,10 @@ pub(crate) enum Mode {
     Land,
     /// Follow the setpoints.
     Offboard,
+    /// Fly over the origin at the present height, and land there: only as a failsafe, or by somebody else.
+    Return,
+    /// A mode that has no name in `fmu/`, in which a pilot flies slowly north.
+    Manual,
     /// Stay level and descend without a position: only as a failsafe.
     Descend,
 }
@@ -49,6 +57,8 @@ pub(crate) struct PilotInput {
     pub(crate) setpoint: Option<Setpoint>,
     /// A landing cannot get below this height while the site is blocked.
     pub(crate) blocked_below_m: Option<f64>,
+    /// How far from a position setpoint it steers for.
+    pub(crate) steering_error: Vector3<f64>,
 }
 
 impl Pilot {
@@ -67,7 +77,8 @@ impl Pilot {
         if mode != self.mode {
             self.hold = match mode {
                 Mode::Takeoff { .. } => Some(estimate.position),
-                Mode::Loiter | Mode::Land | Mode::Offboard | Mode::Descend => None,
+                Mode::Return => Some(Vector3::new(0.0, 0.0, estimate.position.z)),
+                Mode::Loiter | Mode::Land | Mode::Offboard | Mode::Manual | Mode::Descend => None,
             };
             self.mode = mode;
         }
@@ -92,7 +103,9 @@ impl Pilot {
                 target.down_m < estimate.position.z - REACHED_M
             }
             (Mode::Offboard, Some(Setpoint::Velocity { velocity, .. })) => velocity.climb_rate_m_s() > 0.0,
-            (Mode::Offboard, None) | (Mode::Loiter | Mode::Land | Mode::Descend, _) => false,
+            (Mode::Offboard, None) | (Mode::Loiter | Mode::Land | Mode::Return | Mode::Manual | Mode::Descend, _) => {
+                false
+            }
         }
     }
 
@@ -115,8 +128,19 @@ impl Pilot {
             (Mode::Land, _) => {
                 horizontal(self.stay(estimate, limits)) + Vector3::z() * sink_m_s(estimate, input, limits)
             }
+            (Mode::Return, _) => {
+                let over = self.hold.unwrap_or(estimate.position);
+                let way = towards(estimate.position, over, limits.cruise_m_s.get(), limits);
+                let is_over = horizontal(over - estimate.position).norm() < OVER_HOME_M;
+                let sink_m_s = if is_over { sink_m_s(estimate, input, limits) } else { 0.0 };
+                horizontal(way) + Vector3::z() * sink_m_s
+            }
+            (Mode::Manual, _) => Vector3::x() * MANUAL_M_S,
             (Mode::Descend, _) => Vector3::z() * clear_sink_m_s(estimate, limits),
-            (Mode::Offboard, Some(setpoint)) => self.follow(setpoint, estimate, limits, dt_s),
+            (Mode::Offboard, Some(setpoint)) => {
+                let beside = Estimate { position: estimate.position - input.steering_error, ..*estimate };
+                self.follow(setpoint, &beside, limits, dt_s)
+            }
         };
         VelocityDemand { velocity, heading_rad: self.heading_rad, level: self.mode == Mode::Descend }
     }

@@ -46,6 +46,8 @@ pub(crate) struct Publisher {
     faults: BTreeMap<Topic, TopicFault>,
     /// How many of the next acknowledgements are not sent: a fault.
     pub(crate) acks_to_swallow: u32,
+    /// The autopilot has not come up yet.
+    silent: bool,
     /// What was sent last on the topics where a change or a repetition matters.
     last: BTreeMap<Topic, Vec<Message>>,
 }
@@ -57,6 +59,7 @@ impl Publisher {
             schedule: Schedule::new(rates, pace),
             faults: BTreeMap::new(),
             acks_to_swallow: 0,
+            silent: false,
             last: BTreeMap::new(),
         }
     }
@@ -99,6 +102,11 @@ impl Publisher {
         }
     }
 
+    /// Whether nothing is sent at all.
+    pub(crate) fn silence(&mut self, silent: bool) {
+        self.silent = silent;
+    }
+
     /// From now on `topic` repeats its present message.
     pub(crate) fn freeze(&mut self, topic: Topic, mut current: impl FnMut(Topic) -> Vec<Message>) {
         let held = match topic {
@@ -126,6 +134,7 @@ impl Publisher {
 
     fn send(&mut self, topic: Topic, messages: Vec<Message>, effects: &mut Vec<Effect>) {
         match self.faults.get(&topic) {
+            _ if self.silent => {}
             Some(TopicFault::Dropped) => {}
             Some(TopicFault::Frozen(held)) => effects.extend(held.iter().cloned().map(Effect::publish)),
             None => {

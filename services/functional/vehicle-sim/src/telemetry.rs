@@ -21,6 +21,8 @@ const RATE_NOISE_RAD_S: f64 = 0.002;
 /// Noise of the battery's voltage and current, as of a 12 bit converter.
 const VOLTAGE_NOISE_V: f64 = 0.005;
 const CURRENT_NOISE_A: f64 = 0.03;
+/// How much a sound frame shakes. (ArduPilot's documentation: below 15 m/s2 is good.)
+const USUAL_VIBRATION_M_S2: f64 = 5.0;
 
 /// Turns the vehicle's state into messages.
 #[derive(Debug)]
@@ -43,7 +45,7 @@ impl Telemetry {
     /// The messages of `topic` at `now`; none for a topic that is not telemetry.
     pub(crate) fn messages(&mut self, topic: Topic, vehicle: &Vehicle, traffic: &Traffic, now: Time) -> Vec<Message> {
         match topic {
-            Topic::VehicleStatus => vec![v1::VehicleStatus::from(status(vehicle, now)).into()],
+            Topic::VehicleStatus => vec![v1::VehicleStatus::from(self.status(vehicle, now)).into()],
             Topic::VehicleAttitude => vec![v1::VehicleAttitude::from(self.attitude(vehicle)).into()],
             Topic::VehicleLocalPosition => {
                 vec![v1::VehicleLocalPosition::from(self.local_position(vehicle, now)).into()]
@@ -56,6 +58,23 @@ impl Telemetry {
                 traffic.reports(now).map(v1::TransponderReport::from).map(Message::from).collect()
             }
             _ => Vec::new(),
+        }
+    }
+
+    fn status(&self, vehicle: &Vehicle, now: Time) -> Status {
+        Status {
+            armed: vehicle.is_armed(),
+            intended: flight_mode(vehicle.intended()),
+            actual: flight_mode(vehicle.actual()),
+            failsafe: vehicle.failsafe(),
+            failures: vehicle.failures(now),
+            origin: Some(self.globe.origin_at(ned(-vehicle.boot.frame_offset))),
+            gripper: Some(vehicle.gripper.report()),
+            commanded_by_other: vehicle.others.has_chosen(),
+            reason: vehicle.reason(now),
+            can_arm: Some(vehicle.can_arm(now)),
+            frame_epoch: vehicle.boot.epoch,
+            vibration_m_s2: Some(USUAL_VIBRATION_M_S2 + vehicle.vibration_m_s2).filter(|_| vehicle.is_armed()),
         }
     }
 
@@ -75,17 +94,18 @@ impl Telemetry {
 
     fn local_position(&mut self, vehicle: &Vehicle, now: Time) -> LocalPosition {
         let estimate = vehicle.estimate();
-        let position = estimate.position + self.noise.vector() * self.config.position_noise_m.get();
+        let position = estimate.position + vehicle.boot.frame_offset;
+        let position = position + self.noise.vector() * self.config.position_noise_m.get();
         let velocity = estimate.velocity + self.noise.vector() * self.config.velocity_noise_m_s.get();
         LocalPosition {
             position: ned(position),
             velocity: ned_velocity(velocity),
-            heading_rad: vehicle.body.heading_rad(),
+            heading_rad: vehicle.body.heading_rad() + vehicle.heading_error_rad,
             horizontal_valid: estimate.horizontal_valid,
             vertical_valid: estimate.vertical_valid,
             eph_m: estimate.eph_m,
             epv_m: estimate.epv_m,
-            timestamp_us: microseconds(now),
+            timestamp_us: vehicle.boot.microseconds(now),
         }
     }
 
@@ -100,20 +120,10 @@ impl Telemetry {
     fn battery(&mut self, vehicle: &Vehicle) -> Battery {
         Battery {
             voltage_v: vehicle.battery.voltage_v() + self.noise.unit() * VOLTAGE_NOISE_V,
-            current_a: vehicle.battery.current_a() + self.noise.unit() * CURRENT_NOISE_A,
+            current_a: Some(vehicle.battery.current_a() + self.noise.unit() * CURRENT_NOISE_A),
             remaining: vehicle.battery.remaining(),
-            temperature_c: vehicle.battery.temperature_c(),
+            temperature_c: Some(vehicle.battery.temperature_c()),
         }
-    }
-}
-
-fn status(vehicle: &Vehicle, now: Time) -> Status {
-    Status {
-        armed: vehicle.is_armed(),
-        intended: Some(flight_mode(vehicle.intended())),
-        actual: Some(flight_mode(vehicle.actual())),
-        failsafe: vehicle.failsafe(),
-        failures: vehicle.failures(now),
     }
 }
 
@@ -126,20 +136,17 @@ fn land_detected(vehicle: &Vehicle, now: Time) -> LandDetected {
     let detector = vehicle.land_detector();
     let landed = vehicle.detector_stuck.unwrap_or(detector.landed());
     let ground_contact = vehicle.detector_stuck.unwrap_or(detector.ground_contact());
-    LandDetected { landed, ground_contact, timestamp_us: microseconds(now) }
-}
-
-/// By the vehicle's clock, which starts with it.
-fn microseconds(now: Time) -> u64 {
-    now.since_start().as_micros() as u64
+    LandDetected { landed, ground_contact, timestamp_us: vehicle.boot.microseconds(now) }
 }
 
 /// A blind descent is reported as a landing, as PX4 does.
-fn flight_mode(mode: Mode) -> FlightMode {
+fn flight_mode(mode: Mode) -> Option<FlightMode> {
     match mode {
-        Mode::Loiter => FlightMode::Loiter,
-        Mode::Takeoff { .. } => FlightMode::Takeoff,
-        Mode::Land | Mode::Descend => FlightMode::Land,
-        Mode::Offboard => FlightMode::Offboard,
+        Mode::Loiter => Some(FlightMode::Loiter),
+        Mode::Takeoff { .. } => Some(FlightMode::Takeoff),
+        Mode::Land | Mode::Descend => Some(FlightMode::Land),
+        Mode::Offboard => Some(FlightMode::Offboard),
+        Mode::Return => Some(FlightMode::Return),
+        Mode::Manual => None,
     }
 }

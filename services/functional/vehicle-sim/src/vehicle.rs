@@ -7,19 +7,24 @@ use std::time::Duration;
 
 use domain::fmu::{Command, Failure};
 use domain::time::{Pace, Time};
+use nalgebra::Vector3;
 
 use crate::arming::Arming;
 use crate::battery::Battery;
+use crate::boot::Boot;
 use crate::commander::{Phase, Refusal, Situation, judge};
 use crate::config::Config;
 use crate::controller::Controller;
 use crate::estimator::{Estimate, Estimator};
 use crate::failsafe::{FailsafeCause, pre_empt};
+use crate::frame::horizontal;
+use crate::gripper::Gripper;
 use crate::land_detector::LandDetector;
 use crate::liftoff::{Liftoff, Signals};
 use crate::multirotor::{Controls, GRAVITY_M_S2, Motors, Multirotor};
 use crate::noise::{Noise, NoiseStream};
 use crate::offboard::Offboard;
+use crate::others::Others;
 use crate::pilot::{Mode, Pilot, PilotInput};
 use crate::wind::Wind;
 
@@ -45,12 +50,26 @@ pub(crate) struct Vehicle {
     pub(crate) wind: Wind,
     /// The setpoint streams.
     pub(crate) offboard: Offboard,
+    /// The present start of the autopilot, and its local frame.
+    pub(crate) boot: Boot,
+    /// Who and what else has a say.
+    pub(crate) others: Others,
+    /// What it carries its load with.
+    pub(crate) gripper: Gripper,
     /// How many motors have failed.
     pub(crate) motors_lost: u8,
     /// Whether a landing is blocked above the ground.
     pub(crate) site_blocked: bool,
     /// What the land detector reports, whatever is true.
     pub(crate) detector_stuck: Option<bool>,
+    /// How much the frame shakes, m/s2.
+    pub(crate) vibration_m_s2: f64,
+    /// By how much the heading of the position estimate is off.
+    pub(crate) heading_error_rad: f64,
+    /// How far from the position that it is sent the autopilot steers for.
+    pub(crate) steering_error: Vector3<f64>,
+    /// It flies no faster over ground, whatever it is asked for.
+    pub(crate) slow_m_s: Option<f64>,
     /// Until when the ground station is not heard.
     pub(crate) link_lost_until: Time,
     gusts: Noise,
@@ -74,9 +93,16 @@ impl Vehicle {
             estimator: Estimator::new(config.estimator.clone(), seed),
             wind: Wind::default(),
             offboard: Offboard::new(pace.limit(config.offboard_loss_s.seconds())),
+            boot: Boot::new(),
+            others: Others::default(),
+            gripper: Gripper::new(config.gripper.holds_load, config.gripper.opens_in_s.seconds()),
             motors_lost: 0,
             site_blocked: false,
             detector_stuck: None,
+            vibration_m_s2: 0.0,
+            heading_error_rad: 0.0,
+            steering_error: Vector3::zeros(),
+            slow_m_s: None,
             link_lost_until: Time::ZERO,
             gusts: Noise::new(seed, NoiseStream::Wind),
             crashed: false,
@@ -106,7 +132,14 @@ impl Vehicle {
 
     /// Accepts a command, or returns why not.
     pub(crate) fn command(&mut self, command: Command, now: Time) -> Result<(), Refusal> {
+        let command = self.boot.command(command);
+        if let (Command::Arm, Some(why), false) = (command, &self.others.not_ready, self.arming.is_armed()) {
+            return Err(Refusal::NotReady(why.clone()));
+        }
         judge(command, &self.situation(now))?;
+        if command.mode().is_some() || command == Command::Arm {
+            self.others.commanded();
+        }
         match command {
             Command::Arm => self.arming.arm(now),
             Command::Disarm => self.disarm(),
@@ -114,6 +147,7 @@ impl Vehicle {
             Command::Land => self.intended = Mode::Land,
             Command::Loiter => self.intended = Mode::Loiter,
             Command::Offboard => self.intended = Mode::Offboard,
+            Command::Release => self.gripper.release(now),
         }
         self.review(now);
         Ok(())
@@ -125,9 +159,43 @@ impl Vehicle {
     /// a queue count before they are missed.
     pub(crate) fn review(&mut self, now: Time) {
         let cause = self.worst_cause().max(self.offboard_lost(now));
-        let other = if self.arming.is_armed() { pre_empt(self.intended, cause) } else { None };
+        let other = pre_empt(self.intended, cause).or(self.others.failsafe()).filter(|_| self.arming.is_armed());
         self.failsafe = other.is_some();
         self.pilot.set_mode(other.unwrap_or(self.intended), &self.estimate());
+    }
+
+    /// Somebody else sets the mode, on a vehicle in any state.
+    pub(crate) fn taken_over(&mut self, mode: Mode, now: Time) {
+        self.others.choose();
+        self.intended = mode;
+        self.review(now);
+    }
+
+    /// The autopilot starts again: it forgets what it was asked for, takes where it is for its origin, and says nothing for a while. An
+    /// armed one that `holds` loiters then; otherwise its motors are off.
+    pub(crate) fn restart(&mut self, holds: bool, now: Time) {
+        self.boot.again(self.estimate().position, now);
+        self.others.commanded();
+        self.offboard.forget();
+        self.intended = Mode::Loiter;
+        if !holds {
+            self.disarm();
+        }
+        self.review(now);
+    }
+
+    /// Why it flies something else than was asked for, or would not arm; empty if neither is so.
+    pub(crate) fn reason(&self, now: Time) -> String {
+        let unfit = || self.situation(now).unfit.map(|it| it.to_string());
+        let cause = self.worst_cause().max(self.offboard_lost(now)).map(|it| it.to_string());
+        let flies = || cause.or_else(|| self.others.why().map(str::to_owned)).filter(|_| self.failsafe);
+        let waits = || self.others.not_ready.clone().or_else(unfit);
+        if self.arming.is_armed() { flies() } else { waits() }.unwrap_or_default()
+    }
+
+    /// Whether it would arm now.
+    pub(crate) fn can_arm(&self, now: Time) -> bool {
+        self.arming.is_armed() || (self.others.not_ready.is_none() && self.situation(now).unfit.is_none())
     }
 
     /// Repairs motors and body.
@@ -217,6 +285,8 @@ impl Vehicle {
 
     fn rest(&mut self, time: Duration) {
         self.clock = self.clock + time;
+        self.gripper.step(self.clock);
+        self.wind.rest(time.as_secs_f64());
         self.estimator.step(time.as_secs_f64());
         self.battery.step(self.battery.idle_power_w(), time.as_secs_f64());
     }
@@ -224,6 +294,7 @@ impl Vehicle {
     fn step(&mut self) {
         let dt_s = STEP.as_secs_f64();
         self.clock = self.clock + STEP;
+        self.gripper.step(self.clock);
         let wind = self.wind.step(&mut self.gusts, dt_s);
         self.estimator.step(dt_s);
         let controls = self.controls(dt_s);
@@ -261,8 +332,14 @@ impl Vehicle {
             return Controls::IDLE;
         }
         let blocked_below_m = self.site_blocked.then(|| self.config.blocked_site_height_m.get());
-        let mut demand = self.pilot.demand(&estimate, &PilotInput { setpoint, blocked_below_m }, limits, dt_s);
+        let input = PilotInput { setpoint, blocked_below_m, steering_error: self.steering_error };
+        let mut demand = self.pilot.demand(&estimate, &input, limits, dt_s);
         demand.velocity.z = demand.velocity.z.max(-self.liftoff.climb_limit_m_s(self.clock, limits));
+        let speed_m_s = horizontal(demand.velocity).norm();
+        if let Some(slow_m_s) = self.slow_m_s.filter(|slow_m_s| *slow_m_s < speed_m_s) {
+            demand.velocity.x *= slow_m_s / speed_m_s;
+            demand.velocity.y *= slow_m_s / speed_m_s;
+        }
         self.controller.controls(&demand, estimate.velocity, self.body.heading_rad(), limits, dt_s)
     }
 

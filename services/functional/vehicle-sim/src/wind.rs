@@ -43,7 +43,12 @@ impl Wind {
         wind
     }
 
-    /// The wind as the vehicle has estimated it in flight.
+    /// Advances by `dt_s` while the vehicle is parked: an anemometer shows the mean wind.
+    pub(crate) fn rest(&mut self, dt_s: f64) {
+        self.estimate += (self.mean - self.estimate) * (1.0 - (-dt_s / ESTIMATE_TAU_S).exp());
+    }
+
+    /// The wind as the vehicle has estimated it in flight, or has measured it on the ground.
     pub(crate) fn estimate(&self) -> Vector3<f64> {
         self.estimate
     }
@@ -82,5 +87,8 @@ mod tests {
         assert_eq!(wind.estimate().x, 0.0, "not known before the vehicle has met it");
         let after = [fly(&mut wind, 1.0), fly(&mut wind, 29.0)];
         assert!((0.5..2.0).contains(&after[0]) && (5.9..6.0).contains(&after[1]), "{after:?}");
+        wind.set(0.0, 0.0, 0.0);
+        wind.rest(30.0);
+        assert!(wind.estimate().x < 0.1, "also on the ground: {:?}", wind.estimate());
     }
 }

@@ -1,8 +1,8 @@
 // The orders. A hazardous one takes two steps, and the second button is in another place than the first.
 
-import { disabledFor, h, part } from "./dom.js";
+import { disabledFor, h, part, text } from "./dom.js";
 import { has, inCommand, isStale, lostFor, store } from "./store.js";
-import { age, number } from "./words.js";
+import { age, capital, number } from "./words.js";
 import { markPlace, pickPlace, stopPicking } from "./map-input.js";
 import { announce, ask, onWithdraw, order, orderElements, withdraw } from "./orders.js";
 import { approval } from "./approval.js";
@@ -25,13 +25,25 @@ export function mountCommands() {
   );
   const { confirm, answer } = orderElements();
   const plan = approval();
-  panel.append(h("div", { class: "verbs", role: "group", "aria-label": "Orders" }, ...buttons), confirm, plan.element, answer);
+  const reasons = h("p", { class: "reasons", id: "verb-reasons" });
+  panel.append(h("div", { class: "verbs", role: "group", "aria-label": "Orders" }, ...buttons), reasons, confirm, plan.element, answer);
   onWithdraw(stopPicking);
   return () => {
-    for (const [index, it] of VERBS.entries()) disabledFor(buttons[index], why(it));
+    const whys = VERBS.map(why);
+    for (const [index] of VERBS.entries()) disabledFor(buttons[index], whys[index]);
+    // Also for who has no pointer to rest on a button.
+    text(reasons, sentences(whys));
     disabledFor(part(confirm, "go"), isStale() ? "not connected" : lostFor() != null ? "not reachable" : "");
     plan.fill();
   };
+}
+
+/** `Take command first: Start, Pause. Nothing is paused: Resume.` */
+function sentences(whys) {
+  const byReason = new Map();
+  whys.forEach((reason, index) => reason && byReason.set(reason, [...(byReason.get(reason) ?? []), VERBS[index].label.replace("…", "")]));
+  const all = [...byReason].map(([reason, labels]) => `${capital(reason)}${labels.length === VERBS.length ? "" : `: ${labels.join(", ")}`}.`);
+  return all.join(" ");
 }
 
 /** Why an order cannot be given now; empty when it can. The gateway decides. */
@@ -42,7 +54,11 @@ function why(it) {
     if (!has("operator")) return `needs the role operator${it.safety ? " or safety" : ""}`;
     if (!inCommand()) return "take command first";
   }
-  if (store.doc?.mission?.phase === "MISSION_PHASE_OVER") return "the mission is over";
+  if (!store.doc?.mission?.phase) return "not known yet what is flown: the mission manager was not heard";
+  if (store.doc?.mission?.phase === "MISSION_PHASE_OVER") {
+    if (it.verb !== "start") return "the mission is over";
+    return store.doc.operator?.startAwaited ? "" : "the mission is over: upload the next one first";
+  }
   return it.when?.(store.doc?.operator) ?? "";
 }
 

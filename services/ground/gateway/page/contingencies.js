@@ -3,6 +3,7 @@
 import { attribute, disabledFor, h, list, part, text } from "./dom.js";
 import { has, inCommand, isStale, store } from "./store.js";
 import { age, flag, sentence } from "./words.js";
+import { alarmOf } from "./alarms.js";
 import { order } from "./orders.js";
 
 export function mountContingencies() {
@@ -14,8 +15,9 @@ export function mountContingencies() {
   return () => {
     const items = itemsOf(store.doc);
     attribute(none, "hidden", items.length > 0);
-    text(none, store.doc ? "None." : "");
-    attribute(panel, "data-alarm", items.some((it) => it.active && !it.acknowledgedBy) ? "true" : null);
+    text(none, !store.doc ? "" : store.doc.contingencies ? "None." : "Not known yet: the mission manager was not heard.");
+    const open = items.filter((it) => it.active && !it.acknowledgedBy).map((it) => alarmOf(it.alarm));
+    attribute(panel, "data-alarm", open.length ? open.reduce((a, b) => (a.rank < b.rank ? b : a)).tone : null);
     list(cards, items, (it) => it.flag, make, fill);
   };
 }
@@ -35,7 +37,7 @@ function make(it) {
   return h(
     "li",
     { class: "card", "data-flag": it.flag },
-    h("div", { class: "card-head" }, h("strong", {}, flag(it.flag)), h("span", { class: "badge", "data-part": "state" }), h("span", { class: "figure muted", "data-part": "since" })),
+    h("div", { class: "card-head" }, h("span", { class: "form", "data-part": "form" }), h("strong", {}, flag(it.flag)), h("span", { class: "badge", "data-part": "state" }), h("span", { class: "figure muted", "data-part": "since" })),
     h("p", { class: "reason", "data-part": "reason" }),
     h("div", { class: "buttons" }, h("button", { "data-part": "acknowledge", "aria-label": `Acknowledge ${flag(it.flag)}`, click: acknowledge }, "Acknowledge"), h("span", { class: "muted", "data-part": "by" })),
   );
@@ -45,7 +47,12 @@ function fill(card, it) {
   const state = part(card, "state");
   const doing = it.action ? `: ${flag(it.action)}` : "";
   text(state, it.acts ? `acting${doing}` : it.active ? `waiting${doing}` : "flag up");
-  attribute(state, "data-tone", it.acts ? "bad" : "warn");
+  // A flag that no row has taken up yet has no class.
+  const alarm = it.active ? alarmOf(it.alarm) : { tone: "none", form: "○", word: "" };
+  attribute(state, "data-tone", alarm.tone);
+  attribute(card, "data-tone", alarm.tone);
+  text(part(card, "form"), alarm.form);
+  attribute(part(card, "form"), "title", alarm.word);
   text(part(card, "since"), `for ${age(it.sinceS)}`);
   text(part(card, "reason"), sentence(it.reason));
   const button = part(card, "acknowledge");

@@ -25,6 +25,10 @@ const show = (api) => {
       }, operation, main)
     }
   }
+  for (const kind of api.components.schemas["kittiwake.v1.Problem"].properties.type.oneOf) {
+    element("code", kind.const, element("dt", "", document.getElementById("problems")))
+    element("dd", kind.description, document.getElementById("problems"))
+  }
   for (const [name, schema] of Object.entries(api.components.schemas)) {
     fold((summary) => element("code", name, summary), schema, document.getElementById("schemas"))
   }

@@ -1,5 +1,6 @@
 // The vehicles, those in trouble first.
 
+import { alarmOf } from "./alarms.js";
 import { attribute, h, list, part, text } from "./dom.js";
 import { isStale, select, store } from "./store.js";
 import { age, flag, number, outcome, phase } from "./words.js";
@@ -21,7 +22,8 @@ export function mountFleet() {
 
 function severity(it) {
   if (it.contact?.lost) return 20;
-  if (it.worst) return 10;
+  // An advisory, as one's own order is, does not put a vehicle before one in trouble.
+  if (it.worst) return { 3: 12, 2: 10, 1: 3 }[alarmOf(it.worstAlarm).rank];
   const ended = it.outcome && it.outcome !== "MISSION_OUTCOME_SUCCESS" ? 6 : 0;
   return Math.max(ended, SEVERITY.indexOf(it.phase?.replace("MISSION_PHASE_", "")));
 }

@@ -3,6 +3,7 @@
 import { adoptToken } from "./api.js";
 import { onChange, start } from "./store.js";
 import { mountTop } from "./top.js";
+import { mountAlarms } from "./alarms.js";
 import { mountCommandAuthority } from "./command-authority.js";
 import { mountStaleness } from "./staleness.js";
 import { mountStrip } from "./strip.js";
@@ -24,6 +25,7 @@ const parts = [
   mountTop,
   mountCommandAuthority,
   mountStaleness,
+  mountAlarms,
   mountStrip,
   mountFleet,
   mountMission,

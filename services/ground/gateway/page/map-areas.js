@@ -5,6 +5,7 @@ import { place } from "./map-view.js";
 import { hatch, label, line } from "./map-pen.js";
 import { TONES, short } from "./permissions.js";
 import { number } from "./words.js";
+import { awaitedWords, expiryWords } from "./legs.js";
 
 const WORDS = { REQUESTED: "requested", "": "not requested", UNSPECIFIED: "not requested" };
 
@@ -31,8 +32,12 @@ export function area(pen, it) {
   const x = Math.min(...corners.map((c) => c[0])) + 8;
   const y = Math.min(...corners.map((c) => c[1])) + 18;
   label(pen, it.name, x, y, "ink", 700);
+  const permission = store.doc.permissions?.find((p) => p.area === it.name);
+  const expires = permission ? expiryWords(permission) : "";
   const words = keepOut ? "keep out" : (WORDS[state] ?? state.toLowerCase());
-  label(pen, words + band(it), x, y + 15, tone, 500);
+  label(pen, words + band(it), x, y + 16, tone, 500);
+  const more = awaitedWords(it.name) || expires;
+  if (more) label(pen, more, x, y + 32, "warn", 600);
 }
 
 function band({ floorM, ceilingM }) {

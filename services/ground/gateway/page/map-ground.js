@@ -46,7 +46,7 @@ export function wind(pen, it) {
     context.stroke();
   }
   context.restore();
-  label(pen, `wind ${number(speed, 1)} m/s`, width - 100, 108);
+  label(pen, `wind ${number(speed, 1)} m/s`, width - 118, 108);
 }
 
 export function mark({ context, colour }, { north, east }) {

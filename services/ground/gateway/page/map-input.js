@@ -1,6 +1,7 @@
 // Pointers, wheel and keys on the map; and choosing a place on it.
 
 import { changed } from "./store.js";
+import { selectAt } from "./map-fleet.js";
 import { STEP, follow, metres, pan, showAll, toGround, vehicle, zoom } from "./map-view.js";
 
 let canvas = null;
@@ -75,7 +76,9 @@ export function listen(element) {
   });
   canvas.addEventListener("pointerup", (event) => {
     fingers.delete(event.pointerId);
-    if (picking && !moved) finish(toGround(event.offsetX, event.offsetY));
+    if (moved) return;
+    if (picking) finish(toGround(event.offsetX, event.offsetY));
+    else selectAt(event.offsetX, event.offsetY);
   });
   canvas.addEventListener("pointercancel", (event) => fingers.delete(event.pointerId));
   canvas.addEventListener("pointerleave", () => (hover = null));

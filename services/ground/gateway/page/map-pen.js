@@ -7,8 +7,10 @@ export function line(context, points) {
 }
 
 /** Text with an outline in the colour of the ground, legible on every background. */
-export function label({ context, colour, font }, words, x, y, tone = "ink", weight = 600) {
-  context.font = `${weight} 12px ${font}`;
+export function label({ context, colour, font, width }, words, x, y, tone = "ink", weight = 600) {
+  context.font = `${weight} 14px ${font}`;
+  // What is on the map is read to its end: a label at the right edge is moved to the left.
+  if (x < width) x = Math.max(4, Math.min(x, width - context.measureText(words).width - 4));
   context.lineJoin = "round";
   context.lineWidth = 3;
   context.strokeStyle = colour("map");

@@ -3,6 +3,8 @@
 import { store } from "./store.js";
 import { place, toScreen, vehicle } from "./map-view.js";
 import { label, line } from "./map-pen.js";
+import { responseWords } from "./response.js";
+import { clock } from "./words.js";
 
 const goal = (step) => place(step.goalState?.position);
 
@@ -17,7 +19,10 @@ export function route(pen) {
   }
   const here = vehicle()?.position;
   if (!here || store.doc.report) return;
-  ahead(pen, place(here));
+  noReturn(pen, here);
+  const response = store.doc.contingencies;
+  ahead(pen, place(here), Boolean(response?.acting));
+  if (response?.way) answer(pen, place(here), response.way);
   if (store.doc.plan?.current?.inTransition) {
     const [x, y] = place(here);
     label(pen, "transition", x + 14, y + 26, "warn");
@@ -28,9 +33,42 @@ export function route(pen) {
   if (tried.length) sketch(pen, [here, ...tried.map((it) => it.goalState?.position)], "what if", "old");
 }
 
-/** The steps of the plan still to fly; the present one as a full line. */
-function ahead({ context, colour }, start) {
-  const current = store.doc.plan?.current;
+/** Where the vehicle is, flying on as it does, when it can fly home for the last time with the reserve: a bar across its course. */
+function noReturn(pen, here) {
+  const turnS = store.doc.energy?.turnHomeS;
+  const { northMS = 0, eastMS = 0 } = vehicle()?.velocity ?? {};
+  const speed = Math.hypot(northMS, eastMS);
+  if (turnS == null || turnS < 0 || speed < 0.5) return;
+  const { context, colour } = pen;
+  const [x, y] = toScreen((here.northM ?? 0) + northMS * turnS, (here.eastM ?? 0) + eastMS * turnS);
+  const across = [(northMS / speed) * 14, (eastMS / speed) * 14];
+  context.strokeStyle = colour("warn");
+  context.lineWidth = 3;
+  line(context, [[x - across[0], y - across[1]], [x + across[0], y + across[1]]]);
+  context.stroke();
+  label(pen, `turn home by here, in ${clock(turnS)}`, x + 10, y + 18, "warn");
+}
+
+/** Where the response under way leads: nothing else on the map is as broad. */
+function answer(pen, here, way) {
+  const { context, colour } = pen;
+  const points = [here, ...way.points.map(place)];
+  context.strokeStyle = colour("bad");
+  context.lineWidth = 4;
+  line(context, points);
+  context.stroke();
+  const [x, y] = points[points.length - 1];
+  context.beginPath();
+  context.arc(x, y, 8, 0, 2 * Math.PI);
+  context.stroke();
+  label(pen, responseWords(way), x + 12, y - 30, "bad");
+}
+
+/** The steps of the plan still to fly; the present one as a full line. While something responds none of them is: all are faint. */
+function ahead({ context, colour }, start, isAbandoned) {
+  const current = isAbandoned ? null : store.doc.plan?.current;
+  context.save();
+  if (isAbandoned) context.globalAlpha = 0.3;
   let from = start;
   for (const { step } of store.plan.steps.filter((it) => !store.plan.done.has(it.step.id))) {
     const to = goal(step);
@@ -49,6 +87,7 @@ function ahead({ context, colour }, start) {
     context.stroke();
     from = to;
   }
+  context.restore();
 }
 
 /** A route that is not flown yet: a broad dotted band, unlike any other line. */
@@ -91,6 +130,6 @@ export function sites(pen) {
       context.strokeRect(x - 7, y - 7, 14, 14);
     }
     const glyph = { good: " ✓", bad: " ✕" }[tone] ?? "";
-    label(pen, `${index + 1} ${it.name}${glyph}`, x + 12, y + 22 + row * 15, tone);
+    label(pen, `${index + 1} ${it.name}${glyph}`, x + 12, y + 22 + row * 17, tone);
   });
 }

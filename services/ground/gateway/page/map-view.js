@@ -1,6 +1,7 @@
 // The view of the map: its centre and scale, and conversion between metres and pixels.
 
 import { changed, store } from "./store.js";
+import { fleetPositions } from "./map-fleet.js";
 
 const ZOOM = { least: 0.02, most: 40 };
 /** One press of a key or turn of a wheel. */
@@ -80,7 +81,7 @@ export function showAll() {
   follow(false);
   const doc = store.doc;
   const tried = (store.whatIf ?? []).flatMap((it) => it.plan?.steps ?? []).map((it) => it.goalState?.position);
-  const points = [{}, vehicle()?.position, ...(doc?.areas ?? []).flatMap((it) => it.corners), ...(doc?.mission?.objectives ?? []).map((it) => it.position), ...(doc?.sites ?? []).map((it) => it.position), ...tried].filter(Boolean);
+  const points = [{}, vehicle()?.position, ...(doc?.areas ?? []).flatMap((it) => it.corners), ...(doc?.mission?.objectives ?? []).map((it) => it.position), ...(doc?.sites ?? []).map((it) => it.position), ...fleetPositions(), ...tried].filter(Boolean);
   const [north, east] = [points.map((it) => it.northM ?? 0), points.map((it) => it.eastM ?? 0)];
   const [high, low, right, left] = [Math.max(...north), Math.min(...north), Math.max(...east), Math.min(...east)];
   view.north = (high + low) / 2;
@@ -89,10 +90,11 @@ export function showAll() {
   changed();
 }
 
-/** Before each drawing: fits a mission seen for the first time, and centres a vehicle that is followed. */
+/** Before each drawing: fits a mission seen for the first time, or after the screen was turned, and centres a vehicle that is followed. */
 export function settleView() {
   const mission = store.doc?.mission;
-  const seen = mission?.objectives?.length ? `${store.selected}/${mission.name}` : null;
+  const turned = innerWidth > innerHeight ? "wide" : "high";
+  const seen = mission?.objectives?.length ? `${store.selected}/${mission.name}/${turned}` : null;
   if (seen && view.fitted !== seen) {
     view.fitted = seen;
     showAll();

@@ -10,6 +10,7 @@ import { area } from "./map-areas.js";
 import { route, sites } from "./map-route.js";
 import { alternates } from "./map-sites.js";
 import { aircraft, traffic } from "./map-aircraft.js";
+import { fleet } from "./map-fleet.js";
 
 export function mountMap() {
   const panel = document.getElementById("map");
@@ -51,6 +52,7 @@ function draw(canvas) {
     sites(pen);
     alternates(pen);
     doc.traffic?.forEach((it) => traffic(pen, it));
+    fleet(pen);
     const here = vehicle();
     if (here?.position) aircraft(pen, here);
     wind(pen, doc.wind);

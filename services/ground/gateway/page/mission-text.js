@@ -8,11 +8,14 @@ const KINDS = { AREA_KIND_PERMISSION: "permission", AREA_KIND_KEEP_OUT: "keep-ou
 /** A text as a basic string of TOML: every string of JSON is one. */
 const quoted = (it) => JSON.stringify(it);
 
-/** A number that TOML reads as a float, to a centimetre. */
-function float(value = 0) {
-  const shown = String(Math.round(value * 100) / 100);
+/** A number that TOML reads as a float, as exact as it comes. */
+function exact(value = 0) {
+  const shown = String(value);
   return /[.e]/.test(shown) ? shown : `${shown}.0`;
 }
+
+/** The same, to a centimetre. */
+const float = (value = 0) => exact(Math.round(value * 100) / 100);
 
 const utc = (ms) => new Date(Number(ms)).toISOString().replace(".000Z", "Z");
 
@@ -22,8 +25,16 @@ export function missionText(mission) {
   const settled = mission.objectives.filter((it) => it.state !== "OBJECTIVE_STATE_WAITING");
   const lines = ["# Positions are metres from the take-off point; heights are above it."];
   if (settled.length) lines.push(`# Settled and left out: ${settled.map((it) => it.name).join(", ")}.`);
-  lines.push(`name = ${quoted(mission.mission)}`, ...(mission.freeOrder ? ['order = "free"'] : []), "", ...waiting.map(among(waiting)).flatMap(objective), ...mission.areas.flatMap(area), ...(mission.sites ?? []).flatMap(site));
+  lines.push(`name = ${quoted(mission.mission)}`, ...(mission.freeOrder ? ['order = "free"'] : []), "", ...origin(mission.origin), ...waiting.map(among(waiting)).flatMap(objective), ...mission.areas.flatMap(area), ...(mission.sites ?? []).flatMap(site));
   return `${lines.join("\n").trimEnd()}\n`;
+}
+
+/** Without it the mission would be flown from wherever the vehicle stands. */
+function origin(it) {
+  if (!it) return [];
+  const { latitudeDeg, longitudeDeg, altitudeAmslM } = it;
+  const altitude = altitudeAmslM == null ? [] : [`altitude_m = ${exact(altitudeAmslM)}`];
+  return ["[origin]", `latitude_deg = ${exact(latitudeDeg)}`, `longitude_deg = ${exact(longitudeDeg)}`, ...altitude, ""];
 }
 
 /** An objective comes after those only that are still to be reached. */
@@ -32,7 +43,7 @@ function among(waiting) {
   return (it) => ({ ...it, after: (it.after ?? []).filter((name) => names.has(name)) });
 }
 
-function objective({ name, position, flying, survey, worth, after, reachWithinS, reachByUtcMs, dwellS }) {
+function objective({ name, position, flying, survey, worth, after, reachWithinS, reachByUtcMs, dwellS, drop }) {
   const place = survey ? [surveyed(survey)] : [`north_m = ${float(position?.northM)}`, `east_m = ${float(position?.eastM)}`];
   return [
     "[[objective]]",
@@ -45,6 +56,7 @@ function objective({ name, position, flying, survey, worth, after, reachWithinS,
     reachWithinS == null ? null : `reach_within_s = ${float(reachWithinS)}`,
     reachByUtcMs == null ? null : `reach_by_utc = ${quoted(utc(reachByUtcMs))}`,
     dwellS ? `dwell_s = ${float(dwellS)}` : null,
+    drop ? "drop = true" : null,
     "",
   ].filter((it) => it != null);
 }
@@ -57,7 +69,7 @@ function surveyed({ corners, spacingM, headingDeg }) {
 
 const corner = ({ northM, eastM }) => `[${float(northM)}, ${float(eastM)}]`;
 
-function area({ name, kind, corners, floorM, ceilingM, fromUtcMs, untilUtcMs }) {
+function area({ name, kind, corners, floorM, ceilingM, fromUtcMs, untilUtcMs, hoursUtc = [] }) {
   return [
     "[[area]]",
     `name = ${quoted(name)}`,
@@ -67,6 +79,7 @@ function area({ name, kind, corners, floorM, ceilingM, fromUtcMs, untilUtcMs }) 
     ceilingM == null ? null : `ceiling_m = ${float(ceilingM)}`,
     fromUtcMs == null ? null : `from_utc = ${quoted(utc(fromUtcMs))}`,
     untilUtcMs == null ? null : `until_utc = ${quoted(utc(untilUtcMs))}`,
+    hoursUtc.length ? `hours_utc = [${hoursUtc.map(quoted).join(", ")}]` : null,
     "",
   ].filter((it) => it != null);
 }

@@ -29,7 +29,7 @@ export function mountMission() {
     insert.fill();
     attribute(editing, "hidden", !doc || !has("operator"));
     attribute(editing, "aria-pressed", String(store.editing));
-    disabledFor(editing, doc?.report && !store.editing ? "the mission is over" : "");
+    disabledFor(editing, doc?.report && doc.aircraft?.derived?.flying && !store.editing ? "the mission is over: land first" : "");
     attribute(hold, "hidden", !doc?.mission?.hold);
     text(hold, doc?.mission?.hold ? `Holding: ${sentence(doc.mission.hold)}` : "");
     attribute(report, "hidden", !doc?.report);
@@ -38,8 +38,16 @@ export function mountMission() {
     attribute(table, "hidden", !planned);
     attribute(heading, "hidden", !planned);
     text(heading, `Plan ${store.plan.revision ?? ""}`);
-    list(steps, store.plan.steps.map((it, index) => ({ ...it, index })), (it) => `${store.plan.revision}-${it.step.id}`, makeStep, fillStep);
+    const first = firstNumber();
+    list(steps, store.plan.steps.map((it, index) => ({ ...it, number: first + index })), (it) => `${store.plan.revision}-${it.step.id}`, makeStep, fillStep);
   };
+}
+
+/** The number of the first step that is known, as the decisions count: a page that is opened late does not know those before it. */
+function firstNumber() {
+  const current = store.doc?.plan?.current;
+  const present = store.plan.steps.findIndex((it) => it.step.id === current?.stepId);
+  return present < 0 || !current.stepNumber ? 1 : Math.max(1, current.stepNumber - present);
 }
 
 function summary(report) {
@@ -62,7 +70,7 @@ function fillStep(row, it) {
   const current = store.doc?.plan?.current;
   const present = it.step.id === current?.stepId;
   const done = store.plan.done.has(it.step.id);
-  text(part(row, "number"), done ? "✓" : String(it.index + 1));
+  text(part(row, "number"), done ? "✓" : String(it.number));
   text(part(row, "action"), capital(it.step.text));
   const bar = part(row, "bar");
   attribute(bar, "hidden", !present);
@@ -70,7 +78,9 @@ function fillStep(row, it) {
   if (present) bar.value = store.plan.longest > 0 ? 1 - left / store.plan.longest : 0;
   text(part(row, "left"), present ? (current.inTransition ? "transition action flies" : `${number(left)} m left`) : "");
   const states = new Map((store.doc?.permissions ?? []).map((p) => [p.area, p.state]));
-  text(part(row, "ask"), it.ask.map((ask) => `${ask.area}: ${permission(states.get(ask.area))}`).join(", ") || "–");
+  const asked = it.ask.map((ask) => `${ask.area}: ${permission(states.get(ask.area))}`);
+  const ahead = it.ahead.map((ask) => `${ask.area} ahead: ${permission(states.get(ask.area))}`);
+  text(part(row, "ask"), [...asked, ...ahead].join(", ") || "–");
   attribute(row, "data-state", present ? "present" : done ? "done" : "ahead");
   attribute(row, "aria-current", present ? "step" : null);
 }

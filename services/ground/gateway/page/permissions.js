@@ -4,6 +4,7 @@ import { attribute, disabledFor, h, list, part, text } from "./dom.js";
 import { has, isStale, store } from "./store.js";
 import { clock, permission, sentence } from "./words.js";
 import { ask, order } from "./orders.js";
+import { awaitedWords, expiryWords } from "./legs.js";
 
 /** The tone of each state, here and on the map. */
 export const TONES = { REQUESTED: "warn", GRANTED: "good", DENIED: "bad", REVOKED: "bad", EXPIRED: "old" };
@@ -18,7 +19,7 @@ const URGENCY = ["REQUESTED", "REVOKED", "DENIED", "EXPIRED", "GRANTED"];
 export function mountPermissions() {
   const body = document.querySelector("#permissions .body");
   const cards = h("ul", { class: "cards" });
-  const none = h("p", { class: "empty" }, "No area of this mission needs a permission.");
+  const none = h("p", { class: "empty" }, "");
   const accept = h("button", { id: "accept-loss", class: "hazard", click: () => ask("Let the control tower grant again without its earlier decisions, for every vehicle?", "Accept the loss", () => order("permission", "permissions/accept-loss")) }, "Accept the loss");
   const stale = h("p", { class: "reason", id: "permissions-stale", role: "status" }, "");
   body.append(stale, accept, none, cards);
@@ -28,6 +29,8 @@ export function mountPermissions() {
     attribute(accept, "hidden", !store.doc?.tower?.memory?.loss || !has("tower"));
     const items = cardsOf(store.doc);
     attribute(none, "hidden", !store.doc || items.length > 0);
+    // Which areas there are says the planner; nothing heard of it is not the same as no areas.
+    text(none, store.doc?.sources?.plannerStatus?.wallAgeS == null ? "Not known yet: nothing was heard of the mission." : "No area of this mission needs a permission.");
     list(cards, items, (it) => it.area, make, fill);
   };
 }
@@ -80,7 +83,9 @@ function fill(card, it) {
   attribute(card, "data-stale", stale ? "" : null);
   attribute(card, "data-state", state.toLowerCase());
   text(part(card, "until"), state === "GRANTED" && it.validForS ? `for ${clock(it.validForS)} more` : "");
-  text(part(card, "reason"), sentence(it.reason));
+  const expires = expiryWords(it);
+  attribute(card, "data-expires", expires ? "" : null);
+  text(part(card, "reason"), [awaitedWords(it.area), expires, it.reason].filter(Boolean).map(sentence).join(" "));
   attribute(part(card, "buttons"), "hidden", !has("tower"));
   for (const button of card.querySelectorAll("[data-decision]")) {
     // Of a tower that has lost its decisions nothing is granted, and everything can be revoked.

@@ -8,13 +8,13 @@ export function noPlan() {
 /** The memory of the plan after `doc` has arrived. */
 export function rememberPlan(plan, doc) {
   const steps = doc.plan?.actionTrack ?? [];
-  const asks = new Map((doc.plan?.communicationTrack ?? []).map((it) => [it.stepId, it.askPermissions]));
+  const asks = new Map((doc.plan?.communicationTrack ?? []).map((it) => [it.stepId, it]));
   if (doc.plan?.revision !== plan.revision) plan = { ...noPlan(), revision: doc.plan?.revision ?? null };
   for (const step of steps) {
     const known = plan.steps.find((it) => it.step.id === step.id);
-    const ask = asks.get(step.id) ?? [];
-    if (known) known.ask = ask;
-    else plan.steps.push({ step, ask });
+    const { askPermissions: ask = [], askAhead: ahead = [] } = asks.get(step.id) ?? {};
+    if (known) Object.assign(known, { ask, ahead });
+    else plan.steps.push({ step, ask, ahead });
   }
   const current = doc.plan?.current;
   const left = new Set(steps.map((it) => it.id));

@@ -60,7 +60,7 @@ function draw({ plot, label, value, canvas }) {
   const top = Math.max(shown.least, ...samples.map((it) => it[shown.key])) * 1.05;
   const x = (at) => ((at - first) / (last - first)) * (width - 1);
   const y = (it) => height - 1 - (it / top) * (height - 14);
-  context.font = `10px ${getComputedStyle(canvas).fontFamily}`;
+  context.font = `14px ${getComputedStyle(canvas).fontFamily}`;
   context.strokeStyle = colour("line");
   context.fillStyle = colour("muted");
   for (const fraction of [0, 0.5, 1]) {

@@ -1,11 +1,10 @@
 // Says how old the shown data are, and marks every panel whose source is silent.
 
 import { attribute, text } from "./dom.js";
-import { age, flag } from "./words.js";
+import { age } from "./words.js";
 import { isSourceStale, isStale, lostFor, silence, sourceAge, store } from "./store.js";
 
 export function mountStaleness() {
-  const alarm = document.getElementById("alarm");
   const banner = document.getElementById("staleness");
   const panels = [...document.querySelectorAll("[data-source]")];
   return () => {
@@ -16,15 +15,7 @@ export function mountStaleness() {
     }
     attribute(banner, "hidden", !(stale || (store.doc && isSourceStale("introspection"))));
     text(banner, words(stale));
-    const urgent = unacknowledged();
-    attribute(alarm, "hidden", !urgent.length);
-    text(alarm, urgent.length ? `Contingency: ${urgent.map((it) => flag(it.flag)).join(", ")}. Show` : "");
   };
-}
-
-/** Active contingencies that nobody has acknowledged: shown on top where their panel is out of sight. */
-function unacknowledged() {
-  return (store.doc?.contingencies?.active ?? []).filter((it) => !it.acknowledgedBy).sort((a, b) => a.priority - b.priority);
 }
 
 /** What a vehicle in flight does by itself when it does not hear the ground. */

@@ -11,8 +11,8 @@ const STALE_AFTER_PERIODS = 1.7;
 const PUBLISHED_LATE = "permissionLedger";
 const RECONNECT_MS = 500;
 const FLEET_PERIOD_MS = 1000;
-/** The most samples of the plots: five minutes at two statuses a second. */
-const SAMPLES = 600;
+/** The most samples of the plots: as many as the gateway keeps of a flight. */
+const SAMPLES = 3600;
 /** The most events: more than a mission has. */
 const EVENTS = 2000;
 /** The most positions of the trail on the map. */
@@ -144,6 +144,7 @@ export function select(vehicle) {
   store.selected = vehicle;
   Object.assign(store, { doc: null, docAt: -Infinity, editing: false, whatIf: null });
   forget();
+  recall(vehicle);
   streaming?.abort();
   streaming = new AbortController();
   follow(vehicle, streaming.signal);
@@ -152,6 +153,29 @@ export function select(vehicle) {
 
 function forget() {
   Object.assign(store, { events: [], samples: [], trail: [], plan: noPlan() });
+}
+
+/** Fetches where the vehicle has flown before this page was opened. */
+async function recall(vehicle) {
+  let points;
+  try {
+    ({ points } = await api.get(`/api/v1/vehicles/${encodeURIComponent(vehicle)}/track`));
+  } catch {
+    // A vehicle that was never seen has flown nowhere; whatever else is wrong shows in what is asked for all the time.
+    return;
+  }
+  if (store.selected !== vehicle) return;
+  const before = (list) => points.filter((it) => it.missionTimeS < (list[0]?.at ?? Infinity));
+  const samples = before(store.samples).map((it) => ({
+    at: it.missionTimeS,
+    height: it.heightM,
+    speed: it.groundSpeedMS,
+    battery: it.batteryRemaining == null ? null : it.batteryRemaining * 100,
+  }));
+  const trail = before(store.trail).map(({ missionTimeS, position = {} }) => ({ at: missionTimeS, north: position.northM ?? 0, east: position.eastM ?? 0 }));
+  store.samples = [...samples, ...store.samples].slice(-SAMPLES);
+  store.trail = [...trail, ...store.trail].slice(-TRAIL);
+  changed();
 }
 
 /** Reads the vehicle's events, and resumes after the last one when the stream breaks. */
@@ -171,11 +195,13 @@ async function follow(vehicle, signal) {
 }
 
 function onEvent(type, data, id) {
-  if (type === "resync") forget();
-  else if (type === "status") onStatus(data);
+  if (type === "resync") {
+    forget();
+    recall(store.selected);
+  } else if (type === "status") onStatus(data);
   else {
     if (type === "command" && store.doc) store.doc.command = data;
-    if (type === "skill" && data.state === "SKILL_STATE_ENDED" && data.position) extend(data.position);
+    if (type === "skill" && data.state === "SKILL_STATE_ENDED" && data.position) extend(data.position, data.missionTimeS);
     store.events.push({ id, type, data, at: data.missionTimeS });
     if (store.events.length > EVENTS) store.events.shift();
   }
@@ -183,15 +209,16 @@ function onEvent(type, data, id) {
 }
 
 function onStatus(doc) {
-  // The system was started again: its mission time begins at zero.
-  if (store.doc && doc.missionTimeS < store.doc.missionTimeS) forget();
+  // Another mission: its time begins at zero.
+  if (store.doc && doc.missionTimeS < store.doc.missionTimeS - 1) forget();
   const before = store.doc;
   Object.assign(store, { doc, docAt: performance.now() });
   store.plan = rememberPlan(store.plan, doc);
-  if (isSourceStale("introspection")) return;
+  // Without the mission's time nothing has its place among what was flown.
+  if (isSourceStale("introspection") || doc.missionTimeS == null) return;
   const aircraft = doc.aircraft;
   const position = aircraft?.localPosition?.position;
-  if (position) extend(position);
+  if (position) extend(position, doc.missionTimeS);
   const derived = aircraft?.derived;
   const ticks = before?.tree && doc.tree ? Number(doc.tree.ticks) - Number(before.tree.ticks) : null;
   const seconds = before ? (Date.parse(doc.utc) - Date.parse(before.utc)) / 1000 : 0;
@@ -207,9 +234,9 @@ function onStatus(doc) {
   if (store.samples.length > SAMPLES) store.samples.shift();
 }
 
-function extend({ northM = 0, eastM = 0 }) {
+function extend({ northM = 0, eastM = 0 }, at) {
   const last = store.trail.at(-1);
   if (last && Math.hypot(last.north - northM, last.east - eastM) < 0.5) return;
-  store.trail.push({ north: northM, east: eastM });
+  store.trail.push({ at, north: northM, east: eastM });
   if (store.trail.length > TRAIL) store.trail.shift();
 }

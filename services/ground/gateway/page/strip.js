@@ -2,7 +2,7 @@
 
 import { attribute, h, list, part, text } from "./dom.js";
 import { isSourceStale, lostFor, silence, sourceAge, store } from "./store.js";
-import { age, mode, name, number } from "./words.js";
+import { age, clock, mode, name, number } from "./words.js";
 
 export function mountStrip() {
   const strip = document.getElementById("strip");
@@ -56,7 +56,7 @@ function cellsOf(doc) {
       tone: battery ? beyondThreshold("battery-remaining", battery.remaining) : null,
     },
     { label: "Height", value: number(derived?.heightM, 1), unit: "m", note: `climb ${number(derived?.climbRateMS, 1)} m/s` },
-    { label: "Ground speed", value: number(derived?.groundSpeedMS, 1), unit: "m/s", note: `heading ${number(heading)}°` },
+    { label: "Ground speed", value: number(derived?.groundSpeedMS, 1), unit: "m/s", note: `course ${number(courseOf(localPosition))}°, heading ${number(heading)}°` },
     {
       label: "Home",
       value: number(derived?.distanceHomeM),
@@ -67,14 +67,50 @@ function cellsOf(doc) {
       label: "Position",
       value: localPosition ? `±${number(localPosition.ephM, 1)}` : "–",
       unit: "m",
-      note: !localPosition ? "" : valid ? "estimate valid" : "estimate not valid",
+      note: !localPosition ? "" : valid ? places(aircraft.globalPosition) : "estimate not valid",
       tone: localPosition && !valid ? "bad" : null,
     },
   ];
+  const energy = energyCell(doc);
+  if (energy) cells.push(energy);
   const wind = doc.wind;
-  if (wind) cells.push({ label: "Wind", value: number(Math.hypot(wind.northMS ?? 0, wind.eastMS ?? 0), 1), unit: "m/s", note: `to ${number(direction(wind))}°` });
+  if (wind) {
+    const speed = Math.hypot(wind.northMS ?? 0, wind.eastMS ?? 0);
+    const tone = beyondThreshold("wind.speed_m_s", speed);
+    cells.push({ label: "Wind", value: number(speed, 1), unit: "m/s", note: `to ${number(direction(wind))}°`, tone });
+  }
   cells.push(nearby(doc.traffic, position), links(), failures(status));
   return cells.filter(Boolean);
+}
+
+/** Where it moves to over ground, in degrees from north; nothing while it does not move. */
+function courseOf(localPosition) {
+  const { northMS = 0, eastMS = 0 } = localPosition?.velocity ?? {};
+  return Math.hypot(northMS, eastMS) < 0.5 ? null : direction({ northMS, eastMS });
+}
+
+/** `59.91234° N  10.75234° E`. */
+function places(it) {
+  if (!it) return "estimate valid";
+  const side = (value, positive, negative) => `${number(Math.abs(value ?? 0), 5)}° ${(value ?? 0) < 0 ? negative : positive}`;
+  return `${side(it.latitudeDeg, "N", "S")}  ${side(it.longitudeDeg, "E", "W")}`;
+}
+
+/** Time home, and how long the battery lasts; in flight, as far as the vehicle tells. */
+function energyCell(doc) {
+  const home = doc.alternates?.find((it) => it.role === "ALTERNATE_ROLE_HOME");
+  const { energy } = doc;
+  if (!home && !energy) return null;
+  const homeS = energy?.home?.timeS ?? home?.timeS;
+  const turn = energy?.turnHomeS;
+  const left = home?.charge == null ? "" : `${number(home.charge * 100)} % left there`;
+  const last = energy ? `hover ${clock(energy.enduranceS)}, turn in ${turn == null ? "–" : clock(turn)}` : left;
+  return {
+    label: "Time home",
+    value: homeS == null ? "no way" : clock(homeS),
+    note: last,
+    tone: homeS == null || home?.whyNot ? "bad" : turn != null && turn <= 0 ? "bad" : turn != null && turn < 60 ? "warn" : null,
+  };
 }
 
 /** `bad` beyond the most urgent threshold of the contingency table, `warn` beyond another, else nothing. */

@@ -12,18 +12,22 @@ const hidden = new Set();
 export function mountTimeline() {
   const body = document.querySelector("#timeline .body");
   const chips = h("div", { class: "chips", role: "group", "aria-label": "Topics shown" }, ...TOPICS.map(chip));
+  const search = h("input", { type: "search", id: "journal-search", placeholder: "Filter: battery, area A, anna…", "aria-label": "Show only lines with these words", autocomplete: "off" });
   const canvas = h("canvas", { class: "marks", role: "img", "aria-label": "Events along the mission time" });
   const rows = h("ol", { class: "log", tabindex: "0", "aria-label": "Decisions, newest first" });
-  body.append(chips, canvas, rows);
+  body.append(chips, search, canvas, rows);
   canvas.addEventListener("click", (event) => jump(canvas, rows, event.offsetX));
   canvas.title = "Click to go to a moment";
   let drawn = "";
   return () => {
-    const lines = store.events.map(line).filter((it) => it && !hidden.has(it.topic));
     const latest = store.events.at(-1);
-    const state = [store.selected, store.events.length, latest?.id, [...hidden].join(), canvas.clientWidth, document.documentElement.dataset.theme, Math.floor(store.doc?.missionTimeS ?? 0)].join();
+    const wanted = search.value.toLowerCase().split(/\s+/).filter(Boolean);
+    const state = [store.selected, store.events.length, latest?.id, [...hidden].join(), wanted.join(" "), canvas.clientWidth, document.documentElement.dataset.theme, Math.floor(store.doc?.missionTimeS ?? 0)].join();
     if (state === drawn) return;
     drawn = state;
+    const told = toldByDecisions(store.events);
+    const has = (it) => wanted.every((word) => `${it.topic} ${it.words}`.toLowerCase().includes(word));
+    const lines = store.events.filter((it) => !told.has(it)).map(line).filter((it) => it && !hidden.has(it.topic) && has(it));
     list(rows, lines.slice(-SHOWN).reverse(), (it) => it.key, make, fill);
     draw(canvas, lines);
   };
@@ -38,13 +42,35 @@ function chip(topic) {
   return button;
 }
 
-/** An event as a line; an event that only repeats a decision is left out. */
+/** Mission seconds within which an event and a decision are about the same. */
+const SAME_S = 3;
+
+/**
+ * Events that say what a decision says as well: a flag that the mission manager has taken up, that it was raised where the answer to it
+ * follows at once, and an order that it has accepted. Each is told once, by the one that says most.
+ */
+function toldByDecisions(events) {
+  const told = new Set();
+  const decisions = events.filter((it) => it.type === "decision");
+  const answers = new Map(decisions.filter((it) => it.data.kind === "DECISION_KIND_CONTINGENCY_ANSWERED").map((it) => [it.data.parent, it]));
+  const near = (a, b) => Math.abs((a.at ?? 0) - (b.at ?? 0)) <= SAME_S;
+  for (const it of events) {
+    const { type, data } = it;
+    const kinds = type === "flag" ? [data.raised ? "DECISION_KIND_CONTINGENCY_RAISED" : "DECISION_KIND_CONTINGENCY_CLEARED"] : ["DECISION_KIND_ORDER_ACCEPTED", "DECISION_KIND_ORDER_REFUSED"];
+    const repeats = (by) => kinds.includes(by.data.kind) && near(by, it) && (type === "flag" ? by.data.flag === data.name : by.data.text?.includes(data.who));
+    const raised = type === "decision" && data.kind === "DECISION_KIND_CONTINGENCY_RAISED" && answers.get(data.sequence);
+    if ((raised && near(raised, it)) || (["flag", "audit"].includes(type) && decisions.some(repeats))) told.add(it);
+  }
+  return told;
+}
+
+/** An event as a line; an event that is none for people is left out. */
 function line({ id, type, data, at }, index) {
   const key = id ?? `${type}-${at}-${index}`;
   const as = (topic, words, tone) => ({ key, at, topic, words: sentence(words), tone });
   switch (type) {
     case "decision":
-      return as(data.topic, data.text, /fail|denied|revoked/.test(data.text) ? "bad" : null);
+      return as(data.topic, data.sentence, /fail|denied|revoked/.test(data.text) ? "bad" : null);
     case "flag":
       return as("contingency", `${flag(data.name)} ${data.raised ? "raised" : "cleared"}${data.reason ? `: ${data.reason}` : ""}`, data.raised ? "bad" : null);
     case "permission": {

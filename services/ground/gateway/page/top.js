@@ -1,9 +1,13 @@
 // The top line: phase and mission time, who is signed in, light or dark.
 
 import { keepToken } from "./api.js";
+import { alarmOf } from "./alarms.js";
+import { responding } from "./response.js";
 import { attribute, h, part, text } from "./dom.js";
 import { isStale, lostFor, openSession, renew, store } from "./store.js";
-import { age, clock, outcome, phase } from "./words.js";
+import { waitingWords } from "./legs.js";
+import { mountLayout } from "./layout.js";
+import { age, clock, number, outcome, phase, sentence } from "./words.js";
 
 const THEME = "kittiwake.theme";
 const THEMES = { auto: "Auto", light: "Light", dark: "Dark" };
@@ -15,10 +19,13 @@ export function mountTop() {
     h("strong", { "data-part": "vehicle" }),
     h("span", { class: "muted", "data-part": "mission" }),
     h("span", { class: "badge", id: "phase" }),
+    h("span", { id: "response" }),
     h("span", { class: "muted" }, "Mission time ", h("b", { class: "figure", id: "mission-time" })),
+    h("span", { class: "muted" }, h("b", { class: "figure", id: "utc" }), " UTC"),
+    h("span", { class: "badge", "data-tone": "old", id: "simulated", hidden: true }),
   );
   const session = document.getElementById("session");
-  session.append(h("span", { class: "command-authority", id: "command-authority" }), h("span", { "data-part": "who" }), themeSwitch());
+  session.append(h("span", { class: "command-authority", id: "command-authority" }), h("span", { "data-part": "who" }), mountLayout(), themeSwitch());
   return () => {
     const doc = store.doc;
     text(part(headline, "vehicle"), store.selected ?? "No vehicle");
@@ -28,7 +35,12 @@ export function mountTop() {
     const lost = !isStale() && lostFor() != null;
     text(badge, lost ? `no contact for ${age(lostFor())}` : report ? `over: ${outcome(report.outcome)}` : phase(doc?.mission?.phase));
     attribute(badge, "data-tone", lost ? "bad" : tone(doc));
-    text(document.getElementById("mission-time"), clock(doc?.missionTimeS));
+    text(document.getElementById("response"), lost || report ? "" : responding(doc) || sentence(waitingWords()));
+    text(document.getElementById("mission-time"), doc && doc.missionTimeS == null ? "not known yet" : clock(doc?.missionTimeS));
+    text(document.getElementById("utc"), doc?.utc ? doc.utc.slice(11, 19) : "–");
+    const simulated = document.getElementById("simulated");
+    attribute(simulated, "hidden", !store.session?.simulation);
+    text(simulated, `SIMULATED${1 < (store.session?.speed ?? 1) ? ` ×${number(store.session.speed)}` : ""}`);
     const who = part(session, "who");
     text(who, store.session ? store.session.name : "not signed in");
     attribute(who, "title", store.session ? `Roles: ${store.session.roles.join(", ")}` : null);
@@ -37,6 +49,8 @@ export function mountTop() {
 
 function tone(doc) {
   if (doc?.report) return doc.report.outcome === "MISSION_OUTCOME_SUCCESS" ? "good" : "bad";
+  const acting = doc?.contingencies?.active?.find((it) => it.flag === doc.contingencies.acting);
+  if (acting) return alarmOf(acting.alarm).tone;
   const tones = { CONTINGENCY: "bad", REPLANNING: "warn", NOMINAL: "good", ENDING: "warn" };
   return tones[doc?.mission?.phase?.replace("MISSION_PHASE_", "")] ?? "none";
 }

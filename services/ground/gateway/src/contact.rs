@@ -40,16 +40,25 @@ impl GroundContacts {
         }
     }
 
-    /// Publishes to every vehicle that was heard, if that is due; one that is not in `known` is forgotten.
-    pub(crate) fn publish_due<V>(&mut self, now: Time, known: &BTreeMap<VehicleId, V>, effects: &mut Vec<Effect>) {
+    /// Publishes to every vehicle that was heard, if that is due; one that is not in `known` is forgotten. `record_trouble` says why
+    /// their flights are not recorded although they are to, if so.
+    pub(crate) fn publish_due<V>(
+        &mut self,
+        now: Time,
+        known: &BTreeMap<VehicleId, V>,
+        record_trouble: impl Fn() -> Option<String>,
+        effects: &mut Vec<Effect>,
+    ) {
         if now < self.due {
             return;
         }
+        let record_trouble = record_trouble().unwrap_or_default();
         self.due = now + self.pace.wall(PERIOD);
         self.heard.retain(|vehicle, _| known.contains_key(vehicle));
         effects.extend(self.heard.iter().map(|(vehicle, heard)| {
             let heard_age_wall_s = self.pace.to_wall(now - *heard).as_secs_f64();
-            Effect::publish_to(vehicle, GroundContact { heard_age_wall_s })
+            let record_trouble = record_trouble.clone();
+            Effect::publish_to(vehicle, GroundContact { heard_age_wall_s, record_trouble })
         }));
     }
 
@@ -70,9 +79,12 @@ mod tests {
         let known = BTreeMap::from([(vehicle.clone(), ())]);
         let published = |contacts: &mut GroundContacts, now| {
             let mut effects = Vec::new();
-            contacts.publish_due(at(now), &known, &mut effects);
+            contacts.publish_due(at(now), &known, || Some("the disk is full".into()), &mut effects);
             let age = |effect| match effect {
-                Effect::Publish { message: Message::GroundContact(contact), .. } => contact.heard_age_wall_s,
+                Effect::Publish { message: Message::GroundContact(contact), .. } => {
+                    assert_eq!(contact.record_trouble, "the disk is full");
+                    contact.heard_age_wall_s
+                }
                 other => panic!("unexpected {other:?}"),
             };
             effects.into_iter().map(age).collect::<Vec<_>>()

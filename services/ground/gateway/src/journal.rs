@@ -4,7 +4,7 @@
 //! read are gone, the next batch reports the loss. This also serves a client that comes back after a
 //! break, or after a restart of the gateway.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 use std::str::FromStr;
 use std::sync::Arc;
@@ -12,6 +12,7 @@ use std::sync::Arc;
 use axum::body::Bytes;
 use domain::time::Now;
 use node::VehicleId;
+use serde_json::Value;
 
 use crate::fleet::occurrence::Occurrence;
 use crate::http::events;
@@ -83,24 +84,34 @@ impl Journals {
         Journals { epoch: None, capacity, by_vehicle: BTreeMap::new() }
     }
 
-    /// Adds what happened to a vehicle's journal; the oldest record goes when there are too many.
-    pub(crate) fn push(&mut self, now: Now, vehicle: &VehicleId, occurrence: &Occurrence) {
-        let data = view::stamped(now, occurrence.to_json()).to_string();
+    /// Adds what happened to a vehicle's journal, with its mission time if that is known; the oldest record goes when there are too
+    /// many.
+    pub(crate) fn push(&mut self, now: Now, mission_time_s: Option<f64>, vehicle: &VehicleId, occurrence: &Occurrence) {
+        let data = view::stamped(mission_time_s, now.utc_ms, occurrence.to_json()).to_string();
         self.push_record(now.utc_ms, vehicle, occurrence.kind(), &data);
+    }
+
+    /// Puts the records of a vehicle from before the gateway was started in front of its others. Every client hears that it has lost
+    /// events, and reads all of them again.
+    pub(crate) fn go_on_from(&mut self, vehicle: &VehicleId, mut before: Journals) {
+        let Some(earlier) = before.by_vehicle.remove(vehicle) else { return };
+        let since = self.by_vehicle.remove(vehicle).unwrap_or_default();
+        let epoch = self.epoch.map_or(0, |it| it + 1);
+        self.epoch = Some(epoch);
+        // Those of the other vehicles get ids of the new epoch as well: it is one for all.
+        for journal in self.by_vehicle.values_mut() {
+            *journal = renumbered(epoch, self.capacity, std::mem::take(journal).records);
+        }
+        let told: BTreeSet<Bytes> = earlier.records.iter().filter_map(|it| repeated(&it.frame)).collect();
+        let is_new = |it: &Arc<Record>| repeated(&it.frame).is_none_or(|it| !told.contains(&it));
+        let all = earlier.records.into_iter().chain(since.records.into_iter().filter(is_new)).collect();
+        self.by_vehicle.insert(vehicle.clone(), renumbered(epoch, self.capacity, all));
     }
 
     fn push_record(&mut self, utc_ms: i64, vehicle: &VehicleId, kind: &'static str, data: &str) {
         let epoch = *self.epoch.get_or_insert(utc_ms);
         let journal = self.by_vehicle.entry(vehicle.clone()).or_default();
-        journal.newest += 1;
-        let id = RecordId { epoch, sequence: journal.newest };
-        let frame = events::frame(Some(&id.to_string()), kind, data);
-        journal.bytes += frame.len();
-        while self.capacity <= journal.records.len() || MAX_BYTES < journal.bytes {
-            let Some(oldest) = journal.records.pop_front() else { break };
-            journal.bytes -= oldest.frame.len();
-        }
-        journal.records.push_back(Arc::new(Record { id, frame }));
+        journal.push(epoch, self.capacity, |id| events::frame(Some(id), kind, data));
     }
 
     /// The records after the cursor, at most `count`.
@@ -121,6 +132,42 @@ impl Journals {
         let cursor = records.last().map_or(cursor, |newest| Cursor::After(newest.id));
         Batch { lost, records, cursor }
     }
+}
+
+impl Journal {
+    /// Adds a record whose frame `with_id` makes.
+    fn push(&mut self, epoch: i64, capacity: usize, with_id: impl FnOnce(&str) -> Bytes) {
+        self.newest += 1;
+        let id = RecordId { epoch, sequence: self.newest };
+        let frame = with_id(&id.to_string());
+        self.bytes += frame.len();
+        while capacity <= self.records.len() || MAX_BYTES < self.bytes {
+            let Some(oldest) = self.records.pop_front() else { break };
+            self.bytes -= oldest.frame.len();
+        }
+        self.records.push_back(Arc::new(Record { id, frame }));
+    }
+}
+
+/// Of an event that is made of a repeated status, and so is made once more after a start: the event without when it came.
+fn repeated(frame: &Bytes) -> Option<Bytes> {
+    let text = std::str::from_utf8(frame).ok()?;
+    let (kind, data) = text.split_once("event: ")?.1.split_once("\ndata: ")?;
+    ["objective", "permission", "report"].contains(&kind).then_some(())?;
+    let mut data: Value = serde_json::from_str(data).ok()?;
+    for when in ["missionTimeS", "utc", "validForS"] {
+        data.as_object_mut()?.remove(when);
+    }
+    Some(format!("{kind} {data}").into())
+}
+
+/// A journal of these records under ids of `epoch`.
+fn renumbered(epoch: i64, capacity: usize, records: VecDeque<Arc<Record>>) -> Journal {
+    let mut journal = Journal::default();
+    for record in records {
+        journal.push(epoch, capacity, |id| events::under_id(&record.frame, id));
+    }
+    journal
 }
 
 impl Cursor {
@@ -189,6 +236,34 @@ mod tests {
         check(7, Cursor::after("1000-1"), 9, (true, &["3", "4", "5", "6", "7"]));
         check(3, Cursor::after("999-2"), 9, (true, &["1", "2", "3"]));
         check(3, Cursor::after("1000-4"), 9, (true, &["1", "2", "3"]));
+    }
+
+    #[test]
+    fn records_from_before_a_start_come_first_and_every_client_reads_again() {
+        let mut since = journal(2);
+        since.push_record(1000, &"uav2".into(), "flag", "other");
+        // The first status after the start, which tells again what was told.
+        since.push_record(1000, &"uav1".into(), "report", r#"{"reason":"fog","utc":"1"}"#);
+        let (read, other) = (since.read("uav1", Cursor::Start, 9).cursor, since.read("uav2", Cursor::Start, 9).cursor);
+        let mut before = Journals::new(5);
+        before.push_record(500, &"uav1".into(), "flag", "7");
+        before.push_record(500, &"uav1".into(), "report", r#"{"reason":"fog","utc":"0"}"#);
+        since.go_on_from(&"uav1".into(), before);
+        let frames = |vehicle, cursor| {
+            let batch = since.read(vehicle, cursor, 9);
+            let texts: Vec<_> =
+                batch.records.iter().map(|it| String::from_utf8_lossy(&it.frame).into_owned()).collect();
+            (batch.lost, texts)
+        };
+        let frame = |n, data| format!("id: 1001-{n}\nevent: flag\ndata: {data}\n\n");
+        let report = frame(2, r#"{"reason":"fog","utc":"0"}"#).replace("flag", "report");
+        let all = vec![frame(1, "7"), report, frame(3, "1"), frame(4, "2")];
+        assert_eq!(frames("uav1", read), (true, all.clone()));
+        assert_eq!(frames("uav1", Cursor::Start), (false, all.clone()));
+        assert_eq!(frames("uav2", other), (true, vec![frame(1, "other")]));
+        since.push_record(2000, &"uav1".into(), "flag", "3");
+        // The oldest goes where there are too many: there is room for five.
+        assert_eq!(since.read("uav1", Cursor::after("1001-4"), 9).records.len(), 1);
     }
 
     #[test]

@@ -14,20 +14,22 @@ use std::time::Duration;
 
 use domain::contingency::Row;
 use domain::time::{Now, Pace, Time};
-use kittiwake_proto::topics::Topic;
-use node::{Effect, Event, Node};
+use kittiwake_proto::topics::{Message, Topic};
+use node::{Effect, Event, Node, VehicleId};
 use tokio::sync::watch;
 
 use crate::access::Tokens;
 use crate::audit::Audit;
 use crate::config::Config;
 use crate::contact::GroundContacts;
+use crate::fleet::occurrence::Occurrence;
 use crate::fleet::{FleetState, Snapshot};
 use crate::http::command_authority::CommandAuthorities;
 use crate::http::{Api, session};
 use crate::journal::Journals;
 use crate::orders::{Order, OrderReceiver};
 use crate::recording::Recorder;
+use crate::recording::refill::{Past, Refill};
 use crate::view::Ages;
 
 pub mod access;
@@ -40,6 +42,7 @@ pub mod http;
 mod journal;
 mod orders;
 pub mod process;
+pub mod recorded_decisions;
 mod recording;
 mod seats;
 pub mod server;
@@ -61,6 +64,7 @@ pub struct Gateway {
     orders: OrderReceiver,
     contacts: GroundContacts,
     recorder: Recorder,
+    refill: Refill,
 }
 
 /// Who may do what, and where orders are recorded.
@@ -85,7 +89,9 @@ impl Gateway {
         let call_timeout = config.request_timeout_s.seconds().mul_f64(0.6);
         let (sender, receiver) = orders::channel(pace.wall(call_timeout), wake);
         let (snapshot, snapshots) = watch::channel(Arc::default());
-        let (journals, histories) = watch::channel(Journals::new(usize::from(config.history_records.get())));
+        let capacity = usize::from(config.history_records.get());
+        let (journals, histories) = watch::channel(Journals::new(capacity));
+        let refill = Refill::start(config.recording.folder.clone(), pace, capacity);
         let (recorder, recordings) = Recorder::start(&config.recording, pace);
         let ages = Ages {
             pace,
@@ -104,6 +110,7 @@ impl Gateway {
             orders: receiver,
             contacts: GroundContacts::new(pace),
             recorder,
+            refill,
         };
         let api = Api {
             config: config.clone(),
@@ -120,6 +127,21 @@ impl Gateway {
             statuses: Arc::default(),
         };
         (gateway, api)
+    }
+
+    fn journal(&self, now: Now, vehicle: &VehicleId, occurrence: &Occurrence) {
+        let mission_time_s = self.fleet.vehicles.get(vehicle).and_then(|it| it.mission_time_s(now.time));
+        self.journals.send_modify(|journals| journals.push(now, mission_time_s, vehicle, occurrence));
+    }
+
+    /// Takes in what an earlier gateway has recorded of a mission that is still flown.
+    fn go_on_from(&mut self, past: Past) {
+        let Past { vehicle, state, journals: before } = past;
+        let is_same = self.fleet.vehicles.get_mut(&vehicle).and_then(|it| it.go_on_from(state)).is_some();
+        if is_same {
+            self.journals.send_modify(|journals| journals.go_on_from(&vehicle, before));
+            self.changed = true;
+        }
     }
 
     /// When the next snapshot is due.
@@ -162,10 +184,15 @@ impl Node for Gateway {
             self.recorder.on_message(now, vehicle, message);
         }
         let mut occurrences = Vec::new();
+        if let Event::Message { vehicle, message: Message::McmStatus(status) } = &event
+            && status.began_utc_ms != 0
+        {
+            self.refill.on_mission(vehicle, status.began_utc_ms);
+        }
         self.fleet.fold(now, event, &mut occurrences);
         self.changed = true;
         for (vehicle, occurrence) in occurrences {
-            self.journals.send_modify(|journals| journals.push(now, &vehicle, &occurrence));
+            self.journal(now, &vehicle, &occurrence);
         }
     }
 
@@ -180,12 +207,13 @@ impl Node for Gateway {
                     self.on(now, Event::Message { vehicle: vehicle.clone(), message: message.clone() }, effects);
                     effects.push(Effect::Publish { vehicle: Some(vehicle), message });
                 }
-                Order::Journal { vehicle, occurrence } => {
-                    self.journals.send_modify(|journals| journals.push(now, &vehicle, &occurrence));
-                }
+                Order::Journal { vehicle, occurrence } => self.journal(now, &vehicle, &occurrence),
             }
         }
-        self.contacts.publish_due(now.time, &self.fleet.vehicles, effects);
+        while let Some(past) = self.refill.next() {
+            self.go_on_from(past);
+        }
+        self.contacts.publish_due(now.time, &self.fleet.vehicles, || self.recorder.trouble(), effects);
         self.recorder.tick(now);
         if self.due() <= now.time {
             self.snapshot.send_replace(Arc::new(Snapshot { fleet: self.fleet.clone(), now }));

@@ -23,6 +23,11 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
 use tower::ServiceExt as _;
 
+#[allow(dead_code)]
+#[path = "world/description.rs"]
+mod description;
+mod restart;
+
 /// Few records and few streams, so that their limits are reached soon; the second status comes late, so that only
 /// events that the test causes follow the first one.
 const CHANGES: [(&str, &str); 6] = [
@@ -58,10 +63,14 @@ struct World {
 
 impl World {
     fn empty() -> World {
+        World::of(&config())
+    }
+
+    fn of(config: &Config) -> World {
         let text = entry("eve", &[Role::Observer], "secret");
         let tokens = Tokens::parse(&Source { path: "tokens".into(), text }).unwrap();
         let access = AccessControl { tokens, audit: Audit::in_memory() };
-        let (gateway, api) = Gateway::new(&config(), Pace::REAL_TIME, access, &[], || {});
+        let (gateway, api) = Gateway::new(config, Pace::REAL_TIME, access, &[], || {});
         let (closing, closed) = watch::channel(());
         let router = router(api.clone(), closed);
         World { gateway, now: Now { time: Time::ZERO, utc_ms: 1_767_225_600_000 }, api, router, closing }
@@ -233,7 +242,7 @@ async fn a_vehicle_is_listed_and_shown_from_its_first_sign_on() {
     assert_eq!(world.get("/api/v1/vehicles").await.body["vehicles"][0]["vehicle"], "uav1");
     let shown = world.get("/api/v1/vehicles/uav1").await.body;
     assert_eq!(shown["vehicle"], "uav1");
-    assert_eq!(shown["missionTimeS"], 1.0);
+    assert_eq!(shown.get("missionTimeS"), None, "the gateway's own time is nobody's mission time");
     assert_eq!(shown["utc"], "2026-01-01T00:00:01.000Z");
     assert_eq!(shown["aircraft"]["status"]["armed"], true);
 }
@@ -273,12 +282,18 @@ async fn a_stream_replays_the_journal_and_goes_on_live() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_record_is_the_message_with_the_time_of_its_arrival() {
     let mut world = World::with_vehicle();
+    world.decide("before its time is known");
+    world.say(v1::McmStatus { mission_time_s: Some(100.0), ..Default::default() });
     world.say(v1::SkillEvent { skill_id: 7, state: v1::SkillState::Execute as i32, ..Default::default() });
-    let sent = world.events(None).await.next().await.unwrap();
+    let mut events = world.events(None).await;
+    assert_eq!(events.next().await.unwrap().data.get("missionTimeS"), None);
+    let sent = events.next().await.unwrap();
     assert_eq!(sent.data["state"], "SKILL_STATE_EXECUTE");
     assert_eq!(sent.data["skillId"], "7");
-    assert_eq!(sent.data["missionTimeS"], 2.0);
-    assert_eq!(sent.data["utc"], "2026-01-01T00:00:02.000Z");
+    assert_eq!(sent.data["missionTimeS"], 101.0, "the vehicle's, a second after it was told");
+    assert_eq!(sent.data["utc"], "2026-01-01T00:00:04.000Z");
+    assert_eq!(world.get("/api/v1/vehicles/uav1").await.body["missionTimeS"], 101.0);
+    assert_eq!(world.get("/api/v1/vehicles").await.body["vehicles"][0]["missionTimeS"], 101.0);
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -350,4 +365,25 @@ async fn the_server_stops_while_a_stream_is_open() {
     }
     stop.send(()).unwrap();
     tokio::time::timeout(LIMIT, server).await.expect("the server goes on").unwrap().unwrap();
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn every_event_is_as_it_is_described() {
+    let mut world = World::with_vehicle();
+    let description = description::Description::new(world.get("/openapi.json").await.body);
+    world.say(v1::McmStatus { mission_time_s: Some(1.0), report: Some(Default::default()), ..Default::default() });
+    world.decide("one");
+    world.say(v1::SkillEvent::default());
+    world.say(v1::FlagEvent::default());
+    let permissions = vec![v1::Permission::default()];
+    world.say(v1::PermissionLedger { permissions, ..Default::default() });
+    world.say(v1::PlannerStatus { objectives: vec![v1::Objective::default()], ..Default::default() });
+    let mut events = world.events(Some("5-1")).await;
+    let mut kinds = Vec::new();
+    while kinds.last().is_none_or(|it| it != "status") {
+        let sent = events.next().await.unwrap();
+        description.check_event(&sent.kind, &sent.data);
+        kinds.push(sent.kind);
+    }
+    assert_eq!(kinds, ["resync", "report", "decision", "skill", "flag", "permission", "objective", "status"]);
 }

@@ -12,6 +12,7 @@ use node::CallError;
 use serde_json::{Value, json};
 
 mod audit;
+mod decisions;
 mod recordings;
 mod world;
 use world::World;
@@ -354,7 +355,7 @@ async fn requests_without_a_valid_token_share_one_limit() {
 async fn a_session_has_the_configuration_that_a_client_needs() {
     let session = World::new().get("/api/v1/session", "operator").await.body;
     let expected = json!({
-        "name": "operator", "roles": ["operator"], "simulation": true, "statusRateHz": 2.0, "thresholds": [], "withoutContact": [],
+        "name": "operator", "roles": ["operator"], "simulation": true, "speed": 1.0, "statusRateHz": 2.0, "thresholds": [], "withoutContact": [],
     });
     assert_eq!(session, expected);
 }

@@ -16,6 +16,7 @@ impl From<VehicleCommand> for v1::VehicleCommand {
             Command::Land => C::Land(v1::LandCommand {}),
             Command::Loiter => set_mode(v1::FlightMode::Loiter),
             Command::Offboard => set_mode(v1::FlightMode::Offboard),
+            Command::Release => C::Release(v1::ReleaseCommand {}),
         };
         v1::VehicleCommand { id: id.0, command: Some(command) }
     }
@@ -31,6 +32,7 @@ impl TryFrom<v1::VehicleCommand> for VehicleCommand {
             C::Disarm(_) => Command::Disarm,
             C::Takeoff(takeoff) => Command::Takeoff { height_m: finite("altitude_m", takeoff.altitude_m)? },
             C::Land(_) => Command::Land,
+            C::Release(_) => Command::Release,
             C::SetMode(set_mode) => match set_mode.mode() {
                 v1::FlightMode::Loiter => Command::Loiter,
                 v1::FlightMode::Offboard => Command::Offboard,

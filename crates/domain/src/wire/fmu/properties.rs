@@ -176,9 +176,9 @@ proptest! {
     fn a_battery_is_checked(it in samples::battery()) {
         check_numbers::<Battery, v1::BatteryStatus>(&it.into(), &[
             (|it| &mut it.voltage_v, 0.0..=1e4),
-            (|it| &mut it.current_a, FINITE),
+            (|it| it.current_a.get_or_insert_default(), FINITE),
             (|it| &mut it.remaining, 0.0..=1.0),
-            (|it| &mut it.temperature_c, -273.15..=1e3),
+            (|it| it.temperature_c.get_or_insert_default(), -273.15..=1e3),
         ]);
     }
 
@@ -203,6 +203,7 @@ proptest! {
 #[test]
 fn the_ends_of_a_range_belong_to_it() {
     for (voltage_v, current_a, remaining, temperature_c) in [(0.0, 0.0, 0.0, -273.15), (1e4, -1.0, 1.0, 1e3)] {
+        let (current_a, temperature_c) = (Some(current_a), Some(temperature_c));
         let battery = v1::BatteryStatus { voltage_v, current_a, remaining, temperature_c };
         assert!(Battery::try_from(battery).is_ok(), "{battery:?}");
     }
@@ -253,4 +254,6 @@ fn what_has_no_name_here_is_left_out_of_a_status() {
     let status = Status::from(message);
     assert_eq!((status.intended, status.actual), (None, None));
     assert_eq!(status.failures, [crate::fmu::Failure::Estimator]);
+    let status = Status::from(v1::VehicleStatus { gripper: 77, ..Default::default() });
+    assert_eq!(status.gripper, None);
 }

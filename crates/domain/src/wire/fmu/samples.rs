@@ -5,8 +5,9 @@ use std::ops::Range;
 use proptest::prelude::*;
 
 use crate::fmu::{
-    Attitude, Battery, Command, CommandAck, CommandId, CommandResult, Failure, FlightMode, GlobalPosition,
-    LandDetected, LocalPosition, OffboardControl, Setpoint, Status, TransponderReport, VehicleCommand, Wind,
+    Attitude, Battery, Command, CommandAck, CommandId, CommandResult, Failure, FlightMode, GlobalPosition, Gripper,
+    LandDetected, LocalPosition, OffboardControl, Setpoint, Status, TrafficKind, TransponderReport, VehicleCommand,
+    Wind,
 };
 use crate::geometry::{Ned, NedVelocity};
 
@@ -36,6 +37,7 @@ pub(super) fn command() -> impl Strategy<Value = VehicleCommand> {
         Just(Command::Land),
         Just(Command::Loiter),
         Just(Command::Offboard),
+        Just(Command::Release),
     ];
     (any::<u64>(), command).prop_map(|(id, command)| VehicleCommand { id: CommandId(id), command })
 }
@@ -65,8 +67,28 @@ pub(super) fn setpoint() -> impl Strategy<Value = Setpoint> {
 pub(super) fn status() -> impl Strategy<Value = Status> {
     use Failure::{Battery, Estimator, GnssLost, GroundLinkLost, Motor, OffboardSignalLost};
     let failure = prop::sample::select(vec![OffboardSignalLost, GnssLost, Estimator, Motor, Battery, GroundLinkLost]);
-    (any::<bool>(), mode(), mode(), any::<bool>(), prop::collection::vec(failure, 0..4)).prop_map(
-        |(armed, intended, actual, failsafe, failures)| Status { armed, intended, actual, failsafe, failures },
+    let origin = prop::option::of(crate::wire::generators::origin());
+    let gripper = prop::option::of(prop::sample::select(vec![Gripper::Holding, Gripper::Released]));
+    let known = (any::<bool>(), mode(), mode(), any::<bool>(), prop::collection::vec(failure, 0..4), origin, gripper);
+    let told = (any::<bool>(), "[a-z ]{0,8}", any::<Option<bool>>(), any::<u64>(), prop::option::of(0.0..100.0));
+    (known, told).prop_map(
+        |(
+            (armed, intended, actual, failsafe, failures, origin, gripper),
+            (commanded_by_other, reason, can_arm, frame_epoch, vibration_m_s2),
+        )| Status {
+            armed,
+            intended,
+            actual,
+            failsafe,
+            failures,
+            origin,
+            gripper,
+            commanded_by_other,
+            reason,
+            can_arm,
+            frame_epoch,
+            vibration_m_s2,
+        },
     )
 }
 
@@ -120,11 +142,9 @@ pub(super) fn land_detected() -> impl Strategy<Value = LandDetected> {
 }
 
 pub(super) fn battery() -> impl Strategy<Value = Battery> {
-    (0.0..1e4, FAR, 0.0..=1.0, -273.0..1e3).prop_map(|(voltage_v, current_a, remaining, temperature_c)| Battery {
-        voltage_v,
-        current_a,
-        remaining,
-        temperature_c,
+    let (current_a, temperature_c) = (proptest::option::of(FAR), proptest::option::of(-273.0..1e3));
+    (0.0..1e4, current_a, 0.0..=1.0, temperature_c).prop_map(|(voltage_v, current_a, remaining, temperature_c)| {
+        Battery { voltage_v, current_a, remaining, temperature_c }
     })
 }
 
@@ -133,9 +153,11 @@ pub(super) fn wind() -> impl Strategy<Value = Wind> {
 }
 
 pub(super) fn transponder_report() -> impl Strategy<Value = TransponderReport> {
-    ("[a-z0-9-]{1,12}", position(), velocity()).prop_map(|(id, position, velocity)| TransponderReport {
+    let kind = prop::sample::select(vec![TrafficKind::Crewed, TrafficKind::Uncrewed, TrafficKind::Vessel]);
+    ("[a-z0-9-]{1,12}", position(), velocity(), kind).prop_map(|(id, position, velocity, kind)| TransponderReport {
         id,
         position,
         velocity,
+        kind,
     })
 }

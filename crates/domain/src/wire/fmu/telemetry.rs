@@ -5,10 +5,11 @@ use std::ops::RangeInclusive;
 use kittiwake_proto::v1;
 
 use crate::fmu::{
-    Attitude, Battery, Failure, FlightMode, GlobalPosition, LandDetected, LocalPosition, Status, TransponderReport,
-    Wind,
+    Attitude, Battery, Failure, FlightMode, GlobalPosition, Gripper, LandDetected, LocalPosition, Status, TrafficKind,
+    TransponderReport, Wind,
 };
-use crate::wire::{InvalidMessage, finite, flight_mode, out_of_range};
+use crate::geodesy::Origin;
+use crate::wire::{InvalidMessage, finite, flight_mode, gripper, out_of_range};
 
 impl From<Status> for v1::VehicleStatus {
     fn from(status: Status) -> v1::VehicleStatus {
@@ -19,11 +20,19 @@ impl From<Status> for v1::VehicleStatus {
             actual_mode: mode(status.actual),
             failsafe: status.failsafe,
             failures: status.failures.into_iter().map(|it| v1::FailureFlag::from(it) as i32).collect(),
+            origin: status.origin.map(Into::into),
+            gripper: status.gripper.map_or(v1::Gripper::Unspecified, v1::Gripper::from) as i32,
+            commanded_by_other: status.commanded_by_other,
+            reason: status.reason,
+            can_arm: status.can_arm,
+            frame_epoch: status.frame_epoch,
+            vibration_m_s2: status.vibration_m_s2,
         }
     }
 }
 
-/// Never invalid: failures and modes without a name here are left out.
+/// Never invalid: failures and modes without a name here are left out, and so is an origin that no place on Earth has. Who
+/// depends on the origin converts it from the message, and learns what is wrong with it.
 impl From<v1::VehicleStatus> for Status {
     fn from(message: v1::VehicleStatus) -> Status {
         Status {
@@ -32,6 +41,23 @@ impl From<v1::VehicleStatus> for Status {
             actual: flight_mode(message.actual_mode()),
             failsafe: message.failsafe,
             failures: message.failures().filter_map(failure).collect(),
+            origin: message.origin.and_then(|it| Origin::try_from(it).ok()),
+            gripper: gripper(message.gripper()),
+            commanded_by_other: message.commanded_by_other,
+            can_arm: message.can_arm,
+            frame_epoch: message.frame_epoch,
+            reason: message.reason,
+            // One that makes no sense is not known: it must not hide the rest of the status.
+            vibration_m_s2: message.vibration_m_s2.filter(|it| it.is_finite() && 0.0 <= *it),
+        }
+    }
+}
+
+impl From<Gripper> for v1::Gripper {
+    fn from(gripper: Gripper) -> v1::Gripper {
+        match gripper {
+            Gripper::Holding => v1::Gripper::Holding,
+            Gripper::Released => v1::Gripper::Released,
         }
     }
 }
@@ -164,9 +190,12 @@ impl TryFrom<v1::BatteryStatus> for Battery {
     fn try_from(message: v1::BatteryStatus) -> Result<Battery, InvalidMessage> {
         Ok(Battery {
             voltage_v: within("voltage_v", message.voltage_v, 0.0..=1e4, "0 to 10,000 V")?,
-            current_a: finite("current_a", message.current_a)?,
+            current_a: message.current_a.map(|it| finite("current_a", it)).transpose()?,
             remaining: within("remaining", message.remaining, 0.0..=1.0, "a fraction from 0 to 1")?,
-            temperature_c: within("temperature_c", message.temperature_c, -273.15..=1e3, "-273.15 to 1,000 °C")?,
+            temperature_c: message
+                .temperature_c
+                .map(|it| within("temperature_c", it, -273.15..=1e3, "-273.15 to 1,000 °C"))
+                .transpose()?,
         })
     }
 }
@@ -194,6 +223,11 @@ impl From<TransponderReport> for v1::TransponderReport {
             id: report.id,
             position: Some(report.position.into()),
             velocity: Some(report.velocity.into()),
+            kind: match report.kind {
+                TrafficKind::Crewed => v1::TrafficKind::Crewed,
+                TrafficKind::Uncrewed => v1::TrafficKind::Uncrewed,
+                TrafficKind::Vessel => v1::TrafficKind::Vessel,
+            } as i32,
         }
     }
 }
@@ -204,7 +238,14 @@ impl TryFrom<v1::TransponderReport> for TransponderReport {
         if message.id.is_empty() {
             return Err(InvalidMessage::Missing("id"));
         }
+        // A kind that is not known here is kept away from as from people.
+        let kind = match message.kind() {
+            v1::TrafficKind::Unspecified | v1::TrafficKind::Crewed => TrafficKind::Crewed,
+            v1::TrafficKind::Uncrewed => TrafficKind::Uncrewed,
+            v1::TrafficKind::Vessel => TrafficKind::Vessel,
+        };
         Ok(TransponderReport {
+            kind,
             id: message.id,
             position: message.position.ok_or(InvalidMessage::Missing("position"))?.try_into()?,
             velocity: message.velocity.ok_or(InvalidMessage::Missing("velocity"))?.try_into()?,

@@ -16,6 +16,8 @@ use signed_permissions::key::PublicKey;
 use crate::config::Limits;
 use crate::outbox::{Outbox, Purpose};
 
+mod ahead;
+
 /// The state of the request for one area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Asking {
@@ -32,6 +34,8 @@ pub(crate) enum Asking {
 pub(crate) struct Permissions {
     belief: Belief,
     requests: BTreeMap<String, PermissionRequest>,
+    /// Areas that were asked for ahead of the step that needs them; it has not begun.
+    asked_ahead: BTreeSet<String>,
     /// Areas that were asked for again in flight; no further request before this time.
     renewals: BTreeMap<String, Time>,
     last_request: u64,
@@ -76,6 +80,7 @@ impl Permissions {
         Permissions {
             belief: Belief::new(vehicle, None),
             requests: BTreeMap::new(),
+            asked_ahead: BTreeSet::new(),
             renewals: BTreeMap::new(),
             last_request: 0,
             tower_start: 0,
@@ -238,6 +243,23 @@ impl Permissions {
             PermissionRequest::Denied(denial) => Some(denial),
             PermissionRequest::Sent { .. } => None,
         }
+    }
+
+    /// The areas that were asked for and not answered yet.
+    pub(crate) fn awaited(&self, now: Time, limits: &Limits) -> Vec<v1::AwaitedPermission> {
+        let (answer_s, limit) = (limits.permission_answer.as_secs_f64(), f64::from(limits.permission_tries));
+        let awaited = |(area, request): (&String, &PermissionRequest)| match request {
+            PermissionRequest::Sent { tries, answer_by, .. } => {
+                let waited_s = f64::from(*tries) * answer_s - (*answer_by - now).as_secs_f64();
+                Some(v1::AwaitedPermission {
+                    area: area.clone(),
+                    waited_s: waited_s.max(0.0),
+                    limit_s: limit * answer_s,
+                })
+            }
+            PermissionRequest::Denied(_) => None,
+        };
+        self.requests.iter().filter_map(awaited).collect()
     }
 
     /// The request could not be delivered.

@@ -14,9 +14,22 @@ use node::CallError;
 
 use crate::outbox::{Outbox, Purpose};
 
+/// A cancellation that was refused or lost is sent again after this time. (ENG: at once would be as often as the bus carries it, to an
+/// autopilot that has just refused it; the vehicle's next status may show why.)
+const CANCEL_PAUSE: Duration = Duration::from_millis(500);
+
 /// Names a skill that a leaf started.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Handle(u64);
+
+/// How requests are sent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Sending {
+    /// Somebody else flies: nothing is asked for, and what was given up ends without a command.
+    pub(crate) quietly: bool,
+    /// An operator has ordered to take control back.
+    pub(crate) takes_control: bool,
+}
 
 /// The progress of a skill.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,6 +60,11 @@ enum Claim {
     GivenUp,
     /// Halted, and its cancellation is on its way.
     Cancelling,
+    /// Halted, and its cancellation was refused or lost: it is sent again.
+    CancelAgain {
+        /// Then.
+        at: Time,
+    },
 }
 
 #[derive(Debug)]
@@ -59,6 +77,8 @@ struct Entry {
     skill_id: u64,
     progress: Progress,
     claim: Claim,
+    /// When it was given up.
+    given_up: Option<Time>,
     heard: Time,
 }
 
@@ -93,11 +113,14 @@ pub(crate) struct Skills {
     last: u64,
     asked_at: Time,
     distance_left_m: f64,
+    /// As of the last wake.
+    sending: Sending,
 }
 
 impl Skills {
     pub(crate) fn new(instance: u64) -> Skills {
-        Skills { instance, entries: Vec::new(), last: 0, asked_at: Time::ZERO, distance_left_m: 0.0 }
+        let sending = Sending { quietly: false, takes_control: false };
+        Skills { instance, entries: Vec::new(), last: 0, asked_at: Time::ZERO, distance_left_m: 0.0, sending }
     }
 
     /// Wants `goal` flown.
@@ -111,15 +134,16 @@ impl Skills {
             skill_id: 0,
             progress: Progress::Wanted,
             claim: Claim::Held,
+            given_up: None,
             heard: now,
         });
         handle
     }
 
     /// Gives a skill up.
-    pub(crate) fn halt(&mut self, handle: Handle) {
+    pub(crate) fn halt(&mut self, now: Time, handle: Handle) {
         if let Some(entry) = self.entries.iter_mut().find(|it| it.handle == handle && it.is_held()) {
-            entry.claim = Claim::GivenUp;
+            (entry.claim, entry.given_up) = (Claim::GivenUp, Some(now));
         }
     }
 
@@ -152,16 +176,23 @@ impl Skills {
         newest.is_some_and(|it| matches!(it.progress, Progress::Executing { mode_seen: true, .. }))
     }
 
+    /// Since when a skill that was given up does not end, the longest first; `None` if all have.
+    pub(crate) fn cancelling_since(&self) -> Option<Time> {
+        let flown = self.entries.iter().filter(|it| !it.is_held() && !it.is_over() && it.skill_id != 0);
+        flown.filter_map(|it| it.given_up).min()
+    }
+
     /// The distance that the skill that is flown has left, in metres.
     pub(crate) fn distance_left_m(&self) -> f64 {
         self.distance_left_m
     }
 
     /// Sends what this wake wants.
-    pub(crate) fn flush(&mut self, timeout: Duration, outbox: &mut Outbox) {
+    pub(crate) fn flush(&mut self, now: Time, sending: Sending, timeout: Duration, outbox: &mut Outbox) {
         // Started and given up within one wake: it is never sent.
         self.entries.retain(|it| it.is_held() || it.progress != Progress::Wanted);
-        match self.entries.iter().position(|it| it.progress == Progress::Wanted) {
+        self.sending = sending;
+        match self.entries.iter().position(|it| it.progress == Progress::Wanted && !sending.quietly) {
             Some(wanted) => {
                 // This request replaces the skill that was given up; no cancellation is needed.
                 let given_up = self.entries.iter().rev().find(|it| !it.is_held() && !it.is_over() && it.skill_id != 0);
@@ -169,9 +200,9 @@ impl Skills {
                 let entry = &mut self.entries[wanted];
                 entry.progress = Progress::Asked(1);
                 entry.request_id = format!("mcm-{:x}-{}", self.instance, entry.handle.0);
-                send(entry, gave_up_skill_id, timeout, outbox);
+                send(entry, gave_up_skill_id, sending, timeout, outbox);
             }
-            None => self.cancel_given_up(timeout, outbox),
+            None => self.cancel_given_up(now, timeout, outbox),
         }
     }
 
@@ -195,15 +226,15 @@ impl Skills {
             Ok(Reply::Refused(reason)) => entry.progress = Progress::Ended(SkillOutcome::Rejected, reason),
             Err(CallError::Unanswered) if tries < TRIES && entry.is_held() => {
                 entry.progress = Progress::Asked(tries + 1);
-                send(entry, 0, timeout, outbox);
+                send(entry, 0, self.sending, timeout, outbox);
             }
             Err(error) => entry.progress = Progress::Ended(SkillOutcome::Failed, format!("skill manager {error}")),
         }
     }
 
     /// A cancellation got no answer: it is sent again.
-    pub(crate) fn on_cancel_lost(&mut self, skill_id: u64) {
-        self.cancel_again(|it| it.skill_id == skill_id);
+    pub(crate) fn on_cancel_lost(&mut self, now: Time, skill_id: u64) {
+        self.cancel_again(now, skill_id);
     }
 
     /// An event of a skill.
@@ -221,7 +252,7 @@ impl Skills {
         match (&event.phase, &entry.progress) {
             (SkillPhase::ProcessRequest, _) => entry.progress = Progress::Accepted,
             // It is flown although a cancellation was sent: that was refused, and is sent again.
-            (SkillPhase::Execute, Progress::Executing { .. }) => self.cancel_again(|it| it.skill_id == event.skill_id),
+            (SkillPhase::Execute, Progress::Executing { .. }) => self.cancel_again(now, event.skill_id),
             (SkillPhase::Execute, _) => entry.progress = Progress::Executing { since: now, mode_seen: false },
             (SkillPhase::Ended(outcome), _) => entry.progress = Progress::Ended(*outcome, event.reason.clone()),
             (SkillPhase::Cancel | SkillPhase::Closing, _) => {}
@@ -252,6 +283,17 @@ impl Skills {
 
     /// When [`Skills::tend`] has something to do.
     pub(crate) fn deadline(&self, silence: Duration) -> Option<Time> {
+        let is_replaced = self.entries.iter().any(|it| it.is_held() && !it.is_over());
+        let cancel_again = self.entries.iter().filter(|it| !is_replaced && !it.is_over() && it.skill_id != 0);
+        let cancel_again = cancel_again.filter_map(|it| match it.claim {
+            Claim::CancelAgain { at } => Some(at),
+            Claim::Held | Claim::GivenUp | Claim::Cancelling => None,
+        });
+        cancel_again.chain(self.silent_at(silence)).min()
+    }
+
+    /// When one of them has been silent for this long.
+    fn silent_at(&self, silence: Duration) -> Option<Time> {
         let live =
             self.entries.iter().filter(|it| matches!(it.progress, Progress::Accepted | Progress::Executing { .. }));
         live.map(|it| it.heard.max(self.asked_at) + silence).min()
@@ -259,7 +301,7 @@ impl Skills {
 
     /// Asks about skills that were not heard of for a while, and forgets those that have ended.
     pub(crate) fn tend(&mut self, now: Time, silence: Duration, timeout: Duration, outbox: &mut Outbox) {
-        if self.deadline(silence).is_some_and(|it| it <= now) {
+        if self.silent_at(silence).is_some_and(|it| it <= now) {
             self.asked_at = now;
             outbox.call(Purpose::SkillTable, Request::SkillTable(v1::SkillTableRequest {}), timeout);
         }
@@ -273,31 +315,38 @@ impl Skills {
 
     /// Cancels skills that were given up and are not replaced. One whose id is not known
     /// yet is cancelled in the wake that brings the id.
-    fn cancel_given_up(&mut self, timeout: Duration, outbox: &mut Outbox) {
+    fn cancel_given_up(&mut self, now: Time, timeout: Duration, outbox: &mut Outbox) {
         if self.entries.iter().any(|it| it.is_held() && !it.is_over()) {
             return;
         }
-        let given_up = |it: &&mut Entry| it.claim == Claim::GivenUp && !it.is_over() && it.skill_id != 0;
-        for entry in self.entries.iter_mut().filter(given_up) {
+        let is_due = |claim: Claim| match claim {
+            Claim::GivenUp => true,
+            Claim::CancelAgain { at } => at <= now,
+            Claim::Held | Claim::Cancelling => false,
+        };
+        for entry in self.entries.iter_mut().filter(|it| is_due(it.claim) && !it.is_over() && it.skill_id != 0) {
             entry.claim = Claim::Cancelling;
-            let request = v1::SkillCancelRequest { skill_id: entry.skill_id };
+            let without_command = self.sending.quietly;
+            let request = v1::SkillCancelRequest { skill_id: entry.skill_id, without_command };
             outbox.call(Purpose::CancelSkill(entry.skill_id), Request::SkillCancel(request), timeout);
         }
     }
 
-    fn cancel_again(&mut self, which: impl Fn(&Entry) -> bool) {
-        if let Some(entry) = self.entries.iter_mut().find(|it| it.claim == Claim::Cancelling && which(it)) {
-            entry.claim = Claim::GivenUp;
+    fn cancel_again(&mut self, now: Time, skill_id: u64) {
+        let mut cancelled = self.entries.iter_mut().filter(|it| it.claim == Claim::Cancelling);
+        if let Some(entry) = cancelled.find(|it| it.skill_id == skill_id) {
+            entry.claim = Claim::CancelAgain { at: now + CANCEL_PAUSE };
         }
     }
 }
 
-fn send(entry: &Entry, gave_up_skill_id: u64, timeout: Duration, outbox: &mut Outbox) {
+fn send(entry: &Entry, gave_up_skill_id: u64, sending: Sending, timeout: Duration, outbox: &mut Outbox) {
     let request = v1::SkillRequest {
         request_id: entry.request_id.clone(),
         goal: Some(entry.goal.into()),
         when_busy: v1::WhenBusy::Replace as i32,
         gave_up_skill_id,
+        takes_control: sending.takes_control,
     };
     outbox.call(Purpose::StartSkill(entry.request_id.clone()), Request::Skill(request), timeout);
 }

@@ -1,48 +1,112 @@
-//! Flies a skill: starts it when ticked first, gives it up when halted, and ends with its outcome.
+//! Flies a skill: starts it when ticked first, gives it up when halted, and ends with its outcome. A step of the plan is flown as the
+//! flags that are up allow: slower, or no farther than what they forbid, until they have fallen.
 
 use behavior_tree::{BuildError, In, Leaf, LeafResult, NodeSpec, Ports, Status};
+use domain::contingency::narrowing::Narrowing;
+use domain::time::Time;
 
 use super::ports::Goal;
 use super::skill_run::SkillRun;
-use crate::world::World;
+use crate::world::{NarrowedGoal, World};
 
 pub(super) struct Act {
     what: What,
-    run: Option<SkillRun>,
+    flown: Option<Flown>,
 }
 
 enum What {
     Port(In<Goal>),
     Fixed(domain::skill::Goal),
     HoldPosition,
+    Climb,
+}
+
+struct Flown {
+    run: SkillRun,
+    /// For a step of the plan.
+    step: Option<StepGoal>,
+}
+
+/// What a step asks for, and what of it is flown.
+struct StepGoal {
+    wanted: domain::skill::Goal,
+    flown: NarrowedGoal,
+    chosen_by: Narrowing,
+    look_again: Time,
 }
 
 impl Act {
-    /// The goal of its port.
+    fn new(what: What) -> Act {
+        Act { what, flown: None }
+    }
+
+    /// The goal of its port, which is that of a step.
     pub(super) fn with_port(spec: &NodeSpec<'_>) -> Result<Act, BuildError> {
-        Ok(Act { what: What::Port(spec.input("goal")?), run: None })
+        Ok(Act::new(What::Port(spec.input("goal")?)))
     }
 
     /// To stay where the vehicle is, by setpoints.
     pub(super) fn hold_position() -> Act {
-        Act { what: What::HoldPosition, run: None }
+        Act::new(What::HoldPosition)
+    }
+
+    /// To climb by the configured height.
+    pub(super) fn climb() -> Act {
+        Act::new(What::Climb)
     }
 
     /// A fixed goal.
     pub(super) fn fixed(goal: domain::skill::Goal) -> Act {
-        Act { what: What::Fixed(goal), run: None }
+        Act::new(What::Fixed(goal))
+    }
+}
+
+impl StepGoal {
+    fn new(wanted: domain::skill::Goal, world: &mut World) -> StepGoal {
+        let flown = world.narrowed(wanted, None);
+        if flown.barrier.is_some() {
+            world.say_held(flown.barrier.as_ref());
+        }
+        StepGoal { wanted, flown, chosen_by: world.narrowing(), look_again: world.next_look() }
+    }
+
+    /// Whether what may be flown of it must be looked at again.
+    fn is_doubtful(&self, world: &World) -> bool {
+        let narrowing = world.narrowing();
+        self.chosen_by != narrowing || (narrowing.no_new_area.is_some() && self.look_again <= world.now())
+    }
+
+    /// Looks again; returns whether something else is to be flown.
+    fn has_changed(&mut self, world: &mut World) -> bool {
+        let narrowed = world.narrowed(self.wanted, self.flown.barrier.as_ref());
+        (self.chosen_by, self.look_again) = (world.narrowing(), world.next_look());
+        let is_same_hold = narrowed.barrier.is_some() && narrowed.barrier == self.flown.barrier;
+        if is_same_hold || narrowed == self.flown {
+            return false;
+        }
+        if narrowed.barrier != self.flown.barrier {
+            world.say_held(narrowed.barrier.as_ref());
+        }
+        self.flown = narrowed;
+        true
     }
 }
 
 impl Leaf<World> for Act {
     fn start(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
+        self.flown = None;
         let goal = match &self.what {
-            What::Port(port) => ports.read(*port)?.0,
+            What::Port(port) => {
+                let step = StepGoal::new(ports.read(*port)?.0, world);
+                let run = SkillRun::start(world, step.flown.goal);
+                self.flown = Some(Flown { run, step: Some(step) });
+                return Ok(Status::Running);
+            }
             What::Fixed(goal) => *goal,
             What::HoldPosition => match world.vehicle() {
                 Some(vehicle) => domain::skill::Goal::Position {
                     target: vehicle.position,
-                    speed_limit_m_s: world.limits().flight.speeds.cruise_m_s,
+                    speed_limit_m_s: world.flight_limits().speeds.cruise_m_s,
                     yaw_rad: None,
                     hold_at_target: false,
                 },
@@ -51,25 +115,40 @@ impl Leaf<World> for Act {
                     return Ok(Status::Failure);
                 }
             },
+            What::Climb => match world.climb() {
+                Ok(Some(goal)) => goal,
+                Ok(None) => return Ok(Status::Success),
+                Err(why) => {
+                    ports.explain(why);
+                    return Ok(Status::Failure);
+                }
+            },
         };
-        self.run = Some(SkillRun::start(world, goal));
+        self.flown = Some(Flown { run: SkillRun::start(world, goal), step: None });
         Ok(Status::Running)
     }
 
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
-        match self.run {
-            Some(run) => {
-                if run.did_not_come_down(world) {
-                    world.landing_failed_here();
-                }
-                run.poll(world, ports)
-            }
-            None => Err("ticked without having been started".into()),
+        let Some(Flown { run, step }) = &mut self.flown else {
+            return Err("ticked without having been started".into());
+        };
+        if let Some(step) = step
+            && step.is_doubtful(world)
+            && !run.is_over(world)
+            && step.has_changed(world)
+        {
+            run.halt(world);
+            *run = SkillRun::start(world, step.flown.goal);
+            return Ok(Status::Running);
         }
+        if run.did_not_come_down(world) {
+            world.landing_failed_here();
+        }
+        run.poll(world, ports)
     }
 
     fn halt(&mut self, world: &mut World, _: &mut Ports<'_>) {
-        if let Some(run) = self.run.take() {
+        if let Some(Flown { run, .. }) = self.flown.take() {
             run.halt(world);
         }
     }

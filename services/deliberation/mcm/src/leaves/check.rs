@@ -1,4 +1,4 @@
-//! The conditions of the nominal behavior and of a step. They ask, and change nothing.
+//! The conditions of the nominal behavior and of a step. They ask, and change nothing that is flown.
 
 use std::sync::{Arc, LazyLock};
 
@@ -19,6 +19,8 @@ static NONE: LazyLock<Arc<str>> = LazyLock::new(|| "none".into());
 pub(super) fn no_errors(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
     let Some(flag) = world.answered_flag() else { return Ok(true) };
     ports.because("no flag is answered", flag.clone(), NONE.clone());
+    // What the nominal behavior flies ends with it, and with that the phase in which the row may count.
+    world.commit_to_response();
     Ok(false)
 }
 

@@ -2,6 +2,7 @@
 
 use behavior_tree::{BuildError, Leaf, LeafResult, NodeSpec, Ports, Status};
 use domain::contingency::Row;
+use domain::contingency::group::Group;
 
 use super::why;
 use crate::world::{Reset, World};
@@ -40,7 +41,7 @@ pub(super) struct GroupResponds(Vec<usize>);
 
 impl GroupResponds {
     pub(super) fn new(spec: &NodeSpec<'_>, table: Option<&[Row]>) -> Result<GroupResponds, BuildError> {
-        let group = spec.constant::<String>("group")?;
+        let group = spec.constant::<String>("group")?.as_deref().and_then(Group::named);
         let members = table.into_iter().flatten().enumerate().filter(|(_, it)| it.group == group);
         Ok(GroupResponds(members.map(|(row, _)| row).collect()))
     }
@@ -88,6 +89,25 @@ impl Leaf<World> for AwaitTry {
             return Ok(Status::Running);
         }
         Ok(Status::Success)
+    }
+}
+
+/// Whether an action of the response can be flown now; if not, says what it lacks.
+pub(super) struct IsPossible {
+    action: usize,
+}
+
+impl IsPossible {
+    pub(super) fn new(spec: &NodeSpec<'_>) -> Result<IsPossible, BuildError> {
+        Ok(IsPossible { action: spec.constant::<i64>("action")?.unwrap_or_default() as usize })
+    }
+}
+
+impl Leaf<World> for IsPossible {
+    fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
+        let Some(why) = world.why_impossible(self.action) else { return Ok(Status::Success) };
+        ports.explain(why);
+        Ok(Status::Failure)
     }
 }
 

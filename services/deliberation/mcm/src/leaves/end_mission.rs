@@ -1,10 +1,12 @@
 //! The end: on the ground, disarmed, with a report, which says so if the vehicle cannot be disarmed. An end in the air is a flag with a row of its own.
 
 use behavior_tree::{Leaf, LeafResult, Ports, Status};
+use domain::decision::DecisionKind;
 use domain::mission::MissionOutcome;
 use domain::skill::Goal;
 
 use super::skill_run::SkillRun;
+use crate::journal::{Cause, Said};
 use crate::world::World;
 
 #[derive(Default)]
@@ -24,7 +26,8 @@ impl Leaf<World> for EndMission {
         // The tree comes here only at an end; if it does otherwise, it must not continue.
         world.end_mission(MissionOutcome::Failure, "the nominal behavior failed without a reason");
         if let Some(reason) = world.over().filter(|_| !std::mem::replace(&mut self.has_said, true)).map(str::to_owned) {
-            world.say("mission", format!("over: {reason}"));
+            let said = Said::new("mission", DecisionKind::MissionOver, format!("over: {reason}"));
+            world.record(said.led_to_by(Cause::End));
         }
         let Some(vehicle) = world.vehicle().copied() else {
             ports.explain("it is not known whether the vehicle is on the ground");
@@ -38,7 +41,8 @@ impl Leaf<World> for EndMission {
         if !world.has_settled() {
             return Ok(Status::Running);
         }
-        if vehicle.armed {
+        // Somebody else who has armed it disarms it.
+        if vehicle.armed && !vehicle.of_other {
             let run = *self.disarming.get_or_insert_with(|| SkillRun::start(world, Goal::Land));
             if !run.is_over(world) {
                 return Ok(Status::Running);

@@ -5,12 +5,14 @@ use std::sync::Arc;
 use behavior_tree::{Leaf, LeafError, LeafResult, PortValue, Ports, Status, Tree, Value};
 use domain::plan::Step;
 
-use super::ports::{Condition, Goal, Needs};
+use super::ports::{Ahead, Condition, Goal, Needs};
 use crate::world::World;
 
-/// The template of a step, and of one during which permissions are asked for.
+/// The template of a step, of one during which permissions are asked for, and of the same with permissions that later steps need.
 const STEP: &str = "step";
 const STEP_ASKING: &str = "step_asking";
+const STEP_ASKING_AHEAD: &str = "step_asking_ahead";
+const STEP_ASKING_AND_ASKING_AHEAD: &str = "step_asking_and_asking_ahead";
 
 #[derive(Default)]
 pub(super) struct NominalExecutor {
@@ -83,11 +85,18 @@ fn build(step: &Step, world: &World, ports: &Ports<'_>) -> Result<Tree<World>, L
         ("precondition", Condition(set.precondition.clone()).into_value()),
         ("invariant", Condition(set.invariant.clone()).into_value()),
     ];
-    let template = if step.ask.is_empty() {
-        STEP
-    } else {
+    let (asks, asks_ahead) = (!step.ask.is_empty(), !step.ask_ahead.is_empty());
+    if asks {
         parameters.push(("permissions", Needs(step.ask.clone()).into_value()));
-        STEP_ASKING
+    }
+    if asks_ahead {
+        parameters.push(("ahead", Ahead(step.ask_ahead.clone()).into_value()));
+    }
+    let template = match (asks, asks_ahead) {
+        (false, false) => STEP,
+        (true, false) => STEP_ASKING,
+        (false, true) => STEP_ASKING_AHEAD,
+        (true, true) => STEP_ASKING_AND_ASKING_AHEAD,
     };
     Ok(world.library().instantiate_with(template, &parameters, ports.waker())?)
 }

@@ -1,6 +1,7 @@
 //! Flies without a plan: to over a landing site, or out of an area, round, over or under areas that may not be entered.
 //! On the ground it succeeds at once, so that a response never lifts off.
 
+use std::borrow::Cow;
 use std::time::Duration;
 
 use behavior_tree::{Leaf, LeafResult, Ports, Status};
@@ -10,7 +11,7 @@ use domain::time::Time;
 use domain::way::{Found, MOST_LEGS};
 
 use super::skill_run::SkillRun;
-use crate::world::{Choice, Stay, WayOut, WhatMayBeEntered, World};
+use crate::world::{Choice, ResponseWay, Stay, WayOut, WhatMayBeEntered, World};
 
 /// The destination.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,6 +25,8 @@ pub(super) enum Destination {
     AlternateSite,
     /// Over the best place that can be reached, home among them, at the same height.
     BestSite,
+    /// Over the best ditch that can be reached, at the same height, if no landing can be.
+    Ditch,
     /// Out of every area in which the vehicle must not be.
     OutOfArea,
     /// Over the nearest place where no area forbids to come straight down.
@@ -40,8 +43,9 @@ struct Leg {
     run: SkillRun,
     /// It is no leg: there is no way, and the vehicle holds, or leaves an area, by this goal.
     waits: Option<Goal>,
-    /// The end of the leg, and the end of the way.
+    /// The end of the leg, how fast it is flown, and the end of the way.
     target: Ned,
+    speed_limit_m_s: f64,
     site: Option<Ned>,
     is_last: bool,
     chosen_by: WhatMayBeEntered,
@@ -65,7 +69,7 @@ enum NoWay {
     /// Out of an area.
     Out(Stay),
     /// To any place that would do.
-    Anywhere(&'static str),
+    Anywhere(Cow<'static, str>),
 }
 
 const NO_WAY: &str = "no way there that may be flown";
@@ -93,6 +97,9 @@ impl FlyTo {
     fn choose(&self, from: Ned, world: &World) -> Result<Chosen, NoWay> {
         let height_m = world.transit_height_m(from);
         let way_to = |site, height_m| -> Result<Chosen, NoWay> {
+            if let Some(flag) = world.landing_forbidden_by(site) {
+                return Err(NoWay::Anywhere(format!("no landing there while `{flag}` is up").into()));
+            }
             let way = world.way_to(site, height_m).ok_or(NoWay::To(site, height_m))?;
             Ok(Chosen { site: Some(site), way, place: None })
         };
@@ -100,12 +107,12 @@ impl FlyTo {
         match self.destination(world) {
             Destination::Home => way_to(Ned::default(), height_m),
             Destination::LandingSite => {
-                let site = world.landing_site().ok_or(NoWay::Anywhere("there is no landing site"))?;
+                let site = world.landing_site().ok_or(NoWay::Anywhere("there is no landing site".into()))?;
                 way_to(site, world.clear_height_m(from))
             }
             Destination::AlternateSite => {
                 let chosen = self.first_with_way(world.places_elsewhere(), height_m, world);
-                chosen.ok_or(NoWay::Anywhere("no other place to land at can be reached"))
+                chosen.ok_or(NoWay::Anywhere("no other place to land at can be reached".into()))
             }
             Destination::BestSite => {
                 let places = world.places_to_divert_to();
@@ -115,18 +122,44 @@ impl FlyTo {
                 let chosen = self.first_with_way(free, height_m, world);
                 chosen.ok_or(match asks {
                     Some(site) => NoWay::To(site, height_m),
-                    None => NoWay::Anywhere("no place to land at can be reached with what is left in the battery"),
+                    None => {
+                        NoWay::Anywhere("no place to land at can be reached with what is left in the battery".into())
+                    }
                 })
+            }
+            Destination::Ditch => {
+                // What was chosen when no landing could be reached is kept: to turn round for each that may be would reach none.
+                if self.leg.is_none()
+                    && let Some(landing) = world.landing_in_reach()
+                {
+                    return Err(NoWay::Anywhere(format!("a landing can be reached: {landing}").into()));
+                }
+                let chosen = self.first_with_way(world.places_to_ditch(), height_m, world);
+                chosen.ok_or(NoWay::Anywhere("no ditch can be reached".into()))
             }
             Destination::OutOfArea => match world.way_out() {
                 Some(WayOut::Flies(way)) => Ok(along(way)),
                 Some(WayOut::Stays(stay)) => Err(NoWay::Out(stay)),
-                None => Err(NoWay::Anywhere("the vehicle's position is not known")),
+                None => Err(NoWay::Anywhere("the vehicle's position is not known".into())),
             },
             Destination::FreeGround => {
-                world.way_to_free_ground().map(along).ok_or(NoWay::Anywhere("no free ground near"))
+                world.way_to_free_ground().map(along).ok_or(NoWay::Anywhere("no free ground near".into()))
             }
         }
+    }
+
+    /// Where it leads, in words, with the name of the place that was chosen.
+    fn words(&self, world: &World, place: Option<&str>) -> String {
+        let words = match self.destination(world) {
+            Destination::Home => "home",
+            Destination::LandingSite => "the ordered place",
+            Destination::AlternateSite | Destination::BestSite | Destination::Ditch => {
+                place.unwrap_or("a place to land at")
+            }
+            Destination::OutOfArea => "out of the area",
+            Destination::FreeGround => "free ground",
+        };
+        words.to_owned()
     }
 
     /// The first of `places` to which there is a way, the one that is flown to before all others.
@@ -181,39 +214,43 @@ impl FlyTo {
                 match no_way {
                     NoWay::To(site, _) => ports.explain(world.why_no_way(NO_WAY, site)),
                     NoWay::Out(Stay { why, .. }) => ports.explain(why),
-                    NoWay::Anywhere(why) => ports.explain(why),
+                    NoWay::Anywhere(why) => ports.explain(why.into_owned()),
                 }
                 return Ok(Status::Failure);
             }
         };
         world.has_found_way();
+        let destination = self.words(world, place.as_deref());
         let is_another = self.leg.as_ref().is_none_or(|leg| leg.waits.is_some() || leg.site != site);
-        if let Some(place) = place.filter(|_| is_another) {
-            world.say("contingency", format!("flies to {place} to land"));
+        if let (Some(place), Some(site), true) = (place, site, is_another) {
+            world.record_place(site, place);
         }
         let Some((target, is_last)) = FlyTo::next_point(&way, vehicle.position, world) else {
             return Ok(Status::Success);
         };
+        let speed_limit_m_s = world.flight_limits().speeds.cruise_m_s;
+        let is_flown = |leg: &Leg| {
+            let is_same = leg.target.distance_m(target) < SAME_LEG_M && leg.speed_limit_m_s == speed_limit_m_s;
+            is_same && leg.waits.is_none() && !leg.run.is_over(world)
+        };
         let run = match &self.leg {
-            Some(leg)
-                if leg.waits.is_none() && leg.target.distance_m(target) < SAME_LEG_M && !leg.run.is_over(world) =>
-            {
-                leg.run
-            }
+            Some(leg) if is_flown(leg) => leg.run,
             _ => {
                 self.halt(world, ports);
-                let speed_limit_m_s = world.limits().flight.speeds.cruise_m_s;
                 SkillRun::start(world, Goal::Position { target, speed_limit_m_s, yaw_rad: None, hold_at_target: false })
             }
         };
+        let points = way.into_iter().skip_while(|it| *it != target).collect();
+        let lands = self.destination != Destination::OutOfArea;
+        world.set_response_way(Some(ResponseWay { points, destination, lands }));
         let (chosen_by, look_again) = (world.what_may_be_entered(), world.next_look());
-        self.leg = Some(Leg { run, waits: None, target, site, is_last, chosen_by, look_again });
+        self.leg = Some(Leg { run, waits: None, target, speed_limit_m_s, site, is_last, chosen_by, look_again });
         Ok(Status::Running)
     }
 
     /// Holds until there may be a way; out of an area in which the vehicle must not be.
     fn wait(&mut self, here: Ned, site: Option<Ned>, world: &mut World, ports: &mut Ports<'_>) {
-        let speed_limit_m_s = world.limits().flight.speeds.cruise_m_s;
+        let speed_limit_m_s = world.flight_limits().speeds.cruise_m_s;
         let out = match world.way_out() {
             Some(WayOut::Flies(way)) => FlyTo::next_point(&way, here, world),
             Some(WayOut::Stays(_)) | None => None,
@@ -233,7 +270,8 @@ impl FlyTo {
         };
         let (chosen_by, look_again) = (world.what_may_be_entered(), world.now() + LOOK_AGAIN);
         let target = site.unwrap_or(here);
-        self.leg = Some(Leg { run, waits: Some(goal), target, site, is_last: false, chosen_by, look_again });
+        self.leg =
+            Some(Leg { run, waits: Some(goal), target, speed_limit_m_s, site, is_last: false, chosen_by, look_again });
     }
 
     fn is_at_end(&self) -> bool {
@@ -254,13 +292,14 @@ impl FlyTo {
             return true;
         }
         leg.look_again = world.next_look();
-        world.breach_towards(leg.target, world.limits().flight.speeds.cruise_m_s).is_some()
+        world.breach_towards(leg.target, leg.speed_limit_m_s).is_some()
     }
 }
 
 impl Leaf<World> for FlyTo {
     fn start(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         self.leg = None;
+        world.set_response_way(None);
         let status = self.fly(world, ports)?;
         if self.destination(world) == Destination::FreeGround && status != Status::Success {
             world.say_what_forbids_landing(status == Status::Running);
@@ -287,11 +326,17 @@ impl Leaf<World> for FlyTo {
                     Ok(status)
                 }
             },
+            Status::Failure => {
+                world.set_response_way(None);
+                Ok(Status::Failure)
+            }
+            // Over its end the vehicle comes down there.
             status => Ok(status),
         }
     }
 
     fn halt(&mut self, world: &mut World, _: &mut Ports<'_>) {
+        world.set_response_way(None);
         if let Some(leg) = self.leg.take() {
             leg.run.halt(world);
         }

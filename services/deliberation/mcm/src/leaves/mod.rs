@@ -8,6 +8,7 @@ use domain::contingency::{Contingencies, Row};
 use crate::world::World;
 
 mod act;
+mod ask_ahead;
 mod check;
 mod contingency;
 mod end_mission;
@@ -22,7 +23,7 @@ mod skill_run;
 mod transition;
 
 use fly_to::{Destination, FlyTo};
-use ports::{Condition, Goal, Needs};
+use ports::{Ahead, Condition, Goal, Needs};
 
 /// Every kind of leaf that the tree files may use. Without a table the trees can be read but not flown.
 pub(crate) fn registry(table: Option<&Contingencies>) -> Registry<World> {
@@ -42,14 +43,18 @@ pub(crate) fn registry(table: Option<&Contingencies>) -> Registry<World> {
     registry.action("Land", [], |_| Ok(act::Act::fixed(domain::skill::Goal::Land)));
     registry.action("Stop", [], |_| Ok(act::Act::fixed(domain::skill::Goal::Stop)));
     registry.action("HoldPosition", [], |_| Ok(act::Act::hold_position()));
+    registry.action("Climb", [], |_| Ok(act::Act::climb()));
     registry.action("FlyHome", [], |_| Ok(FlyTo::new(Destination::Home)));
     registry.action("FlyToLandingSite", [], |_| Ok(FlyTo::new(Destination::LandingSite)));
     registry.action("FlyToAlternateSite", [], |_| Ok(FlyTo::new(Destination::AlternateSite)));
     registry.action("FlyToBestSite", [], |_| Ok(FlyTo::new(Destination::BestSite)));
+    registry.action("FlyToDitch", [], |_| Ok(FlyTo::new(Destination::Ditch)));
     registry.action("FlyToFreeGround", [], |_| Ok(FlyTo::new(Destination::FreeGround)));
     registry.action("LeaveArea", [], |_| Ok(FlyTo::new(Destination::OutOfArea)));
     let needs = Port::input::<Needs>("permissions").describe("what to ask for");
     registry.action("RequestPermissions", [needs], permission::RequestPermissions::new);
+    let ahead = Port::input::<Ahead>("permissions").describe("what to ask for because later steps need it, and when");
+    registry.action("AskAhead", [ahead], ask_ahead::AskAhead::new);
     registry.action("WayIsClear", [], |_| Ok(permission::WayIsClear));
     let flag = || [Port::input::<String>("flag").describe("the flag of the row")];
     let (rows, condition) = (table.map(|it| Arc::<[Row]>::from(it.rows())), LeafClass::Condition);
@@ -59,8 +64,9 @@ pub(crate) fn registry(table: Option<&Contingencies>) -> Registry<World> {
     registry.leaf(condition, "GroupResponds", group, move |spec| contingency::GroupResponds::new(spec, of.as_deref()));
     let (of, act) = (rows.clone(), LeafClass::SyncAction);
     registry.leaf(act, "BeginResponse", flag(), move |spec| contingency::BeginResponse::new(spec, of.as_deref()));
-    let action = Port::input::<i64>("action").describe("its place in the row, from 0");
-    registry.action("AwaitTry", [action], contingency::AwaitTry::new);
+    let action = || [Port::input::<i64>("action").describe("its place in the row, from 0")];
+    registry.action("AwaitTry", action(), contingency::AwaitTry::new);
+    registry.leaf(condition, "IsPossible", action(), contingency::IsPossible::new);
     registry.leaf(act, "TryFailed", [], |_| Ok(contingency::TryFailed));
     registry.action("ResetFlag", flag(), move |spec| contingency::ResetFlag::new(spec, rows.as_deref()));
     registry

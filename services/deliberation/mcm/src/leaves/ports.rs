@@ -1,7 +1,7 @@
 //! The types of the tree's ports.
 
 use behavior_tree::Object;
-use domain::plan::PermissionNeed;
+use domain::plan::{AskAhead, PermissionNeed};
 
 /// What to fly.
 #[derive(Debug, Clone)]
@@ -25,4 +25,12 @@ pub(crate) struct Needs(pub(crate) Vec<PermissionNeed>);
 
 impl Object for Needs {
     const NAME: &'static str = "Permissions";
+}
+
+/// Permissions to ask for because later steps need them, and when.
+#[derive(Debug, Clone)]
+pub(crate) struct Ahead(pub(crate) Vec<AskAhead>);
+
+impl Object for Ahead {
+    const NAME: &'static str = "PermissionsAhead";
 }

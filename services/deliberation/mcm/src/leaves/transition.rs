@@ -15,6 +15,7 @@ pub(super) struct TransitionExecutor {
 impl Leaf<World> for TransitionExecutor {
     fn start(&mut self, world: &mut World, _: &mut Ports<'_>) -> LeafResult {
         self.flown = None;
+        world.set_in_transition(false);
         let Some(goal) = world.transition_goal() else { return Ok(Status::Running) };
         world.say("plan", format!("transition: {goal}"));
         world.set_in_transition(true);
@@ -29,11 +30,11 @@ impl Leaf<World> for TransitionExecutor {
             run.halt(world);
             return self.start(world, ports);
         }
-        let status = run.poll(world, ports)?;
-        if status != Status::Running {
+        let status = run.poll(world, ports);
+        if !matches!(status, Ok(Status::Running)) {
             world.set_in_transition(false);
         }
-        Ok(status)
+        status
     }
 
     fn halt(&mut self, world: &mut World, _: &mut Ports<'_>) {

@@ -4,29 +4,36 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
-use domain::airspace::{Airspace, Breach, Clock, Grants, Motion};
+use domain::airspace::{Airspace, Breach, Clock, Grants, Motion, Why};
 use domain::area::{Area, AreaKind};
-use domain::contingency::{AREA_BREACHED, Phase};
+use domain::contingency::narrowing::Narrowing;
+use domain::contingency::{AREA_AHEAD, AREA_BREACHED, Phase};
+use domain::decision::DecisionKind;
 use domain::geometry::Ned;
 use domain::plan::{Step, StepId};
-use domain::route::{TransitionLimits, WORTH_FLYING_M};
+use domain::route::WORTH_FLYING_M;
 use domain::skill::Goal;
 use domain::speeds::Speeds;
 use domain::time::Time;
 
 use super::{SELF, WayOut, World};
+use crate::journal::Said;
+use crate::vehicle::Vehicle;
 
 /// A permission is asked for again this long before the vehicle would have to leave. (ENG: the tower's answer is awaited
 /// for up to 30 s.)
 const RENEWAL_LEAD: Duration = Duration::from_secs(60);
+/// A vehicle that is slower than this holds. (ENG: what an estimate's noise and a gust do.)
+const MOVES_M_S: f64 = 1.0;
 /// Time to brake and to turn before the way out is flown.
 const TURN: Duration = Duration::from_secs(5);
 
-/// All areas and those that may be entered; a way is chosen again when they change.
+/// All areas, those that may be entered, and what flags forbid; a way is chosen again when they change.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct WhatMayBeEntered {
     held: Vec<String>,
     areas: Arc<[Area]>,
+    narrowing: Narrowing,
 }
 
 /// The result of the last check of the airspace.
@@ -57,9 +64,9 @@ impl World {
         self.permissions.held(self.now.time, self.limits.permission_margin)
     }
 
-    /// All areas and those that may be entered now.
+    /// All areas, those that may be entered now, and what flags forbid.
     pub(crate) fn what_may_be_entered(&self) -> WhatMayBeEntered {
-        WhatMayBeEntered { held: self.held(), areas: self.planner.areas().clone() }
+        WhatMayBeEntered { held: self.held(), areas: self.planner.areas().clone(), narrowing: self.narrowing }
     }
 
     pub(super) fn grants(&self) -> Grants {
@@ -81,7 +88,7 @@ impl World {
     pub(super) fn breach_on_way(&self, from: Ned, to: Ned, speed_m_s: f64) -> Option<Breach> {
         let speeds = Speeds { cruise_m_s: speed_m_s, ..self.limits.flight.speeds };
         let motion = Motion { begins: Duration::ZERO, speeds, airborne: true };
-        self.airspace(&self.grants(), self.limits.leave_lead).first_breach(from, to, motion)
+        self.airspace(&self.grants_in_use(), self.limits.leave_lead).first_breach(from, to, motion)
     }
 
     /// What is wrong with flying straight to `to` from where the vehicle is.
@@ -93,14 +100,16 @@ impl World {
     fn breach_of_step(&self, step: &Step) -> Option<Breach> {
         let vehicle = self.vehicle?;
         let here = vehicle.position;
-        let speeds = self.limits.flight.speeds;
+        let speeds = self.flight_limits().speeds;
         let (to, speeds) = match step.nominal.goal {
             // From the ground: where it is in the middle of the climb, the rest of it ends at the height of the plan.
             Goal::Takeoff { climb_m } if !vehicle.flying => (here.at_height(here.height_m() + climb_m), speeds),
             Goal::Takeoff { .. } | Goal::Land => (here.at_height(step.reaches.position.height_m()), speeds),
             Goal::Position { target, speed_limit_m_s, .. } => {
-                (target, Speeds { cruise_m_s: speed_limit_m_s, ..speeds })
+                (target, Speeds { cruise_m_s: self.slowed(speed_limit_m_s), ..speeds })
             }
+            // Not the vehicle but the load comes down from here.
+            Goal::Release { .. } => (here.at_height(here.height_m().min(0.0)), Speeds::OF_A_LOAD),
             Goal::Stop | Goal::Velocity { .. } => return None,
         };
         let motion = Motion { begins: Duration::ZERO, speeds, airborne: vehicle.flying };
@@ -130,6 +139,7 @@ impl World {
         let Some(vehicle) = self.vehicle.filter(|it| it.flying) else {
             self.airspace_watch = AirspaceWatch::default();
             self.flags.condition_gone(AREA_BREACHED, SELF);
+            self.flags.condition_gone(AREA_AHEAD, SELF);
             return;
         };
         if self.now.time < self.airspace_watch.next {
@@ -137,6 +147,10 @@ impl World {
         }
         self.airspace_watch.next = self.next_look();
         let breach = self.breach_here(vehicle.position);
+        match breach.is_none().then(|| self.breach_at_rest(vehicle)).flatten() {
+            Some(why) => self.raise(AREA_AHEAD, SELF, why),
+            None => self.flags.condition_gone(AREA_AHEAD, SELF),
+        }
         match breach {
             // Down where it is comes before a hold in there.
             Some(_) if self.flight_phase() == Phase::Landing && matches!(self.way_out(), Some(WayOut::Stays(_))) => {}
@@ -159,15 +173,38 @@ impl World {
         breach.map(BreachHere)
     }
 
+    /// The area that may not be entered in which `vehicle` would come to rest if it braked now, in words.
+    fn breach_at_rest(&self, vehicle: Vehicle) -> Option<String> {
+        let speed_m_s = vehicle.velocity.ground_speed_m_s().hypot(vehicle.velocity.climb_rate_m_s());
+        if speed_m_s < MOVES_M_S {
+            return None;
+        }
+        let way_m = speed_m_s * speed_m_s / (2.0 * self.limits.braking_m_s2);
+        let (here, velocity, share) = (vehicle.position, vehicle.velocity, way_m / speed_m_s);
+        let at_rest = Ned::new(
+            here.north_m + velocity.north_m_s * share,
+            here.east_m + velocity.east_m_s * share,
+            here.down_m + velocity.down_m_s * share,
+        );
+        let speeds = Speeds::calm(speed_m_s, speed_m_s, speed_m_s);
+        let motion = Motion { begins: Duration::ZERO, speeds, airborne: true };
+        let breach = self.airspace(&self.grants(), Duration::ZERO).first_breach(here, at_rest, motion)?;
+        // One that is held and ends soon is left by its own rule.
+        let is_barred = matches!(breach.why, Why::KeepOut | Why::NotGranted);
+        is_barred
+            .then(|| format!("at {speed_m_s:.1} m/s it comes to rest {way_m:.0} m on, inside area {}", breach.area))
+    }
+
     /// The areas around the vehicle, whether or not it may be there.
     pub(super) fn areas_around(&self, here: Ned) -> impl Iterator<Item = &Area> {
         self.planner.areas().iter().filter(move |it| it.is_active(self.now.utc_ms) && it.contains(here))
     }
 
     pub(super) fn time_to_leave(&self, area: &Area, here: Ned) -> Duration {
-        let distance_m = area.distance_to_border_m(here);
-        TURN + Duration::try_from_secs_f64(1.25 * distance_m / self.limits.flight.speeds.cruise_m_s)
-            .unwrap_or(Duration::MAX)
+        // The usual wind blows against every direction.
+        let out = Ned { north_m: here.north_m + area.distance_to_border_m(here), ..here };
+        let time_s = 1.25 * self.flight_limits().speeds.time_s(here, out);
+        TURN.saturating_add(Duration::try_from_secs_f64(time_s).unwrap_or(Duration::MAX))
     }
 
     /// Asks for the permissions of areas around the vehicle that would expire before it has left them, and for those that a
@@ -190,7 +227,8 @@ impl World {
                 false => "before its permission expires",
             };
             if self.permissions.renew(self.now.time, &area, by, &self.limits, &mut self.outbox) {
-                self.say("permission", format!("asking for area {area} again {why}"));
+                let text = format!("asking for area {area} again {why}");
+                self.record(Said::new("permission", DecisionKind::PermissionAsked, text).about_area(area));
             }
         }
     }
@@ -204,17 +242,12 @@ impl World {
         let Some(Goal::Position { target, speed_limit_m_s, yaw_rad, .. }) = self.planner.interrupted_goal() else {
             return Some(Goal::Stop);
         };
-        let TransitionLimits { speed_m_s, stand_off_m } = self.limits.transition;
-        let speed_m_s = speed_m_s.min(speed_limit_m_s);
-        let way_m = here.distance_m(target);
-        let allowed_m = match self.breach_on_way(here, target, speed_m_s) {
-            Some(breach) => here.distance_m(breach.at) - stand_off_m,
-            None => way_m,
+        let speed_m_s = self.slowed(self.limits.transition.speed_m_s.min(speed_limit_m_s));
+        let target = match self.breach_on_way(here, target, speed_m_s) {
+            Some(breach) => self.before(here, target, &breach),
+            None => Some(target).filter(|it| WORTH_FLYING_M <= here.distance_m(*it)),
         };
-        if allowed_m < WORTH_FLYING_M {
-            return Some(Goal::Stop);
-        }
-        let target = here.towards(target, allowed_m / way_m);
+        let Some(target) = target else { return Some(Goal::Stop) };
         Some(Goal::Position { target, speed_limit_m_s: speed_m_s, yaw_rad, hold_at_target: true })
     }
 }
@@ -224,7 +257,6 @@ struct BreachHere(Breach);
 
 impl BreachHere {
     fn in_words(&self) -> String {
-        use domain::airspace::Why;
         let area = &self.0.area;
         match self.0.why {
             Why::KeepOut if self.0.after.is_zero() => format!("inside keep-out area {area}"),

@@ -4,13 +4,17 @@
 //! Without the planner: sites and objectives are known from its last status, and sites also after a restart of this process.
 
 use domain::airspace::Grants;
-use domain::alternates::{Alternate, Candidate, Charge, Viewpoint, Way, candidates, rank, to_divert_to};
+use domain::alternates::{Alternate, Candidate, Charge, Merit, Viewpoint, Way, candidates, rank, to_divert_to};
+use domain::decision::{DecisionKind, Rejected};
+use domain::energy::EnergyModel;
 use domain::geometry::Ned;
+use domain::measured::{Measured, Unit};
 use domain::site::{MOST_SITES, Site, SiteKind};
-use domain::way::{Found, MOST_LEGS};
+use domain::way::{FlightLimits, Found, MOST_LEGS};
 
 use super::ground::SAME_SITE_M;
 use super::{WhatMayBeEntered, World};
+use crate::journal::{CONTINGENCY, Said};
 
 /// A look ends after so many legs of ways, and each search in it after half of them: it runs in the loop that answers flags, twice a
 /// second. (Measured: 2 to 10 us for a leg.)
@@ -69,8 +73,9 @@ impl World {
         let turn = self.alternates.turn;
         let in_turn = (0..looks.len()).map(|it| (turn + it) % looks.len());
         let (new, known): (Vec<usize>, Vec<usize>) = in_turn.partition(|it| looks[*it].way.is_none());
-        let grants = self.grants();
-        let view = self.viewpoint(vehicle.position, &grants);
+        let grants = self.grants_in_use();
+        let (limits, energy) = (self.limits_in_wind(), self.energy());
+        let view = self.viewpoint(vehicle.position, &grants, &limits, &energy);
         let (mut legs_left, mut next) = (LEGS_OF_A_LOOK, turn);
         for index in new.into_iter().chain(known) {
             let Found { way, legs } = view.look_at(looks[index].candidate.position, LEGS_OF_A_LOOK / 2);
@@ -86,12 +91,47 @@ impl World {
 
     /// The best places as they were looked at last, best first; none on the ground.
     pub(super) fn told_alternates(&self) -> Vec<Alternate> {
+        let mut alternates = self.seen_alternates();
+        alternates.truncate(MOST_TOLD);
+        alternates
+    }
+
+    pub(super) fn seen_alternates(&self) -> Vec<Alternate> {
         let looks = self.alternates.looks.iter();
         let seen = looks.filter_map(|it| Some(self.alternate(it.candidate.clone(), it.way.clone()?)));
         let mut alternates: Vec<Alternate> = seen.collect();
         rank(&mut alternates);
-        alternates.truncate(MOST_TOLD);
         alternates
+    }
+
+    /// Records that the response flies to `place` to land, what that takes, and why it flies to no other place that was looked at.
+    pub(crate) fn record_place(&mut self, position: Ned, place: String) {
+        let seen = self.seen_alternates();
+        let text = format!("flies to {place} to land");
+        let said = Said::new(CONTINGENCY, DecisionKind::SiteChosen, text);
+        let said = match self.response_row() {
+            Some(row) => said.about(row),
+            None => said,
+        };
+        let Some(chosen) = seen.iter().find(|it| it.candidate.position == position) else {
+            // A place beside one where a landing has failed is no alternate, and nothing is known of it.
+            return self.record(said.taking(place, String::new()));
+        };
+        let usable_wh = self.usable_wh();
+        let energy_wh = chosen.way.as_ref().map(|(way, _)| way.energy_wh);
+        let measured =
+            energy_wh.zip(usable_wh).and_then(|(needs, usable)| Measured::new(needs, usable, Unit::WattHour));
+        let others = seen.iter().filter(|it| it.candidate.position != position).take(MOST_TOLD);
+        let why_not = |it: &Alternate| Rejected { what: it.candidate.to_string(), why: it.why_not_instead_of(chosen) };
+        let said = said.rejecting(others.map(why_not).collect()).measuring(measured);
+        let figures = chosen.figures(usable_wh);
+        self.record(said.taking(place, figures));
+    }
+
+    /// What the battery gives before the vehicle would land where it is, in Wh; `None` while the charge is not known.
+    fn usable_wh(&self) -> Option<f64> {
+        let charge = self.vehicle?.charge?;
+        Some(self.energy().budget_above(charge, self.table.lands_below()).usable_wh)
     }
 
     /// The places to land at in the order in which a response tries them that does not land where it is: landings that can be
@@ -116,20 +156,36 @@ impl World {
         to_divert_to(&self.ranked_alternates()).into_iter().map(Choice::of).collect()
     }
 
-    /// Every candidate, best first. One that was not looked at under the present permissions is looked at now, as far as the effort
-    /// suffices that any search of a response may take.
+    /// The ditches that can be reached, in the order in which they are tried.
+    pub(crate) fn places_to_ditch(&self) -> Vec<Choice> {
+        let ranked = self.ranked_alternates();
+        let ditches =
+            ranked.iter().filter(|it| it.candidate.kind == SiteKind::Ditch && it.is_reachable() && !it.asks());
+        ditches.map(Choice::of).collect()
+    }
+
+    /// The landing that can be reached as the permissions are, and at which none has failed: while there is one, no vehicle is given up.
+    pub(crate) fn landing_in_reach(&self) -> Option<String> {
+        let ranked = self.ranked_alternates();
+        let is_sure = |it: &&Alternate| matches!(it.merit(), Merit::Landing | Merit::LandingOnReserve);
+        ranked.iter().find(is_sure).map(|it| it.candidate.to_string())
+    }
+
+    /// Every candidate at which no flag forbids to land, best first. One that was not looked at under the present permissions is looked
+    /// at now, as far as the effort suffices that any search of a response may take.
     fn ranked_alternates(&self) -> Vec<Alternate> {
         let Some(here) = self.vehicle.map(|it| it.position) else { return Vec::new() };
         let is_same = self.alternates.entered.as_ref() == Some(&self.what_may_be_entered());
-        let grants = self.grants();
-        let view = self.viewpoint(here, &grants);
+        let grants = self.grants_in_use();
+        let (limits, energy) = (self.limits_in_wind(), self.energy());
+        let view = self.viewpoint(here, &grants, &limits, &energy);
         let mut legs_left = MOST_LEGS;
         let mut look = |candidate: &Candidate| {
             let Found { way, legs } = view.look_at(candidate.position, legs_left.min(LEGS_OF_A_LOOK));
             legs_left = legs_left.saturating_sub(legs);
             way
         };
-        let candidates = self.candidates().into_iter();
+        let candidates = self.candidates().into_iter().filter(|it| self.landing_forbidden_by(it.position).is_none());
         let mut alternates: Vec<Alternate> = candidates
             .map(|candidate| {
                 let known = self.known_way(&candidate).filter(|_| is_same).cloned();
@@ -142,8 +198,9 @@ impl World {
     }
 
     fn alternate(&self, candidate: Candidate, way: Option<Way>) -> Alternate {
+        let energy = self.energy();
         let charge = Charge {
-            energy: &self.limits.energy,
+            energy: &energy,
             left: self.vehicle.and_then(|it| it.charge),
             lands_below: self.table.lands_below(),
         };
@@ -155,15 +212,20 @@ impl World {
         self.alternates.looks.iter().find(|it| it.candidate == *candidate)?.way.as_ref()
     }
 
-    fn viewpoint<'a>(&'a self, here: Ned, grants: &'a Grants) -> Viewpoint<'a> {
-        let energy = &self.limits.energy;
+    fn viewpoint<'a>(
+        &'a self,
+        here: Ned,
+        grants: &'a Grants,
+        limits: &'a FlightLimits,
+        energy: &'a EnergyModel,
+    ) -> Viewpoint<'a> {
         Viewpoint {
             from: here,
             height_m: self.transit_height_m(here),
             airspace: self.airspace(grants, self.limits.leave_lead),
-            limits: &self.limits.flight,
+            limits,
             energy,
-            wind: energy.usual_wind(),
+            wind: self.wind(),
         }
     }
 

@@ -40,7 +40,10 @@ impl World {
             let word = |flying| if flying { "in the air" } else { "on the ground" }.to_owned();
             return unmet("the vehicle", word(vehicle.flying), word(wanted));
         }
-        if let Some(wanted) = condition.mode.filter(|it| judge_mode && vehicle.mode != Some(*it)) {
+        // A step that holds before what a flag forbids is not flown in its own mode.
+        let flown = self.skills.present().map(|(goal, _)| goal.mode());
+        let wanted_mode = condition.mode.map(|wanted| flown.unwrap_or(wanted));
+        if let Some(wanted) = wanted_mode.filter(|it| judge_mode && vehicle.mode != Some(*it)) {
             let found = vehicle.mode.map_or_else(|| "unspecified".to_owned(), |mode| mode.to_string());
             return unmet("the flight mode", found, wanted.to_string());
         }

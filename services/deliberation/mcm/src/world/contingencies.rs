@@ -1,24 +1,28 @@
 //! Flags: what raises them, and what is recorded about them.
 
 use domain::contingency::{INTROSPECTION_LOST, Then};
+use domain::decision::DecisionKind;
+use domain::measured::{Measured, Unit};
 use domain::mission::MissionOutcome;
 use domain::time::Time;
 use kittiwake_proto::topics::Topic;
 
 use super::unknown_flags::shortened;
 use super::{SELF, World};
-use crate::journal::Decision;
+use crate::journal::{CONTINGENCY, Cause, Decision, Said};
 
 impl World {
     /// Takes in the monitor's messages since the last tick: the newest introspection, and flags. Returns when the
     /// monitor counts as lost if nothing more comes.
     pub(crate) fn take_in_news(&mut self) -> Option<Time> {
+        self.committed = None;
         if let Some(vehicle) = self.news.take_vehicle() {
-            let vehicle = self.confirmed.correct(vehicle, self.now.time, self.limits.introspection);
+            let vehicle = self.confirmed.correct(vehicle, self.now.time, &self.limits);
             if let Some(mode) = vehicle.mode {
                 self.skills.on_mode(mode, vehicle.status_at);
             }
             self.vehicle = Some(vehicle);
+            self.measure_consumption();
             self.flags.condition_gone(INTROSPECTION_LOST, SELF);
         }
         for flag in self.news.take_flags() {
@@ -27,15 +31,18 @@ impl World {
                 self.outbox.refuse(Topic::FlagEvent, format_args!("flag `{}` has no row", shortened(&flag.name)));
             }
             if flag.raised {
-                self.raise(&flag.name, flag.source, flag.reason);
+                self.raise_by(&flag.name, flag.source, flag.reason, flag.measured);
             } else {
                 self.flags.condition_gone(&flag.name, &flag.source);
             }
         }
+        self.watch_control();
         self.watch_airspace();
         self.watch_for_the_ground();
         let lost_from = self.watch_the_monitor();
         self.let_unanswered_flags_fall();
+        self.watch_narrowing();
+        self.watch_progress();
         self.say_what_waits();
         lost_from
     }
@@ -46,24 +53,38 @@ impl World {
         if self.now.time < lost_from {
             return Some(lost_from);
         }
-        self.raise(INTROSPECTION_LOST, SELF, "the monitor is silent");
+        let (silent_s, limit_s) =
+            ((self.now.time - vehicle.seen_at).as_secs_f64(), self.limits.introspection.as_secs_f64());
+        let measured = Measured::new(silent_s, limit_s, Unit::Second);
+        self.raise_by(INTROSPECTION_LOST, SELF, "the monitor is silent", measured);
         None
     }
 
     /// Raises a flag that has a row; of one without a row only the first event is recorded.
     pub(super) fn raise(&mut self, name: &str, source: impl Into<String>, reason: impl Into<String>) {
+        self.raise_by(name, source, reason, None);
+    }
+
+    /// The same for a flag that is raised by a value.
+    fn raise_by(
+        &mut self,
+        name: &str,
+        source: impl Into<String>,
+        reason: impl Into<String>,
+        measured: Option<Measured>,
+    ) {
         match self.flags.number(name) {
             None => {
                 if let Some(text) = self.unknown_flags.meet(name) {
-                    self.say("contingency", text);
+                    self.record(Said::new(CONTINGENCY, DecisionKind::Note, text).led_to_by(Cause::Nothing));
                 }
             }
             // The touchdown that it is about stays what it was.
             Some(row) if self.table.rows()[row].then == Then::Crashed && self.has_crashed() => {}
             Some(row) => {
                 let reason = reason.into();
-                if self.flags.raise(self.now.time, row, source.into(), reason.clone()) {
-                    self.journal.decided(self.now.time, Decision::Raised(row, reason));
+                if self.flags.raise(self.now.time, row, source.into(), reason.clone(), measured) {
+                    self.journal.decided(self.now, Decision::Raised(row, reason, measured));
                 }
             }
         }

@@ -1,29 +1,131 @@
-//! What a flight without a plan takes out of the battery.
+//! What the flight takes out of the battery, how far it suffices, and what a flight without a plan takes.
 
-use domain::energy::Shortfall;
+use domain::alternates::{Alternate, Role};
+use domain::energy::{EnergyModel, Shortfall, Wind};
 use domain::geometry::Ned;
+use domain::site::SiteKind;
+use domain::speeds::Speeds;
+use domain::way::FlightLimits;
+use kittiwake_proto::v1;
 
 use super::World;
 
+/// Seconds in an hour.
+const HOUR_S: f64 = 3600.0;
+
 impl World {
+    /// The vehicle's figures, corrected by what the flight was measured to take.
+    pub(super) fn energy(&self) -> EnergyModel {
+        self.limits.energy.taking(self.consumption.factor())
+    }
+
+    /// The wind that ways are reckoned in.
+    pub(super) fn wind(&self) -> Wind {
+        let energy = &self.limits.energy;
+        let measured = self.vehicle.and_then(|it| it.wind);
+        measured.map_or(energy.usual_wind(), |it| energy.wind_where_measured(it))
+    }
+
+    /// Speeds, heights and distances of a flight without a plan in the wind as it is.
+    pub(super) fn limits_in_wind(&self) -> FlightLimits {
+        let limits = self.flight_limits();
+        let in_wind = Speeds { airspeed_m_s: self.limits.airspeed_m_s, wind: self.wind(), ..limits.speeds };
+        // In a wind in which it holds no place the vehicle still needs a way down, and a time for it that ends.
+        match in_wind.hold_in_wind() {
+            true => FlightLimits { speeds: in_wind, ..limits },
+            false => limits,
+        }
+    }
+
+    /// Compares what the battery gives with what the figures say, for as long as the vehicle flies.
+    pub(super) fn measure_consumption(&mut self) {
+        let Some(vehicle) = self.vehicle.filter(|it| it.flying) else {
+            self.consumption = Default::default();
+            return;
+        };
+        let Some(power_w) = vehicle.power_w else { return };
+        let wind = vehicle.wind.map_or(Wind::CALM, |(north_m_s, east_m_s)| Wind::Towards { north_m_s, east_m_s });
+        let over_ground = (vehicle.velocity.north_m_s, vehicle.velocity.east_m_s);
+        let expected_w = self.limits.energy.flight_w(over_ground, vehicle.velocity.climb_rate_m_s(), wind);
+        self.consumption.measure(vehicle.seen_at, power_w, expected_w);
+    }
+
+    /// How far the battery suffices; `None` on the ground, and while the charge is not known.
+    pub(super) fn told_energy(&self) -> Option<v1::EnergyOutlook> {
+        let vehicle = self.vehicle.filter(|it| it.flying)?;
+        let energy = self.energy();
+        let budget = energy.budget(vehicle.charge?);
+        let left_wh = budget.charge_wh - budget.capacity_wh * budget.reserve.get();
+        let told = |it: &Alternate| {
+            let (way, _) = it.way.as_ref()?;
+            let margin_wh = left_wh - way.energy_wh;
+            Some(v1::PlaceOutlook {
+                place: it.candidate.to_string(),
+                time_s: way.time_s,
+                energy_wh: way.energy_wh,
+                margin_wh,
+                margin: margin_wh / budget.capacity_wh,
+            })
+        };
+        let seen = self.seen_alternates();
+        let home = seen.iter().find(|it| it.candidate.role == Role::Home).and_then(told);
+        // As the permissions are; with others only where nothing else can be landed at.
+        let landings = || seen.iter().filter(|it| it.candidate.kind == SiteKind::Landing && it.failed_landings == 0);
+        let nearest = |asks: bool| {
+            let places = landings().filter(|it| it.asks() == asks).filter_map(told);
+            places.max_by(|a, b| a.margin_wh.total_cmp(&b.margin_wh))
+        };
+        let hover_w = energy.hover_wh(HOUR_S, self.wind());
+        Some(v1::EnergyOutlook {
+            charge_wh: budget.charge_wh,
+            usable_wh: budget.usable_wh,
+            consumption: self.consumption.ratio(),
+            wind: match self.wind() {
+                Wind::Towards { north_m_s, east_m_s } => Some(v1::WindEstimate { north_m_s, east_m_s }),
+                Wind::Against(_) => None,
+            },
+            endurance_s: budget.usable_wh / hover_w * HOUR_S,
+            turn_home_s: home.as_ref().map(|it| it.margin_wh.max(0.0) / self.leaving_home_w() * HOUR_S),
+            best: nearest(false).or_else(|| nearest(true)),
+            home,
+        })
+    }
+
+    /// What flying on as the vehicle does takes of what is left after a flight home: what it takes itself, and what the way back takes
+    /// more for each second that leads away from home, in W.
+    fn leaving_home_w(&self) -> f64 {
+        let (energy, wind, speeds) = (self.energy(), self.wind(), self.limits_in_wind().speeds);
+        let Some(vehicle) = self.vehicle else { return energy.hover_wh(HOUR_S, wind) };
+        let (here, velocity) = (vehicle.position, vehicle.velocity);
+        let home_m = here.horizontal_distance_m(Ned::default());
+        let away_m_s = match 1.0 < home_m {
+            true => ((velocity.north_m_s * here.north_m + velocity.east_m_s * here.east_m) / home_m).max(0.0),
+            false => velocity.ground_speed_m_s(),
+        };
+        let back = (-here.north_m / home_m.max(1.0), -here.east_m / home_m.max(1.0));
+        let back_m_s = speeds.cruise_m_s;
+        let back_w = energy.flight_w((back.0 * back_m_s, back.1 * back_m_s), 0.0, wind);
+        let on_w = energy.flight_w((velocity.north_m_s, velocity.east_m_s), velocity.climb_rate_m_s(), wind);
+        on_w.max(1.0) + back_w * away_m_s / back_m_s
+    }
+
     /// Why the vehicle must not be sent to land at `site`: it would get there with less than the reserve, or not at all. A site that
     /// takes no more than the way home is never too far; what an operator overrides may cost the reserve. Nothing is judged
     /// where the charge is not known.
     pub(super) fn too_far_to_land(&self, site: Ned, overrides: bool) -> Option<Shortfall> {
         let vehicle = self.vehicle?;
-        let budget = self.limits.energy.budget(vehicle.charge?);
+        let budget = self.energy().budget(vehicle.charge?);
         let needs_wh = self.landing_flight_wh(vehicle.position, site, self.clear_height_m(vehicle.position));
         let home_wh = self.landing_flight_wh(vehicle.position, Ned::default(), self.limits.return_height_m);
         let (beyond_all, beyond_reserve) = (budget.without_reserve().shortfall(needs_wh), budget.shortfall(needs_wh));
         beyond_all.or(beyond_reserve.filter(|_| !overrides && home_wh < needs_wh))
     }
 
-    /// What it takes to fly to `site` and land there in the usual wind, in Wh; straight, where there is no way yet.
+    /// What it takes to fly to `site` and land there in the wind as it is, in Wh; straight, where there is no way yet.
     fn landing_flight_wh(&self, from: Ned, site: Ned, height_m: f64) -> f64 {
-        let (energy, speeds) = (&self.limits.energy, &self.limits.flight.speeds);
         let mut way =
             self.way_to(site, height_m).unwrap_or_else(|| vec![from.at_height(height_m), site.at_height(height_m)]);
         way.push(site);
-        energy.landing_flight_wh(from, &way, speeds, energy.usual_wind())
+        self.energy().landing_flight_wh(from, &way, &self.limits_in_wind().speeds, self.wind())
     }
 }

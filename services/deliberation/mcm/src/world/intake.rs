@@ -1,19 +1,21 @@
 //! Messages and replies, parsed as they come in. Content that makes no sense is refused here, with its reason, and
 //! changes nothing.
 
+use domain::decision::DecisionKind;
 use domain::permission::Permission;
 use domain::plan::{PlanReply, PlannerStatus, Step};
-use domain::skill::SkillEvent;
-use domain::wire::{InvalidMessage, finite, permission};
+use domain::skill::{SkillEvent, SkillOutcome, SkillPhase};
+use domain::wire::{InvalidMessage, decision, finite, permission};
 use kittiwake_proto::topics::{Message, Response, Service, Topic};
 use kittiwake_proto::v1;
 use node::{CallError, CallId};
 use signed_permissions::belief::Taken;
 
 use super::World;
-use super::news::FlagNews;
+use super::news::{FlagNews, ListedFlag};
 use crate::clients::planner::{ApprovalPolicy, NoAnswer, Question};
 use crate::clients::skills::Reply;
+use crate::journal::{Cause, Said};
 use crate::outbox::Purpose;
 use crate::vehicle::Vehicle;
 
@@ -32,21 +34,31 @@ impl World {
             Message::Introspection(introspection) => {
                 let vehicle = Vehicle::from_wire(now, &introspection, &mut self.flight);
                 let flags = introspection.flags.into_iter();
-                self.news.list(flags.map(|flag| (flag.name, flag.reason)).collect());
+                self.news.list(flags.map(listed).collect(), now, self.limits.introspection);
+                if let Some(status) = &introspection.status {
+                    self.autopilot_says(&status.reason);
+                }
                 if let Some(vehicle) = vehicle? {
                     self.news.add_vehicle(vehicle);
                 }
             }
             Message::FlagEvent(flag) => {
-                let v1::FlagEvent { name, raised, source, reason, .. } = flag;
-                self.news.add_flag(FlagNews { name, raised, source, reason });
+                let v1::FlagEvent { name, raised, source, reason, value, threshold, unit } = flag;
+                let measured = decision::measured(value, threshold, &unit);
+                self.news.add_flag(FlagNews { name, raised, source, reason, measured }, now);
             }
             Message::SkillEvent(event) => {
                 let event = SkillEvent::try_from(event)?;
                 self.skills.on_event(now, &event);
+                match event.phase {
+                    SkillPhase::Execute => self.skill_flown(),
+                    SkillPhase::Ended(SkillOutcome::Preempted) => {
+                        self.skill_pre_empted(event.flown_by_other, &event.reason);
+                    }
+                    _ => {}
+                }
                 self.confirmed.learn_from(now, &event);
-                let limit = self.limits.introspection;
-                self.vehicle = self.vehicle.map(|vehicle| self.confirmed.correct(vehicle, now, limit));
+                self.vehicle = self.vehicle.map(|vehicle| self.confirmed.correct(vehicle, now, &self.limits));
             }
             Message::SkillFeedback(feedback) => {
                 let distance_left_m = finite("distance_left_m", feedback.distance_left_m)?;
@@ -63,7 +75,9 @@ impl World {
                 let Taken { decided, refused } = self.permissions.on_ledger(self.now, pace, plan, ledger);
                 for decided in decided {
                     self.airspace_watch.invalidate();
-                    self.say("permission", decided.to_string());
+                    let said = Said::new("permission", DecisionKind::PermissionDecided, decided.to_string());
+                    let asked = Cause::Asked(decided.area.clone());
+                    self.record(said.about_area(decided.area).led_to_by(asked));
                 }
                 for (area, refusal) in refused {
                     self.outbox.refuse(Topic::PermissionLedger, format_args!("area {area}: {refusal}"));
@@ -92,6 +106,11 @@ impl World {
         let (now, timeout) = (self.now.time, self.limits.request_timeout);
         match purpose {
             Purpose::StartSkill(id) => {
+                if let Ok(Response::Skill(reply)) = &result
+                    && reply.flown_by_other
+                {
+                    self.somebody_else_flies(reply.refusal.clone());
+                }
                 let reply = result.map(|response| match response {
                     Response::Skill(reply) if reply.skill_id != 0 => Reply::Taken(reply.skill_id),
                     Response::Skill(reply) => Reply::Refused(reply.refusal),
@@ -118,8 +137,9 @@ impl World {
                     self.outbox.refuse(Service::Replan, invalid);
                 }
                 let words = self.planner.on_plan(now, &id, reply, timeout, (basis, holds), approval);
-                if let Some(words) = words {
-                    self.say("plan", words);
+                if let Some((kind, words)) = words {
+                    let is_finished = kind == DecisionKind::PlanFinished;
+                    self.record(Said::new("plan", kind, words).ending_mission(is_finished));
                 }
             }
             Purpose::NextStep(after) => {
@@ -135,10 +155,15 @@ impl World {
                 }
             }
             // An event of the skill itself says that it was cancelled.
-            Purpose::CancelSkill(skill_id) if result.is_err() => self.skills.on_cancel_lost(skill_id),
+            Purpose::CancelSkill(skill_id) if result.is_err() => self.skills.on_cancel_lost(self.now.time, skill_id),
             Purpose::CancelSkill(_) => {}
         }
     }
+}
+
+fn listed(flag: v1::RaisedFlag) -> ListedFlag {
+    let v1::RaisedFlag { name, reason, value, threshold, unit, .. } = flag;
+    ListedFlag { name, reason, measured: decision::measured(value, threshold, &unit) }
 }
 
 fn plan_reply(result: Result<Response, CallError>) -> Result<PlanReply, NoAnswer> {

@@ -7,7 +7,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use behavior_tree::Library;
+use domain::consumption::Consumption;
 use domain::contingency::Contingencies;
+use domain::contingency::narrowing::Narrowing;
+use domain::decision::DecisionKind;
 use domain::geometry::Ned;
 use domain::mission::{MissionOutcome, MissionReport};
 use domain::site::Site;
@@ -15,6 +18,7 @@ use domain::skill::Goal;
 use domain::state::State;
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::{Message, Response};
+use kittiwake_proto::v1;
 use node::{Effect, Token};
 
 use crate::clients::permissions::Permissions;
@@ -22,7 +26,7 @@ use crate::clients::planner::Planner;
 use crate::clients::skills::{Handle, Progress, Skills};
 use crate::config::Limits;
 use crate::flags::Flags;
-use crate::journal::{Decision, Journal};
+use crate::journal::{Decision, Journal, Said};
 use crate::outbox::Outbox;
 use crate::vehicle::{ConfirmedState, FlightJudge, Vehicle};
 
@@ -30,14 +34,20 @@ mod airspace;
 mod alternates;
 mod conditions;
 mod contingencies;
+mod control;
 mod energy;
 mod ground;
 mod intake;
 mod memory;
+mod mission_clock;
+mod narrowing;
 mod news;
+mod next_flight;
 mod operator;
 pub(crate) mod persisted;
 mod plans;
+mod progress;
+mod response_way;
 mod responses;
 mod status;
 mod steps;
@@ -48,11 +58,16 @@ use airspace::AirspaceWatch;
 pub(crate) use airspace::WhatMayBeEntered;
 use alternates::Alternates;
 pub(crate) use alternates::Choice;
+use control::Control;
 use ground::UnplannedLanding;
 use memory::Memory;
+use mission_clock::MissionClock;
+pub(crate) use narrowing::NarrowedGoal;
 use news::News;
 use operator::Operator;
 pub(crate) use plans::PlanProgress;
+use progress::FlightWatch;
+pub(crate) use response_way::ResponseWay;
 use responses::ActiveResponse;
 pub(crate) use responses::{Reset, Waits};
 pub(crate) use status::Reporter;
@@ -84,10 +99,22 @@ pub(crate) struct World {
     memory: Memory,
     airspace_watch: AirspaceWatch,
     alternates: Alternates,
+    control: Control,
+    /// What the flight takes against the vehicle's figures.
+    consumption: Consumption,
+    flight_watch: FlightWatch,
     /// The response that is under way.
     response: Option<ActiveResponse>,
+    /// The row for which the nominal behavior was ended at this tick: it responds, whatever the phase has become by that.
+    committed: Option<usize>,
+    /// Where it flies, with its row.
+    response_way: Option<(usize, ResponseWay)>,
     /// Flags that are up and not answered, by row, as recorded last.
     waits: BTreeMap<usize, Waits>,
+    /// What the flags that are up forbid, whatever is flown.
+    narrowing: Narrowing,
+    /// Where the vehicle was when a flag rose that forbids to land there.
+    no_landing_at: Option<Ned>,
     /// Whether the vehicle was in the air at the last check.
     was_flying: bool,
     /// Since when it is on the ground, with its motors on and with its motors off.
@@ -100,6 +127,8 @@ pub(crate) struct World {
     remembered_sites: Vec<Site>,
     /// A transition action flies.
     in_transition: bool,
+    /// What it tells of the time since the mission was begun.
+    clock: MissionClock,
     outbox: Outbox,
     journal: Journal,
 }
@@ -112,6 +141,10 @@ struct Mission {
     started: Option<Time>,
     report: Option<MissionReport>,
     vehicle_name: String,
+    /// The planner's epoch when it ended.
+    ended_epoch: u64,
+    /// It is another flight's, and the tree has not begun again for it yet.
+    begins_again: bool,
 }
 
 /// How the mission ended.
@@ -149,8 +182,15 @@ impl World {
             memory: Memory::default(),
             airspace_watch: AirspaceWatch::default(),
             alternates: Alternates::default(),
+            control: Control::default(),
+            consumption: Consumption::default(),
+            flight_watch: FlightWatch::default(),
             response: None,
+            committed: None,
+            response_way: None,
             waits: BTreeMap::new(),
+            narrowing: Narrowing::default(),
+            no_landing_at: None,
             was_flying: false,
             armed_on_ground_since: None,
             at_rest_since: None,
@@ -158,6 +198,7 @@ impl World {
             blocked_sites: Vec::new(),
             remembered_sites: Vec::new(),
             in_transition: false,
+            clock: MissionClock::default(),
             outbox: Outbox::default(),
             journal: Journal::default(),
         }
@@ -166,6 +207,7 @@ impl World {
     /// Sets the present moment.
     pub(crate) fn set_now(&mut self, now: Now) {
         self.now = now;
+        self.clock.pass(now, self.limits.pace);
     }
 
     /// Mission time.
@@ -183,13 +225,19 @@ impl World {
         &self.library
     }
 
-    /// Records a decision in words.
+    /// Records in words what is no choice between alternatives.
     pub(crate) fn say(&mut self, topic: &'static str, text: impl Into<String>) {
-        self.journal.decided(self.now.time, Decision::Said(topic, text.into()));
+        self.record(Said::new(topic, DecisionKind::Note, text));
+    }
+
+    /// Records a decision.
+    pub(crate) fn record(&mut self, said: Said) {
+        self.journal.decided(self.now, Decision::Said(said));
     }
 
     /// Wants `goal` flown.
     pub(crate) fn start_skill(&mut self, goal: Goal) -> Handle {
+        self.note_flown();
         self.skills.start(self.now.time, goal)
     }
 
@@ -200,7 +248,7 @@ impl World {
 
     /// Gives a skill up.
     pub(crate) fn halt_skill(&mut self, skill: Handle) {
-        self.skills.halt(skill);
+        self.skills.halt(self.now.time, skill);
     }
 
     /// The vehicle as it was heard last.
@@ -228,6 +276,7 @@ impl World {
             mode: vehicle.mode,
             permissions: self.held().into_iter().collect(),
             charge: vehicle.charge,
+            gripper: vehicle.gripper,
         })
     }
 
@@ -248,15 +297,16 @@ impl World {
     /// Sends the effects of this wake: requests first, then messages that are only read.
     pub(crate) fn flush(&mut self) {
         let (now, Limits { request_timeout, skill_silence, .. }) = (self.now.time, self.limits);
-        self.skills.flush(request_timeout, &mut self.outbox);
+        self.skills.flush(self.now.time, self.sending(), request_timeout, &mut self.outbox);
         self.skills.tend(now, skill_silence, request_timeout, &mut self.outbox);
         self.planner.tend(now, request_timeout, &mut self.outbox);
     }
 
     /// Publishes the decisions of this wake.
     pub(crate) fn publish_decisions(&mut self) {
-        for record in self.journal.records(self.now.time, &self.flags, &self.table) {
-            self.outbox.publish(record);
+        for record in self.journal.records(self.now, &self.flags, &self.table) {
+            let at_s = self.clock.go_on(record.at_s);
+            self.outbox.publish(v1::DecisionRecord { at_s, ..record.into() });
         }
     }
 

@@ -1,6 +1,10 @@
 //! Messages of the monitor that the monitor leaf has not taken in yet.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
+
+use domain::measured::Measured;
+use domain::time::Time;
 
 use crate::vehicle::Vehicle;
 
@@ -14,6 +18,16 @@ pub(super) struct FlagNews {
     pub(super) raised: bool,
     pub(super) source: String,
     pub(super) reason: String,
+    /// The value that it was raised by.
+    pub(super) measured: Option<Measured>,
+}
+
+/// A flag in the list of an introspection.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct ListedFlag {
+    pub(super) name: String,
+    pub(super) reason: String,
+    pub(super) measured: Option<Measured>,
 }
 
 /// What came in.
@@ -23,6 +37,8 @@ pub(super) struct News {
     flags: Vec<FlagNews>,
     /// The flags that the last introspection listed.
     listed: BTreeSet<String>,
+    /// Flags that an event of the monitor has raised, and no introspection has listed since, with when.
+    unlisted: BTreeMap<String, Time>,
 }
 
 impl News {
@@ -32,7 +48,13 @@ impl News {
     }
 
     /// An event of a single flag.
-    pub(super) fn add_flag(&mut self, flag: FlagNews) {
+    pub(super) fn add_flag(&mut self, flag: FlagNews, now: Time) {
+        if flag.source == MONITOR {
+            match flag.raised && !self.listed.contains(&flag.name) {
+                true => self.unlisted.insert(flag.name.clone(), now),
+                false => self.unlisted.remove(&flag.name),
+            };
+        }
         self.flags.push(flag);
     }
 
@@ -41,14 +63,19 @@ impl News {
         self.listed.insert(name.to_owned());
     }
 
-    /// Takes in the flags that an introspection lists, each with its reason. A difference to the list before counts as
-    /// an event: the event itself may have been lost, or sent while this process or the monitor was down.
-    pub(super) fn list(&mut self, flags: Vec<(String, String)>) {
-        let listed: BTreeSet<String> = flags.iter().map(|(name, _)| name.clone()).collect();
-        let news = |name: String, raised, reason| FlagNews { name, raised, source: MONITOR.to_owned(), reason };
-        let risen = flags.into_iter().filter(|(name, _)| !self.listed.contains(name));
-        self.flags.extend(risen.map(|(name, reason)| news(name, true, reason)));
-        self.flags.extend(self.listed.difference(&listed).map(|name| news(name.clone(), false, String::new())));
+    /// Takes in the flags that an introspection lists. A difference to the list before counts as
+    /// an event: the event itself may have been lost, or sent while this process or the monitor was down. So does a flag that an
+    /// event has raised and that is not listed after `limit`: it fell between two introspections, and the event of that was lost.
+    pub(super) fn list(&mut self, flags: Vec<ListedFlag>, now: Time, limit: Duration) {
+        let listed: BTreeSet<String> = flags.iter().map(|it| it.name.clone()).collect();
+        let news =
+            |name, raised, reason, measured| FlagNews { name, raised, source: MONITOR.to_owned(), reason, measured };
+        let risen = flags.into_iter().filter(|it| !self.listed.contains(&it.name));
+        self.flags.extend(risen.map(|it| news(it.name, true, it.reason, it.measured)));
+        self.unlisted.retain(|name, _| !listed.contains(name));
+        let never_listed = self.unlisted.extract_if(.., |_, since| *since + limit <= now).map(|(name, _)| name);
+        let fallen = self.listed.difference(&listed).cloned().chain(never_listed);
+        self.flags.extend(fallen.map(|name| news(name, false, String::new(), None)));
         self.listed = listed;
     }
 
@@ -60,5 +87,60 @@ impl News {
     /// The flags since the last call, in order.
     pub(super) fn take_flags(&mut self) -> Vec<FlagNews> {
         std::mem::take(&mut self.flags)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMIT: Duration = Duration::from_millis(500);
+
+    fn at(ms: u64) -> Time {
+        Time::after(Duration::from_millis(ms))
+    }
+
+    /// What is heard, each with its milliseconds.
+    enum Heard {
+        Event(u64, bool),
+        List(u64, bool),
+    }
+    use Heard::{Event, List};
+
+    #[track_caller]
+    fn check(heard: &[Heard], expected: &[bool]) {
+        let mut news = News::default();
+        for heard in heard {
+            match *heard {
+                Event(ms, raised) => news.add_flag(
+                    FlagNews {
+                        name: "f".into(),
+                        raised,
+                        source: MONITOR.into(),
+                        reason: String::new(),
+                        measured: None,
+                    },
+                    at(ms),
+                ),
+                List(ms, is_up) => {
+                    let listed = ListedFlag { name: "f".into(), reason: String::new(), measured: None };
+                    news.list(is_up.then_some(listed).into_iter().collect(), at(ms), LIMIT);
+                }
+            }
+        }
+        let raised: Vec<bool> = news.take_flags().iter().map(|it| it.raised).collect();
+        assert_eq!(raised, expected);
+    }
+
+    #[test]
+    fn a_flag_whose_event_was_lost_rises_and_falls_by_the_list() {
+        check(&[List(0, false), List(10, true), List(20, false)], &[true, false]);
+        check(&[Event(0, true), List(10, true), List(20, false)], &[true, true, false]);
+        check(&[Event(0, true), Event(5, false), List(600, false)], &[true, false]);
+        // It fell before an introspection could list it.
+        check(&[Event(0, true), List(10, false), List(490, false)], &[true]);
+        check(&[Event(0, true), List(10, false), List(500, false), List(600, false)], &[true, false]);
+        // The list was under way when it rose.
+        check(&[Event(0, true), List(10, false), List(20, true), List(600, true)], &[true, true]);
     }
 }

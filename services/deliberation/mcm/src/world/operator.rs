@@ -9,7 +9,9 @@ use std::fmt::Write as _;
 
 use domain::contingency::Clears;
 use domain::contingency::OPERATOR_RETURN as RETURN;
+use domain::contingency::{FRAME_MOVED, LEFT_TO_OTHERS};
 use domain::contingency::{OPERATOR_ABORT as ABORT, OPERATOR_LAND as LAND, OPERATOR_PAUSE as PAUSE};
+use domain::decision::DecisionKind;
 use domain::geometry::Ned;
 use domain::skill::Goal;
 use domain::wire::InvalidMessage;
@@ -18,6 +20,7 @@ use v1::operator_command::Verb;
 
 use super::World;
 use crate::config::Verdict;
+use crate::journal::Said;
 
 /// The rows behind the verbs; the newest order replaces the one before it.
 const ORDERS: [&str; 4] = [ABORT, RETURN, LAND, PAUSE];
@@ -45,6 +48,11 @@ impl Operator {
     /// The persisted part of it.
     pub(super) fn restored(has_started: bool, landing_site: Option<Ned>, overriding: Option<String>) -> Operator {
         Operator { has_started, landing_site, overriding, answers: VecDeque::new() }
+    }
+
+    /// After the order that begins the flight after `last`: answers are remembered, so that a repeated order begins nothing again.
+    pub(super) fn of_next_flight(last: Operator) -> Operator {
+        Operator { has_started: true, answers: last.answers, ..Operator::default() }
     }
 
     /// The flag of an order with override.
@@ -103,9 +111,9 @@ impl World {
         let (name, result) = match verb {
             _ if request_id.is_empty() => ("a command", Err("the order has no request id".to_owned())),
             None => ("a command", Err("it has no verb".to_owned())),
-            Some(Verb::Start(_)) => ("start", self.start(ended)),
+            Some(Verb::Start(_)) => ("start", self.start(&by, ended)),
             Some(Verb::Pause(it)) => ("pause", self.pause(order(it.overrides))),
-            Some(Verb::Resume(_)) => ("resume", self.go_on(ended)),
+            Some(Verb::Resume(_)) => ("resume", self.go_on(&by, ended)),
             Some(Verb::Abort(it)) => ("abort", self.abort(order(it.overrides))),
             Some(Verb::Return(it)) => ("return", self.return_home(order(it.overrides))),
             Some(Verb::LandAt(it)) => ("land at", self.land_at(it, order(it.overrides))),
@@ -118,7 +126,8 @@ impl World {
             Err(text) => v1::OperatorReply { done: false, text },
         };
         let outcome = if reply.done { "" } else { "refused: " };
-        self.say("operator", format!("{by}: {name}: {outcome}{}", reply.text));
+        let kind = if reply.done { DecisionKind::OrderAccepted } else { DecisionKind::OrderRefused };
+        self.record(Said::new("operator", kind, format!("{by}: {name}: {outcome}{}", reply.text)));
         if !request_id.is_empty() {
             self.operator.answers.push_back((request_id, reply.clone()));
             while REMEMBERED < self.operator.answers.len() {
@@ -143,12 +152,16 @@ impl World {
         self.operator.landing_site()
     }
 
-    fn start(&mut self, ended: bool) -> Outcome {
-        self.refuse_if_over(ended)?;
+    fn start(&mut self, by: &str, ended: bool) -> Outcome {
+        if ended || self.over().is_some() {
+            return self.begin_next_flight(ended);
+        }
         if !self.awaits_start() {
             return Err("the mission has started already".into());
         }
         self.accept_loss()?;
+        self.accept_frame()?;
+        self.take_control_back(by);
         self.operator.has_started = true;
         self.go_ahead();
         Ok("the mission starts".into())
@@ -161,9 +174,10 @@ impl World {
         self.order(PAUSE, order, "holds until resumed")
     }
 
-    fn go_on(&mut self, ended: bool) -> Outcome {
+    fn go_on(&mut self, by: &str, ended: bool) -> Outcome {
+        let is_left = LEFT_TO_OTHERS.into_iter().any(|it| self.flags.is_up(it));
         // In the air a response goes on after the pause, also when the mission is over.
-        if !(self.is_flying() && self.is_paused()) {
+        if !(self.is_flying() && (self.is_paused() || is_left)) {
             self.refuse_if_over(ended)?;
         }
         if self.unplanned_landing.is_some() {
@@ -171,15 +185,21 @@ impl World {
             if self.is_paused() {
                 self.no_longer_ordered(PAUSE);
             }
-            return self.start(ended);
+            return self.start(by, ended);
         }
         if self.awaits_start() {
             return Err("the mission has not started".into());
         }
-        if !self.is_paused() && !self.memory.is_lost() {
+        let is_frame_moved = self.flags.is_up(FRAME_MOVED);
+        if !self.is_paused() && !self.memory.is_lost() && !is_left && !is_frame_moved {
             return Err("it does not hold for an operator".into());
         }
+        if !is_left {
+            // Who takes the vehicle back must not be kept from it; the row of the frame then holds.
+            self.accept_frame()?;
+        }
         self.accept_loss()?;
+        self.take_control_back(by);
         if self.is_paused() {
             self.no_longer_ordered(PAUSE);
         }
@@ -308,6 +328,7 @@ impl World {
         };
         let is_up = self.flags.get(flag).is_some_and(|it| it.holds());
         let overrides_already = self.operator.overrides(flag);
+        let takes_back = self.take_control_back(order.by);
         for other in ORDERS {
             if other != flag && self.flags.is_up(other) {
                 self.lower(other);
@@ -325,7 +346,7 @@ impl World {
             let other = self.flags.name(other).clone();
             self.say("operator", format!("{}: `{flag}` overrides `{other}`", order.by));
         }
-        let changes_nothing = first == without_override && (overrides_already || !order.overrides);
+        let changes_nothing = !takes_back && first == without_override && (overrides_already || !order.overrides);
         if is_up && changes_nothing {
             return Err(match first {
                 None => format!("`{flag}` is under way already"),
@@ -367,7 +388,7 @@ impl World {
         self.operator.no_longer_overrides(flag);
     }
 
-    fn refuse_if_over(&self, ended: bool) -> Result<(), String> {
+    pub(super) fn refuse_if_over(&self, ended: bool) -> Result<(), String> {
         match self.over() {
             Some(reason) => Err(format!("the mission is over: {reason}")),
             None if ended => Err("the mission is over".into()),

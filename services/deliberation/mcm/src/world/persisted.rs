@@ -4,6 +4,7 @@
 //! The step and the skill are not persisted: the manager asks for a plan from where the vehicle is by then. Where the
 //! state is stored is the shell's business.
 
+use domain::decision::DecisionKind;
 use domain::geometry::Ned;
 use domain::mission::{MissionOutcome, MissionReport};
 use domain::site::Site;
@@ -11,9 +12,11 @@ use domain::wire::InvalidMessage;
 use kittiwake_proto::v1;
 
 use super::memory::Memory;
+use super::mission_clock::MissionClock;
 use super::news::MONITOR;
 use super::operator::{self, Operator};
 use super::{Over, SELF, UnplannedLanding, World};
+use crate::journal::{CONTINGENCY, Cause, Said};
 
 /// Why a persisted state cannot be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -59,17 +62,21 @@ impl World {
             decisions: self.permissions.latest_decisions().iter().map(area_decision).collect(),
             plan_revision: self.planner.revision(),
             sites: self.mission_sites().iter().map(Into::into).collect(),
+            decision_numbers: self.journal.ceiling(),
+            ended_epoch: self.mission.ended_epoch,
+            began_utc_ms: self.clock.began_utc_ms(),
         }
     }
 
-    /// Continues from `memory`; to be called before anything else. What the control tower has decided counts for another
-    /// mission as well.
+    /// Continues from `memory`; to be called before anything else. What the control tower has decided, and the numbers of decisions,
+    /// count for another mission as well.
     ///
     /// # Errors
     /// Why the rest of the state cannot be used; nothing else is changed then.
     pub(crate) fn resume(&mut self, configured: &str, memory: v1::McmMemory) -> Result<(), UnusableState> {
         self.permissions.restore(memory.decisions.iter().map(|it| (it.area.clone(), it.decision)));
         self.planner.restore_revision(memory.plan_revision);
+        self.journal.number_above(memory.decision_numbers);
         if memory.configured != configured {
             return Err(UnusableState::OfAnotherMission);
         }
@@ -81,13 +88,14 @@ impl World {
         let report = memory.report.map(MissionReport::try_from).transpose()?;
         let sites = memory.sites.into_iter().map(Site::try_from).collect::<Result<_, _>>()?;
         let overriding = Some(memory.overriding).filter(|it| !it.is_empty());
+        self.clock = MissionClock::of_mission_begun(memory.began_utc_ms);
         self.operator = Operator::restored(memory.started, landing_site, overriding);
         self.remembered_sites = sites;
         let why = Some(memory.unplanned_landing).filter(|it| !it.is_empty());
         self.unplanned_landing = why.map(|why| UnplannedLanding { since: self.now.time, why });
         if let Some(outcome) = outcome {
             self.mission.over = Some(Over { outcome, reason: memory.reason });
-            self.mission.report = report;
+            (self.mission.report, self.mission.ended_epoch) = (report, memory.ended_epoch);
         }
         for flag in memory.flags {
             self.restore_flag(flag);
@@ -110,7 +118,8 @@ impl World {
             self.news.expect(&flag.name);
         }
         let text = format!("flag `{}` is up since before the mission manager was started again", flag.name);
-        self.say("contingency", text);
+        let said = Said::new(CONTINGENCY, DecisionKind::ContingencyRaised, text).about(row);
+        self.record(said.led_to_by(Cause::Nothing));
         let acknowledged_by = Some(flag.acknowledged_by).filter(|it| !it.is_empty());
         self.flags.restore(self.now.time, row, flag.reason, flag.sources, acknowledged_by, flag.overridden);
     }

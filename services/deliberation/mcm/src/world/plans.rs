@@ -1,11 +1,13 @@
 //! The plan that is asked for, approved, and adopted.
 
+use domain::decision::DecisionKind;
 use domain::mission::{MissionOutcome, ObjectiveStatus, Progress};
 use domain::time::Time;
 
 use super::World;
 use crate::clients::planner::{Basis, PlanRequest};
 use crate::config::Verdict;
+use crate::journal::Said;
 
 /// The progress of the request for a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,8 +50,8 @@ impl World {
             }
             PlanRequest::Idle => self.planner.ask_from(),
             PlanRequest::Retry(at, _) => *at,
-            PlanRequest::Hold(_, basis) if *basis != self.basis() => now,
-            PlanRequest::Hold(until, _) => *until,
+            PlanRequest::Hold(_, basis, _) if *basis != self.basis() => now,
+            PlanRequest::Hold(until, ..) => *until,
         };
         if now < due {
             return PlanProgress::Awaited(Some(due));
@@ -86,11 +88,13 @@ impl World {
         let (plan, revision) = (plan.clone(), plan.revision);
         match verdict {
             Verdict::Approve => {
-                self.say("plan", format!("plan {revision} approved: {why}"));
+                let text = format!("plan {revision} approved: {why}");
+                self.record(Said::new("plan", DecisionKind::PlanAdopted, text));
                 self.planner.adopt(plan);
             }
             Verdict::Refuse => {
-                self.say("plan", format!("plan {revision} refused: {why}"));
+                let text = format!("plan {revision} refused: {why}");
+                self.record(Said::new("plan", DecisionKind::PlanRejected, text));
                 self.planner.discard_proposal();
                 self.pause_for(format!("plan {revision} refused: {why}"));
             }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use domain::contingency::{Clears, Phase, Raised, Severity, Then, responder};
+use domain::decision::{DecisionKind, Rejected};
 use domain::geometry::Ned;
 use domain::mission::MissionOutcome;
 use domain::skill::Goal;
@@ -11,7 +12,7 @@ use domain::time::Time;
 
 use super::operator::is_order;
 use super::{Stay, World};
-use crate::journal::Decision;
+use crate::journal::{CONTINGENCY, Cause, Decision, Passed, Said};
 
 /// The pause before the next try of a response, by the number of failed tries. (ENG: none before the second try, since
 /// a command may have been lost; later long enough that the table's other actions get their turn within seconds.)
@@ -25,6 +26,9 @@ const PAUSES: [Duration; 6] = [
 ];
 /// Time within which the vehicle must be on the ground after an action that brings it down has succeeded.
 const TOUCHDOWN_LIMIT: Duration = Duration::from_secs(10);
+
+/// Rows that are recorded as not answered when another one responds. (ENG: a sentence that can be read.)
+const MOST_REJECTED: usize = 8;
 
 /// The response that is under way.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,6 +44,8 @@ pub(super) struct ActiveResponse {
     flown: Option<Time>,
     /// Since when the action holds because there is no way that may be flown.
     waits_since: Option<Time>,
+    /// Something was flown for the present try.
+    has_flown: bool,
 }
 
 /// What was recorded about a flag that is up and not answered.
@@ -72,13 +78,27 @@ impl World {
             // A response under way is finished; no other begins.
             return self.responding().filter(|_| !self.has_settled());
         }
-        let raised = self.flags.rows_up().map(|row| Raised {
+        responder(self.table.rows(), self.raised(), self.flight_phase())
+    }
+
+    /// The rows whose flags are up, most urgent first.
+    pub(super) fn raised(&self) -> impl Iterator<Item = Raised> + Clone {
+        self.flags.rows_up().map(move |row| Raised {
             row,
             overrides: self.operator.overrides(self.flags.name(row)),
             is_overridden: self.flags.is_overridden(row),
-            under_way: self.response.as_ref().filter(|it| it.row == row).map(|it| self.severity(it)),
-        });
-        responder(self.table.rows(), raised, self.flight_phase())
+            under_way: match &self.response {
+                Some(response) if response.row == row => Some(self.severity(response)),
+                _ if self.committed == Some(row) => Some(self.table.rows()[row].severity()),
+                _ => None,
+            },
+        })
+    }
+
+    /// The nominal behavior ends for the row that responds now: a landing that ends is no landing any more, and a row that counts in that
+    /// phase alone responds nevertheless.
+    pub(crate) fn commit_to_response(&mut self) {
+        self.committed = self.responder();
     }
 
     /// Why no objective is flown any more; `None` while the mission goes on.
@@ -116,6 +136,7 @@ impl World {
 
     /// The response of a row begins.
     pub(crate) fn begin_response(&mut self, row: usize) {
+        self.committed = None;
         self.response = Some(ActiveResponse {
             row,
             action: 0,
@@ -124,13 +145,45 @@ impl World {
             not_before: self.now.time,
             flown: None,
             waits_since: None,
+            has_flown: false,
         });
-        self.journal.decided(self.now.time, Decision::Responding(row));
+        let phase = self.flight_phase();
+        // One that only slows is in force beside it.
+        let others = self.flags.rows_up().filter(|it| *it != row && !self.table.rows()[*it].only_slows());
+        let others = others.take(MOST_REJECTED);
+        let passed = others.map(|other| (other, self.why_passed(other, row, phase))).collect();
+        self.journal.decided(self.now, Decision::Responding(row, passed));
+    }
+
+    /// Why `other`, whose flag is up, does not respond when `row` begins to.
+    fn why_passed(&self, other: usize, row: usize, phase: Phase) -> Passed {
+        let [passed, begun] = [other, row].map(|it| &self.table.rows()[it]);
+        if !passed.phases.contains(&phase) {
+            Passed::OutOfPhase(phase)
+        } else if passed.severity() < begun.severity() {
+            Passed::LessSevere
+        } else if self.operator.overrides(self.flags.name(row)) && passed.may_be_overridden {
+            Passed::Overridden
+        } else {
+            Passed::LessUrgent
+        }
+    }
+
+    /// A skill is flown; if a response is under way, by its present try.
+    pub(super) fn note_flown(&mut self) {
+        if let Some(response) = &mut self.response {
+            response.has_flown = true;
+        }
     }
 
     /// Whether the response of `row` has begun and not ended.
     pub(crate) fn is_under_way(&self, row: usize) -> bool {
         self.response.as_ref().is_some_and(|it| it.row == row)
+    }
+
+    /// The row whose response is under way.
+    pub(super) fn response_row(&self) -> Option<usize> {
+        self.response.as_ref().map(|it| it.row)
     }
 
     /// The row whose response is under way, as long as its flag is up.
@@ -144,7 +197,7 @@ impl World {
         if response.action != action {
             (response.action, response.tries, response.waits_since) = (action, 0, None);
         }
-        response.flown = None;
+        (response.flown, response.has_flown) = (None, false);
         response.not_before
     }
 
@@ -183,8 +236,12 @@ impl World {
         }
         let since = *response.waits_since.get_or_insert(now);
         if since == now && !limit.is_zero() {
-            let (flag, limit_s) = (self.flags.name(response.row).clone(), limit.as_secs());
-            self.say("contingency", format!("`{flag}` waits: {why}; holds for up to {limit_s} s"));
+            let (row, limit_s) = (response.row, limit.as_secs());
+            let text = format!("`{}` waits: {why}; holds for up to {limit_s} s", self.flags.name(row));
+            let tree = action.tree.clone();
+            let rejected = vec![Rejected { what: tree, why: why.to_owned() }];
+            let said = Said::new(CONTINGENCY, DecisionKind::ResponseWaits, text).about(row);
+            self.record(said.taking("holds", String::new()).rejecting(rejected));
             return true;
         }
         now - since < limit
@@ -206,7 +263,7 @@ impl World {
         response.failures += 1;
         let pause = PAUSES[(response.failures - 1).min(PAUSES.len() - 1)];
         response.not_before = self.now.time + pause;
-        let ActiveResponse { row, action, tries, .. } = *response;
+        let ActiveResponse { row, action, tries, has_flown, .. } = *response;
         let Some(flown) = self.table.rows()[row].actions.get(action) else { return };
         let actions = &self.table.rows()[row].actions;
         let next = &actions[if flown.tries <= tries { (action + 1) % actions.len() } else { action }].tree;
@@ -217,7 +274,10 @@ impl World {
             // The next one may be the same action, which then has all its tries again.
             response.tries = 0;
         }
-        self.say("contingency", text);
+        let kind = if has_flown { DecisionKind::ResponseFailed } else { DecisionKind::ResponseSkipped };
+        let given_up = (*next != flown.tree).then(|| Rejected { what: flown.tree.clone(), why: why.to_owned() });
+        let said = Said::new(CONTINGENCY, kind, text).about(row).taking(next.clone(), String::new());
+        self.record(said.rejecting(given_up.into_iter().collect()));
     }
 
     /// The response to the flag of `row` has ended. Takes the flag down if its row says so.
@@ -227,7 +287,7 @@ impl World {
         let may_fall = match row.clears {
             Clears::AfterAction => true,
             Clears::WithCondition => !flag.holds(),
-            Clears::Never => (!flag.holds() && row.raise.is_none()) || self.is_on_ground(),
+            Clears::Never => (!flag.holds() && !row.is_watched()) || self.is_on_ground(),
         };
         let brings_down = row.clears == Clears::Never && row.then != Then::Resume;
         if !may_fall {
@@ -242,15 +302,15 @@ impl World {
 
     /// Takes down the flag whose response has ended, and ends the mission if its row does.
     fn flag_answered(&mut self, name: &str) {
-        let (Some(row), Some(flag)) = (self.table.row(name), self.flags.get(name)) else { return };
-        let (then, reason) = (row.then, format!("`{name}`: {}", flag.reason()));
+        let (Some(number), Some(flag)) = (self.flags.number(name), self.flags.get(name)) else { return };
+        let (then, reason) = (self.table.rows()[number].then, format!("`{name}`: {}", flag.reason()));
         self.lower(name);
         match then {
             Then::Resume => {}
             Then::EndMission => self.end_mission(MissionOutcome::Emergency, reason),
             Then::Crashed => self.end_mission(MissionOutcome::Crash, reason),
         }
-        self.say("contingency", format!("`{name}` is over"));
+        self.record(cleared(number, format!("`{name}` is over")).ending_mission(then != Then::Resume));
     }
 
     /// Takes a flag down, independent of its row.
@@ -271,7 +331,7 @@ impl World {
             if waits && self.flags.get(name).is_some_and(|flag| !flag.holds()) {
                 let name = name.clone();
                 self.lower(&name);
-                self.say("contingency", format!("`{name}` is over: what raised it is gone"));
+                self.record(cleared(row, format!("`{name}` is over: what raised it is gone")));
             }
         }
     }
@@ -299,7 +359,7 @@ impl World {
             }
             let name = self.flags.name(row).clone();
             self.lower(&name);
-            self.say("contingency", format!("`{name}` is over: the vehicle is on the ground"));
+            self.record(cleared(row, format!("`{name}` is over: the vehicle is on the ground")));
         }
     }
 
@@ -313,7 +373,7 @@ impl World {
         let (responder, phase) = (self.responder(), self.flight_phase());
         for row in 0..self.table.rows().len() {
             let waits = match responder {
-                _ if !self.flags.row_is_up(row) => None,
+                _ if !self.flags.row_is_up(row) || self.table.rows()[row].only_slows() => None,
                 Some(other) if other == row => None,
                 Some(other) => Some(Waits::Behind(other)),
                 None => Some(Waits::Until(phase)),
@@ -323,8 +383,12 @@ impl World {
                 continue;
             };
             if self.waits.insert(row, waits) != Some(waits) {
-                self.journal.decided(self.now.time, Decision::Waits(row, waits));
+                self.journal.decided(self.now, Decision::Waits(row, waits));
             }
         }
     }
+}
+
+fn cleared(row: usize, text: String) -> Said {
+    Said::new(CONTINGENCY, DecisionKind::ContingencyCleared, text).about(row).led_to_by(Cause::Case(row))
 }

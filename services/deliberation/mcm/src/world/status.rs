@@ -72,6 +72,7 @@ impl World {
             return;
         }
         let Some(over) = self.mission.over.clone() else { return };
+        self.note_ended_mission();
         let started = self.mission.started.unwrap_or(self.now.time);
         let objectives = self.planner.status().into_iter().flat_map(|it| &it.objectives);
         self.mission.report = Some(MissionReport {
@@ -91,7 +92,7 @@ impl World {
             responding: self.responding(),
             in_transition: self.in_transition,
             reported: self.mission.report.is_some(),
-            start_awaited: self.awaits_start(),
+            start_awaited: self.awaits_start() || self.next_mission_waits(),
             paused: self.is_paused(),
             proposed: self.planner.request().proposal().map(|(plan, _)| plan.revision),
             acknowledged: self.flags.iter().filter(|(_, flag)| flag.acknowledged_by().is_some()).count(),
@@ -144,7 +145,13 @@ impl World {
             plan_approval,
             memory: Some(self.memory.own().clone().into()),
             ends: self.ending().unwrap_or_default(),
+            response_way: self.told_response_way(),
             alternates: self.told_alternates().iter().map(Into::into).collect(),
+            energy: self.told_energy(),
+            progress: self.told_progress(),
+            mission_time_s: Some(self.clock.go_on(self.now.time.as_secs_f64())),
+            began_utc_ms: self.clock.began_utc_ms(),
+            awaited: self.permissions.awaited(self.now.time, &self.limits),
             ..v1::McmStatus::default()
         }
     }
@@ -160,6 +167,7 @@ impl World {
                 since_s: age_s(flag, self.now.time),
                 reason: flag.reason().to_owned(),
                 acknowledged_by: flag.acknowledged_by().unwrap_or_default().to_owned(),
+                alarm: v1::Alarm::from(row.alarm).into(),
             })
         })
         .collect()

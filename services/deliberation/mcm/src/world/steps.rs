@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use domain::contingency::Severity;
+use domain::contingency::{LEFT_TO_OTHERS, Severity};
+use domain::decision::DecisionKind;
 use domain::geometry::Ned;
 use domain::plan::{PermissionNeed, Step, StepId};
 use domain::skill::Goal;
@@ -13,6 +14,7 @@ use super::World;
 use super::operator::is_order;
 use crate::clients::permissions::{Asking, NeededBy};
 use crate::clients::planner::Next;
+use crate::journal::{Cause, Said};
 
 /// Whether the plan continues after the step that was flown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,8 +33,8 @@ impl World {
         let (step, number, count) = self.planner.step()?;
         let (step, text) = (step.clone(), format!("step {number} of {count}: {}", step.text));
         // Denials of a step that was interrupted at the moment of the denial.
-        self.permissions.take_denials();
-        self.say("step", text);
+        self.permissions.forget_old_denials();
+        self.record(Said::new("step", DecisionKind::StepBegun, text).led_to_by(Cause::Plan));
         Some(step)
     }
 
@@ -43,7 +45,9 @@ impl World {
 
     /// The present step is given up because it was withdrawn.
     pub(crate) fn give_up_step(&mut self, reason: &str) {
-        self.say("step", format!("step {} given up: {reason}", self.step_number()));
+        let text = format!("step {} given up: {reason}", self.step_number());
+        self.record(Said::new("step", DecisionKind::StepFailed, text));
+        self.permissions.end_asking_ahead();
         self.planner.give_up();
     }
 
@@ -52,13 +56,17 @@ impl World {
         if let Some(state) = self.planning_state() {
             self.planner.flown(self.now.time, step.id, state, self.limits.retry_pause);
         }
-        self.say("step", format!("step {} succeeded", self.step_number()));
+        let text = format!("step {} succeeded", self.step_number());
+        self.record(Said::new("step", DecisionKind::StepSucceeded, text));
     }
 
     /// The present step failed.
     pub(crate) fn step_failed(&mut self, reason: String) {
-        self.say("step", format!("step {} failed: {reason}", self.step_number()));
+        let text = format!("step {} failed: {reason}", self.step_number());
+        self.record(Said::new("step", DecisionKind::StepFailed, text));
+        // Also what was refused ahead: the next plan knows of it before the vehicle is at the border.
         let denials = self.permissions.take_denials();
+        self.permissions.end_asking_ahead();
         self.planner.fail(self.now.time, reason, denials, self.limits.retry_pause);
     }
 
@@ -70,11 +78,13 @@ impl World {
         let (reason, is_failure) = match self.responder() {
             Some(row) => {
                 let (flag, row) = (self.flags.name(row), &self.table.rows()[row]);
-                let only_holds = row.severity() == Severity::Hold && !takes_off;
+                let is_of_others = LEFT_TO_OTHERS.contains(&row.flag.as_str());
+                let only_holds = is_of_others || (row.severity() == Severity::Hold && !takes_off);
                 (["interrupted by `", flag, "`"].concat(), !is_order(flag) && !only_holds)
             }
             None => ("interrupted".to_owned(), true),
         };
+        self.permissions.end_asking_ahead();
         self.planner.interrupt(reason, is_failure);
     }
 
@@ -94,24 +104,48 @@ impl World {
         } else if self.planner.advance() {
             NextStep::Begun
         } else {
+            self.permissions.end_asking_ahead();
             NextStep::None
         }
     }
 
     /// The present step was flown and must not be flown again, and no next one is known.
     pub(crate) fn drop_step(&mut self) {
+        self.permissions.end_asking_ahead();
         self.planner.drop_step();
     }
 
-    /// Asks for a permission, unless it is held.
+    /// Asks for a permission, unless it is held, or was asked for ahead.
     pub(crate) fn ask_permission(&mut self, need: &PermissionNeed) {
-        if self.permissions.meets(need, self.now.time, &self.limits) {
+        let is_taken_over = self.permissions.take_over(need, self.now.time, &self.limits);
+        if is_taken_over || self.permissions.meets(need, self.now.time, &self.limits) {
             return;
         }
-        self.say("permission", format!("asking for area {}", need.area));
+        let said = Said::new("permission", DecisionKind::PermissionAsked, format!("asking for area {}", need.area));
+        self.record(said.about_area(&need.area));
         if self.planner.step().is_some() {
             let by = self.needed_by();
             self.permissions.ask(self.now.time, &need.area, by, &self.limits, &mut self.outbox);
+        }
+    }
+
+    /// Asks for a permission that a later step needs, unless it is held.
+    pub(crate) fn ask_permission_ahead(&mut self, need: &PermissionNeed) {
+        if self.permissions.meets(need, self.now.time, &self.limits) {
+            return;
+        }
+        let text = format!("asking for area {} ahead", need.area);
+        self.record(Said::new("permission", DecisionKind::PermissionAsked, text).about_area(&need.area));
+        let by = self.needed_by();
+        self.permissions.ask_ahead(self.now.time, &need.area, by, &self.limits, &mut self.outbox);
+    }
+
+    /// A permission that was asked for ahead is denied. The ledger tells of a refusal, which stands for the step that needs the
+    /// permission; in other cases that step asks again.
+    pub(crate) fn note_denial_ahead(&mut self, area: &str) {
+        let reason = self.denial(area).unwrap_or_default().to_owned();
+        if self.permissions.forget_unless_refused(area) {
+            self.say("permission", format!("area {area} is asked for again when it is needed: {reason}"));
         }
     }
 

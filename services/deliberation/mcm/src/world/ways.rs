@@ -5,11 +5,13 @@ use std::time::Duration;
 
 use domain::airspace::latest;
 use domain::area::{Area, AreaKind};
+use domain::decision::DecisionKind;
 use domain::geometry::Ned;
 use domain::mission::unfit_landing_site;
 use domain::way::{self, Found, Leaving, MOST_LEGS};
 
 use super::World;
+use crate::journal::{Cause, Said};
 
 /// A landing where the vehicle is goes this far aside, in seconds of flight, to come down where no area forbids it. (ENG: 4 % of
 /// the battery; what is below 10 % lasts for more than two minutes.)
@@ -44,7 +46,7 @@ impl World {
     pub(crate) fn way_out(&self) -> Option<WayOut> {
         let here = self.vehicle?.position;
         let leaving = self.areas_around(here).map(|area| self.time_to_leave(area, here)).max().unwrap_or_default();
-        let (grants, limits) = (self.grants(), &self.limits.flight);
+        let (grants, limits) = (self.grants_in_use(), &self.flight_limits());
         let airspace = self.airspace(&grants, self.limits.leave_lead + leaving);
         let farthest_m = self.limits.farthest_out_m;
         let may_be_flown = |way: &[Ned]| {
@@ -69,11 +71,14 @@ impl World {
         })
     }
 
-    /// Why the vehicle must not be sent to land at `site`, by an area that applies when it arrives there; the end of a sentence
-    /// that begins with the place.
+    /// Why the vehicle must not be sent to land at `site`, by a flag, or an area that applies when it arrives there; the end of a
+    /// sentence that begins with the place.
     pub(super) fn unfit_to_land(&self, site: Ned) -> Option<String> {
+        if let Some(flag) = self.landing_forbidden_by(site) {
+            return Some(format!("is one where no landing begins while `{flag}` is up"));
+        }
         let here = self.vehicle?.position;
-        let (grants, limits) = (self.grants(), &self.limits.flight);
+        let (grants, limits) = (self.grants_in_use(), &self.flight_limits());
         let airspace = self.airspace(&grants, self.limits.leave_lead);
         let flight_s = limits.speeds.time_along_s(here, &[site.at_height(here.height_m()), site]);
         let arrival = latest(Duration::try_from_secs_f64(flight_s).unwrap_or(Duration::MAX));
@@ -85,9 +90,9 @@ impl World {
     /// within [`FREE_GROUND_LIMIT_S`].
     pub(crate) fn way_to_free_ground(&self) -> Option<Vec<Ned>> {
         let here = self.vehicle?.position;
-        let grants = self.grants();
-        let way = way::way_to_free_ground(here, &self.airspace(&grants, self.limits.leave_lead), &self.limits.flight)?;
-        (self.limits.flight.speeds.time_along_s(here, &way) <= FREE_GROUND_LIMIT_S).then_some(way)
+        let (grants, limits) = (self.grants_in_use(), self.flight_limits());
+        let way = way::way_to_free_ground(here, &self.airspace(&grants, self.limits.leave_lead), &limits)?;
+        (limits.speeds.time_along_s(here, &way) <= FREE_GROUND_LIMIT_S).then_some(way)
     }
 
     /// Records which areas forbid a landing where the vehicle is, and whether it flies aside first.
@@ -111,9 +116,10 @@ impl World {
     /// The permissions without which there is no way to `to`, if there is one with them.
     pub(super) fn needed_for_way(&self, to: Ned, preferred_height_m: f64) -> BTreeSet<String> {
         let Some(here) = self.vehicle.map(|it| it.position) else { return BTreeSet::new() };
+        // Also of areas that a flag forbids to enter: that is waited for, not asked for.
         let held = self.grants();
         let airspace = self.airspace(&held, self.limits.leave_lead);
-        let found = way::way_if_granted(here, to, preferred_height_m, &airspace, &self.limits.flight, MOST_LEGS);
+        let found = way::way_if_granted(here, to, preferred_height_m, &airspace, &self.flight_limits(), MOST_LEGS);
         found.way.map(|it| it.needs).unwrap_or_default()
     }
 
@@ -124,7 +130,9 @@ impl World {
         let by = self.needed_by();
         for area in &barred {
             if self.permissions.renew(self.now.time, area, by, &self.limits, &mut self.outbox) {
-                self.say("permission", format!("asking for area {area}, which the only way leads through"));
+                let text = format!("asking for area {area}, which the only way leads through");
+                let said = Said::new("permission", DecisionKind::PermissionAsked, text);
+                self.record(said.about_area(area).led_to_by(Cause::Response));
             }
         }
         !barred.is_empty()
@@ -138,9 +146,9 @@ impl World {
     /// The same with limited effort.
     pub(crate) fn way_within(&self, to: Ned, preferred_height_m: f64, most_legs: u32) -> Found<Vec<Ned>> {
         let Some(here) = self.vehicle.map(|it| it.position) else { return Found { way: None, legs: 0 } };
-        let grants = self.grants();
+        let grants = self.grants_in_use();
         let airspace = self.airspace(&grants, self.limits.leave_lead);
-        way::way_within(here, to, preferred_height_m, &airspace, &self.limits.flight, most_legs)
+        way::way_within(here, to, preferred_height_m, &airspace, &self.flight_limits(), most_legs)
     }
 
     /// `why`, and what is in the way to `site`.
@@ -151,10 +159,16 @@ impl World {
     /// What is in the way to `site`, straight from where the vehicle is, and for how long it is closed.
     fn what_closes_the_way(&self, site: Ned) -> Option<String> {
         let here = self.vehicle?.position;
-        let breach = self.breach_on_way(here, site.at_height(here.height_m()), self.limits.flight.speeds.cruise_m_s)?;
+        let breach =
+            self.breach_on_way(here, site.at_height(here.height_m()), self.flight_limits().speeds.cruise_m_s)?;
         let name = &breach.area;
+        if let Some(row) = self.narrowing.no_new_area.filter(|_| self.grants().contains_key(name)) {
+            return Some(format!("area {name} is not entered while `{}` is up", self.flags.name(row)));
+        }
         let area = self.planner.areas().iter().find(|it| it.name == *name)?;
-        Some(match (area.kind, area.until_utc_ms.and_then(|until| u64::try_from(until - self.now.utc_ms).ok())) {
+        let now_ms = self.now.utc_ms;
+        let ends_ms = area.windows_after(now_ms).next().and_then(|(_, ends_ms)| ends_ms);
+        Some(match (area.kind, ends_ms.and_then(|ends_ms| u64::try_from(ends_ms.saturating_sub(now_ms)).ok())) {
             (AreaKind::KeepOut, Some(left_ms)) => {
                 format!("keep-out area {name} is closed for {} s more", left_ms / 1000)
             }

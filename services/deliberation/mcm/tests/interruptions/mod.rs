@@ -32,7 +32,7 @@ fn in_transition() -> Rig {
     rig.say(ledger(v1::PermissionState::Granted, 900.0, 1));
     rig.say(v1::PlannerStatus { areas: vec![area_a()], ..Default::default() });
     rig.end(&skill, Failed, "x");
-    rig.plan(v1::replan_reply::Reply::Hold(v1::HoldUntil { wait_s: 500.0, reason: "later".into() }));
+    rig.plan(v1::replan_reply::Reply::Hold(v1::HoldUntil { wait_s: 500.0, reason: "later".into(), planned: false }));
     assert_eq!(rig.story(), "replan after 1 (failed: x) []\nstart fly 0 500 10");
     rig.execute();
     rig
@@ -144,7 +144,7 @@ fn a_transition_is_chosen_again_when_its_permission_is_about_to_expire() {
     rig.say(v1::PlannerStatus { areas: vec![area_a()], ..Default::default() });
     rig.say(ledger(v1::PermissionState::Granted, 40.0, 1));
     rig.end(&skill, Failed, "x");
-    rig.plan(v1::replan_reply::Reply::Hold(v1::HoldUntil { wait_s: 500.0, reason: "later".into() }));
+    rig.plan(v1::replan_reply::Reply::Hold(v1::HoldUntil { wait_s: 500.0, reason: "later".into(), planned: false }));
     rig.execute();
     rig.story();
     rig.wait(9.0);
@@ -160,7 +160,7 @@ fn a_grant_that_comes_during_a_hold_ends_it() {
     let (mut rig, skill) = under_way_to(500.0);
     rig.say(v1::PlannerStatus { areas: vec![area_a()], ..Default::default() });
     rig.end(&skill, Failed, "x");
-    rig.plan(v1::replan_reply::Reply::Hold(v1::HoldUntil { wait_s: 500.0, reason: "later".into() }));
+    rig.plan(v1::replan_reply::Reply::Hold(v1::HoldUntil { wait_s: 500.0, reason: "later".into(), planned: false }));
     rig.execute();
     rig.story();
     rig.say(ledger(v1::PermissionState::Granted, 900.0, 1));
@@ -202,7 +202,30 @@ fn a_cancellation_that_got_lost_is_sent_again() {
     let mut rig = denied_takeoff(true);
     assert!(rig.story().contains("cancel skill 1"));
     is_unanswered(&mut rig, |it| matches!(it, Request::SkillCancel(_)));
+    rig.wait(0.6);
     assert_eq!(rig.story(), "cancel skill 1");
+}
+
+/// An autopilot whose battery is nearly empty refuses to hover, however often it is told to.
+#[test]
+fn a_cancellation_that_is_refused_is_sent_again_after_a_pause_and_not_at_once() {
+    let mut rig = denied_takeoff(true);
+    assert!(rig.story().contains("cancel skill 1"));
+    let says = |state: v1::SkillState| v1::SkillEvent {
+        skill_id: 1,
+        request_id: "mcm-1-1".into(),
+        kind: v1::SkillKind::Takeoff as i32,
+        state: state as i32,
+        ..Default::default()
+    };
+    for _ in 0..3 {
+        rig.say(says(v1::SkillState::Cancel));
+        rig.say(says(v1::SkillState::Execute));
+        rig.wait(0.3);
+        assert_eq!(rig.story(), "");
+        rig.wait(0.3);
+        assert_eq!(rig.story(), "cancel skill 1");
+    }
 }
 
 #[test]

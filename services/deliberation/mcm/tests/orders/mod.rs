@@ -103,6 +103,8 @@ fn check(state: State, answers: [&str; 9]) {
 #[test]
 fn each_verb_in_each_state() {
     const OVER: &str = "no: the mission is over: `operator_abort`: ordered by anna";
+    const NO_NEXT: &str =
+        "no: the mission is over: `operator_abort`: ordered by anna; upload the next mission to fly again";
     const STARTED: &str = "no: the mission has started already";
     const NOT_YET: &str = "no: the mission has not started";
     const HOME_ALREADY: &str = "is on the ground there: stays, and ends the mission on the ground";
@@ -148,7 +150,7 @@ fn each_verb_in_each_state() {
     let down = "no: `operator_abort` is under way already";
     let up = "no: `operator_abort` is answered; a new plan is made when that is over";
     check(State::Aborting, [STARTED, HOLDS, NO_HOLD, up, HOME, THERE, down, NO_FLAG, NO_PLAN]);
-    check(State::Over, [OVER, OVER, OVER, OVER, OVER, OVER, OVER, NO_FLAG, NO_PLAN]);
+    check(State::Over, [NO_NEXT, OVER, OVER, OVER, OVER, OVER, OVER, NO_FLAG, NO_PLAN]);
 }
 
 #[test]
@@ -219,6 +221,11 @@ fn a_landing_site_that_makes_no_sense_is_refused() {
 
 /// In the air 10 m before area A, which lies from 60 m to 70 m east.
 fn before_area(kind: v1::AreaKind, until_utc_ms: Option<i64>) -> Rig {
+    before_area_at(kind, until_utc_ms, Vec::new())
+}
+
+/// The same with hours of the week.
+fn before_area_at(kind: v1::AreaKind, until_utc_ms: Option<i64>, hours_utc: Vec<String>) -> Rig {
     let (mut rig, _) = under_way();
     let corner = |north_m, east_m| v1::Ned { north_m, east_m, down_m: 0.0 };
     let area = v1::Area {
@@ -226,11 +233,25 @@ fn before_area(kind: v1::AreaKind, until_utc_ms: Option<i64>) -> Rig {
         kind: kind as i32,
         corners: vec![corner(-9.0, 60.0), corner(9.0, 60.0), corner(9.0, 70.0), corner(-9.0, 70.0)],
         until_utc_ms,
+        hours_utc,
         ..Default::default()
     };
     rig.say(v1::PlannerStatus { areas: vec![area], ..Default::default() });
     rig.story();
     rig
+}
+
+/// The rig's clock stands at midnight of a Thursday.
+#[test]
+fn a_place_is_judged_by_the_hours_of_the_area_around_it() {
+    let order = |hours: &str| {
+        let mut rig = before_area_at(v1::AreaKind::KeepOut, None, vec![hours.to_owned()]);
+        rig.command(land_at(0.0, 65.0))
+    };
+    let now = order("Thu 00:00-01:00");
+    assert_eq!((now.done, now.text.as_str()), (false, "the place lies in keep-out area `A`, which applies then"));
+    assert!(order("Wed 22:00-24:00").done, "it is over");
+    assert!(order("Fri 00:00-24:00").done, "it comes later");
 }
 
 #[test]

@@ -41,7 +41,8 @@ fn a_mission_that_is_over_stays_over() {
     assert_eq!(rig.story(), "report Emergency: `operator_abort`: ordered by anna");
     assert_eq!(rig.status().phase(), v1::MissionPhase::Over);
     let reply = rig.command(Verb::Start(v1::StartMission {}));
-    assert_eq!((reply.done, &*reply.text), (false, "the mission is over: `operator_abort`: ordered by anna"));
+    let over = "the mission is over: `operator_abort`: ordered by anna; upload the next mission to fly again";
+    assert_eq!((reply.done, &*reply.text), (false, over));
 }
 
 #[test]
@@ -54,6 +55,20 @@ fn a_pause_is_still_resumed() {
     rig.end_present(Succeeded);
     assert!(rig.command(Verb::Resume(v1::ResumeMission {})).done);
     assert!(rig.story().contains("replan"));
+}
+
+#[test]
+fn the_time_of_the_mission_goes_on() {
+    let (rig, _) = under_way();
+    let mut memory = rig.mcm.memory();
+    // The mission was begun half a minute before the machine's clock shows zero, as it does in these stories.
+    memory.began_utc_ms = -30_000;
+    let mut rig = crate::rig::Rig::new();
+    rig.mcm.resume(memory).unwrap();
+    rig.wait(1.0);
+    let status = rig.status();
+    assert_eq!(status.began_utc_ms, -30_000);
+    assert!(status.mission_time_s.is_some_and(|it| 30.0 <= it), "{status:?}");
 }
 
 #[test]
@@ -84,7 +99,7 @@ fn a_flag_that_stays_up_until_the_landing_does_so() {
 }
 
 #[test]
-fn a_state_that_cannot_be_used_changes_nothing() {
+fn of_a_state_that_cannot_be_used_only_the_numbers_of_decisions_go_on() {
     let mut memory = Rig::new().mcm.memory();
     memory.outcome = v1::MissionOutcome::Success.into();
     memory.landing_site = Some(v1::Ned { north_m: f64::NAN, ..Default::default() });
@@ -92,5 +107,8 @@ fn a_state_that_cannot_be_used_changes_nothing() {
     assert!(matches!(rig.mcm.resume(memory.clone()), Err(UnusableState::InvalidMessage(_))));
     memory.configured = "another".into();
     assert_eq!(rig.mcm.resume(memory), Err(UnusableState::OfAnotherMission));
-    assert_eq!(rig.mcm.memory(), Rig::new().mcm.memory());
+    let decision_numbers = rig.mcm.memory().decision_numbers;
+    let fresh = Rig::new().mcm.memory();
+    assert!(fresh.decision_numbers < decision_numbers, "{decision_numbers}");
+    assert_eq!(rig.mcm.memory(), v1::McmMemory { decision_numbers, ..fresh });
 }

@@ -32,8 +32,12 @@ transition_speed_m_s = 4.0
 transition_stand_off_m = 20.0
 return_height_m = 15.0
 return_speed_m_s = 10.0
+slow_speed_m_s = 5.0
+climb_by_m = 20.0
 climb_m_s = 3.0
 descent_m_s = 1.5
+airspeed_m_s = 15.0
+braking_m_s2 = 3.0
 least_height_m = 5.0
 highest_m = 120.0
 clearance_m = 20.0
@@ -66,6 +70,10 @@ pub struct Rig {
     flying: bool,
     mode: v1::FlightMode,
     position: v1::Ned,
+    /// What the monitor reports of the gripper from the next introspection on.
+    pub gripper: v1::Gripper,
+    /// The wind that it reports from then on.
+    pub wind: Option<v1::WindEstimate>,
     /// The vehicle's clock.
     timestamp_us: u64,
     /// Flags that the introspection lists.
@@ -82,6 +90,8 @@ pub struct Rig {
     reported: bool,
     /// All its decisions, in words.
     pub decisions: Vec<String>,
+    /// The same as records.
+    pub records: Vec<v1::DecisionRecord>,
     /// The record of the last wake in which a leaf began or ceased to run.
     pub timing: v1::McmTiming,
 }
@@ -124,8 +134,22 @@ impl Rig {
         Rig::unseen(&[])
     }
 
+    /// With these rows after those of the shipped table; on the ground.
+    pub fn with_rows(rows: &str) -> Rig {
+        let trees = Trees::read(&shipped("trees")).unwrap();
+        let Source { path, text } = Source::read(&shipped("contingencies.toml")).unwrap();
+        let source = Source { path, text: format!("{text}\n{rows}") };
+        let table = Contingencies::read(&source, &trees.actions()).unwrap_or_else(|mistakes| panic!("{mistakes}"));
+        let mut rig = Rig::of(&[], (trees, table));
+        rig.vehicle(false, v1::FlightMode::Loiter, (0.0, 0.0, 0.0));
+        rig
+    }
+
     fn unseen(changes: &[(&str, &str)]) -> Rig {
-        let (trees, table) = shipped_table();
+        Rig::of(changes, shipped_table())
+    }
+
+    fn of(changes: &[(&str, &str)], (trees, table): (Trees, Contingencies)) -> Rig {
         let text = changes.iter().fold(CONFIG.to_owned(), |text, (from, to)| text.replace(from, to));
         let config: Config = Source { path: "test".into(), text }.parse().unwrap();
         let loaded = trees.load(&table).unwrap();
@@ -141,6 +165,8 @@ impl Rig {
             flying: false,
             mode: v1::FlightMode::Loiter,
             position: v1::Ned::default(),
+            gripper: v1::Gripper::Unspecified,
+            wind: None,
             timestamp_us: 0,
             listed: Vec::new(),
             together: false,
@@ -150,6 +176,7 @@ impl Rig {
             commands: 0,
             reported: false,
             decisions: Vec::new(),
+            records: Vec::new(),
             timing: v1::McmTiming::default(),
         }
     }
@@ -159,7 +186,7 @@ impl Rig {
         let mut rig = Rig::unseen(&[]);
         rig.mcm.resume(self.mcm.memory()).unwrap();
         (rig.now, rig.flying, rig.mode, rig.position) = (self.now, self.flying, self.mode, self.position);
-        (rig.timestamp_us, rig.listed) = (self.timestamp_us, self.listed);
+        (rig.timestamp_us, rig.listed, rig.gripper) = (self.timestamp_us, self.listed, self.gripper);
         rig.act();
         rig
     }
@@ -182,7 +209,13 @@ impl Rig {
     pub fn introspection(&self) -> v1::Introspection {
         let (flying, mode, timestamp_us) = (self.flying, self.mode, self.timestamp_us);
         v1::Introspection {
-            status: Some(v1::VehicleStatus { armed: flying, actual_mode: mode as i32, ..Default::default() }),
+            status: Some(v1::VehicleStatus {
+                armed: flying,
+                intended_mode: mode as i32,
+                actual_mode: mode as i32,
+                gripper: self.gripper as i32,
+                ..Default::default()
+            }),
             local_position: Some(v1::VehicleLocalPosition {
                 position: Some(self.position),
                 velocity: Some(v1::NedVelocity::default()),
@@ -193,6 +226,7 @@ impl Rig {
             battery: Some(v1::BatteryStatus { remaining: 1.0, ..Default::default() }),
             ages: Some(v1::SourceAges { status_s: Some(0.0), battery_s: Some(0.0), ..Default::default() }),
             flags: self.listed.clone(),
+            wind: self.wind,
             ..Default::default()
         }
     }
@@ -371,7 +405,10 @@ impl Rig {
             Effect::Refused { what, why } => self.log.push(format!("{} refused: {why}", what.key())),
             Effect::Publish { message: Message::McmTiming(timing), .. } => self.timing = timing,
             Effect::Publish { message: Message::TreeSnapshot(tree), .. } => self.tree = tree,
-            Effect::Publish { message: Message::DecisionRecord(it), .. } => self.decisions.push(it.text),
+            Effect::Publish { message: Message::DecisionRecord(it), .. } => {
+                self.decisions.push(it.text.clone());
+                self.records.push(it);
+            }
             Effect::Publish { message: Message::McmStatus(status), .. } => {
                 self.status = status.clone();
                 if let Some(report) = status.report.filter(|_| !std::mem::replace(&mut self.reported, true)) {
@@ -392,6 +429,10 @@ fn skill(it: &v1::SkillRequest) -> String {
         Some(G::Position(it)) => {
             let at = it.target.unwrap();
             format!("fly {} {} {}", at.north_m + 0.0, at.east_m + 0.0, -at.down_m)
+        }
+        Some(G::Release(it)) => {
+            let over = it.over.unwrap();
+            format!("release over {} {}", over.north_m + 0.0, over.east_m + 0.0)
         }
         other => format!("{other:?}"),
     };

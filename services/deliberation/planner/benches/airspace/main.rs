@@ -11,7 +11,7 @@ use kittiwake_proto::v1::ReplanRequest;
 mod plain_a_star;
 mod world;
 
-use world::{Heights, World, denied, first_request, plan};
+use world::{Heights, World, denied, first_request, plan, with_area_moved};
 
 fn group<'a>(criterion: &'a mut Criterion, name: &str) -> BenchmarkGroup<'a, WallTime> {
     let mut group = criterion.benchmark_group(name);
@@ -37,7 +37,8 @@ fn first_plans(criterion: &mut Criterion) {
     let circles = [(10, 20), (35, 20), (100, 20), (300, 20), (1000, 20), (10, 100), (35, 100), (100, 100), (300, 100)];
     let stars = [(35, 20), (100, 20)];
     let circles = circles.map(|(areas, corners)| World::circles(areas, corners));
-    for world in circles.into_iter().chain(stars.map(|(areas, corners)| World::stars(areas, corners))) {
+    let stars = stars.map(|(areas, corners)| World::stars(areas, corners));
+    for world in circles.into_iter().chain(stars).chain([World::LARGEST]) {
         bench_first_plan(&mut group, name_of(world), world);
     }
 }
@@ -84,6 +85,28 @@ fn repeated_plans(criterion: &mut Criterion) {
     }
 }
 
+/// One area in the middle has moved by a metre since the plan before, which began at the same place.
+fn changed_areas(criterion: &mut Criterion) {
+    let mut group = group(criterion, "one area changed");
+    let circles = [(10, 20), (35, 20), (100, 20), (300, 20), (1000, 20), (10, 100), (35, 100), (100, 100), (300, 100)];
+    let stars = [World::stars(35, 20), World::stars(100, 20)];
+    let circles = circles.map(|(areas, corners)| World::circles(areas, corners));
+    for world in circles.into_iter().chain(stars).chain([World::LARGEST]) {
+        let request = ReplanRequest { request_id: "changed".into(), ..first_request(world) };
+        let has_planned = || {
+            let mut planner = world.planner();
+            plan(&mut planner, first_request(world));
+            let changed = with_area_moved(planner.memory());
+            planner.resume(changed).expect("it is of the same mission");
+            planner
+        };
+        group.bench_function(name_of(world), |bencher| {
+            let search = |planner: &mut _| black_box(plan(planner, request.clone()));
+            bencher.iter_batched_ref(has_planned, search, BatchSize::LargeInput);
+        });
+    }
+}
+
 fn plain_a_star(criterion: &mut Criterion) {
     let mut group = group(criterion, "plain A*");
     group.sample_size(10);
@@ -93,5 +116,5 @@ fn plain_a_star(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, first_plans, floors_and_ceilings, replans, repeated_plans, plain_a_star);
+criterion_group!(benches, first_plans, floors_and_ceilings, replans, changed_areas, repeated_plans, plain_a_star);
 criterion_main!(benches);

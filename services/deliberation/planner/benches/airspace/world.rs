@@ -55,6 +55,9 @@ pub(crate) enum Heights {
 }
 
 impl World {
+    /// The largest one that is measured.
+    pub(crate) const LARGEST: World = World::circles(2000, 50);
+
     /// Circles that reach to all heights.
     pub(crate) const fn circles(areas: usize, corners: usize) -> World {
         World { areas, corners, shape: Shape::Circles, heights: Heights::All }
@@ -94,6 +97,7 @@ impl World {
             ceiling_m,
             from_utc_ms: None,
             until_utc_ms: None,
+            hours: None,
         }
     }
 
@@ -125,6 +129,7 @@ impl World {
             areas,
             order: Default::default(),
             sites: Vec::new(),
+            origin: None,
         };
         Planner::new(&shipped.planner, &shipped.energy, mission, Pace::REAL_TIME)
     }
@@ -150,6 +155,16 @@ pub(crate) fn plan(planner: &mut Planner, request: v1::ReplanRequest) -> Vec<v1:
         _ => None,
     });
     steps.filter(|it| 3 < it.len()).expect("a plan with turns")
+}
+
+/// The memory of a planner in whose mission the area in the middle lies a metre farther north.
+pub(crate) fn with_area_moved(mut memory: v1::PlannerMemory) -> v1::PlannerMemory {
+    let areas = &mut memory.status.as_mut().expect("it has a mission").areas;
+    let middle = areas.len() / 2;
+    for corner in &mut areas[middle].corners {
+        corner.north_m += 1.0;
+    }
+    memory
 }
 
 /// The first step of a plan that asks for a permission ends with a denial for good: the request for the next plan.

@@ -10,11 +10,13 @@ use crate::config::Config;
 
 pub(crate) mod land;
 pub(crate) mod position;
+pub(crate) mod release;
 pub(crate) mod stop;
 pub(crate) mod takeoff;
 
 /// Every action, in the order that breaks ties between equal scores.
-pub(crate) const ACTIONS: [&dyn Action; 4] = [&land::Land, &takeoff::Takeoff, &stop::Stop, &position::Position];
+pub(crate) const ACTIONS: [&dyn Action; 5] =
+    [&land::Land, &takeoff::Takeoff, &stop::Stop, &position::Position, &release::Release];
 
 /// One action of the table.
 pub(crate) trait Action: Debug + Sync {

@@ -18,7 +18,7 @@ impl Action for Position {
     }
 
     fn test(&self, goal: &State, _start: &State, _config: &Config) -> bool {
-        goal.flying && goal.mode.is_none()
+        goal.flying && goal.mode.is_none() && goal.gripper.is_none()
     }
 
     /// The start itself if it flies, else over it at the goal's height; at the default height where

@@ -1,7 +1,7 @@
 //! At rest where the vehicle is; on the ground, nothing.
 //!
 //! No objective asks for it. The communication plan does, where a permission is needed before a
-//! takeoff or a landing.
+//! takeoff or a landing, and a release does, which begins at rest.
 
 use domain::fmu::FlightMode;
 use domain::plan::{Condition, Parameters};
@@ -22,7 +22,7 @@ impl Action for Stop {
 
     /// All it changes is the mode.
     fn test(&self, goal: &State, _start: &State, _config: &Config) -> bool {
-        goal.mode == Some(FlightMode::Loiter)
+        goal.mode == Some(FlightMode::Loiter) && goal.gripper.is_none()
     }
 
     fn propagate_backwards(&self, goal: &State, _start: &State, _tolerance: Tolerance, _config: &Config) -> State {

@@ -20,6 +20,7 @@ impl Action for Takeoff {
     fn test(&self, goal: &State, start: &State, config: &Config) -> bool {
         goal.flying
             && goal.mode.is_none()
+            && goal.gripper.is_none()
             && config.least_climb_m.get() <= goal.position.height_m() - ground_height_m(goal, start, config)
     }
 

@@ -21,7 +21,7 @@ impl MissionPlanner {
         let mut left_out: Vec<(String, String)> = Vec::new();
         loop {
             let mut scratch = MissionPlanner::new(&self.config, &self.energy, mission.clone(), self.pace);
-            (scratch.permissions, scratch.wind, scratch.is_forecast) = (self.permissions.clone(), wind, true);
+            (scratch.permissions, scratch.config.wind, scratch.is_forecast) = (self.permissions.clone(), wind, true);
             left_out.iter().for_each(|(name, reason)| scratch.objectives.give_up_named(name, reason));
             let forecast = forecast::fly_through(scratch, state.clone(), now);
             match forecast.shortfall().zip(forecast.least_worth()) {
@@ -31,6 +31,17 @@ impl MissionPlanner {
                 None => return MissionForecast { left_out, ..forecast },
             }
         }
+    }
+
+    /// Why nothing can be flown in this wind, if so.
+    pub(super) fn too_windy(&self) -> Option<String> {
+        let speeds = self.config.speeds();
+        let (wind_m_s, airspeed_m_s) = (speeds.wind.speed_m_s(), speeds.airspeed_m_s);
+        (!speeds.hold_in_wind()).then(|| {
+            format!(
+                "cannot be flown in a wind of {wind_m_s:.1} m/s: the vehicle flies at most {airspeed_m_s:.1} m/s through the air"
+            )
+        })
     }
 
     /// Before the first plan: chooses a free order, and before takeoff leaves out what the battery does not suffice for. Why
@@ -52,7 +63,7 @@ impl MissionPlanner {
         }
         // The order is chosen.
         let rest = Mission { order: Order::Given, ..self.rest_of_mission() };
-        let forecast = self.forecast(&rest, state, now, self.wind);
+        let forecast = self.forecast(&rest, state, now, self.config.wind);
         for (name, reason) in &forecast.left_out {
             self.objectives.give_up_named(name, reason);
         }

@@ -87,7 +87,10 @@ impl<'a> Graph<'a> {
                         continue;
                     }
                     looked_at += 1;
-                    if self.effort.most_legs < looked_at {
+                    let legs_left = &self.obstacles.among.airspace.legs_left;
+                    let left = legs_left.get().checked_sub(1);
+                    legs_left.set(left.unwrap_or(0));
+                    if self.effort.most_legs < looked_at || left.is_none() {
                         self.obstacles.among.gave_up.set(true);
                         return None;
                     }

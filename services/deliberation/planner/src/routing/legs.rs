@@ -165,5 +165,5 @@ enum Meeting {
 
 /// Whether an area is closed at all times, whatever is asked for.
 fn is_wall(area: &Area) -> bool {
-    area.kind == AreaKind::KeepOut && area.from_utc_ms.is_none() && area.until_utc_ms.is_none()
+    area.kind == AreaKind::KeepOut && area.always_applies()
 }

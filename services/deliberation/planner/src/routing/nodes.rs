@@ -167,7 +167,11 @@ impl<'a> Nodes<'a> {
             for foothold in
                 [from, to].into_iter().flat_map(|end| footholds(end, &[self.obstacles.area(zone)], margin_m))
             {
-                self.add_open(foothold, Place::Beside);
+                // At the heights of the corners, too: the vehicle may be a little lower or higher than it flies.
+                self.columns.push((foothold, Place::Beside));
+                for height_m in self.heights.clone() {
+                    self.add_open(foothold.at_height(height_m), Place::Beside);
+                }
             }
         }
     }

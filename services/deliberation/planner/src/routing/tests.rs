@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use domain::airspace::{Grants, is_at_heights, stays};
 use domain::area::{Area, AreaKind};
+use domain::energy::Wind;
 use domain::time::{Now, Pace};
 use domain::way::{Exempt, KEPT, Turns, keeps_clear};
 use proptest::prelude::*;
@@ -32,6 +33,7 @@ fn area(index: usize, kind: AreaKind, centre: (f64, f64), radius_m: f64, corners
         ceiling_m: None,
         from_utc_ms: None,
         until_utc_ms: None,
+        hours: None,
     }
 }
 
@@ -42,7 +44,18 @@ fn among<T>(areas: &[Area], from: Ned, to: Ned, search: impl FnOnce(&Obstacles) 
 
 /// The same for ways that keep this part of the margin.
 fn among_keeping<T>(part: usize, areas: &[Area], from: Ned, to: Ned, search: impl FnOnce(&Obstacles) -> T) -> T {
-    let (grants, asked, config) = (Grants::new(), Asked::new(), Config::for_tests());
+    among_in_wind(Wind::CALM, part, areas, (from, to), search)
+}
+
+/// The same in a wind.
+fn among_in_wind<T>(
+    wind: Wind,
+    part: usize,
+    areas: &[Area],
+    (from, to): (Ned, Ned),
+    search: impl FnOnce(&Obstacles) -> T,
+) -> T {
+    let (grants, asked, config) = (Grants::new(), Asked::new(), Config::for_tests().in_wind(wind));
     let clock = (Now::default(), Pace::REAL_TIME);
     let map = AreaMap::new(areas);
     let airspace = Airspace::new((areas, &map), &grants, &Permissions::default(), &Closures::new(), clock, &config);

@@ -7,7 +7,7 @@ use v1::mission_request::Request as Ask;
 
 impl Story {
     /// The planner's process ends, and another one is started with this mission file.
-    fn restart(&mut self, text: &str) -> Result<(), UnusableState> {
+    pub(super) fn restart(&mut self, text: &str) -> Result<(), UnusableState> {
         let memory = self.planner.memory();
         self.planner = Planner::new(&Config::for_tests(), &energy_for_tests(), mission(text), Pace::REAL_TIME);
         self.planner.resume(memory)
@@ -86,6 +86,8 @@ fn a_memory_that_makes_no_sense_changes_nothing() {
     check(|it| it.status.as_mut().unwrap().objectives[0].position = None, "`position`");
     check(|it| it.status.as_mut().unwrap().objectives[0].name.clear(), "a name of 1 to");
     check(|it| it.status.as_mut().unwrap().areas[0].kind = 0, "kind");
+    let nowhere = v1::Origin { latitude_deg: 91.0, ..Default::default() };
+    check(|it| it.status.as_mut().unwrap().origin = Some(nowhere), "`origin`");
 }
 
 #[test]

@@ -14,15 +14,20 @@ use crate::config::{Config, energy_for_tests};
 
 mod airspace;
 mod alternates;
+mod asking_ahead;
+mod drops;
 mod giving_up;
+mod hours;
 mod memory;
 mod operator;
+mod origin;
 mod permissions;
 mod properties;
 mod protocol;
 mod reference_mission;
 mod survey;
 mod terms;
+mod waiting;
 
 const REFERENCE: &str = include_str!("../../../../../config/missions/reference.toml");
 const KEEP_OUT: &str = include_str!("../../../../../config/missions/keep_out.toml");
@@ -211,6 +216,10 @@ fn render_step(step: &v1::PlanStep) -> String {
             // Adding zero makes of a negative zero a positive one.
             let [north, east, height] = [at.north_m, at.east_m, -at.down_m].map(|it| it.round() + 0.0);
             (format!("position {north} {east} {height}"), it.hold_at_target)
+        }
+        Goal::Release(it) => {
+            let at = it.over.unwrap();
+            (format!("release over {} {}", at.north_m.round() + 0.0, at.east_m.round() + 0.0), false)
         }
         Goal::Velocity(_) => panic!("no action flies at a velocity"),
     };

@@ -138,7 +138,7 @@ fn what_makes_no_sense_changes_nothing() {
         check(ask, false, words, &["deliver", "return"], 0);
     }
     refused(remove("nowhere"), "there is no objective `nowhere`");
-    refused(insert(3, "look", 1.0), "cannot insert at 3: the mission has 2 objectives, and the limit is 100");
+    refused(insert(3, "look", 1.0), "cannot insert at 3: the mission has 2 objectives, and the limit is 500");
     refused(
         insert(1, "look", 104.0),
         "objective `look` lies 6.0 m from the border of area `A`, expected at least 10 m",
@@ -168,8 +168,26 @@ fn a_mission_that_is_over_stays_over() {
     assert!(story.ask(skip("deliver")).accepted);
     assert!(story.ask(skip("return")).accepted);
     let reply = story.ask(Ask::Upload(text(REFERENCE)));
-    assert_eq!((reply.accepted, reply.text.as_str()), (false, "the mission is over: every objective is settled"));
+    let over =
+        "the mission is over: every objective is settled: nobody would fly it; upload it once the vehicle has landed";
+    assert_eq!((reply.accepted, reply.text.as_str()), (false, over));
     assert_eq!(story.ask(skip("return")).text, "objective `return` has failed: skipped by anna");
+}
+
+#[test]
+fn on_the_ground_the_next_mission_is_taken_and_waits() {
+    let mut story = Story::of(REFERENCE);
+    assert!(story.ask(skip("deliver")).accepted);
+    assert!(story.ask(skip("return")).accepted);
+    let epoch = story.status().epoch;
+    let reply = story.ask(Ask::Upload(text(KEEP_OUT)));
+    assert_eq!((reply.accepted, reply.text.as_str()), (true, "`keep-out` waits for an operator's start"));
+    let status = story.status();
+    assert_eq!((status.mission.as_str(), status.current_objective), ("keep-out", 0));
+    assert!(epoch < status.epoch, "the manager sees that it is another one");
+    // What could not be flown is refused, and the one that waits stays.
+    let reply = story.ask(Ask::Upload(text("name = \"x\"\n")));
+    assert_eq!((reply.accepted, story.status().mission.as_str()), (false, "keep-out"));
 }
 
 /// Each change in each state of a mission, in the order of [`CHANGES`].
@@ -192,6 +210,7 @@ fn each_change_in_each_state() {
         }
     }
     const OVER: &str = "no: the mission is over: every objective is settled";
+    const IN_THE_AIR: &str = "no: the mission is over: every objective is settled: nobody would fly it; upload it once the vehicle has landed";
     const POSSIBLE: &str = "every objective of `keep-out` can be reached";
     const SWAPPED: &str = "`keep-out` takes the place of `reference`";
     let (first, second) = ("objective `look` inserted at 0", "objective `look` inserted at 1");
@@ -222,5 +241,9 @@ fn each_change_in_each_state() {
         story
     };
     let failed = "no: objective `deliver` has failed: skipped by anna";
-    check("over", over, [POSSIBLE, OVER, OVER, OVER, failed, "no: objective `return` has failed: skipped by anna"]);
+    check(
+        "over",
+        over,
+        [POSSIBLE, IN_THE_AIR, OVER, OVER, failed, "no: objective `return` has failed: skipped by anna"],
+    );
 }

@@ -36,6 +36,7 @@ fn area_like(index: usize) -> impl Strategy<Value = Area> {
             ceiling_m: band.map(|(floor, thickness)| floor + thickness),
             from_utc_ms: None,
             until_utc_ms: None,
+            hours: None,
         }
     });
     any_area.prop_filter("not an area", Area::is_simple)
@@ -53,7 +54,8 @@ fn mission_among(areas: &[Area], goal: Ned) -> Mission {
         terms: Default::default(),
         survey: None,
     }];
-    Mission { name: "random".into(), objectives, areas: areas.to_vec(), order: Default::default(), sites: Vec::new() }
+    let (areas, sites) = (areas.to_vec(), Vec::new());
+    Mission { name: "random".into(), objectives, areas, order: Default::default(), sites, origin: None }
 }
 
 fn planner(areas: &[Area], goal: Ned) -> MissionPlanner {
@@ -133,6 +135,46 @@ proptest! {
             for step in steps.iter().filter(|it| it.action.name == "position") {
                 let to_m = step.way().1.height_m();
                 prop_assert!((least_m..=highest_m).contains(&to_m), "{step:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_asked_for_ahead_is_what_a_later_step_needs_within_the_lead_time(
+        areas in areas(),
+        start in spot(),
+        goal in spot(),
+        height_m in prop_oneof![Just(0.0), 5.0..50.0],
+        held in any::<u8>(),
+    ) {
+        let chosen = areas.iter().enumerate().filter(|(it, _)| held >> it & 1 == 1);
+        let held: BTreeSet<String> = chosen.map(|(_, it)| it.name.clone()).collect();
+        let request = from(start.at_height(height_m), &held);
+        let Answer::Plan(steps) = planner(&areas, goal).replan(request, Now::default()) else { return Ok(()) };
+        let config = Config::for_tests();
+        let mut begins = vec![Duration::ZERO];
+        for step in &steps {
+            begins.push(begins[begins.len() - 1] + step.flight_time(&config));
+        }
+        let lead = config.ask_ahead_s.duration();
+        let mut ahead = BTreeSet::new();
+        for (during, step) in steps.iter().enumerate() {
+            for it in &step.communication.ask_ahead {
+                prop_assert!(ahead.insert(it.need.area.clone()), "twice: {steps:?}");
+                let needs = |step: &Step| step.communication.ask.iter().find(|need| need.area == it.need.area).cloned();
+                let later = steps.iter().enumerate().find_map(|(index, step)| Some((index, needs(step)?)));
+                prop_assert!(later.is_some(), "asked for by no step: {steps:?}");
+                let Some((later, need)) = later else { continue };
+                let asked = begins[during] + it.after;
+                prop_assert!(during < later && asked < begins[during + 1], "{steps:?}");
+                prop_assert!(asked.is_zero() || asked + lead == begins[later + 1], "too early or too late: {steps:?}");
+                prop_assert_eq!(it.need.lasts, need.lasts + (begins[later] - asked));
+            }
+        }
+        for (later, step) in steps.iter().enumerate().filter(|(later, _)| !begins[*later].is_zero()) {
+            let is_near = begins[later + 1] - begins[later] < lead;
+            for need in &step.communication.ask {
+                prop_assert_eq!(ahead.contains(&need.area), is_near, "{:?}", &steps);
             }
         }
     }

@@ -1,5 +1,6 @@
 //! The monitor from outside: what it publishes about what the vehicle says.
 
+mod expressions;
 mod properties;
 mod rig;
 mod rules;

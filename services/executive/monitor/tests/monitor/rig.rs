@@ -23,6 +23,9 @@ const CONFIG: &str = "
 /// The processes on board.
 const PROCESSES: [&str; 4] = ["mcm", "planner", "skill-manager", "vehicle-sim"];
 
+/// The shipped table, from the folder of this crate.
+pub(crate) const SHIPPED: &str = "../../../config/contingencies.toml";
+
 /// Between two samples of every source.
 const STEP: Duration = Duration::from_millis(10);
 
@@ -30,6 +33,8 @@ const STEP: Duration = Duration::from_millis(10);
 pub(crate) struct Rig {
     monitor: Monitor,
     now: Time,
+    /// What the machine's wall clock shows; it stands still unless a test sets it.
+    pub(crate) utc_ms: i64,
     pub(crate) vehicle: Vehicle,
     pub(crate) said: Vec<(Time, Message)>,
     /// Messages that were refused, and why.
@@ -42,10 +47,16 @@ impl Rig {
         Rig::with(&table(&[("watched", rule)]), Pace::REAL_TIME)
     }
 
+    /// With one flag `watched` that an expression raises; `keys` are lines of its row.
+    pub(crate) fn watching_when(keys: &str) -> Rig {
+        Rig::with(&table_of_rows(&format!("flag = 'watched'\npriority = 1\n{keys}\n")), Pace::REAL_TIME)
+    }
+
     pub(crate) fn with(table: &Contingencies, pace: Pace) -> Rig {
         Rig {
             monitor: monitor(table, pace),
             now: Time::ZERO,
+            utc_ms: 0,
             vehicle: Vehicle::default(),
             said: Vec::new(),
             refused: Vec::new(),
@@ -137,7 +148,7 @@ impl Rig {
     }
 
     fn moment(&self) -> Now {
-        Now { time: self.now, utc_ms: 0 }
+        Now { time: self.now, utc_ms: self.utc_ms }
     }
 }
 
@@ -149,6 +160,10 @@ pub(crate) struct Vehicle {
     pub(crate) global_position: v1::VehicleGlobalPosition,
     pub(crate) land_detected: v1::VehicleLandDetected,
     pub(crate) battery: v1::BatteryStatus,
+    /// `None`: it estimates none.
+    pub(crate) wind: Option<v1::WindEstimate>,
+    /// Another aircraft, if there is one.
+    pub(crate) traffic: Option<v1::TransponderReport>,
     /// These topics do not arrive.
     pub(crate) silent: Vec<Topic>,
     /// These topics arrive without noise.
@@ -157,6 +172,10 @@ pub(crate) struct Vehicle {
     pub(crate) hung: Vec<&'static str>,
     /// How long ago the ground heard it.
     pub(crate) unheard_s: f64,
+    /// Why the ground does not record the flight.
+    pub(crate) record_trouble: String,
+    /// What the mission manager says.
+    pub(crate) manager: v1::McmStatus,
     drawn: u32,
 }
 
@@ -164,7 +183,7 @@ impl Default for Vehicle {
     /// In the air, and all is well.
     fn default() -> Vehicle {
         Vehicle {
-            status: v1::VehicleStatus { armed: true, ..Default::default() },
+            status: v1::VehicleStatus { armed: true, vibration_m_s2: Some(5.0), ..Default::default() },
             attitude: v1::VehicleAttitude { q_w: 1.0, ..Default::default() },
             local_position: v1::VehicleLocalPosition {
                 position: Some(v1::Ned { north_m: 30.0, east_m: 40.0, down_m: -10.0 }),
@@ -184,14 +203,37 @@ impl Default for Vehicle {
                 epv_m: 0.6,
             },
             land_detected: v1::VehicleLandDetected::default(),
-            battery: v1::BatteryStatus { voltage_v: 22.0, current_a: 10.0, remaining: 0.8, temperature_c: 20.0 },
+            battery: v1::BatteryStatus {
+                voltage_v: 22.0,
+                current_a: Some(10.0),
+                remaining: 0.8,
+                temperature_c: Some(20.0),
+            },
+            wind: Some(v1::WindEstimate::default()),
+            traffic: None,
             silent: Vec::new(),
             frozen: Vec::new(),
             hung: Vec::new(),
             unheard_s: 0.0,
+            record_trouble: String::new(),
+            manager: all_is_well(),
             drawn: 0,
         }
     }
+}
+
+/// What the mission manager says of a flight that has all the time and energy that it needs.
+fn all_is_well() -> v1::McmStatus {
+    let place = || Some(v1::PlaceOutlook { margin: 0.5, ..Default::default() });
+    let energy = v1::EnergyOutlook {
+        home: place(),
+        best: place(),
+        consumption: Some(0.96),
+        endurance_s: 900.0,
+        ..Default::default()
+    };
+    let progress = v1::FlightProgress { path_deviation_m: Some(0.3), overrun: Some(-0.5), ..Default::default() };
+    v1::McmStatus { energy: Some(energy), progress: Some(progress), ..Default::default() }
 }
 
 impl Vehicle {
@@ -223,9 +265,15 @@ impl Vehicle {
         samples.push(self.land_detected.into());
         let latitude_deg = self.global_position.latitude_deg + noise(Topic::VehicleGlobalPosition);
         samples.push(v1::VehicleGlobalPosition { latitude_deg, ..self.global_position }.into());
-        let current_a = self.battery.current_a + noise(Topic::BatteryStatus);
+        let current_a = self.battery.current_a.map(|it| it + noise(Topic::BatteryStatus));
         samples.push(v1::BatteryStatus { current_a, ..self.battery }.into());
-        samples.push(v1::GroundContact { heard_age_wall_s: self.unheard_s }.into());
+        samples.extend(self.wind.map(Message::from));
+        samples.extend(self.traffic.clone().map(Message::from));
+        samples.push(
+            v1::GroundContact { heard_age_wall_s: self.unheard_s, record_trouble: self.record_trouble.clone() }.into(),
+        );
+        samples.push(self.manager.clone().into());
+        samples.push(v1::PermissionLedger::default().into());
         samples.retain(|it| !self.silent.contains(&it.topic()));
         let processes = PROCESSES.iter().filter(|it| !self.hung.contains(it));
         samples.extend(processes.map(|it| v1::Heartbeat { service: (*it).into(), ..Default::default() }.into()));
@@ -257,6 +305,13 @@ pub(crate) fn table(flags: &[(&str, &str)]) -> Contingencies {
     read(Source { path: "table.toml".into(), text: testing::table(&text) })
 }
 
+/// A table of one row with these lines, which stops the vehicle.
+fn table_of_rows(row: &str) -> Contingencies {
+    let stop = "actions = ['stop']\nemergency = 'stop'\nclears = 'with-condition'\nthen = 'resume'\n";
+    let text = testing::table(&format!("[[contingency]]\n{row}{stop}"));
+    read(Source { path: "table.toml".into(), text })
+}
+
 /// A table whose actions all have a tree.
 pub(crate) fn read(source: Source) -> Contingencies {
     let file: toml::Table = toml::from_str(&source.text).unwrap();
@@ -265,7 +320,7 @@ pub(crate) fn read(source: Source) -> Contingencies {
 }
 
 pub(crate) fn shipped() -> Contingencies {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../config/contingencies.toml");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(SHIPPED);
     read(Source::read(&path).unwrap_or_else(|it| panic!("{it}")))
 }
 

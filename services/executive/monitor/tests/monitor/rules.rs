@@ -22,7 +22,7 @@ fn check(rule: &str, states: &[fn(&mut Vehicle)], expected: &[&str]) {
 }
 
 fn battery(remaining: f64) -> Message {
-    v1::BatteryStatus { voltage_v: 22.0, current_a: 1.0, remaining, temperature_c: 20.0 }.into()
+    v1::BatteryStatus { voltage_v: 22.0, current_a: Some(1.0), remaining, temperature_c: Some(20.0) }.into()
 }
 
 #[test]
@@ -184,10 +184,12 @@ fn a_flag_that_stays_up_gives_one_event_with_its_numbers() {
             reason: "battery remaining 0.10, below 0.20".into(),
             value: Some(0.1),
             threshold: Some(0.2),
+            unit: "ratio".into(),
         }]
     );
     let flag = &rig.last().flags[0];
     assert_eq!((flag.since_s, flag.reason.as_str()), (3.0, "battery remaining 0.10, below 0.20"));
+    assert_eq!((flag.value, flag.threshold, flag.unit.as_str()), (Some(0.1), Some(0.2), "ratio"));
 }
 
 #[test]

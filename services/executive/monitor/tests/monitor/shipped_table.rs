@@ -6,7 +6,7 @@ use domain::time::Pace;
 use kittiwake_proto::topics::Topic;
 use kittiwake_proto::v1::{self, FailureFlag};
 
-use crate::rig::{Rig, Vehicle, s, shipped};
+use crate::rig::{Rig, SHIPPED, Vehicle, s, shipped};
 
 #[test]
 fn no_flag_is_raised_while_all_is_well() {
@@ -32,8 +32,151 @@ fn every_row_with_a_rule_is_raised_once_and_cleared_again() {
         rig.fly(0.1);
         let changes: Vec<_> = rig.events().filter(|(_, it)| it.name == flag).map(|(_, it)| it.raised).collect();
         assert_eq!(changes, [true, false], "{flag}");
-        assert!(rig.up().is_empty(), "{flag}");
+        // The vehicle of the rig is lifted and set down at once.
+        let up = rig.up();
+        assert!(up.iter().all(|it| *it == "position_jumped"), "{flag}: {up:?}");
     }
+}
+
+/// A flag, what raises it, and after how many seconds at most.
+type Cause = (&'static str, fn(&mut Rig), f64);
+
+/// What raises the flag of each row with an expression, and the seconds after which it has fallen again once all is well.
+const CAUSES: [Cause; 29] = [
+    ("attitude_exceeded", |rig| (rig.vehicle.attitude.q_x, rig.vehicle.attitude.q_w) = 0.6_f64.sin_cos(), 0.1),
+    (
+        "sinking",
+        |rig| rig.vehicle.local_position.velocity = Some(v1::NedVelocity { down_m_s: 4.1, ..Default::default() }),
+        0.1,
+    ),
+    ("autopilot_comes_down", |rig| rig.vehicle.status.failsafe = true, 0.1),
+    ("heading_fault", |rig| rig.vehicle.local_position.heading_rad = -1.1, 0.1),
+    ("position_uncertain", |rig| rig.vehicle.local_position.epv_m = 5.1, 0.1),
+    ("position_jumped", |rig| rig.vehicle.local_position.position = Some(place(41.0)), 21.0),
+    ("battery_emergency", |rig| rig.vehicle.battery.remaining = 0.049, 0.1),
+    ("energy_short", |rig| energy(rig).best = margin(-0.001), 0.1),
+    ("home_out_of_reach", |rig| energy(rig).home = margin(-0.001), 0.1),
+    ("battery_hot", |rig| rig.vehicle.battery.temperature_c = Some(60.1), 0.1),
+    (
+        "battery_hot_on_ground",
+        |rig| {
+            rig.vehicle.battery.temperature_c = Some(60.1);
+            rig.vehicle.touch_down();
+        },
+        0.1,
+    ),
+    ("traffic_near", |rig| rig.vehicle.traffic = Some(aircraft(600.0, v1::TrafficKind::Unspecified)), 16.0),
+    ("too_high", |rig| rig.vehicle.local_position.position = Some(v1::Ned { down_m: -150.1, ..place(30.0) }), 21.0),
+    ("wind_too_strong", |rig| rig.vehicle.wind = Some(v1::WindEstimate { north_m_s: 9.0, east_m_s: -11.0 }), 121.0),
+    ("wind_high", |rig| rig.vehicle.wind = Some(v1::WindEstimate { north_m_s: 8.0, east_m_s: 6.1 }), 2.1),
+    ("gust_too_strong", |rig| rig.vehicle.wind = Some(v1::WindEstimate { north_m_s: 15.0, east_m_s: -9.0 }), 121.0),
+    ("gust_at_landing", |rig| rig.vehicle.wind = Some(v1::WindEstimate { north_m_s: 13.1, east_m_s: 0.0 }), 121.0),
+    ("vibration_extreme", |rig| rig.vehicle.status.vibration_m_s2 = Some(60.1), 0.1),
+    ("vibration_high", |rig| rig.vehicle.status.vibration_m_s2 = Some(30.1), 0.1),
+    ("vessel_near", |rig| rig.vehicle.traffic = Some(aircraft(59.0, v1::TrafficKind::Vessel)), 16.0),
+    ("drone_near", |rig| rig.vehicle.traffic = Some(aircraft(170.0, v1::TrafficKind::Uncrewed)), 16.0),
+    ("path_deviated", |rig| progress(rig).path_deviation_m = Some(20.1), 0.1),
+    ("consumption_high", |rig| energy(rig).consumption = Some(1.21), 0.1),
+    ("clock_jumped", |rig| rig.utc_ms += 1200, 61.0),
+    ("cancel_ignored", |rig| progress(rig).cancel_s = 5.1, 0.1),
+    ("skill_overruns", |rig| progress(rig).overrun = Some(0.51), 0.1),
+    ("no_plan", |rig| progress(rig).plan_s = 300.1, 0.1),
+    ("operator_silent", |rig| progress(rig).operator_s = 600.1, 0.1),
+    ("record_unwritable", |rig| rig.vehicle.record_trouble = "the disk is full".into(), 0.1),
+];
+
+fn place(north_m: f64) -> v1::Ned {
+    v1::Ned { north_m, east_m: 40.0, down_m: -10.0 }
+}
+
+fn energy(rig: &mut Rig) -> &mut v1::EnergyOutlook {
+    rig.vehicle.manager.energy.get_or_insert_default()
+}
+
+fn progress(rig: &mut Rig) -> &mut v1::FlightProgress {
+    rig.vehicle.manager.progress.get_or_insert_default()
+}
+
+fn margin(margin: f64) -> Option<v1::PlaceOutlook> {
+    Some(v1::PlaceOutlook { margin, ..Default::default() })
+}
+
+/// Traffic that stands still so far north of the origin, at the height of the vehicle, which is 30 m north and 40 m east.
+fn aircraft(north_m: f64, kind: v1::TrafficKind) -> v1::TransponderReport {
+    let position = Some(v1::Ned { north_m, east_m: 40.0, down_m: -10.0 });
+    let velocity = Some(v1::NedVelocity::default());
+    v1::TransponderReport { id: "other".into(), position, velocity, kind: kind.into() }
+}
+
+#[test]
+fn every_row_with_an_expression_is_raised_once_and_cleared_again() {
+    let table = shipped();
+    // It falls by a landing only: a test of its own.
+    let rows = || table.rows().iter().filter(|row| row.when.is_some() && row.flag != "flight_too_long");
+    let with_expression: Vec<&str> = rows().map(|row| row.flag.as_str()).collect();
+    assert_eq!(with_expression, CAUSES.map(|(flag, ..)| flag), "each row needs a cause");
+    for (row, (flag, cause, falls_after_s)) in rows().zip(CAUSES) {
+        let mut rig = Rig::with(&table, Pace::REAL_TIME);
+        rig.fly(2.0);
+        cause(&mut rig);
+        let hold = row.when.as_ref().map(|it| it.hold).unwrap_or_default();
+        rig.fly(hold.as_secs_f64() + 0.1);
+        rig.vehicle = Vehicle::default();
+        rig.fly(falls_after_s);
+        let changes: Vec<_> = rig.events().filter(|(_, it)| it.name == flag).map(|(_, it)| it.raised).collect();
+        assert_eq!(changes, [true, false], "{flag}: {:?}", rig.story());
+        assert!(rig.up().is_empty(), "{flag}: {:?}", rig.up());
+    }
+}
+
+#[test]
+fn a_flight_that_is_too_long_is_one_until_it_has_landed() {
+    let mut rig = Rig::with(&shipped(), Pace::REAL_TIME);
+    rig.fly(2.0);
+    rig.stall(s(3597.0));
+    rig.utc_ms += 3_597_000;
+    rig.fly(0.9);
+    assert!(rig.up().is_empty(), "{:?}", rig.story());
+    rig.fly(0.7);
+    assert_eq!(rig.up(), ["flight_too_long"]);
+    rig.vehicle.touch_down();
+    rig.fly(0.1);
+    assert!(rig.up().is_empty(), "{:?}", rig.story());
+}
+
+/// As after a landing, with an autopilot that estimates the wind in flight alone.
+#[test]
+fn much_wind_that_is_not_estimated_any_more_keeps_nothing_on_the_ground() {
+    let mut rig = Rig::with(&shipped(), Pace::REAL_TIME);
+    rig.vehicle.wind = Some(v1::WindEstimate { north_m_s: 8.0, east_m_s: 6.1 });
+    rig.fly(11.0);
+    assert_eq!(rig.up(), ["wind_high"]);
+    rig.vehicle.wind = None;
+    rig.fly(9.0);
+    assert_eq!(rig.up(), ["wind_high"], "the last estimate counts for ten seconds");
+    rig.fly(4.0);
+    assert!(rig.up().is_empty(), "{:?}", rig.story());
+}
+
+/// The autopilot has its own attitude, and flies on.
+#[test]
+fn an_attitude_that_was_never_heard_is_no_tilt() {
+    let mut rig = Rig::with(&shipped(), Pace::REAL_TIME);
+    rig.vehicle.silent = vec![Topic::VehicleAttitude];
+    rig.fly(8.0);
+    assert_eq!(rig.up(), ["attitude_stale"]);
+}
+
+#[test]
+fn every_row_names_its_alarm_and_the_source_of_its_numbers() {
+    let text = std::fs::read_to_string(std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(SHIPPED)).unwrap();
+    let table = shipped();
+    for key in ["alarm", "source"] {
+        let named = text.lines().filter(|line| line.starts_with(&format!("{key} = "))).count();
+        assert_eq!(named, table.rows().len(), "rows with `{key}`");
+    }
+    assert!(table.rows().iter().all(|row| row.source.is_some()));
+    assert!(35 <= table.rows().len());
 }
 
 #[test]
@@ -72,6 +215,10 @@ fn make_it_so(vehicle: &mut Vehicle, rule: Rule) {
         Rule::Below { value, threshold, .. } => measure(vehicle, value, threshold - 0.01),
         Rule::Above { value, threshold, .. } => measure(vehicle, value, threshold + 0.01),
         Rule::Reported { condition: Condition::LandDetectorContradicts, .. } => vehicle.land_detected.landed = true,
+        Rule::Reported { condition: Condition::WouldNotArm, .. } => {
+            (vehicle.status.armed, vehicle.status.can_arm) = (false, Some(false));
+        }
+        Rule::Reported { condition: Condition::AutopilotPreempts, .. } => vehicle.status.failsafe = true,
         Rule::Reported { condition, .. } => vehicle.status.failures.push(failure(condition) as i32),
         Rule::Stale { source: DataSource::Planner, .. } => vehicle.hung.push("planner"),
         Rule::Stale { source: DataSource::SkillManager, .. } => vehicle.hung.push("skill-manager"),
@@ -85,7 +232,7 @@ fn measure(vehicle: &mut Vehicle, quantity: Quantity, value: f64) {
     match quantity {
         Quantity::BatteryRemaining => vehicle.battery.remaining = value,
         Quantity::BatteryVoltage => vehicle.battery.voltage_v = value,
-        Quantity::BatteryTemperature => vehicle.battery.temperature_c = value,
+        Quantity::BatteryTemperature => vehicle.battery.temperature_c = Some(value),
         Quantity::HorizontalAccuracy => local.eph_m = value,
         Quantity::VerticalAccuracy => local.epv_m = value,
         Quantity::Height => local.position = Some(v1::Ned { down_m: -value, ..Default::default() }),
@@ -106,7 +253,9 @@ fn failure(condition: Condition) -> FailureFlag {
         Condition::MotorFailure => FailureFlag::Motor,
         Condition::BatteryFailure => FailureFlag::Battery,
         Condition::GroundLinkLost => FailureFlag::GroundLinkLost,
-        Condition::LandDetectorContradicts => unreachable!("no failure that the vehicle reports"),
+        Condition::LandDetectorContradicts | Condition::WouldNotArm | Condition::AutopilotPreempts => {
+            unreachable!("no failure that the vehicle reports")
+        }
     }
 }
 
@@ -119,6 +268,7 @@ fn topic(source: DataSource) -> Topic {
         DataSource::LandDetected => Topic::VehicleLandDetected,
         DataSource::Battery => Topic::BatteryStatus,
         DataSource::GroundLink => Topic::GroundContact,
+        DataSource::ControlTower => Topic::PermissionLedger,
         DataSource::Planner | DataSource::SkillManager | DataSource::MissionManager => Topic::Heartbeat,
     }
 }

@@ -124,6 +124,14 @@ fn a_source_that_repeats_its_values_is_stale_but_only_while_armed() {
 }
 
 #[test]
+fn a_battery_without_a_measured_current_may_stay_as_it_is() {
+    let mut rig = Rig::watching(POSITION_STALE);
+    rig.vehicle.battery.current_a = None;
+    rig.fly(5.0);
+    assert_eq!(rig.last().ages.unwrap().battery_s, Some(0.01));
+}
+
+#[test]
 fn each_source_that_measures_can_be_found_frozen() {
     #[track_caller]
     fn check(topic: Topic, age: fn(&v1::SourceAges) -> Option<f64>, expected: bool) {

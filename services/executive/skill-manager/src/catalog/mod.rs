@@ -13,6 +13,7 @@ mod deadline;
 mod descent;
 mod land;
 mod offboard;
+mod release;
 mod stop;
 mod takeoff;
 
@@ -38,6 +39,16 @@ pub(crate) trait Skill: std::fmt::Debug + Send {
 
     /// Whether the autopilot may disarm by itself at the end.
     fn ends_disarmed(&self) -> bool {
+        false
+    }
+
+    /// Whether its goal is a place or a height in the local frame, which means nothing once the frame has moved.
+    fn depends_on_frame(&self) -> bool {
+        false
+    }
+
+    /// Whether nothing undoes what it has commanded: cancelled, it still ends with what was seen to happen.
+    fn is_irrevocable(&self) -> bool {
         false
     }
 
@@ -68,7 +79,7 @@ pub(crate) trait Skill: std::fmt::Debug + Send {
 }
 
 /// Whether a skill can start.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Ready {
     /// It can be commanded.
     Command,
@@ -78,6 +89,10 @@ pub(crate) enum Ready {
     Await(&'static str),
     /// These data are missing or too old, and it cannot be commanded without them.
     Require(&'static str),
+    /// It must not be commanded as the vehicle is now, for this reason; it fails unless that changes as soon as data may come.
+    Refuse(String),
+    /// It must not be commanded before this time. Until then only its postcondition ends the wait.
+    NotBefore(Time),
 }
 
 /// The skill that flies `goal`.
@@ -94,5 +109,6 @@ pub(crate) fn skill_for(goal: Goal, config: &Config, pace: Pace) -> Box<dyn Skil
         Goal::Velocity { velocity, yaw_rate_rad_s, timeout_s } => {
             Box::new(offboard::Velocity::new(Setpoint::Velocity { velocity, yaw_rate_rad_s }, timeout_s))
         }
+        Goal::Release { over } => Box::new(release::Release::new(over, config, pace)),
     }
 }

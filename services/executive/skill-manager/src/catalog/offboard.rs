@@ -91,7 +91,8 @@ impl Skill for Position {
         match view.motion {
             // Holding the target takes the skill, even if the vehicle is there.
             _ if self.hold_at_target => Ready::Command,
-            Some(motion) if self.is_there(&motion) => Ready::AlreadyTrue,
+            // Nor is it held by somebody else for ever.
+            Some(motion) if self.is_there(&motion) && !view.status.is_some_and(|it| it.of_other) => Ready::AlreadyTrue,
             Some(_) => Ready::Command,
             None => Ready::Await("position"),
         }
@@ -103,6 +104,10 @@ impl Skill for Position {
 
     fn mode(&self) -> FlightMode {
         FlightMode::Offboard
+    }
+
+    fn depends_on_frame(&self) -> bool {
+        true
     }
 
     fn setpoint(&self) -> Option<Setpoint> {

@@ -43,7 +43,8 @@ impl Skill for Stop {
     fn ready(&mut self, view: &View) -> Ready {
         // To be slow in another mode is no stop: that mode goes on flying.
         let loiters = view.status.is_some_and(|it| {
-            it.intended == FlightMode::Loiter && it.actual == FlightMode::Loiter && self.is_slow(view)
+            // A loiter that somebody else has chosen is not ours before it is commanded.
+            it.is_in(FlightMode::Loiter) && !it.of_other && self.is_slow(view)
         });
         match view.at_rest_on_ground() {
             Some(true) => Ready::AlreadyTrue,

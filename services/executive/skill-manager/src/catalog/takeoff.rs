@@ -70,6 +70,9 @@ impl Skill for Takeoff {
         match (self.target_height_m, view.status) {
             (None, _) => Ready::Require("height"),
             (_, None) => Ready::Require("status"),
+            (Some(_), Some(status)) if !status.armed && status.can_arm == Some(false) => {
+                Ready::Refuse("the autopilot would not arm".into())
+            }
             (Some(_), Some(status)) => {
                 self.arms = !status.armed;
                 Ready::Command
@@ -88,6 +91,10 @@ impl Skill for Takeoff {
 
     fn mode(&self) -> FlightMode {
         FlightMode::Takeoff
+    }
+
+    fn depends_on_frame(&self) -> bool {
+        true
     }
 
     fn mode_afterwards(&self) -> Option<FlightMode> {
@@ -109,7 +116,7 @@ impl Skill for Takeoff {
         // Once the autopilot loiters it climbs no further. It counts in the air only: the mode before
         // the climb may have been loiter, too.
         match view.status.map(|it| it.actual) {
-            Some(FlightMode::Loiter) if view.flying == Some(true) => {
+            Some(Some(FlightMode::Loiter)) if view.flying == Some(true) => {
                 self.levelled_off.get_or_insert(now);
             }
             Some(_) => self.levelled_off = None,

@@ -86,6 +86,7 @@ fn a_repeated_request_gets_the_first_answer_and_climbs_once() {
         goal: Some(Goal::Takeoff { climb_m: 10.0 }.into()),
         when_busy: Replace as i32,
         gave_up_skill_id: 0,
+        ..Default::default()
     };
     let first = rig.request(request.clone());
     assert_eq!(rig.request(request.clone()), first);
@@ -106,6 +107,7 @@ fn an_invalid_request_is_refused_with_the_reason() {
             goal: Some(fly_to(10.0).into()),
             when_busy: Replace as i32,
             gave_up_skill_id: 0,
+            ..Default::default()
         };
         change(&mut request);
         let reply = rig.request(request);

@@ -89,7 +89,7 @@ fn bring_to_an_end(rig: &mut Rig) -> u64 {
     rig.autopilot.reactions.clear();
     rig.autopilot.failsafe = None;
     rig.run(5.0);
-    let stop = rig.start(Goal::Stop);
+    let stop = rig.take_back(Goal::Stop);
     rig.outcome(stop);
     rig.run(5.0);
     stop

@@ -4,5 +4,7 @@
 mod autopilot;
 mod contention;
 mod every_outcome_reaches_the_caller;
+mod others;
+mod release;
 mod skills;
 mod support;

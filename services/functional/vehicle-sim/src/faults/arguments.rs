@@ -3,8 +3,10 @@
 use std::ops::RangeInclusive;
 
 use domain::file::did_you_mean;
+use domain::fmu::TrafficKind;
 use kittiwake_proto::topics::Topic;
 
+use crate::pilot::Mode;
 use crate::publisher::OUT_TOPICS;
 
 /// The arguments that were not read yet.
@@ -65,6 +67,51 @@ impl<'a> Arguments<'a> {
             Some("flying") => Ok(Some(false)),
             Some("works") => Ok(None),
             other => Err(format!("found `{}`, expected landed, flying or works", other.unwrap_or_default())),
+        }
+    }
+
+    /// A mode that somebody or something else chooses; nothing means `otherwise`.
+    pub(crate) fn mode(&mut self, otherwise: Mode) -> Result<Mode, String> {
+        match self.next() {
+            None => Ok(otherwise),
+            Some("manual") => Ok(Mode::Manual),
+            Some("hold") => Ok(Mode::Loiter),
+            Some("return") => Ok(Mode::Return),
+            Some("land") => Ok(Mode::Land),
+            Some(other) => Err(format!("found `{other}`, expected manual, hold, return or land")),
+        }
+    }
+
+    /// Whether an autopilot that starts again in the air holds.
+    pub(crate) fn holds(&mut self) -> Result<bool, String> {
+        match self.next() {
+            None | Some("holds") => Ok(true),
+            Some("falls") => Ok(false),
+            Some(other) => Err(format!("found `{other}`, expected holds or falls")),
+        }
+    }
+
+    /// Any text; `None` if it is left out.
+    pub(crate) fn text(&mut self) -> Option<String> {
+        self.next().map(str::to_owned)
+    }
+
+    /// Whether the next argument is this word, which is read then.
+    pub(crate) fn is(&mut self, word: &str) -> bool {
+        let is = self.0.first().is_some_and(|it| it == word);
+        if is {
+            self.0 = &self.0[1..];
+        }
+        is
+    }
+
+    /// What other traffic is; nothing means an aircraft with people in it.
+    pub(crate) fn traffic_kind(&mut self) -> Result<TrafficKind, String> {
+        match self.next() {
+            None | Some("crewed") => Ok(TrafficKind::Crewed),
+            Some("uncrewed") => Ok(TrafficKind::Uncrewed),
+            Some("vessel") => Ok(TrafficKind::Vessel),
+            Some(other) => Err(format!("found `{other}`, expected crewed, uncrewed or vessel")),
         }
     }
 

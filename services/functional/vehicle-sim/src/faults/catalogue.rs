@@ -2,6 +2,7 @@
 
 use super::Fault;
 use super::arguments::Arguments;
+use crate::pilot::Mode;
 
 /// A fault of the catalogue, as users read it.
 #[derive(Debug)]
@@ -58,6 +59,12 @@ const CATALOGUE: &[CatalogueEntry] = &[
         parse: |it| Ok(Fault::Battery(it.number("FRACTION", 0.0..=1.0)?)),
     },
     CatalogueEntry {
+        name: "battery_temperature",
+        arguments: "DEGREES",
+        effect: "sets the temperature of the battery's cells to DEGREES Celsius; they cool down by themselves",
+        parse: |it| Ok(Fault::BatteryTemperature(it.number("DEGREES", -40.0..=150.0)?)),
+    },
+    CatalogueEntry {
         name: "gnss_loss",
         arguments: "[on|off]",
         effect: "no satellites: dead reckoning for five seconds, then a blind descent",
@@ -106,6 +113,12 @@ const CATALOGUE: &[CatalogueEntry] = &[
         parse: |it| Ok(Fault::BlockedLanding(it.switch()?)),
     },
     CatalogueEntry {
+        name: "gripper_stuck",
+        arguments: "[on|off]",
+        effect: "the gripper takes the command to release and does not open; freed, it opens at once",
+        parse: |it| Ok(Fault::GripperStuck(it.switch()?)),
+    },
+    CatalogueEntry {
         name: "land_detector",
         arguments: "landed|flying|works",
         effect: "the land detector reports the ground, or the air, whatever is true; in the air it never disarms by itself",
@@ -113,8 +126,9 @@ const CATALOGUE: &[CatalogueEntry] = &[
     },
     CatalogueEntry {
         name: "intruder",
-        arguments: "NORTH EAST HEIGHT VNORTH VEAST",
-        effect: "another aircraft appears at NORTH EAST HEIGHT (m) and flies straight and level at VNORTH VEAST (m/s)",
+        arguments: "NORTH EAST HEIGHT VNORTH VEAST [KIND]",
+        effect: "another aircraft appears at NORTH EAST HEIGHT (m) and flies straight and level at VNORTH VEAST (m/s); KIND is crewed \
+                 (if left out), uncrewed or vessel",
         parse: |it| {
             Ok(Fault::Intruder {
                 north_m: it.number("NORTH", -1e5..=1e5)?,
@@ -122,7 +136,102 @@ const CATALOGUE: &[CatalogueEntry] = &[
                 height_m: it.number("HEIGHT", -1e3..=2e4)?,
                 north_m_s: it.number("VNORTH", -400.0..=400.0)?,
                 east_m_s: it.number("VEAST", -400.0..=400.0)?,
+                kind: it.traffic_kind()?,
             })
+        },
+    },
+    CatalogueEntry {
+        name: "pilot_takes_over",
+        arguments: "[manual|hold|return|land]",
+        effect: "a pilot or another ground station sets the mode, and keeps it until a mode is commanded; manual, which has no name \
+                 here, if left out",
+        parse: |it| Ok(Fault::PilotTakesOver(it.mode(Mode::Manual)?)),
+    },
+    CatalogueEntry {
+        name: "autopilot_failsafe",
+        arguments: "[hold|return|land] [REASON] | off",
+        effect: "the autopilot flies this mode (return if left out) by a failsafe of its own, until a mode is commanded or it is off",
+        parse: |it| {
+            if it.is("off") {
+                return Ok(Fault::AutopilotFailsafe(None));
+            }
+            let mode = it.mode(Mode::Return)?;
+            Ok(Fault::AutopilotFailsafe(Some((mode, it.text().unwrap_or_else(|| "an injected failsafe".into())))))
+        },
+    },
+    CatalogueEntry {
+        name: "restart_autopilot",
+        arguments: "[holds|falls]",
+        effect: "the autopilot starts again: silent for 1.4 s, its clock at zero, its origin where it is; in the air it holds, or its \
+                 motors stop",
+        parse: |it| Ok(Fault::RestartAutopilot(it.holds()?)),
+    },
+    CatalogueEntry {
+        name: "frame_jump",
+        arguments: "NORTH EAST DOWN",
+        effect: "the local frame moves: positions jump by NORTH EAST DOWN (m) while the vehicle stays where it is",
+        parse: |it| {
+            Ok(Fault::FrameJump {
+                north_m: it.number("NORTH", -1e5..=1e5)?,
+                east_m: it.number("EAST", -1e5..=1e5)?,
+                down_m: it.number("DOWN", -1e4..=1e4)?,
+            })
+        },
+    },
+    CatalogueEntry {
+        name: "vibration",
+        arguments: "M_PER_S2",
+        effect: "the frame shakes: the accelerometer's fast part has a standard deviation of M_PER_S2",
+        parse: |it| Ok(Fault::Vibration(it.number("M_PER_S2", 0.0..=500.0)?)),
+    },
+    CatalogueEntry {
+        name: "drain",
+        arguments: "FACTOR",
+        effect: "the motors take FACTOR times what they should: more with ice on the propellers, next to nothing on a cable; 1 ends it",
+        parse: |it| Ok(Fault::Drain(it.number("FACTOR", 0.01..=10.0)?)),
+    },
+    CatalogueEntry {
+        name: "position_jump",
+        arguments: "NORTH EAST [UP]",
+        effect: "the position estimate jumps by NORTH EAST UP (m) and stays there; each one adds to those before",
+        parse: |it| {
+            Ok(Fault::PositionJump {
+                north_m: it.number("NORTH", -1e4..=1e4)?,
+                east_m: it.number("EAST", -1e4..=1e4)?,
+                up_m: it.number_or("UP", -1e3..=1e3, 0.0)?,
+            })
+        },
+    },
+    CatalogueEntry {
+        name: "not_ready",
+        arguments: "[REASON]",
+        effect: "the autopilot would not arm, for REASON; without one it would again",
+        parse: |it| Ok(Fault::NotReady(it.text())),
+    },
+    CatalogueEntry {
+        name: "heading_error",
+        arguments: "DEGREES",
+        effect: "the heading of the position estimate is off by DEGREES; 0 ends it",
+        parse: |it| Ok(Fault::HeadingError(it.number("DEGREES", -180.0..=180.0)?)),
+    },
+    CatalogueEntry {
+        name: "steering_error",
+        arguments: "NORTH EAST",
+        effect: "the autopilot steers for a place NORTH EAST (m) of each position that it is sent; 0 0 ends it",
+        parse: |it| {
+            Ok(Fault::SteeringError {
+                north_m: it.number("NORTH", -1e3..=1e3)?,
+                east_m: it.number("EAST", -1e3..=1e3)?,
+            })
+        },
+    },
+    CatalogueEntry {
+        name: "slow_flight",
+        arguments: "[M_PER_S]",
+        effect: "the autopilot flies no faster than M_PER_S over ground, whatever it is asked for; without it, than its own limit",
+        parse: |it| {
+            let speed_m_s = it.number_or("M_PER_S", 0.5..=60.0, f64::INFINITY)?;
+            Ok(Fault::SlowFlight(speed_m_s.is_finite().then_some(speed_m_s)))
         },
     },
     CatalogueEntry {

@@ -4,6 +4,7 @@
 //! of `Fault`, and the match arm that the compiler asks for.
 
 use domain::file::did_you_mean;
+use domain::fmu::TrafficKind;
 use kittiwake_proto::topics::Topic;
 
 mod arguments;
@@ -11,6 +12,8 @@ pub mod catalogue;
 
 use arguments::Arguments;
 use catalogue::catalogue;
+
+use crate::pilot::Mode;
 
 /// A fault, checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +30,8 @@ pub(crate) enum Fault {
     Thaw(Topic),
     /// Sets the charge left, 0 to 1.
     Battery(f64),
+    /// Sets the temperature of the battery's cells, degrees Celsius.
+    BatteryTemperature(f64),
     /// No satellites are received.
     GnssLoss(bool),
     /// The position estimate drifts at this many metres per second.
@@ -48,6 +53,8 @@ pub(crate) enum Fault {
     LinkLoss(f64),
     /// A landing stops above the ground.
     BlockedLanding(bool),
+    /// The gripper takes commands and does not open.
+    GripperStuck(bool),
     /// The land detector is stuck at the ground (true) or in the air (false), or works.
     LandDetector(Option<bool>),
     /// Another aircraft appears, and flies straight and level.
@@ -62,7 +69,50 @@ pub(crate) enum Fault {
         north_m_s: f64,
         /// Towards east.
         east_m_s: f64,
+        /// What it is.
+        kind: TrafficKind,
     },
+    /// Somebody else chooses this mode.
+    PilotTakesOver(Mode),
+    /// The autopilot flies this mode by a failsafe, for this reason; `None`: the failsafe ends.
+    AutopilotFailsafe(Option<(Mode, String)>),
+    /// The autopilot starts again; armed, it holds (true) or its motors stop.
+    RestartAutopilot(bool),
+    /// Positions of the local frame jump by this much.
+    FrameJump {
+        /// Metres north.
+        north_m: f64,
+        /// Metres east.
+        east_m: f64,
+        /// Metres down.
+        down_m: f64,
+    },
+    /// The autopilot would not arm, for this reason; `None`: it would.
+    NotReady(Option<String>),
+    /// The frame shakes this much, m/s2.
+    Vibration(f64),
+    /// The motors take this many times what they should.
+    Drain(f64),
+    /// The estimate jumps: north, east, up, in metres. It stays there.
+    PositionJump {
+        /// Towards north.
+        north_m: f64,
+        /// Towards east.
+        east_m: f64,
+        /// Upwards.
+        up_m: f64,
+    },
+    /// The heading of the position estimate is off by this many degrees.
+    HeadingError(f64),
+    /// The autopilot steers for a place beside each position that it is sent.
+    SteeringError {
+        /// Metres north of it.
+        north_m: f64,
+        /// Metres east of it.
+        east_m: f64,
+    },
+    /// The autopilot flies no faster than this over ground, m/s; `None`: than its own limit.
+    SlowFlight(Option<f64>),
     /// Ends all faults; the battery keeps its charge.
     Clear,
 }
@@ -106,6 +156,14 @@ impl Fault {
     }
 }
 
+/// Whether the simulator would take this fault.
+///
+/// # Errors
+/// Why not, and what was expected.
+pub fn check(name: &str, args: &[String]) -> Result<(), String> {
+    Fault::parse(name, args).map(drop).map_err(|it| it.to_string())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -126,6 +184,7 @@ mod tests {
         check("drop battery_status", Ok(Fault::Drop(Topic::BatteryStatus)));
         check("thaw battery_status", Ok(Fault::Thaw(Topic::BatteryStatus)));
         check("battery 0.2", Ok(Fault::Battery(0.2)));
+        check("battery_temperature 70", Ok(Fault::BatteryTemperature(70.0)));
         check("gnss_loss", Ok(Fault::GnssLoss(true)));
         check("gnss_loss off", Ok(Fault::GnssLoss(false)));
         check("estimator_drift 1.5", Ok(Fault::EstimatorDrift(1.5)));
@@ -139,16 +198,59 @@ mod tests {
         check("land_detector flying", Ok(Fault::LandDetector(Some(false))));
         check("land_detector works", Ok(Fault::LandDetector(None)));
         check("blocked_landing", Ok(Fault::BlockedLanding(true)));
+        check("gripper_stuck", Ok(Fault::GripperStuck(true)));
+        check("gripper_stuck off", Ok(Fault::GripperStuck(false)));
         check(
             "intruder 1 2 3 4 5",
-            Ok(Fault::Intruder { north_m: 1.0, east_m: 2.0, height_m: 3.0, north_m_s: 4.0, east_m_s: 5.0 }),
+            Ok(Fault::Intruder {
+                north_m: 1.0,
+                east_m: 2.0,
+                height_m: 3.0,
+                north_m_s: 4.0,
+                east_m_s: 5.0,
+                kind: TrafficKind::Crewed,
+            }),
         );
+        check("pilot_takes_over", Ok(Fault::PilotTakesOver(Mode::Manual)));
+        check("pilot_takes_over land", Ok(Fault::PilotTakesOver(Mode::Land)));
+        check("autopilot_failsafe return GCS", Ok(Fault::AutopilotFailsafe(Some((Mode::Return, "GCS".into())))));
+        check("autopilot_failsafe off", Ok(Fault::AutopilotFailsafe(None)));
+        check("restart_autopilot", Ok(Fault::RestartAutopilot(true)));
+        check("restart_autopilot falls", Ok(Fault::RestartAutopilot(false)));
+        check("frame_jump 1 -2 3", Ok(Fault::FrameJump { north_m: 1.0, east_m: -2.0, down_m: 3.0 }));
+        check("not_ready compass", Ok(Fault::NotReady(Some("compass".into()))));
+        check("not_ready", Ok(Fault::NotReady(None)));
+        check(
+            "intruder 1 2 0 4 5 vessel",
+            Ok(Fault::Intruder {
+                north_m: 1.0,
+                east_m: 2.0,
+                height_m: 0.0,
+                north_m_s: 4.0,
+                east_m_s: 5.0,
+                kind: TrafficKind::Vessel,
+            }),
+        );
+        check("vibration 70", Ok(Fault::Vibration(70.0)));
+        check("drain 1.5", Ok(Fault::Drain(1.5)));
+        check("position_jump 0 15", Ok(Fault::PositionJump { north_m: 0.0, east_m: 15.0, up_m: 0.0 }));
+        check("position_jump 0 0 200", Ok(Fault::PositionJump { north_m: 0.0, east_m: 0.0, up_m: 200.0 }));
+        check("heading_error -90", Ok(Fault::HeadingError(-90.0)));
+        check("steering_error 30 -5", Ok(Fault::SteeringError { north_m: 30.0, east_m: -5.0 }));
+        check("slow_flight 4", Ok(Fault::SlowFlight(Some(4.0))));
+        check("slow_flight", Ok(Fault::SlowFlight(None)));
         check("clear", Ok(Fault::Clear));
     }
 
     #[test]
     fn a_mistake_is_answered_with_what_was_expected() {
         check("batery 0.2", Err("there is no fault `batery`; did you mean `battery`?"));
+        check(
+            "intruder 1 2 0 4 5 ghost",
+            Err(
+                "`intruder`: found `ghost`, expected crewed, uncrewed or vessel; usage: intruder NORTH EAST HEIGHT VNORTH VEAST [KIND]",
+            ),
+        );
         check("battery", Err("`battery`: FRACTION is missing; usage: battery FRACTION"));
         check("battery 2", Err("`battery`: FRACTION is 2, expected 0 to 1; usage: battery FRACTION"));
         check("battery NaN", Err("`battery`: FRACTION is NaN, expected 0 to 1; usage: battery FRACTION"));

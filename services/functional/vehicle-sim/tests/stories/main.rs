@@ -3,6 +3,7 @@
 
 mod determinism;
 mod faults;
+mod gripper;
 mod nominal;
 mod offboard_loss;
 mod rates;

@@ -345,6 +345,10 @@ pub(crate) fn land() -> Command {
     Command::Land(v1::LandCommand {})
 }
 
+pub(crate) fn release() -> Command {
+    Command::Release(v1::ReleaseCommand {})
+}
+
 pub(crate) fn loiter() -> Command {
     set_mode(FlightMode::Loiter)
 }

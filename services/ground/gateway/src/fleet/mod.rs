@@ -13,15 +13,19 @@ use kittiwake_proto::v1;
 use node::{Event, VehicleId};
 
 use crate::contact::shows_contact;
+use crate::fleet::decisions::Decisions;
 use crate::fleet::flags::Flags;
 use crate::fleet::occurrence::Occurrence;
 use crate::fleet::processes::{Health, Process, Processes};
 use crate::fleet::skills::Skills;
+use crate::fleet::track::Track;
 
+pub(crate) mod decisions;
 pub(crate) mod flags;
 pub(crate) mod occurrence;
 pub(crate) mod processes;
 pub(crate) mod skills;
+pub(crate) mod track;
 
 /// More aircraft than a receiver distinguishes; the ids come from the network.
 const MAX_TRAFFIC: usize = 64;
@@ -50,6 +54,10 @@ pub(crate) struct VehicleState {
     pub(crate) planner: Option<Seen<v1::PlannerStatus>>,
     /// What the mission manager does.
     pub(crate) mcm: Option<Seen<v1::McmStatus>>,
+    /// What the mission manager decided last.
+    pub(crate) decisions: Decisions,
+    /// Where it has flown.
+    pub(crate) track: Track,
     /// What the control tower has decided.
     pub(crate) ledger: Option<Seen<v1::PermissionLedger>>,
     /// The mission manager's tree.
@@ -82,6 +90,13 @@ pub(crate) struct Snapshot {
     pub(crate) fleet: FleetState,
     /// The moment.
     pub(crate) now: Now,
+}
+
+impl Snapshot {
+    /// The mission time of a vehicle; `None` while it is not known.
+    pub(crate) fn mission_time_s(&self, vehicle: &str) -> Option<f64> {
+        self.fleet.vehicles.get(vehicle)?.mission_time_s(self.now.time)
+    }
 }
 
 impl FleetState {
@@ -127,6 +142,38 @@ impl VehicleState {
         self.heard.map(|heard| now - heard)
     }
 
+    /// Its mission time; `None` until its mission manager was heard.
+    pub(crate) fn mission_time_s(&self, now: Time) -> Option<f64> {
+        let seen = self.mcm.as_ref()?;
+        Some(seen.message.mission_time_s? + (now - seen.at).as_secs_f64())
+    }
+
+    /// When its mission was begun; `None` as long as that is not known.
+    pub(crate) fn mission_began(&self) -> Option<i64> {
+        message_of(&self.mcm).map(|it| it.began_utc_ms).filter(|it| *it != 0)
+    }
+
+    /// What was heard of the same mission before the gateway was started; `None` if it is of another one.
+    pub(crate) fn go_on_from(&mut self, before: VehicleState) -> Option<()> {
+        (self.mission_began()? == before.mission_began()?).then_some(())?;
+        self.track.go_on_from(before.track);
+        self.decisions.go_on_from(before.decisions);
+        Some(())
+    }
+
+    fn add_to_track(&mut self, now: Time, introspection: &v1::Introspection) {
+        let position = introspection.local_position.as_ref().and_then(|it| it.position);
+        let (Some(mission_time_s), Some(position)) = (self.mission_time_s(now), position) else { return };
+        let derived = introspection.derived.unwrap_or_default();
+        self.track.add(v1::TrackPoint {
+            mission_time_s,
+            position: Some(position),
+            height_m: derived.height_m,
+            ground_speed_m_s: derived.ground_speed_m_s,
+            battery_remaining: introspection.battery.as_ref().map(|it| it.remaining),
+        });
+    }
+
     /// Whether nothing of it is heard any more: each of its processes shows progress more often than once in `stale_after`.
     pub(crate) fn is_lost(&self, now: Time, stale_after: Duration) -> bool {
         self.silent_for(now).is_some_and(|it| stale_after < it)
@@ -146,6 +193,7 @@ impl VehicleState {
             Message::VehicleStatus(status) => self.status = seen(now, status),
             Message::Introspection(introspection) => {
                 self.flags.on_listed(now, &introspection.flags);
+                self.add_to_track(now, &introspection);
                 self.introspection = seen(now, introspection);
             }
             Message::SkillEvent(event) => {
@@ -168,9 +216,13 @@ impl VehicleState {
             Message::McmStatus(status) => {
                 self.flags.on_contingencies(&status.contingencies);
                 occurrence::report(message_of(&self.mcm), &status).map(&mut occurred);
+                self.track.of_mission(status.began_utc_ms);
                 self.mcm = seen(now, status);
             }
-            Message::DecisionRecord(decision) => occurred(Occurrence::Decision(decision)),
+            Message::DecisionRecord(decision) => {
+                self.decisions.add(decision.clone());
+                occurred(Occurrence::Decision(decision));
+            }
             Message::TreeSnapshot(tree) => self.tree = seen(now, tree),
             Message::TransponderReport(report) => self.on_traffic(now, report),
             Message::WindEstimate(wind) => self.wind = seen(now, wind),

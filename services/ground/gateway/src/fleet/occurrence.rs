@@ -3,6 +3,7 @@
 //! Most are messages of their own. Objectives, permissions and the report come in statuses that are
 //! repeated, and become an event when they differ from the status before.
 
+use domain::wire::decision::sentence;
 use kittiwake_proto::json::to_json;
 use kittiwake_proto::v1;
 use serde_json::Value;
@@ -43,10 +44,14 @@ impl Occurrence {
         }
     }
 
-    /// Its message in canonical JSON.
+    /// Its message in canonical JSON; a decision with its `sentence`, so that no client has to put it into words itself.
     pub(crate) fn to_json(&self) -> Value {
         match self {
-            Occurrence::Decision(decision) => to_json(decision),
+            Occurrence::Decision(decision) => {
+                let mut json = to_json(decision);
+                json["sentence"] = Value::String(sentence(decision));
+                json
+            }
             Occurrence::Skill(event) => to_json(event),
             Occurrence::Flag(event) => to_json(event),
             Occurrence::Permission(permission) => to_json(permission),

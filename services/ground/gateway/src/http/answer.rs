@@ -5,11 +5,11 @@ use std::sync::Arc;
 use axum::Json;
 use axum::http::header::CACHE_CONTROL;
 use axum::response::{IntoResponse, Response};
-use domain::time::Now;
 use kittiwake_proto::json::to_json;
 use prost::{Message, Name};
 use serde_json::Value;
 
+use crate::fleet::Snapshot;
 use crate::http::problem::Problem;
 use crate::view;
 
@@ -25,9 +25,9 @@ pub(crate) fn document<M: Message + Name>(message: &M) -> Response {
     json_document(to_json(message))
 }
 
-/// A message as a document with `missionTimeS` and `utc`, for a message that does not have them.
-pub(crate) fn stamped_document<M: Message + Name>(now: Now, message: &M) -> Response {
-    json_document(view::stamped(now, to_json(message)))
+/// A message about a vehicle as a document with `missionTimeS` and `utc`, for a message that does not have them.
+pub(crate) fn stamped_document<M: Message + Name>(snapshot: &Snapshot, vehicle: &str, message: &M) -> Response {
+    json_document(view::stamped(snapshot.mission_time_s(vehicle), snapshot.now.utc_ms, to_json(message)))
 }
 
 /// The answer to an order, with its outcome for the audit record.

@@ -14,8 +14,9 @@ use std::time::Instant;
 
 use axum::body::Bytes;
 use futures_util::Stream;
+use kittiwake_proto::json::to_json;
+use kittiwake_proto::v1;
 use node::VehicleId;
-use serde_json::json;
 use tokio::sync::watch;
 use tokio::time::{Interval, MissedTickBehavior};
 
@@ -24,6 +25,9 @@ use crate::http::site::Site;
 use crate::journal::{Batch, Cursor, Journals, Record};
 use crate::shares::Share;
 use crate::view;
+
+/// The media type of server-sent events.
+pub(crate) const EVENT_STREAM: &str = "text/event-stream";
 
 /// Records read at a time: those that a stream keeps from being dropped with the journal's oldest.
 const BATCH: usize = 8;
@@ -67,6 +71,15 @@ pub(crate) fn frame(id: Option<&str>, kind: &str, data: &str) -> Bytes {
     format!("{id}event: {kind}\ndata: {data}\n\n").into()
 }
 
+/// The same event under another id.
+pub(crate) fn under_id(frame: &[u8], id: &str) -> Bytes {
+    let without_id = match frame.starts_with(b"id: ") {
+        true => frame.iter().position(|it| *it == b'\n').map_or(frame, |end| &frame[end + 1..]),
+        false => frame,
+    };
+    [format!("id: {id}\n").as_bytes(), without_id].concat().into()
+}
+
 /// What the client gets next.
 enum Ready {
     /// Events were lost.
@@ -104,9 +117,10 @@ impl Reader {
     fn event(&self, ready: &Ready) -> Bytes {
         match ready {
             Ready::Resync => {
-                let now = self.client.snapshot.borrow().now;
-                let advice = json!({ "detail": "events were lost; fetch the vehicle's state again" });
-                frame(None, "resync", &view::stamped(now, advice).to_string())
+                let detail = "events were lost; fetch the vehicle's state again".to_owned();
+                let (snapshot, advice) = (self.client.snapshot.borrow(), to_json(&v1::Resync { detail }));
+                let stamped = view::stamped(snapshot.mission_time_s(&self.client.vehicle), snapshot.now.utc_ms, advice);
+                frame(None, "resync", &stamped.to_string())
             }
             Ready::Happened(record) => record.frame.clone(),
         }

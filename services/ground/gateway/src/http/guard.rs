@@ -19,7 +19,7 @@ use crate::access::Identity;
 use crate::http::caller::Caller;
 use crate::http::idempotency::RequestId;
 use crate::http::order;
-use crate::http::problem::Problem;
+use crate::http::problem::{Kind, Problem};
 use crate::http::routes::{Access, Method, Route};
 use crate::http::site::Site;
 use crate::http::target::Target;
@@ -137,7 +137,7 @@ async fn read_body(site: &Site, route: Route, body: Body) -> Result<Value, Probl
         }
         Err(_) => return Err(Problem::new(StatusCode::REQUEST_TIMEOUT, "the body did not arrive in time")),
     };
-    let bad_request = |detail: String| Problem::new(StatusCode::BAD_REQUEST, detail);
+    let bad_request = |detail: String| Problem::new(StatusCode::BAD_REQUEST, detail).of(Kind::InvalidBody);
     match (bytes.is_empty(), route.body) {
         (true, Some(_)) if !route.body_is_optional => Err(bad_request("a body is needed".to_owned())),
         (true, _) => Ok(Value::Null),

@@ -11,7 +11,7 @@ use axum::response::{IntoResponse, Response};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
-use crate::http::problem::Problem;
+use crate::http::problem::{Kind, Problem};
 use crate::http::routes::Route;
 use crate::http::target::Target;
 
@@ -82,7 +82,8 @@ impl AnswerCache {
         let known = answers.iter().find(|it| it.id == *id)?;
         if known.fingerprint != fingerprint {
             let detail = "the key was used for another request";
-            return Some(Problem::new(StatusCode::UNPROCESSABLE_ENTITY, detail).into_response());
+            let problem = Problem::new(StatusCode::UNPROCESSABLE_ENTITY, detail).of(Kind::KeyReused);
+            return Some(problem.into_response());
         }
         Some((known.status, [(CONTENT_TYPE, known.media_type.clone())], known.body.clone()).into_response())
     }

@@ -12,6 +12,7 @@ use prometheus_client::registry::{Metric, Registry};
 use crate::audit::Audit;
 use crate::fleet::processes::{Health, Processes};
 use crate::fleet::{Seen, Snapshot, message_of};
+use crate::http::latency::Latencies;
 use crate::recording::status::WriterStatus;
 use crate::view::Ages;
 
@@ -24,9 +25,16 @@ type Gauges = Family<Labels, Gauge<f64, AtomicU64>>;
 type Counters = Family<Labels, Counter>;
 
 /// The metrics of everything that `snapshot` knows.
-pub(crate) fn text(snapshot: &Snapshot, ages: Ages, audit: &Audit, writer: Option<&WriterStatus>) -> String {
+pub(crate) fn text(
+    snapshot: &Snapshot,
+    ages: Ages,
+    audit: &Audit,
+    writer: Option<&WriterStatus>,
+    latencies: &Latencies,
+) -> String {
     let mut registry = Registry::with_prefix("kittiwake");
     gateway(&mut registry, audit, writer);
+    latencies.register(&mut registry);
     processes(&mut registry, snapshot, ages);
     vehicles(&mut registry, snapshot, ages);
     let mut text = String::new();
@@ -36,6 +44,8 @@ pub(crate) fn text(snapshot: &Snapshot, ages: Ages, audit: &Audit, writer: Optio
 }
 
 fn gateway(registry: &mut Registry, audit: &Audit, writer: Option<&WriterStatus>) {
+    let build: Gauges = family(registry, "build_info", "1, labelled with the version of the program");
+    build.get_or_create(&vec![("version", env!("CARGO_PKG_VERSION").to_owned())]).set(1.0);
     let audit_lost: Counters = family(registry, "audit_lost", "Audit records that could not be written");
     let dropped: Counters = family(registry, "recording_dropped", "Messages that could not be recorded");
     let waiting: Gauges = family(registry, "recording_waiting_bytes", "Bytes that wait to be written");

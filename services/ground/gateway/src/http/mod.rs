@@ -22,8 +22,9 @@ use crate::config::Config;
 use crate::fleet::Snapshot;
 use crate::http::answer::{Answer, document};
 use crate::http::command_authority::CommandAuthorities;
-use crate::http::events::Client;
+use crate::http::events::{Client, EVENT_STREAM};
 use crate::http::guard::AuthorizedRequest;
+use crate::http::latency::Latencies;
 use crate::http::limit::RateLimiter;
 use crate::http::problem::Problem;
 use crate::http::readiness::readiness;
@@ -40,10 +41,12 @@ pub(crate) mod answer;
 pub(crate) mod caller;
 pub(crate) mod command_authority;
 mod commands;
+mod decisions;
 pub(crate) mod events;
 pub(crate) mod guard;
 mod health;
 mod idempotency;
+mod latency;
 mod limit;
 mod metrics;
 mod openapi;
@@ -85,6 +88,7 @@ pub fn router(api: Api, closing: watch::Receiver<()>) -> Router {
         streams: Shares::new(config.max_event_streams.get().into(), config.clients.streams_per_token.get().into()),
         limiter: Arc::new(RateLimiter::new(config.requests_per_s.get(), config.requests_at_once.get())),
         answers: Arc::default(),
+        latencies: Latencies::default(),
         api,
     };
     let routes = page::add_to(Routes::new(site.clone()));
@@ -102,6 +106,9 @@ fn add_to(routes: Routes) -> Routes {
     use Reply::{Document, Media};
     let read = Route::read;
     let events = "Its events as server-sent events, and its state as `status` at a fixed rate; Last-Event-ID resumes";
+    let decided = "The last decisions with value, rejected alternatives and the decision that led to each, oldest first: \
+        `?last=N` for the last N of 500, `?after=NUMBER` for those with higher numbers";
+    let flown = "Where it has flown its present mission, and how, also before the gateway was started again";
     let readyz = "Whether every service and its data were seen, or what is missing";
     routes
         .add(read("/healthz", Anyone, "Whether the gateway's loop runs", Document(v1::GatewayHealth::NAME)), healthz)
@@ -121,12 +128,17 @@ fn add_to(routes: Routes) -> Routes {
             read("/api/v1/vehicles/{id}", READERS, "The whole state of one vehicle", Document(v1::Vehicle::NAME)),
             vehicle,
         )
-        .add(read("/api/v1/vehicles/{id}/events", READERS, events, Media("text/event-stream")), vehicle_events)
+        .add(
+            read("/api/v1/vehicles/{id}/decisions", READERS, decided, Document(v1::DecisionList::NAME)),
+            decisions::decisions,
+        )
+        .add(read("/api/v1/vehicles/{id}/track", READERS, flown, Document(v1::Track::NAME)), track)
+        .add(read("/api/v1/vehicles/{id}/events", READERS, events, Media(EVENT_STREAM)), vehicle_events)
 }
 
 async fn metrics(State(site): State<Site>) -> Response {
     let writer = site.api.recordings.writer.as_deref();
-    let text = metrics::text(&site.snapshot(), site.api.ages, &site.api.audit, writer);
+    let text = metrics::text(&site.snapshot(), site.api.ages, &site.api.audit, writer, &site.latencies);
     ([(CONTENT_TYPE, metrics::CONTENT_TYPE)], text).into_response()
 }
 
@@ -173,6 +185,12 @@ async fn vehicle(State(site): State<Site>, Extension(request): Extension<Authori
     found.map(|it| document(&it)).ok_or_else(|| Problem::no_such_vehicle(vehicle))
 }
 
+async fn track(State(site): State<Site>, Extension(request): Extension<AuthorizedRequest>) -> Answer {
+    let (vehicle, snapshot) = (request.vehicle()?, site.snapshot());
+    let state = snapshot.fleet.vehicles.get(vehicle).ok_or_else(|| Problem::no_such_vehicle(vehicle))?;
+    Ok(document(&v1::Track { vehicle: vehicle.to_string(), points: state.track.points().to_vec() }))
+}
+
 async fn vehicle_events(
     State(site): State<Site>,
     Extension(request): Extension<AuthorizedRequest>,
@@ -189,7 +207,7 @@ async fn vehicle_events(
         site,
         _share: share,
     };
-    let headers = [(CONTENT_TYPE, "text/event-stream"), (CACHE_CONTROL, "no-cache")];
+    let headers = [(CONTENT_TYPE, EVENT_STREAM), (CACHE_CONTROL, "no-cache")];
     Ok((headers, Body::from_stream(events::stream(client))).into_response())
 }
 

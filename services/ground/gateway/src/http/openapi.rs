@@ -4,6 +4,8 @@ use kittiwake_proto::{schema, v1};
 use prost::Name;
 use serde_json::{Map, Value, json};
 
+use crate::http::events::EVENT_STREAM;
+use crate::http::problem::Kind;
 use crate::http::routes::{Access, Reply, Route};
 
 /// The schema of the two members that `Reply::Stamped` adds.
@@ -19,6 +21,9 @@ pub(crate) fn document<'a>(table: impl Iterator<Item = &'a Route> + Clone) -> Va
     let requests: Vec<String> = table.filter_map(|route| route.body).map(full_name).collect();
     let mut schemas = schema::schemas(&requests);
     schemas.insert(STAMP.to_owned(), stamp());
+    schemas[&full_name(v1::Problem::NAME)]["properties"]["type"] = problem_types();
+    let events: Vec<_> = EVENTS.iter().map(|(kind, message)| (event_name(kind), event(&schemas, message))).collect();
+    schemas.extend(events);
     json!({
         "openapi": "3.1.0",
         "info": {
@@ -75,6 +80,7 @@ fn operation(route: &Route) -> Value {
 
 fn reply(reply: Reply) -> Value {
     let content = match reply {
+        Reply::Media(EVENT_STREAM) => json!({ EVENT_STREAM: event_stream() }),
         Reply::Media(media_type) => json!({ media_type: {} }),
         Reply::Document(name) => json!({ "application/json": { "schema": reference(name) } }),
         Reply::Stamped(name) => {
@@ -85,11 +91,72 @@ fn reply(reply: Reply) -> Value {
     json!({ "description": "done", "content": content })
 }
 
+/// The kinds of problems, each with what a client can do. No closed set: a client that was generated from this document must be able to read
+/// a problem of a later gateway.
+fn problem_types() -> Value {
+    let known = Kind::ALL.iter().map(|it| format!("- `{}`: {}", it.uri(), it.summary()));
+    let description = format!("One of these, or one that is new:\n{}", known.collect::<Vec<_>>().join("\n"));
+    let examples: Vec<_> = Kind::ALL.iter().map(|it| it.uri()).collect();
+    json!({ "type": "string", "description": description, "examples": examples })
+}
+
+/// The events of a vehicle's stream, each with the message in its data.
+const EVENTS: [(&str, &str); 10] = [
+    ("status", v1::Vehicle::NAME),
+    ("decision", v1::DecisionRecord::NAME),
+    ("skill", v1::SkillEvent::NAME),
+    ("flag", v1::FlagEvent::NAME),
+    ("permission", v1::Permission::NAME),
+    ("objective", v1::Objective::NAME),
+    ("report", v1::MissionReport::NAME),
+    ("audit", v1::AuditRecord::NAME),
+    ("command", v1::CommandAuthority::NAME),
+    ("resync", v1::Resync::NAME),
+];
+
+/// The schema of the data of an event of this kind, such as `DecisionEvent`.
+fn event_name(kind: &str) -> String {
+    let (first, rest) = kind.split_at(1);
+    format!("{}{rest}Event", first.to_uppercase())
+}
+
+/// The message of an event with what is added to it: flat, and open even where the same message as a request is not.
+fn event(schemas: &Map<String, Value>, message: &str) -> Value {
+    // It has both of the stamp's members of its own.
+    if message == v1::Vehicle::NAME {
+        return reference(message);
+    }
+    let mut schema = schemas.get(&full_name(message)).cloned().unwrap_or_else(|| json!({ "type": "object" }));
+    let mut added = stamp();
+    if message == v1::DecisionRecord::NAME {
+        added["properties"]["sentence"] = json!({ "type": "string" });
+        added["required"] = json!(["utc", "sentence"]);
+    }
+    if let Some(members) = schema.as_object_mut() {
+        members.remove("additionalProperties");
+    }
+    for (name, of) in added["properties"].as_object().into_iter().flatten() {
+        schema["properties"][name] = of.clone();
+    }
+    let of_message = schema["required"].as_array().cloned().unwrap_or_default();
+    let required = of_message.into_iter().chain(added["required"].as_array().cloned().unwrap_or_default());
+    schema["required"] = required.collect();
+    schema
+}
+
+/// A stream of server-sent events: what the data of each may be, and which belongs to which `event:`.
+fn event_stream() -> Value {
+    let name = |kind: &str| schema::reference(&event_name(kind));
+    let by_kind: Map<String, Value> = EVENTS.iter().map(|(kind, _)| ((*kind).to_owned(), name(kind))).collect();
+    let any: Vec<Value> = EVENTS.iter().map(|(kind, _)| name(kind)).collect();
+    json!({ "schema": { "anyOf": any }, "x-events": by_kind })
+}
+
 fn stamp() -> Value {
     json!({
         "type": "object",
         "properties": { "missionTimeS": { "type": "number" }, "utc": { "type": "string", "format": "date-time" } },
-        "required": ["missionTimeS", "utc"],
+        "required": ["utc"],
     })
 }
 

@@ -13,7 +13,7 @@ use tracing::Instrument;
 
 use crate::http::guard::AuthorizedRequest;
 use crate::http::idempotency::Fingerprint;
-use crate::http::problem::Problem;
+use crate::http::problem::{Kind, Problem};
 use crate::http::routes::{Access, Route};
 use crate::http::site::Site;
 use crate::http::trace;
@@ -33,19 +33,22 @@ pub(crate) async fn carry_out(
     }
     let task = tokio::spawn(async move {
         let record = authorized.record();
-        let asked = site.api.audit.asked(&record);
+        let (asked, since) = (site.api.audit.asked(&record), Instant::now());
         let answering = answer(&site, route, authorized.clone(), fingerprint, parts, next);
         let response = match tokio::time::timeout(site.api.config.request_timeout_s.seconds(), answering).await {
             Ok(response) => response,
             Err(_) => {
-                Problem::unavailable("the answer took too long; it is not known whether it was done").into_response()
+                let detail = "the answer took too long; it is not known whether it was done";
+                Problem::unavailable(detail).of(Kind::OutcomeUnknown).into_response()
             }
         };
+        site.latencies.ended(&route, response.status().as_u16(), since.elapsed());
         site.ended(asked, record, &authorized, &response);
         response
     });
     // Dropped with its client, the handle leaves the task alone.
-    let failed = |_| Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "the order failed; its outcome is not known");
+    let detail = "the order failed; its outcome is not known";
+    let failed = |_| Problem::new(StatusCode::INTERNAL_SERVER_ERROR, detail).of(Kind::OutcomeUnknown);
     task.await.map_err(failed).into_response()
 }
 
@@ -87,7 +90,9 @@ fn has_command(site: &Site, access: Access, request: &AuthorizedRequest) -> Resu
             let (vehicle, now) = (request.vehicle()?, Instant::now());
             site.api.authorities.check(vehicle, &request.who.name, now).map_err(|refusal| {
                 let authority = site.api.authorities.of(vehicle, now);
-                Problem::new(StatusCode::CONFLICT, refusal).with(|it| it.command = Some(authority))
+                Problem::new(StatusCode::CONFLICT, refusal)
+                    .of(Kind::CommandNeeded)
+                    .with(|it| it.command = Some(authority))
             })
         }
         _ => Ok(()),

@@ -38,6 +38,7 @@ macro_rules! files {
 
 /// Every file; one that is not listed is not served.
 static FILES: &[File] = files![
+    "alarms.js": SCRIPT,
     "api.js": SCRIPT,
     "approval.js": SCRIPT,
     "command-authority.js": SCRIPT,
@@ -56,8 +57,11 @@ static FILES: &[File] = files![
     "index.html": HTML,
     "injection.js": SCRIPT,
     "insert.js": SCRIPT,
+    "layout.js": SCRIPT,
+    "legs.js": SCRIPT,
     "main.js": SCRIPT,
     "map-aircraft.js": SCRIPT,
+    "map-fleet.js": SCRIPT,
     "map-areas.js": SCRIPT,
     "map-ground.js": SCRIPT,
     "map-input.js": SCRIPT,
@@ -69,6 +73,7 @@ static FILES: &[File] = files![
     "map.js": SCRIPT,
     "mission-text.js": SCRIPT,
     "mission.js": SCRIPT,
+    "notices.js": SCRIPT,
     "objectives.js": SCRIPT,
     "orders.js": SCRIPT,
     "panels.css": STYLE,
@@ -77,6 +82,8 @@ static FILES: &[File] = files![
     "plots.js": SCRIPT,
     "processes.js": SCRIPT,
     "recordings.js": SCRIPT,
+    "response.js": SCRIPT,
+    "shelf.js": SCRIPT,
     "small.css": STYLE,
     "staleness.js": SCRIPT,
     "store.js": SCRIPT,

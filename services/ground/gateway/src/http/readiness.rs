@@ -10,10 +10,12 @@ use node::VehicleId;
 
 use crate::fleet::processes::Health;
 use crate::fleet::{Snapshot, VehicleState};
-use crate::http::problem::Problem;
+use crate::http::problem::{Kind, Problem};
 
 /// The services besides the gateway itself, which runs if it can answer.
-const SERVICES: [&str; 6] = ["vehicle-sim", "skill-manager", "monitor", "planner", "mcm", "control-tower"];
+const SERVICES: [&str; 5] = ["skill-manager", "monitor", "planner", "mcm", "control-tower"];
+/// What flies: one of these, the first where none is seen.
+const BACKENDS: [&str; 3] = ["vehicle-sim", "px4-bridge", "mavlink-bridge"];
 
 /// The vehicles whose system is complete; a process that shows no progress for `stale_after` does not count.
 ///
@@ -27,7 +29,7 @@ pub(crate) fn readiness(snapshot: &Snapshot, stale_after: Duration) -> Result<v1
     }
     let detail = if incomplete.is_empty() { "no vehicle seen yet" } else { "no vehicle's system is complete" };
     let missing = incomplete.into_iter().map(|(name, missing)| (name.to_string(), text_list(missing)));
-    Err(Problem::unavailable(detail).with(|problem| problem.missing = missing.collect()))
+    Err(Problem::unavailable(detail).of(Kind::NotReady).with(|problem| problem.missing = missing.collect()))
 }
 
 /// The vehicles whose system is complete, and what each of the others lacks.
@@ -44,7 +46,10 @@ fn missing(snapshot: &Snapshot, vehicle: &VehicleState, stale_after: Duration) -
     {
         return vec![format!("no contact for {} s of mission time", silent.as_secs())];
     }
-    let services = SERVICES.into_iter().filter_map(|service| lack(snapshot, vehicle, service, stale_after));
+    let services = [backend(vehicle)]
+        .into_iter()
+        .chain(SERVICES)
+        .filter_map(|service| lack(snapshot, vehicle, service, stale_after));
     let data = [
         ("vehicle status", vehicle.status.is_some()),
         ("introspection", vehicle.introspection.is_some()),
@@ -53,6 +58,11 @@ fn missing(snapshot: &Snapshot, vehicle: &VehicleState, stale_after: Duration) -
     ];
     let data = data.into_iter().filter(|(_, seen)| !seen).map(|(name, _)| format!("{name} not received yet"));
     services.chain(data).collect()
+}
+
+/// The process that flies the vehicle, as far as is known.
+fn backend(vehicle: &VehicleState) -> &'static str {
+    BACKENDS.into_iter().find(|it| vehicle.processes.get(it).is_some()).unwrap_or(BACKENDS[0])
 }
 
 /// What is wrong with a service, of the vehicle or of the ground.
@@ -83,13 +93,20 @@ mod tests {
     /// after its last messages.
     #[track_caller]
     fn check(without: &str, later: u64, gone: &str, expected: Result<(), &[&str]>) {
+        for backend in BACKENDS {
+            check_with(backend, without, later, gone, expected);
+        }
+    }
+
+    #[track_caller]
+    fn check_with(backend: &str, without: &str, later: u64, gone: &str, expected: Result<(), &[&str]>) {
         let mut snapshot = Snapshot::default();
         let mut fold = |event| snapshot.fleet.fold(Now::default(), event, &mut Vec::new());
         let peer = |service: &str, alive| {
             let vehicle = if service == "control-tower" { "" } else { "uav1" }.into();
             Event::Peer { vehicle, service: service.into(), instance: "1".into(), alive }
         };
-        SERVICES.into_iter().filter(|it| *it != without).for_each(|it| fold(peer(it, true)));
+        [backend].into_iter().chain(SERVICES).filter(|it| *it != without).for_each(|it| fold(peer(it, true)));
         fold(peer(gone, false));
         let data = [
             Message::from(v1::VehicleStatus::default()),
@@ -116,6 +133,12 @@ mod tests {
         check("", 0, "control-tower", Err(&["control-tower is dead"]));
         check("", 0, "mcm", Err(&["mcm is dead"]));
         check("", 3, "", Err(&["no contact for 3 s of mission time"]));
+    }
+
+    #[test]
+    fn one_that_nothing_flies_lacks_its_simulator() {
+        check_with("vehicle-sim", "vehicle-sim", 0, "", Err(&["vehicle-sim not seen yet"]));
+        check_with("px4-bridge", "", 0, "px4-bridge", Err(&["px4-bridge is dead"]));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use axum::Extension;
 use axum::extract::State;
 use axum::response::Response;
-use domain::contingency::rule::{DataSource, Quantity};
+use domain::contingency::rule::DataSource;
 use domain::contingency::{Row, Rule};
 use kittiwake_proto::v1;
 use kittiwake_proto::v1::session::{Threshold, WithoutContact};
@@ -20,18 +20,24 @@ pub(crate) async fn session(State(site): State<Site>, Extension(request): Extens
         status_rate_hz: site.api.config.status_rate_hz.get(),
         thresholds: site.api.thresholds.to_vec(),
         without_contact: site.api.without_contact.to_vec(),
+        speed: site.api.ages.pace.speed(),
     })
 }
 
-/// The values at which rows of the contingency table act, in the order of the rows.
+/// The values at which rows of the contingency table act, in the order of the rows. An expression has one if it is one
+/// comparison of a field with a constant.
 pub(crate) fn thresholds(rows: &[Row]) -> Vec<Threshold> {
     let of_row = |row: &Row| {
-        let (quantity, value, above): (Quantity, f64, bool) = match row.raise? {
-            Rule::Below { value, threshold, .. } => (value, threshold, false),
-            Rule::Above { value, threshold, .. } => (value, threshold, true),
-            Rule::Reported { .. } | Rule::Stale { .. } => return None,
+        let (quantity, value, above) = match (row.raise, &row.when) {
+            (Some(Rule::Below { value, threshold, .. }), _) => (value.name(), threshold, false),
+            (Some(Rule::Above { value, threshold, .. }), _) => (value.name(), threshold, true),
+            (Some(Rule::Reported { .. } | Rule::Stale { .. }), _) | (None, None) => return None,
+            (None, Some(when)) => {
+                let threshold = when.raises.threshold()?;
+                (threshold.field.name(), threshold.value, threshold.above)
+            }
         };
-        Some(Threshold { flag: row.flag.clone(), quantity: quantity.name().to_owned(), value, above })
+        Some(Threshold { flag: row.flag.clone(), quantity: quantity.to_owned(), value, above })
     };
     rows.iter().filter_map(of_row).collect()
 }
@@ -73,6 +79,20 @@ mod tests {
         let rows = without_contact(table.rows());
         let told: Vec<_> = rows.iter().map(|it| (it.flag.as_str(), it.after_s, it.response.as_str())).collect();
         assert_eq!(told, [("link_lost", 10.0, "holds"), ("link_gone", 120.0, "holds")]);
+    }
+
+    #[test]
+    fn an_expression_that_is_one_comparison_has_a_threshold() {
+        let of = |priority: usize, flag: &str, when: &str| {
+            row(priority, flag, "").replace("raise = {  }", &format!("when = \"{when}\""))
+        };
+        let text = testing::table(
+            &(of(1, "wind_too_strong", "known(wind.speed_m_s) and wind.speed_m_s > 14 m/s")
+                + &of(2, "far_and_low", "position.height_m < 5 m and position.distance_home_m > 1 km")),
+        );
+        let table = Contingencies::read(&Source { path: "c.toml".into(), text }, &testing::ACTIONS).unwrap();
+        let (flag, quantity) = ("wind_too_strong".to_owned(), "wind.speed_m_s".to_owned());
+        assert_eq!(thresholds(table.rows()), [Threshold { flag, quantity, value: 14.0, above: true }]);
     }
 
     #[test]

@@ -7,6 +7,7 @@ use tokio::sync::watch;
 use crate::fleet::Snapshot;
 use crate::http::Api;
 use crate::http::idempotency::AnswerCache;
+use crate::http::latency::Latencies;
 use crate::http::limit::RateLimiter;
 use crate::shares::Shares;
 
@@ -20,6 +21,8 @@ pub(crate) struct Site {
     pub(crate) streams: Arc<Shares>,
     pub(crate) limiter: Arc<RateLimiter>,
     pub(crate) answers: Arc<AnswerCache>,
+    /// How long orders took.
+    pub(crate) latencies: Latencies,
 }
 
 impl Site {

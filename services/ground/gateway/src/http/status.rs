@@ -67,7 +67,7 @@ mod tests {
         let seconds = Duration::from_secs;
         let ages = Ages { pace: Pace::REAL_TIME, stale_after: seconds(2), status_period: seconds(1) };
         let at = |s: u64| {
-            let now = Now { time: Time::after(seconds(s)), utc_ms: 0 };
+            let now = Now { time: Time::after(seconds(s)), utc_ms: 1000 * s as i64 };
             let mut snapshot = Snapshot { now, ..Snapshot::default() };
             let message = v1::VehicleStatus::default().into();
             snapshot.fleet.fold(now, Event::Message { vehicle: "uav1".into(), message }, &mut Vec::new());

@@ -20,8 +20,7 @@ impl RecordingId {
     /// The name of a recording; `attempt` counts from 1 while the name exists already.
     pub(crate) fn of(header: &RecordingHeader, attempt: usize) -> RecordingId {
         let began: String = view::utc(header.began.utc_ms).chars().filter(|it| it.is_ascii_alphanumeric()).collect();
-        let safe = |it: char| if is_safe(it) { it } else { '_' };
-        let vehicle: String = header.vehicle.chars().take(MAX_LENGTH / 2).map(safe).collect();
+        let vehicle = safe_name(&header.vehicle);
         let again = if attempt == 1 { String::new() } else { format!("-{attempt}") };
         RecordingId(format!("{began}-{vehicle}{again}"))
     }
@@ -42,6 +41,14 @@ impl RecordingId {
     /// The file's name.
     pub(crate) fn file_name(&self) -> String {
         format!("{}.{SUFFIX}", self.0)
+    }
+
+    /// Whether a gateway made the name for a recording of `vehicle`.
+    pub(crate) fn is_of(&self, vehicle: &str) -> bool {
+        let named = self.0.split_once('-').map_or("", |(_, rest)| rest);
+        let again = named.strip_prefix(safe_name(vehicle).as_str());
+        let is_attempt = |it: &str| it.strip_prefix('-').is_some_and(|it| it.parse::<usize>().is_ok());
+        self.is_ours() && again.is_some_and(|it| it.is_empty() || is_attempt(it))
     }
 
     /// Whether a gateway made the name: other files are shown and never removed.
@@ -67,6 +74,11 @@ impl fmt::Display for RecordingId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
     }
+}
+
+/// A vehicle's name as it stands in that of a file.
+fn safe_name(vehicle: &str) -> String {
+    vehicle.chars().take(MAX_LENGTH / 2).map(|it| if is_safe(it) { it } else { '_' }).collect()
 }
 
 fn is_safe(it: char) -> bool {
@@ -97,6 +109,16 @@ mod tests {
         check("uav1", 2, "20260101T000000123Z-uav1-2");
         check("../ä\n", 1, "20260101T000000123Z-_____");
         check(&"x".repeat(200), 1, &format!("20260101T000000123Z-{}", "x".repeat(50)));
+    }
+
+    #[test]
+    fn a_name_says_whose_recording_it_is() {
+        let id = |attempt| RecordingId::of(&header("uav 1"), attempt);
+        assert!(id(1).is_of("uav 1") && id(2).is_of("uav 1"));
+        for other in ["uav", "uav 12", "uav 1-2", ""] {
+            assert!(!id(1).is_of(other), "{other}");
+        }
+        assert!(!"flight-uav1".parse::<RecordingId>().unwrap().is_of("uav1"), "a file of somebody else");
     }
 
     #[test]

@@ -100,6 +100,28 @@ fn files(folder: &Path) -> io::Result<Vec<RecordingId>> {
     Ok(files.filter_map(|entry| RecordingId::of_file(&entry.path())).collect())
 }
 
+/// The recordings in `folder` that gateways began, newest first.
+///
+/// # Errors
+/// If the folder cannot be read.
+pub(crate) fn newest_first(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    let mut ids: Vec<RecordingId> = files(folder)?.into_iter().filter(RecordingId::is_ours).collect();
+    // Their names begin with the time.
+    ids.sort_by(|a, b| b.cmp(a));
+    Ok(ids.into_iter().map(|id| id.path_in(folder)).collect())
+}
+
+/// The recordings of `vehicle` that no gateway writes any more, newest first.
+///
+/// # Errors
+/// If the folder cannot be read.
+pub(crate) fn left_of(folder: &Path, vehicle: &str) -> io::Result<Vec<File>> {
+    let mut ids: Vec<RecordingId> = files(folder)?.into_iter().filter(|id| id.is_of(vehicle)).collect();
+    ids.sort_by(|a, b| b.cmp(a));
+    let open = ids.into_iter().filter_map(|id| File::open(id.path_in(folder)).ok());
+    Ok(open.filter(|file| FileState::of(file).is_ok_and(|state| !state.is_live)).collect())
+}
+
 impl RecordingIndex {
     /// A folder that may be made later.
     pub(crate) fn new(folder: PathBuf) -> RecordingIndex {

@@ -23,10 +23,11 @@ use crate::recording::writer::Writer;
 pub(crate) mod capture;
 pub(crate) mod config;
 mod download;
-mod encoder;
+pub(crate) mod encoder;
 mod id;
-mod index;
-mod reading;
+pub(crate) mod index;
+pub(crate) mod reading;
+pub(crate) mod refill;
 pub(crate) mod routes;
 pub(crate) mod status;
 mod summary;
@@ -80,6 +81,11 @@ impl Recorder {
             self.captures.on_message(now, vehicle, message, &mut self.jobs);
             self.jobs.drain(..).for_each(|job| writer.pass(job));
         }
+    }
+
+    /// Why nothing is recorded now although it is to; `None` while it is, or where nothing is to be recorded.
+    pub(crate) fn trouble(&self) -> Option<String> {
+        self.writer.as_ref().and_then(|writer| writer.status.problem())
     }
 
     /// Time passes.

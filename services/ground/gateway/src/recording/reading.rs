@@ -23,14 +23,37 @@ pub(crate) struct Reading {
     pub(crate) problem: Option<String>,
 }
 
-/// Reads the whole file.
-pub(crate) fn read(mut file: impl Read) -> Reading {
-    let mut reading = Reading::default();
-    reading.problem = read_into(&mut file, &mut reading.summary).err().map(|error| in_words(&error));
-    reading
+/// Something in a file.
+pub(crate) enum Found<'a> {
+    /// A metadata record of ours.
+    Metadata(&'a BTreeMap<String, String>),
+    /// A message of a known topic.
+    Message {
+        /// Its topic.
+        topic: Topic,
+        /// When it arrived.
+        utc_ms: i64,
+        /// As on the wire.
+        bytes: &'a [u8],
+    },
 }
 
-fn read_into(file: &mut impl Read, summary: &mut Summary) -> Result<(), McapError> {
+/// Reads the whole file.
+pub(crate) fn read(file: impl Read) -> Reading {
+    let mut summary = Summary::default();
+    let problem = read_each(file, |found| match found {
+        Found::Metadata(metadata) => summary.on_metadata(metadata),
+        Found::Message { topic, utc_ms, bytes } => summary.on_message(topic, utc_ms, bytes),
+    });
+    Reading { summary, problem }
+}
+
+/// Gives `on` everything in the file in its order, as far as it can be read; returns what is wrong with it.
+pub(crate) fn read_each(mut file: impl Read, mut on: impl FnMut(Found<'_>)) -> Option<String> {
+    read_into(&mut file, &mut on).err().map(|error| in_words(&error))
+}
+
+fn read_into(file: &mut impl Read, on: &mut impl FnMut(Found<'_>)) -> Result<(), McapError> {
     let options = LinearReaderOptions::default()
         .with_prevalidate_chunk_crcs(true)
         .with_validate_data_section_crc(true)
@@ -47,7 +70,7 @@ fn read_into(file: &mut impl Read, summary: &mut Summary) -> Result<(), McapErro
                 reader.notify_read(read);
             }
             LinearReadEvent::Record { opcode, data } => match mcap::parse_record(opcode, data)? {
-                Record::Metadata(it) if it.name == METADATA => summary.on_metadata(&it.metadata),
+                Record::Metadata(it) if it.name == METADATA => on(Found::Metadata(&it.metadata)),
                 Record::Channel(it) => {
                     let topic = Topic::ALL.iter().find(|topic| topic.key() == it.topic).copied();
                     channels.insert(it.id, topic);
@@ -57,7 +80,7 @@ fn read_into(file: &mut impl Read, summary: &mut Summary) -> Result<(), McapErro
                     let topic = *topic.ok_or(McapError::UnknownChannel(header.sequence, header.channel_id))?;
                     let utc_ms = i64::try_from(header.log_time / 1_000_000).unwrap_or(i64::MAX);
                     if let Some(topic) = topic {
-                        summary.on_message(topic, utc_ms, &data);
+                        on(Found::Message { topic, utc_ms, bytes: &data });
                     }
                 }
                 _ => {}

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use domain::wire::decision::sentence;
 use kittiwake_proto::topics::{Message, Topic};
 use kittiwake_proto::v1;
 use kittiwake_proto::v1::recording as doc;
@@ -93,8 +94,9 @@ impl Summary {
     }
 
     fn on_decision(&mut self, utc_ms: i64, decision: v1::DecisionRecord) {
-        if self.has_room(self.decisions.len(), decision.text.len()) {
-            let (utc, text) = (view::utc(utc_ms), sentence(&decision.text));
+        let text = sentence(&decision);
+        if self.has_room(self.decisions.len(), text.len()) {
+            let utc = view::utc(utc_ms);
             self.decisions.push(doc::Decision { utc, at_s: decision.at_s, topic: decision.topic, text });
         }
     }
@@ -188,15 +190,6 @@ impl Contingency {
     }
 }
 
-/// With a capital letter and a full stop.
-fn sentence(text: &str) -> String {
-    let text = text.trim();
-    let mut letters = text.chars();
-    let Some(first) = letters.next() else { return String::new() };
-    let stop = if text.ends_with(['.', '!', '?']) { "" } else { "." };
-    format!("{}{}{stop}", first.to_uppercase(), letters.as_str())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -233,7 +226,13 @@ mod tests {
         let objectives = vec![v1::Objective { name: "deliver".into(), ..Default::default() }];
         let summary = fold(vec![
             v1::PlannerStatus { mission: "reference".into(), objectives, ..Default::default() }.into(),
-            v1::DecisionRecord { at_s: 1.5, topic: "step".into(), text: "takeoff by 10 m".into(), sequence: 1 }.into(),
+            v1::DecisionRecord {
+                at_s: 1.5,
+                topic: "step".into(),
+                text: "takeoff by 10 m".into(),
+                ..Default::default()
+            }
+            .into(),
             permission(v1::PermissionState::Requested),
             permission(v1::PermissionState::Requested),
             permission(v1::PermissionState::Granted),
@@ -269,7 +268,8 @@ mod tests {
             assert_eq!(summary["leftOut"], count - shown);
         }
         check(MAX_LINES + 7, 1, MAX_LINES);
-        check(9, MAX_BYTES / 4, 4);
+        // A full stop is added to each.
+        check(9, MAX_BYTES / 4 - 1, 4);
     }
 
     #[test]

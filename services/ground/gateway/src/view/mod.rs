@@ -2,9 +2,10 @@
 //!
 //! What was never seen is absent, never a default; the rules are in that file.
 
+use std::cmp::Reverse;
 use std::time::{Duration, SystemTime};
 
-use domain::time::{Now, Pace, Time};
+use domain::time::{Pace, Time};
 use kittiwake_proto::v1;
 use node::VehicleId;
 use serde_json::{Value, json};
@@ -28,16 +29,17 @@ pub(crate) struct Ages {
 
 /// Every vehicle in a few words.
 pub(crate) fn fleet(snapshot: &Snapshot, ages: Ages) -> v1::Fleet {
-    let (mission_time_s, utc) = stamp(snapshot.now);
-    let entry =
-        |(name, state): (&VehicleId, &VehicleState)| fleet_entry(name, state, contact(state, snapshot.now.time, ages));
+    let entry = |(name, state): (&VehicleId, &VehicleState)| fleet_entry(name, state, snapshot.now.time, ages);
     let vehicles = snapshot.fleet.vehicles.iter().map(entry).collect();
-    v1::Fleet { mission_time_s, utc, vehicles }
+    v1::Fleet { mission_time_s: snapshot.now.time.as_secs_f64(), utc: utc(snapshot.now.utc_ms), vehicles }
 }
 
-fn fleet_entry(name: &str, state: &VehicleState, contact: v1::Contact) -> v1::fleet::Entry {
+/// A slower vehicle has no course, in m/s: what is left of its speed is noise.
+const AT_REST_M_S: f64 = 0.5;
+
+fn fleet_entry(name: &str, state: &VehicleState, now: Time, ages: Ages) -> v1::fleet::Entry {
     let (mcm, planner) = (message_of(&state.mcm), message_of(&state.planner));
-    let worst = mcm.and_then(|it| it.contingencies.iter().min_by_key(|row| row.priority));
+    let worst = mcm.and_then(|it| it.contingencies.iter().min_by_key(|row| (Reverse(row.alarm), row.priority)));
     let introspection = message_of(&state.introspection);
     let derived = introspection.and_then(|it| it.derived.as_ref());
     v1::fleet::Entry {
@@ -48,11 +50,21 @@ fn fleet_entry(name: &str, state: &VehicleState, contact: v1::Contact) -> v1::fl
         objectives: planner.map(|it| u32::try_from(it.objectives.len()).unwrap_or(u32::MAX)),
         worst: worst.map(|row| row.flag.clone()),
         flying: derived.map(|it| it.flying),
-        contact: Some(contact),
+        contact: Some(contact(state, now, ages)),
         acting: mcm.map(|it| it.acting.clone()).filter(|it| !it.is_empty()),
         battery_remaining: introspection.and_then(|it| it.battery.as_ref()).map(|it| it.remaining),
         height_m: derived.map(|it| it.height_m),
+        worst_alarm: worst.map(|row| row.alarm),
+        mission_time_s: state.mission_time_s(now),
+        contingencies: mcm.map_or_else(Vec::new, |it| it.contingencies.clone()),
+        global_position: introspection.and_then(|it| it.global_position),
+        course_deg: introspection.and_then(|it| it.local_position.as_ref()?.velocity).and_then(course_deg),
     }
+}
+
+/// The direction of a movement over ground, in degrees from north over east.
+fn course_deg(v1::NedVelocity { north_m_s, east_m_s, .. }: v1::NedVelocity) -> Option<f64> {
+    (AT_REST_M_S <= north_m_s.hypot(east_m_s)).then(|| east_m_s.atan2(north_m_s).to_degrees().rem_euclid(360.0))
 }
 
 /// Whether a vehicle is heard.
@@ -61,16 +73,12 @@ pub(crate) fn contact(state: &VehicleState, now: Time, ages: Ages) -> v1::Contac
     v1::Contact { wall_age_s, lost: state.is_lost(now, ages.stale_after) }
 }
 
-/// `mission_time_s` and `utc` of a document made now.
-pub(crate) fn stamp(now: Now) -> (f64, String) {
-    (now.time.as_secs_f64(), utc(now.utc_ms))
-}
-
-/// A JSON object with the same stamp.
-pub(crate) fn stamped(now: Now, mut object: Value) -> Value {
-    let (mission_time_s, utc) = stamp(now);
-    object["missionTimeS"] = json!(mission_time_s);
-    object["utc"] = json!(utc);
+/// A JSON object with `utc`, and with `missionTimeS` where the vehicle's mission time is known.
+pub(crate) fn stamped(mission_time_s: Option<f64>, utc_ms: i64, mut object: Value) -> Value {
+    if let Some(mission_time_s) = mission_time_s {
+        object["missionTimeS"] = json!(mission_time_s);
+    }
+    object["utc"] = json!(utc(utc_ms));
     object
 }
 

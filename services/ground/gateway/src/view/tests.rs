@@ -38,7 +38,9 @@ fn snapshot_after(messages: impl IntoIterator<Item = Message>) -> Snapshot {
 fn planner(step_ids: &[u64], state: v1::ObjectiveState) -> Message {
     let steps = step_ids.iter().map(|&id| {
         let ask_permissions = if id == 2 { vec!["a".into(), "b".into()] } else { Vec::new() };
-        v1::PlanStep { id, ask_permissions, ..Default::default() }
+        let ahead = || v1::AskAhead { area: "a".into(), for_s: 60.0, after_s: 2.0 };
+        let ask_ahead = if id == 1 { vec![ahead()] } else { Vec::new() };
+        v1::PlanStep { id, ask_permissions, ask_ahead, ..Default::default() }
     });
     let objective = v1::Objective { name: "there".into(), state: state as i32, ..Default::default() };
     v1::PlannerStatus {
@@ -97,9 +99,13 @@ fn the_plan_has_two_tracks_side_by_side() {
     assert_eq!(plan["actionTrack"][1]["id"], "2");
     assert_eq!(plan["actionTrack"][1].get("askPermissions"), None);
     let asked = json!([{ "area": "a", "state": "PERMISSION_STATE_GRANTED" }, { "area": "b" }]);
+    let ahead = json!([{ "area": "a", "state": "PERMISSION_STATE_GRANTED" }]);
     assert_eq!(
         plan["communicationTrack"],
-        json!([{ "stepId": "1", "askPermissions": [] }, { "stepId": "2", "askPermissions": asked }])
+        json!([
+            { "stepId": "1", "askPermissions": [], "askAhead": ahead },
+            { "stepId": "2", "askPermissions": asked, "askAhead": [] },
+        ])
     );
 }
 
@@ -178,6 +184,7 @@ fn the_fleet_has_what_an_operator_of_several_looks_for() {
     let expected = json!({
         "vehicle": "uav1", "phase": "MISSION_PHASE_UNSPECIFIED", "flying": true, "acting": "battery_low",
         "batteryRemaining": 0.6, "heightM": 12.0, "contact": { "wallAgeS": 1.0, "lost": false },
+        "contingencies": [],
     });
     assert_eq!(*entry, expected);
 }

@@ -8,7 +8,7 @@ use kittiwake_proto::v1::vehicle as doc;
 
 use crate::fleet::processes::{Health, Process, Processes};
 use crate::fleet::{Seen, Snapshot, VehicleState, message_of};
-use crate::view::{Ages, contact, stamp};
+use crate::view::{Ages, contact, utc};
 
 /// Wall time after which the reported wind and traffic are out of date: five periods of a receiver's reports.
 const REPORT_LIFETIME: Duration = Duration::from_secs(5);
@@ -25,11 +25,10 @@ pub(crate) fn vehicle(
 ) -> Option<v1::Vehicle> {
     let state = snapshot.fleet.vehicles.get(name)?;
     let now = snapshot.now.time;
-    let (mission_time_s, utc) = stamp(snapshot.now);
     let (mcm, planner) = (message_of(&state.mcm), message_of(&state.planner));
     Some(v1::Vehicle {
-        mission_time_s,
-        utc,
+        mission_time_s: state.mission_time_s(now),
+        utc: utc(snapshot.now.utc_ms),
         vehicle: name.to_owned(),
         command: Some(authority.clone()),
         operator: mcm.map(operator),
@@ -37,11 +36,13 @@ pub(crate) fn vehicle(
         plan: planner.and_then(|it| it.plan.as_ref()).map(|it| plan(it, state)),
         skill: Some(skills(state)),
         flags: state.flags.up(now),
-        contingencies: mcm.map(|it| doc::Contingencies { acting: it.acting.clone(), active: it.contingencies.clone() }),
+        contingencies: mcm.map(contingencies),
         permissions: message_of(&state.ledger).map_or_else(Vec::new, |it| it.permissions.clone()),
         areas: planner.map_or_else(Vec::new, |it| it.areas.clone()),
         sites: planner.map_or_else(Vec::new, |it| it.sites.clone()),
         alternates: mcm.map_or_else(Vec::new, |it| it.alternates.clone()),
+        energy: mcm.and_then(|it| it.energy.clone()),
+        awaited: mcm.map_or_else(Vec::new, |it| it.awaited.clone()),
         tree: tree(state),
         aircraft: aircraft(state),
         traffic: state.traffic.values().filter_map(|it| traffic(it, now, ages)).collect(),
@@ -52,6 +53,15 @@ pub(crate) fn vehicle(
         tower: tower(state, &snapshot.fleet.ground, now, ages),
         contact: Some(contact(state, now, ages)),
     })
+}
+
+fn contingencies(mcm: &v1::McmStatus) -> doc::Contingencies {
+    doc::Contingencies {
+        acting: mcm.acting.clone(),
+        active: mcm.contingencies.clone(),
+        way: mcm.response_way.clone(),
+        ends: mcm.ends.clone(),
+    }
 }
 
 /// What waits for the operator.
@@ -114,7 +124,11 @@ fn communication_step(step: &v1::PlanStep, state: &VehicleState) -> doc::Communi
         let permission = ledger.iter().find(|permission| permission.area == *area);
         doc::Ask { area: area.clone(), state: permission.map(|it| it.state) }
     };
-    doc::CommunicationStep { step_id: step.id, ask_permissions: step.ask_permissions.iter().map(ask).collect() }
+    doc::CommunicationStep {
+        step_id: step.id,
+        ask_permissions: step.ask_permissions.iter().map(ask).collect(),
+        ask_ahead: step.ask_ahead.iter().map(|ahead| ask(&ahead.area)).collect(),
+    }
 }
 
 fn skills(state: &VehicleState) -> doc::Skills {
@@ -161,8 +175,8 @@ fn aircraft(state: &VehicleState) -> Option<doc::Aircraft> {
 /// `None` for an old report: it does not say where the aircraft is now.
 fn traffic(seen: &Seen<v1::TransponderReport>, now: Time, ages: Ages) -> Option<doc::Traffic> {
     let age = ages.wall(seen, now);
-    let v1::TransponderReport { id, position, velocity } = v1::TransponderReport::clone(&seen.message);
-    (age < REPORT_LIFETIME).then_some(doc::Traffic { id, position, velocity, wall_age_s: age.as_secs_f64() })
+    let v1::TransponderReport { id, position, velocity, kind } = v1::TransponderReport::clone(&seen.message);
+    (age < REPORT_LIFETIME).then_some(doc::Traffic { id, position, velocity, kind, wall_age_s: age.as_secs_f64() })
 }
 
 fn processes(state: &VehicleState, ground: &Processes, now: Time, ages: Ages) -> Vec<doc::Process> {

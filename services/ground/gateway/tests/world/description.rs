@@ -37,10 +37,23 @@ impl Description {
                 .unwrap_or_else(|why| panic!("{method} {path}: {status} {why}")),
             Some(None) => panic!("{method} {path}: {status} with {media_type} is not described"),
             Some(Some((_, media))) => {
-                if let Some(schema) = media.get("schema") {
+                // Of a stream each event is described, and checked as it comes.
+                if let Some(schema) = media.get("schema").filter(|_| media_type != "text/event-stream") {
                     self.fits(schema, body, "").unwrap_or_else(|why| panic!("{method} {path}: {status} {why}"));
                 }
             }
+        }
+    }
+
+    /// Fails unless the data of an event of this kind are described.
+    #[allow(dead_code)]
+    #[track_caller]
+    pub fn check_event(&self, kind: &str, data: &Value) {
+        let operation = self.operation("get", "/api/v1/vehicles/uav1/events").expect("the stream is described");
+        let stream = &operation["responses"]["200"]["content"]["text/event-stream"];
+        let schema = stream["x-events"].get(kind).unwrap_or_else(|| panic!("the event `{kind}` is not described"));
+        for schema in [schema, &stream["schema"]] {
+            self.fits(schema, data, "").unwrap_or_else(|why| panic!("event {kind}: {why}"));
         }
     }
 
@@ -69,6 +82,13 @@ impl Description {
                 }
                 "type" if !is_of_type(value, rule) => return refused(&format!("is no {rule}")),
                 "enum" if !rule.as_array().is_some_and(|it| it.contains(value)) => return refused("is not listed"),
+                "const" if value != rule => return refused(&format!("is not {rule}")),
+                "anyOf" => {
+                    let mut alternatives = rule.as_array().into_iter().flatten();
+                    if !alternatives.any(|it| self.fits(it, value, at).is_ok()) {
+                        return refused("fits none of the alternatives");
+                    }
+                }
                 "allOf" => rule.as_array().into_iter().flatten().try_for_each(|it| self.fits(it, value, at))?,
                 "oneOf" => {
                     let fitting = rule.as_array().into_iter().flatten().filter(|it| self.fits(it, value, at).is_ok());
@@ -101,7 +121,8 @@ impl Description {
                         }
                     }
                 }
-                "type" | "enum" | "minimum" | "format" | "contentEncoding" | "minLength" | "maxLength" => {}
+                "type" | "enum" | "const" | "description" | "examples" | "minimum" | "format" | "contentEncoding"
+                | "minLength" | "maxLength" => {}
                 other => panic!("the test does not know the keyword `{other}`"),
             }
         }

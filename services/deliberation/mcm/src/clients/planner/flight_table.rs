@@ -105,7 +105,16 @@ const TABLE: &[(&str, [&str; 12])] = &[
 fn step(id: u64) -> Step {
     let nominal = Parameters { goal: Goal::Land, precondition: Condition::default(), invariant: Condition::default() };
     let reaches = State::new(Ned::default(), false);
-    Step { id: StepId(id), objective: 0, reaches, nominal, ask: Vec::new(), auxiliary: false, text: String::new() }
+    Step {
+        id: StepId(id),
+        objective: 0,
+        reaches,
+        nominal,
+        ask: Vec::new(),
+        ask_ahead: Vec::new(),
+        auxiliary: false,
+        text: String::new(),
+    }
 }
 
 fn denial() -> Denial {

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use domain::airspace::Grants;
 use domain::area::Area;
+use domain::decision::DecisionKind;
 use domain::plan::{Denial, Plan, PlanReply, PlannerStatus, Step, StepDone, StepId};
 use domain::skill::Goal;
 use domain::state::State;
@@ -27,7 +28,7 @@ pub(crate) use flight::Next;
 use flight::{Event as FlightEvent, Flight};
 use pauses::Pauses;
 use plan_request::Event as RequestEvent;
-pub(crate) use plan_request::{Basis, PlanRequest, Question};
+pub(crate) use plan_request::{Basis, Holding, PlanRequest, Question};
 use step_reports::{Event as ReportEvent, StepReports};
 
 /// Why a request to the planner has no usable answer.
@@ -85,6 +86,11 @@ impl Planner {
             revision: 0,
             planned_for: None,
         }
+    }
+
+    /// Whether there is nothing to fly for want of a way, or of an answer.
+    pub(crate) fn lacks_a_way(&self) -> bool {
+        self.step().is_none() && self.request.lacks_a_way()
     }
 
     /// The step that is flown, its place in the plan from 1, and the number of steps in the plan.
@@ -257,7 +263,7 @@ impl Planner {
         self.request.on(RequestEvent::Void);
     }
 
-    /// The answer to a request for a plan; returns what it means, in words. One to a repeated question is for the past, and counts
+    /// The answer to a request for a plan; returns what it means, with its kind. One to a repeated question is for the past, and counts
     /// only if `holds` says that nothing has changed since.
     pub(crate) fn on_plan(
         &mut self,
@@ -267,7 +273,7 @@ impl Planner {
         patience: Duration,
         (basis, holds): (Basis, impl FnOnce(&Question) -> bool),
         approval: ApprovalPolicy,
-    ) -> Option<String> {
+    ) -> Option<(DecisionKind, String)> {
         let question = self.request.awaits(request_id)?;
         let is_outdated = question.is_repeated && !holds(question);
         match reply {
@@ -275,17 +281,20 @@ impl Planner {
                 let is_first = !question.is_repeated;
                 self.request.on(RequestEvent::Unanswered(now + patience));
                 // Once is enough for as long as it plans.
-                is_first.then(|| "the planner is still planning, or hangs: its answer is awaited".to_owned())
+                let words = "the planner is still planning, or hangs: its answer is awaited";
+                is_first.then(|| (DecisionKind::PlanLate, words.to_owned()))
             }
             Err(no_answer) => Some(self.no_plan(now, no_answer, patience)),
             Ok(_) if is_outdated => {
                 self.request.on(RequestEvent::Void);
-                Some("the planner's answer came late, and is for a state that has changed; asking again".to_owned())
+                let words = "the planner's answer came late, and is for a state that has changed; asking again";
+                Some((DecisionKind::PlanLate, words.to_owned()))
             }
             Ok(PlanReply::Refused(reason)) => Some(self.no_plan(now, NoAnswer::Refused(reason), patience)),
             Ok(PlanReply::Plan(plan)) if plan.epoch < self.newest_epoch() => {
                 self.request.on(RequestEvent::Void);
-                Some(format!("plan {} was made before the mission was changed; asking again", plan.revision))
+                let words = format!("plan {} was made before the mission was changed; asking again", plan.revision);
+                Some((DecisionKind::PlanRejected, words))
             }
             Ok(PlanReply::Plan(plan)) => {
                 let steps = plan.steps.iter().map(|step| step.text.as_str()).collect::<Vec<_>>().join("; ");
@@ -293,32 +302,35 @@ impl Planner {
                 self.pauses.answered();
                 if self.needs_approval(&plan, approval.plans) {
                     self.request.on(RequestEvent::Proposed(Box::new(plan), now + approval.limit));
-                    return Some(format!("{words}; waits for approval"));
+                    return Some((DecisionKind::PlanProposed, format!("{words}; waits for approval")));
                 }
                 self.adopt(plan);
-                Some(words)
+                Some((DecisionKind::PlanAdopted, words))
             }
-            Ok(PlanReply::Hold { wait, reason }) => {
-                self.request.on(RequestEvent::Hold(now + wait, basis));
+            Ok(PlanReply::Hold { wait, reason, planned }) => {
+                let holding = if planned { Holding::ByTheMission } else { Holding::ForAWay };
+                self.request.on(RequestEvent::Hold(now + wait, basis, holding));
                 self.flight.on(FlightEvent::DenialsHeard);
-                Some(format!("hold for {:.0} s: {reason}", wait.as_secs_f64()))
+                Some((DecisionKind::PlanHold, format!("hold for {:.0} s: {reason}", wait.as_secs_f64())))
             }
             Ok(PlanReply::Finished) => {
                 self.request.on(RequestEvent::Finished);
                 self.flight.on(FlightEvent::Finished);
-                Some("every objective is settled".into())
+                Some((DecisionKind::PlanFinished, "every objective is settled".into()))
             }
         }
     }
 
-    fn no_plan(&mut self, now: Time, no_answer: NoAnswer, patience: Duration) -> String {
-        let wait = match no_answer {
-            NoAnswer::Call(_) => patience,
+    fn no_plan(&mut self, now: Time, no_answer: NoAnswer, patience: Duration) -> (DecisionKind, String) {
+        let (kind, wait) = match no_answer {
+            NoAnswer::Call(_) => (DecisionKind::PlanLate, patience),
             // The same request gets the same answer: ask with growing pauses.
-            NoAnswer::Invalid(_) | NoAnswer::Refused(_) => self.pauses.unusable_answer(patience),
+            NoAnswer::Invalid(_) | NoAnswer::Refused(_) => {
+                (DecisionKind::PlanRejected, self.pauses.unusable_answer(patience))
+            }
         };
         self.request.on(RequestEvent::Lost(now + wait));
-        format!("planner {no_answer}; asking again")
+        (kind, format!("planner {no_answer}; asking again"))
     }
 
     fn needs_approval(&self, plan: &Plan, plans: PlanApproval) -> bool {
@@ -390,7 +402,17 @@ impl Planner {
         report.into_iter().chain(next).filter(|at| now < *at).min()
     }
 
-    fn newest_epoch(&self) -> u64 {
+    /// The flight is over: nothing of its plan counts for the next one.
+    pub(crate) fn forget_flight(&mut self) {
+        self.flight = Flight::default();
+        self.request = PlanRequest::default();
+        self.reports = StepReports::default();
+        self.pauses = Pauses::default();
+        self.planned_for = None;
+    }
+
+    /// Counts the changes of the mission, as the planner has said last; zero before it was heard.
+    pub(crate) fn newest_epoch(&self) -> u64 {
         self.status.as_ref().map_or(0, |it| it.epoch)
     }
 }

@@ -15,14 +15,23 @@ pub(crate) enum PlanRequest {
     /// The planner did not answer, or its answer made no sense: ask again at this time. With the same question, if it may still
     /// be planning for that one.
     Retry(Time, Option<Question>),
-    /// The planner said to hold: ask again at this time, or when what it knew has changed.
-    Hold(Time, Basis),
+    /// The planner said to hold, by the mission or for want of a way: ask again at this time, or when what it knew has changed.
+    Hold(Time, Basis, Holding),
     /// A plan waits for approval; from this time on the default counts.
     Proposed(Box<Plan>, Time),
     /// A plan was adopted.
     Planned,
     /// Every objective has reached its final state.
     Finished,
+}
+
+/// Why the vehicle is to hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Holding {
+    /// There is nothing to fly yet: the way is closed, or something is not known.
+    ForAWay,
+    /// The mission asks for a stay.
+    ByTheMission,
 }
 
 /// What a plan is asked for with. The answer counts, however late it comes, as long as that is how things are.
@@ -53,6 +62,7 @@ impl Question {
     pub(crate) fn holds(&self, state: &State, basis: &Basis, moved_m: f64) -> bool {
         self.basis == *basis
             && self.state.flying == state.flying
+            && self.state.gripper == state.gripper
             && self.state.position.distance_m(state.position) <= moved_m
     }
 }
@@ -75,8 +85,8 @@ pub(crate) enum Event {
     Unanswered(Time),
     /// No usable answer came; ask again at this time.
     Lost(Time),
-    /// Nothing can be flown before this time.
-    Hold(Time, Basis),
+    /// Nothing is flown before this time.
+    Hold(Time, Basis, Holding),
     /// A plan came that waits for approval until this time.
     Proposed(Box<Plan>, Time),
     /// A plan came, or was approved.
@@ -99,7 +109,7 @@ impl PlanRequest {
             (R::Idle | R::Retry(..) | R::Hold(..), E::Sent(question)) => R::Asked(question),
             (R::Asked(question), E::Unanswered(again)) => R::Retry(again, Some(question.clone())),
             (R::Asked(_), E::Lost(again)) => R::Retry(again, None),
-            (R::Asked(_), E::Hold(until, basis)) => R::Hold(until, basis),
+            (R::Asked(_), E::Hold(until, basis, holding)) => R::Hold(until, basis, holding),
             (R::Asked(_), E::Proposed(plan, until)) => R::Proposed(plan, until),
             (R::Asked(_) | R::Proposed(..), E::Adopted) => R::Planned,
             (R::Asked(_) | R::Proposed(..), E::Void) => R::Idle,
@@ -126,6 +136,11 @@ impl PlanRequest {
             PlanRequest::Retry(_, question) => question.as_ref(),
             _ => None,
         }
+    }
+
+    /// Whether a way is waited for, rather than an operator or the end of a stay that the mission asks for.
+    pub(crate) fn lacks_a_way(&self) -> bool {
+        !matches!(self, PlanRequest::Proposed(..) | PlanRequest::Hold(_, _, Holding::ByTheMission))
     }
 
     /// The plan that waits for approval, and until when.
@@ -205,7 +220,7 @@ mod tests {
             PlanRequest::Asked(question("r1")),
             PlanRequest::Retry(at, None),
             PlanRequest::Retry(at, Some(question("r1"))),
-            PlanRequest::Hold(at, basis()),
+            PlanRequest::Hold(at, basis(), Holding::ForAWay),
             PlanRequest::Proposed(plan(), at),
             PlanRequest::Planned,
             PlanRequest::Finished,
@@ -214,7 +229,7 @@ mod tests {
             Event::Sent(question("r2")),
             Event::Unanswered(at),
             Event::Lost(at),
-            Event::Hold(at, basis()),
+            Event::Hold(at, basis(), Holding::ForAWay),
             Event::Proposed(plan(), at),
             Event::Adopted,
             Event::Void,

@@ -70,4 +70,27 @@ proptest! {
             prop_assert!(found_s <= FACTOR * best_s + 0.1, "{found_s} s, and {best_s} s at best");
         }
     }
+
+    #[test]
+    fn in_a_wind_a_way_costs_little_more_than_the_best_and_no_less_than_straight(
+        areas in (0..4usize).prop_flat_map(|count| (0..count).map(any_area).collect::<Vec<_>>()),
+        from in (-500.0..500.0, -500.0..500.0),
+        to in (-500.0..500.0, -500.0..500.0),
+        (wind_m_s, from_deg) in (5.0..9.0, 0.0..360.0),
+    ) {
+        let wind = Wind::from_direction(wind_m_s, from_deg);
+        let closed: Vec<Area> = areas.into_iter().map(|it| Area { kind: AreaKind::KeepOut, ..it }).collect();
+        let ends = (Ned::new(from.0, from.1, -10.0), Ned::new(to.0, to.1, -10.0));
+        let found_s = (0..MARGINS.len()).find_map(|part| among_in_wind(wind, part, &closed, ends, |obstacles| {
+            Some(cheapest(obstacles, Duration::ZERO)?.0.last()?.1.as_secs_f64())
+        }));
+        let (best_s, straight_s) = among_in_wind(wind, 0, &closed, ends, |obstacles| {
+            (quickest_s(obstacles, &points(obstacles)), obstacles.time(ends.0, ends.1).as_secs_f64())
+        });
+        if let Some(best_s) = best_s {
+            let found_s = found_s.expect("there is a way");
+            prop_assert!(found_s <= FACTOR * best_s + 0.1, "{found_s} s, and {best_s} s at best");
+            prop_assert!(straight_s <= found_s + 0.1, "{found_s} s, and {straight_s} s straight");
+        }
+    }
 }

@@ -25,6 +25,9 @@ pub(crate) enum Reaction {
     AckTwice,
 }
 
+/// What a status says: the modes that are intended and flown, armed, landed, the gripper, whether somebody else flies, and the epoch.
+type Said = (Mode, Mode, bool, bool, v1::Gripper, (bool, u64));
+
 /// Data that grow old when they are frozen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Source {
@@ -41,8 +44,19 @@ pub(crate) struct Autopilot {
     pub(crate) armed: bool,
     pub(crate) landed: bool,
     pub(crate) intended: Mode,
+    pub(crate) gripper: v1::Gripper,
+    /// It takes a release and does not open.
+    pub(crate) gripper_stuck: bool,
+    /// When the gripper is open, once it was told to be.
+    opens: Option<Time>,
     /// The mode that is flown instead of the intended one.
     pub(crate) failsafe: Option<Mode>,
+    /// The mode was chosen by somebody else since the last command that sets one, or arms.
+    pub(crate) other: bool,
+    /// Its own words.
+    pub(crate) reason: &'static str,
+    pub(crate) can_arm: Option<bool>,
+    pub(crate) frame_epoch: u64,
     /// What becomes of the next commands; those after them are obeyed.
     pub(crate) reactions: VecDeque<Reaction>,
     pub(crate) frozen: Vec<Source>,
@@ -52,12 +66,14 @@ pub(crate) struct Autopilot {
     unanswered: Option<Time>,
     setpoint: Option<(Time, v1::TrajectorySetpoint)>,
     height_wanted_m: f64,
-    said: Option<(Mode, Mode, bool, bool)>,
+    said: Option<Said>,
     steps: u64,
     speed: u32,
 }
 
 const STEP: Duration = Duration::from_millis(20);
+/// From the command until the gripper is open.
+const GRIPPER: Duration = Duration::from_secs(1);
 /// Never less than one second of wall time.
 const SETPOINT_LOST: Duration = Duration::from_secs(1);
 
@@ -70,7 +86,14 @@ impl Default for Autopilot {
             armed: false,
             landed: true,
             intended: Mode::Loiter,
+            gripper: v1::Gripper::Holding,
+            gripper_stuck: false,
+            opens: None,
             failsafe: None,
+            other: false,
+            reason: "",
+            can_arm: None,
+            frame_epoch: 0,
             reactions: VecDeque::new(),
             frozen: Vec::new(),
             commands: Vec::new(),
@@ -140,7 +163,7 @@ impl Autopilot {
         let reaction = self.reactions.pop_front().unwrap_or(Reaction::Obey);
         let refusal = if reaction == Reaction::Reject { Some("not now") } else { self.refusal(command, now) };
         if reaction != Reaction::Lie && reaction != Reaction::Lose && refusal.is_none() {
-            self.obey(command);
+            self.obey(command, now);
         }
         let result = match refusal {
             None => v1::CommandResult::Accepted,
@@ -163,13 +186,15 @@ impl Autopilot {
             Command::Disarm(_) => (!self.landed).then_some("in the air"),
             Command::Takeoff(_) => (!self.armed).then_some("disarmed"),
             Command::Land(_) => self.landed.then_some("on the ground"),
+            Command::Release(_) => None,
             Command::SetMode(it) if it.mode() == Mode::Offboard => (!self.is_fed(now)).then_some("no setpoints"),
             Command::SetMode(_) => None,
         }
     }
 
-    fn obey(&mut self, command: Command) {
+    fn obey(&mut self, command: Command, now: Time) {
         self.failsafe = None;
+        self.other &= matches!(command, Command::Disarm(_) | Command::Release(_));
         match command {
             Command::Arm(_) => self.armed = true,
             Command::Disarm(_) => self.armed = false,
@@ -179,6 +204,9 @@ impl Autopilot {
                 self.intended = Mode::Takeoff;
             }
             Command::Land(_) => self.intended = Mode::Land,
+            Command::Release(_) => {
+                self.opens.get_or_insert(now + GRIPPER);
+            }
             Command::SetMode(it) => self.intended = it.mode(),
         }
     }
@@ -197,6 +225,9 @@ impl Autopilot {
             self.position.east_m + self.velocity.east_m_s * dt,
             (self.position.down_m + self.velocity.down_m_s * dt).min(0.0),
         );
+        if !self.gripper_stuck && self.opens.is_some_and(|it| it <= now) {
+            self.gripper = v1::Gripper::Released;
+        }
         let there = (self.position.height_m() - self.height_wanted_m).abs() < 0.05;
         if self.intended == Mode::Takeoff && there {
             self.intended = Mode::Loiter;
@@ -250,7 +281,8 @@ impl Autopilot {
                 ..v1::VehicleLocalPosition::default()
             }));
         }
-        let state = (self.intended, self.actual(), self.armed, self.landed);
+        let told = (self.other, self.frame_epoch);
+        let state = (self.intended, self.actual(), self.armed, self.landed, self.gripper, told);
         let changed = self.said != Some(state);
         if speaks(Source::Status) && (changed || self.steps.is_multiple_of(25 * u64::from(self.speed))) {
             said.push(Message::from(v1::VehicleStatus {
@@ -259,6 +291,13 @@ impl Autopilot {
                 actual_mode: self.actual() as i32,
                 failsafe: self.failsafe.is_some(),
                 failures: Vec::new(),
+                origin: None,
+                gripper: self.gripper as i32,
+                commanded_by_other: self.other,
+                reason: self.reason.to_owned(),
+                can_arm: self.can_arm,
+                frame_epoch: self.frame_epoch,
+                ..Default::default()
             }));
         }
         if speaks(Source::Landed) && (changed || self.steps.is_multiple_of(50 * u64::from(self.speed))) {

@@ -89,7 +89,28 @@ impl Rig {
             goal: Some(goal.into()),
             when_busy: when_busy as i32,
             gave_up_skill_id,
+            takes_control: false,
         })
+    }
+
+    /// Requests a skill by an operator's order to take control back. Returns its id.
+    #[track_caller]
+    pub(crate) fn take_back(&mut self, goal: Goal) -> u64 {
+        self.requests += 1;
+        let reply = self.request(v1::SkillRequest {
+            request_id: format!("r{}", self.requests),
+            goal: Some(goal.into()),
+            when_busy: WhenBusy::Replace as i32,
+            gave_up_skill_id: 0,
+            takes_control: true,
+        });
+        assert_eq!(reply.refusal, "");
+        reply.skill_id
+    }
+
+    /// Somebody else flies: this skill is to end without a command.
+    pub(crate) fn let_go(&mut self, skill_id: u64) {
+        self.call(Request::SkillCancel(v1::SkillCancelRequest { skill_id, without_command: true }));
     }
 
     /// Sends a request.
@@ -102,7 +123,7 @@ impl Rig {
 
     /// Cancels a skill, or returns why not.
     pub(crate) fn cancel(&mut self, skill_id: u64) -> Result<(), String> {
-        match self.call(Request::SkillCancel(v1::SkillCancelRequest { skill_id })) {
+        match self.call(Request::SkillCancel(v1::SkillCancelRequest { skill_id, without_command: false })) {
             Response::SkillCancel(it) if it.accepted => Ok(()),
             Response::SkillCancel(it) => Err(it.refusal),
             other => panic!("{other:?}"),
@@ -258,6 +279,7 @@ fn command_name(command: &Command) -> String {
         Command::Disarm(_) => "disarm".into(),
         Command::Takeoff(it) => format!("takeoff {:.1}", it.altitude_m),
         Command::Land(_) => "land".into(),
+        Command::Release(_) => "release".into(),
         Command::SetMode(it) => it.mode().as_str_name().trim_start_matches("FLIGHT_MODE_").to_lowercase(),
     }
 }

@@ -5,7 +5,7 @@
 use std::time::Instant;
 
 use axum::http::StatusCode;
-use kittiwake_proto::json::from_json;
+use kittiwake_proto::json::{from_json, wrong_member};
 use kittiwake_proto::topics::{Request, Response as Reply};
 use kittiwake_proto::v1;
 use node::CallError;
@@ -16,7 +16,7 @@ use v1::operator_command::Verb;
 use crate::fleet::occurrence::Occurrence;
 use crate::http::answer::{Answer, document, stamped_document, with_outcome};
 use crate::http::guard::AuthorizedRequest;
-use crate::http::problem::Problem;
+use crate::http::problem::{Kind, Problem};
 use crate::http::site::Site;
 use crate::orders::Order;
 use crate::view;
@@ -29,12 +29,14 @@ impl Site {
             Some(Ok(reply)) => Ok(reply),
             None => Err(busy()),
             Some(Err(error)) => {
-                let effect = match error {
-                    CallError::Unavailable | CallError::Late => "nothing was done",
-                    CallError::Unanswered | CallError::Malformed => "it is not known whether it was done",
+                let (effect, kind) = match error {
+                    CallError::Unavailable | CallError::Late => ("nothing was done", Kind::Unavailable),
+                    CallError::Unanswered | CallError::Malformed => {
+                        ("it is not known whether it was done", Kind::OutcomeUnknown)
+                    }
                 };
                 let detail = format!("`{service}`: {error}; {effect}; repeat the order with the same key");
-                Err(Problem::unavailable(detail))
+                Err(Problem::unavailable(detail).of(kind))
             }
         }
     }
@@ -62,7 +64,7 @@ impl Site {
             return Err(invalid_reply());
         };
         if reply.accepted {
-            return Ok(with_outcome(stamped_document(self.snapshot().now, &reply), &reply.text));
+            return Ok(with_outcome(stamped_document(&self.snapshot(), request.vehicle()?, &reply), &reply.text));
         }
         let status = if reply.mistakes.is_empty() { StatusCode::CONFLICT } else { StatusCode::UNPROCESSABLE_ENTITY };
         Err(Problem::new(status, reply.text).with(|problem| {
@@ -84,13 +86,14 @@ impl Site {
             mode: 0,
             permissions: granted.map(|it| it.area.clone()).collect(),
             charge: introspection.battery.as_ref().map(|it| it.remaining),
+            gripper: introspection.status.as_ref().map_or(v1::Gripper::Unspecified, |it| it.gripper()) as i32,
         })
     }
 
     /// The answer to an order that was carried out.
     pub(super) fn done(&self, request: &AuthorizedRequest, verb: &str, text: String) -> Answer {
-        let (mission_time_s, utc) = view::stamp(self.snapshot().now);
-        let vehicle = request.vehicle()?.to_string();
+        let (snapshot, vehicle) = (self.snapshot(), request.vehicle()?.to_string());
+        let (mission_time_s, utc) = (snapshot.mission_time_s(&vehicle), view::utc(snapshot.now.utc_ms));
         let (verb, request_id) = (verb.to_owned(), request.key());
         let done = v1::OrderDone { mission_time_s, utc, vehicle, verb, request_id, text };
         Ok(with_outcome(document(&done), &done.text))
@@ -118,7 +121,7 @@ fn wire_id(request: &AuthorizedRequest) -> String {
 }
 
 pub(super) fn read<M: prost::Message + prost::Name + Default>(body: &Value) -> Result<M, Problem> {
-    from_json(body).map_err(|error| invalid_body(&error))
+    from_json(body).map_err(|error| invalid_body(&error).with(|it| it.member = wrong_member::<M>(body)))
 }
 
 /// Reads a body that may be left out.
@@ -126,8 +129,13 @@ pub(super) fn read_optional<M: prost::Message + prost::Name + Default>(body: &Va
     if body.is_null() { Ok(M::default()) } else { read(body) }
 }
 
-pub(super) fn invalid_body(why: &str) -> Problem {
-    Problem::new(StatusCode::BAD_REQUEST, format!("the body is invalid: {why}"))
+fn invalid_body(why: &str) -> Problem {
+    Problem::new(StatusCode::BAD_REQUEST, format!("the body is invalid: {why}")).of(Kind::InvalidBody)
+}
+
+/// One member of the body, which a JSON pointer names, is not what it must be.
+pub(super) fn invalid_member(pointer: &str, why: &str) -> Problem {
+    invalid_body(why).with(|it| it.member = Some(pointer.to_owned()))
 }
 
 /// The vehicle's service refused the order.

@@ -19,7 +19,7 @@ use crate::http::problem::Problem;
 use crate::http::site::Site;
 use crate::orders::Order;
 use crate::view;
-use answers::{busy, invalid_body, invalid_reply, read, read_optional, refused};
+use answers::{busy, invalid_member, invalid_reply, read, read_optional, refused};
 pub(crate) use table::add_to;
 
 mod answers;
@@ -48,7 +48,7 @@ async fn release(State(site): Shared, Extension(request): Authorized) -> Answer 
 async fn hand_over(State(site): Shared, Extension(request): Authorized) -> Answer {
     let v1::HandOver { to } = read(&request.body)?;
     if to.is_empty() || 64 < to.len() {
-        return Err(invalid_body("`to` needs 1 to 64 characters"));
+        return Err(invalid_member("/to", "`to` needs 1 to 64 characters"));
     }
     let offered = site.api.authorities.hand_over(request.vehicle()?, &request.who.name, &to, Instant::now());
     site.command_changed(&request, offered)
@@ -87,7 +87,7 @@ async fn decide_permission(State(site): Shared, Path(it): Path<Named>, Extension
         v1::Decision::Grant => "granted",
         v1::Decision::Deny => "denied",
         v1::Decision::Revoke => "revoked",
-        v1::Decision::Unspecified => return Err(invalid_body("`decision` is missing")),
+        v1::Decision::Unspecified => return Err(invalid_member("/decision", "`decision` is missing")),
     };
     match site.call(&request, Request::Decide(decision)).await? {
         Reply::Decide(reply) if reply.accepted => site.done(&request, "permission", format!("area {area}: {word}")),
@@ -132,7 +132,7 @@ async fn read_mission(State(site): Shared, Extension(request): Authorized) -> An
     let call = v1::MissionRequest { request: Some(MissionCall::Read(v1::ReadMission {})), ..Default::default() };
     match site.call(&request, Request::Mission(call)).await? {
         Reply::Mission(v1::MissionReply { status: Some(status), .. }) => {
-            Ok(stamped_document(site.snapshot().now, &status))
+            Ok(stamped_document(&site.snapshot(), request.vehicle()?, &status))
         }
         _ => Err(invalid_reply()),
     }
@@ -141,7 +141,7 @@ async fn read_mission(State(site): Shared, Extension(request): Authorized) -> An
 async fn inject_flag(State(site): Shared, Extension(request): Authorized) -> Answer {
     let mut flag: v1::FlagEvent = read(&request.body)?;
     if flag.name.is_empty() {
-        return Err(invalid_body("`name` is missing"));
+        return Err(invalid_member("/name", "`name` is missing"));
     }
     flag.source = "injector".to_owned();
     let text = format!("flag `{}` {}", flag.name, if flag.raised { "raised" } else { "cleared" });
@@ -156,7 +156,8 @@ async fn inject_flag(State(site): Shared, Extension(request): Authorized) -> Ans
 async fn list_faults(State(site): Shared, Extension(request): Authorized) -> Answer {
     match site.call(&request, Request::Fault(v1::FaultRequest::default())).await? {
         Reply::Fault(reply) => {
-            let (mission_time_s, utc) = view::stamp(site.snapshot().now);
+            let snapshot = site.snapshot();
+            let (mission_time_s, utc) = (snapshot.mission_time_s(request.vehicle()?), view::utc(snapshot.now.utc_ms));
             Ok(document(&v1::FaultList { mission_time_s, utc, faults: reply.known }))
         }
         _ => Err(invalid_reply()),

@@ -1,0 +1,103 @@
+//! What an action cannot be flown without, and which flags say that it is missing.
+
+use serde::Deserialize;
+
+use super::rule::{Condition, DataSource};
+use super::{Action, Row, Rule};
+
+/// What an action cannot be flown without.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Need {
+    /// That it is known where the vehicle is.
+    Position,
+    /// The planner.
+    Planner,
+    /// The link to the ground.
+    Link,
+}
+
+/// `a position`, as in "needs a position".
+impl std::fmt::Display for Need {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Need::Position => "a position",
+            Need::Planner => "the planner",
+            Need::Link => "the link to the ground",
+        })
+    }
+}
+
+impl Row {
+    /// What is missing while its flag is up, by what raises it. (A silent monitor takes nothing away: the skill manager hears the vehicle
+    /// itself.)
+    pub fn takes_away(&self) -> Option<Need> {
+        if self.flag == super::FRAME_MOVED {
+            // It is known in another frame than that of the mission.
+            return Some(Need::Position);
+        }
+        match self.raise? {
+            Rule::Reported { condition: Condition::EstimatorInvalid, .. } => Some(Need::Position),
+            Rule::Stale { source: DataSource::LocalPosition, .. } => Some(Need::Position),
+            Rule::Stale { source: DataSource::Planner, .. } => Some(Need::Planner),
+            Rule::Stale { source: DataSource::GroundLink, .. } => Some(Need::Link),
+            Rule::Below { .. } | Rule::Above { .. } | Rule::Reported { .. } | Rule::Stale { .. } => None,
+        }
+    }
+}
+
+/// The first need of `action` that is missing while the flags of the rows `up` are, and the row whose flag says so; `None`: it can be
+/// tried.
+pub fn missing(action: &Action, rows: &[Row], up: impl Iterator<Item = usize> + Clone) -> Option<(Need, usize)> {
+    action.needs.iter().find_map(|need| {
+        let row = up.clone().find(|row| rows.get(*row).is_some_and(|it| it.takes_away() == Some(*need)))?;
+        Some((*need, row))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Contingencies;
+    use super::*;
+    use crate::file::Source;
+    use crate::testing::{ACTIONS, table};
+
+    #[test]
+    fn an_action_is_impossible_while_a_flag_takes_away_what_it_needs() {
+        let row = |flag: &str, priority: u32, raise: &str| {
+            format!(
+                "[[contingency]]\nflag = \"{flag}\"\npriority = {priority}\nraise = {{ {raise}, during = \"flying\" }}\n\
+                 actions = [\"stop\"]\nemergency = \"stop\"\nclears = \"with-condition\"\nthen = \"resume\"\n"
+            )
+        };
+        let text = table(
+            &[
+                row("estimator_lost", 1, "fact = \"reported\", condition = \"estimator-invalid\", for_s = 0.5"),
+                row("position_stale", 2, "fact = \"stale\", source = \"local-position\", after_s = 0.5"),
+                row("planner_lost", 3, "fact = \"stale\", source = \"planner\", after_s = 1.0"),
+                row("link_lost", 4, "fact = \"stale\", source = \"ground-link\", after_s = 10.0"),
+                row("battery_stale", 5, "fact = \"stale\", source = \"battery\", after_s = 2.0"),
+            ]
+            .concat(),
+        );
+        let table = Contingencies::read(&Source { path: "c.toml".into(), text }, &ACTIONS).unwrap();
+        #[track_caller]
+        fn check(table: &Contingencies, needs: &[Need], up: &[&str], expected: Option<(Need, &str)>) {
+            let rows = table.rows();
+            let action = Action { needs: needs.iter().copied().collect(), ..rows[0].actions[0].clone() };
+            let up: Vec<usize> = up.iter().map(|flag| rows.iter().position(|it| it.flag == *flag).unwrap()).collect();
+            let found = missing(&action, rows, up.into_iter()).map(|(need, row)| (need, rows[row].flag.as_str()));
+            assert_eq!(found, expected, "{needs:?}");
+        }
+        let all =
+            ["estimator_lost", "position_stale", "planner_lost", "link_lost", "battery_stale", "introspection_lost"];
+        check(&table, &[], &all, None);
+        check(&table, &[Need::Position], &[], None);
+        check(&table, &[Need::Position], &all, Some((Need::Position, "estimator_lost")));
+        check(&table, &[Need::Position], &["position_stale"], Some((Need::Position, "position_stale")));
+        check(&table, &[Need::Position], &["introspection_lost"], None);
+        check(&table, &[Need::Position], &["planner_lost", "link_lost", "battery_stale"], None);
+        check(&table, &[Need::Planner, Need::Link], &["link_lost"], Some((Need::Link, "link_lost")));
+        check(&table, &[Need::Planner, Need::Link], &["planner_lost"], Some((Need::Planner, "planner_lost")));
+    }
+}

@@ -1,0 +1,168 @@
+//! The largest mission that is flown. Beyond it a file is refused before its areas are looked at, so that neither the time nor
+//! the memory of a check, of a plan or of a message on the bus grows without an end.
+
+use toml::Spanned;
+
+use super::{AreaEntry, Checker, MissionFile};
+
+/// The most objectives of a mission.
+pub const MOST_OBJECTIVES: usize = 500;
+/// The most areas: those of a harbour are hundreds.
+pub const MOST_AREAS: usize = 2_000;
+/// The most corners of all areas together. With these the planner's status has less than 4 MiB, see `docs/planning.md`.
+pub const MOST_CORNERS: usize = 100_000;
+/// The most corners of one area: whether it crosses itself is found by comparing each side with each.
+pub const MOST_CORNERS_OF_AREA: usize = 4_000;
+/// The longest name of a mission, an objective, an area or a site, in characters.
+pub const LONGEST_NAME: usize = 100;
+
+const CUT: &str = "cut the mission to what one flight needs";
+
+impl AreaEntry {
+    fn corner_count(&self) -> usize {
+        self.corners_m.as_ref().or(self.corners_deg.as_ref()).map_or(0, |it| it.as_ref().len())
+    }
+}
+
+impl Checker<'_> {
+    /// What of the file is beyond the bounds.
+    pub(super) fn bounds(&mut self, file: &MissionFile) {
+        let first_beyond = file.objective.get(MOST_OBJECTIVES).map(|it| &it.name);
+        self.count("objectives", file.objective.len(), MOST_OBJECTIVES, first_beyond);
+        self.count("areas", file.area.len(), MOST_AREAS, file.area.get(MOST_AREAS).map(|it| &it.name));
+        let (mut corners, mut first_beyond) = (0, None);
+        for area in &file.area {
+            let count = area.corner_count();
+            corners += count;
+            if MOST_CORNERS < corners && first_beyond.is_none() {
+                first_beyond = Some(&area.name);
+            }
+            if MOST_CORNERS_OF_AREA < count {
+                let message = format!(
+                    "area `{}` has {count} corners, at most {MOST_CORNERS_OF_AREA} are allowed",
+                    area.name.as_ref()
+                );
+                self.say(Some(area.name.span()), message, "simplify its outline");
+            }
+        }
+        self.count("corners of areas", corners, MOST_CORNERS, first_beyond);
+        let objectives = file.objective.iter().map(|it| ("an objective", &it.name));
+        let areas = file.area.iter().map(|it| ("an area", &it.name));
+        for (what, name) in objectives.chain(areas) {
+            self.name(what, name.as_ref(), Some(name));
+        }
+        self.name("a mission", &file.name, None);
+    }
+
+    fn count(&mut self, what: &str, count: usize, most: usize, first_beyond: Option<&Spanned<String>>) {
+        if most < count {
+            let message = format!("the mission has {count} {what}, at most {most} are allowed");
+            self.say(first_beyond.map(Spanned::span), message, CUT);
+        }
+    }
+
+    fn name(&mut self, what: &str, name: &str, entry: Option<&Spanned<String>>) {
+        let count = name.chars().count();
+        if LONGEST_NAME < count {
+            let message = format!("the name of {what} has {count} characters, at most {LONGEST_NAME} are allowed");
+            self.say(entry.map(Spanned::span), message, "choose a shorter one");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+
+    use super::*;
+    use crate::file::{Mistakes, Source};
+    use crate::mission::Mission;
+
+    fn read(text: &str) -> Result<Mission, Mistakes> {
+        Mission::read(&Source { path: "m.toml".into(), text: text.to_owned() })
+    }
+
+    /// A mission of that many objectives, and of areas with these numbers of corners, side by side far away.
+    fn mission(objectives: usize, areas: &[usize]) -> String {
+        let mut text = "name = \"m\"\n".to_owned();
+        for number in 0..objectives {
+            let _ = writeln!(
+                text,
+                "[[objective]]\nname = \"o{number}\"\nnorth_m = 0\neast_m = 0\nheight_m = 20\nflying = true"
+            );
+        }
+        for (number, &corners) in areas.iter().enumerate() {
+            // Along the northern side of a rectangle, and its two southern corners.
+            let west_m = 1_000.0 + 20.0 * number as f64;
+            let north =
+                (2..corners).map(|it| format!("[5010.0, {}]", west_m + 10.0 * (it - 2) as f64 / corners as f64));
+            let south = [format!("[5000.0, {}]", west_m + 10.0), format!("[5000.0, {west_m}]")];
+            let corners = north.chain(south).collect::<Vec<_>>().join(", ");
+            let _ = writeln!(text, "[[area]]\nname = \"a{number}\"\nkind = \"keep-out\"\ncorners_m = [{corners}]");
+        }
+        text
+    }
+
+    #[test]
+    fn a_mission_beyond_the_bounds_is_refused_with_the_figures() {
+        #[track_caller]
+        fn check(text: &str, expected: &str) {
+            let told = read(text).unwrap_err().to_string();
+            assert!(told.starts_with(expected), "expected `{expected}`, got `{told:.300}`");
+        }
+        // Six lines an objective, four an area.
+        check(
+            &mission(501, &[]),
+            "m.toml:3003:8: the mission has 501 objectives, at most 500 are allowed\n     |\n3003 | name = \"o500\"",
+        );
+        check(&mission(1, &[4; 2_001]), "m.toml:8009:8: the mission has 2001 areas, at most 2000 are allowed");
+        check(&mission(1, &[4_001]), "m.toml:9:8: area `a0` has 4001 corners, at most 4000 are allowed");
+        check(
+            &mission(1, &[3_500; 30]),
+            "m.toml:121:8: the mission has 105000 corners of areas, at most 100000 are allowed",
+        );
+        let long = "x".repeat(101);
+        check(
+            &mission(1, &[4]).replace("\"o0\"", &format!("\"{long}\"")),
+            "m.toml:3:8: the name of an objective has 101 characters, at most 100 are allowed",
+        );
+        check(
+            &mission(1, &[4]).replace("\"a0\"", &format!("\"{long}\"")),
+            "m.toml:9:8: the name of an area has 101 characters, at most 100 are allowed",
+        );
+        check(
+            &mission(1, &[4]).replace("\"m\"", &format!("\"{long}\"")),
+            "m.toml: the name of a mission has 101 characters, at most 100 are allowed",
+        );
+    }
+
+    #[test]
+    fn a_mission_at_the_bounds_is_read() {
+        let mission = read(&mission(500, &[4; 2_000])).unwrap_or_else(|it| panic!("{it:.300}"));
+        assert_eq!((mission.objectives.len(), mission.areas.len()), (500, 2_000));
+        let corners = read(&self::mission(1, &[1_000])).unwrap_or_else(|it| panic!("{it:.300}"));
+        assert_eq!(corners.areas[0].corners.len(), 1_000);
+        // Characters, not bytes.
+        assert!(read(&self::mission(1, &[]).replace("\"o0\"", &format!("\"{}\"", "ä".repeat(100)))).is_ok());
+    }
+
+    /// The largest names, and the most areas with the most corners that they can have together.
+    #[test]
+    fn the_largest_mission_fits_a_message_on_the_bus() {
+        use prost::Message as _;
+        let corner = crate::geometry::Ned::new(123.456, -7890.123, -1.5);
+        let area = crate::area::Area {
+            name: "ä".repeat(LONGEST_NAME),
+            kind: crate::area::AreaKind::KeepOut,
+            corners: vec![corner; MOST_CORNERS / MOST_AREAS],
+            floor_m: Some(1.5),
+            ceiling_m: Some(99.5),
+            from_utc_ms: Some(i64::MAX),
+            until_utc_ms: Some(i64::MAX),
+            hours: Some(crate::hours::WeeklyHours::parse(&["Mon-Fri 08:00-18:00", "Sat 22:00-02:00"]).unwrap()),
+        };
+        let areas = vec![kittiwake_proto::v1::Area::from(&area); MOST_AREAS];
+        let status = kittiwake_proto::v1::PlannerStatus { areas, ..Default::default() };
+        assert!(status.encoded_len() < 4 << 20, "{} bytes", status.encoded_len());
+    }
+}

@@ -1,0 +1,85 @@
+//! A vehicle backend of two: an autopilot, and the bridge to it. To the bus they are one node.
+
+use std::time::Duration;
+
+use domain::time::{Now, Time};
+use kittiwake_proto::topics::{Request, Response, Service, Topic};
+use kittiwake_proto::v1;
+use mavlink_bridge::MavlinkBridge;
+use mavlink_bridge::config::Config;
+use node::{Effect, Event, Node};
+
+use crate::FakeAutopilot;
+use crate::wire::Wire;
+
+/// Kills the bridge; the argument is after how many seconds it is started again.
+pub const BRIDGE_DIES: &str = "bridge_dies";
+
+/// An autopilot with its bridge.
+#[derive(Debug)]
+pub struct Bridged {
+    autopilot: FakeAutopilot,
+    config: Config,
+    wire: Wire,
+    bridge: MavlinkBridge<Wire>,
+    /// The bridge is dead until then.
+    dead_until: Option<Time>,
+}
+
+impl Bridged {
+    /// The bridge to `autopilot` over its `wire`.
+    pub fn new(autopilot: FakeAutopilot, config: &Config, wire: Wire) -> Bridged {
+        let bridge = MavlinkBridge::new(config, wire.clone());
+        Bridged { autopilot, config: config.clone(), wire, bridge, dead_until: None }
+    }
+
+    fn dies(&mut self, request: &v1::FaultRequest, now: Time) {
+        let seconds = request.args.first().and_then(|it| it.parse::<f64>().ok()).unwrap_or_default();
+        self.dead_until = Some(now + Duration::from_secs_f64(seconds));
+    }
+}
+
+impl Node for Bridged {
+    fn name(&self) -> &'static str {
+        "mavlink-bridge"
+    }
+
+    fn subscriptions(&self) -> &'static [Topic] {
+        self.bridge.subscriptions()
+    }
+
+    fn serves(&self) -> &'static [Service] {
+        &[Service::Fault]
+    }
+
+    fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
+        match event {
+            Event::Request { request: Request::Fault(ref request), token, .. } if request.name == BRIDGE_DIES => {
+                self.dies(request, now.time);
+                let reply = v1::FaultReply { accepted: true, detail: "the bridge is dead".into(), known: Vec::new() };
+                effects.push(Effect::Reply { token, response: Response::Fault(reply) });
+            }
+            Event::Request { .. } => self.autopilot.on(now, event, effects),
+            _ if self.dead_until.is_none() => self.bridge.on(now, event, effects),
+            _ => {}
+        }
+    }
+
+    fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
+        self.autopilot.act(now, effects);
+        if self.dead_until.is_some_and(|until| until <= now.time) {
+            self.dead_until = None;
+            self.bridge = MavlinkBridge::new(&self.config, self.wire.clone());
+        }
+        match self.dead_until {
+            None => self.bridge.act(now, effects),
+            // Nobody listens to what arrives.
+            Some(_) => self.wire.drop_arrived(now.time),
+        }
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        let bridge = self.dead_until.or_else(|| self.bridge.deadline());
+        [self.autopilot.deadline(), bridge].into_iter().flatten().min()
+    }
+}

@@ -1,0 +1,188 @@
+//! Who flies: Kittiwake; a pilot or another ground station; or the autopilot, by its own failsafe. And whether positions can still be
+//! compared with those of the mission.
+//!
+//! Somebody else who flies is never fought: see the row `somebody_else_flies`. What raises it is what the vehicle's status says
+//! ([`domain::fmu::flown_by_other`]), or the skill manager. Once raised it stays up, whatever is said later, since a backend that was started
+//! again does not know who commanded what. It falls by an operator's order, which takes control back, or on the ground with motors off;
+//! the mission then waits for an operator.
+
+use std::time::Duration;
+
+use domain::contingency::{AUTOPILOT_PREEMPTS, FRAME_MOVED, LEFT_TO_OTHERS, SOMEBODY_ELSE_FLIES};
+use domain::geodesy::Origin;
+use domain::time::Time;
+
+use super::{SELF, UnplannedLanding, World};
+use crate::clients::skills::Sending;
+use crate::vehicle::ConfirmedState;
+
+/// Origins nearer than this to each other are the same place. (ENG: less than the tolerance of any goal.)
+const SAME_ORIGIN_M: f64 = 1.0;
+
+/// Time from a command until the status shows that it was obeyed. (MAVLink: a mode is up to 1 s late in the heartbeat; ENG: three of them.)
+const OBEYS_WITHIN: Duration = Duration::from_secs(3);
+
+/// What is known about who flies.
+#[derive(Debug, Default)]
+pub(super) struct Control {
+    /// An operator has ordered to take control back: then, and when a skill was flown since.
+    taking: Option<Taking>,
+    /// What the autopilot says about what it flies; empty where it says nothing.
+    words: String,
+    /// When a skill was pre-empted by the autopilot: until a newer status shows otherwise it still is.
+    pre_empted_at: Time,
+    /// The local frame, and where it had its origin when positions could last be compared with those of the mission.
+    frame: Option<(u64, Option<Origin>)>,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Taking {
+    flown: Option<Time>,
+}
+
+impl World {
+    /// What the autopilot says about what it flies.
+    pub(super) fn autopilot_says(&mut self, words: &str) {
+        if self.control.words != words {
+            words.clone_into(&mut self.control.words);
+        }
+    }
+
+    /// A skill has come to be flown.
+    pub(super) fn skill_flown(&mut self) {
+        if let Some(taking) = &mut self.control.taking {
+            taking.flown.get_or_insert(self.now.time);
+        }
+    }
+
+    /// A skill was pre-empted, for this reason.
+    pub(super) fn skill_pre_empted(&mut self, by_other: bool, reason: &str) {
+        if by_other {
+            return self.somebody_else_flies(reason.to_owned());
+        }
+        self.control.pre_empted_at = self.now.time;
+        self.raise(AUTOPILOT_PREEMPTS, SELF, reason);
+    }
+
+    /// A pilot or another ground station flies: nothing is commanded any more.
+    pub(super) fn somebody_else_flies(&mut self, reason: String) {
+        self.control.taking = None;
+        self.raise(SOMEBODY_ELSE_FLIES, SELF, reason);
+    }
+
+    /// Whether a pilot or another ground station flies the vehicle.
+    pub(crate) fn is_flown_by_other(&self) -> bool {
+        self.flags.is_up(SOMEBODY_ELSE_FLIES)
+    }
+
+    /// How requests for skills are sent now.
+    pub(super) fn sending(&self) -> Sending {
+        Sending { quietly: self.is_flown_by_other(), takes_control: self.control.taking.is_some() }
+    }
+
+    /// An operator orders something that is flown: what was left to others is taken back. Returns whether anything was.
+    pub(super) fn take_control_back(&mut self, by: &str) -> bool {
+        let left = LEFT_TO_OTHERS.into_iter().filter(|it| self.flags.is_up(it)).collect::<Vec<_>>();
+        for flag in &left {
+            self.lower(flag);
+            self.say("operator", format!("{by} takes control back: `{flag}` no longer counts"));
+        }
+        if !left.is_empty() {
+            self.control.taking = Some(Taking::default());
+        }
+        !left.is_empty()
+    }
+
+    /// Notices who flies.
+    pub(super) fn watch_control(&mut self) {
+        let Some(vehicle) = self.vehicle else { return };
+        let stands = !vehicle.armed && !vehicle.flying;
+        let wait = if vehicle.of_other { OBEYS_WITHIN } else { Duration::ZERO };
+        let is_known = |it: &Taking| it.flown.is_some_and(|at| at + wait < vehicle.status_at);
+        if stands || self.control.taking.as_ref().is_some_and(is_known) {
+            // From here on whoever flies is another one, or still the same, whom the order did not reach.
+            self.control.taking = None;
+        }
+        let is_over = self.mission.over.is_some() && !vehicle.flying;
+        let is_up = self.is_flown_by_other();
+        if vehicle.of_other && !is_up && self.control.taking.is_none() && !is_over {
+            let words = if self.control.words.is_empty() { "" } else { ": " };
+            let mode = vehicle.mode.map_or_else(|| "a mode without a name here".to_owned(), |it| it.to_string());
+            let reason = format!("somebody else has chosen the mode, {mode}{words}{}", self.control.words);
+            self.somebody_else_flies(reason);
+        } else if is_up && stands && self.has_settled() {
+            self.leave_to_operator();
+        }
+        let is_pre_empted = vehicle.pre_empted || vehicle.status_at <= self.control.pre_empted_at;
+        if !is_pre_empted && self.flags.is_up(AUTOPILOT_PREEMPTS) {
+            self.flags.condition_gone(AUTOPILOT_PREEMPTS, SELF);
+        }
+        self.watch_frame();
+    }
+
+    /// Nobody flies any more, and nothing begins by itself.
+    fn leave_to_operator(&mut self) {
+        self.lower(SOMEBODY_ELSE_FLIES);
+        self.say(
+            "contingency",
+            format!("`{SOMEBODY_ELSE_FLIES}` is over: the vehicle is on the ground, with its motors off"),
+        );
+        if self.mission.over.is_none() {
+            let why = "somebody else has flown the vehicle".to_owned();
+            self.planner.withdraw(&why);
+            self.unplanned_landing.get_or_insert(UnplannedLanding { since: self.now.time, why });
+        }
+    }
+
+    /// Notices a local frame that is another one than before.
+    fn watch_frame(&mut self) {
+        let Some(vehicle) = self.vehicle else { return };
+        let (epoch, origin) = (vehicle.frame_epoch, vehicle.origin);
+        let Some((before, reference)) = self.control.frame else {
+            self.control.frame = Some((epoch, origin));
+            return;
+        };
+        let is_same = reference.zip(origin).map(|(a, b)| is_same_place(a, b));
+        self.control.frame = Some((epoch, reference.or(origin.filter(|_| before == epoch))));
+        if before != epoch {
+            self.confirmed = ConfirmedState::default();
+            self.blocked_sites.clear();
+            self.planner.withdraw("the autopilot's local frame moved");
+            if self.mission.started.is_none() && !vehicle.flying {
+                // Nothing was planned in the frame before.
+                self.control.frame = Some((epoch, origin));
+            } else if is_same != Some(true) {
+                let origins = match is_same {
+                    Some(false) => "its origin is another place",
+                    _ => "where its origin is, or was, is not known",
+                };
+                let reason = format!("the autopilot was started again or its local frame moved, and {origins}");
+                self.raise(FRAME_MOVED, SELF, reason);
+            }
+        } else if is_same == Some(true) && self.flags.is_up(FRAME_MOVED) {
+            self.flags.condition_gone(FRAME_MOVED, SELF);
+        }
+    }
+
+    /// An operator lets a mission on the ground go on in the frame that there is now. Returns whether another one was.
+    ///
+    /// # Errors
+    /// If the vehicle flies: where it is cannot be known.
+    pub(super) fn accept_frame(&mut self) -> Result<bool, String> {
+        if !self.flags.is_up(FRAME_MOVED) {
+            return Ok(false);
+        }
+        if self.is_flying() {
+            let why = "the local frame has moved, and where the vehicle is in that of the mission is not known";
+            return Err(format!("{why}; order an abort, which lands it where it is"));
+        }
+        self.lower(FRAME_MOVED);
+        self.control.frame = self.vehicle.map(|it| (it.frame_epoch, it.origin));
+        Ok(true)
+    }
+}
+
+fn is_same_place(a: Origin, b: Origin) -> bool {
+    let apart_m = a.altitude_m.zip(b.altitude_m).map_or(0.0, |(a, b)| (a - b).abs());
+    a.place.distance_m(b.place) < SAME_ORIGIN_M && apart_m < SAME_ORIGIN_M
+}

@@ -1,0 +1,101 @@
+//! The time since the mission was begun, which goes on over a restart of the process.
+//!
+//! While a process runs, its monotonic clock counts. What passed before its start is the difference in UTC to when the mission was
+//! begun, which is persisted. Nothing is decided by this time: it is told.
+
+use std::time::Duration;
+
+use domain::time::{Now, Pace};
+
+/// Counts the time of one mission.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct MissionClock {
+    /// In milliseconds since the Unix epoch; 0 before the first moment.
+    began_utc_ms: i64,
+    /// Seconds that had passed at the zero of this process's clock, negative for a mission that was begun later; `None` before the
+    /// first moment.
+    before_s: Option<f64>,
+}
+
+impl MissionClock {
+    /// Goes on with a mission that was begun then; 0: nothing is known of it.
+    pub(crate) fn of_mission_begun(utc_ms: i64) -> MissionClock {
+        MissionClock { began_utc_ms: utc_ms, before_s: None }
+    }
+
+    /// Notices the process's first moment.
+    pub(crate) fn pass(&mut self, now: Now, pace: Pace) {
+        if self.before_s.is_some() {
+            return;
+        }
+        if self.began_utc_ms == 0 {
+            self.began_utc_ms = now.utc_ms;
+        }
+        // A machine whose clock was set back since tells no negative time.
+        let since_ms = u64::try_from(now.utc_ms.saturating_sub(self.began_utc_ms)).unwrap_or(0);
+        let before = pace.wall(Duration::from_millis(since_ms)).saturating_sub(now.time.since_start());
+        self.before_s = Some(before.as_secs_f64());
+    }
+
+    /// Another mission is begun now.
+    pub(crate) fn begin(&mut self, now: Now) {
+        *self = MissionClock { began_utc_ms: now.utc_ms, before_s: Some(-now.time.as_secs_f64()) };
+    }
+
+    /// When the mission was begun, in milliseconds since the Unix epoch.
+    pub(crate) fn began_utc_ms(self) -> i64 {
+        self.began_utc_ms
+    }
+
+    /// Seconds since then, of seconds since the start of this process.
+    pub(crate) fn go_on(self, process_s: f64) -> f64 {
+        self.before_s.unwrap_or_default() + process_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use domain::time::Time;
+
+    fn now(s: u64, utc_ms: i64) -> Now {
+        Now { time: Time::after(Duration::from_secs(s)), utc_ms }
+    }
+
+    /// A process that starts with `began` and is `s` seconds old at its first moment: the mission's seconds then and 5 s later.
+    #[track_caller]
+    fn check(began: i64, first: Now, speed: f64, expected: (f64, f64)) {
+        let mut clock = MissionClock::of_mission_begun(began);
+        let pace = Pace::new(speed).unwrap();
+        clock.pass(first, pace);
+        // A step of the wall clock while it runs changes nothing.
+        clock.pass(now(99, 1), pace);
+        let first_s = first.time.as_secs_f64();
+        assert_eq!((clock.go_on(first_s), clock.go_on(first_s + 5.0)), expected);
+    }
+
+    #[test]
+    fn time_goes_on_over_a_restart_and_never_backwards_before_the_start() {
+        check(0, now(0, 70_000), 1.0, (0.0, 5.0));
+        check(0, now(2, 70_000), 1.0, (2.0, 7.0));
+        check(70_000, now(0, 100_000), 1.0, (30.0, 35.0));
+        check(70_000, now(3, 100_000), 1.0, (30.0, 35.0));
+        check(70_000, now(0, 100_000), 10.0, (300.0, 305.0));
+        check(70_000, now(0, 60_000), 1.0, (0.0, 5.0));
+    }
+
+    #[test]
+    fn the_first_manager_of_a_mission_says_when_it_began() {
+        let mut clock = MissionClock::default();
+        clock.pass(now(1, 70_000), Pace::REAL_TIME);
+        assert_eq!(clock.began_utc_ms(), 70_000);
+    }
+
+    #[test]
+    fn another_mission_begins_at_zero() {
+        let mut clock = MissionClock::default();
+        clock.pass(now(1, 70_000), Pace::REAL_TIME);
+        clock.begin(now(400, 470_000));
+        assert_eq!((clock.began_utc_ms(), clock.go_on(400.0), clock.go_on(410.0)), (470_000, 0.0, 10.0));
+    }
+}

@@ -1,0 +1,220 @@
+//! What is forbidden while flags are up, whatever is flown: the rule is [`domain::contingency::narrowing`], and everything here that
+//! chooses a way, a speed or a place asks what it says.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use domain::airspace::{Breach, Grants, Motion};
+use domain::contingency::narrowing::{Narrowing, Narrows, narrowing};
+use domain::contingency::needs::missing;
+use domain::contingency::{Phase, Severity};
+use domain::decision::DecisionKind;
+use domain::geometry::Ned;
+use domain::route::WORTH_FLYING_M;
+use domain::skill::Goal;
+use domain::speeds::Speeds;
+use domain::way::FlightLimits;
+
+use super::World;
+use super::ground::SAME_SITE_M;
+use crate::journal::{CONTINGENCY, Cause, Said};
+
+/// What a step waits for, while flags forbid the rest of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Barrier {
+    /// An area that may not be entered now.
+    Area(String),
+    /// A place at which no landing may begin now.
+    Landing,
+}
+
+/// A goal of a step as it may be flown now.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct NarrowedGoal {
+    pub(crate) goal: Goal,
+    /// It is a hold before this.
+    pub(crate) barrier: Option<Barrier>,
+}
+
+impl World {
+    /// What is narrowed since the flags were taken in last.
+    pub(crate) fn narrowing(&self) -> Narrowing {
+        self.narrowing
+    }
+
+    /// Takes in what the flags that are up narrow, and records what begins and what is over.
+    pub(super) fn watch_narrowing(&mut self) {
+        let now = match self.flags.any_is_up() {
+            true => narrowing(self.table.rows(), self.raised(), self.flight_phase()),
+            false => Narrowing::default(),
+        };
+        let before = std::mem::replace(&mut self.narrowing, now);
+        if before == now {
+            return;
+        }
+        let here = self.vehicle.map(|it| it.position);
+        self.no_landing_at = now.no_landing_here.and(self.no_landing_at.or(here));
+        for what in Narrows::ALL {
+            match (before.by(what), now.by(what)) {
+                (None, Some(row)) => self.say_narrowed(what, row),
+                (Some(_), None) => {
+                    let text = format!("`{}` is over: no flag asks for it any more", what.name());
+                    self.record(Said::new(CONTINGENCY, DecisionKind::Note, text).led_to_by(Cause::Nothing));
+                }
+                (None, None) | (Some(_), Some(_)) => {}
+            }
+        }
+    }
+
+    fn say_narrowed(&mut self, what: Narrows, row: usize) {
+        let meaning = match what {
+            Narrows::NoNewArea => "no area is entered in which the vehicle is not already".to_owned(),
+            Narrows::NoLandingHere => "no landing where the vehicle is".to_owned(),
+            Narrows::Slow => format!("no faster than {:.1} m/s", self.limits.slow_speed_m_s),
+        };
+        let text = format!("`{}`: {}, {meaning}", self.flags.name(row), what.name());
+        let said = Said::new(CONTINGENCY, DecisionKind::Note, text).about(row).led_to_by(Cause::Raised(row));
+        self.record(said.taking(what.name(), meaning));
+    }
+
+    /// Speeds, heights and distances of a flight without a plan, as they are narrowed now.
+    pub(crate) fn flight_limits(&self) -> FlightLimits {
+        let flight = self.limits.flight;
+        let cruise_m_s = self.slowed(flight.speeds.cruise_m_s);
+        FlightLimits { speeds: Speeds { cruise_m_s, ..flight.speeds }, ..flight }
+    }
+
+    /// This speed over ground, or less while a flag slows the vehicle, in metres per second.
+    pub(super) fn slowed(&self, speed_m_s: f64) -> f64 {
+        match self.narrowing.slow {
+            Some(_) => speed_m_s.min(self.limits.slow_speed_m_s),
+            None => speed_m_s,
+        }
+    }
+
+    /// The permissions that may be used for a way from here on: while no new area may be entered, those of the areas around the
+    /// vehicle.
+    pub(super) fn grants_in_use(&self) -> Grants {
+        let mut grants = self.grants();
+        if self.narrowing.no_new_area.is_some() {
+            let here = self.vehicle.map(|it| it.position);
+            let is_inside = |name: &str| here.is_some_and(|here| self.areas_around(here).any(|it| it.name == name));
+            grants.retain(|area, _| is_inside(area));
+        }
+        grants
+    }
+
+    /// The flag because of which no landing may begin at `place`, if there is one.
+    pub(crate) fn landing_forbidden_by(&self, place: Ned) -> Option<&Arc<str>> {
+        let (row, at) = (self.narrowing.no_landing_here?, self.no_landing_at?);
+        (place.horizontal_distance_m(at) < SAME_SITE_M).then(|| self.flags.name(row))
+    }
+
+    /// Why this action of the response that is under way cannot be flown now: something is missing that it needs, or a flag forbids it.
+    /// The one rule for every action; the last one of a response is tried whatever is missing.
+    pub(crate) fn why_impossible(&self, action: usize) -> Option<String> {
+        let rows = self.table.rows();
+        let actions = &rows[self.response_row()?].actions;
+        let wanted = actions.get(action).filter(|_| action + 1 < actions.len())?;
+        if let Some((need, row)) = missing(wanted, rows, self.flags.rows_up()) {
+            return Some(format!("it needs {need}, and `{}` is up", self.flags.name(row)));
+        }
+        let here = self.vehicle.filter(|_| wanted.severity == Severity::Land)?.position;
+        Some(format!("no landing here while `{}` is up", self.landing_forbidden_by(here)?))
+    }
+
+    /// The goal of the present step as it may be flown now: slower, or as a hold before what flags forbid. `present`: what the
+    /// vehicle holds before already; it does so until that is allowed again, even if it has drifted over the border.
+    pub(crate) fn narrowed(&self, wanted: Goal, present: Option<&Barrier>) -> NarrowedGoal {
+        let goal = match wanted {
+            Goal::Position { target, speed_limit_m_s, yaw_rad, hold_at_target } => {
+                Goal::Position { target, speed_limit_m_s: self.slowed(speed_limit_m_s), yaw_rad, hold_at_target }
+            }
+            Goal::Land | Goal::Takeoff { .. } | Goal::Stop | Goal::Velocity { .. } | Goal::Release { .. } => wanted,
+        };
+        let Some(here) = self.vehicle.filter(|it| it.flying).map(|it| it.position) else {
+            return NarrowedGoal { goal, barrier: None };
+        };
+        match self.barrier(here, goal, present) {
+            None => NarrowedGoal { goal, barrier: None },
+            Some((barrier, at)) => NarrowedGoal {
+                goal: Goal::Position {
+                    target: at,
+                    speed_limit_m_s: self.flight_limits().speeds.cruise_m_s,
+                    yaw_rad: None,
+                    hold_at_target: true,
+                },
+                barrier: Some(barrier),
+            },
+        }
+    }
+
+    /// What forbids the rest of the way to `goal`, and where to hold before it.
+    fn barrier(&self, here: Ned, goal: Goal, present: Option<&Barrier>) -> Option<(Barrier, Ned)> {
+        if goal == Goal::Land && self.landing_forbidden_by(here).is_some() {
+            return Some((Barrier::Landing, here));
+        }
+        self.narrowing.no_new_area?;
+        let utc_ms = self.now.utc_ms;
+        if let Some(Barrier::Area(name)) = present
+            && self.planner.areas().iter().any(|it| it.name == *name && it.is_active(utc_ms))
+        {
+            return Some((Barrier::Area(name.clone()), here));
+        }
+        let (to, speeds) = match goal {
+            Goal::Position { target, speed_limit_m_s, .. } => {
+                (target, Speeds { cruise_m_s: speed_limit_m_s, ..self.limits.flight.speeds })
+            }
+            Goal::Land => {
+                let (step, ..) = self.planner.step()?;
+                (here.at_height(step.reaches.position.height_m()), self.limits.flight.speeds)
+            }
+            Goal::Takeoff { .. } | Goal::Stop | Goal::Velocity { .. } | Goal::Release { .. } => return None,
+        };
+        let motion = Motion { begins: Duration::ZERO, speeds, airborne: true };
+        let grants = self.grants_in_use();
+        let breach = self.airspace(&grants, self.limits.leave_lead).first_breach(here, to, motion)?;
+        let at = match goal {
+            Goal::Land => here,
+            _ => self.before(here, to, &breach).unwrap_or(here),
+        };
+        Some((Barrier::Area(breach.area), at))
+    }
+
+    /// Where to stop on the way from `here` to `target`, before this breach; `None`: that is not worth flying.
+    pub(super) fn before(&self, here: Ned, target: Ned, breach: &Breach) -> Option<Ned> {
+        let allowed_m = here.distance_m(breach.at) - self.limits.transition.stand_off_m;
+        (WORTH_FLYING_M <= allowed_m).then(|| here.towards(target, allowed_m / here.distance_m(target)))
+    }
+
+    /// Records that a step holds before what a flag forbids, or goes on.
+    pub(crate) fn say_held(&mut self, barrier: Option<&Barrier>) {
+        let by = match barrier {
+            None => return self.say("step", "goes on: no flag forbids it any more"),
+            Some(Barrier::Area(area)) => (self.narrowing.no_new_area, format!("before area {area}")),
+            Some(Barrier::Landing) => (self.narrowing.no_landing_here, "over the place of the landing".to_owned()),
+        };
+        let (Some(row), place) = by else { return };
+        let text = format!("holds {place} while `{}` is up", self.flags.name(row));
+        self.record(Said::new("step", DecisionKind::Note, text).about(row).led_to_by(Cause::Raised(row)));
+    }
+
+    /// Straight up by the configured height, no higher than a flight without a plan may be; `None`: it is as high, or on the ground.
+    ///
+    /// # Errors
+    /// Why that may not be flown.
+    pub(crate) fn climb(&self) -> Result<Option<Goal>, String> {
+        let vehicle = self.vehicle.ok_or("the vehicle's position is not known")?;
+        let (here, limits) = (vehicle.position, self.flight_limits());
+        let height_m = (here.height_m() + self.limits.climb_by_m).min(limits.highest_m);
+        if self.flight_phase() == Phase::OnGround || height_m - here.height_m() < WORTH_FLYING_M {
+            return Ok(None);
+        }
+        let target = here.at_height(height_m);
+        let speed_limit_m_s = limits.speeds.cruise_m_s;
+        match self.breach_on_way(here, target, speed_limit_m_s) {
+            Some(breach) => Err(breach.to_string()),
+            None => Ok(Some(Goal::Position { target, speed_limit_m_s, yaw_rad: None, hold_at_target: false })),
+        }
+    }
+}

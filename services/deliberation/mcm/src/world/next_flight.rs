@@ -1,0 +1,74 @@
+//! The next flight: a mission that was uploaded after the end of the one before, begun by an operator's order.
+//!
+//! Nothing begins by itself: that a mission waits is shown like one that waits for its first start, and `start` begins it. What
+//! belonged to the flight before is over then (its end, its report, its plan, what was ordered); what is known of the vehicle and of the
+//! permissions stays. A vehicle that has crashed begins nothing: it is looked at first, and its system started again.
+
+use domain::mission::MissionOutcome;
+
+use super::operator::{self, Operator};
+use super::{Mission, SELF, World};
+
+impl World {
+    /// The mission ends: only one that is uploaded from now on can be begun.
+    pub(super) fn note_ended_mission(&mut self) {
+        self.mission.ended_epoch = self.planner.newest_epoch();
+    }
+
+    /// Whether a mission that was uploaded since the end waits on the ground to be begun.
+    pub(super) fn next_mission_waits(&self) -> bool {
+        self.mission.report.is_some() && self.why_not_to_begin().is_none()
+    }
+
+    /// Why no other mission can be begun.
+    fn why_not_to_begin(&self) -> Option<&'static str> {
+        let over = self.mission.over.as_ref();
+        if over.is_some_and(|it| it.outcome == MissionOutcome::Crash) {
+            Some("the vehicle has crashed: look at it, then start its system again")
+        } else if self.planner.newest_epoch() <= self.mission.ended_epoch || self.planner.all_settled() {
+            Some("upload the next mission to fly again")
+        } else if !self.is_on_ground() || self.vehicle.is_none_or(|it| it.armed) {
+            Some("the vehicle is not seen on the ground, disarmed")
+        } else {
+            None
+        }
+    }
+
+    /// Begins the mission that was uploaded since the end; `ended`: the tree has ended.
+    pub(super) fn begin_next_flight(&mut self, ended: bool) -> Result<String, String> {
+        self.refuse_if_over(ended).or_else(|over| match self.why_not_to_begin() {
+            // Not before the report: the end is still under way.
+            None if self.mission.report.is_some() && ended => Ok(()),
+            None => Err(over),
+            Some(why) => Err(format!("{over}; {why}")),
+        })?;
+        self.accept_loss()?;
+        for flag in self.flags_of_the_last_flight() {
+            self.lower(&flag);
+        }
+        let vehicle_name = std::mem::take(&mut self.mission.vehicle_name);
+        self.mission = Mission { vehicle_name, begins_again: true, ..Mission::default() };
+        self.operator = Operator::of_next_flight(std::mem::take(&mut self.operator));
+        self.planner.forget_flight();
+        (self.response, self.response_way, self.unplanned_landing, self.no_landing_at) = (None, None, None, None);
+        (self.in_transition, self.was_flying) = (false, false);
+        self.waits.clear();
+        self.clock.begin(self.now);
+        self.blocked_sites.clear();
+        let name = self.planner.status().map_or_else(String::new, |it| it.mission.clone());
+        Ok(format!("the next mission starts: `{name}`"))
+    }
+
+    /// Flags that are up by orders, or by the manager itself, and belong to a flight that is over. Those that the monitor raises stay for
+    /// as long as their condition holds.
+    fn flags_of_the_last_flight(&self) -> Vec<String> {
+        let is_own = |source: &str| [operator::SOURCE, SELF].contains(&source);
+        let of_flight = self.flags.iter().filter(|(_, flag)| flag.sources().all(is_own));
+        of_flight.map(|(name, _)| name.to_owned()).collect()
+    }
+
+    /// Whether another flight has begun since this was asked last: the tree begins at its root again.
+    pub(crate) fn takes_new_tree(&mut self) -> bool {
+        std::mem::take(&mut self.mission.begins_again)
+    }
+}

@@ -1,0 +1,129 @@
+//! How the flight goes on, as only the mission manager can tell: where its leg leads, how long a skill takes, who is waited for. Rules of
+//! the contingency table read it ([`domain::contingency::snapshot`]); nothing is decided here.
+
+use domain::geometry::Ned;
+use domain::skill::Goal;
+use domain::speeds::Speeds;
+use domain::time::Time;
+use kittiwake_proto::v1;
+
+use super::World;
+
+/// What a leg takes on top of its distance at a steady speed, in seconds: to speed up, to slow down and to settle. (ENG: half of what the
+/// skill manager's deadline allows for it.)
+const START_AND_STOP_S: f64 = 10.0;
+
+/// The leg that is flown, and since when something is waited for.
+#[derive(Debug, Default)]
+pub(super) struct FlightWatch {
+    leg: Option<WatchedLeg>,
+    operator_since: Option<Time>,
+    plan_since: Option<Time>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct WatchedLeg {
+    skill_id: u64,
+    from: Ned,
+    to: Ned,
+    since: Time,
+    /// How long it takes; `None` where it is flown to hold at its end.
+    expected_s: Option<f64>,
+}
+
+impl WatchedLeg {
+    /// How far `here` is from its straight line over ground, in metres: climbs and descents have a speed of their own.
+    fn deviation_m(&self, here: Ned) -> f64 {
+        let (north_m, east_m) = (self.to.north_m - self.from.north_m, self.to.east_m - self.from.east_m);
+        let square = north_m * north_m + east_m * east_m;
+        let along = match 0.0 < square {
+            true => ((here.north_m - self.from.north_m) * north_m + (here.east_m - self.from.east_m) * east_m) / square,
+            false => 0.0,
+        };
+        here.horizontal_distance_m(self.from.towards(self.to, along.clamp(0.0, 1.0)))
+    }
+
+    /// By how much it has taken longer than it takes, as a share of that.
+    fn overrun(&self, now: Time) -> Option<f64> {
+        Some((now - self.since).as_secs_f64() / self.expected_s? - 1.0)
+    }
+}
+
+impl World {
+    /// Looks at the leg and at what is waited for.
+    pub(super) fn watch_progress(&mut self) {
+        let leg = self.present_leg();
+        let watch = &mut self.flight_watch;
+        if watch.leg.map(|it| (it.skill_id, it.to)) != leg.map(|it| (it.skill_id, it.to)) {
+            watch.leg = leg;
+        }
+        let now = self.now.time;
+        let since = |before: Option<Time>, holds: bool| holds.then(|| before.unwrap_or(now));
+        let waits_for_operator = self.is_flying() && (self.is_paused() || self.memory.is_lost());
+        let waits_for_plan = self.is_flying()
+            && !waits_for_operator
+            && self.ending().is_none()
+            && self.responding().is_none()
+            && self.planner.lacks_a_way();
+        self.flight_watch.operator_since = since(self.flight_watch.operator_since, waits_for_operator);
+        self.flight_watch.plan_since = since(self.flight_watch.plan_since, waits_for_plan);
+    }
+
+    /// The leg of the skill that executes, as if it began here and now.
+    fn present_leg(&self) -> Option<WatchedLeg> {
+        let vehicle = self.vehicle.filter(|it| it.flying)?;
+        let (goal, skill_id) = self.skills.present().filter(|_| self.skills.has_shown_its_mode())?;
+        let Goal::Position { target, speed_limit_m_s, hold_at_target, .. } = goal else { return None };
+        let speeds = Speeds { cruise_m_s: speed_limit_m_s, ..self.limits_in_wind().speeds };
+        let expected_s = speeds.time_s(vehicle.position, target) + START_AND_STOP_S;
+        let expected_s = (!hold_at_target && expected_s.is_finite()).then_some(expected_s);
+        Some(WatchedLeg { skill_id, from: vehicle.position, to: target, since: self.now.time, expected_s })
+    }
+
+    /// What rules read; `None` on the ground.
+    pub(super) fn told_progress(&self) -> Option<v1::FlightProgress> {
+        let vehicle = self.vehicle.filter(|it| it.flying)?;
+        let (watch, now) = (&self.flight_watch, self.now.time);
+        let since_s = |it: Option<Time>| it.map_or(0.0, |since| (now - since).as_secs_f64());
+        Some(v1::FlightProgress {
+            path_deviation_m: watch.leg.map(|it| it.deviation_m(vehicle.position)),
+            overrun: watch.leg.and_then(|it| it.overrun(now)),
+            cancel_s: since_s(self.skills.cancelling_since()),
+            operator_s: since_s(watch.operator_since),
+            plan_s: since_s(watch.plan_since),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn a_leg_is_left_sideways_and_overruns_by_its_share() {
+        let leg = WatchedLeg {
+            skill_id: 1,
+            from: Ned::new(0.0, 0.0, -10.0),
+            to: Ned::new(300.0, 400.0, -50.0),
+            since: Time::after(Duration::from_secs(10)),
+            expected_s: Some(60.0),
+        };
+        #[track_caller]
+        fn check(leg: &WatchedLeg, here: Ned, expected_m: f64) {
+            assert!((leg.deviation_m(here) - expected_m).abs() < 1e-9, "{}", leg.deviation_m(here));
+        }
+        check(&leg, Ned::new(30.0, 40.0, -40.0), 0.0);
+        check(&leg, Ned::new(34.0, 37.0, -10.0), 5.0);
+        // Before its begin and behind its end.
+        check(&leg, Ned::new(-3.0, -4.0, -10.0), 5.0);
+        check(&leg, Ned::new(306.0, 408.0, -10.0), 10.0);
+        let after = |s| leg.overrun(Time::after(Duration::from_secs(s)));
+        assert_eq!([40, 70, 100].map(after), [-0.5, 0.0, 0.5].map(Some));
+        // To hold at its end takes no time of its own.
+        assert_eq!(WatchedLeg { expected_s: None, ..leg }.overrun(Time::after(Duration::from_secs(1000))), None);
+        // A leg straight up has no line over ground.
+        check(&WatchedLeg { to: leg.from.at_height(60.0), ..leg }, Ned::new(3.0, 4.0, -30.0), 5.0);
+    }
+}

@@ -1,0 +1,50 @@
+//! Where the response under way leads, as it is told to operators: its way, its destination, and the time to its end.
+
+use domain::geometry::Ned;
+use domain::skill::Goal;
+use kittiwake_proto::v1;
+
+use super::World;
+
+/// The way that a response has chosen.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ResponseWay {
+    /// From the end of the leg that is flown on.
+    pub(crate) points: Vec<Ned>,
+    /// Where it leads, in words: `home`, `site quay`.
+    pub(crate) destination: String,
+    /// Whether the vehicle comes down at its end.
+    pub(crate) lands: bool,
+}
+
+impl World {
+    /// The response flies this way from now on; `None`: it has ended, or holds.
+    pub(crate) fn set_response_way(&mut self, way: Option<ResponseWay>) {
+        self.response_way = self.responding().zip(way);
+    }
+
+    /// What is told of it; `None` if nothing responds, or the response stays where it is.
+    pub(super) fn told_response_way(&self) -> Option<v1::ResponseWay> {
+        let row = self.responding()?;
+        let here = self.vehicle.filter(|it| it.flying)?.position;
+        let speeds = &self.limits.flight.speeds;
+        let way = self.response_way.as_ref().filter(|(of_row, _)| *of_row == row).map(|(_, way)| way);
+        let (mut points, destination, lands) = match (way, self.skills.present()) {
+            (Some(way), _) => (way.points.clone(), way.destination.clone(), way.lands),
+            (None, Some((Goal::Land, _))) => (Vec::new(), "the ground below".to_owned(), true),
+            (None, _) => return None,
+        };
+        let flight_s = speeds.time_along_s(here, &points);
+        let last = points.last().copied().unwrap_or(here);
+        let down_s = if lands { last.height_m().max(0.0) / speeds.descent_m_s } else { 0.0 };
+        if lands {
+            points.push(last.at_height(0.0));
+        }
+        Some(v1::ResponseWay {
+            points: points.into_iter().map(Into::into).collect(),
+            destination,
+            lands,
+            time_s: flight_s + down_s,
+        })
+    }
+}

@@ -1,0 +1,71 @@
+//! What the manager tells for rules of the contingency table: the leg, the time that it takes, and who is waited for.
+
+use kittiwake_proto::v1;
+use kittiwake_proto::v1::FlightMode::{Loiter, Offboard};
+use kittiwake_proto::v1::SkillOutcome::Failed;
+use kittiwake_proto::v1::operator_command::Verb;
+
+use crate::rig::Rig;
+use crate::under_way;
+
+fn told(rig: &mut Rig) -> v1::FlightProgress {
+    rig.wait(1.0);
+    rig.status().progress.expect("it flies")
+}
+
+#[test]
+fn a_vehicle_beside_its_leg_is_told_with_its_distance() {
+    let (mut rig, _) = under_way();
+    assert_eq!(told(&mut rig).path_deviation_m, Some(0.0));
+    rig.vehicle(true, Offboard, (25.0, 60.0, 10.0));
+    assert_eq!(told(&mut rig).path_deviation_m, Some(25.0));
+    rig.vehicle(true, Offboard, (0.0, 70.0, 40.0));
+    assert_eq!(told(&mut rig).path_deviation_m, Some(0.0), "a climb is no deviation");
+}
+
+#[test]
+fn a_skill_that_takes_twice_its_time_is_told() {
+    let (mut rig, _) = under_way();
+    // From 50 m to 100 m at 10 m/s, and ten seconds to start and to stop.
+    rig.wait(15.0);
+    let overrun = told(&mut rig).overrun.expect("a leg is flown");
+    assert!((0.0..0.15).contains(&overrun), "{overrun}");
+    rig.wait(14.0);
+    let overrun = told(&mut rig).overrun.expect("a leg is flown");
+    assert!((0.9..1.15).contains(&overrun), "{overrun}");
+}
+
+#[test]
+fn who_waits_for_a_plan_and_who_waits_for_an_operator_is_told_apart() {
+    let (mut rig, skill) = under_way();
+    let waits = |it: v1::FlightProgress| (10.0 < it.plan_s, 10.0 < it.operator_s);
+    assert_eq!(waits(told(&mut rig)), (false, false));
+    rig.end(&skill, Failed, "it did not get there");
+    rig.wait(12.0);
+    assert_eq!(waits(told(&mut rig)), (true, false));
+    assert!(rig.command(Verb::Pause(v1::PauseMission { overrides: false })).done);
+    rig.wait(12.0);
+    assert_eq!(waits(told(&mut rig)), (false, true));
+    rig.vehicle(false, Loiter, (0.0, 50.0, 0.0));
+    rig.wait(1.0);
+    assert_eq!(rig.status().progress, None, "nothing flies");
+}
+
+#[test]
+fn how_far_the_battery_suffices_is_told_in_the_wind_as_it_is() {
+    let (mut rig, _) = under_way();
+    rig.vehicle(true, Offboard, (0.0, 3000.0, 10.0));
+    rig.wait(1.0);
+    let told = rig.status().energy.expect("it flies");
+    let home = told.home.expect("a way home");
+    // 3 km at 10 m/s, 10 m down at 1.5 m/s, and what a landing takes.
+    assert!((300.0..330.0).contains(&home.time_s) && (60.0..90.0).contains(&home.energy_wh), "{home:?}");
+    assert!((home.margin_wh - (225.0 - home.energy_wh)).abs() < 1e-6 && told.wind.is_none(), "{home:?}");
+    // A storm from home: the way back is slower and takes more.
+    rig.wind = Some(v1::WindEstimate { north_m_s: 0.0, east_m_s: 9.0 });
+    rig.wait(2.0);
+    let told = rig.status().energy.expect("it flies");
+    let against = told.home.clone().expect("a way home");
+    assert!(told.wind.is_some() && 480.0 < against.time_s && 1.5 * home.energy_wh < against.energy_wh, "{against:?}");
+    assert!(told.turn_home_s.is_some_and(|it| it < 600.0), "{told:?}");
+}

@@ -1,0 +1,34 @@
+//! The bridge's parameters.
+
+use domain::quantity::Positive;
+use serde::Deserialize;
+
+use crate::socket::Endpoint;
+
+/// The section `[mavlink_bridge]`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Config {
+    /// Where the autopilot is.
+    pub connect: Endpoint,
+    /// The system id of the autopilot; 0: that of the only autopilot on the link.
+    pub system: u8,
+    /// Silence after which the autopilot counts as gone.
+    pub silence_s: Positive,
+    /// Without an acknowledgement a command is sent again after this time.
+    pub retry_s: Positive,
+    /// How often a command is sent in all.
+    pub tries: u32,
+    /// A command whose effect is not seen after this time is rejected.
+    pub effect_limit_s: Positive,
+    /// Setpoints of the layers above that are older than this are no longer passed on.
+    pub setpoint_age_limit_s: Positive,
+    /// The vehicle's own limits, by which a target is moved: over ground.
+    pub cruise_m_s: Positive,
+    /// How fast a moving target gains and loses speed.
+    pub acceleration_m_s2: Positive,
+    /// A vehicle that stays behind its moving target by more than it should, for this long, does not fly its setpoints.
+    pub unflown_s: Positive,
+    /// A position that changes by more than this beyond what the speed explains has jumped.
+    pub jump_m: Positive,
+}

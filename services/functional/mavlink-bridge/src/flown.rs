@@ -1,0 +1,300 @@
+//! The connected autopilot: its telemetry, the commands sent to it, and who is in control.
+
+use std::time::Duration;
+
+use domain::fmu::{Command, CommandId, CommandResult, Setpoint};
+use domain::time::{Now, Time};
+use node::Effect;
+
+use crate::authority::{Author, Authority};
+use crate::config::Config;
+use crate::epoch::{Break, Epoch};
+use crate::grooming::Grooming;
+use crate::heard::{Ack, Heard};
+use crate::order::Order;
+use crate::personality::{Personality, Submode};
+use crate::procedure::{Act, Around, Procedure};
+use crate::said::{CommandLong, OUR_COMPONENT, Said, Target, command};
+use crate::setpoints::Setpoints;
+use crate::status::Reporter;
+use crate::streams::Streams;
+use crate::telemetry;
+use crate::vehicle::{Vehicle, landed};
+
+/// The autopilot that is flown.
+#[derive(Debug)]
+pub(crate) struct Flown {
+    pub(crate) system: u8,
+    pub(crate) heard_first: Time,
+    pub(crate) personality: Box<dyn Personality>,
+    pub(crate) vehicle: Vehicle,
+    pub(crate) order: Order,
+    pub(crate) authority: Authority,
+    pub(crate) submode: Submode,
+    submode_since: Time,
+    pub(crate) epoch: Epoch,
+    /// How the frame has moved, since the vehicle was armed.
+    pub(crate) moved: String,
+    pub(crate) streams: Streams,
+    procedure: Option<Procedure>,
+    pub(crate) setpoints: Setpoints,
+    grooming: Grooming,
+    /// When arming was commanded last.
+    arming: Option<Time>,
+    /// When all limits were looked at last.
+    looked_at: Time,
+    pub(crate) reporter: Reporter,
+}
+
+/// So long after we have commanded it, it may be seen to be armed. (Both say so with their heartbeat, up to a second later.)
+const ARMED_WITHIN: Duration = Duration::from_secs(5);
+
+impl Flown {
+    /// It was heard for the first time.
+    pub(crate) fn new(system: u8, personality: Box<dyn Personality>, config: &Config, now: Time) -> Flown {
+        let streams = Streams::new(personality.streams());
+        Flown {
+            system,
+            heard_first: now,
+            personality,
+            vehicle: Vehicle::default(),
+            order: Order::default(),
+            authority: Authority::new(),
+            submode: Submode::Holding,
+            submode_since: now,
+            epoch: Epoch::new(config.jump_m.get()),
+            moved: String::new(),
+            streams,
+            procedure: None,
+            setpoints: Setpoints::default(),
+            grooming: Grooming::new(),
+            arming: None,
+            looked_at: now,
+            reporter: Reporter::default(),
+        }
+    }
+
+    /// It has said something.
+    pub(crate) fn take_in(&mut self, heard: &Heard, now: Now, effects: &mut Vec<Effect>) {
+        match self.epoch.take_in(heard, &self.vehicle, now.time) {
+            Ok(None) if self.boots(heard) => {
+                self.epoch.restarted();
+                self.restart(now.time);
+            }
+            Ok(None) => {}
+            Ok(Some(Break::Restart)) => self.restart(now.time),
+            Ok(Some(Break::Moved(how))) => {
+                tracing::warn!("{how}");
+                self.moved = how;
+            }
+            Err(crate::epoch::Overtaken) => return,
+        }
+        let (was_heard, was_armed) = (self.vehicle.heartbeat.is_some(), self.vehicle.is_armed());
+        let was_in_air = self.vehicle.landed.is_some_and(|(_, it)| it == landed::IN_AIR);
+        self.vehicle.take_in(heard, now.time);
+        if was_armed && !self.vehicle.is_armed() {
+            self.disarmed(was_in_air);
+        }
+        let is_our_arming = self.arming.is_some_and(|at| now.time - at <= ARMED_WITHIN);
+        if was_heard && !was_armed && self.vehicle.is_armed() && !is_our_arming {
+            self.authority.armed_by_other();
+        }
+        effects.extend(telemetry::published(heard, &self.vehicle, now));
+        match heard {
+            Heard::Ack(ack) => self.acknowledged(*ack, now.time),
+            Heard::Landed(state) => {
+                self.streams.heard_land_detector(now.time);
+                if *state == landed::IN_AIR && self.submode == Submode::Climbing {
+                    self.set_submode(Submode::Holding, now.time);
+                }
+            }
+            Heard::Heartbeat(_) | Heard::CurrentMode { .. } => self.reporter.has_news = true,
+            Heard::Target { mask, position, velocity } => self.echoed(*mask, *position, *velocity, now.time),
+            Heard::Text { severity, text } => {
+                tracing::info!(severity, "the autopilot says: {text}");
+                self.reporter.has_news = true;
+            }
+            _ => {}
+        }
+    }
+
+    fn acknowledged(&mut self, ack: Ack, now: Time) {
+        // One without a target is of an older autopilot; one for somebody else is not ours.
+        let is_ours = ack.target == (0, 0) || ack.target == (self.system, OUR_COMPONENT);
+        if is_ours {
+            self.streams.acknowledged(ack);
+            if let Some(procedure) = &mut self.procedure {
+                procedure.acknowledged(ack, now);
+            }
+        }
+    }
+
+    /// Whether its heartbeat goes back to that of an autopilot that starts.
+    fn boots(&self, heard: &Heard) -> bool {
+        /// MAV_STATE_BOOT, and MAV_STATE_STANDBY.
+        const BOOT: u8 = 1;
+        const STANDBY: u8 = 3;
+        let before = self.vehicle.heartbeat.map(|(_, it)| it.system_status);
+        matches!(heard, Heard::Heartbeat(it) if it.system_status == BOOT) && before.is_some_and(|it| STANDBY <= it)
+    }
+
+    /// The autopilot was started again: nothing of before holds.
+    fn restart(&mut self, now: Time) {
+        tracing::warn!("the autopilot was started again");
+        let heartbeat = self.vehicle.heartbeat.filter(|(_, it)| !it.armed);
+        self.vehicle = Vehicle { heartbeat, ..Vehicle::default() };
+        self.authority.restarted();
+        self.streams.restart();
+        self.setpoints.end();
+        self.grooming = Grooming::new();
+        self.set_submode(Submode::Holding, now);
+    }
+
+    fn disarmed(&mut self, was_in_air: bool) {
+        self.moved.clear();
+        self.setpoints.end();
+        self.grooming = Grooming::new();
+        let is_ours = self.procedure.as_ref().is_some_and(|it| it.command == Command::Disarm);
+        if was_in_air && !is_ours {
+            self.authority.taken("the motors were stopped in the air".into());
+        }
+    }
+
+    /// A setpoint of somebody else shows in what the autopilot follows.
+    fn echoed(&mut self, mask: u16, position: [f64; 3], velocity: [f64; 3], now: Time) {
+        let is_judged = self.personality.echoes_setpoints()
+            && self.vehicle.is_armed()
+            && self.vehicle.custom_mode() == Some(self.personality.ground_mode())
+            && self.submode != Submode::Climbing
+            && self.procedure.is_none()
+            && *self.authority.author() == Author::Ours
+            && Duration::from_secs(1) <= now - self.submode_since;
+        if is_judged && self.setpoints.are_of_somebody_else(mask, position, velocity) {
+            tracing::warn!(?position, "the autopilot follows a setpoint that is not ours");
+            self.setpoints.end();
+            self.authority.taken("a setpoint that is not ours is flown".into());
+        }
+    }
+
+    /// A command of the layers above begins.
+    pub(crate) fn begin(&mut self, id: CommandId, command: Command, now: Time) -> Result<(), String> {
+        if self.procedure.as_ref().is_some_and(|it| it.id == id) {
+            return Ok(());
+        }
+        if let Command::Takeoff { height_m } = command
+            && !height_m.is_finite()
+        {
+            return Err("the height of the takeoff is no number".into());
+        }
+        let steps = self.personality.steps(command, &self.vehicle)?;
+        if matches!(command, Command::Arm | Command::Takeoff { .. } | Command::Land) {
+            self.setpoints.forget();
+        }
+        if matches!(command, Command::Takeoff { .. }) {
+            // A setpoint during the climb would end it.
+            self.setpoints.end();
+        }
+        self.procedure = Some(Procedure::new(id, command, steps, now));
+        Ok(())
+    }
+
+    /// Goes on with the command at hand; its answer once it is over.
+    pub(crate) fn advance(
+        &mut self,
+        setpoint: Option<Setpoint>,
+        config: &Config,
+        now: Time,
+        says: &mut Vec<Said>,
+    ) -> Option<(CommandId, CommandResult)> {
+        self.looked_at = now;
+        let procedure = self.procedure.as_mut()?;
+        let (personality, vehicle) = (self.personality.as_ref(), &self.vehicle);
+        let (mut acts, has_setpoint) = (Vec::new(), setpoint.is_some());
+        let result = procedure.advance(&Around { vehicle, personality, config, has_setpoint, now }, &mut acts);
+        let (id, command) = (procedure.id, procedure.command);
+        if command == Command::Arm {
+            self.arming = Some(now);
+        }
+        for act in acts {
+            match act {
+                Act::Say(said) => says.push(said),
+                Act::Expect(mode) => self.authority.expect(mode, now),
+                Act::Become(submode) => {
+                    match submode {
+                        Submode::Following => self.setpoints.begin(),
+                        Submode::Holding | Submode::Climbing => self.setpoints.end(),
+                    }
+                    self.set_submode(submode, now);
+                    // The first one goes out at once: an autopilot that waits for it must not wait for the next one.
+                    let first = setpoint.and_then(|it| self.follow(&it, config, now));
+                    says.extend(first.map(Said::Setpoint));
+                }
+                Act::Stop => says.extend(self.setpoints.stop(self.personality.as_ref(), now).map(Said::Setpoint)),
+            }
+        }
+        let result = result?;
+        self.procedure = None;
+        match &result {
+            CommandResult::Accepted => {
+                tracing::info!("{command}: done");
+                if matches!(command, Command::Loiter | Command::Land | Command::Takeoff { .. }) {
+                    self.setpoints.end();
+                }
+            }
+            CommandResult::Rejected { reason } => tracing::warn!("{command}: {reason}"),
+        }
+        Some((id, result))
+    }
+
+    /// The target to send for a setpoint of the layers above.
+    pub(crate) fn follow(&mut self, setpoint: &Setpoint, config: &Config, now: Time) -> Option<Target> {
+        if matches!(self.authority.author(), Author::Other(_)) {
+            return None;
+        }
+        self.setpoints.follow(setpoint, self.personality.as_ref(), &self.vehicle, config, now)
+    }
+
+    /// Stops a vehicle that follows setpoints when they stop.
+    pub(crate) fn stop_without_setpoints(&mut self, has_setpoint: bool, now: Time) -> Option<Target> {
+        let are_lost = self.setpoints.are_followed() && !has_setpoint && *self.authority.author() == Author::Ours;
+        self.setpoints.stop_if(are_lost, self.personality.as_ref(), now)
+    }
+
+    /// When something may be due that nothing has arrived for.
+    pub(crate) fn deadline(&self) -> Option<Time> {
+        // A procedure and the judgement of setpoints look at ages: often enough for their shortest limit.
+        let busy = self.procedure.as_ref().map(|_| self.looked_at + Duration::from_millis(20));
+        let follows = self.setpoints.are_followed().then(|| self.looked_at + Duration::from_millis(100));
+        let deadlines = [self.streams.deadline(), busy, follows, self.authority.deadline(), self.grooming.deadline()];
+        deadlines.into_iter().flatten().min()
+    }
+
+    fn set_submode(&mut self, submode: Submode, now: Time) {
+        if self.submode != submode {
+            (self.submode, self.submode_since) = (submode, now);
+            self.reporter.has_news = true;
+        }
+    }
+
+    /// The mode of a vehicle that stands on the ground with its motors off, and that nobody else has taken.
+    fn stands_in(&self) -> Option<u32> {
+        let (_, heartbeat) = self.vehicle.heartbeat?;
+        let stands = self.vehicle.is_on_ground()
+            && !heartbeat.armed
+            && self.personality.has_started(heartbeat.system_status)
+            && !matches!(self.authority.author(), Author::Other(_))
+            && self.procedure.is_none();
+        self.vehicle.custom_mode().filter(|_| stands)
+    }
+
+    /// Selects the mode on the ground in which it can be armed, and says truly whether.
+    pub(crate) fn groom(&mut self, now: Time) -> Option<Said> {
+        let mode = self.personality.ground_mode();
+        if !self.grooming.is_due(self.stands_in(), mode, now) {
+            return None;
+        }
+        self.authority.expect(mode, now);
+        let [main, sub] = self.personality.mode_params(mode);
+        Some(Said::Command { command: CommandLong::new(command::SET_MODE, [1.0, main, sub]), confirmation: 0 })
+    }
+}

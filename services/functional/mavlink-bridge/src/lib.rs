@@ -1,0 +1,146 @@
+//! The bridge to an autopilot that speaks MAVLink 2: commands and setpoints of the `fmu/` topics become its messages, and what it says
+//! becomes telemetry.
+//!
+//! What two real autopilots do, and do differently, is in two files of one interface (`personality`): which one it is says its
+//! heartbeat. Everything else is common: who is believed (`peers`), how a command is carried out (`procedure`), who flies
+//! (`authority`), whether positions can be compared (`epoch`).
+//!
+//! It knows no skills, missions or permissions. It sends no parameter, no mission and no origin to the autopilot. What the autopilot
+//! does not say is not said here, and what is silent stays silent.
+
+use domain::fmu::{CommandAck, CommandId, CommandResult, VehicleCommand};
+use domain::time::{Now, Time};
+use domain::wire::InvalidMessage;
+use kittiwake_proto::topics::{Message, Topic};
+use kittiwake_proto::v1;
+use node::{Effect, Event, Node};
+
+mod ardupilot;
+mod authority;
+mod bridge;
+mod carrot;
+pub mod check;
+pub mod config;
+mod epoch;
+mod flown;
+pub mod frame;
+mod grooming;
+pub mod heard;
+pub mod link;
+mod order;
+mod peers;
+mod personality;
+mod procedure;
+mod px4;
+mod said;
+mod sent;
+mod setpoints;
+pub mod socket;
+mod status;
+mod streams;
+mod telemetry;
+mod vehicle;
+
+use bridge::Bridge;
+use config::Config;
+use frame::{Found, Framer};
+use link::Link;
+
+/// The bridge as a service.
+#[derive(Debug)]
+pub struct MavlinkBridge<L> {
+    bridge: Bridge,
+    framer: Framer,
+    link: L,
+    /// Frames of MAVLink 1 that were heard.
+    version_1: u64,
+}
+
+/// As many pieces are taken in before the layers above are listened to again.
+const AT_ONCE: usize = 256;
+
+impl<L: Link> MavlinkBridge<L> {
+    /// A bridge over `link`; nobody was heard.
+    pub fn new(config: &Config, link: L) -> MavlinkBridge<L> {
+        MavlinkBridge { bridge: Bridge::new(config), framer: Framer::default(), link, version_1: 0 }
+    }
+
+    fn receive(&mut self, now: Now, effects: &mut Vec<Effect>) {
+        for _ in 0..AT_ONCE {
+            let Some(bytes) = self.link.receive(now.time) else { return };
+            let found = match self.link.is_datagram() {
+                true => Framer::datagram(&bytes),
+                false => self.framer.push(&bytes),
+            };
+            for it in found {
+                match it {
+                    Found::Frame(frame) => self.bridge.take_in(&frame, now, effects),
+                    Found::Version1 => {
+                        if self.version_1 == 0 {
+                            tracing::warn!(
+                                "somebody speaks MAVLink 1, which is not understood: set the autopilot to MAVLink 2"
+                            );
+                        }
+                        self.version_1 += 1;
+                    }
+                }
+            }
+        }
+    }
+
+    fn take_in(&mut self, message: Message, now: Now, effects: &mut Vec<Effect>) -> Result<(), InvalidMessage> {
+        match message {
+            Message::VehicleCommand(it) => {
+                let id = CommandId(it.id);
+                match VehicleCommand::try_from(it) {
+                    Ok(command) => self.bridge.command(command, now, effects),
+                    Err(invalid) => {
+                        let result = CommandResult::Rejected { reason: format!("the command is invalid: {invalid}") };
+                        effects.push(Effect::publish(v1::VehicleCommandAck::from(CommandAck { id, result })));
+                        return Err(invalid);
+                    }
+                }
+            }
+            Message::OffboardControlMode(it) => self.bridge.proof_of_life(it.try_into()?, now.time),
+            Message::TrajectorySetpoint(it) => self.bridge.setpoint(it.try_into()?, now.time),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn send(&mut self, now: Time) {
+        for frame in self.bridge.take_frames() {
+            self.link.send(frame.bytes(), now);
+        }
+    }
+}
+
+impl<L: Link> Node for MavlinkBridge<L> {
+    fn name(&self) -> &'static str {
+        "mavlink-bridge"
+    }
+
+    fn subscriptions(&self) -> &'static [Topic] {
+        &[Topic::VehicleCommand, Topic::OffboardControlMode, Topic::TrajectorySetpoint]
+    }
+
+    fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
+        if let Event::Message { message, .. } = event {
+            let topic = message.topic();
+            if let Err(invalid) = self.take_in(message, now, effects) {
+                effects.push(Effect::refused(topic, invalid));
+            }
+        }
+        self.send(now.time);
+    }
+
+    fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
+        self.receive(now, effects);
+        self.bridge.act(now, effects);
+        self.send(now.time);
+    }
+
+    fn deadline(&self) -> Option<Time> {
+        [self.link.arrival(), self.bridge.deadline()].into_iter().flatten().min()
+    }
+}

@@ -1,0 +1,135 @@
+//! The setpoints of the layers above, as they are passed on to the autopilot.
+
+use std::time::Duration;
+
+use domain::fmu::Setpoint;
+use domain::time::Time;
+
+use crate::carrot::{Aim, Carrot};
+use crate::config::Config;
+use crate::personality::{Following, Personality};
+use crate::said::Target;
+use crate::sent::Sent;
+use crate::vehicle::Vehicle;
+
+/// Whether they are passed on, and what was sent of them.
+#[derive(Debug, Default)]
+pub(crate) struct Setpoints {
+    follows: bool,
+    carrot: Option<Carrot>,
+    sent: Sent,
+    next_stop: Option<Time>,
+}
+
+/// A stop for want of setpoints is sent this often.
+const STOP_PERIOD: Duration = Duration::from_millis(500);
+
+impl Setpoints {
+    /// From here on they are passed on. Where they are already, the target goes on from where it is.
+    pub(crate) fn begin(&mut self) {
+        self.follows = true;
+    }
+
+    /// From here on they are not.
+    pub(crate) fn end(&mut self) {
+        (self.follows, self.carrot) = (false, None);
+    }
+
+    /// Whether they are passed on.
+    pub(crate) fn are_followed(&self) -> bool {
+        self.follows
+    }
+
+    /// Whether the vehicle has not flown them for `limit`.
+    pub(crate) fn are_unflown(&self, limit: Duration, now: Time) -> bool {
+        self.carrot.as_ref().is_some_and(|it| it.is_unflown(limit, now))
+    }
+
+    /// What was sent is followed no more.
+    pub(crate) fn forget(&mut self) {
+        self.sent.forget();
+    }
+
+    /// The target to send for a setpoint of the layers above.
+    pub(crate) fn follow(
+        &mut self,
+        setpoint: &Setpoint,
+        personality: &dyn Personality,
+        vehicle: &Vehicle,
+        config: &Config,
+        now: Time,
+    ) -> Option<Target> {
+        if !self.follows {
+            return None;
+        }
+        let following = personality.following(setpoint);
+        if following == Following::Direct || matches!(setpoint, Setpoint::Velocity { .. }) {
+            self.carrot = None;
+        }
+        let target = match (setpoint, following) {
+            (Setpoint::Position { target, yaw_rad, .. }, Following::Direct) => Target {
+                position: Some([target.north_m, target.east_m, target.down_m]),
+                velocity: None,
+                yaw_rad: *yaw_rad,
+                yaw_rate_rad_s: None,
+            },
+            (Setpoint::Position { target, speed_limit_m_s, yaw_rad }, Following::Carrot { with_velocity, lag }) => {
+                let vehicle = vehicle.local_now(now);
+                if self.carrot.is_none() {
+                    // Without a position there is nowhere to begin.
+                    self.carrot = Some(Carrot::new(&vehicle?, now));
+                }
+                let aim = Aim {
+                    end: [target.north_m, target.east_m, target.down_m],
+                    speed_m_s: speed_limit_m_s.unwrap_or(f64::INFINITY).min(config.cruise_m_s.get()),
+                    acceleration_m_s2: config.acceleration_m_s2.get(),
+                    lag,
+                };
+                let (position, velocity) = self.carrot.as_mut()?.advance(&aim, vehicle.as_ref(), now);
+                let velocity = with_velocity.then_some(velocity);
+                Target { position: Some(position), velocity, yaw_rad: *yaw_rad, yaw_rate_rad_s: None }
+            }
+            (Setpoint::Velocity { velocity, yaw_rate_rad_s }, _) => Target {
+                position: None,
+                velocity: Some([velocity.north_m_s, velocity.east_m_s, velocity.down_m_s]),
+                yaw_rad: None,
+                yaw_rate_rad_s: *yaw_rate_rad_s,
+            },
+        };
+        if !target.is_finite() {
+            return None;
+        }
+        self.sent.note(target, now);
+        Some(target)
+    }
+
+    /// The target that stops the vehicle, where it has no mode for that.
+    pub(crate) fn stop(&mut self, personality: &dyn Personality, now: Time) -> Option<Target> {
+        let target = personality.stop()?;
+        self.sent.note(target, now);
+        Some(target)
+    }
+
+    /// Where the autopilot has no failsafe for it: stops a vehicle that follows setpoints once they are lost.
+    pub(crate) fn stop_if(&mut self, are_lost: bool, personality: &dyn Personality, now: Time) -> Option<Target> {
+        if !are_lost {
+            self.next_stop = None;
+            return None;
+        }
+        self.carrot = None;
+        if self.next_stop.is_some_and(|it| now < it) {
+            return None;
+        }
+        let target = self.stop(personality, now)?;
+        if self.next_stop.is_none() {
+            tracing::warn!("the setpoints have stopped: the vehicle is stopped");
+        }
+        self.next_stop = Some(now + STOP_PERIOD);
+        Some(target)
+    }
+
+    /// Whether what the autopilot follows is not ours, again and again.
+    pub(crate) fn are_of_somebody_else(&mut self, mask: u16, position: [f64; 3], velocity: [f64; 3]) -> bool {
+        self.sent.is_of_somebody_else(mask, position, velocity)
+    }
+}

@@ -1,0 +1,335 @@
+//! Sockets and serial lines, in threads of their own: the node's loop never waits for them.
+//!
+//! What arrives goes through a bounded queue, and the loop is woken; what is sent goes through another. What does not fit is lost, as on
+//! the wire.
+
+use std::fmt;
+use std::fs::{File, OpenOptions};
+use std::io::{self, Read, Write};
+use std::net::{SocketAddr, TcpStream, UdpSocket};
+use std::os::unix::fs::OpenOptionsExt;
+use std::str::FromStr;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use domain::time::Time;
+use nix::sys::termios::{BaudRate, SetArg, cfmakeraw, cfsetspeed, tcgetattr, tcsetattr};
+use serde::Deserialize;
+
+use crate::frame::{Found, Framer};
+use crate::heard::{Heard, heard};
+use crate::link::Link;
+
+/// Where the autopilot is.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
+pub enum Endpoint {
+    /// Listen for datagrams here.
+    UdpIn(SocketAddr),
+    /// Connect to this address.
+    TcpOut(SocketAddr),
+    /// This serial line.
+    Serial {
+        /// The device.
+        path: String,
+        /// Symbols per second.
+        baud: u32,
+    },
+}
+
+impl FromStr for Endpoint {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Endpoint, String> {
+        let expected = || {
+            format!(
+                "found autopilot `{text}`, expected `udpin:ADDRESS:PORT`, `tcpout:ADDRESS:PORT` or `serial:DEVICE:BAUD`, such as \
+                 udpin:127.0.0.1:14540"
+            )
+        };
+        let (kind, rest) = text.split_once(':').ok_or_else(expected)?;
+        match kind {
+            "udpin" => rest.parse().map(Endpoint::UdpIn).map_err(|_| expected()),
+            "tcpout" => rest.parse().map(Endpoint::TcpOut).map_err(|_| expected()),
+            "serial" => {
+                let (path, baud) = rest.rsplit_once(':').ok_or_else(expected)?;
+                let baud = baud.parse().ok().filter(|it| baud_rate(*it).is_some()).ok_or_else(|| {
+                    let known = BAUD_RATES.map(|(rate, _)| rate.to_string()).join(", ");
+                    format!("found a rate of `{baud}` baud, expected one of {known}")
+                })?;
+                Ok(Endpoint::Serial { path: path.to_owned(), baud })
+            }
+            _ => Err(expected()),
+        }
+    }
+}
+
+impl TryFrom<String> for Endpoint {
+    type Error = String;
+    fn try_from(text: String) -> Result<Endpoint, String> {
+        text.parse()
+    }
+}
+
+impl fmt::Display for Endpoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Endpoint::UdpIn(address) => write!(f, "udpin:{address}"),
+            Endpoint::TcpOut(address) => write!(f, "tcpout:{address}"),
+            Endpoint::Serial { path, baud } => write!(f, "serial:{path}:{baud}"),
+        }
+    }
+}
+
+const BAUD_RATES: [(u32, BaudRate); 8] = [
+    (57_600, BaudRate::B57600),
+    (115_200, BaudRate::B115200),
+    (230_400, BaudRate::B230400),
+    (460_800, BaudRate::B460800),
+    (500_000, BaudRate::B500000),
+    (921_600, BaudRate::B921600),
+    (1_000_000, BaudRate::B1000000),
+    (1_500_000, BaudRate::B1500000),
+];
+
+fn baud_rate(rate: u32) -> Option<BaudRate> {
+    BAUD_RATES.iter().find(|(known, _)| *known == rate).map(|(_, it)| *it)
+}
+
+/// The way to an autopilot.
+#[derive(Debug)]
+pub struct Socket {
+    incoming: Receiver<Vec<u8>>,
+    outgoing: SyncSender<Vec<u8>>,
+    is_datagram: bool,
+}
+
+/// Pieces in the queue of what has arrived, and frames in that of what is sent: a second of full rates.
+const QUEUE: usize = 512;
+/// As long a connection is waited for before it is tried again.
+const RECONNECT: Duration = Duration::from_secs(1);
+/// After this silence another address may be the autopilot's.
+const PEER_GONE: Duration = Duration::from_secs(5);
+
+impl Socket {
+    /// Opens it; `wake` is called whenever something has arrived.
+    ///
+    /// # Errors
+    /// If the address cannot be listened on, or the device not be opened. An address to connect to is tried again and again.
+    pub fn open(endpoint: &Endpoint, wake: impl Fn() + Send + 'static) -> io::Result<Socket> {
+        let (sender, incoming) = sync_channel(QUEUE);
+        let (outgoing, receiver) = sync_channel(QUEUE);
+        let arrived = Arrived { queue: sender, wake: Box::new(wake) };
+        let opened = match endpoint {
+            Endpoint::UdpIn(address) => UdpSocket::bind(address).and_then(|it| udp(it, arrived, receiver)),
+            Endpoint::TcpOut(address) => {
+                tcp(*address, arrived, receiver);
+                Ok(())
+            }
+            Endpoint::Serial { path, baud } => serial(path, *baud, arrived, receiver),
+        };
+        opened.map_err(|error| io::Error::new(error.kind(), format!("{endpoint}: {error}")))?;
+        Ok(Socket { incoming, outgoing, is_datagram: matches!(endpoint, Endpoint::UdpIn(_)) })
+    }
+}
+
+impl Link for Socket {
+    fn receive(&mut self, _now: Time) -> Option<Vec<u8>> {
+        self.incoming.try_recv().ok()
+    }
+
+    fn send(&mut self, frame: &[u8], _now: Time) {
+        // A full queue is a link that does not take anything: the frame is lost, and what must arrive is sent again.
+        let _ = self.outgoing.try_send(frame.to_vec());
+    }
+
+    fn is_datagram(&self) -> bool {
+        self.is_datagram
+    }
+}
+
+/// Takes what has arrived to the node's loop.
+struct Arrived {
+    queue: SyncSender<Vec<u8>>,
+    wake: Box<dyn Fn() + Send>,
+}
+
+impl Arrived {
+    /// Whether somebody still listens.
+    fn take(&self, bytes: &[u8]) -> bool {
+        let is_heard = !matches!(self.queue.try_send(bytes.to_vec()), Err(TrySendError::Disconnected(_)));
+        (self.wake)();
+        is_heard
+    }
+}
+
+/// The address that the autopilot speaks from: frames to it go there. Another one becomes it when that is silent.
+type Peer = Arc<Mutex<Option<(SocketAddr, Instant)>>>;
+
+fn udp(socket: UdpSocket, arrived: Arrived, outgoing: Receiver<Vec<u8>>) -> io::Result<()> {
+    let peer = Peer::default();
+    let (sender, to) = (socket.try_clone()?, peer.clone());
+    thread::spawn(move || {
+        let mut buffer = [0; 65_536];
+        loop {
+            // An error is that of a former send: nobody listens there, which the silence shows.
+            let Ok((length, from)) = socket.recv_from(&mut buffer) else { continue };
+            note_peer(&peer, from, &buffer[..length]);
+            if !arrived.take(&buffer[..length]) {
+                return;
+            }
+        }
+    });
+    thread::spawn(move || {
+        for frame in outgoing {
+            let to = *lock(&to);
+            if let Some((address, _)) = to {
+                let _ = sender.send_to(&frame, address);
+            }
+        }
+    });
+    Ok(())
+}
+
+#[expect(clippy::disallowed_methods, reason = "only the age of the address on the wire, of which no decision depends")]
+fn note_peer(peer: &Peer, from: SocketAddr, bytes: &[u8]) {
+    let mut peer = lock(peer);
+    let now = Instant::now();
+    match *peer {
+        Some((known, _)) if known == from => *peer = Some((from, now)),
+        Some((_, heard)) if now - heard < PEER_GONE => {}
+        _ => {
+            let speaks = |it: &Found| match it {
+                Found::Frame(frame) if frame.component() == 1 => {
+                    matches!(heard(frame), Some(Heard::Heartbeat(it)) if it.autopilot != 8)
+                }
+                _ => false,
+            };
+            if Framer::datagram(bytes).iter().any(speaks) {
+                *peer = Some((from, now));
+            }
+        }
+    }
+}
+
+fn tcp(address: SocketAddr, arrived: Arrived, outgoing: Receiver<Vec<u8>>) {
+    let connection = Arc::new(Mutex::new(None::<TcpStream>));
+    let writer = connection.clone();
+    thread::spawn(move || {
+        loop {
+            match TcpStream::connect_timeout(&address, RECONNECT).and_then(|it| it.set_nodelay(true).map(|()| it)) {
+                Ok(stream) => {
+                    *lock(&connection) = stream.try_clone().ok();
+                    let is_heard = read(stream, &arrived);
+                    *lock(&connection) = None;
+                    if !is_heard {
+                        return;
+                    }
+                }
+                Err(error) => tracing::warn!("{address}: {error}"),
+            }
+            wait();
+        }
+    });
+    thread::spawn(move || {
+        for frame in outgoing {
+            // Not under the lock: a write may wait.
+            let stream = lock(&writer).as_ref().and_then(|it| it.try_clone().ok());
+            if let Some(mut stream) = stream {
+                let _ = stream.write_all(&frame);
+            }
+        }
+    });
+}
+
+fn serial(path: &str, baud: u32, arrived: Arrived, outgoing: Receiver<Vec<u8>>) -> io::Result<()> {
+    let line = open_serial(path, baud)?;
+    let writer = Arc::new(Mutex::new(Some(line.try_clone()?)));
+    let (reader_line, path) = (writer.clone(), path.to_owned());
+    thread::spawn(move || {
+        let mut line = Some(line);
+        loop {
+            if let Some(line) = line.take()
+                && !read(line, &arrived)
+            {
+                return;
+            }
+            *lock(&reader_line) = None;
+            wait();
+            // An adapter that was unplugged comes back.
+            line = open_serial(&path, baud).ok();
+            *lock(&reader_line) = line.as_ref().and_then(|it| it.try_clone().ok());
+        }
+    });
+    thread::spawn(move || {
+        loop {
+            match outgoing.recv_timeout(RECONNECT) {
+                Ok(frame) => {
+                    let line = lock(&writer).as_ref().and_then(|it| it.try_clone().ok());
+                    if let Some(mut line) = line {
+                        let _ = line.write_all(&frame);
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return,
+            }
+        }
+    });
+    Ok(())
+}
+
+fn open_serial(path: &str, baud: u32) -> io::Result<File> {
+    let rate = baud_rate(baud).ok_or_else(|| io::Error::other(format!("{baud} baud is no rate of a serial line")))?;
+    // It must not become the terminal that can end this process.
+    let line = OpenOptions::new().read(true).write(true).custom_flags(nix::libc::O_NOCTTY).open(path)?;
+    let mut settings = tcgetattr(&line)?;
+    cfmakeraw(&mut settings);
+    cfsetspeed(&mut settings, rate)?;
+    tcsetattr(&line, SetArg::TCSANOW, &settings)?;
+    Ok(line)
+}
+
+/// Reads until the stream ends; whether somebody still listens.
+fn read(mut stream: impl Read, arrived: &Arrived) -> bool {
+    let mut buffer = [0; 4_096];
+    loop {
+        match stream.read(&mut buffer) {
+            Ok(0) => return true,
+            Ok(length) if !arrived.take(&buffer[..length]) => return false,
+            Ok(_) => {}
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => {
+                tracing::warn!("the link to the autopilot: {error}");
+                return true;
+            }
+        }
+    }
+}
+
+#[expect(clippy::disallowed_methods, reason = "a thread of a socket, which nobody waits for")]
+fn wait() {
+    thread::sleep(RECONNECT);
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_endpoint_is_read_and_written() {
+        for text in ["udpin:127.0.0.1:14540", "tcpout:127.0.0.1:5760", "serial:/dev/ttyACM0:921600"] {
+            assert_eq!(text.parse::<Endpoint>().map(|it| it.to_string()), Ok(text.to_owned()));
+        }
+        for text in
+            ["", "udpin", "udpin:14540", "udpout:127.0.0.1:1", "serial:/dev/ttyACM0", "serial:/dev/ttyACM0:1234"]
+        {
+            let error = text.parse::<Endpoint>().expect_err(text);
+            assert!(error.contains("expected"), "{error}");
+        }
+    }
+}

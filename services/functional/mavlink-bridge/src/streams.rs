@@ -1,0 +1,83 @@
+//! Asks for messages, one request at a time. Neither autopilot remembers it when it is started again.
+
+use std::time::Duration;
+
+use domain::time::Time;
+
+use crate::heard::Ack;
+use crate::personality::Stream;
+use crate::said::{CommandLong, Said, command};
+
+/// A request that is not answered is sent again after this time, and given up after some tries.
+const RETRY: Duration = Duration::from_millis(500);
+const TRIES: u32 = 3;
+/// All are asked for again if the land detector, which both send whatever they know, was not heard for so long.
+const SILENT: Duration = Duration::from_secs(5);
+
+/// The requests.
+#[derive(Debug)]
+pub(crate) struct Streams {
+    wanted: &'static [Stream],
+    next: usize,
+    sent: Option<Time>,
+    tries: u32,
+    /// When the land detector was heard last, or all was asked for.
+    heard: Option<Time>,
+}
+
+impl Streams {
+    /// Nothing was asked for.
+    pub(crate) fn new(wanted: &'static [Stream]) -> Streams {
+        Streams { wanted, next: 0, sent: None, tries: 0, heard: None }
+    }
+
+    /// Asks for everything again.
+    pub(crate) fn restart(&mut self) {
+        *self = Streams::new(self.wanted);
+    }
+
+    /// The land detector was heard.
+    pub(crate) fn heard_land_detector(&mut self, now: Time) {
+        self.heard = Some(now);
+    }
+
+    /// A request was answered; a refusal is an answer.
+    pub(crate) fn acknowledged(&mut self, ack: Ack) {
+        if ack.command == command::SET_INTERVAL && self.sent.is_some() {
+            self.advance();
+        }
+    }
+
+    fn advance(&mut self) {
+        self.next += 1;
+        (self.sent, self.tries) = (None, 0);
+    }
+
+    /// The request to be sent now.
+    pub(crate) fn due(&mut self, now: Time) -> Option<Said> {
+        if self.next == self.wanted.len() && self.heard.is_some_and(|it| SILENT < now - it) {
+            self.restart();
+        }
+        if self.sent.is_some_and(|it| now - it < RETRY) {
+            return None;
+        }
+        if TRIES <= self.tries {
+            self.advance();
+        }
+        let (id, period_us) = *self.wanted.get(self.next)?;
+        self.heard.get_or_insert(now);
+        self.sent = Some(now);
+        self.tries += 1;
+        let command = CommandLong::new(command::SET_INTERVAL, [id as f32, period_us as f32]);
+        Some(Said::Command { command, confirmation: (self.tries - 1) as u8 })
+    }
+
+    /// When something is due.
+    pub(crate) fn deadline(&self) -> Option<Time> {
+        match self.sent {
+            Some(sent) => Some(sent + RETRY),
+            None if self.next < self.wanted.len() => Some(Time::ZERO),
+            None => self.heard.map(|it| it + SILENT + Duration::from_millis(1)),
+        }
+    }
+}

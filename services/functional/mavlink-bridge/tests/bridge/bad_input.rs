@@ -1,0 +1,238 @@
+//! Links on which there is no autopilot to fly, or one that says strange things: a clear state, never a takeoff, never an old value.
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::rc::Rc;
+use std::time::Duration;
+
+use domain::time::Time;
+use kittiwake_proto::topics::Message;
+use kittiwake_proto::v1;
+use mavlink_bridge::MavlinkBridge;
+use mavlink_bridge::frame::Frame;
+use mavlink_bridge::link::Link;
+use node::{Event, Node};
+
+use crate::rig::{ARM, Published, at, config};
+
+/// What the test says, at once; what the bridge says is kept.
+#[derive(Clone, Default)]
+struct Script {
+    incoming: Rc<RefCell<VecDeque<Vec<u8>>>>,
+    outgoing: Rc<RefCell<Vec<Vec<u8>>>>,
+}
+
+impl Link for Script {
+    fn receive(&mut self, _now: Time) -> Option<Vec<u8>> {
+        self.incoming.borrow_mut().pop_front()
+    }
+
+    fn send(&mut self, frame: &[u8], _now: Time) {
+        self.outgoing.borrow_mut().push(frame.to_vec());
+    }
+
+    fn is_datagram(&self) -> bool {
+        true
+    }
+}
+
+struct Rig {
+    script: Script,
+    bridge: MavlinkBridge<Script>,
+    published: Published,
+    now: Duration,
+}
+
+impl Rig {
+    fn new() -> Rig {
+        let script = Script::default();
+        let bridge = MavlinkBridge::new(&config(), script.clone());
+        Rig { script, bridge, published: Published::default(), now: Duration::ZERO }
+    }
+
+    fn hear(&mut self, system: u8, component: u8, id: u32, payload: &[u8]) {
+        self.raw(Frame::new(0, system, component, id, payload).bytes().to_vec());
+    }
+
+    fn raw(&mut self, bytes: Vec<u8>) {
+        self.script.incoming.borrow_mut().push_back(bytes);
+    }
+
+    fn pass(&mut self, ms: u64) {
+        let end = self.now + Duration::from_millis(ms);
+        while self.now < end {
+            self.now += Duration::from_millis(20);
+            let mut effects = Vec::new();
+            self.bridge.act(at(self.now), &mut effects);
+            self.published.take_in(effects, self.now);
+        }
+    }
+
+    /// The answer to a command to arm; `None`: no answer in two seconds.
+    fn arm(&mut self) -> Option<v1::VehicleCommandAck> {
+        let message = Message::from(v1::VehicleCommand { id: 9, command: Some(ARM) });
+        let mut effects = Vec::new();
+        self.bridge.on(at(self.now), Event::Message { vehicle: "uav1".into(), message }, &mut effects);
+        self.published.take_in(effects, self.now);
+        self.pass(2_000);
+        self.published.acks.first().cloned()
+    }
+
+    /// Whether a command to arm went out: COMMAND_LONG with 400.
+    fn has_armed(&self) -> bool {
+        let outgoing = self.script.outgoing.borrow();
+        outgoing.iter().any(|it| it[7] == 76 && it.get(10 + 28..10 + 30) == Some(&[0x90, 0x01]))
+    }
+
+    #[track_caller]
+    fn assert_no_takeoff(&mut self, expected: &str) {
+        let ack = self.arm().expect("an answer");
+        assert_eq!(ack.result(), v1::CommandResult::Rejected);
+        assert!(ack.reason.contains(expected), "{}", ack.reason);
+        assert!(!self.has_armed());
+    }
+}
+
+/// GPS_GLOBAL_ORIGIN, without which nothing is said of a vehicle for a while.
+const ORIGIN: [u8; 12] = [1; 12];
+
+const PX4: [u8; 9] = [0, 0, 4, 3, 2, 12, 0x01, 3, 3];
+const ARDUPILOT: [u8; 9] = [4, 0, 0, 0, 2, 3, 0x01, 3, 3];
+
+#[test]
+fn no_autopilot() {
+    let mut rig = Rig::new();
+    rig.pass(1_000);
+    rig.assert_no_takeoff("no autopilot is heard");
+    assert_eq!(rig.published.status, None);
+}
+
+#[test]
+fn heartbeats_of_others_are_no_autopilot() {
+    let mut rig = Rig::new();
+    rig.hear(255, 190, 0, &[0, 0, 0, 0, 6, 8, 0x80, 0, 3]);
+    rig.hear(1, 154, 0, &[0, 0, 0, 0, 26, 8, 0x80, 4, 3]);
+    rig.hear(1, 191, 0, &[0, 0, 0, 0, 18, 8, 0x80, 4, 3]);
+    rig.pass(1_000);
+    rig.assert_no_takeoff("no autopilot is heard");
+    assert_eq!(rig.published.status, None);
+}
+
+#[test]
+fn others_do_not_speak_for_the_vehicle() {
+    let mut rig = Rig::new();
+    rig.hear(1, 1, 0, &PX4);
+    rig.hear(1, 1, 49, &ORIGIN);
+    rig.pass(100);
+    rig.hear(255, 190, 0, &[0, 0, 0, 0, 6, 8, 0x80, 0, 3]);
+    rig.hear(1, 154, 0, &[0, 0, 0, 0, 26, 8, 0x80, 4, 3]);
+    rig.hear(2, 154, 245, &[0, 2]);
+    rig.pass(100);
+    let status = rig.published.status.clone().expect("a status");
+    assert!(!status.armed && status.actual_mode() == v1::FlightMode::Loiter, "{status:?}");
+    assert_eq!(rig.published.landed, None);
+}
+
+#[test]
+fn two_autopilots_on_one_link() {
+    let mut rig = Rig::new();
+    rig.hear(1, 1, 0, &PX4);
+    rig.hear(1, 1, 49, &ORIGIN);
+    rig.hear(2, 1, 0, &ARDUPILOT);
+    rig.pass(500);
+    let status = rig.published.status.clone().expect("a status");
+    assert_eq!(status.can_arm, Some(false));
+    assert!(status.reason.contains("systems 1 and 2") && status.reason.contains("mavlink_bridge.system"), "{status:?}");
+    rig.assert_no_takeoff("more than one autopilot");
+}
+
+#[test]
+fn an_autopilot_that_there_is_no_personality_for() {
+    let mut rig = Rig::new();
+    rig.hear(1, 1, 0, &[0, 0, 0, 0, 2, 99, 0x01, 3, 3]);
+    rig.pass(500);
+    rig.assert_no_takeoff("its autopilot is 99");
+}
+
+#[test]
+fn a_type_that_is_no_multirotor() {
+    for kind in [1, 250] {
+        let mut rig = Rig::new();
+        rig.hear(1, 1, 0, &[0, 0, 0, 0, kind, 3, 0x01, 3, 3]);
+        rig.pass(500);
+        rig.assert_no_takeoff("expected a multirotor");
+    }
+}
+
+#[test]
+fn an_autopilot_that_ignores_us_is_given_up() {
+    let mut rig = Rig::new();
+    rig.hear(1, 1, 0, &PX4);
+    rig.hear(1, 1, 49, &ORIGIN);
+    rig.pass(100);
+    let ack = rig.arm().expect("an answer");
+    assert_eq!(ack.result(), v1::CommandResult::Rejected);
+    assert!(ack.reason.contains("does not answer"), "{}", ack.reason);
+}
+
+#[test]
+fn silence_is_no_status() {
+    let mut rig = Rig::new();
+    rig.hear(1, 1, 0, &PX4);
+    rig.hear(1, 1, 49, &ORIGIN);
+    rig.pass(100);
+    let count = rig.published.count;
+    rig.pass(10_000);
+    assert_eq!(rig.published.count, count);
+}
+
+#[test]
+fn what_is_not_measured_is_not_said() {
+    let mut rig = Rig::new();
+    rig.hear(1, 1, 0, &ARDUPILOT);
+    rig.hear(1, 1, 49, &ORIGIN);
+    rig.pass(100);
+    let count = rig.published.count;
+    // A charge of -1; a land detector that does not know; a position that is no number; (0, 0) without a fix.
+    let mut battery = vec![0; 36];
+    battery[10..30].copy_from_slice(&[0xFF; 20]);
+    battery[35] = 0xFF;
+    rig.hear(1, 1, 147, &battery);
+    rig.hear(1, 1, 245, &[0, 0]);
+    rig.hear(1, 1, 245, &[0, 77]);
+    rig.hear(1, 1, 32, &[0xFF; 28]);
+    rig.hear(1, 1, 33, &[1, 0, 0, 0]);
+    rig.pass(100);
+    assert_eq!(rig.published.count, count);
+}
+
+#[test]
+fn noise_unknown_messages_and_mavlink_1_change_nothing() {
+    let mut rig = Rig::new();
+    rig.hear(1, 1, 0, &PX4);
+    rig.hear(1, 1, 49, &ORIGIN);
+    rig.raw(vec![0xFD; 300]);
+    rig.raw(vec![0xFE, 9, 0, 1, 1, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]);
+    rig.raw(Vec::new());
+    rig.hear(1, 1, 0x00FF_FFF0, &[1, 2, 3]);
+    // An acknowledgement with a result that nobody knows, for a command that nobody sent.
+    rig.hear(1, 1, 77, &[0xFF, 0xFF, 200, 0, 0, 0, 0, 0, 1, 191]);
+    rig.pass(100);
+    assert_eq!(rig.published.status.as_ref().map(|it| it.armed), Some(false));
+}
+
+#[test]
+fn an_older_px4_says_its_mode_in_the_heartbeat_alone() {
+    let mut rig = Rig::new();
+    rig.hear(1, 1, 0, &PX4);
+    rig.hear(1, 1, 49, &ORIGIN);
+    rig.pass(100);
+    assert_eq!(rig.published.status.clone().map(|it| it.actual_mode()), Some(v1::FlightMode::Loiter));
+    // POSCTL, armed: somebody else's.
+    for _ in 0..3 {
+        rig.hear(1, 1, 0, &[0, 0, 3, 0, 2, 12, 0x81, 4, 3]);
+        rig.pass(1_000);
+    }
+    let status = rig.published.status.clone().expect("a status");
+    assert!(status.commanded_by_other && status.actual_mode() == v1::FlightMode::Unspecified, "{status:?}");
+}

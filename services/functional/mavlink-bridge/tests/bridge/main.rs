@@ -1,0 +1,7 @@
+//! The bridge as the layers above and the autopilots see it.
+
+mod bad_input;
+mod captured;
+mod rig;
+mod skills;
+mod stories;

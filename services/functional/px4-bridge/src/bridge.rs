@@ -1,0 +1,481 @@
+//! The bridge between PX4's topics and those of the vocabulary: samples, commands, setpoints and time in, messages and samples out.
+
+use std::time::Duration;
+
+use domain::fmu::{
+    Command, CommandAck, CommandId, CommandResult, LocalPosition, OffboardControl, Setpoint, Status, VehicleCommand,
+};
+use domain::time::Time;
+use kittiwake_proto::topics::Topic;
+use kittiwake_proto::v1;
+use node::{Effect, MessageKind};
+
+use crate::carrot::Carrot;
+use crate::cdr::{CdrError, Definitions, Record};
+use crate::commands::{Answer, Pending, Step};
+use crate::config::Config;
+use crate::frame::{Frame, is_restart};
+use crate::health::Health;
+use crate::keys;
+use crate::modes::NavState;
+use crate::ownership::{Ownership, Seen};
+use crate::port::Arrival;
+use crate::telemetry::{self, Rates};
+use crate::watch::Watch;
+
+/// A command is given up after this time: its sender has repeated it once by then, and given up too.
+const COMMAND_LIMIT: Duration = Duration::from_secs(3);
+/// How often Hold is set after a landing, until it is seen.
+const HOLD_PERIOD: Duration = Duration::from_secs(1);
+/// A position that is older is not flown by.
+const POSITION_LIMIT: Duration = Duration::from_millis(500);
+/// What PX4 counts as a vehicle of one system: the numbers of a vehicle that has not said its own yet.
+const TARGET: (u8, u8) = (1, 1);
+
+/// What goes out.
+#[derive(Debug, Default)]
+pub(crate) struct Out {
+    /// To the bus.
+    pub(crate) effects: Vec<Effect>,
+    /// To PX4: key and bytes.
+    pub(crate) samples: Vec<(String, Vec<u8>)>,
+}
+
+/// The newest status of PX4.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Flies {
+    armed: bool,
+    intended: NavState,
+    actual: NavState,
+    failsafe: bool,
+    checks_pass: bool,
+    target: (u8, u8),
+}
+
+/// The bridge's state.
+#[derive(Debug)]
+pub(crate) struct Bridge {
+    config: Config,
+    watch: Watch,
+    rates: Rates,
+    frame: Frame,
+    health: Health,
+    ownership: Ownership,
+    carrot: Carrot,
+    flies: Option<Flies>,
+    position: Option<(Time, LocalPosition)>,
+    pending: Option<Pending>,
+    /// PX4's clock in the newest status and position.
+    clocks: (u64, u64),
+    hold_sent: Option<Time>,
+    /// A flight of ours has ended, and PX4 is not in Hold since then.
+    hold_wanted: bool,
+    /// Why PX4 flies another mode, for as long as it does: its flags clear a moment before its mode.
+    pre_emption: String,
+    /// Why PX4 refused the newest command, until one is taken.
+    refusal: String,
+}
+
+impl Bridge {
+    pub(crate) fn new(config: &Config, definitions: Definitions) -> Bridge {
+        Bridge {
+            watch: Watch::new(definitions, config.domain, config.silent_after_s.seconds()),
+            frame: Frame::new(config.frame_jump_m.get()),
+            ownership: Ownership::new(config.takeoff_short_m.get()),
+            config: config.clone(),
+            rates: Rates::default(),
+            health: Health::default(),
+            carrot: Carrot::default(),
+            flies: None,
+            position: None,
+            pending: None,
+            clocks: (0, 0),
+            hold_sent: None,
+            hold_wanted: false,
+            pre_emption: String::new(),
+            refusal: String::new(),
+        }
+    }
+
+    /// Takes in what PX4 sent.
+    pub(crate) fn arrived(&mut self, arrival: &Arrival, now: Time, out: &mut Out) {
+        match arrival {
+            Arrival::Token { key, alive } => {
+                let why = keys::read_token(key, self.config.domain).and_then(|it| self.watch.token(&it, *alive));
+                out.effects.extend(why.map(|it| Effect::refused(Topic::VehicleCommand, it)));
+            }
+            Arrival::Sample { key, payload } => {
+                let Some(key) = keys::read(key, self.config.domain).filter(|it| it.is_output) else { return };
+                let definition = match self.watch.definition(&key) {
+                    Ok(it) => it,
+                    Err(why) => {
+                        out.effects.extend(why.map(|it| Effect::refused(what(key.topic), it)));
+                        return;
+                    }
+                };
+                let taken = Record::decode(&definition, payload).and_then(|it| self.take(key.topic, &it, now, out));
+                match taken {
+                    Ok(()) => self.watch.heard(key.topic, now),
+                    Err(cause) => {
+                        out.effects.push(Effect::refused(what(key.topic), format!("`{}` of PX4: {cause}", key.topic)))
+                    }
+                }
+            }
+        }
+    }
+
+    fn take(&mut self, topic: &str, sample: &Record<'_>, now: Time, out: &mut Out) -> Result<(), CdrError> {
+        match topic {
+            "vehicle_status" => self.take_status(sample, now, out)?,
+            "vehicle_local_position" => {
+                let clock = sample.unsigned("timestamp")?;
+                self.look_for_restart(self.clocks.1, clock);
+                self.clocks.1 = clock;
+                self.frame.read(sample)?;
+                let position = telemetry::local_position(sample)?;
+                self.position = position.map(|it| (now, it));
+                out.effects.extend(position.map(|it| Effect::publish(v1::VehicleLocalPosition::from(it))));
+            }
+            "vehicle_attitude" => {
+                let attitude = self.rates.attitude(sample)?;
+                out.effects.extend(attitude.map(|it| Effect::publish(v1::VehicleAttitude::from(it))));
+            }
+            "vehicle_global_position" => {
+                let position = telemetry::global_position(sample)?;
+                out.effects.extend(position.map(|it| Effect::publish(v1::VehicleGlobalPosition::from(it))));
+            }
+            "vehicle_land_detected" => {
+                let landed = telemetry::land_detected(sample)?;
+                out.effects.push(Effect::publish(v1::VehicleLandDetected::from(landed)));
+            }
+            "battery_status" => {
+                let battery = telemetry::battery(sample)?;
+                out.effects.extend(battery.map(|it| Effect::publish(v1::BatteryStatus::from(it))));
+            }
+            "failsafe_flags" => {
+                let before = self.health.clone();
+                self.health.read(sample)?;
+                // Otherwise the next status tells it: it comes twice a second.
+                if self.health != before && self.watch.is_there(now) {
+                    self.publish_status(now, out);
+                }
+            }
+            "vehicle_command_ack" => {
+                if let Some((number, answer)) = Answer::read(sample)? {
+                    self.answered(number, answer, now, out);
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn take_status(&mut self, sample: &Record<'_>, now: Time, out: &mut Out) -> Result<(), CdrError> {
+        /// `VehicleStatus.ARMING_STATE_ARMED`.
+        const ARMED: u64 = 2;
+        let clock = sample.unsigned("timestamp")?;
+        let number = |field| sample.unsigned(field).map(|it| it as u8);
+        let flies = Flies {
+            armed: sample.unsigned("arming_state")? == ARMED,
+            intended: NavState(number("nav_state_user_intention")?),
+            actual: NavState(number("nav_state")?),
+            failsafe: sample.flag("failsafe")?,
+            checks_pass: sample.flag("pre_flight_checks_pass")?,
+            target: (number("system_id")?, number("component_id")?),
+        };
+        self.look_for_restart(self.clocks.0, clock);
+        self.clocks.0 = clock;
+        let before = self.flies.replace(flies);
+        self.watch.heard("vehicle_status", now);
+        let height_m = self.fresh_position(now).map(|it| it.position.height_m());
+        self.ownership.seen(Seen { armed: flies.armed, intended: flies.intended, height_m }, now);
+        let ended = before.is_some_and(|it| it.armed) && !flies.armed && !self.ownership.is_by_other();
+        self.hold_wanted = (self.hold_wanted || ended) && !flies.armed && flies.intended != NavState::LOITER;
+        self.publish_status(now, out);
+        self.arm_once_in_hold(now, out);
+        self.hold_after_landing(now, out);
+        Ok(())
+    }
+
+    fn look_for_restart(&mut self, before_us: u64, now_us: u64) {
+        if is_restart(before_us, now_us) {
+            tracing::warn!(before_us, now_us, "PX4 was started again: its clock went back");
+            self.watch.restarted();
+            self.frame.restarted();
+            self.ownership.restarted();
+            self.carrot.end();
+            self.health = Health::default();
+            self.rates = Rates::default();
+            self.clocks = (0, 0);
+            (self.flies, self.position, self.pending, self.hold_sent) = (None, None, None, None);
+            self.hold_wanted = false;
+            self.refusal.clear();
+        }
+    }
+
+    fn fresh_position(&self, now: Time) -> Option<LocalPosition> {
+        self.position.filter(|(at, _)| now - *at <= POSITION_LIMIT).map(|(_, it)| it)
+    }
+
+    fn publish_status(&mut self, now: Time, out: &mut Out) {
+        let Some(flies) = self.flies else { return };
+        let lack = self.watch.lack(now);
+        let has_position = self.fresh_position(now).is_some_and(|it| it.horizontal_valid && it.vertical_valid);
+        // The checks are those for the mode of the moment; before arming the bridge sets Hold.
+        let can_arm = match (&lack, flies.armed, flies.intended) {
+            (Some(_), ..) => Some(false),
+            // Before there is a position the frame that it counts in may still change.
+            (None, false, NavState::LOITER) => Some(flies.checks_pass && has_position),
+            (None, ..) => None,
+        };
+        let pre_empted = flies.failsafe || flies.intended != flies.actual;
+        let words = self.health.reasons(flies.intended);
+        if !pre_empted || !words.is_empty() {
+            self.pre_emption.clone_from(&words);
+        }
+        let reason = if let Some(lack) = lack {
+            lack
+        } else if pre_empted || can_arm == Some(false) {
+            let words = if pre_empted { self.pre_emption.clone() } else { words };
+            let words =
+                if words.is_empty() { "PX4 does not say why on this path; its events do".into() } else { words };
+            if flies.armed {
+                format!("{} instead of {}: {words}", flies.actual.name(), flies.intended.name())
+            } else {
+                words
+            }
+        } else {
+            self.refusal.clone()
+        };
+        let status = Status {
+            armed: flies.armed,
+            intended: flies.intended.mode(),
+            actual: flies.actual.mode(),
+            failsafe: flies.failsafe,
+            failures: self.health.failures(flies.intended, flies.failsafe),
+            origin: self.frame.origin(),
+            gripper: None,
+            commanded_by_other: self.ownership.is_by_other(),
+            reason,
+            can_arm,
+            frame_epoch: self.frame.epoch(),
+            vibration_m_s2: None,
+        };
+        out.effects.push(Effect::publish(v1::VehicleStatus::from(status)));
+    }
+
+    /// A command has come. It is answered once PX4 has answered, or at once where PX4 cannot be asked.
+    pub(crate) fn commanded(&mut self, VehicleCommand { id, command }: VehicleCommand, now: Time, out: &mut Out) {
+        if let Some(pending) = self.pending.as_mut().filter(|it| it.id == id) {
+            pending.repeats = pending.repeats.saturating_add(1);
+            pending.since = now;
+        } else {
+            if let Err(reason) = self.may(command, now) {
+                refuse(id, reason, out);
+                return;
+            }
+            let in_hold = self.flies.is_some_and(|it| (it.intended, it.actual) == (NavState::LOITER, NavState::LOITER));
+            // It is set even where it is the mode already, if somebody else has chosen it: from the arming on it is ours.
+            let sets_hold = command == Command::Arm && (!in_hold || self.ownership.is_by_other());
+            let step = if sets_hold { Step::SetsHold } else { Step::Sent };
+            self.pending = Some(Pending { id, command, step, since: now, repeats: 0 });
+        }
+        self.send_pending(now, out);
+    }
+
+    /// Why PX4 is not even asked.
+    fn may(&self, command: Command, now: Time) -> Result<(), String> {
+        if !self.watch.is_there(now) {
+            return Err(format!("no PX4 is heard at {}", self.config.endpoint));
+        }
+        let position = self.fresh_position(now).filter(|it| it.horizontal_valid && it.vertical_valid);
+        let altitude = self.frame.origin().and_then(|it| it.altitude_m);
+        match command {
+            Command::Arm | Command::Takeoff { .. } => match self.watch.lack(now) {
+                Some(lack) => Err(lack),
+                None if position.is_none() => Err("PX4's position estimate is not valid yet".into()),
+                None if altitude.is_none() => Err("PX4 does not know where its origin is yet".into()),
+                None => Ok(()),
+            },
+            Command::Disarm | Command::Land | Command::Loiter | Command::Offboard | Command::Release => Ok(()),
+        }
+    }
+
+    fn send_pending(&mut self, now: Time, out: &mut Out) {
+        let Some(pending) = self.pending else { return };
+        let altitude = self.frame.origin().and_then(|it| it.altitude_m);
+        let Some((px4, mode)) = pending.px4(altitude) else {
+            self.pending = None;
+            refuse(pending.id, "PX4 does not know where its origin is yet".into(), out);
+            return;
+        };
+        let target = self.flies.map_or(TARGET, |it| it.target);
+        let encoded = self.watch.input("vehicle_command").and_then(|(key, definition)| {
+            let payload = px4.encode(definition, target, pending.repeats).map_err(|it| it.to_string())?;
+            Ok((key, payload))
+        });
+        match encoded {
+            Ok(sample) => out.samples.push(sample),
+            Err(reason) => {
+                self.pending = None;
+                refuse(pending.id, reason, out);
+                return;
+            }
+        }
+        if let Some(mode) = mode {
+            let takeoff_m = if let Command::Takeoff { height_m } = pending.command { Some(height_m) } else { None };
+            self.ownership.commanded(mode, takeoff_m, now);
+        }
+        if (pending.command, pending.step) == (Command::Arm, Step::Sent) {
+            self.ownership.arming(now);
+        }
+    }
+
+    fn answered(&mut self, number: u32, answer: Answer, now: Time, out: &mut Out) {
+        let altitude = self.frame.origin().and_then(|it| it.altitude_m);
+        let Some(mut pending) = self.pending else { return };
+        let Some((_, mode)) = pending.px4(altitude).filter(|(px4, _)| px4.number == number) else { return };
+        match (answer, pending.step) {
+            (Answer::InProgress, _) => {}
+            (Answer::Accepted, Step::SetsHold | Step::AwaitsHold) => {
+                self.ownership.accepted(NavState::LOITER);
+                pending.step = Step::AwaitsHold;
+                self.pending = Some(pending);
+                self.arm_once_in_hold(now, out);
+            }
+            (Answer::Accepted, Step::Sent) => {
+                if let Some(mode) = mode {
+                    self.ownership.accepted(mode);
+                }
+                self.refusal.clear();
+                self.pending = None;
+                acknowledge(pending.id, CommandResult::Accepted, out);
+            }
+            (Answer::Refused(words), step) => {
+                if let Some(mode) = mode {
+                    self.ownership.refused(mode);
+                }
+                let intended = self.flies.map_or(NavState::LOITER, |it| it.intended);
+                let why = self.health.reasons(mode.unwrap_or(intended));
+                let what =
+                    if step != Step::Sent { "Hold before arming".to_owned() } else { pending.command.to_string() };
+                let why = if why.is_empty() { String::new() } else { format!(": {why}") };
+                self.refusal = format!("PX4 refused {what}, {words}{why}");
+                self.pending = None;
+                refuse(pending.id, self.refusal.clone(), out);
+            }
+        }
+    }
+
+    /// The mode is the one that the motors may be armed in: arms them.
+    fn arm_once_in_hold(&mut self, now: Time, out: &mut Out) {
+        let in_hold = self.flies.is_some_and(|it| it.intended == NavState::LOITER && it.actual == NavState::LOITER);
+        if let Some(pending) = self.pending.as_mut().filter(|it| it.step == Step::AwaitsHold && in_hold) {
+            pending.step = Step::Sent;
+            self.send_pending(now, out);
+        }
+    }
+
+    /// After a landing PX4 goes back to the mode from before, in which it would not arm, and would not say whether it would in Hold.
+    /// Where we have landed it, Hold is set. What somebody else has flown, or has selected on the ground, is left as it is.
+    fn hold_after_landing(&mut self, now: Time, out: &mut Out) {
+        let Some(flies) = self.flies else { return };
+        if !self.hold_wanted || self.pending.is_some() {
+            return;
+        }
+        if self.hold_sent.is_some_and(|at| now - at < HOLD_PERIOD) {
+            return;
+        }
+        self.hold_sent = Some(now);
+        if let Ok((key, definition)) = self.watch.input("vehicle_command")
+            && let Ok(payload) = crate::commands::Px4Command::hold().encode(definition, flies.target, 0)
+        {
+            out.samples.push((key, payload));
+            self.ownership.commanded(NavState::LOITER, None, now);
+        }
+    }
+
+    /// The proof of life goes to PX4 as it comes.
+    pub(crate) fn control(&mut self, control: OffboardControl, out: &mut Out) {
+        let Ok((key, definition)) = self.watch.input("offboard_control_mode") else { return };
+        let mut record = Record::zero(definition);
+        let set = match control {
+            OffboardControl::Position => record.set_flag("position", true),
+            OffboardControl::Velocity => record.set_flag("velocity", true),
+        };
+        match set {
+            Ok(()) => out.samples.push((key, record.encode())),
+            Err(cause) => out.effects.push(Effect::refused(Topic::OffboardControlMode, cause)),
+        }
+    }
+
+    /// A setpoint goes to PX4 as it comes, and never twice. One with a speed limit becomes a moving target.
+    pub(crate) fn setpoint(&mut self, setpoint: Setpoint, now: Time, out: &mut Out) {
+        let nowhere = [f64::NAN; 3];
+        let (position, velocity, yaw, yaw_rate) = match setpoint {
+            Setpoint::Position { target, speed_limit_m_s, yaw_rad } => {
+                let limit_m_s = speed_limit_m_s.filter(|it| *it < self.config.own_speed_m_s.get());
+                let target = match (limit_m_s, self.fresh_position(now)) {
+                    (None, _) => {
+                        self.carrot.end();
+                        target
+                    }
+                    (Some(limit_m_s), Some(vehicle)) => {
+                        let lead_s = self.config.lead_s.get();
+                        self.carrot.next(target, limit_m_s, lead_s, vehicle.position, now)
+                    }
+                    // Nothing says where the moving target should begin: PX4 misses its setpoints, and does what it does then.
+                    (Some(_), None) => return,
+                };
+                ([target.north_m, target.east_m, target.down_m], nowhere, yaw_rad, None)
+            }
+            Setpoint::Velocity { velocity, yaw_rate_rad_s } => {
+                self.carrot.end();
+                (nowhere, [velocity.north_m_s, velocity.east_m_s, velocity.down_m_s], None, yaw_rate_rad_s)
+            }
+        };
+        let Ok((key, definition)) = self.watch.input("trajectory_setpoint") else { return };
+        let encode = || {
+            let mut record = Record::zero(definition);
+            let arrays = [("position", position), ("velocity", velocity), ("acceleration", nowhere), ("jerk", nowhere)];
+            for (field, values) in arrays {
+                for (index, value) in values.into_iter().enumerate() {
+                    record.set_number_at(field, index, value)?;
+                }
+            }
+            record.set_number("yaw", yaw.unwrap_or(f64::NAN))?;
+            record.set_number("yawspeed", yaw_rate.unwrap_or(f64::NAN))?;
+            Ok::<_, CdrError>(record.encode())
+        };
+        match encode() {
+            Ok(payload) => out.samples.push((key, payload)),
+            Err(cause) => out.effects.push(Effect::refused(Topic::TrajectorySetpoint, cause)),
+        }
+    }
+
+    /// Gives up what PX4 does not answer: its sender has, too.
+    pub(crate) fn tend(&mut self, now: Time) {
+        self.pending.take_if(|it| COMMAND_LIMIT <= now - it.since);
+    }
+}
+
+fn acknowledge(id: CommandId, result: CommandResult, out: &mut Out) {
+    out.effects.push(Effect::publish(v1::VehicleCommandAck::from(CommandAck { id, result })));
+}
+
+fn refuse(id: CommandId, reason: String, out: &mut Out) {
+    acknowledge(id, CommandResult::Rejected { reason }, out);
+}
+
+/// The topic of the vocabulary that a topic of PX4 feeds, for what is reported as refused.
+fn what(topic: &str) -> MessageKind {
+    MessageKind::Topic(match topic {
+        "vehicle_local_position" => Topic::VehicleLocalPosition,
+        "vehicle_attitude" => Topic::VehicleAttitude,
+        "vehicle_global_position" => Topic::VehicleGlobalPosition,
+        "vehicle_land_detected" => Topic::VehicleLandDetected,
+        "battery_status" => Topic::BatteryStatus,
+        "vehicle_command_ack" => Topic::VehicleCommandAck,
+        _ => Topic::VehicleStatus,
+    })
+}

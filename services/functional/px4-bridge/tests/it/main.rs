@@ -1,0 +1,8 @@
+//! The bridge over the captured flight of a real PX4, over scripted samples, and over garbage.
+
+mod bad_input;
+mod data;
+mod fuzz;
+mod replay;
+mod rig;
+mod samples;

@@ -1,0 +1,176 @@
+//! Flies a script.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::time::Duration;
+
+use domain::file::{Mistakes, Source};
+use domain::mission::Mission;
+use domain::time::Time;
+use kittiwake_proto::topics::Service;
+use kittiwake_proto::v1::operator_command::Verb;
+use kittiwake_proto::v1::{self, DecisionRecord};
+
+use super::draw::FLAGS;
+use super::ending::Ending;
+use super::hash::LogHash;
+use super::oracle::{Decision, Evidence, Finding, judge};
+use super::script::{Choice, Script};
+use super::trouble::Trouble;
+use crate::recording::{Entry, Header, Tape};
+use crate::{Changes, Setup, Simulation};
+
+/// From the last trouble until all ends that can end.
+const SETTLES_AFTER: Duration = Duration::from_secs(30);
+/// From the last trouble until a mission that can end is over, with time for each hold and pause before another try.
+const LIMIT: Duration = Duration::from_secs(3600);
+/// A while longer, for what must not happen after the end.
+const AFTER: Duration = Duration::from_secs(60);
+
+/// A script that was flown.
+#[derive(Debug, Clone)]
+pub struct Flight {
+    /// What was flown.
+    pub script: Script,
+    /// How it ended.
+    pub ending: Ending,
+    /// What there is against it, in order.
+    pub findings: Vec<Finding>,
+    /// Of what was decided and when.
+    pub hash: LogHash,
+    /// Virtual time.
+    pub flown: Duration,
+    /// Every decision, in order.
+    pub decisions: Vec<Decision>,
+}
+
+/// Flies it, with the configuration in this folder.
+///
+/// # Errors
+/// Every mistake in the files.
+pub fn fly(script: &Script, config: &Path) -> Result<Flight, Mistakes> {
+    fly_with(script, config, None)
+}
+
+/// The same, recorded.
+///
+/// # Errors
+/// Every mistake in the files.
+pub fn fly_recorded(script: &Script, config: &Path) -> Result<(Flight, Header, Vec<Entry>), Mistakes> {
+    let tape = Tape::default();
+    let (path, text) = match &script.mission {
+        Choice::Configured => (None, None),
+        Choice::File(path) => (Some(path.as_path()), None),
+        Choice::Drawn(text) => (None, Some(text.clone())),
+    };
+    let Script { seed, permissions, machine, .. } = *script;
+    let header = Simulation::header(&Setup { config, mission: path, permissions, seed, machine }, text)?;
+    let flight = fly_with(script, config, Some(tape.clone()))?;
+    Ok((flight, header, tape.take_all()))
+}
+
+fn fly_with(script: &Script, config: &Path, tape: Option<Tape>) -> Result<Flight, Mistakes> {
+    let mut simulation = simulation(script, config, tape)?;
+    // A panic is a finding of this flight, not the end of the others.
+    let panic = catch_unwind(AssertUnwindSafe(|| perform(&mut simulation, script))).err().map(|it| words(&*it));
+    let records = simulation.decisions();
+    let hash = LogHash::of(records.iter().map(|(at, it)| (*at, it.topic.as_str(), it.text.as_str())));
+    let line = |(at, DecisionRecord { topic, text, .. }): (Time, DecisionRecord)| (at, format!("{topic}: {text}"));
+    let key = |((process, service), count): (&(&'static str, Service), &u64)| (*process, service.key(), *count);
+    let evidence = Evidence {
+        ending: Ending::of(&simulation),
+        until: simulation.now(),
+        breaches: simulation.breaches(),
+        mode_storm: simulation.mode_storm(),
+        excursions: simulation.excursions(),
+        stale: simulation.stale_setpoints(),
+        unanswered: simulation.unanswered().iter().map(key).collect(),
+        panic,
+        decisions: records.into_iter().map(line).collect(),
+    };
+    let findings = judge(script, &evidence);
+    let (flown, Evidence { ending, decisions, .. }) = (simulation.now().since_start(), evidence);
+    Ok(Flight { script: script.clone(), ending, findings, hash, flown, decisions })
+}
+
+impl Flight {
+    /// What happened and what was decided, by time.
+    pub fn story(&self) -> Vec<(Duration, String)> {
+        let troubles = self.script.troubles.iter().map(|(at, trouble)| (*at, format!("trouble: {trouble}")));
+        let decisions = self.decisions.iter().map(|(at, text)| (at.since_start(), text.clone()));
+        let mut story: Vec<_> = troubles.chain(decisions).collect();
+        // What happens at one moment comes before what is decided then: the sort is stable.
+        story.sort_by_key(|(at, _)| *at);
+        story
+    }
+}
+
+fn simulation(script: &Script, config: &Path, tape: Option<Tape>) -> Result<Simulation<'static>, Mistakes> {
+    let (path, mission) = match &script.mission {
+        Choice::Configured => (None, None),
+        Choice::File(path) => (Some(path.as_path()), None),
+        Choice::Drawn(text) => {
+            let source = Source { path: "the drawn mission".into(), text: text.clone() };
+            (None, Some(Mission::read(&source)?))
+        }
+    };
+    let Script { seed, permissions, machine, grant_valid_s, .. } = *script;
+    let setup = Setup { config, mission: path, permissions, seed, machine };
+    Simulation::changed(&setup, Changes { mission, grant_valid_s, tape })
+}
+
+fn perform(simulation: &mut Simulation<'_>, script: &Script) {
+    for (at, trouble) in &script.troubles {
+        simulation.pass(Time::after(*at) - simulation.now());
+        befall(simulation, trouble);
+    }
+    if script.settles {
+        settle(simulation, script);
+    }
+    simulation.fly(LIMIT);
+    simulation.pass(AFTER);
+}
+
+fn befall(simulation: &mut Simulation<'_>, trouble: &Trouble) {
+    match trouble {
+        Trouble::Fault { name, args } => {
+            let args: Vec<&str> = args.iter().map(String::as_str).collect();
+            simulation.inject_fault(name, &args);
+        }
+        Trouble::Flag(name) => simulation.inject_flag(name),
+        Trouble::Order(verb) => simulation.order(verb.clone()),
+        Trouble::Decide { area, decision, valid_for_s } => simulation.decide_for(area, *decision, *valid_for_s),
+        Trouble::Hang { process, time } => simulation.freeze(process, *time),
+        Trouble::Kill { process, time, memory } => simulation.restart(process, *time, *memory),
+        Trouble::Disturb { disturbance, time } => simulation.disturb(*disturbance, *time),
+        Trouble::Clock(by_ms) => simulation.set_clock(*by_ms),
+    }
+}
+
+/// All trouble ends that can end.
+fn settle(simulation: &mut Simulation<'_>, script: &Script) {
+    simulation.pass(SETTLES_AFTER);
+    simulation.inject_fault("clear", &[]);
+    FLAGS.iter().for_each(|it| simulation.lower_flag(it));
+    for (_, trouble) in &script.troubles {
+        if let Trouble::Flag(name) = trouble
+            && !FLAGS.contains(&name.as_str())
+        {
+            simulation.lower_flag(name);
+        }
+    }
+    // What a process has forgotten, an operator accepts as forgotten.
+    simulation.accept_loss();
+    if simulation.report().is_none() && simulation.is_on_ground() {
+        simulation.order(Verb::Start(v1::StartMission {}));
+    }
+    // A vehicle that has landed unplanned, or was paused, goes on when an operator says so.
+    simulation.order(Verb::Resume(v1::ResumeMission {}));
+}
+
+/// What a panic says.
+fn words(panic: &(dyn Any + Send)) -> String {
+    let said = panic.downcast_ref::<&str>().map(|it| (*it).to_owned());
+    said.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "it says nothing".to_owned())
+}

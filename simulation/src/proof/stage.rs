@@ -1,0 +1,145 @@
+//! The phases of a mission in which flags are raised, and how each is reached.
+
+use std::fmt;
+use std::time::Duration;
+
+use control_tower::policy::Policy;
+use kittiwake_proto::v1::operator_command::Verb;
+use kittiwake_proto::v1::{self, MissionPhase, SkillKind};
+
+use crate::Simulation;
+
+/// An area across the way, and a place behind it: short, since every flight begins with it.
+const GATE: &str = "name = \"gate\"
+[[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 130\nheight_m = 0\nflying = false
+[[objective]]\nname = \"back\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false
+[[area]]\nname = \"gate\"\nkind = \"permission\"\ncorners_m = [[-40, 50], [40, 50], [40, 90], [-40, 90]]\n";
+/// Hardly more than a takeoff and a landing.
+const HOP: &str = "name = \"hop\"
+[[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 30\nheight_m = 0\nflying = false\n";
+/// The area of the first, from west to east.
+const AREA_M: (f64, f64) = (50.0, 90.0);
+/// No stage takes longer to come.
+const LIMIT: Duration = Duration::from_secs(240);
+/// For how long a plan is awaited: less than a silence of the planner that raises a flag.
+const PLANS: Duration = Duration::from_millis(600);
+/// How often it is looked whether it has come.
+const STEP: Duration = Duration::from_millis(100);
+
+/// A phase of a mission.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// Before the takeoff.
+    OnGround,
+    /// While it climbs from the ground.
+    Takeoff,
+    /// On the way.
+    Cruise,
+    /// In the air before a border, until the tower answers.
+    Waiting,
+    /// Inside an area with a permission.
+    InsideArea,
+    /// While the planner is asked again.
+    Replanning,
+    /// While a transition is flown meanwhile.
+    Transition,
+    /// While it comes down.
+    Landing,
+    /// While another flag is answered.
+    Responding,
+    /// After the end of the mission, on the ground.
+    AfterEnd,
+}
+
+impl Stage {
+    /// All of them.
+    pub const ALL: [Stage; 10] = [
+        Stage::OnGround,
+        Stage::Takeoff,
+        Stage::Cruise,
+        Stage::Waiting,
+        Stage::InsideArea,
+        Stage::Replanning,
+        Stage::Transition,
+        Stage::Landing,
+        Stage::Responding,
+        Stage::AfterEnd,
+    ];
+
+    /// The mission that leads there.
+    pub(super) fn mission(self) -> &'static str {
+        match self {
+            Stage::OnGround | Stage::Takeoff | Stage::Landing | Stage::AfterEnd => HOP,
+            _ => GATE,
+        }
+    }
+
+    /// How the tower answers.
+    pub(super) fn permissions(self) -> Policy {
+        match self {
+            Stage::Waiting => Policy::Silent,
+            _ => Policy::Grant,
+        }
+    }
+
+    /// Flies there; whether it came.
+    pub(super) fn reach(self, simulation: &mut Simulation<'_>) -> bool {
+        if matches!(self, Stage::Replanning | Stage::Transition) {
+            if !Stage::Cruise.reach(simulation) {
+                return false;
+            }
+            // A planner that answers at once is never waited for.
+            simulation.freeze("planner", PLANS);
+            simulation.order(Verb::Replan(v1::ReplanMission {}));
+        }
+        let mut waited = Duration::ZERO;
+        while waited < LIMIT {
+            simulation.pass(STEP);
+            waited += STEP;
+            if self.is_there(simulation) {
+                return true;
+            }
+        }
+        false
+    }
+
+    fn is_there(self, simulation: &Simulation<'_>) -> bool {
+        let seen = simulation.seen.borrow();
+        let Some(aircraft) = &seen.aircraft else { return false };
+        let (position, velocity) = (aircraft.position.unwrap_or_default(), aircraft.velocity.unwrap_or_default());
+        let (height_m, east_m) = (-position.down_m, position.east_m);
+        let speed_m_s = velocity.north_m_s.hypot(velocity.east_m_s);
+        let skill = seen.manager.skill();
+        match self {
+            Stage::OnGround => seen.manager.phase() != MissionPhase::Unspecified,
+            Stage::Takeoff => skill == SkillKind::Takeoff && 2.0 < height_m,
+            Stage::Cruise | Stage::Responding => {
+                skill == SkillKind::Offboard && 5.0 < height_m && 5.0 < east_m && !seen.manager.in_transition
+            }
+            Stage::Waiting => 5.0 < height_m && 10.0 < east_m && speed_m_s < 0.5,
+            Stage::InsideArea => AREA_M.0 + 5.0 < east_m && east_m < AREA_M.1 - 5.0 && 5.0 < height_m,
+            Stage::Replanning => seen.manager.phase() == MissionPhase::Replanning && 5.0 < height_m,
+            Stage::Transition => seen.manager.in_transition && 5.0 < height_m,
+            Stage::Landing => skill == SkillKind::Land && 3.0 < height_m,
+            Stage::AfterEnd => seen.report.is_some() && seen.is_on_ground(),
+        }
+    }
+}
+
+/// As users read it.
+impl fmt::Display for Stage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Stage::OnGround => "on the ground",
+            Stage::Takeoff => "takeoff",
+            Stage::Cruise => "cruise",
+            Stage::Waiting => "waiting for a permission",
+            Stage::InsideArea => "inside an area",
+            Stage::Replanning => "replanning",
+            Stage::Transition => "transition",
+            Stage::Landing => "landing",
+            Stage::Responding => "response under way",
+            Stage::AfterEnd => "after the end",
+        })
+    }
+}

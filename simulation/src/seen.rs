@@ -1,0 +1,157 @@
+//! What is seen of a flight from outside.
+
+use std::time::Duration;
+
+use domain::contingency::OPERATOR_ABORT;
+use domain::quantity::Fraction;
+use domain::time::{Now, Time};
+use kittiwake_proto::topics::Message;
+use kittiwake_proto::v1;
+use node::virtual_bus::UTC_START_MS;
+use witness::Witness;
+use witness::modes::Modes;
+use witness::setpoints::Setpoints;
+
+use crate::bounds::Bounds;
+use crate::files::Files;
+
+/// The ground of the simulated vehicle is at height 0; below this the vehicle may stand there.
+const LOW_M: f64 = 1.0;
+/// The autopilot's own limit of a setpoint's age counts from when the setpoint has arrived; then the vehicle says that it has left
+/// offboard. Both take a while on a busy machine.
+const NOTICE: Duration = Duration::from_secs(1);
+
+#[derive(Debug)]
+pub(crate) struct Seen {
+    pub(crate) decisions: Vec<(Time, v1::DecisionRecord)>,
+    pub(crate) report: Option<v1::MissionReport>,
+    pub(crate) aircraft: Option<v1::VehicleLocalPosition>,
+    /// Of the battery, 0 to 1.
+    pub(crate) charge: Option<f64>,
+    pub(crate) manager: v1::McmStatus,
+    pub(crate) witness: Witness,
+    pub(crate) modes: Modes,
+    pub(crate) setpoints: Setpoints,
+    pub(crate) bounds: Bounds,
+    planner: v1::PlannerStatus,
+    ordered: Vec<v1::Alternate>,
+    landed: bool,
+    armed: bool,
+    start_ordered: bool,
+    abort_ordered: bool,
+    /// Commands to release the load.
+    pub(crate) releases: usize,
+}
+
+impl Seen {
+    /// Nothing yet of a vehicle with these files.
+    pub(crate) fn of(files: &Files) -> Seen {
+        let vehicle = &files.vehicle_sim;
+        let reserve = files.energy.budget(Fraction::ZERO).reserve;
+        Seen {
+            decisions: Vec::new(),
+            report: None,
+            aircraft: None,
+            charge: None,
+            manager: v1::McmStatus::default(),
+            witness: Witness::default(),
+            modes: Modes::default(),
+            setpoints: Setpoints::of(vehicle.offboard_loss_s.seconds() + NOTICE),
+            bounds: Bounds::of(files.mcm.highest_m.get(), reserve.get()),
+            planner: v1::PlannerStatus::default(),
+            ordered: Vec::new(),
+            landed: false,
+            armed: false,
+            start_ordered: false,
+            abort_ordered: false,
+            releases: 0,
+        }
+    }
+
+    pub(crate) fn take_in(&mut self, time: Time, message: &Message) {
+        let utc_ms = UTC_START_MS + time.since_start().as_millis() as i64;
+        self.witness.take_in(Now { time, utc_ms }, message);
+        self.modes.take_in(time, message);
+        self.setpoints.take_in(time, message);
+        let flies = !self.is_on_ground();
+        self.bounds.take_in(time, message, &self.manager, flies);
+        match message {
+            Message::DecisionRecord(it) => self.decisions.push((time, it.clone())),
+            Message::McmStatus(it) => {
+                if self.start_ordered && it.report.is_none() {
+                    (self.start_ordered, self.report) = (false, None);
+                }
+                self.report = self.report.take().or_else(|| it.report.clone());
+                for alternate in it.alternates.iter().filter(|it| it.role() == v1::AlternateRole::Ordered) {
+                    if !self.ordered.iter().any(|known| known.position == alternate.position) {
+                        self.ordered.push(alternate.clone());
+                    }
+                }
+                self.manager.clone_from(it);
+            }
+            Message::PlannerStatus(it) => self.planner.clone_from(it),
+            Message::VehicleLandDetected(it) => {
+                if it.landed && !self.landed {
+                    self.touched_down();
+                }
+                self.landed = it.landed;
+            }
+            Message::VehicleStatus(it) => self.armed = it.armed,
+            Message::VehicleLocalPosition(it) => self.aircraft = Some(*it),
+            Message::BatteryStatus(it) => self.charge = Some(it.remaining),
+            Message::VehicleCommand(it) => {
+                let is_release = matches!(it.command, Some(v1::vehicle_command::Command::Release(_)));
+                self.releases += usize::from(is_release);
+            }
+            _ => {}
+        }
+    }
+
+    /// An operator orders the start of a mission: once it begins, the report of the one before counts no longer.
+    pub(crate) fn ordered_to_start(&mut self) {
+        self.witness.ordered_to_start();
+        self.start_ordered = self.report.is_some();
+    }
+
+    /// An operator orders an abort: it lands the vehicle where it is then, and that is a place that was asked for.
+    pub(crate) fn ordered_to_abort(&mut self) {
+        self.abort_ordered = true;
+    }
+
+    fn touched_down(&mut self) {
+        let by_abort = std::mem::take(&mut self.abort_ordered) && self.manager.acting == OPERATOR_ABORT;
+        if let Some(position) = self.aircraft.as_ref().and_then(|it| it.position).filter(|_| by_abort) {
+            let name = "where the abort has landed it".to_owned();
+            self.ordered.push(v1::Alternate { name, position: Some(position), ..v1::Alternate::default() });
+        }
+    }
+
+    pub(crate) fn is_on_ground(&self) -> bool {
+        !self.armed && self.is_down()
+    }
+
+    /// On the ground, or hardly above it, whether its motors may turn or not.
+    pub(crate) fn is_down(&self) -> bool {
+        let height_m = self.aircraft.as_ref().and_then(|it| it.position).map(|it| -it.down_m);
+        self.landed || height_m.is_some_and(|it| it < LOW_M)
+    }
+
+    pub(crate) fn places(&self) -> Vec<(String, v1::Ned)> {
+        let objectives = self.planner.objectives.iter().map(|it| (&it.name, it.position));
+        let sites = self.planner.sites.iter().map(|it| (&it.name, it.position));
+        let ordered = self.ordered.iter().map(|it| (&it.name, it.position));
+        let listed = objectives.chain(sites).chain(ordered);
+        let listed = listed.filter_map(|(name, position)| Some((name.clone(), position?)));
+        std::iter::once(("home".to_owned(), v1::Ned::default())).chain(listed).collect()
+    }
+
+    pub(crate) fn reason_to_stay(&self) -> String {
+        let v1::McmStatus { acting, start_awaited, paused, .. } = &self.manager;
+        match (acting.as_str(), start_awaited, paused) {
+            ("", true, _) => "waits for an operator".to_owned(),
+            ("", _, true) => "paused by an operator".to_owned(),
+            ("", ..) => self.planner.hold.clone(),
+            (flag, ..) => format!("response to `{flag}`"),
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! Whole flights over MAVLink: both autopilots as they were measured (`fake-autopilots`), the bridge, and all services above it.
+
+use std::time::Duration;
+
+use control_tower::policy::Policy;
+use domain::file::Source;
+use domain::time::Pace;
+use fake_autopilots::bridged::Bridged;
+use fake_autopilots::wire::{Faults, Wire};
+use fake_autopilots::{FakeAutopilot, Kind};
+use kittiwake_proto::v1::{MissionOutcome, MissionReport};
+use serde::Deserialize;
+use simulation::{Machine, Setup, Simulation};
+use vehicle_sim::VehicleSim;
+
+mod flights;
+mod stories;
+
+const LIMIT: Duration = Duration::from_secs(1500);
+const BOTH: [Kind; 2] = [Kind::Px4, Kind::ArduPilot];
+
+/// The section of the bridge in the shipped configuration.
+#[derive(Deserialize)]
+struct Sections {
+    mavlink_bridge: mavlink_bridge::config::Config,
+}
+
+/// The reference mission over an autopilot of `kind` and a link with `faults`.
+#[track_caller]
+fn reference(kind: Kind, permissions: Policy, faults: Faults) -> Simulation<'static> {
+    let config = crate::support::config();
+    let setup = Setup { config: &config, mission: None, permissions, seed: 1, machine: Machine::Ideal };
+    let sections: Sections = Source::read(&config.join("kittiwake.toml")).unwrap().parse().unwrap();
+    let simulation = Simulation::with_vehicle(&setup, |vehicle| {
+        let (wire, vehicle) = (Wire::new(faults, 1), vehicle.clone());
+        let make = move || VehicleSim::new(&vehicle, Pace::REAL_TIME, 1);
+        Bridged::new(FakeAutopilot::new(kind, wire.clone(), make), &sections.mavlink_bridge, wire)
+    });
+    simulation.unwrap()
+}
+
+#[track_caller]
+fn fly(simulation: &mut Simulation<'_>) -> MissionReport {
+    let report = simulation.fly(LIMIT);
+    report.unwrap_or_else(|| panic!("the mission to end\n{}", simulation.decision_log()))
+}
+
+#[track_caller]
+fn assert_success(simulation: &Simulation<'_>, report: &MissionReport) {
+    assert_eq!(report.outcome(), MissionOutcome::Success, "{}\n{}", report.reason, simulation.decision_log());
+    assert_eq!(simulation.breaches(), [], "{}", simulation.decision_log());
+}

@@ -1,0 +1,152 @@
+//! Somebody else flies: a pilot or another ground station takes over; or the autopilot does, by its own failsafe. It would not arm, its
+//! frame moves, or it is started again.
+
+use std::time::Duration;
+
+use control_tower::policy::Policy;
+use kittiwake_proto::v1;
+use simulation::Simulation;
+use v1::operator_command::Verb;
+
+const LIMIT: Duration = Duration::from_secs(1200);
+
+fn resume() -> Verb {
+    Verb::Resume(v1::ResumeMission {})
+}
+
+/// Flies until the decision, and some seconds more.
+#[track_caller]
+fn at(decision: &str, more_s: u64) -> Simulation<'static> {
+    let mut simulation = crate::support::simulation(None, Policy::Grant);
+    assert!(simulation.fly_until(decision, LIMIT), "{decision}");
+    simulation.pass(Duration::from_secs(more_s));
+    simulation
+}
+
+/// Nothing is commanded for a minute, and the flag is up.
+#[track_caller]
+fn is_quiet(simulation: &mut Simulation<'_>) {
+    assert!(simulation.fly_until("flag `somebody_else_flies` raised", Duration::from_secs(5)));
+    simulation.pass(Duration::from_secs(60));
+    assert_eq!(simulation.responder(), "somebody_else_flies", "\n{}", simulation.decision_log());
+    assert_eq!(simulation.breaches(), [], "\n{}", simulation.decision_log());
+}
+
+#[test]
+fn a_pilot_who_takes_over_in_any_phase_is_not_fought() {
+    #[track_caller]
+    fn check(decision: &str, more_s: u64) {
+        let mut simulation = at(decision, more_s);
+        simulation.inject_fault("pilot_takes_over", &["manual"]);
+        is_quiet(&mut simulation);
+    }
+    check("step 1 of", 6);
+    check("step 2 of", 10);
+    check("step 4 of 5", 10);
+    check("step 5 of 5", 5);
+}
+
+#[test]
+fn an_operator_who_resumes_takes_the_vehicle_back_and_the_mission_goes_on() {
+    let mut simulation = at("step 4 of 5", 10);
+    simulation.inject_fault("pilot_takes_over", &["manual"]);
+    is_quiet(&mut simulation);
+    simulation.order(resume());
+    let report = simulation.fly(LIMIT).expect("a report");
+    assert_eq!(report.outcome(), v1::MissionOutcome::Success, "\n{}", simulation.decision_log());
+    assert_eq!(simulation.breaches(), [], "\n{}", simulation.decision_log());
+}
+
+#[test]
+fn after_a_pilots_landing_an_operator_must_resume() {
+    let mut simulation = at("step 4 of 5", 10);
+    simulation.inject_fault("pilot_takes_over", &["land"]);
+    assert!(simulation.fly_until("flag `somebody_else_flies` raised", Duration::from_secs(5)));
+    assert!(simulation.fly_until("the vehicle is on the ground, with its motors off", LIMIT));
+    simulation.pass(Duration::from_secs(60));
+    assert!(simulation.is_on_ground(), "nothing takes off by itself\n{}", simulation.decision_log());
+    simulation.order(resume());
+    assert!(simulation.fly(LIMIT).is_some(), "\n{}", simulation.decision_log());
+    assert_eq!(simulation.breaches(), []);
+}
+
+#[test]
+fn not_even_an_empty_battery_fights_a_pilot_and_an_order_does() {
+    let mut simulation = at("step 4 of 5", 10);
+    simulation.inject_fault("battery", &["0.24"]);
+    assert!(simulation.fly_until("`battery_low`: divert", LIMIT), "\n{}", simulation.decision_log());
+    // Not before the command of the diversion itself: whoever commands last has the vehicle.
+    simulation.pass(Duration::from_secs(3));
+    simulation.inject_fault("pilot_takes_over", &["hold"]);
+    is_quiet(&mut simulation);
+    simulation.order(Verb::Return(v1::ReturnHome { overrides: false }));
+    simulation.fly(LIMIT).expect("a report");
+    assert!(simulation.is_on_ground(), "\n{}", simulation.decision_log());
+    assert_eq!(simulation.breaches(), [], "\n{}", simulation.decision_log());
+}
+
+#[test]
+fn a_pilot_who_takes_over_while_the_skill_manager_hangs_is_not_fought_when_it_is_back() {
+    let mut simulation = at("step 4 of 5", 5);
+    simulation.freeze("skill-manager", Duration::from_secs(3));
+    simulation.inject_fault("pilot_takes_over", &["manual"]);
+    is_quiet(&mut simulation);
+}
+
+#[test]
+fn an_area_that_is_revoked_does_not_fight_a_pilot() {
+    let mut simulation = at("step 4 of 5", 12);
+    simulation.inject_fault("pilot_takes_over", &["hold"]);
+    simulation.decide("B", v1::Decision::Revoke);
+    is_quiet(&mut simulation);
+}
+
+#[test]
+fn a_failsafe_of_the_autopilot_is_left_alone_until_an_operator_resumes() {
+    let mut simulation = at("step 4 of 5", 5);
+    simulation.inject_fault("autopilot_failsafe", &["hold", "geofence"]);
+    assert!(simulation.fly_until("geofence", Duration::from_secs(5)), "\n{}", simulation.decision_log());
+    simulation.pass(Duration::from_secs(10));
+    assert_eq!(simulation.responder(), "autopilot_preempts", "\n{}", simulation.decision_log());
+    simulation.inject_fault("autopilot_failsafe", &["off"]);
+    simulation.pass(Duration::from_secs(10));
+    simulation.order(resume());
+    let report = simulation.fly(LIMIT).expect("a report");
+    assert_eq!(report.outcome(), v1::MissionOutcome::Success, "\n{}", simulation.decision_log());
+}
+
+#[test]
+fn an_autopilot_that_returns_by_itself_is_left_alone_until_it_has_landed() {
+    let mut simulation = at("step 4 of 5", 5);
+    simulation.inject_fault("autopilot_failsafe", &["return", "the ground is not heard"]);
+    assert!(simulation.fly_until("`autopilot_comes_down`: let_autopilot_fly", Duration::from_secs(5)));
+    assert!(simulation.fly_until("landed because of `autopilot_comes_down`", LIMIT) || simulation.is_on_ground());
+    let at = simulation.position().unwrap();
+    assert!(at.north_m.hypot(at.east_m) < 5.0, "{at:?}\n{}", simulation.decision_log());
+}
+
+#[test]
+fn nothing_takes_off_until_the_autopilot_would_arm() {
+    let mut simulation = crate::support::simulation(None, Policy::Grant);
+    simulation.inject_fault("not_ready", &["compass not calibrated"]);
+    assert!(simulation.fly_until("compass not calibrated", Duration::from_secs(10)), "\n{}", simulation.decision_log());
+    simulation.pass(Duration::from_secs(30));
+    assert!(simulation.is_on_ground());
+    simulation.inject_fault("not_ready", &[]);
+    let report = simulation.fly(LIMIT).expect("a report");
+    assert_eq!(report.outcome(), v1::MissionOutcome::Success, "\n{}", simulation.decision_log());
+}
+
+#[test]
+fn a_vehicle_whose_frame_has_moved_holds_and_lands_where_it_is_by_an_order() {
+    for (fault, arguments) in [("frame_jump", &["300", "0", "-5"][..]), ("restart_autopilot", &["holds"][..])] {
+        let mut simulation = at("step 4 of 5", 5);
+        simulation.inject_fault(fault, arguments);
+        assert!(simulation.fly_until("flag `frame_moved` raised", Duration::from_secs(5)), "{fault}");
+        simulation.pass(Duration::from_secs(20));
+        assert_eq!(simulation.responder(), "frame_moved", "\n{}", simulation.decision_log());
+        simulation.order(Verb::Abort(v1::AbortMission { overrides: false }));
+        simulation.fly(LIMIT).expect("a report");
+        assert!(simulation.is_on_ground(), "\n{}", simulation.decision_log());
+    }
+}

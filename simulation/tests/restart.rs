@@ -1,0 +1,94 @@
+//! Processes that are killed and started again, and a bus that loses, repeats and holds back: the mission is flown all the same.
+
+use std::time::Duration;
+
+use control_tower::policy::Policy;
+use kittiwake_proto::v1::operator_command::Verb;
+use kittiwake_proto::v1::{self, MissionOutcome, MissionPhase};
+use simulation::{Disturbance, Memory, Simulation};
+
+use crate::support::simulation;
+
+const LIMIT: Duration = Duration::from_secs(2400);
+/// Until a process that was killed is there again.
+const DEAD: Duration = Duration::from_millis(300);
+/// What the reference mission decides, one after the other: on the ground, climbing, on the way, waiting at a border, inside, landing.
+const MOMENTS: [&str; 6] =
+    ["plan 1", "step 1 of 5", "step 2 of 5", "asking for area A", "area A: granted", "step 5 of 5"];
+
+#[track_caller]
+fn when(decided: &str) -> Simulation<'static> {
+    let mut simulation = simulation(None, Policy::Delay);
+    assert!(simulation.fly_until(decided, LIMIT), "{}", simulation.decision_log());
+    simulation
+}
+
+/// Flies to the end, which is a success, with nothing against it.
+#[track_caller]
+fn succeeds(mut simulation: Simulation<'_>, what: &str) {
+    let report = simulation.fly(LIMIT);
+    let outcome = report.map(|it| it.outcome());
+    assert_eq!(outcome, Some(MissionOutcome::Success), "{what}:\n{}", simulation.decision_log());
+    assert_eq!(simulation.breaches(), [], "{what}:\n{}", simulation.decision_log());
+    assert_eq!(simulation.stale_setpoints(), [], "{what}");
+}
+
+#[test]
+fn any_process_may_die_at_any_moment_of_the_mission() {
+    for moment in MOMENTS {
+        for process in ["mcm", "planner", "skill-manager", "monitor", "control-tower"] {
+            let mut simulation = when(moment);
+            simulation.restart(process, DEAD, Memory::Kept);
+            succeeds(simulation, &format!("{process} dies at \"{moment}\""));
+        }
+    }
+}
+
+#[test]
+fn all_of_them_die_together() {
+    for moment in MOMENTS {
+        let mut simulation = when(moment);
+        for process in ["mcm", "planner", "skill-manager", "monitor", "control-tower"] {
+            simulation.restart(process, DEAD, Memory::Kept);
+        }
+        succeeds(simulation, moment);
+    }
+}
+
+#[test]
+fn one_that_dies_again_while_it_is_started_is_there_later() {
+    let mut simulation = when("step 2 of 5");
+    for _ in 0..3 {
+        simulation.restart("mcm", DEAD, Memory::Kept);
+        simulation.pass(DEAD / 2);
+    }
+    succeeds(simulation, "three deaths in half a second");
+}
+
+/// What is forgotten in the air is asked of an operator, and the vehicle holds until then.
+#[test]
+fn a_manager_or_planner_without_its_memory_holds_until_an_operator_lets_it_go_on() {
+    for process in ["mcm", "planner"] {
+        let mut simulation = when("step 3 of 5");
+        simulation.restart(process, DEAD, Memory::Lost);
+        assert!(
+            simulation.fly_until("`memory_unusable`: stop", Duration::from_secs(20)),
+            "{}",
+            simulation.decision_log()
+        );
+        simulation.pass(Duration::from_secs(60));
+        assert!(!simulation.is_on_ground() && simulation.phase() != MissionPhase::Over, "{process}");
+        simulation.order(Verb::Resume(v1::ResumeMission {}));
+        succeeds(simulation, process);
+    }
+}
+
+#[test]
+fn one_message_in_twenty_lost_one_in_ten_twice_and_all_late_cost_time_and_no_mission() {
+    for seed in 0..5 {
+        let mut simulation = simulation(None, Policy::Grant);
+        let late = Duration::from_millis(50);
+        simulation.disturb(Disturbance { seed, lost: 0.05, twice: 0.1, late }, LIMIT);
+        succeeds(simulation, &format!("seed {seed}"));
+    }
+}

@@ -1,0 +1,98 @@
+//! Whether the table answers everything: reviewed, tried in every set of flags, and flown.
+
+use std::io::IsTerminal;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use domain::contingency::Contingencies;
+use domain::file::{Mistake, Mistakes, Source};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use simulation::proof::flight::{Case, Flown};
+use simulation::proof::review::{Remark, review};
+use simulation::proof::sets::{Sets, try_sets};
+use simulation::proof::{cases, classes, fly_all};
+
+/// Everything that was found.
+pub struct Proof {
+    /// What can be seen without flying, with its place in the table.
+    pub remarks: Vec<Mistake>,
+    /// Every set of flags.
+    pub sets: Sets,
+    /// Every flight; none after a remark.
+    pub flown: Vec<Flown>,
+    /// How many kinds of rows there are.
+    pub kinds: usize,
+    /// Wall time.
+    pub took: Duration,
+}
+
+impl Proof {
+    /// Whether there is nothing against the table.
+    pub fn holds(&self) -> bool {
+        self.remarks.is_empty() && self.sets.wrong.is_empty() && self.faulty().next().is_none()
+    }
+
+    /// The flights with something against them.
+    pub fn faulty(&self) -> impl Iterator<Item = &Flown> {
+        self.flown.iter().filter(|it| !it.faults.is_empty())
+    }
+}
+
+/// Tries all of it with the configuration file `config`, whose table is that of the file `path`.
+///
+/// # Errors
+/// Mistakes in the files, if they were changed meanwhile.
+#[expect(clippy::disallowed_methods, reason = "says how long it took")]
+pub fn prove(
+    config: &Path,
+    path: &Path,
+    table: &Contingencies,
+    is_quick: bool,
+    jobs: usize,
+) -> Result<Proof, Mistakes> {
+    let started = Instant::now();
+    let source = Source::read(path)?;
+    let remarks: Vec<Mistake> = review(table).iter().map(|it| placed(&source, it)).collect();
+    let sets = try_sets(table, is_quick);
+    let kinds = classes(table).len();
+    // What a flight would show of such a table is shown by the remark.
+    let cases = if remarks.is_empty() && sets.wrong.is_empty() { cases(table, is_quick) } else { Vec::new() };
+    let bar = progress(cases.len());
+    let flown = fly_all(config, &cases, jobs, |_| bar.inc(1));
+    bar.finish_and_clear();
+    Ok(Proof { remarks, sets, flown: flown?, kinds, took: started.elapsed() })
+}
+
+/// A remark at the line of its row.
+fn placed(source: &Source, remark: &Remark) -> Mistake {
+    let Remark { flag, what, help } = remark;
+    let name = format!("\"{flag}\"");
+    let is_of_row = |line: &str| {
+        let rest = line.trim_start().strip_prefix("flag").map(str::trim_start);
+        rest.and_then(|it| it.strip_prefix('=')).is_some_and(|it| it.trim_start().starts_with(&name))
+    };
+    let mut before = 0;
+    let span = source.text.split_inclusive('\n').find_map(|line| {
+        let at = before;
+        before += line.len();
+        is_of_row(line).then(|| at..at + line.trim_end().len())
+    });
+    source.mistake(span, what.clone(), *help)
+}
+
+/// A flight in words: `obstacle, then battery_low after 2 s, cruise`.
+pub fn case(table: &Contingencies, case: &Case) -> String {
+    let flag = |row: usize| table.rows().get(row).map_or("", |it| it.flag.as_str());
+    let second =
+        case.second.map_or(String::new(), |(row, gap)| format!(", then `{}` after {} s", flag(row), gap.as_secs()));
+    format!("`{}`{second}, {}", flag(case.first), case.stage)
+}
+
+/// Hidden where nobody sees it.
+fn progress(flights: usize) -> ProgressBar {
+    let is_seen = std::io::stderr().is_terminal();
+    let target = if is_seen { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let style = ProgressStyle::with_template("{wide_bar} {pos} of {len} flights, {eta} left");
+    let bar = ProgressBar::with_draw_target(Some(flights as u64), target);
+    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
