@@ -387,6 +387,11 @@ impl Simulation<'_> {
         self.bus.publish(VEHICLE, v1::FlagEvent { name: name.to_owned(), source, ..Default::default() });
     }
 
+    /// Whether the mission manager says that this flag is up.
+    pub fn is_up(&self, flag: &str) -> bool {
+        self.seen.borrow().manager.contingencies.iter().any(|it| it.flag == flag)
+    }
+
     /// The control tower decides by hand.
     pub fn decide(&mut self, area: &str, decision: v1::Decision) {
         self.decide_for(area, decision, None);

@@ -25,6 +25,8 @@ use crate::{Changes, Setup, Simulation};
 const SETTLES_AFTER: Duration = Duration::from_secs(30);
 /// From the last trouble until a mission that can end is over, with time for each hold and pause before another try.
 const LIMIT: Duration = Duration::from_secs(3600);
+/// After this an operator looks whether a flag that was lowered by hand is still up.
+const LOOKS_AGAIN_AFTER: Duration = Duration::from_secs(10);
 /// A while longer, for what must not happen after the end.
 const AFTER: Duration = Duration::from_secs(60);
 
@@ -128,8 +130,21 @@ fn perform(simulation: &mut Simulation<'_>, script: &Script) {
     if script.settles {
         settle(simulation, script);
     }
-    simulation.fly(LIMIT);
+    fly_to_the_end(simulation, script);
     simulation.pass(AFTER);
+}
+
+/// A lowering that the bus lost, or that came while its receiver was dead, is repeated by whoever sees the flag still up: nothing on board
+/// takes down what was raised by hand.
+fn fly_to_the_end(simulation: &mut Simulation<'_>, script: &Script) {
+    let end = simulation.now() + LIMIT;
+    while simulation.report().is_none() && simulation.now() < end {
+        simulation.fly(LOOKS_AGAIN_AFTER.min(end - simulation.now()));
+        if script.settles {
+            let still_up: Vec<_> = raised_by_hand(script).filter(|it| simulation.is_up(it)).collect();
+            still_up.iter().for_each(|it| simulation.lower_flag(it));
+        }
+    }
 }
 
 fn befall(simulation: &mut Simulation<'_>, trouble: &Trouble) {
@@ -152,14 +167,7 @@ fn befall(simulation: &mut Simulation<'_>, trouble: &Trouble) {
 fn settle(simulation: &mut Simulation<'_>, script: &Script) {
     simulation.pass(SETTLES_AFTER);
     simulation.inject_fault("clear", &[]);
-    FLAGS.iter().for_each(|it| simulation.lower_flag(it));
-    for (_, trouble) in &script.troubles {
-        if let Trouble::Flag(name) = trouble
-            && !FLAGS.contains(&name.as_str())
-        {
-            simulation.lower_flag(name);
-        }
-    }
+    raised_by_hand(script).for_each(|it| simulation.lower_flag(it));
     // What a process has forgotten, an operator accepts as forgotten.
     simulation.accept_loss();
     if simulation.report().is_none() && simulation.is_on_ground() {
@@ -167,6 +175,15 @@ fn settle(simulation: &mut Simulation<'_>, script: &Script) {
     }
     // A vehicle that has landed unplanned, or was paused, goes on when an operator says so.
     simulation.order(Verb::Resume(v1::ResumeMission {}));
+}
+
+/// The flags that are lowered by hand in the end: those that are drawn, and those that the script raises besides.
+fn raised_by_hand(script: &Script) -> impl Iterator<Item = &str> {
+    let of_script = script.troubles.iter().filter_map(|(_, trouble)| match trouble {
+        Trouble::Flag(name) if !FLAGS.contains(&name.as_str()) => Some(name.as_str()),
+        _ => None,
+    });
+    FLAGS.iter().copied().chain(of_script)
 }
 
 /// What a panic says.

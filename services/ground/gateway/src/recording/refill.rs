@@ -167,7 +167,7 @@ mod tests {
     fn check(missions: &[Option<i64>], is_found: bool) {
         let folder = folder(missions);
         let wanted = Wanted { vehicle: "uav1".into(), began_utc_ms: BEGAN };
-        let past = past(folder.path(), Pace::default(), 10, wanted);
+        let past = past(folder.path(), Pace::REAL_TIME, 10, wanted);
         assert_eq!(past.map(|it| it.state.mission_began()), is_found.then_some(Some(BEGAN)), "{missions:?}");
     }
 
