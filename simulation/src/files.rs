@@ -32,6 +32,8 @@ pub(crate) struct Files {
     pub(crate) energy: EnergyModel,
     pub(crate) control_tower: control_tower::config::Config,
     pub(crate) gateway: gateway::config::Config,
+    /// Whether somebody reads the tree that the mission manager publishes.
+    shows_tree: bool,
 }
 
 /// The services' sections; those of the processes and their launcher are not used here.
@@ -110,6 +112,7 @@ impl Files {
             energy: sections.energy,
             control_tower: sections.control_tower,
             gateway: sections.gateway,
+            shows_tree: true,
         })
     }
 
@@ -121,10 +124,11 @@ impl Files {
     /// The same for another vehicle and another pace.
     pub(crate) fn manager_of(&self, vehicle: &str, instance: u64, pace: Pace) -> Result<Mcm, Mistakes> {
         let table = self.contingencies.clone();
-        Mcm::new(&self.mcm, &self.energy, vehicle, instance, &self.trees, table, pace).map_err(|error| {
+        let mcm = Mcm::new(&self.mcm, &self.energy, vehicle, instance, &self.trees, table, pace).map_err(|error| {
             let message = error.to_string();
             Mistakes(vec![Mistake { path: self.trees_path.clone(), place: None, message, help: String::new() }])
-        })
+        })?;
+        Ok(if self.shows_tree { mcm } else { mcm.without_its_tree() })
     }
 
     /// Sends and looks as seldom as every limit of the services allows: what is decided stays the same, and costs a tenth.
@@ -143,6 +147,7 @@ impl Files {
         self.skill_manager.setpoint_rate_hz = rate(5.0)?;
         self.skill_manager.feedback_rate_hz = rate(2.0)?;
         self.mcm.tick_period_ms = rate(100.0)?;
+        self.shows_tree = false;
         Ok(self)
     }
 }

@@ -101,6 +101,12 @@ impl Mcm {
         self
     }
 
+    /// Publishes no `mcm/tree`: where nobody reads it, it would be most of what a flight costs. It decides nothing.
+    pub fn without_its_tree(mut self) -> Mcm {
+        self.reporter.leave_out_tree();
+        self
+    }
+
     fn wake(&mut self, now: Now) {
         self.world.set_now(now);
         if let Some(timing) = &mut self.timing {

@@ -17,6 +17,7 @@ pub(crate) struct Reporter {
     last: Option<Headline>,
     next: Time,
     tick_times: TickTimes,
+    leaves_out_tree: bool,
 }
 
 /// The part of the status whose changes are published at once; other changes wait for the next period.
@@ -40,6 +41,11 @@ impl Reporter {
         self.next
     }
 
+    /// From now on the tree is not published.
+    pub(crate) fn leave_out_tree(&mut self) {
+        self.leaves_out_tree = true;
+    }
+
     /// The tree was ticked in this time.
     pub(crate) fn ticked(&mut self, took_ns: u64) {
         self.tick_times.add(took_ns);
@@ -54,7 +60,9 @@ impl Reporter {
         }
         if due {
             self.next = world.now.time + world.limits.report_period;
-            world.outbox.publish(snapshot(tree, world.now.time.since_start()));
+            if !self.leaves_out_tree {
+                world.outbox.publish(snapshot(tree, world.now.time.since_start()));
+            }
         }
         let status = v1::McmStatus { ticks, tick_time: self.tick_times.told(), ..world.status(&headline, tree) };
         self.last = Some(headline);
