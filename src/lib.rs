@@ -29,6 +29,7 @@ mod operate;
 pub mod outcome;
 pub mod output;
 mod plan;
+mod progress;
 pub mod run;
 pub mod service;
 pub mod settings;

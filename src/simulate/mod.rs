@@ -1,16 +1,15 @@
 //! `kittiwake simulate`: all services in one thread on a virtual clock, many times faster than real time, with trouble, and judged.
 
-use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 use domain::file::did_you_mean;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use simulation::chaos::fly::{Flight, fly};
 use simulation::chaos::shrink::shrink;
 
 use crate::check_inputs::{self, Inputs};
 use crate::outcome::Outcome;
 use crate::output;
+use crate::progress::Progress;
 use crate::settings::Settings;
 
 pub mod args;
@@ -58,11 +57,11 @@ fn check_flags(args: &SimulateArgs, inputs: &Inputs) -> Result<(), String> {
 
 #[expect(clippy::disallowed_methods, reason = "says how many times faster than real time it flew")]
 fn campaign(args: &SimulateArgs, flights: &Flights) -> Result<Outcome, domain::file::Mistakes> {
-    let (bar, started) = (progress(args), Instant::now());
+    let (progress, started) = (Progress::of(args.runs.get().into(), "runs"), Instant::now());
     let told = |flight: &Flight| {
         let said = (!args.json && !flight.findings.is_empty()).then(|| report::breached(flight, args));
-        bar.suspend(|| said.into_iter().for_each(output::line));
-        bar.inc(1);
+        progress.print(|| said.into_iter().for_each(output::line));
+        progress.done();
     };
     let flown = match &args.record {
         None => flights.fly(told),
@@ -77,7 +76,7 @@ fn campaign(args: &SimulateArgs, flights: &Flights) -> Result<Outcome, domain::f
         }
     };
     let wall = started.elapsed();
-    bar.finish_and_clear();
+    progress.end();
     let flown = flown?;
     match flown.as_slice() {
         _ if args.json => output::line(format_args!("{:#}", report::json(&flown, wall))),
@@ -92,15 +91,6 @@ fn campaign(args: &SimulateArgs, flights: &Flights) -> Result<Outcome, domain::f
 
 fn verdict(flown: &[Flight]) -> Outcome {
     if flown.iter().all(|it| it.findings.is_empty()) { Outcome::Success } else { Outcome::Breached }
-}
-
-/// Hidden where nobody sees it.
-fn progress(args: &SimulateArgs) -> ProgressBar {
-    let is_seen = std::io::stderr().is_terminal() && 1 < args.runs.get();
-    let target = if is_seen { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-    let style = ProgressStyle::with_template("{wide_bar} {pos} of {len} runs, {eta} left");
-    let bar = ProgressBar::with_draw_target(Some(args.runs.get().into()), target);
-    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// Finds the fewest troubles with which the run of this seed still breaks the same rule, and tells its story.

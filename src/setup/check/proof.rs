@@ -1,16 +1,16 @@
 //! Whether the table answers everything: reviewed, tried in every set of flags, and flown.
 
-use std::io::IsTerminal;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use domain::contingency::Contingencies;
 use domain::file::{Mistake, Mistakes, Source};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use simulation::proof::flight::{Case, Flown};
 use simulation::proof::review::{Remark, review};
 use simulation::proof::sets::{Sets, try_sets};
 use simulation::proof::{cases, classes, fly_all};
+
+use crate::progress::Progress;
 
 /// Everything that was found.
 pub struct Proof {
@@ -57,9 +57,9 @@ pub fn prove(
     let kinds = classes(table).len();
     // What a flight would show of such a table is shown by the remark.
     let cases = if remarks.is_empty() && sets.wrong.is_empty() { cases(table, is_quick) } else { Vec::new() };
-    let bar = progress(cases.len());
-    let flown = fly_all(config, &cases, jobs, |_| bar.inc(1));
-    bar.finish_and_clear();
+    let progress = Progress::of(cases.len() as u64, "flights");
+    let flown = fly_all(config, &cases, jobs, |_| progress.done());
+    progress.end();
     Ok(Proof { remarks, sets, flown: flown?, kinds, took: started.elapsed() })
 }
 
@@ -86,13 +86,4 @@ pub fn case(table: &Contingencies, case: &Case) -> String {
     let second =
         case.second.map_or(String::new(), |(row, gap)| format!(", then `{}` after {} s", flag(row), gap.as_secs()));
     format!("`{}`{second}, {}", flag(case.first), case.stage)
-}
-
-/// Hidden where nobody sees it.
-fn progress(flights: usize) -> ProgressBar {
-    let is_seen = std::io::stderr().is_terminal();
-    let target = if is_seen { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-    let style = ProgressStyle::with_template("{wide_bar} {pos} of {len} flights, {eta} left");
-    let bar = ProgressBar::with_draw_target(Some(flights as u64), target);
-    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
