@@ -392,6 +392,14 @@ impl Simulation<'_> {
         self.seen.borrow().manager.contingencies.iter().any(|it| it.flag == flag)
     }
 
+    /// The flags that call for a human: a caution or a warning that the mission manager lists and nobody has acknowledged.
+    pub fn alarms(&self) -> Vec<String> {
+        let seen = self.seen.borrow();
+        let listed = seen.manager.contingencies.iter();
+        let calling = listed.filter(|it| v1::Alarm::Caution <= it.alarm() && it.acknowledged_by.is_empty());
+        calling.map(|it| it.flag.clone()).collect()
+    }
+
     /// The control tower decides by hand.
     pub fn decide(&mut self, area: &str, decision: v1::Decision) {
         self.decide_for(area, decision, None);

@@ -2,6 +2,7 @@
 
 mod adversary;
 mod airspace;
+mod alarms;
 mod asking_ahead;
 mod autopilots;
 mod blocked_landing;

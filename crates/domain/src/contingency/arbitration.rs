@@ -70,6 +70,7 @@ pub(super) mod tests {
             then: Then::Resume,
             may_be_overridden: true,
             alarm: Alarm::Caution,
+            explained_by: BTreeSet::new(),
             source: None,
         }
     }

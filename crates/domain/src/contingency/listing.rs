@@ -15,7 +15,7 @@ pub fn cells(row: &Row) -> [String; 9] {
     [
         format!("`{}`", row.flag),
         row.group.map_or_else(String::new, |it| it.to_string()),
-        row.alarm.to_string(),
+        alarm(row),
         raised_by(row),
         counts(row),
         row.response(),
@@ -50,6 +50,15 @@ pub fn markdown_of(headings: &[&str], rows: &[Vec<String>]) -> String {
         let _ = writeln!(text, "| {} |", cells.join(" | "));
     }
     text
+}
+
+/// Its class, and beside which other flags it is no alarm.
+fn alarm(row: &Row) -> String {
+    if row.explained_by.is_empty() {
+        return row.alarm.to_string();
+    }
+    let others: Vec<String> = row.explained_by.iter().map(|it| format!("`{it}`")).collect();
+    format!("{}, not beside {}", row.alarm, others.join(", "))
 }
 
 fn raised_by(row: &Row) -> String {

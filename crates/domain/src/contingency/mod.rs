@@ -107,6 +107,9 @@ pub struct Row {
     pub may_be_overridden: bool,
     /// How loudly it calls for a human.
     pub alarm: Alarm,
+    /// Flags of the same cause. While one of them is up, this one is to be known and calls for nobody: one cause is one alarm
+    /// (ISA-18.2, EEMUA 191).
+    pub explained_by: BTreeSet<String>,
     /// Where its numbers come from; `None`: the table does not say.
     pub source: Option<String>,
 }
@@ -130,6 +133,11 @@ impl Row {
     /// Whether the monitor raises and clears it by what it measures.
     pub fn is_watched(&self) -> bool {
         self.raise.is_some() || self.when.is_some()
+    }
+
+    /// How loudly it calls for a human beside other flags, of which `is_up` says whether they are up.
+    pub fn alarm_beside(&self, is_up: impl Fn(&str) -> bool) -> Alarm {
+        if self.explained_by.iter().any(|it| is_up(it)) { Alarm::Advisory } else { self.alarm }
     }
 
     /// Its actions in words: `return_home, else land`.

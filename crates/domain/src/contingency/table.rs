@@ -17,9 +17,11 @@ use crate::file::{Mistake, Mistakes, Source, did_you_mean};
 use crate::quantity::Positive;
 
 mod ending;
+mod explained;
 mod narrowing;
 
 use ending::{check_brings_down, check_end, check_yields};
+use explained::check_explained;
 use narrowing::{check_narrows, check_slowing};
 
 impl Contingencies {
@@ -43,6 +45,7 @@ impl Contingencies {
             check_narrows(source, entry, &mut mistakes);
             check_source(source, entry, &mut mistakes);
         }
+        check_explained(source, &entries, &mut mistakes);
         entries.sort_by_key(|it| *it.priority.as_ref());
         for required in REQUIRED {
             if !entries.iter().any(|it| it.flag.as_ref() == required) {
@@ -119,6 +122,8 @@ struct Entry {
     may_be_overridden: bool,
     /// Without the key: a warning where the response is more than a hold, else a caution.
     alarm: Option<Alarm>,
+    /// Flags of the same cause: while one of them is up, this one calls for nobody.
+    explained_by: Option<Spanned<Vec<Spanned<String>>>>,
     source: Option<Spanned<String>>,
 }
 
@@ -174,6 +179,12 @@ impl Entry {
             then: self.then,
             may_be_overridden: self.may_be_overridden,
             alarm: self.alarm.unwrap_or(if holds { Alarm::Caution } else { Alarm::Warning }),
+            explained_by: self
+                .explained_by
+                .into_iter()
+                .flat_map(Spanned::into_inner)
+                .map(Spanned::into_inner)
+                .collect(),
             source: self.source.map(Spanned::into_inner),
         }
     }

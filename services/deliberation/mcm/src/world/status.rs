@@ -175,7 +175,7 @@ impl World {
                 since_s: age_s(flag, self.now.time),
                 reason: flag.reason().to_owned(),
                 acknowledged_by: flag.acknowledged_by().unwrap_or_default().to_owned(),
-                alarm: v1::Alarm::from(row.alarm).into(),
+                alarm: v1::Alarm::from(row.alarm_beside(|it| self.flags.get(it).is_some())).into(),
             })
         })
         .collect()
