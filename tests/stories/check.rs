@@ -106,7 +106,9 @@ fn the_shipped_table_is_proved_and_its_pairs_are_drawn() {
     let (files, folder) = (Files::shipped(), tempfile::tempdir().expect("a temporary folder can be made"));
     let picture = folder.path().join("pairs.svg");
     let (code, said, complaints) = check(&files, &["--quick", "--html", &picture.to_string_lossy()]);
-    assert_eq!((code, complaints.as_str()), (Some(0), ""), "{said}");
+    // On a crowded machine it says once a minute how far it is.
+    let complains = complaints.lines().any(|it| !it.ends_with(" flights"));
+    assert_eq!((code, complains), (Some(0), false), "{said}{complaints}");
     for part in [
         "pairs (line: first flag; column: second)",
         " 0 that never respond",
@@ -119,7 +121,7 @@ fn the_shipped_table_is_proved_and_its_pairs_are_drawn() {
     assert!(said.contains("deliver") && said.contains(" Wh"), "{said}");
     let drawn = std::fs::read_to_string(&picture).expect("the picture is written");
     let rows = std::fs::read_to_string(shipped().join("contingencies.toml")).unwrap().matches("\nflag = ").count();
-    assert!(drawn.starts_with("<svg") && rows * rows < drawn.matches("<rect").count(), "a square for each pair");
+    assert!(drawn.starts_with("<svg") && rows * rows == drawn.matches("h-11z").count(), "a square for each pair");
 }
 
 /// The shipped files with `from` replaced by `to` in the row of `flag`.

@@ -123,22 +123,7 @@ impl<'a> Matrix<'a> {
             let _ = writeln!(svg, "<text x=\"{x}\" y=\"{y}\" text-anchor=\"end\">{name}</text>");
             let _ = writeln!(svg, "<text transform=\"translate({y},{x}) rotate(-90)\">{name}</text>");
         }
-        for first in 0..rows.len() {
-            for second in 0..rows.len() {
-                let (x, y) = (NAMES + second * CELL, NAMES + first * CELL);
-                let (color, opacity, what) = self.drawn(first, second);
-                let rect = format!(
-                    "<rect x=\"{x}\" y=\"{y}\" width=\"{0}\" height=\"{0}\" fill=\"{color}\" fill-opacity=\"{opacity}\"><title>{1}</title></rect>",
-                    CELL - 1,
-                    escape(&what)
-                );
-                let (one, other) = self.flown_as(first, second);
-                let _ = match has_links && !self.flights(first, second).is_empty() {
-                    true => writeln!(svg, "<a href=\"#p{one}-{other}\">{rect}</a>"),
-                    false => writeln!(svg, "{rect}"),
-                };
-            }
-        }
+        svg += &if has_links { self.linked_cells() } else { self.plain_cells() };
         let mut x = NAMES;
         for severity in Severity::ALL {
             let (y, color, name) = (NAMES + side + 15, color(severity), severity.name());
@@ -147,6 +132,45 @@ impl<'a> Matrix<'a> {
             x += 58;
         }
         svg + "</svg>\n"
+    }
+
+    /// Each with its words, and a link to its story.
+    fn linked_cells(&self) -> String {
+        let mut cells = String::new();
+        for (first, second) in self.pairs() {
+            let (x, y) = (NAMES + second * CELL, NAMES + first * CELL);
+            let (color, opacity, what) = self.drawn(first, second);
+            let rect = format!(
+                "<rect x=\"{x}\" y=\"{y}\" width=\"{0}\" height=\"{0}\" fill=\"{color}\" fill-opacity=\"{opacity}\"><title>{1}</title></rect>",
+                CELL - 1,
+                escape(&what)
+            );
+            let (one, other) = self.flown_as(first, second);
+            let _ = match self.flights(first, second).is_empty() {
+                false => writeln!(cells, "<a href=\"#p{one}-{other}\">{rect}</a>"),
+                true => writeln!(cells, "{rect}"),
+            };
+        }
+        cells
+    }
+
+    /// Squares alone, all of a color in one path: a picture that is small enough for a page of the documentation.
+    fn plain_cells(&self) -> String {
+        let (mut paths, side) = (BTreeMap::<_, String>::new(), CELL - 1);
+        for (first, second) in self.pairs() {
+            let (x, y) = (NAMES + second * CELL, NAMES + first * CELL);
+            let (color, opacity, _) = self.drawn(first, second);
+            let _ = write!(paths.entry((color, opacity)).or_default(), "M{x} {y}h{side}v{side}h-{side}z");
+        }
+        let path =
+            |((color, opacity), path)| format!("<path fill=\"{color}\" fill-opacity=\"{opacity}\" d=\"{path}\"/>\n");
+        paths.into_iter().map(path).collect()
+    }
+
+    /// Every pair of rows, line by line.
+    fn pairs(&self) -> impl Iterator<Item = (usize, usize)> {
+        let count = self.table.rows().len();
+        (0..count).flat_map(move |first| (0..count).map(move |second| (first, second)))
     }
 
     fn drawn(&self, first: usize, second: usize) -> (&'static str, &'static str, String) {
