@@ -157,6 +157,7 @@ fn read_config(settings: &Settings) -> Result<Config, Mistakes> {
     if let Some(endpoint) = &settings.connect_autopilot {
         config.mavlink_bridge.connect = endpoint.clone();
     }
+    config.mavlink_bridge.ground = settings.ground.or(config.mavlink_bridge.ground);
     if let Some(endpoint) = &settings.px4_endpoint {
         config.px4_bridge.endpoint = endpoint.clone();
     }

@@ -86,6 +86,9 @@ pub struct Settings {
     /// Where the autopilot that speaks MAVLink is: `udpin:127.0.0.1:14540`, `tcpout:127.0.0.1:5760` or `serial:/dev/ttyACM0:921600`
     #[arg(long, value_name = "WHERE")]
     pub connect_autopilot: Option<mavlink_bridge::socket::Endpoint>,
+    /// Where ground stations may watch over MAVLink: `udpout:127.0.0.1:14550` of one that listens, or `udpin:0.0.0.0:14550`
+    #[arg(long, value_name = "WHERE")]
+    pub ground: Option<mavlink_bridge::ground::GroundEndpoint>,
 }
 
 fn policies() -> impl TypedValueParser<Value = Policy> {
@@ -115,6 +118,7 @@ impl Settings {
             vehicle: None,
             px4_endpoint: None,
             connect_autopilot: None,
+            ground: None,
         }
     }
 
@@ -140,6 +144,7 @@ impl Settings {
         add("--vehicle", self.vehicle.as_ref().map(|it| it.to_string().into()));
         add("--px4-endpoint", self.px4_endpoint.as_ref().map(|it| it.to_string().into()));
         add("--connect-autopilot", self.connect_autopilot.as_ref().map(|it| it.to_string().into()));
+        add("--ground", self.ground.as_ref().map(|it| it.to_string().into()));
         if self.plain_http_beyond_loopback {
             args.push("--plain-http-beyond-loopback".into());
         }

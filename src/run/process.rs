@@ -11,6 +11,7 @@ use domain::time::Pace;
 use gateway::Gateway;
 use gateway::process::{GatewayProcess, StartError};
 use mavlink_bridge::MavlinkBridge;
+use mavlink_bridge::ground::GroundSocket;
 use mavlink_bridge::socket::Socket;
 use mcm::Mcm;
 use monitor::Monitor;
@@ -118,7 +119,15 @@ fn run(
             let nudge = Nudge::default();
             let wake = nudge.clone();
             let socket = Socket::open(&config.mavlink_bridge.connect, move || wake.wake())?;
-            place.run(&mut MavlinkBridge::new(&config.mavlink_bridge, socket), nudge)
+            let bridge = MavlinkBridge::new(&config.mavlink_bridge, socket);
+            let mut bridge = match &config.mavlink_bridge.ground {
+                None => bridge,
+                Some(endpoint) => {
+                    let wake = nudge.clone();
+                    bridge.seen_from_the_ground(GroundSocket::open(endpoint, move || wake.wake())?)
+                }
+            };
+            place.run(&mut bridge, nudge)
         }
         Service::SkillManager => on_bus(Box::new(SkillManager::new(&config.skill_manager, pace))),
         Service::Monitor => on_bus(Box::new(Monitor::new(&config.monitor, &contingencies, pace))),

@@ -7,6 +7,7 @@ use kittiwake_proto::topics::{Request, Response, Service, Topic};
 use kittiwake_proto::v1;
 use mavlink_bridge::MavlinkBridge;
 use mavlink_bridge::config::Config;
+use mavlink_bridge::link::Link;
 use node::{Effect, Event, Node};
 
 use crate::FakeAutopilot;
@@ -31,6 +32,12 @@ impl Bridged {
     pub fn new(autopilot: FakeAutopilot, config: &Config, wire: Wire) -> Bridged {
         let bridge = MavlinkBridge::new(config, wire.clone());
         Bridged { autopilot, config: config.clone(), wire, bridge, dead_until: None }
+    }
+
+    /// The same, with a ground station behind `link`; a bridge that was started again has none.
+    pub fn seen_from_the_ground(mut self, link: impl Link + 'static) -> Bridged {
+        self.bridge = self.bridge.seen_from_the_ground(link);
+        self
     }
 
     fn dies(&mut self, request: &v1::FaultRequest, now: Time) {

@@ -57,6 +57,11 @@ impl Bridge {
         std::mem::take(&mut self.outgoing)
     }
 
+    /// The system of the autopilot that is flown, once one is.
+    pub(crate) fn system(&self) -> Option<u8> {
+        self.flown.as_ref().map(|it| it.system)
+    }
+
     /// A frame has arrived.
     pub(crate) fn take_in(&mut self, frame: &Frame, now: Now, effects: &mut Vec<Effect>) {
         let Some(heard) = heard(frame) else { return };

@@ -3,6 +3,7 @@
 use domain::quantity::Positive;
 use serde::Deserialize;
 
+use crate::ground::GroundEndpoint;
 use crate::socket::Endpoint;
 
 /// The section `[mavlink_bridge]`.
@@ -11,6 +12,8 @@ use crate::socket::Endpoint;
 pub struct Config {
     /// Where the autopilot is.
     pub connect: Endpoint,
+    /// Where ground stations are that watch; without the key none may.
+    pub ground: Option<GroundEndpoint>,
     /// The system id of the autopilot; 0: that of the only autopilot on the link.
     pub system: u8,
     /// Silence after which the autopilot counts as gone.

@@ -25,6 +25,7 @@ mod epoch;
 mod flown;
 pub mod frame;
 mod grooming;
+pub mod ground;
 pub mod heard;
 pub mod link;
 mod order;
@@ -44,6 +45,7 @@ mod vehicle;
 use bridge::Bridge;
 use config::Config;
 use frame::{Found, Framer};
+use ground::Ground;
 use link::Link;
 
 /// The bridge as a service.
@@ -52,6 +54,8 @@ pub struct MavlinkBridge<L> {
     bridge: Bridge,
     framer: Framer,
     link: L,
+    /// The ground stations that watch, if any may.
+    ground: Option<Ground>,
     /// Frames of MAVLink 1 that were heard.
     version_1: u64,
 }
@@ -62,7 +66,13 @@ const AT_ONCE: usize = 256;
 impl<L: Link> MavlinkBridge<L> {
     /// A bridge over `link`; nobody was heard.
     pub fn new(config: &Config, link: L) -> MavlinkBridge<L> {
-        MavlinkBridge { bridge: Bridge::new(config), framer: Framer::default(), link, version_1: 0 }
+        MavlinkBridge { bridge: Bridge::new(config), framer: Framer::default(), link, ground: None, version_1: 0 }
+    }
+
+    /// The same, with ground stations behind `link`: see [`ground`].
+    pub fn seen_from_the_ground(mut self, link: impl Link + 'static) -> MavlinkBridge<L> {
+        self.ground = Some(Ground::new(Box::new(link)));
+        self
     }
 
     fn receive(&mut self, now: Now, effects: &mut Vec<Effect>) {
@@ -74,7 +84,12 @@ impl<L: Link> MavlinkBridge<L> {
             };
             for it in found {
                 match it {
-                    Found::Frame(frame) => self.bridge.take_in(&frame, now, effects),
+                    Found::Frame(frame) => {
+                        self.bridge.take_in(&frame, now, effects);
+                        if let Some(ground) = &mut self.ground {
+                            ground.from_vehicle(&frame, now.time);
+                        }
+                    }
                     Found::Version1 => {
                         if self.version_1 == 0 {
                             tracing::warn!(
@@ -103,9 +118,23 @@ impl<L: Link> MavlinkBridge<L> {
             }
             Message::OffboardControlMode(it) => self.bridge.proof_of_life(it.try_into()?, now.time),
             Message::TrajectorySetpoint(it) => self.bridge.setpoint(it.try_into()?, now.time),
+            Message::DecisionRecord(it) => {
+                if let Some(ground) = &mut self.ground {
+                    ground.tell(&it, self.bridge.system(), now.time);
+                }
+            }
             _ => {}
         }
         Ok(())
+    }
+
+    fn serve_ground(&mut self, now: Time) {
+        let Some(ground) = &mut self.ground else { return };
+        let system = self.bridge.system();
+        for frame in ground.from_ground(system, AT_ONCE, now) {
+            self.link.send(frame.bytes(), now);
+        }
+        ground.act(system, now);
     }
 
     fn send(&mut self, now: Time) {
@@ -121,7 +150,7 @@ impl<L: Link> Node for MavlinkBridge<L> {
     }
 
     fn subscriptions(&self) -> &'static [Topic] {
-        &[Topic::VehicleCommand, Topic::OffboardControlMode, Topic::TrajectorySetpoint]
+        &[Topic::VehicleCommand, Topic::OffboardControlMode, Topic::TrajectorySetpoint, Topic::DecisionRecord]
     }
 
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
@@ -136,11 +165,13 @@ impl<L: Link> Node for MavlinkBridge<L> {
 
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
         self.receive(now, effects);
+        self.serve_ground(now.time);
         self.bridge.act(now, effects);
         self.send(now.time);
     }
 
     fn deadline(&self) -> Option<Time> {
-        [self.link.arrival(), self.bridge.deadline()].into_iter().flatten().min()
+        let ground = self.ground.as_ref().and_then(Ground::deadline);
+        [self.link.arrival(), self.bridge.deadline(), ground].into_iter().flatten().min()
     }
 }

@@ -3,7 +3,7 @@
 use domain::time::Time;
 
 /// The way to the autopilot as the node sees it; it never waits.
-pub trait Link {
+pub trait Link: std::fmt::Debug {
     /// The next bytes that have arrived: a datagram, or a piece of a stream.
     fn receive(&mut self, now: Time) -> Option<Vec<u8>>;
 

@@ -16,7 +16,7 @@ use node::{Event, Node};
 use crate::rig::{ARM, Published, at, config};
 
 /// What the test says, at once; what the bridge says is kept.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, Debug)]
 struct Script {
     incoming: Rc<RefCell<VecDeque<Vec<u8>>>>,
     outgoing: Rc<RefCell<Vec<Vec<u8>>>>,

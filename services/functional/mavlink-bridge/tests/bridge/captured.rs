@@ -72,6 +72,7 @@ fn the_raw_logs_are_read_to_the_last_frame() {
 }
 
 /// What was recorded arrives when it did.
+#[derive(Debug)]
 pub(crate) struct Recorded(pub(crate) Vec<(Duration, Frame)>);
 
 impl Link for Recorded {

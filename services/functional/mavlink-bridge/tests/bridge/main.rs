@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod captured;
+mod ground;
 mod rig;
 mod skills;
 mod stories;

@@ -1,6 +1,9 @@
 //! A bridge with an autopilot on a clock of the test, and what it published.
 
+use std::cell::RefCell;
+use std::collections::VecDeque;
 use std::path::Path;
+use std::rc::Rc;
 use std::time::Duration;
 
 use domain::geometry::Ned;
@@ -11,6 +14,8 @@ use fake_autopilots::{FakeAutopilot, Kind};
 use kittiwake_proto::topics::{Message, Request};
 use kittiwake_proto::v1::{self, vehicle_command::Command};
 use mavlink_bridge::config::Config;
+use mavlink_bridge::frame::{Found, Frame, Framer};
+use mavlink_bridge::link::Link;
 use node::{Effect, Event, Node, Token};
 use vehicle_sim::VehicleSim;
 
@@ -66,6 +71,35 @@ impl Published {
     }
 }
 
+/// A ground station at its end of a link: what it says, and what it has heard.
+#[derive(Debug, Default, Clone)]
+pub(crate) struct Station(Rc<RefCell<(VecDeque<Vec<u8>>, Vec<u8>)>>);
+
+impl Station {
+    pub(crate) fn says(&self, frame: &Frame) {
+        self.0.borrow_mut().0.push_back(frame.bytes().to_vec());
+    }
+
+    /// The frames since the last call.
+    pub(crate) fn heard(&self) -> Vec<Frame> {
+        let bytes = std::mem::take(&mut self.0.borrow_mut().1);
+        let frame = |it| if let Found::Frame(frame) = it { Some(frame) } else { None };
+        Framer::datagram(&bytes).into_iter().filter_map(frame).collect()
+    }
+}
+
+impl Link for Station {
+    fn receive(&mut self, _now: Time) -> Option<Vec<u8>> {
+        self.0.borrow_mut().0.pop_front()
+    }
+    fn send(&mut self, frame: &[u8], _now: Time) {
+        self.0.borrow_mut().1.extend_from_slice(frame);
+    }
+    fn is_datagram(&self) -> bool {
+        true
+    }
+}
+
 /// The bridge, the autopilot and the layers above.
 pub(crate) struct Rig {
     node: Bridged,
@@ -80,6 +114,13 @@ pub(crate) struct Rig {
 impl Rig {
     pub(crate) fn new(kind: Kind) -> Rig {
         Rig::over(kind, Faults::default())
+    }
+
+    /// With a ground station.
+    pub(crate) fn watched(kind: Kind, station: Station) -> Rig {
+        let mut rig = Rig::new(kind);
+        rig.node = rig.node.seen_from_the_ground(station);
+        rig
     }
 
     pub(crate) fn over(kind: Kind, faults: Faults) -> Rig {
@@ -130,7 +171,7 @@ impl Rig {
         self.run(Duration::from_secs_f64(seconds), |_| false);
     }
 
-    fn tell(&mut self, message: impl Into<Message>) {
+    pub(crate) fn tell(&mut self, message: impl Into<Message>) {
         let mut effects = Vec::new();
         self.node.on(at(self.now), Event::Message { vehicle: "uav1".into(), message: message.into() }, &mut effects);
         self.published.take_in(effects, self.now);
