@@ -59,6 +59,8 @@ fn another_mission_is_tried_out_and_uploaded_in_flight() {
     browser.click("#what-if");
     browser.wait_for(OUTCOME, "Every objective of `survey` can be reached.");
     browser.wait_for("[data-objective=mast][data-tone=good]", "m");
+    // What it leaves in the battery.
+    browser.wait_for("[data-objective=mast][data-tone=good]", "%");
     browser.views("what-if");
     assert_eq!(browser.document("uav1")["mission"]["name"], "reference", "nothing was changed");
     browser.click("#upload");
@@ -74,6 +76,46 @@ fn another_mission_is_tried_out_and_uploaded_in_flight() {
     browser.click("#editor-close");
     browser.wait_for("#phase", "over: success");
     assert_eq!(browser.document("uav1")["report"]["objectives"][0]["name"], "mast");
+    browser.expect_no_error();
+}
+
+/// North and east under the pointer at this offset from the middle of the map, in metres.
+fn under_pointer(browser: &Browser, at: (f64, f64)) -> Option<(f64, f64)> {
+    browser.drag("#map canvas", at, at);
+    let shown = browser.text("#map .map-readout")?.replace(['\u{2212}'], "-").replace(['\u{202f}', '\u{a0}', ','], "");
+    let mut words = shown.split_whitespace().filter_map(|it| it.parse().ok());
+    Some((words.next()?, words.next()?))
+}
+
+#[test]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
+fn an_objective_is_dragged_on_the_map_and_the_text_follows() {
+    let (_system, browser) = in_flight("1");
+    wait_for("the mission's text", || Some(browser.value("#mission-text")).filter(|it| !it.is_empty()));
+    browser.fill("#mission-text", SURVEY);
+    browser.click("#what-if");
+    browser.wait_for(OUTCOME, "Every objective of `survey` can be reached.");
+    // The map does not move by itself, so that pixels can be reckoned from two places on it.
+    let (north, east) = wait_for("the middle of the map", || under_pointer(&browser, (0.0, 0.0)));
+    let (_, farther) =
+        wait_for("a place beside it", || under_pointer(&browser, (200.0, 0.0)).filter(|it| it.1 != east));
+    let pixels = 200.0 / (farther - east);
+    let at = |to_north: f64, to_east: f64| ((to_east - east) * pixels, (north - to_north) * pixels);
+    browser.drag("#map canvas", at(160.0, 60.0), at(100.0, -40.0));
+    let moved = wait_for("the objective to be elsewhere", || {
+        Some(browser.value("#mission-text")).filter(|it| !it.contains("north_m = 160.0\neast_m = 60.0\n"))
+    });
+    let number = |key: &str| -> f64 {
+        let line = moved.lines().find_map(|it| it.strip_prefix(key)).expect("the key is there");
+        line.trim().parse().expect("a number")
+    };
+    let (north_m, east_m) = (number("north_m ="), number("east_m ="));
+    assert!((north_m - 100.0).abs() < 5.0 && (east_m + 40.0).abs() < 5.0, "({north_m}, {east_m})\n{moved}");
+    // It has to be tried out again.
+    browser.wait_for("#upload:disabled", "Upload");
+    browser.picture("dragged");
+    browser.click("#what-if");
+    browser.wait_for(OUTCOME, "Every objective of `survey` can be reached.");
     browser.expect_no_error();
 }
 

@@ -119,6 +119,22 @@ impl Browser {
         self.runtime.block_on(click).unwrap_or_else(|error| panic!("{selector}: {error}"));
     }
 
+    /// Presses at one offset from the middle of an element, moves to another one, and lets go. Equal offsets only move there.
+    #[track_caller]
+    pub fn drag(&self, selector: &str, from: (f64, f64), to: (f64, f64)) {
+        let drag = async {
+            let at = |element, (x, y)| PointerAction::MoveToElement { element, duration: None, x, y };
+            let element = self.client.find(Locator::Css(selector)).await?;
+            let mut mouse = MouseActions::new("mouse".into()).then(at(element.clone(), from));
+            if from != to {
+                mouse = mouse.then(PointerAction::Down { button: MOUSE_BUTTON_LEFT }).then(at(element, to));
+                mouse = mouse.then(PointerAction::Up { button: MOUSE_BUTTON_LEFT });
+            }
+            self.client.perform_actions(mouse).await
+        };
+        self.runtime.block_on(drag).unwrap_or_else(|error| panic!("{selector}: {error}"));
+    }
+
     /// Types into the element that has the focus.
     #[track_caller]
     pub fn type_keys(&self, keys: &str) {

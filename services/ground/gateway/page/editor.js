@@ -4,6 +4,7 @@ import * as api from "./api.js";
 import { attribute, disabledFor, h, text } from "./dom.js";
 import { changed, has, inCommand, isStale, store } from "./store.js";
 import { missionText } from "./mission-text.js";
+import { movedTo, placesIn } from "./draft.js";
 import { forecast, mistakes } from "./forecast.js";
 import { announce, ask, order } from "./orders.js";
 import { showAll } from "./map-view.js";
@@ -11,6 +12,14 @@ import { showAll } from "./map-view.js";
 export function mountEditor() {
   const panel = document.getElementById("editor");
   const area = h("textarea", { id: "mission-text", spellcheck: "false", autocomplete: "off", wrap: "off", "aria-label": "Text of the mission file", input: () => tried(null) });
+  /** Whoever moves a place on the map changes the text. */
+  store.draft.move = (index, to) => {
+    const place = placesIn(area.value)[index];
+    if (!place) return;
+    area.value = movedTo(area.value, place, to);
+    area.setSelectionRange(place.from, place.from);
+    tried(null);
+  };
   const outcome = h("div", { class: "outcome", id: "what-if-outcome", role: "status" });
   const whatIf = h("button", { id: "what-if", "data-help": "What this mission would need from here; changes nothing", click: tryOut }, "What if");
   const upload = h("button", { id: "upload", class: "hazard", "data-help": "Replace the present mission with this one", click: put }, "Upload…");
@@ -26,6 +35,7 @@ export function mountEditor() {
 
   function tried(items, text = null) {
     store.whatIf = items;
+    store.draft.places = placesIn(area.value);
     good = text;
     if (!items) outcome.replaceChildren();
     changed();
@@ -72,7 +82,7 @@ export function mountEditor() {
       vehicle = store.selected;
       load();
     }
-    if (!store.editing) vehicle = null;
+    if (!store.editing) [vehicle, store.draft.places] = [null, []];
     disabledFor(whatIf, isStale() ? "not connected" : has("operator") ? "" : "needs the role operator");
     disabledFor(upload, isStale() ? "not connected" : !has("operator") ? "needs the role operator" : !inCommand() ? "take command first" : good !== area.value ? "try out the mission first with What if" : "");
     disabledFor(again, isStale() ? "not connected" : "");

@@ -6,7 +6,7 @@ import { capital, clock, number, sentence } from "./words.js";
 /** The planner's answer, and a row for each objective with its plan to unfold. */
 export function forecast(words, tone, items) {
   const rows = items.flatMap((it) => [row(it), plan(it)]).filter(Boolean);
-  const heads = ["", "Objective", "Distance", "Time", "Energy", "Permissions"].map((it) => h("th", { scope: "col" }, it));
+  const heads = ["", "Objective", "Distance", "Time", "Energy", "Battery there", "Permissions"].map((it) => h("th", { scope: "col" }, it));
   return h("div", {},
     h("p", { class: "said", "data-tone": tone }, sentence(words)),
     items.length ? h("table", { class: "forecast" }, h("thead", {}, h("tr", {}, ...heads)), h("tbody", {}, ...rows, total(items))) : null,
@@ -20,8 +20,15 @@ function row(it) {
     h("td", { class: "figure" }, `${number(it.lengthM)} m`),
     h("td", { class: "figure" }, clock(it.flightTimeS)),
     h("td", { class: "figure" }, `${number(it.energyWh)} Wh`),
+    h("td", { class: "figure" }, chargeAt(it)),
     h("td", {}, it.permissions?.join(", ") || "–"),
   );
+}
+
+/** The charge of the battery when the objective is reached. */
+function chargeAt(it) {
+  const charge = it.legs?.at(-1)?.charge;
+  return charge == null ? "–" : `${number(charge * 100)} %`;
 }
 
 function plan(it) {
@@ -29,7 +36,7 @@ function plan(it) {
   if (!steps.length) return null;
   const line = (step) => h("li", {}, capital(step.text));
   const folded = h("details", {}, h("summary", {}, steps.length === 1 ? "1 step" : `${steps.length} steps`), h("ol", { class: "proposed" }, ...steps.map(line)));
-  return h("tr", { class: "unfolds" }, h("td", {}), h("td", { colspan: 5 }, folded));
+  return h("tr", { class: "unfolds" }, h("td", {}), h("td", { colspan: 6 }, folded));
 }
 
 function total(items) {
@@ -40,6 +47,7 @@ function total(items) {
     h("td", { class: "figure" }, `${number(sum("lengthM"))} m`),
     h("td", { class: "figure" }, clock(sum("flightTimeS"))),
     h("td", { class: "figure" }, `${number(sum("energyWh"))} Wh`),
+    h("td", {}),
     h("td", {}),
   );
 }

@@ -1,7 +1,8 @@
 // Pointers, wheel and keys on the map; and choosing a place on it.
 
-import { changed } from "./store.js";
+import { changed, store } from "./store.js";
 import { selectAt } from "./map-fleet.js";
+import { placeAt } from "./map-draft.js";
 import { STEP, follow, metres, pan, showAll, toGround, vehicle, zoom } from "./map-view.js";
 
 let canvas = null;
@@ -10,6 +11,8 @@ let picking = null;
 /** The place that was chosen, while the second step asks for confirmation. */
 let chosen = null;
 let hover = null;
+/** The place of the mission's text that is being dragged, by its number. */
+let dragged = null;
 
 /** The mark of the chosen place, and the place under the pointer. */
 export const pointed = { mark: () => picking ?? chosen, hover: () => hover };
@@ -60,6 +63,7 @@ export function listen(element) {
     canvas.setPointerCapture(event.pointerId);
     fingers.set(event.pointerId, [event.offsetX, event.offsetY]);
     moved = false;
+    dragged = fingers.size === 1 && !picking ? placeAt(event.offsetX, event.offsetY) : null;
   });
   canvas.addEventListener("pointermove", (event) => {
     const now = [event.offsetX, event.offsetY];
@@ -69,6 +73,7 @@ export function listen(element) {
       moved ||= Math.hypot(now[0] - before[0], now[1] - before[1]) > 2;
       const other = [...fingers].find(([id]) => id !== event.pointerId)?.[1];
       if (other) pinch(before, now, other);
+      else if (dragged != null) store.draft.move(dragged, hover);
       else if (moved) pan(now[0] - before[0], now[1] - before[1]);
       if (moved) fingers.set(event.pointerId, now);
     }
@@ -76,11 +81,16 @@ export function listen(element) {
   });
   canvas.addEventListener("pointerup", (event) => {
     fingers.delete(event.pointerId);
-    if (moved) return;
+    const wasDragged = dragged != null;
+    dragged = null;
+    if (moved || wasDragged) return;
     if (picking) finish(toGround(event.offsetX, event.offsetY));
     else selectAt(event.offsetX, event.offsetY);
   });
-  canvas.addEventListener("pointercancel", (event) => fingers.delete(event.pointerId));
+  canvas.addEventListener("pointercancel", (event) => {
+    fingers.delete(event.pointerId);
+    dragged = null;
+  });
   canvas.addEventListener("pointerleave", () => (hover = null));
   canvas.addEventListener("keydown", onKey);
 }

@@ -11,6 +11,7 @@ import { route, sites } from "./map-route.js";
 import { alternates } from "./map-sites.js";
 import { aircraft, traffic } from "./map-aircraft.js";
 import { fleet } from "./map-fleet.js";
+import { draft } from "./map-draft.js";
 
 export function mountMap() {
   const panel = document.getElementById("map");
@@ -56,6 +57,7 @@ function draw(canvas) {
     const here = vehicle();
     if (here?.position) aircraft(pen, here);
     wind(pen, doc.wind);
+    draft(pen);
   }
   const chosen = pointed.mark();
   if (chosen) mark(pen, chosen);

@@ -39,6 +39,8 @@ export const store = {
   editing: false,
   /** The planner's forecast for the mission that was tried out, or null. */
   whatIf: null,
+  /** The places in the mission's text while it is edited, and how one of them is moved. */
+  draft: { places: [], move: () => {} },
 };
 
 const listeners = new Set();
