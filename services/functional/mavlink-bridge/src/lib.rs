@@ -87,7 +87,7 @@ impl<L: Link> MavlinkBridge<L> {
                     Found::Frame(frame) => {
                         self.bridge.take_in(&frame, now, effects);
                         if let Some(ground) = &mut self.ground {
-                            ground.from_vehicle(&frame, now.time);
+                            ground.forward_to_ground(&frame, now.time);
                         }
                     }
                     Found::Version1 => {
@@ -131,7 +131,7 @@ impl<L: Link> MavlinkBridge<L> {
     fn serve_ground(&mut self, now: Time) {
         let Some(ground) = &mut self.ground else { return };
         let system = self.bridge.system();
-        for frame in ground.from_ground(system, AT_ONCE, now) {
+        for frame in ground.take_from_ground(system, AT_ONCE, now) {
             self.link.send(frame.bytes(), now);
         }
         ground.act(system, now);

@@ -58,7 +58,7 @@ impl Ground {
     }
 
     /// A frame has arrived from the vehicle.
-    pub(crate) fn from_vehicle(&mut self, frame: &Frame, now: Time) {
+    pub(crate) fn forward_to_ground(&mut self, frame: &Frame, now: Time) {
         let sender = note(&mut self.on_vehicle, frame);
         let is_for_us = addressee(frame) == Some((frame.system(), OUR_COMPONENT));
         if !self.on_ground.contains(&sender) && !is_for_us {
@@ -67,7 +67,7 @@ impl Ground {
     }
 
     /// The frames that have arrived from the ground and go on to the vehicle, which is this system. A few at a time.
-    pub(crate) fn from_ground(&mut self, system: Option<u8>, at_once: usize, now: Time) -> Vec<Frame> {
+    pub(crate) fn take_from_ground(&mut self, system: Option<u8>, at_once: usize, now: Time) -> Vec<Frame> {
         let mut onward = Vec::new();
         for _ in 0..at_once {
             let Some(bytes) = self.link.receive(now) else { break };

@@ -10,14 +10,17 @@ use super::*;
 
 /// The ground station's end of a link.
 #[derive(Debug, Default, Clone)]
-struct Station(Rc<RefCell<(VecDeque<Vec<u8>>, Vec<Vec<u8>>)>>);
+struct Station {
+    said: Rc<RefCell<VecDeque<Vec<u8>>>>,
+    heard: Rc<RefCell<Vec<u8>>>,
+}
 
 impl Link for Station {
     fn receive(&mut self, _now: Time) -> Option<Vec<u8>> {
-        self.0.borrow_mut().0.pop_front()
+        self.said.borrow_mut().pop_front()
     }
     fn send(&mut self, frame: &[u8], _now: Time) {
-        self.0.borrow_mut().1.push(frame.to_vec());
+        self.heard.borrow_mut().extend_from_slice(frame);
     }
     fn is_datagram(&self) -> bool {
         true
@@ -26,11 +29,11 @@ impl Link for Station {
 
 impl Station {
     fn says(&self, frame: &Frame) {
-        self.0.borrow_mut().0.push_back(frame.bytes().to_vec());
+        self.said.borrow_mut().push_back(frame.bytes().to_vec());
     }
 
     fn heard(&self) -> Vec<Frame> {
-        let bytes: Vec<u8> = self.0.borrow_mut().1.drain(..).flatten().collect();
+        let bytes = self.heard.take();
         let frame = |it| if let Found::Frame(frame) = it { Some(frame) } else { None };
         Framer::datagram(&bytes).into_iter().filter_map(frame).collect()
     }
@@ -57,19 +60,19 @@ fn heartbeat(system: u8, component: u8) -> Frame {
 #[test]
 fn frames_go_on_as_they_came_and_never_back() {
     let (station, mut ground) = rig();
-    ground.from_vehicle(&heartbeat(1, 1), Time::ZERO);
-    ground.from_vehicle(&heartbeat(1, 154), Time::ZERO);
+    ground.forward_to_ground(&heartbeat(1, 1), Time::ZERO);
+    ground.forward_to_ground(&heartbeat(1, 154), Time::ZERO);
     assert_eq!(station.heard(), [heartbeat(1, 1), heartbeat(1, 154)]);
     for frame in [heartbeat(255, 190), command(1, 1), command(1, 154), command(0, 0)] {
         station.says(&frame);
-        assert_eq!(ground.from_ground(SYSTEM, 10, Time::ZERO), [frame]);
+        assert_eq!(ground.take_from_ground(SYSTEM, 10, Time::ZERO), [frame]);
     }
     // Whose frame has come round is not sent round again: the autopilot's, ours, the ground station's.
     for frame in [heartbeat(1, 1), heartbeat(1, OUR_COMPONENT)] {
         station.says(&frame);
-        assert_eq!(ground.from_ground(SYSTEM, 10, Time::ZERO), []);
+        assert_eq!(ground.take_from_ground(SYSTEM, 10, Time::ZERO), []);
     }
-    ground.from_vehicle(&heartbeat(255, 190), Time::ZERO);
+    ground.forward_to_ground(&heartbeat(255, 190), Time::ZERO);
     assert_eq!(station.heard(), []);
 }
 
@@ -77,7 +80,7 @@ fn frames_go_on_as_they_came_and_never_back() {
 fn what_is_for_us_goes_no_further_and_a_command_is_answered() {
     let (station, mut ground) = rig();
     station.says(&command(1, OUR_COMPONENT));
-    assert_eq!(ground.from_ground(SYSTEM, 10, Time::ZERO), []);
+    assert_eq!(ground.take_from_ground(SYSTEM, 10, Time::ZERO), []);
     let heard = station.heard();
     let [ack] = &heard[..] else { panic!("{heard:?}") };
     let MavMessage::COMMAND_ACK(it) = MavMessage::parse(MavlinkVersion::V2, ack.id(), ack.payload()).unwrap() else {
@@ -87,7 +90,7 @@ fn what_is_for_us_goes_no_further_and_a_command_is_answered() {
     assert_eq!((it.target_system, it.target_component), (255, 190));
     // The autopilot's answer to a command of ours concerns nobody else.
     let answer = Frame::new(1, 1, 1, words::COMMAND_ACK, &[176, 0, 0, 0, 0, 0, 0, 0, 1, OUR_COMPONENT]);
-    ground.from_vehicle(&answer, Time::ZERO);
+    ground.forward_to_ground(&answer, Time::ZERO);
     assert_eq!(station.heard(), []);
 }
 

@@ -71,18 +71,21 @@ impl Published {
     }
 }
 
-/// A ground station at its end of a link: what it says, and what it has heard.
+/// A ground station at its end of a link.
 #[derive(Debug, Default, Clone)]
-pub(crate) struct Station(Rc<RefCell<(VecDeque<Vec<u8>>, Vec<u8>)>>);
+pub(crate) struct Station {
+    said: Rc<RefCell<VecDeque<Vec<u8>>>>,
+    heard: Rc<RefCell<Vec<u8>>>,
+}
 
 impl Station {
     pub(crate) fn says(&self, frame: &Frame) {
-        self.0.borrow_mut().0.push_back(frame.bytes().to_vec());
+        self.said.borrow_mut().push_back(frame.bytes().to_vec());
     }
 
     /// The frames since the last call.
     pub(crate) fn heard(&self) -> Vec<Frame> {
-        let bytes = std::mem::take(&mut self.0.borrow_mut().1);
+        let bytes = self.heard.take();
         let frame = |it| if let Found::Frame(frame) = it { Some(frame) } else { None };
         Framer::datagram(&bytes).into_iter().filter_map(frame).collect()
     }
@@ -90,10 +93,10 @@ impl Station {
 
 impl Link for Station {
     fn receive(&mut self, _now: Time) -> Option<Vec<u8>> {
-        self.0.borrow_mut().0.pop_front()
+        self.said.borrow_mut().pop_front()
     }
     fn send(&mut self, frame: &[u8], _now: Time) {
-        self.0.borrow_mut().1.extend_from_slice(frame);
+        self.heard.borrow_mut().extend_from_slice(frame);
     }
     fn is_datagram(&self) -> bool {
         true
