@@ -379,6 +379,7 @@ impl Simulation<'_> {
     pub fn set_clock(&mut self, by_ms: i64) {
         self.trouble();
         self.bus.set_clock(by_ms);
+        self.seen.borrow_mut().clock_set_ms += by_ms;
     }
 
     /// Takes down a flag raised by hand.

@@ -30,6 +30,8 @@ pub(crate) struct Seen {
     pub(crate) charge: Option<f64>,
     pub(crate) manager: v1::McmStatus,
     pub(crate) witness: Witness,
+    /// By how much the wall clocks were set, in milliseconds. When an area applies is judged by them: no vehicle knows another time.
+    pub(crate) clock_set_ms: i64,
     pub(crate) modes: Modes,
     pub(crate) setpoints: Setpoints,
     pub(crate) bounds: Bounds,
@@ -55,6 +57,7 @@ impl Seen {
             charge: None,
             manager: v1::McmStatus::default(),
             witness: Witness::default(),
+            clock_set_ms: 0,
             modes: Modes::default(),
             setpoints: Setpoints::of(vehicle.offboard_loss_s.seconds() + NOTICE),
             bounds: Bounds::of(files.mcm.highest_m.get(), reserve.get()),
@@ -69,7 +72,7 @@ impl Seen {
     }
 
     pub(crate) fn take_in(&mut self, time: Time, message: &Message) {
-        let utc_ms = UTC_START_MS + time.since_start().as_millis() as i64;
+        let utc_ms = UTC_START_MS + self.clock_set_ms + time.since_start().as_millis() as i64;
         self.witness.take_in(Now { time, utc_ms }, message);
         self.modes.take_in(time, message);
         self.setpoints.take_in(time, message);

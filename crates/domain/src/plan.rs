@@ -118,6 +118,8 @@ pub enum DenialKind {
     Silent,
     /// It was granted for less time than is needed.
     TooShort,
+    /// The vehicle itself does not use it: a flag that is up forbids to enter an area.
+    Withheld,
 }
 
 /// A step that could not be flown to its end.

@@ -164,6 +164,8 @@ fn is_flown_by_other(status: &v1::VehicleStatus) -> bool {
 /// How the vehicle is inside an area.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Inside {
+    /// While the area does not apply.
+    Free,
     Permitted,
     /// Not any more: it must be out by then.
     Leaves(Time),
@@ -296,15 +298,18 @@ impl Witness {
         let Now { time: at, utc_ms } = now;
         let lands = self.manager.skill() == v1::SkillKind::Land;
         for area in &self.areas {
-            if !area.is_active(utc_ms) || !area.contains(position) {
+            if !area.contains(position) {
                 self.inside.remove(&area.name);
+                continue;
+            }
+            if !area.is_active(utc_ms) {
+                self.inside.insert(area.name.clone(), Inside::Free);
                 continue;
             }
             let permission = self.permissions.get(&area.name);
             let is_valid =
                 |it: &v1::Permission| it.state() == v1::PermissionState::Granted && utc_ms < it.expires_utc_ms;
             let permitted = area.kind == AreaKind::Permission && permission.is_some_and(is_valid);
-            let opened_here = !area.is_active(utc_ms - 1_001);
             let leave_by = || {
                 let way_out = Duration::from_secs_f64(area.distance_to_border_m(position) / LEAVING_M_S);
                 Inside::Leaves(at + self.limits.notice + way_out)
@@ -313,12 +318,12 @@ impl Witness {
                 _ if permitted => Inside::Permitted,
                 // Where a pilot flies is the pilot's affair.
                 _ if self.is_flown_by_other => Inside::Reported,
-                None if !opened_here => {
+                None => {
                     let permission = permission.map(v1::Permission::state).unwrap_or_default();
                     self.breaches.push(Breach::Entered { at, area: area.name.clone(), permission });
                     Inside::Reported
                 }
-                None | Some(Inside::Permitted) => leave_by(),
+                Some(Inside::Free | Inside::Permitted) => leave_by(),
                 // Down where it is comes before out of there.
                 Some(Inside::Leaves(by)) if *by < at && !lands => {
                     self.breaches.push(Breach::Stayed { at, area: area.name.clone() });
@@ -355,6 +360,55 @@ impl Witness {
 mod tests {
     use super::*;
     use v1::PermissionState::{Denied, Expired, Granted, Requested, Revoked};
+
+    #[test]
+    fn an_area_that_begins_to_apply_around_a_vehicle_is_to_be_left_and_one_that_applies_is_entered() {
+        const MS: i64 = 1_000;
+        /// What is seen of a vehicle that is inside from 10 s on, by a clock that shows `utc_ms` then and a second later, and goes on.
+        #[track_caller]
+        fn check(utc_ms: [i64; 2], expected: &[&str]) {
+            let corner = |(north_m, east_m)| v1::Ned { north_m, east_m, down_m: 0.0 };
+            let area = v1::Area {
+                name: "A".into(),
+                kind: v1::AreaKind::Permission as i32,
+                corners: [(-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)].map(corner).to_vec(),
+                from_utc_ms: Some(100 * MS),
+                ..Default::default()
+            };
+            let mut witness = Witness::default();
+            let mut see = |second: u64, utc_ms: i64, message: Message| {
+                witness.take_in(Now { time: Time::after(Duration::from_secs(second)), utc_ms }, &message);
+            };
+            see(0, utc_ms[0], v1::PlannerStatus { areas: vec![area], ..Default::default() }.into());
+            see(0, utc_ms[0], v1::VehicleLandDetected { landed: false, ..Default::default() }.into());
+            let mode = v1::FlightMode::Offboard as i32;
+            let status =
+                v1::VehicleStatus { armed: true, actual_mode: mode, intended_mode: mode, ..Default::default() };
+            see(0, utc_ms[0], status.into());
+            let at = v1::VehicleLocalPosition {
+                position: Some(v1::Ned { north_m: 0.0, east_m: 0.0, down_m: -10.0 }),
+                horizontal_valid: true,
+                vertical_valid: true,
+                ..Default::default()
+            };
+            see(10, utc_ms[0], at.into());
+            for second in 0..100 {
+                see(11 + second, utc_ms[1] + second as i64 * MS, at.into());
+            }
+            let of_place = witness.breaches().iter().filter_map(|it| match it {
+                Breach::Entered { .. } => Some("entered"),
+                Breach::Stayed { .. } => Some("stayed"),
+                _ => None,
+            });
+            assert_eq!(of_place.collect::<Vec<_>>(), expected, "{utc_ms:?}");
+        }
+        check([0, MS], &[]);
+        check([99 * MS, 100 * MS], &["stayed"]);
+        // The clock is set by an hour.
+        check([0, 3_600 * MS], &["stayed"]);
+        check([100 * MS, 101 * MS], &["entered"]);
+        check([100 * MS, 0], &["entered"]);
+    }
 
     #[test]
     fn a_tower_that_asks_for_patience_takes_no_grant_away_and_one_that_decides_does() {

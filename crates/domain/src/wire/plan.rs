@@ -191,17 +191,24 @@ impl TryFrom<v1::Plan> for Plan {
 
 impl From<Denial> for v1::Denial {
     fn from(denial: Denial) -> v1::Denial {
-        let (silent, too_short) = (denial.kind == DenialKind::Silent, denial.kind == DenialKind::TooShort);
-        v1::Denial { area: denial.area, silent, reason: denial.reason, too_short }
+        let is = |kind| denial.kind == kind;
+        v1::Denial {
+            silent: is(DenialKind::Silent),
+            too_short: is(DenialKind::TooShort),
+            withheld: is(DenialKind::Withheld),
+            area: denial.area,
+            reason: denial.reason,
+        }
     }
 }
 
 impl From<v1::Denial> for Denial {
     fn from(denial: v1::Denial) -> Denial {
-        let kind = match (denial.silent, denial.too_short) {
-            (true, _) => DenialKind::Silent,
-            (false, true) => DenialKind::TooShort,
-            (false, false) => DenialKind::Refused,
+        let kind = match (denial.silent, denial.too_short, denial.withheld) {
+            (true, ..) => DenialKind::Silent,
+            (_, true, _) => DenialKind::TooShort,
+            (.., true) => DenialKind::Withheld,
+            (false, false, false) => DenialKind::Refused,
         };
         Denial { area: denial.area, kind, reason: denial.reason }
     }
@@ -421,7 +428,12 @@ mod tests {
     fn request() -> impl Strategy<Value = PlanRequest> {
         let failed = (1..u64::MAX, name(), any::<bool>());
         let failed = failed.prop_map(|(id, reason, interrupted)| FailedStep { id: StepId(id), reason, interrupted });
-        let kind = prop::sample::select(vec![DenialKind::Refused, DenialKind::Silent, DenialKind::TooShort]);
+        let kind = prop::sample::select(vec![
+            DenialKind::Refused,
+            DenialKind::Silent,
+            DenialKind::TooShort,
+            DenialKind::Withheld,
+        ]);
         let denial = (name(), kind, name()).prop_map(|(area, kind, reason)| Denial { area, kind, reason });
         let grants = prop::collection::btree_map(name(), (0..1_000_000u64).prop_map(Duration::from_millis), 0..3);
         let denials = prop::collection::vec(denial, 0..3);

@@ -75,6 +75,9 @@ pub struct Config {
     pub margin_m: Positive,
     /// Heights this close to the floor or the ceiling of an area count as inside, in metres. (ENG: a barometer's drift.)
     pub vertical_margin_m: Positive,
+    /// How long a step holds before what a flag forbids, in mission seconds; then it fails, and the rest is planned without. (ENG: a minute
+    /// of hovering is 4 % of the battery.)
+    pub barrier_limit_s: Positive,
     /// Mission seconds before the expiry of a permission, or before an area begins to apply, at which the vehicle must
     /// have left. (ENG)
     pub leave_lead_s: Positive,
@@ -153,6 +156,7 @@ pub(crate) struct Limits {
     pub(crate) flight: FlightLimits,
     pub(crate) farthest_out_m: f64,
     pub(crate) vertical_margin_m: f64,
+    pub(crate) barrier_limit: Duration,
     pub(crate) leave_lead: Duration,
     pub(crate) airspace_period: Duration,
     pub(crate) go_ahead_limit: Duration,
@@ -200,6 +204,7 @@ impl Config {
             },
             farthest_out_m: self.farthest_out_m.get(),
             vertical_margin_m: self.vertical_margin_m.get(),
+            barrier_limit: self.barrier_limit_s.seconds(),
             leave_lead: self.leave_lead_s.seconds(),
             airspace_period: self.airspace_period_s.seconds().max(pace.wall(Duration::from_millis(20))),
             go_ahead_limit: self.go_ahead_limit_s.seconds(),

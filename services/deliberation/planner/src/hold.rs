@@ -7,7 +7,7 @@ use domain::time::Time;
 
 use crate::communication::SAME_PLACE_M;
 use crate::config::Config;
-use crate::permissions::{Permissions, colon};
+use crate::permissions::Permissions;
 use crate::plan::Step;
 
 /// Waiting for an area's back-off to end.
@@ -42,7 +42,7 @@ pub(crate) fn too_early(steps: &[Step], permissions: &Permissions, now: Time, co
         for area in step.communication.ask.iter().map(|need| &need.area) {
             let Some((back_off, reason)) = permissions.back_off(area, now) else { continue };
             if flown < back_off {
-                let reason = format!("area {area}: denied by the control tower{}; asked once more", colon(reason));
+                let reason = format!("area {area}: {reason}; asked once more");
                 let hold =
                     Hold { area: area.clone(), since: now, wait: back_off - flown, reason, outlasts_grant: false };
                 return Some(TooEarly { position, hold });

@@ -42,7 +42,7 @@ pub(crate) enum Standing {
     Open,
     /// Refused; asked once more from `retry_at` on.
     DeniedOnce {
-        /// The tower's.
+        /// By whom, and why.
         reason: String,
         /// When it may be asked again.
         retry_at: Time,
@@ -105,20 +105,29 @@ impl Permissions {
     /// It was refused, or not answered.
     pub(crate) fn denied(&mut self, denial: &Denial, now: Time, config: &Config) {
         let record = self.records.entry(denial.area.clone()).or_default();
-        record.standing = match (std::mem::take(&mut record.standing), denial.kind == DenialKind::Silent) {
-            (standing @ Standing::DeniedForGood { .. }, _) => standing,
-            (_, true) => Standing::DeniedForGood { reason: "no answer from the control tower".into() },
-            (Standing::Open, false) => Standing::DeniedOnce {
-                reason: denial.reason.clone(),
+        let why = colon(&denial.reason);
+        let (once, twice) = match denial.kind {
+            DenialKind::Silent => {
+                if !matches!(record.standing, Standing::DeniedForGood { .. }) {
+                    let reason = "no answer from the control tower".into();
+                    record.standing = Standing::DeniedForGood { reason };
+                }
+                return;
+            }
+            DenialKind::Refused | DenialKind::TooShort => {
+                ("denied by the control tower", "denied twice by the control tower")
+            }
+            DenialKind::Withheld => ("not entered", "not entered"),
+        };
+        record.standing = match std::mem::take(&mut record.standing) {
+            standing @ Standing::DeniedForGood { .. } => standing,
+            Standing::Open => Standing::DeniedOnce {
+                reason: format!("{once}{why}"),
                 retry_at: now + config.retry_after_denial_s.seconds(),
             },
             // Not asked since, so it is the same denial again.
-            (Standing::DeniedOnce { reason, retry_at }, false) if now < retry_at => {
-                Standing::DeniedOnce { reason, retry_at }
-            }
-            (Standing::DeniedOnce { .. }, false) => Standing::DeniedForGood {
-                reason: format!("denied twice by the control tower{}", colon(&denial.reason)),
-            },
+            Standing::DeniedOnce { reason, retry_at } if now < retry_at => Standing::DeniedOnce { reason, retry_at },
+            Standing::DeniedOnce { .. } => Standing::DeniedForGood { reason: format!("{twice}{why}") },
         };
     }
 
@@ -151,11 +160,10 @@ impl Permissions {
             return true;
         }
         let reason = match std::mem::take(&mut record.standing) {
-            Standing::DeniedOnce { reason, .. } => colon(&reason),
-            Standing::Open | Standing::DeniedForGood { .. } => String::new(),
+            Standing::DeniedOnce { reason, .. } => reason,
+            Standing::Open | Standing::DeniedForGood { .. } => "denied by the control tower".to_owned(),
         };
-        let reason =
-            format!("denied by the control tower and not worth more than {} s of waiting{reason}", limit.as_secs());
+        let reason = format!("{reason}; not worth more than {} s of waiting", limit.as_secs());
         record.standing = Standing::DeniedForGood { reason };
         false
     }
@@ -178,6 +186,7 @@ mod tests {
     enum Course {
         Denied(u64),
         Silent(u64),
+        Withheld(u64),
         Granted,
     }
     use Course::*;
@@ -190,6 +199,7 @@ mod tests {
             match it {
                 Denied(at) => permissions.denied(&denial(DenialKind::Refused), second(*at), &config),
                 Silent(at) => permissions.denied(&denial(DenialKind::Silent), second(*at), &config),
+                Withheld(at) => permissions.denied(&denial(DenialKind::Withheld), second(*at), &config),
                 Granted => permissions.granted("A"),
             }
         }
@@ -208,14 +218,17 @@ mod tests {
             assert_eq!(text, expected);
         }
         check(&[], "open");
-        check(&[Denied(5)], "busy, again at 35 s");
-        check(&[Denied(5), Denied(6)], "busy, again at 35 s");
+        check(&[Denied(5)], "denied by the control tower: busy, again at 35 s");
+        check(&[Denied(5), Denied(6)], "denied by the control tower: busy, again at 35 s");
         check(&[Denied(5), Denied(35)], "denied twice by the control tower: busy");
         check(&[Denied(5), Silent(36)], "no answer from the control tower");
         check(&[Silent(5)], "no answer from the control tower");
         check(&[Silent(5), Denied(50)], "no answer from the control tower");
         check(&[Silent(5), Granted], "open");
-        check(&[Denied(5), Granted, Denied(50)], "busy, again at 80 s");
+        check(&[Denied(5), Granted, Denied(50)], "denied by the control tower: busy, again at 80 s");
+        check(&[Withheld(5)], "not entered: busy, again at 35 s");
+        check(&[Withheld(5), Withheld(50)], "not entered: busy");
+        check(&[Withheld(5), Granted], "open");
     }
 
     #[test]

@@ -83,12 +83,19 @@ impl Battery {
         if self.is_empty() {
             self.current_a = 0.0;
         } else {
-            self.current_a = power_w / self.voltage_v().max(self.config.cell_empty_v.get());
-            let loss_w = self.current_a * self.current_a * self.config.resistance_ohm.get();
-            let used_j = (power_w + loss_w) * dt_s;
+            self.current_a = self.current_for_a(power_w);
+            let used_j = self.open_circuit_v() * self.current_a * dt_s;
             self.remaining = (self.remaining - used_j / joules(self.config.capacity_wh)).max(0.0);
         }
         self.warm(dt_s);
+    }
+
+    /// The current under which the terminals give `power_w`, from I (V0 - I R) = P. No pack gives more than V0^2 / 4 R, at half of its
+    /// open-circuit voltage: whoever asks for more gets that.
+    fn current_for_a(&self, power_w: f64) -> f64 {
+        let (open_v, resistance_ohm) = (self.open_circuit_v(), self.config.resistance_ohm.get());
+        let discriminant = open_v * open_v - 4.0 * resistance_ohm * power_w;
+        (open_v - discriminant.max(0.0).sqrt()) / (2.0 * resistance_ohm)
     }
 
     fn warm(&mut self, dt_s: f64) {
@@ -148,5 +155,21 @@ mod tests {
         assert!(rest_v - battery.voltage_v() > 0.5);
         battery.step(battery.idle_power_w(), 0.1);
         assert!(rest_v - battery.voltage_v() < 0.1);
+    }
+
+    #[test]
+    fn a_pack_that_is_asked_for_more_than_it_can_give_sags_to_half_of_its_voltage_and_no_lower() {
+        for drain in [1.0, 2.0, 4.0, 8.0, 100.0] {
+            let mut battery = Battery::new(shipped::config().battery);
+            battery.drain = drain;
+            while !battery.is_empty() {
+                let open_v = battery.open_circuit_v();
+                battery.step(battery.flight_power_w(1.3, 200.0), 0.004);
+                let (volt, given_w) = (battery.voltage_v(), battery.voltage_v() * battery.current_a());
+                // The voltage is that after the step, with a little less charge.
+                assert!(battery.is_empty() || open_v / 2.0 - 0.01 <= volt, "{volt} V of {open_v} V, drain {drain}");
+                assert!(given_w <= battery.flight_power_w(1.3, 200.0) + 1.0, "{given_w} W, drain {drain}");
+            }
+        }
     }
 }

@@ -26,8 +26,9 @@ export function mountTimeline() {
     if (state === drawn) return;
     drawn = state;
     const told = toldByDecisions(store.events);
+    const raised = new Map([...told].filter((it) => it.type === "decision").map((it) => [it.data.sequence, it]));
     const has = (it) => wanted.every((word) => `${it.topic} ${it.words}`.toLowerCase().includes(word));
-    const lines = store.events.filter((it) => !told.has(it)).map(line).filter((it) => it && !hidden.has(it.topic) && has(it));
+    const lines = store.events.filter((it) => !told.has(it)).map((it, index) => line(it, index, raised.get(it.data.parent))).filter((it) => it && !hidden.has(it.topic) && has(it));
     list(rows, lines.slice(-SHOWN).reverse(), (it) => it.key, make, fill);
     draw(canvas, lines);
   };
@@ -46,8 +47,8 @@ function chip(topic) {
 const SAME_S = 3;
 
 /**
- * Events that say what a decision says as well: a flag that the mission manager has taken up, that it was raised where the answer to it
- * follows at once, and an order that it has accepted. Each is told once, by the one that says most.
+ * Events that have no line of their own: a flag that the mission manager has taken up, that it was raised where the answer to it follows at
+ * once and says it first, and an order that it has accepted.
  */
 function toldByDecisions(events) {
   const told = new Set();
@@ -64,13 +65,13 @@ function toldByDecisions(events) {
   return told;
 }
 
-/** An event as a line; an event that is none for people is left out. */
-function line({ id, type, data, at }, index) {
+/** An event as a line; an event that is none for people is left out. `raised`: that the flag which it answers was raised, to be said first. */
+function line({ id, type, data, at }, index, raised) {
   const key = id ?? `${type}-${at}-${index}`;
   const as = (topic, words, tone) => ({ key, at, topic, words: sentence(words), tone });
   switch (type) {
     case "decision":
-      return as(data.topic, data.sentence, /fail|denied|revoked/.test(data.text) ? "bad" : null);
+      return as(data.topic, raised && data.kind === "DECISION_KIND_CONTINGENCY_ANSWERED" ? `${raised.data.sentence} ${data.sentence}` : data.sentence, /fail|denied|revoked/.test(data.text) ? "bad" : null);
     case "flag":
       return as("contingency", `${flag(data.name)} ${data.raised ? "raised" : "cleared"}${data.reason ? `: ${data.reason}` : ""}`, data.raised ? "bad" : null);
     case "permission": {

@@ -25,7 +25,7 @@ pub(crate) enum Asking {
     Awaited(Time),
     /// Granted.
     Granted,
-    /// Denied or never answered; [`Permissions::take_denials`] has the reason.
+    /// Denied, never answered, or not used; [`Permissions::take_denials`] has the reason.
     Denied,
 }
 
@@ -213,6 +213,12 @@ impl Permissions {
         let denial = Denial { area: area.clone(), kind, reason };
         self.requests.insert(area.clone(), PermissionRequest::Denied(denial));
         Asking::Denied
+    }
+
+    /// `area` is not entered although its permission may be held, for this reason: counts as denied for the step that failed.
+    pub(crate) fn withhold(&mut self, area: &str, reason: String) {
+        let denial = Denial { area: area.to_owned(), kind: DenialKind::Withheld, reason };
+        self.requests.insert(area.to_owned(), PermissionRequest::Denied(denial));
     }
 
     /// Whether every permission that is needed is held.

@@ -7,7 +7,7 @@ use domain::time::Time;
 
 use super::ports::Goal;
 use super::skill_run::SkillRun;
-use crate::world::{NarrowedGoal, World};
+use crate::world::{Barrier, NarrowedGoal, World};
 
 pub(super) struct Act {
     what: What,
@@ -33,6 +33,8 @@ struct StepGoal {
     flown: NarrowedGoal,
     chosen_by: Narrowing,
     look_again: Time,
+    /// When it has held before what a flag forbids for long enough, if it does.
+    gives_up: Option<Time>,
 }
 
 impl Act {
@@ -67,13 +69,19 @@ impl StepGoal {
         if flown.barrier.is_some() {
             world.say_held(flown.barrier.as_ref());
         }
-        StepGoal { wanted, flown, chosen_by: world.narrowing(), look_again: world.next_look() }
+        let gives_up = flown.barrier.as_ref().map(|_| world.barrier_ends());
+        StepGoal { wanted, flown, chosen_by: world.narrowing(), look_again: world.next_look(), gives_up }
     }
 
     /// Whether what may be flown of it must be looked at again.
     fn is_doubtful(&self, world: &World) -> bool {
         let narrowing = world.narrowing();
         self.chosen_by != narrowing || (narrowing.no_new_area.is_some() && self.look_again <= world.now())
+    }
+
+    /// What it has held before for as long as it may.
+    fn overdue(&self, now: Time) -> Option<&Barrier> {
+        self.flown.barrier.as_ref().filter(|_| self.gives_up.is_some_and(|at| at <= now))
     }
 
     /// Looks again; returns whether something else is to be flown.
@@ -86,6 +94,7 @@ impl StepGoal {
         }
         if narrowed.barrier != self.flown.barrier {
             world.say_held(narrowed.barrier.as_ref());
+            self.gives_up = narrowed.barrier.as_ref().map(|_| world.barrier_ends());
         }
         self.flown = narrowed;
         true
@@ -140,6 +149,16 @@ impl Leaf<World> for Act {
             run.halt(world);
             *run = SkillRun::start(world, step.flown.goal);
             return Ok(Status::Running);
+        }
+        if let Some(step) = step {
+            if let Some(barrier) = step.overdue(world.now()) {
+                ports.explain(world.give_up_before(barrier));
+                run.halt(world);
+                return Ok(Status::Failure);
+            }
+            if let Some(at) = step.gives_up {
+                ports.tick_at(at.since_start());
+            }
         }
         if run.did_not_come_down(world) {
             world.landing_failed_here();

@@ -64,6 +64,12 @@ impl World {
         self.permissions.held(self.now.time, self.limits.permission_margin)
     }
 
+    /// Those of them that the planner may count on: while no new area may be entered, the areas around the vehicle.
+    pub(super) fn held_and_usable(&self) -> Vec<String> {
+        let usable = self.grants_in_use();
+        self.held().into_iter().filter(|area| usable.contains_key(area)).collect()
+    }
+
     /// All areas, those that may be entered now, and what flags forbid.
     pub(crate) fn what_may_be_entered(&self) -> WhatMayBeEntered {
         WhatMayBeEntered { held: self.held(), areas: self.planner.areas().clone(), narrowing: self.narrowing }

@@ -62,7 +62,7 @@ use control::Control;
 use ground::UnplannedLanding;
 use memory::Memory;
 use mission_clock::MissionClock;
-pub(crate) use narrowing::NarrowedGoal;
+pub(crate) use narrowing::{Barrier, NarrowedGoal};
 use news::News;
 use operator::Operator;
 pub(crate) use plans::PlanProgress;
@@ -274,7 +274,7 @@ impl World {
             position: vehicle.position,
             flying: vehicle.flying,
             mode: vehicle.mode,
-            permissions: self.held().into_iter().collect(),
+            permissions: self.held_and_usable().into_iter().collect(),
             charge: vehicle.charge,
             gripper: vehicle.gripper,
         })

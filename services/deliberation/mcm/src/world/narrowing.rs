@@ -13,6 +13,7 @@ use domain::geometry::Ned;
 use domain::route::WORTH_FLYING_M;
 use domain::skill::Goal;
 use domain::speeds::Speeds;
+use domain::time::Time;
 use domain::way::FlightLimits;
 
 use super::World;
@@ -197,6 +198,24 @@ impl World {
         let (Some(row), place) = by else { return };
         let text = format!("holds {place} while `{}` is up", self.flags.name(row));
         self.record(Said::new("step", DecisionKind::Note, text).about(row).led_to_by(Cause::Raised(row)));
+    }
+
+    /// A step has held before this for as long as it may: why it fails. The next plan does without the area.
+    pub(crate) fn give_up_before(&mut self, barrier: &Barrier) -> String {
+        let (row, what) = match barrier {
+            Barrier::Area(area) => (self.narrowing.no_new_area, format!("area {area} is not entered")),
+            Barrier::Landing => (self.narrowing.no_landing_here, "no landing here".to_owned()),
+        };
+        let why = row.map_or_else(String::new, |row| format!("`{}` is up", self.flags.name(row)));
+        if let Barrier::Area(area) = barrier {
+            self.permissions.withhold(area, why.clone());
+        }
+        format!("{what}: {why}, for {} s", self.limits.barrier_limit.as_secs_f64())
+    }
+
+    /// When a step that holds before what a flag forbids from now on is given up.
+    pub(crate) fn barrier_ends(&self) -> Time {
+        self.now.time + self.limits.barrier_limit
     }
 
     /// Straight up by the configured height, no higher than a flight without a plan may be; `None`: it is as high, or on the ground.

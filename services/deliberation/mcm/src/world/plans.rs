@@ -56,7 +56,7 @@ impl World {
         if now < due {
             return PlanProgress::Awaited(Some(due));
         }
-        let grants = self.permissions.grants(now);
+        let grants = self.grants_in_use();
         if let Some(state) = self.planning_state()
             && self.planner.ask_for_plan(
                 (state, self.basis()),
@@ -74,7 +74,7 @@ impl World {
 
     /// What the planner is to know of permissions now.
     pub(super) fn basis(&self) -> Basis {
-        Basis { revision: self.permissions.revision(), held: self.held() }
+        Basis { revision: self.permissions.revision(), held: self.held_and_usable() }
     }
 
     /// No plan is wanted any more.

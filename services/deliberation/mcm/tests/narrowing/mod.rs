@@ -230,3 +230,20 @@ fn no_vehicle_is_ditched_while_a_landing_can_be_reached() {
     assert_eq!(skipped(&rig, "given_up"), [("ditch".to_owned(), "a landing can be reached: home".to_owned())]);
     assert!(rig.story().contains("start land"), "{:?}", rig.decisions);
 }
+
+#[test]
+fn a_step_holds_before_what_a_flag_forbids_for_a_minute_and_the_rest_is_planned_without_it() {
+    let mut rig = with_area(flying(&caution("doubt", 500, "no-new-area"), fly(500.0)));
+    rig.flag("doubt", true);
+    rig.execute();
+    rig.vehicle(true, Offboard, (0.0, 80.0, 10.0));
+    rig.wait(59.0);
+    assert!(!rig.decisions.iter().any(|it| it.contains("failed")), "{:?}", rig.decisions);
+    rig.wait(2.0);
+    let failed = "step 1 failed: area A is not entered: `doubt` is up, for 60 s";
+    assert!(rig.decisions.iter().any(|it| it == failed), "{:?}", rig.decisions);
+    let asked = rig.open().find_map(|it| if let Request::Replan(it) = it { Some(it.clone()) } else { None });
+    let asked = asked.expect("a plan is asked for");
+    assert!(asked.denials.iter().any(|it| it.area == "A" && it.withheld), "{:?}", asked.denials);
+    assert!(asked.held.is_empty(), "the permission is not used: {:?}", asked.held);
+}

@@ -44,6 +44,7 @@ clearance_m = 20.0
 farthest_out_m = 1000.0
 margin_m = 10.0
 vertical_margin_m = 2.0
+barrier_limit_s = 60.0
 leave_lead_s = 10.0
 airspace_period_s = 0.2
 go_ahead_limit_s = 600.0

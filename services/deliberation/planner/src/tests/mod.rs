@@ -135,6 +135,7 @@ impl Story {
             silent: reason.is_none(),
             reason: reason.unwrap_or_default().into(),
             too_short: self.too_short && reason.is_some(),
+            withheld: false,
         };
         let request = v1::ReplanRequest {
             request_id: format!("r{}", self.requests),

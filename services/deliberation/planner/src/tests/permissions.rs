@@ -205,7 +205,7 @@ fn holding_for_one_area_ends_after_its_limit() {
         story.plan();
     }
     check(&story.fail(&[("W", Some("busy"))]), "finished");
-    let reason = "area W: denied by the control tower and not worth more than 120 s of waiting: busy";
+    let reason = "area W: denied by the control tower: busy; not worth more than 120 s of waiting";
     assert_eq!(story.status().objectives[0].reason, reason);
 }
 
