@@ -146,10 +146,17 @@ fn a_page_knows_after_a_restart_of_the_gateway_what_was_flown_before() {
     // The next gateway may be there before the page calls its data stale, so that no banner is waited for.
     let is_another = |(name, it): &(String, Process)| name == "gateway" && it.id() != killed.id();
     wait_for("another gateway", || system.children().iter().any(is_another).then_some(()));
-    browser.wait_for("body:not(.stale) #strip[data-stale=false]", "");
-    browser.wait_for("#timeline .log", "Area A: granted.");
     let after = wait_for("the time", || browser.document("uav1")["missionTimeS"].as_f64());
     assert!(before <= after, "{after} s after {before} s");
+    // The page has heard of it.
+    let shown_s = || {
+        let text = browser.text("#mission-time")?;
+        let (minutes, seconds) = text.split_once(':')?;
+        Some(minutes.parse::<f64>().ok()? * 60.0 + seconds.parse::<f64>().ok()?)
+    };
+    wait_for("the page to go on", || shown_s().filter(|it| after + 1.0 < *it));
+    browser.wait_for("body:not(.stale) #strip[data-stale=false]", "");
+    browser.wait_for("#timeline .log", "Area A: granted.");
     browser.picture("restarted");
     browser.expect_no_error();
 }

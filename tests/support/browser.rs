@@ -178,11 +178,11 @@ impl Browser {
         self.runtime.block_on(self.client.execute(script, args)).expect("the script runs")
     }
 
-    /// The vehicle's document, read with the page's own token.
+    /// The vehicle's document, read with the page's own token; null while no gateway answers.
     #[track_caller]
     pub fn document(&self, vehicle: &str) -> Value {
         let script = "return fetch(`/api/v1/vehicles/${arguments[0]}`, \
-            { headers: { Authorization: `Bearer ${sessionStorage.getItem('kittiwake.token')}` } }).then((it) => it.json())";
+            { headers: { Authorization: `Bearer ${sessionStorage.getItem('kittiwake.token')}` } }).then((it) => it.json()).catch(() => null)";
         self.run(script, vec![json!(vehicle)])
     }
 
