@@ -28,6 +28,7 @@ mod operators;
 mod page;
 mod page_fleet;
 mod page_mission;
+mod page_misuse;
 mod page_orders;
 mod page_people;
 mod recordings;

@@ -14,6 +14,7 @@ pub mod browser;
 pub mod crowd;
 pub mod files;
 pub mod http;
+pub mod http_proxy;
 pub mod people;
 pub mod processes;
 mod seats;

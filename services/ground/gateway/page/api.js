@@ -36,8 +36,9 @@ export function newKey() {
 }
 
 async function refusal(response) {
-  const document = await response.json().catch(() => ({}));
-  return new Refusal(response.status, document.detail || document.title || `answer ${response.status}`, document);
+  const document = await response.json().catch(() => null);
+  const foreign = `answer ${response.status}, which is not the gateway's: a proxy on the way does not reach it`;
+  return new Refusal(response.status, document ? document.detail || document.title || `answer ${response.status}` : foreign, document ?? {});
 }
 
 async function send(path, options) {

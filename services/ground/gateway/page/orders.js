@@ -61,8 +61,13 @@ export function order(name, path, body, method = "POST") {
   return run({ name, url, body, method, key: api.newKey() });
 }
 
+/** Whether this page has ordered another mission within this many seconds. */
+export function hasOrderedMissionWithin(seconds) {
+  return /\/(mission|start)/.test(last?.url ?? "") && performance.now() - last.at < seconds * 1000;
+}
+
 async function run(it) {
-  last = it;
+  last = { ...it, at: performance.now() };
   announce("", `${it.name}: sent…`);
   try {
     const answer = await api.command(it.method, it.url, it.body, it.key);

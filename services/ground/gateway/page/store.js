@@ -23,6 +23,10 @@ export const store = {
   session: null,
   /** Why a token is needed, for the sign-in form; null when none is. */
   signIn: null,
+  /** Why the gateway was not reached when it was asked last; null when it was. */
+  unreached: null,
+  /** The gateway serves another page than this one, which was loaded before an upgrade. */
+  outdated: false,
   vehicles: [],
   fleetAt: -Infinity,
   selected: null,
@@ -117,11 +121,30 @@ export async function start() {
 /** Asks the gateway whose token this is. */
 export async function openSession() {
   try {
-    store.session = await api.get("/api/v1/session");
+    adopt(await api.get("/api/v1/session"));
     store.signIn = null;
   } catch (refusal) {
     store.session = null;
     store.signIn = refusal.status === 401 ? refusal.message : null;
+  }
+  changed();
+}
+
+/** Which page this is: that of the gateway it was loaded from. */
+let page = null;
+
+function adopt(session) {
+  store.session = session;
+  page ??= session.page;
+  store.outdated = page !== session.page;
+}
+
+/** After the stream broke: what answers now may be another gateway, with other people, limits or pages. */
+async function renewSession() {
+  try {
+    adopt(await api.get("/api/v1/session"));
+  } catch (refusal) {
+    if (refusal.status === 401) store.signIn = refusal.message;
   }
   changed();
 }
@@ -133,9 +156,11 @@ async function pollFleet() {
     if (!store.session && !store.signIn) await openSession();
     store.vehicles = vehicles;
     store.fleetAt = performance.now();
+    store.unreached = null;
     if (!store.selected && vehicles.length) select(vehicles[0].vehicle);
   } catch (refusal) {
     if (refusal.status === 401) store.signIn = refusal.message;
+    else store.unreached = refusal.message;
   }
   changed();
 }
@@ -193,6 +218,7 @@ async function follow(vehicle, signal) {
       if (refusal.status === 401) store.signIn = refusal.message;
     }
     await new Promise((resolve) => setTimeout(resolve, RECONNECT_MS));
+    if (!signal.aborted && !store.signIn) await renewSession();
   }
 }
 

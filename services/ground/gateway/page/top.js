@@ -7,6 +7,7 @@ import { attribute, h, part, text } from "./dom.js";
 import { isStale, lostFor, openSession, renew, store } from "./store.js";
 import { waitingWords } from "./legs.js";
 import { mountLayout } from "./layout.js";
+import { announce, hasOrderedMissionWithin } from "./orders.js";
 import { age, clock, number, outcome, phase, sentence } from "./words.js";
 
 const THEME = "kittiwake.theme";
@@ -26,8 +27,10 @@ export function mountTop() {
   );
   const session = document.getElementById("session");
   session.append(h("span", { class: "command-authority", id: "command-authority" }), h("span", { "data-part": "who" }), mountLayout(), themeSwitch());
+  let flown = {};
   return () => {
     const doc = store.doc;
+    flown = tellAnotherMission(flown);
     text(part(headline, "vehicle"), store.selected ?? "No vehicle");
     text(part(headline, "mission"), doc?.mission?.name ? `Mission ${doc.mission.name}` : "");
     const badge = document.getElementById("phase");
@@ -45,6 +48,17 @@ export function mountTop() {
     text(who, store.session ? store.session.name : "not signed in");
     attribute(who, "title", store.session ? `Roles: ${store.session.roles.join(", ")}` : null);
   };
+}
+
+/** Says that the vehicle flies another mission than it did: whoever has not ordered that must know. Returns what is flown. */
+function tellAnotherMission(before) {
+  const [vehicle, mission] = [store.selected, store.doc?.mission?.name];
+  if (!mission) return before.vehicle === vehicle ? before : {};
+  const is = { vehicle, mission };
+  if (before.vehicle === vehicle && before.mission !== mission && !hasOrderedMissionWithin(30)) {
+    announce("", `${vehicle} has another mission now: ${mission} in place of ${before.mission}. What it has flown of that is under Recorded missions.`);
+  }
+  return is;
 }
 
 function tone(doc) {

@@ -4,6 +4,7 @@
 //! connections of its own origin, nothing inline and nothing from elsewhere.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::LazyLock;
 
 use axum::extract::Path;
 use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, ETAG, IF_NONE_MATCH};
@@ -138,13 +139,23 @@ fn serve(name: &str, request: &HeaderMap) -> Response {
     (headers, file.bytes).into_response()
 }
 
+/// A hash of all files, by which a page that is open knows whether this gateway has the same one.
+pub(crate) fn tag() -> String {
+    static TAG: LazyLock<String> = LazyLock::new(|| hash(FILES.iter().map(|it| it.bytes)));
+    TAG.clone()
+}
+
 impl File {
     /// A hash of the content, which differs when another build has other content. It takes a few microseconds.
     fn tag(&self) -> String {
-        let mut hasher = DefaultHasher::new();
-        self.bytes.hash(&mut hasher);
-        format!("\"{:016x}\"", hasher.finish())
+        format!("\"{}\"", hash([self.bytes]))
     }
+}
+
+fn hash(parts: impl IntoIterator<Item = &'static [u8]>) -> String {
+    let mut hasher = DefaultHasher::new();
+    parts.into_iter().for_each(|it| it.hash(&mut hasher));
+    format!("{:016x}", hasher.finish())
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use kittiwake_proto::v1::session::{Threshold, WithoutContact};
 
 use crate::http::answer::document;
 use crate::http::guard::AuthorizedRequest;
+use crate::http::page;
 use crate::http::site::Site;
 
 pub(crate) async fn session(State(site): State<Site>, Extension(request): Extension<AuthorizedRequest>) -> Response {
@@ -21,6 +22,7 @@ pub(crate) async fn session(State(site): State<Site>, Extension(request): Extens
         thresholds: site.api.thresholds.to_vec(),
         without_contact: site.api.without_contact.to_vec(),
         speed: site.api.ages.pace.speed(),
+        page: page::tag(),
     })
 }
 
