@@ -20,6 +20,8 @@ use crate::config::PlanApproval;
 use crate::outbox::{Outbox, Purpose};
 
 mod flight;
+#[cfg(test)]
+mod model;
 mod pauses;
 mod plan_request;
 mod step_reports;
