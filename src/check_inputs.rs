@@ -16,6 +16,7 @@ use crate::config::Config;
 use crate::outcome::Outcome;
 use crate::output;
 use crate::settings::Settings;
+use crate::signing_key;
 
 /// Everything that a process may need, checked.
 pub struct Inputs {
@@ -74,6 +75,9 @@ impl Inputs {
     pub fn suits(&self, backend: Backend) -> Result<(), Mistakes> {
         if backend == Backend::Sim {
             return self.stands_at_origin();
+        }
+        if let (Backend::Mavlink, Some(path)) = (backend, &self.config.mavlink_bridge.signing_key) {
+            signing_key::read(path)?;
         }
         if backend.takes_any_speed() || self.config.speed.pace() == Pace::REAL_TIME {
             return Ok(());
@@ -157,6 +161,8 @@ fn read_config(settings: &Settings) -> Result<Config, Mistakes> {
     if let Some(endpoint) = &settings.connect_autopilot {
         config.mavlink_bridge.connect = endpoint.clone();
     }
+    let mavlink = &mut config.mavlink_bridge;
+    mavlink.signing_key = settings.signing_key.clone().or_else(|| mavlink.signing_key.as_ref().map(beside));
     config.mavlink_bridge.ground = settings.ground.or(config.mavlink_bridge.ground);
     if let Some(endpoint) = &settings.px4_endpoint {
         config.px4_bridge.endpoint = endpoint.clone();

@@ -34,6 +34,7 @@ pub mod run;
 pub mod service;
 pub mod settings;
 pub mod setup;
+pub mod signing_key;
 mod simulate;
 mod status;
 mod target;

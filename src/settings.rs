@@ -89,6 +89,10 @@ pub struct Settings {
     /// Where ground stations may watch over MAVLink: `udpout:127.0.0.1:14550` of one that listens, or `udpin:0.0.0.0:14550`
     #[arg(long, value_name = "WHERE")]
     pub ground: Option<mavlink_bridge::ground::GroundEndpoint>,
+    /// The file of the key with which everything is signed that is said over MAVLink, 64 hexadecimal digits; what has no signature is not
+    /// believed
+    #[arg(long, value_name = "FILE")]
+    pub signing_key: Option<PathBuf>,
 }
 
 fn policies() -> impl TypedValueParser<Value = Policy> {
@@ -119,6 +123,7 @@ impl Settings {
             px4_endpoint: None,
             connect_autopilot: None,
             ground: None,
+            signing_key: None,
         }
     }
 
@@ -145,6 +150,7 @@ impl Settings {
         add("--px4-endpoint", self.px4_endpoint.as_ref().map(|it| it.to_string().into()));
         add("--connect-autopilot", self.connect_autopilot.as_ref().map(|it| it.to_string().into()));
         add("--ground", self.ground.as_ref().map(|it| it.to_string().into()));
+        add("--signing-key", self.signing_key.clone().map(Into::into));
         if self.plain_http_beyond_loopback {
             args.push("--plain-http-beyond-loopback".into());
         }
@@ -211,6 +217,8 @@ mod tests {
             "tcp/127.0.0.1:7448",
             "--connect-autopilot",
             "udpin:127.0.0.1:14541",
+            "--signing-key",
+            "signing.key",
             "--plain-http-beyond-loopback",
         ];
         let cli = Cli::parse_from(["kittiwake"].iter().chain(&given));

@@ -37,7 +37,7 @@ use crate::run::{inputs, state_folder, tower_key};
 use crate::service::Service;
 use crate::settings::Settings;
 use crate::setup::access;
-use crate::{output, telemetry};
+use crate::{output, signing_key, telemetry};
 
 /// The owner of what the ground stores about all vehicles.
 const FLEET: &str = "the fleet";
@@ -118,13 +118,18 @@ fn run(
         Service::MavlinkBridge => {
             let nudge = Nudge::default();
             let wake = nudge.clone();
-            let socket = Socket::open(&config.mavlink_bridge.connect, move || wake.wake())?;
-            let bridge = MavlinkBridge::new(&config.mavlink_bridge, socket);
-            let mut bridge = match &config.mavlink_bridge.ground {
+            let config = &config.mavlink_bridge;
+            let signed = |link: Box<dyn mavlink_bridge::link::Link>, id| {
+                signing_key::signed(config, link, id).map_err(Failure::Files)
+            };
+            let socket = Socket::open(&config.connect, move || wake.wake())?;
+            let bridge = MavlinkBridge::new(config, signed(Box::new(socket), 0)?);
+            let mut bridge = match &config.ground {
                 None => bridge,
                 Some(endpoint) => {
                     let wake = nudge.clone();
-                    bridge.seen_from_the_ground(GroundSocket::open(endpoint, move || wake.wake())?)
+                    let socket = GroundSocket::open(endpoint, move || wake.wake())?;
+                    bridge.seen_from_the_ground(signed(Box::new(socket), 1)?)
                 }
             };
             place.run(&mut bridge, nudge)

@@ -17,7 +17,7 @@ use mavlink_bridge::socket::Socket;
 use crate::check_inputs;
 use crate::cli::AutopilotCheckArgs;
 use crate::outcome::Outcome;
-use crate::output;
+use crate::{output, signing_key};
 
 /// How often it looks whether something is due.
 const PERIOD: Duration = Duration::from_millis(50);
@@ -37,17 +37,21 @@ pub fn autopilot_check(args: &AutopilotCheckArgs) -> Outcome {
             return Outcome::NotKeptUp;
         }
     };
-    let check = run(socket, &arrivals, args.write, Duration::from_secs(args.limit_s));
+    let link = match signing_key::signed(&config, socket, 2) {
+        Ok(link) => link,
+        Err(mistakes) => return check_inputs::tell(&mistakes),
+    };
+    let check = run(link, &arrivals, args.write, Duration::from_secs(args.limit_s));
     report(&check)
 }
 
 /// Asks until everything was answered, or nobody was heard within `limit`.
-fn run(mut socket: Socket, arrivals: &Receiver<()>, writes: bool, limit: Duration) -> Check {
+fn run(mut link: Box<dyn Link>, arrivals: &Receiver<()>, writes: bool, limit: Duration) -> Check {
     let (start, mut check, mut framer) = (Instant::now(), Check::new(writes), Framer::default());
     while !check.is_over() && (check.findings().0.is_some() || start.elapsed() < limit) {
         let now = Time::after(start.elapsed());
-        while let Some(bytes) = socket.receive(now) {
-            let found = if socket.is_datagram() { Framer::datagram(&bytes) } else { framer.push(&bytes) };
+        while let Some(bytes) = link.receive(now) {
+            let found = if link.is_datagram() { Framer::datagram(&bytes) } else { framer.push(&bytes) };
             for it in found {
                 if let Found::Frame(frame) = it {
                     check.take_in(&frame);
@@ -55,7 +59,7 @@ fn run(mut socket: Socket, arrivals: &Receiver<()>, writes: bool, limit: Duratio
             }
         }
         if let Some(frame) = check.due(now) {
-            socket.send(frame.bytes(), now);
+            link.send(frame.bytes(), now);
         }
         // Woken by what arrives, or by the time.
         let _ = arrivals.recv_timeout(PERIOD);

@@ -61,6 +61,7 @@ impl FlownFiles {
             recordings: checked.gateway.recording.folder.clone(),
             tls_certificate: checked.gateway.tls_certificate.clone(),
             tls_key: checked.gateway.tls_key.clone(),
+            signing_key: checked.mavlink_bridge.signing_key.clone(),
             ..settings.clone()
         };
         match check_inputs::read(&copied) {

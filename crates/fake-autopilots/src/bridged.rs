@@ -8,6 +8,7 @@ use kittiwake_proto::v1;
 use mavlink_bridge::MavlinkBridge;
 use mavlink_bridge::config::Config;
 use mavlink_bridge::link::Link;
+use mavlink_bridge::signing::{Key, SignedLink, Signing};
 use node::{Effect, Event, Node};
 
 use crate::FakeAutopilot;
@@ -22,7 +23,8 @@ pub struct Bridged {
     autopilot: FakeAutopilot,
     config: Config,
     wire: Wire,
-    bridge: MavlinkBridge<Wire>,
+    bridge: MavlinkBridge<Box<dyn Link>>,
+    key: Option<Key>,
     /// The bridge is dead until then.
     dead_until: Option<Time>,
 }
@@ -30,8 +32,14 @@ pub struct Bridged {
 impl Bridged {
     /// The bridge to `autopilot` over its `wire`.
     pub fn new(autopilot: FakeAutopilot, config: &Config, wire: Wire) -> Bridged {
-        let bridge = MavlinkBridge::new(config, wire.clone());
-        Bridged { autopilot, config: config.clone(), wire, bridge, dead_until: None }
+        let bridge = MavlinkBridge::new(config, signed(&wire, None));
+        Bridged { autopilot, config: config.clone(), wire, bridge, key: None, dead_until: None }
+    }
+
+    /// The same, with a bridge that signs what it says and believes nothing that is not signed.
+    pub fn signing_with(self, key: Key) -> Bridged {
+        let bridge = MavlinkBridge::new(&self.config, signed(&self.wire, Some(&key)));
+        Bridged { bridge, key: Some(key), ..self }
     }
 
     /// The same, with a ground station behind `link`; a bridge that was started again has none.
@@ -43,6 +51,14 @@ impl Bridged {
     fn dies(&mut self, request: &v1::FaultRequest, now: Time) {
         let seconds = request.args.first().and_then(|it| it.parse::<f64>().ok()).unwrap_or_default();
         self.dead_until = Some(now + Duration::from_secs_f64(seconds));
+    }
+}
+
+/// Signatures count from a clock that stands still: each frame is one unit later than the one before.
+fn signed(wire: &Wire, key: Option<&Key>) -> Box<dyn Link> {
+    match key {
+        Some(key) => Box::new(SignedLink::new(wire.clone(), Signing::new(key.clone(), 1), || 0)),
+        None => Box::new(wire.clone()),
     }
 }
 
@@ -76,7 +92,7 @@ impl Node for Bridged {
         self.autopilot.act(now, effects);
         if self.dead_until.is_some_and(|until| until <= now.time) {
             self.dead_until = None;
-            self.bridge = MavlinkBridge::new(&self.config, self.wire.clone());
+            self.bridge = MavlinkBridge::new(&self.config, signed(&self.wire, self.key.as_ref()));
         }
         match self.dead_until {
             None => self.bridge.act(now, effects),

@@ -9,6 +9,7 @@ use domain::time::{Now, Time};
 use kittiwake_proto::topics::{Message, Request, Response, Service};
 use kittiwake_proto::v1;
 use mavlink_bridge::frame::{Found, Frame, Framer};
+use mavlink_bridge::signing::{Key, Signing};
 use node::{Effect, Event, Node, VehicleId};
 use vehicle_sim::VehicleSim;
 
@@ -44,6 +45,7 @@ pub struct FakeAutopilot {
     /// When it was switched on; its clock begins there.
     booted: Time,
     sequence: u8,
+    signing: Option<Signing>,
     pilot: Pilot,
     restarts: Restart,
     make: Make,
@@ -108,10 +110,16 @@ impl FakeAutopilot {
             streams: Streams::new(kind),
             booted: Time::ZERO,
             sequence: 0,
+            signing: None,
             pilot: pilot(kind),
             restarts: Restart::Runs,
             make: Make(Box::new(make)),
         }
+    }
+
+    /// The same, which signs what it says and obeys nothing that is not signed.
+    pub fn signing_with(self, key: Key) -> FakeAutopilot {
+        FakeAutopilot { signing: Some(Signing::new(key, 0)), ..self }
     }
 
     fn boot_ms(&self, now: Time) -> u32 {
@@ -180,7 +188,10 @@ impl FakeAutopilot {
 
     fn say(&mut self, id: u32, payload: &[u8], now: Time) {
         self.sequence = self.sequence.wrapping_add(1);
-        let frame = Frame::new(self.sequence, self.system, 1, id, payload);
+        let mut frame = Frame::new(self.sequence, self.system, 1, id, payload);
+        if let Some(signing) = &mut self.signing {
+            frame = signing.sign(frame, 0);
+        }
         self.wire.send_to_bridge(frame.bytes(), now);
     }
 
@@ -225,6 +236,7 @@ impl FakeAutopilot {
         while let Some(bytes) = self.wire.receive_at_autopilot(now.time) {
             for found in Framer::datagram(&bytes) {
                 if let Found::Frame(frame) = found
+                    && self.signing.as_mut().is_none_or(|it| it.check(&frame, 0).is_ok())
                     && let Some(received) = received::received(&frame)
                     && received.is_for(self.system)
                     && frame.component() != 1

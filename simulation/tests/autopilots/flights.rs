@@ -1,9 +1,10 @@
 //! The reference mission and what may happen to it.
 
 use control_tower::policy::Policy;
+use fake_autopilots::bridged::BRIDGE_DIES;
 use fake_autopilots::wire::Faults;
 
-use super::{BOTH, assert_success, fly, reference};
+use super::{BOTH, LIMIT, assert_success, fly, reference, with_keys};
 
 #[test]
 fn the_reference_mission_is_flown_over_both_autopilots() {
@@ -11,5 +12,28 @@ fn the_reference_mission_is_flown_over_both_autopilots() {
         let mut simulation = reference(kind, Policy::Grant, Faults::default());
         let report = fly(&mut simulation);
         assert_success(&simulation, &report);
+    }
+}
+
+#[test]
+fn a_signed_link_flies_the_mission_also_when_the_bridge_dies_and_forgets_what_time_it_was() {
+    for kind in BOTH {
+        let mut simulation = with_keys(kind, Policy::Grant, Faults::default(), Some("11"), Some("11"));
+        assert!(simulation.fly_until("step 4 of 5", LIMIT), "{kind:?}\n{}", simulation.decision_log());
+        simulation.inject_fault(BRIDGE_DIES, &["3"]);
+        let report = fly(&mut simulation);
+        assert_success(&simulation, &report);
+    }
+}
+
+#[test]
+fn without_the_same_key_on_both_sides_nothing_takes_off() {
+    for kind in BOTH {
+        for (autopilots, bridges) in [(None, Some("11")), (Some("11"), None), (Some("11"), Some("22"))] {
+            let mut simulation = with_keys(kind, Policy::Grant, Faults::default(), autopilots, bridges);
+            let _ = simulation.fly(std::time::Duration::from_secs(60));
+            let log = simulation.decision_log();
+            assert!(!log.contains("step 1 succeeded"), "{kind:?}, {autopilots:?} and {bridges:?}\n{log}");
+        }
     }
 }

@@ -9,6 +9,7 @@ use fake_autopilots::bridged::Bridged;
 use fake_autopilots::wire::{Faults, Wire};
 use fake_autopilots::{FakeAutopilot, Kind};
 use kittiwake_proto::v1::{MissionOutcome, MissionReport};
+use mavlink_bridge::signing::Key;
 use serde::Deserialize;
 use simulation::{Machine, Setup, Simulation};
 use vehicle_sim::VehicleSim;
@@ -28,13 +29,35 @@ struct Sections {
 /// The reference mission over an autopilot of `kind` and a link with `faults`.
 #[track_caller]
 fn reference(kind: Kind, permissions: Policy, faults: Faults) -> Simulation<'static> {
+    with_keys(kind, permissions, faults, None, None)
+}
+
+/// The same, where the autopilot and the bridge sign with these keys.
+#[track_caller]
+fn with_keys(
+    kind: Kind,
+    permissions: Policy,
+    faults: Faults,
+    autopilots: Option<&str>,
+    bridges: Option<&str>,
+) -> Simulation<'static> {
+    let [autopilots, bridges] = [autopilots, bridges].map(|it| it.map(|it| it.repeat(32).parse::<Key>().unwrap()));
     let config = crate::support::config();
     let setup = Setup { config: &config, mission: None, permissions, seed: 1, machine: Machine::Ideal };
     let sections: Sections = Source::read(&config.join("kittiwake.toml")).unwrap().parse().unwrap();
     let simulation = Simulation::with_vehicle(&setup, |vehicle| {
         let (wire, vehicle) = (Wire::new(faults, 1), vehicle.clone());
         let make = move || VehicleSim::new(&vehicle, Pace::REAL_TIME, 1);
-        Bridged::new(FakeAutopilot::new(kind, wire.clone(), make), &sections.mavlink_bridge, wire)
+        let autopilot = FakeAutopilot::new(kind, wire.clone(), make);
+        let autopilot = match autopilots {
+            Some(key) => autopilot.signing_with(key),
+            None => autopilot,
+        };
+        let bridged = Bridged::new(autopilot, &sections.mavlink_bridge, wire);
+        match bridges {
+            Some(key) => bridged.signing_with(key),
+            None => bridged,
+        }
     });
     simulation.unwrap()
 }

@@ -81,6 +81,11 @@ impl Bridge {
         }
     }
 
+    /// Why something that has arrived was not believed, if anything was.
+    pub(crate) fn note_refused(&mut self, why: Option<String>) {
+        self.peers.refused = why;
+    }
+
     /// A command of the layers above.
     pub(crate) fn command(&mut self, it: VehicleCommand, now: Now, effects: &mut Vec<Effect>) {
         let VehicleCommand { id, command } = it;

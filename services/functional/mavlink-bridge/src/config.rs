@@ -1,5 +1,7 @@
 //! The bridge's parameters.
 
+use std::path::PathBuf;
+
 use domain::quantity::Positive;
 use serde::Deserialize;
 
@@ -14,6 +16,8 @@ pub struct Config {
     pub connect: Endpoint,
     /// Where ground stations are that watch; without the key none may.
     pub ground: Option<GroundEndpoint>,
+    /// The file of the key with which everything is signed, on both sides; without the key nothing is.
+    pub signing_key: Option<PathBuf>,
     /// The system id of the autopilot; 0: that of the only autopilot on the link.
     pub system: u8,
     /// Silence after which the autopilot counts as gone.

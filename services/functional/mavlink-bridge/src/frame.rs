@@ -80,6 +80,24 @@ impl Frame {
         bytes.extend_from_slice(&checksum.to_le_bytes());
         Frame { bytes, known: true }
     }
+
+    /// What a signature is made of, and the signature: id of the link, six bytes of time, six bytes of the hash. `None` if it has none.
+    pub fn signature(&self) -> Option<(&[u8], &[u8])> {
+        self.is_signed().then(|| self.bytes.split_at(self.bytes.len() - SIGNATURE))
+    }
+
+    /// The same frame with the signature that `sign` makes of its bytes.
+    pub(crate) fn signed(mut self, sign: impl FnOnce(&[u8]) -> Vec<u8>) -> Frame {
+        self.bytes[2] |= SIGNED;
+        let checked = HEADER + usize::from(self.bytes[1]);
+        self.bytes.truncate(checked);
+        // The checksum is also over the flag.
+        let checksum = calculate_crc(&self.bytes[1..], MavMessage::extra_crc(self.id()));
+        self.bytes.extend_from_slice(&checksum.to_le_bytes());
+        let signature = sign(&self.bytes);
+        self.bytes.extend_from_slice(&signature);
+        self
+    }
 }
 
 /// What was found in the bytes.

@@ -36,6 +36,7 @@ mod px4;
 mod said;
 mod sent;
 mod setpoints;
+pub mod signing;
 pub mod socket;
 mod status;
 mod streams;
@@ -77,7 +78,7 @@ impl<L: Link> MavlinkBridge<L> {
 
     fn receive(&mut self, now: Now, effects: &mut Vec<Effect>) {
         for _ in 0..AT_ONCE {
-            let Some(bytes) = self.link.receive(now.time) else { return };
+            let Some(bytes) = self.link.receive(now.time) else { break };
             let found = match self.link.is_datagram() {
                 true => Framer::datagram(&bytes),
                 false => self.framer.push(&bytes),
@@ -101,6 +102,7 @@ impl<L: Link> MavlinkBridge<L> {
                 }
             }
         }
+        self.bridge.note_refused(self.link.refused());
     }
 
     fn take_in(&mut self, message: Message, now: Now, effects: &mut Vec<Effect>) -> Result<(), InvalidMessage> {

@@ -28,6 +28,8 @@ pub(crate) struct Peers {
     chosen: Option<(u8, u8)>,
     /// Autopilots by system, with when they were heard and why they cannot be flown.
     autopilots: BTreeMap<u8, (Time, Option<String>)>,
+    /// Why something that has arrived was not believed, if anything was.
+    pub(crate) refused: Option<String>,
 }
 
 /// Who a heartbeat belongs to.
@@ -111,7 +113,10 @@ impl Peers {
             present().filter_map(|(system, (_, misfit))| Some(format!("system {system}: {}", misfit.as_ref()?)));
         let misfits = misfits.collect::<Vec<_>>();
         Some(match misfits.is_empty() {
-            true => "no autopilot is heard".to_owned(),
+            true => match &self.refused {
+                None => "no autopilot is heard".to_owned(),
+                Some(why) => format!("no autopilot is believed: {why}"),
+            },
             false => format!("no autopilot to fly: {}", misfits.join("; ")),
         })
     }

@@ -11,9 +11,10 @@ use kittiwake_proto::v1;
 use mavlink_bridge::MavlinkBridge;
 use mavlink_bridge::frame::Frame;
 use mavlink_bridge::link::Link;
+use mavlink_bridge::signing::{Key, SignedLink, Signing};
 use node::{Event, Node};
 
-use crate::rig::{ARM, Published, at, config};
+use crate::rig::{ARM, Published, UTC_MS, at, config};
 
 /// What the test says, at once; what the bridge says is kept.
 #[derive(Clone, Default, Debug)]
@@ -38,7 +39,7 @@ impl Link for Script {
 
 struct Rig {
     script: Script,
-    bridge: MavlinkBridge<Script>,
+    bridge: MavlinkBridge<Box<dyn Link>>,
     published: Published,
     now: Duration,
 }
@@ -46,7 +47,17 @@ struct Rig {
 impl Rig {
     fn new() -> Rig {
         let script = Script::default();
-        let bridge = MavlinkBridge::new(&config(), script.clone());
+        Rig::over(Box::new(script.clone()), script)
+    }
+
+    /// One that believes only what is signed with this key.
+    fn signing_with(key: Key) -> Rig {
+        let script = Script::default();
+        Rig::over(Box::new(SignedLink::new(script.clone(), Signing::new(key, 0), || UTC_MS)), script)
+    }
+
+    fn over(link: Box<dyn Link>, script: Script) -> Rig {
+        let bridge = MavlinkBridge::new(&config(), link);
         Rig { script, bridge, published: Published::default(), now: Duration::ZERO }
     }
 
@@ -98,6 +109,30 @@ const ORIGIN: [u8; 12] = [1; 12];
 
 const PX4: [u8; 9] = [0, 0, 4, 3, 2, 12, 0x01, 3, 3];
 const ARDUPILOT: [u8; 9] = [4, 0, 0, 0, 2, 3, 0x01, 3, 3];
+
+#[test]
+fn an_autopilot_that_does_not_sign_with_our_key_is_not_believed() {
+    let [ours, other] = ["11", "22"].map(|it| it.repeat(32).parse::<Key>().unwrap());
+    let heartbeat = |sequence| Frame::new(sequence, 1, 1, 0, &PX4);
+    let check = |bytes: &[Vec<u8>], expected: &str| {
+        let mut rig = Rig::signing_with(ours.clone());
+        bytes.iter().for_each(|it| rig.raw(it.clone()));
+        rig.pass(1_000);
+        rig.assert_no_takeoff(expected);
+        assert_eq!(rig.published.status, None);
+    };
+    check(&[], "no autopilot is heard");
+    check(&[heartbeat(1).bytes().to_vec()], "no autopilot is believed: frames arrive without a signature: set the key");
+    let foreign = Signing::new(other.clone(), 0).sign(heartbeat(1), UTC_MS);
+    check(&[foreign.bytes().to_vec()], "signed with another key than that of `signing_key`");
+    let late = Signing::new(ours.clone(), 0).sign(heartbeat(1), UTC_MS - 100_000);
+    check(&[late.bytes().to_vec()], "of a time that has passed");
+    let mut rig = Rig::signing_with(ours.clone());
+    rig.raw(Signing::new(ours, 0).sign(heartbeat(1), UTC_MS).bytes().to_vec());
+    rig.pass(1_000);
+    let outgoing = rig.script.outgoing.borrow();
+    assert!(!outgoing.is_empty() && outgoing.iter().all(|it| it[2] & 1 == 1), "everything that is sent is signed");
+}
 
 #[test]
 fn no_autopilot() {

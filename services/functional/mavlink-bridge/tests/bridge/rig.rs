@@ -20,7 +20,7 @@ use node::{Effect, Event, Node, Token};
 use vehicle_sim::VehicleSim;
 
 /// UTC at the beginning.
-const UTC_MS: i64 = 1_767_225_600_000;
+pub(crate) const UTC_MS: i64 = 1_767_225_600_000;
 
 /// The shipped parameters.
 pub(crate) fn config() -> Config {
