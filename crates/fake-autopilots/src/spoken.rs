@@ -173,6 +173,12 @@ pub(crate) fn messages(stream: Stream, vehicle: &mut Telemetry, modes: &Modes, b
             let (north, east) = (vehicle.wind.north_m_s, vehicle.wind.east_m_s);
             payload.f32((-east).atan2(-north).to_degrees()).f32(north.hypot(east)).f32(0.0);
         }
+        // Of the gyros twice, then of the accelerometer (PX4); for each axis of that (ArduPilot).
+        241 => {
+            let shakes = vehicle.status.vibration_m_s2.unwrap_or(0.0);
+            let [x, y, z] = if modes.autopilot == 12 { [900.0, 900.0, shakes] } else { [1.0, shakes, 1.0] };
+            payload.bytes(&[0; 8]).f32(x).f32(y).f32(z).bytes(&[0; 12]);
+        }
         193 => {
             payload.bytes(&[0; 20]).u16(estimator_flags(vehicle, modes)).bytes(&[0; 4]);
         }

@@ -256,6 +256,17 @@ fn a_bridge_that_dies_costs_a_stop() {
 }
 
 #[test]
+fn a_frame_that_shakes_too_much_brings_it_home() {
+    check(&Story {
+        name: "vibration",
+        troubles: &[(ON_THE_WAY, Trouble::Fault("vibration", &["70"]))],
+        outcome: Some(MissionOutcome::Emergency),
+        expected: &["flag `vibration_extreme` raised: vehicle.vibration_m_s2 75", "`vibration_extreme`: return_home"],
+        ..NOTHING
+    });
+}
+
+#[test]
 fn a_revoked_area_is_left() {
     check(&Story {
         name: "revoked",

@@ -45,6 +45,7 @@ impl Personality for ArduPilot {
             (242, 1_000_000),
             (2, 1_000_000),
             (168, 1_000_000),
+            (241, 1_000_000),
             (246, 200_000),
         ]
     }
@@ -146,6 +147,11 @@ impl Personality for ArduPilot {
 
     fn stop(&self) -> Option<Target> {
         Some(Target { position: None, velocity: Some([0.0; 3]), yaw_rad: None, yaw_rate_rad_s: None })
+    }
+
+    /// One for each axis of the accelerometer.
+    fn vibration_m_s2(&self, axes: [f64; 3]) -> f64 {
+        axes.into_iter().fold(0.0, f64::max)
     }
 
     fn echoes_setpoints(&self) -> bool {

@@ -76,6 +76,8 @@ pub enum Heard {
         /// NED.
         velocity: [f64; 3],
     },
+    /// How much the frame shakes: three numbers, of which each autopilot means something else.
+    Vibration([f64; 3]),
     /// Where the wind blows to, north and east.
     Wind([f64; 2]),
     /// Another aircraft.
@@ -234,6 +236,7 @@ pub fn heard(frame: &Frame) -> Option<Heard> {
             Heard::Wind([-from_rad.cos() * speed_m_s, -from_rad.sin() * speed_m_s])
         }
         231 => Heard::Wind([bytes.f32(8), bytes.f32(12)]),
+        241 => Heard::Vibration([8, 12, 16].map(|at| bytes.f32(at))),
         193 => Heard::Estimator { flags: bytes.u16(20), accuracy_m: None },
         230 => Heard::Estimator { flags: bytes.u16(40), accuracy_m: Some((bytes.f32(32), bytes.f32(36))) },
         22 => Heard::Parameter(Parameter { name: bytes.text(8, 16), value: bytes.f32(0) as f32, kind: bytes.u8(24) }),

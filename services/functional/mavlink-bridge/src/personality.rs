@@ -66,6 +66,9 @@ pub(crate) trait Personality: std::fmt::Debug + Send {
     /// The setpoint that stops the vehicle, where it has no mode for that.
     fn stop(&self) -> Option<Target>;
 
+    /// How much the frame shakes, in m/s2, by what its message VIBRATION says.
+    fn vibration_m_s2(&self, said: [f64; 3]) -> f64;
+
     /// Whether it tells which setpoint it follows, so that one of somebody else is noticed.
     fn echoes_setpoints(&self) -> bool;
 }

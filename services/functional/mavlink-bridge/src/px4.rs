@@ -46,6 +46,7 @@ impl Personality for Px4 {
             (242, 1_000_000),
             (2, 1_000_000),
             (231, 1_000_000),
+            (241, 1_000_000),
             (246, 200_000),
         ]
     }
@@ -145,6 +146,11 @@ impl Personality for Px4 {
 
     fn stop(&self) -> Option<Target> {
         None
+    }
+
+    /// The first two are of the gyros; the third is of the accelerometer.
+    fn vibration_m_s2(&self, [_, _, of_accelerometer]: [f64; 3]) -> f64 {
+        of_accelerometer
     }
 
     fn echoes_setpoints(&self) -> bool {

@@ -1,5 +1,7 @@
 //! What the autopilot said, in the vocabulary of the `fmu/` topics. What it does not say is left out.
 
+use std::time::Duration;
+
 use domain::fmu;
 use domain::geodesy::{LatLon, LocalFrame, Origin};
 use domain::geometry::{Ned, NedVelocity};
@@ -8,6 +10,7 @@ use kittiwake_proto::v1;
 use node::Effect;
 
 use crate::heard::{Battery, GlobalPosition, Heard, LocalPosition, Traffic};
+use crate::personality::Personality;
 use crate::vehicle::{FRESH, Vehicle, landed};
 
 /// ESTIMATOR_STATUS_FLAGS, the same bits in ArduPilot's EKF_STATUS_REPORT.
@@ -39,6 +42,15 @@ pub(crate) fn published(heard: &Heard, vehicle: &Vehicle, now: Now) -> Option<Ef
         Heard::Traffic(it) => Effect::publish(v1::TransponderReport::from(traffic(it, origin(vehicle))?)),
         _ => return None,
     })
+}
+
+/// A measure of vibration counts for so long: it is sent once a second, and a link that is silent is to change nothing before it counts as that.
+const VIBRATION_AGE: Duration = Duration::from_secs(10);
+
+/// How much the frame shakes, in m/s2, while the motors run.
+pub(crate) fn vibration_m_s2(vehicle: &Vehicle, personality: &dyn Personality, now: Time) -> Option<f64> {
+    let (_, said) = vehicle.vibration.filter(|(at, _)| vehicle.is_armed() && now - *at <= VIBRATION_AGE)?;
+    Some(personality.vibration_m_s2(said)).filter(|it| (0.0..=1e3).contains(it))
 }
 
 /// Whether the estimator vouches for the position, horizontally and vertically. One that is silent does not.

@@ -30,6 +30,8 @@ pub(crate) struct Vehicle {
     pub(crate) estimator: Option<(Time, u16, AccuracyM)>,
     /// Fix type and accuracy.
     pub(crate) gnss: Option<(Time, u8, AccuracyM)>,
+    /// VIBRATION, as it was said.
+    pub(crate) vibration: Option<(Time, [f64; 3])>,
     /// Of the local frame.
     pub(crate) origin: Option<[i32; 3]>,
     /// Where home is.
@@ -64,6 +66,7 @@ impl Vehicle {
             Heard::GlobalPosition(it) => self.global = Some((now, *it)),
             Heard::Estimator { flags, accuracy_m } => self.estimator = Some((now, *flags, *accuracy_m)),
             Heard::Gnss { fix, accuracy_m } => self.gnss = Some((now, *fix, *accuracy_m)),
+            Heard::Vibration(it) => self.vibration = Some((now, *it)),
             Heard::Origin(it) => self.origin = Some(*it),
             Heard::Home(it) => self.home = Some((now, *it)),
             Heard::Text { severity, text } => self.texts.add(*severity, text, now),
