@@ -201,3 +201,35 @@ fn nothing_is_ditched_while_a_landing_can_be_reached() {
     let at = simulation.position().expect("it is heard");
     assert!(at.north_m.hypot(at.east_m) < 5.0, "{at:?}\n{}", simulation.decision_log());
 }
+
+#[test]
+fn a_flag_that_forbids_for_good_costs_objectives_and_never_the_vehicle() {
+    /// Raised at `when`, or from there on so far to the east; lowered once it has stood on the ground for a while.
+    #[track_caller]
+    fn check(name: &str, (when, from_east_m): (&str, f64), flag: &str, expected: &[&str]) {
+        let mut simulation = flight(name, None);
+        assert!(simulation.fly_until(when, LIMIT), "{}", simulation.decision_log());
+        until_east(&mut simulation, from_east_m);
+        simulation.inject_flag(flag);
+        simulation.pass(s(5));
+        while !simulation.is_on_ground() {
+            simulation.pass(s(5));
+            assert!(simulation.now().as_secs_f64() < 1500.0, "no end:\n{}", simulation.decision_log());
+        }
+        simulation.pass(s(30));
+        simulation.lower_flag(flag);
+        ends(&mut simulation, MissionOutcome::Failure, expected);
+        assert_eq!(simulation.breaches(), [], "{}", simulation.decision_log());
+    }
+    let before_b = "area B is not entered: `areas_in_doubt` is up, for 60 s";
+    // Out of A, before B; then home, round A.
+    let expected =
+        [before_b, "asked once more", before_b, "area A is not entered", "fly to (100, 100, 10)", "step 4 of 4: land"];
+    check("ahead-for-good", ("step 4 of 5", 200.0), "areas_in_doubt", &expected);
+    check(
+        "below-for-good",
+        ("step 5 of 5: land", 490.0),
+        "people_below",
+        &["no landing here: `people_below` is up, for 60 s"],
+    );
+}
