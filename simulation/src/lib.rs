@@ -379,7 +379,8 @@ impl Simulation<'_> {
     pub fn set_clock(&mut self, by_ms: i64) {
         self.trouble();
         self.bus.set_clock(by_ms);
-        self.seen.borrow_mut().clock_set_ms += by_ms;
+        let ahead = &mut self.seen.borrow_mut().ahead;
+        (ahead.aircraft_ms, ahead.ground_ms) = (ahead.aircraft_ms + by_ms, ahead.ground_ms + by_ms);
     }
 
     /// Takes down a flag raised by hand.

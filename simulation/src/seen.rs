@@ -11,6 +11,7 @@ use node::virtual_bus::UTC_START_MS;
 use witness::Witness;
 use witness::modes::Modes;
 use witness::setpoints::Setpoints;
+use witness::true_time::{Ahead, TrueTime};
 
 use crate::bounds::Bounds;
 use crate::files::Files;
@@ -30,8 +31,9 @@ pub(crate) struct Seen {
     pub(crate) charge: Option<f64>,
     pub(crate) manager: v1::McmStatus,
     pub(crate) witness: Witness,
-    /// By how much the wall clocks were set, in milliseconds. When an area applies is judged by them: no vehicle knows another time.
-    pub(crate) clock_set_ms: i64,
+    /// By how much the wall clocks were set.
+    pub(crate) ahead: Ahead,
+    true_time: TrueTime,
     pub(crate) modes: Modes,
     pub(crate) setpoints: Setpoints,
     pub(crate) bounds: Bounds,
@@ -57,7 +59,8 @@ impl Seen {
             charge: None,
             manager: v1::McmStatus::default(),
             witness: Witness::default(),
-            clock_set_ms: 0,
+            ahead: Ahead::default(),
+            true_time: TrueTime::default(),
             modes: Modes::default(),
             setpoints: Setpoints::of(vehicle.offboard_loss_s.seconds() + NOTICE),
             bounds: Bounds::of(files.mcm.highest_m.get(), reserve.get()),
@@ -72,8 +75,13 @@ impl Seen {
     }
 
     pub(crate) fn take_in(&mut self, time: Time, message: &Message) {
-        let utc_ms = UTC_START_MS + self.clock_set_ms + time.since_start().as_millis() as i64;
-        self.witness.take_in(Now { time, utc_ms }, message);
+        let now = Now { time, utc_ms: UTC_START_MS + time.since_start().as_millis() as i64 };
+        match message {
+            Message::PermissionLedger(_) | Message::PlannerStatus(_) => {
+                self.witness.take_in(now, &self.true_time.of(self.ahead, message.clone()));
+            }
+            _ => self.witness.take_in(now, message),
+        }
         self.modes.take_in(time, message);
         self.setpoints.take_in(time, message);
         let flies = !self.is_on_ground();

@@ -22,11 +22,10 @@ use crate::trouble::{Kind, Layout, Trouble};
 mod ending;
 pub(crate) mod heard;
 mod losses;
-mod true_time;
 
 use heard::Heard;
 use losses::Losses;
-use true_time::{Ahead, TrueTime};
+use witness::true_time::{Ahead, TrueTime};
 
 /// A run that has not ended by itself after this is not expected to: mission time for its flight, wall time for its troubles.
 const LONGEST: (Duration, Duration) = (Duration::from_secs(1500), Duration::from_secs(120));

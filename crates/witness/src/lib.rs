@@ -16,6 +16,7 @@ use kittiwake_proto::v1;
 
 pub mod modes;
 pub mod setpoints;
+pub mod true_time;
 
 /// Something that must never happen.
 #[derive(Debug, Clone, PartialEq)]

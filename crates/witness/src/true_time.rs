@@ -10,21 +10,23 @@ use kittiwake_proto::topics::Message;
 
 /// How far clocks are ahead of the true one, in milliseconds.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Ahead {
-    pub(super) aircraft_ms: i64,
-    pub(super) ground_ms: i64,
+pub struct Ahead {
+    /// That of the aircraft.
+    pub aircraft_ms: i64,
+    /// That of the ground.
+    pub ground_ms: i64,
 }
 
 /// The decisions that were heard.
 #[derive(Debug, Default)]
-pub(super) struct TrueTime {
+pub struct TrueTime {
     /// When each expires, by area and number.
     expiries: BTreeMap<(String, u64), i64>,
 }
 
 impl TrueTime {
     /// The message with true dates.
-    pub(super) fn of(&mut self, ahead: Ahead, mut message: Message) -> Message {
+    pub fn of(&mut self, ahead: Ahead, mut message: Message) -> Message {
         match &mut message {
             Message::PermissionLedger(ledger) => {
                 for it in &mut ledger.permissions {
