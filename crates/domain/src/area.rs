@@ -170,6 +170,14 @@ mod tests {
     }
 
     #[test]
+    fn an_area_applies_from_the_first_moment_of_its_window_until_before_the_last() {
+        let square = area(&[(0.0, 0.0), (10.0, 0.0), (10.0, 10.0)]);
+        let window = Area { from_utc_ms: Some(1_000), until_utc_ms: Some(2_000), ..square };
+        let moments = [999, 1_000, 1_500, 1_999, 2_000, 2_001];
+        assert_eq!(moments.map(|it| window.is_active(it)), [false, true, true, true, false, false]);
+    }
+
+    #[test]
     fn an_area_applies_at_its_hours_within_its_window() {
         #[track_caller]
         fn check(window: (Option<i64>, Option<i64>), at: i64, expected: &[(i64, Option<i64>)]) {

@@ -273,6 +273,13 @@ mod tests {
     }
 
     #[test]
+    fn hovering_takes_its_power_for_its_time() {
+        let an_hour_wh = model().hover_wh(3600.0, Wind::CALM);
+        assert!((model().hover_wh(36.0, Wind::CALM) * 100.0 - an_hour_wh).abs() < 1e-9, "{an_hour_wh}");
+        assert_eq!(model().hover_wh(-1.0, Wind::CALM), 0.0);
+    }
+
+    #[test]
     fn the_figures_of_the_configuration_are_what_they_are_called() {
         #[track_caller]
         fn check(leg: Leg, wind: Wind, expected_w: f64) {
