@@ -115,7 +115,7 @@ fn no_new_area_is_entered_while_they_are_in_doubt_and_the_mission_goes_on_after_
     // In area A, which ends 290 m to the east; B begins 380 m to the east.
     until_east(&mut simulation, 200.0);
     simulation.inject_flag("areas_in_doubt");
-    simulation.pass(s(60));
+    simulation.pass(s(40));
     let at_m = east_m(&simulation);
     assert!(
         (350.0..370.0).contains(&at_m),
@@ -161,7 +161,7 @@ fn no_landing_begins_over_people_and_it_begins_when_they_have_gone() {
     assert!(simulation.fly_until("step 5 of 5: land", LIMIT), "{}", simulation.decision_log());
     simulation.pass(s(2));
     simulation.inject_flag("people_below");
-    simulation.pass(s(60));
+    simulation.pass(s(40));
     assert!(!simulation.is_on_ground(), "{}", simulation.decision_log());
     simulation.lower_flag("people_below");
     let expected = [
