@@ -111,9 +111,12 @@ fn crossing(from: &Session, heard: &Receiver<String>, vehicle: &str, fence: &str
         let topic = it.strip_prefix(&prefix).and_then(|it| topics().into_iter().find(|key| *key == it));
         crossed.extend(topic);
     };
-    wait_for("the link to carry what is allowed", || {
+    let say = || {
         topics().iter().for_each(|key| from.put(format!("{prefix}{key}"), "x").wait().unwrap());
         from.put(fence, "x").wait().unwrap();
+    };
+    wait_for("the link to carry what is allowed", || {
+        say();
         while let Ok(key) = heard.recv_timeout(Duration::from_millis(500)) {
             if key == fence {
                 return Some(());
@@ -122,8 +125,14 @@ fn crossing(from: &Session, heard: &Receiver<String>, vehicle: &str, fence: &str
         }
         None
     });
-    // The fence arrived, so everything published before it has arrived or was refused. Thinned topics
-    // and the fence itself are heard in the first round.
+    // Who listens to a topic is told one topic after the other, so that the fence may arrive before another one is let through: it
+    // is all said again. Thinned topics and the fence itself are heard in the first round.
+    for _ in 0..3 {
+        while let Ok(key) = heard.recv_timeout(Duration::from_millis(300)) {
+            take(key);
+        }
+        say();
+    }
     while let Ok(key) = heard.recv_timeout(Duration::from_millis(300)) {
         take(key);
     }
