@@ -31,10 +31,10 @@ pub fn read(path: &Path) -> Result<Key, Mistakes> {
 ///
 /// # Errors
 /// If the key cannot be used.
-pub fn signed(config: &Config, link: impl Link + 'static, id: u8) -> Result<Box<dyn Link>, Mistakes> {
+pub fn signed(config: &Config, link: Box<dyn Link>, id: u8) -> Result<Box<dyn Link>, Mistakes> {
     Ok(match &config.signing_key {
         Some(path) => Box::new(SignedLink::new(link, Signing::new(read(path)?, id), utc_ms)),
-        None => Box::new(link),
+        None => link,
     })
 }
 

@@ -119,17 +119,16 @@ fn run(
             let nudge = Nudge::default();
             let wake = nudge.clone();
             let config = &config.mavlink_bridge;
-            let signed = |link: Box<dyn mavlink_bridge::link::Link>, id| {
-                signing_key::signed(config, link, id).map_err(Failure::Files)
-            };
             let socket = Socket::open(&config.connect, move || wake.wake())?;
-            let bridge = MavlinkBridge::new(config, signed(Box::new(socket), 0)?);
+            let bridge =
+                MavlinkBridge::new(config, signing_key::signed(config, Box::new(socket), 0).map_err(Failure::Files)?);
             let mut bridge = match &config.ground {
                 None => bridge,
                 Some(endpoint) => {
                     let wake = nudge.clone();
                     let socket = GroundSocket::open(endpoint, move || wake.wake())?;
-                    bridge.seen_from_the_ground(signed(Box::new(socket), 1)?)
+                    bridge
+                        .seen_from_the_ground(signing_key::signed(config, Box::new(socket), 1).map_err(Failure::Files)?)
                 }
             };
             place.run(&mut bridge, nudge)

@@ -37,7 +37,7 @@ pub fn autopilot_check(args: &AutopilotCheckArgs) -> Outcome {
             return Outcome::NotKeptUp;
         }
     };
-    let link = match signing_key::signed(&config, socket, 2) {
+    let link = match signing_key::signed(&config, Box::new(socket), 2) {
         Ok(link) => link,
         Err(mistakes) => return check_inputs::tell(&mistakes),
     };

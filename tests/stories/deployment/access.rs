@@ -101,45 +101,40 @@ fn listen(session: &Session, vehicle: &str) -> Receiver<String> {
     heard
 }
 
-/// Publishes every topic of `vehicle`, then `fence`, and repeats until that is heard; returns the topics that were
-/// heard.
+/// Publishes every topic of `vehicle`, then `fence`, again and again until the fence and all of `expected` were heard, and then once
+/// more; fails if anything else was heard.
 #[track_caller]
-fn crossing(from: &Session, heard: &Receiver<String>, vehicle: &str, fence: &str) -> BTreeSet<&'static str> {
-    let mut crossed = BTreeSet::new();
+fn assert_crossing(
+    from: &Session,
+    heard: &Receiver<String>,
+    vehicle: &str,
+    fence: &str,
+    expected: &[&'static str],
+    what: &str,
+) {
     let prefix = format!("kw/{vehicle}/");
-    let mut take = |it: String| {
-        let topic = it.strip_prefix(&prefix).and_then(|it| topics().into_iter().find(|key| *key == it));
-        crossed.extend(topic);
-    };
-    let say = || {
+    let mut crossed = BTreeSet::new();
+    let mut say_all = || {
         topics().iter().for_each(|key| from.put(format!("{prefix}{key}"), "x").wait().unwrap());
         from.put(fence, "x").wait().unwrap();
-    };
-    wait_for("the link to carry what is allowed", || {
-        say();
+        let mut fence_is_heard = false;
+        // Until nothing more comes: how much of it comes is what is asked here.
         while let Ok(key) = heard.recv_timeout(Duration::from_millis(500)) {
-            if key == fence {
-                return Some(());
-            }
-            take(key);
+            fence_is_heard |= key == fence;
+            let topic = key.strip_prefix(&prefix).and_then(|it| topics().into_iter().find(|key| *key == it));
+            crossed.extend(topic);
         }
-        None
+        (fence_is_heard, crossed.clone())
+    };
+    // Who listens to a topic is told one topic after the other: the fence may arrive before another one is let through.
+    let expected = set(expected);
+    let mut arrived = false;
+    wait_for(&format!("the link to carry {expected:?}: {what}"), || {
+        let (fence_is_heard, crossed) = say_all();
+        arrived |= fence_is_heard;
+        (arrived && expected.is_subset(&crossed)).then_some(())
     });
-    // Who listens to a topic is told one topic after the other, so that the fence may arrive before another one is let through: it
-    // is all said again. Thinned topics and the fence itself are heard in the first round.
-    for _ in 0..3 {
-        while let Ok(key) = heard.recv_timeout(Duration::from_millis(300)) {
-            take(key);
-        }
-        say();
-    }
-    while let Ok(key) = heard.recv_timeout(Duration::from_millis(300)) {
-        take(key);
-    }
-    if let Some(key) = fence.strip_prefix(&prefix) {
-        crossed.extend(topics().into_iter().find(|it| *it == key));
-    }
-    crossed
+    assert_eq!(say_all().1, expected, "{what}");
 }
 
 /// Answers every service of `vehicle` at `session`, declared as the services declare it.
@@ -183,7 +178,7 @@ fn a_vehicle_says_to_the_ground_what_is_in_the_table_and_as_itself_only() {
     let tower = inside(&ground);
     let (own, other) = (listen(&tower, "uav1"), listen(&tower, "uav2"));
     let uav1 = at_the_ground(&ground, &credentials, Some("uav1-router")).expect("uav1 is let in");
-    assert_eq!(crossing(&uav1, &own, "uav1", "kw/uav1/health"), set(DOWN), "what uav1 says of itself");
+    assert_crossing(&uav1, &own, "uav1", "kw/uav1/health", DOWN, "what uav1 says of itself");
     while other.try_recv().is_ok() {}
     // The fence has a key of uav1's own, so it is heard as uav1's; nothing of uav2's is heard.
     let listened = listen(&tower, "uav1");
@@ -192,7 +187,7 @@ fn a_vehicle_says_to_the_ground_what_is_in_the_table_and_as_itself_only() {
         let both = both.clone();
         std::thread::spawn(move || receiver.into_iter().for_each(|it| drop(both.send(it))));
     }
-    assert_eq!(crossing(&uav1, &as_other, "uav2", "kw/uav1/health"), set(&[]), "what uav1 says of uav2");
+    assert_crossing(&uav1, &as_other, "uav2", "kw/uav1/health", &[], "what uav1 says of uav2");
 }
 
 #[test]
@@ -203,7 +198,7 @@ fn the_ground_says_to_a_vehicle_what_is_in_the_table_and_to_the_right_one() {
     let uav1 = at_the_ground(&ground, &credentials, Some("uav1-router")).expect("uav1 is let in");
     let heard = listen(&uav1, "uav1");
     let _ = uav1.declare_subscriber("kw/**").callback(|_| ()).background().wait();
-    assert_eq!(crossing(&tower, &heard, "uav1", "kw/uav1/permission/ledger"), set(UP), "what uav1 hears");
+    assert_crossing(&tower, &heard, "uav1", "kw/uav1/permission/ledger", UP, "what uav1 hears");
     let uav2 = at_the_ground(&ground, &credentials, Some("uav2-router")).expect("uav2 is let in");
     let (sender, heard) = channel();
     for pattern in ["kw/uav1/**", "kw/**", "kw/uav2/permission/ledger"] {
@@ -214,7 +209,7 @@ fn the_ground_says_to_a_vehicle_what_is_in_the_table_and_to_the_right_one() {
             .wait()
             .unwrap();
     }
-    assert_eq!(crossing(&tower, &heard, "uav1", "kw/uav2/permission/ledger"), set(&[]), "what uav2 hears of uav1");
+    assert_crossing(&tower, &heard, "uav1", "kw/uav2/permission/ledger", &[], "what uav2 hears of uav1");
 }
 
 #[test]
@@ -315,12 +310,12 @@ fn an_aircraft_talks_to_its_own_ground_only() {
     aircraft.process().wait_for("the link to ground-router is up");
     let onboard = inside(&aircraft);
     let heard = listen(&onboard, "uav1");
-    assert_eq!(crossing(&real, &heard, "uav1", "kw/uav1/permission/ledger"), set(UP), "what the ground says on board");
+    assert_crossing(&real, &heard, "uav1", "kw/uav1/permission/ledger", UP, "what the ground says on board");
     serve(&onboard, "uav1");
     let expected = set(ANSWERED_ON_BOARD);
     assert_eq!(answered(&real, "uav1", &expected), expected, "what is answered on board");
     let heard = listen(&real, "uav1");
-    assert_eq!(crossing(&onboard, &heard, "uav1", "kw/uav1/health"), set(DOWN), "what leaves the aircraft");
+    assert_crossing(&onboard, &heard, "uav1", "kw/uav1/health", DOWN, "what leaves the aircraft");
 }
 
 #[test]

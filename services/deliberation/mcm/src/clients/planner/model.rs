@@ -2,7 +2,7 @@
 //!
 //! Whatever happens: what is flown is a step of the plan that was adopted last, and was not flown before; no plan is adopted that was
 //! made before the mission was changed; every flown step is reported until the planner has acknowledged it, and no plan is asked for
-//! before; a denial is told with each question until an answer to one of them came; an answer that is not awaited changes nothing.
+//! before; every question repeats the denials that no answer has followed yet; an answer that nobody waits for changes nothing.
 
 use std::collections::BTreeSet;
 
