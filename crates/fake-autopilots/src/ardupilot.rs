@@ -38,6 +38,27 @@ enum Guided {
     Follows { position: Option<[f64; 3]>, velocity: [f64; 3], since: Time },
 }
 
+impl Guided {
+    /// Where it flies to, and how fast. With a velocity a position moves on until that times out; alone it is held for ever.
+    fn target(self, now: Time) -> Option<(Option<[f64; 3]>, [f64; 3])> {
+        let Guided::Follows { position, velocity, since } = self else { return None };
+        let age = now - since;
+        let along_s = age.min(VELOCITY_TIMEOUT).as_secs_f64();
+        let moved = position.map(|it| std::array::from_fn(|i| it[i] + velocity[i] * along_s));
+        Some((moved, if VELOCITY_TIMEOUT < age { [0.0; 3] } else { velocity }))
+    }
+
+    /// What it says that it follows: the type mask, position and velocity. Where nothing was sent since it began, a velocity of zero.
+    fn told(self, now: Time) -> Option<(u16, [f64; 3], [f64; 3])> {
+        match (self, self.target(now)) {
+            (Guided::Climbs, _) => None,
+            (_, Some((Some(position), velocity))) => Some((0xDC0, position, velocity)),
+            (_, Some((None, velocity))) => Some((0xDC7, [0.0; 3], velocity)),
+            (_, None) => Some((0xDC7, [0.0; 3], [0.0; 3])),
+        }
+    }
+}
+
 /// What ArduPilot remembers beside its vehicle.
 #[derive(Debug)]
 pub(crate) struct ArduPilot {
@@ -50,6 +71,8 @@ pub(crate) struct ArduPilot {
     reads_switch: Option<Time>,
     home: [f64; 3],
     was_armed: bool,
+    /// A battery failsafe: until it is started again.
+    battery_failed: bool,
     announced: Option<u32>,
     refresh: Time,
 }
@@ -65,6 +88,7 @@ impl ArduPilot {
             reads_switch: Some(Time::ZERO + SWITCH_READ),
             home: [0.0; 3],
             was_armed: false,
+            battery_failed: false,
             announced: None,
             refresh: Time::ZERO,
         }
@@ -114,8 +138,9 @@ fn obey(fake: &mut FakeAutopilot, command: u16, params: &[f32; 7], now: Now) -> 
         176 if params[0] as u32 & 1 == 0 => 2,
         176 => set_mode(fake, params[1] as u32, now),
         400 if params[0] == 1.0 => {
-            let mode = own(fake).mode;
+            let (mode, battery_failed) = (own(fake).mode, own(fake).battery_failed);
             let refusal = match mode {
+                _ if battery_failed => Some("Arm: Battery 1 failed"),
                 LAND | RTL => Some("Arm: LAND mode not armable"),
                 GUIDED if !is_ready(fake, now.time) => Some("Arm: Need Position Estimate"),
                 _ => None,
@@ -184,6 +209,15 @@ pub(crate) fn set_mode(fake: &mut FakeAutopilot, mode: u32, now: Now) -> u8 {
     0
 }
 
+/// It finds its battery low, and lands once.
+pub(crate) fn battery_fails(fake: &mut FakeAutopilot, now: Now) {
+    let it = own(fake);
+    (it.battery_failed, it.mode, it.guided) = (true, LAND, Guided::Holds);
+    fake.command(Command::Land(v1::LandCommand {}), now);
+    announce(fake, now.time);
+    fake.text(4, "Battery Failsafe", now.time);
+}
+
 /// A change of mode is said at once.
 fn announce(fake: &mut FakeAutopilot, now: Time) {
     let mode = own(fake).mode;
@@ -213,18 +247,14 @@ pub(crate) fn fly(fake: &mut FakeAutopilot, now: Now) {
         it.home = position;
         fake.text(6, "Arming motors", now.time);
     }
-    let battery_failsafe = fake.vehicle.battery.remaining < 0.05 && fake.vehicle.battery.voltage_v > 0.0;
+    let is_low = fake.vehicle.battery.remaining < 0.05 && fake.vehicle.battery.voltage_v > 0.0;
+    if armed && is_low && !own(fake).battery_failed {
+        battery_fails(fake, now);
+    }
     let it = own(fake);
     let was_armed = std::mem::replace(&mut it.was_armed, armed);
     if was_armed && !armed {
         it.guided = Guided::Holds;
-    }
-    if armed && battery_failsafe && it.mode != LAND {
-        it.mode = LAND;
-        it.guided = Guided::Holds;
-        fake.command(Command::Land(v1::LandCommand {}), now);
-        announce(fake, now.time);
-        fake.text(4, "Battery Failsafe", now.time);
     }
     announce(fake, now.time);
     guide(fake, now);
@@ -237,21 +267,12 @@ fn guide(fake: &mut FakeAutopilot, now: Now) {
     if it.guided == Guided::Climbs && climbed {
         it.guided = Guided::Holds;
     }
-    let Guided::Follows { position, velocity, since } = it.guided else { return };
+    let Guided::Follows { .. } = it.guided else { return };
     if now.time < it.refresh {
         return;
     }
     it.refresh = now.time + REFRESH;
-    let age = now.time - since;
-    let target = match position {
-        // With a velocity it goes on until that times out; alone it is held for ever.
-        Some(position) => {
-            let along_s = age.min(VELOCITY_TIMEOUT).as_secs_f64();
-            Some(std::array::from_fn(|i| position[i] + velocity[i] * along_s))
-        }
-        None => None,
-    };
-    let velocity = if VELOCITY_TIMEOUT < age { [0.0; 3] } else { velocity };
+    let Some((target, velocity)) = it.guided.target(now.time) else { return };
     fake.fly(target, velocity, now);
     if fake.actual() != v1::FlightMode::Offboard {
         fake.offboard(now);
@@ -263,14 +284,13 @@ pub(crate) fn modes(fake: &mut FakeAutopilot, now: Time) -> Modes {
     let (armed, landed, failsafe) = (fake.is_armed(), fake.is_landed(), fake.vehicle.status.failsafe);
     let climbs = fake.actual() == v1::FlightMode::Takeoff;
     let is_fit = fake.vehicle.local.horizontal_valid && fake.vehicle.status.failures.is_empty();
-    let low = fake.vehicle.battery.remaining < 0.05 && fake.vehicle.battery.voltage_v > 0.0;
     let it = own(fake);
     let has_position = it.has_position(now);
     Modes {
         autopilot: 3,
         custom_mode: it.mode,
         intended: it.mode,
-        system_status: match (failsafe || low, it.initialised, armed && !landed) {
+        system_status: match (failsafe || it.battery_failed, it.initialised, armed && !landed) {
             (_, false, _) => 1,
             (true, ..) => 5,
             (false, true, true) => 4,
@@ -285,16 +305,11 @@ pub(crate) fn modes(fake: &mut FakeAutopilot, now: Time) -> Modes {
         // True without a position in a mode that needs none.
         prearm: match it.mode {
             LAND | RTL => false,
-            GUIDED => is_fit && has_position,
+            GUIDED => is_fit && has_position && !it.battery_failed,
             _ => true,
         },
         has_position,
         home: it.home,
-        target: match it.guided {
-            _ if it.mode != GUIDED => None,
-            Guided::Holds | Guided::Climbs => None,
-            Guided::Follows { position: Some(position), velocity, .. } => Some((0xDC0, position, velocity)),
-            Guided::Follows { position: None, velocity, .. } => Some((0xDC7, [0.0; 3], velocity)),
-        },
+        target: (it.mode == GUIDED).then(|| it.guided.told(now)).flatten(),
     }
 }

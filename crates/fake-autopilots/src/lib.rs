@@ -93,6 +93,10 @@ pub(crate) struct Telemetry {
 pub const OTHER_SETS_MODE: &str = "other_sets_mode";
 /// Somebody else starts the motors.
 pub const OTHER_ARMS: &str = "other_arms";
+/// Somebody else sends a setpoint: a place, north, east and down in metres. Only ArduPilot takes one that comes alone.
+pub const OTHER_SETS_TARGET: &str = "other_sets_target";
+/// ArduPilot's battery failsafe, by thresholds of its own: it lands, and reports it until it is started again.
+pub const BATTERY_FAILSAFE: &str = "battery_failsafe";
 /// Kills the autopilot and starts it again, with its vehicle where it stands: the argument is how many seconds later.
 pub const RESTART: &str = "restart";
 /// Cuts the link for this many seconds.
@@ -281,7 +285,8 @@ impl FakeAutopilot {
 
     /// Something that a fault of this name does to the autopilot, if it is one of ours.
     fn trouble(&mut self, request: &v1::FaultRequest, now: Now) -> Option<String> {
-        let number = || request.args.first().and_then(|it| it.parse::<f64>().ok()).unwrap_or_default();
+        let numbers: Vec<f64> = request.args.iter().filter_map(|it| it.parse().ok()).collect();
+        let number = || numbers.first().copied().unwrap_or_default();
         match request.name.as_str() {
             OTHER_SETS_MODE => {
                 match self.kind {
@@ -293,6 +298,16 @@ impl FakeAutopilot {
             OTHER_ARMS => {
                 self.command(v1::vehicle_command::Command::Arm(v1::Arm {}), now);
                 Some("somebody else arms".into())
+            }
+            OTHER_SETS_TARGET => {
+                let position = numbers.try_into().expect("north, east and down");
+                let position = Received::Setpoint { target: (1, 1), mask: 0xDF8, position, velocity: [0.0; 3] };
+                ardupilot::take_in(self, &position, (255, 190), now);
+                Some("somebody else sends a setpoint".into())
+            }
+            BATTERY_FAILSAFE => {
+                ardupilot::battery_fails(self, now);
+                Some("the autopilot finds its battery low".into())
             }
             RESTART => {
                 self.restarts = Restart::DeadUntil(now.time + Duration::from_secs_f64(number()));

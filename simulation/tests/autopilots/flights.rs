@@ -3,6 +3,8 @@
 use control_tower::policy::Policy;
 use fake_autopilots::bridged::BRIDGE_DIES;
 use fake_autopilots::wire::Faults;
+use fake_autopilots::{BATTERY_FAILSAFE, Kind};
+use kittiwake_proto::v1::MissionOutcome;
 
 use super::{BOTH, LIMIT, assert_success, fly, reference, with_keys};
 
@@ -24,6 +26,19 @@ fn a_signed_link_flies_the_mission_also_when_the_bridge_dies_and_forgets_what_ti
         let report = fly(&mut simulation);
         assert_success(&simulation, &report);
     }
+}
+
+#[test]
+fn a_mission_ends_when_the_failsafe_of_an_autopilot_has_landed_it() {
+    let mut simulation = reference(Kind::ArduPilot, Policy::Grant, Faults::default());
+    assert!(simulation.fly_until("step 4 of 5", LIMIT), "\n{}", simulation.decision_log());
+    simulation.pass(std::time::Duration::from_secs(10));
+    simulation.inject_fault(BATTERY_FAILSAFE, &[]);
+    let report = fly(&mut simulation);
+    // It waits for an operator for a while: what the autopilot landed it for may be mended.
+    assert_eq!(report.outcome(), MissionOutcome::Failure, "{}\n{}", report.reason, simulation.decision_log());
+    assert!(report.reason.contains("landed because of `autopilot_comes_down`"), "{}", report.reason);
+    assert_eq!(simulation.breaches(), [], "\n{}", simulation.decision_log());
 }
 
 #[test]

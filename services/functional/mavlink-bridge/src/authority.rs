@@ -61,15 +61,10 @@ impl Authority {
         self.expected = Some((now, mode));
     }
 
-    /// Somebody else has armed it. A mode that we have selected on the ground before does not take it back.
-    pub(crate) fn armed_by_other(&mut self) {
+    /// Somebody else has done something else than set a mode. A mode that we have selected before does not take it back.
+    pub(crate) fn taken(&mut self, how: &str) {
         self.expected = None;
-        self.taken("it was armed by somebody else".into());
-    }
-
-    /// Somebody else has done something else than set a mode.
-    pub(crate) fn taken(&mut self, how: String) {
-        self.author = Author::Other(how);
+        self.author = Author::Other(how.to_owned());
     }
 
     /// The vehicle was started again: it does what it does by itself.

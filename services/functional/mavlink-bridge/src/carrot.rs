@@ -8,6 +8,7 @@ use std::time::Duration;
 use domain::time::Time;
 
 use crate::heard::LocalPosition;
+use crate::vector::{difference, dot, length};
 
 /// A moving target.
 #[derive(Debug, Clone)]
@@ -95,18 +96,6 @@ impl Carrot {
     pub(crate) fn is_unflown(&self, limit: Duration, now: Time) -> bool {
         self.behind.is_some_and(|it| limit <= now - it.since)
     }
-}
-
-fn difference(to: [f64; 3], from: [f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| to[i] - from[i])
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn length(vector: [f64; 3]) -> f64 {
-    dot(vector, vector).sqrt()
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use crate::authority::{Author, Authority};
 use crate::config::Config;
 use crate::epoch::{Break, Epoch};
 use crate::grooming::Grooming;
-use crate::heard::{Ack, Heard};
+use crate::heard::{Ack, Echo, Heard};
 use crate::order::Order;
 use crate::personality::{Personality, Submode};
 use crate::procedure::{Act, Around, Procedure};
@@ -19,6 +19,7 @@ use crate::setpoints::Setpoints;
 use crate::status::Reporter;
 use crate::streams::Streams;
 use crate::telemetry;
+use crate::vector::length;
 use crate::vehicle::{Vehicle, landed};
 
 /// The autopilot that is flown.
@@ -31,7 +32,8 @@ pub(crate) struct Flown {
     pub(crate) order: Order,
     pub(crate) authority: Authority,
     pub(crate) submode: Submode,
-    submode_since: Time,
+    /// When that began, or the last command ended: what the autopilot says may be of before for a moment.
+    settles_since: Time,
     pub(crate) epoch: Epoch,
     /// How the frame has moved, since the vehicle was armed.
     pub(crate) moved: String,
@@ -48,6 +50,10 @@ pub(crate) struct Flown {
 
 /// So long after we have commanded it, it may be seen to be armed. (Both say so with their heartbeat, up to a second later.)
 const ARMED_WITHIN: Duration = Duration::from_secs(5);
+/// After a command what the autopilot says of its target is not judged for so long: four of its messages.
+const SETTLES: Duration = Duration::from_secs(1);
+/// A vehicle that is slower stands. (ENG: gusts move one that holds by less.)
+const STANDS_M_S: f64 = 0.3;
 
 impl Flown {
     /// It was heard for the first time.
@@ -61,7 +67,7 @@ impl Flown {
             order: Order::default(),
             authority: Authority::new(),
             submode: Submode::Holding,
-            submode_since: now,
+            settles_since: now,
             epoch: Epoch::new(config.jump_m.get()),
             moved: String::new(),
             streams,
@@ -97,7 +103,7 @@ impl Flown {
         }
         let is_our_arming = self.arming.is_some_and(|at| now.time - at <= ARMED_WITHIN);
         if was_heard && !was_armed && self.vehicle.is_armed() && !is_our_arming {
-            self.authority.armed_by_other();
+            self.authority.taken("it was armed by somebody else");
         }
         effects.extend(telemetry::published(heard, &self.vehicle, now));
         match heard {
@@ -109,7 +115,7 @@ impl Flown {
                 }
             }
             Heard::Heartbeat(_) | Heard::CurrentMode { .. } => self.reporter.has_news = true,
-            Heard::Target { mask, position, velocity } => self.echoed(*mask, *position, *velocity, now.time),
+            Heard::Target(echo) => self.echoed(*echo, now.time),
             Heard::Text { severity, text } => {
                 tracing::info!(severity, "the autopilot says: {text}");
                 self.reporter.has_news = true;
@@ -156,23 +162,24 @@ impl Flown {
         self.grooming = Grooming::new();
         let is_ours = self.procedure.as_ref().is_some_and(|it| it.command == Command::Disarm);
         if was_in_air && !is_ours {
-            self.authority.taken("the motors were stopped in the air".into());
+            self.authority.taken("the motors were stopped in the air");
         }
     }
 
     /// A setpoint of somebody else shows in what the autopilot follows.
-    fn echoed(&mut self, mask: u16, position: [f64; 3], velocity: [f64; 3], now: Time) {
+    fn echoed(&mut self, echo: Echo, now: Time) {
         let is_judged = self.personality.echoes_setpoints()
             && self.vehicle.is_armed()
             && self.vehicle.custom_mode() == Some(self.personality.ground_mode())
             && self.submode != Submode::Climbing
             && self.procedure.is_none()
             && *self.authority.author() == Author::Ours
-            && Duration::from_secs(1) <= now - self.submode_since;
-        if is_judged && self.setpoints.are_of_somebody_else(mask, position, velocity) {
-            tracing::warn!(?position, "the autopilot follows a setpoint that is not ours");
+            && SETTLES <= now - self.settles_since;
+        if is_judged && self.setpoints.are_of_somebody_else(echo, now) {
+            tracing::warn!(?echo, "the autopilot follows a setpoint that is not ours");
             self.setpoints.end();
-            self.authority.taken("a setpoint that is not ours is flown".into());
+            self.setpoints.forget();
+            self.authority.taken("a setpoint that is not ours is flown");
         }
     }
 
@@ -218,7 +225,12 @@ impl Flown {
         for act in acts {
             match act {
                 Act::Say(said) => says.push(said),
-                Act::Expect(mode) => self.authority.expect(mode, now),
+                Act::Expect(mode) => {
+                    if self.vehicle.custom_mode() != Some(mode) {
+                        self.setpoints.stands(self.personality.as_ref(), now);
+                    }
+                    self.authority.expect(mode, now);
+                }
                 Act::Become(submode) => {
                     match submode {
                         Submode::Following => self.setpoints.begin(),
@@ -234,6 +246,7 @@ impl Flown {
         }
         let result = result?;
         self.procedure = None;
+        self.settles_since = now;
         match &result {
             CommandResult::Accepted => {
                 tracing::info!("{command}: done");
@@ -254,24 +267,31 @@ impl Flown {
         self.setpoints.follow(setpoint, self.personality.as_ref(), &self.vehicle, config, now)
     }
 
-    /// Stops a vehicle that follows setpoints when they stop.
+    /// Stops a vehicle that follows setpoints when they stop, and stops it again while one that was stopped is neither seen to stand
+    /// nor says that it follows the stop: a setpoint is not acknowledged.
     pub(crate) fn stop_without_setpoints(&mut self, has_setpoint: bool, now: Time) -> Option<Target> {
-        let are_lost = self.setpoints.are_followed() && !has_setpoint && *self.authority.author() == Author::Ours;
-        self.setpoints.stop_if(are_lost, self.personality.as_ref(), now)
+        let is_ours = *self.authority.author() == Author::Ours;
+        let are_lost = is_ours && self.setpoints.are_followed() && !has_setpoint;
+        let is_guided = self.vehicle.custom_mode() == Some(self.personality.ground_mode());
+        let stands = || self.vehicle.local_now(now).is_some_and(|it| length(it.velocity) <= STANDS_M_S);
+        let holds = is_ours && is_guided && self.vehicle.is_armed() && self.procedure.is_none();
+        let moves_on = holds && self.setpoints.may_miss_stop() && !stands();
+        self.setpoints.stop_if(are_lost, moves_on, self.personality.as_ref(), now)
     }
 
     /// When something may be due that nothing has arrived for.
     pub(crate) fn deadline(&self) -> Option<Time> {
         // A procedure and the judgement of setpoints look at ages: often enough for their shortest limit.
         let busy = self.procedure.as_ref().map(|_| self.looked_at + Duration::from_millis(20));
-        let follows = self.setpoints.are_followed().then(|| self.looked_at + Duration::from_millis(100));
+        let watches = self.setpoints.are_followed() || self.setpoints.may_miss_stop();
+        let follows = watches.then(|| self.looked_at + Duration::from_millis(100));
         let deadlines = [self.streams.deadline(), busy, follows, self.authority.deadline(), self.grooming.deadline()];
         deadlines.into_iter().flatten().min()
     }
 
     fn set_submode(&mut self, submode: Submode, now: Time) {
         if self.submode != submode {
-            (self.submode, self.submode_since) = (submode, now);
+            (self.submode, self.settles_since) = (submode, now);
             self.reporter.has_news = true;
         }
     }

@@ -67,15 +67,8 @@ pub enum Heard {
     Home([i32; 3]),
     /// Milliseconds since it was started.
     SystemTime(u32),
-    /// The setpoint that it follows: mask, position, velocity.
-    Target {
-        /// POSITION_TARGET_TYPEMASK.
-        mask: u16,
-        /// NED, in the local frame.
-        position: [f64; 3],
-        /// NED.
-        velocity: [f64; 3],
-    },
+    /// The setpoint that it follows.
+    Target(Echo),
     /// How much the frame shakes: three numbers, of which each autopilot means something else.
     Vibration([f64; 3]),
     /// Where the wind blows to, north and east.
@@ -143,6 +136,23 @@ pub struct Battery {
     pub temperature_c: Option<f64>,
     /// MAV_BATTERY_CHARGE_STATE.
     pub charge_state: u8,
+}
+
+/// What the autopilot says that it follows, in the local frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Echo {
+    /// NED; `None`: it follows no position.
+    pub position: Option<[f64; 3]>,
+    /// NED; `None`: it follows no velocity.
+    pub velocity: Option<[f64; 3]>,
+}
+
+impl Echo {
+    /// POSITION_TARGET_LOCAL_NED; `mask` is its POSITION_TARGET_TYPEMASK.
+    fn new(mask: u16, position: [f64; 3], velocity: [f64; 3]) -> Echo {
+        let has = |parts: u16| mask & parts != parts;
+        Echo { position: has(0x007).then_some(position), velocity: has(0x038).then_some(velocity) }
+    }
 }
 
 /// LOCAL_POSITION_NED.
@@ -224,11 +234,10 @@ pub fn heard(frame: &Frame) -> Option<Heard> {
             },
         },
         77 => Heard::Ack(Ack { command: bytes.u16(0), result: bytes.u8(2), target: (bytes.u8(8), bytes.u8(9)) }),
-        85 => Heard::Target {
-            mask: bytes.u16(48),
-            position: [4, 8, 12].map(|at| bytes.f32(at)),
-            velocity: [16, 20, 24].map(|at| bytes.f32(at)),
-        },
+        85 => {
+            let [position, velocity] = [4, 16].map(|at| [at, at + 4, at + 8].map(|at| bytes.f32(at)));
+            Heard::Target(Echo::new(bytes.u16(48), position, velocity))
+        }
         147 => battery(&bytes)?,
         // From where it blows, ArduPilot; to where, PX4.
         168 => {

@@ -41,6 +41,7 @@ pub mod socket;
 mod status;
 mod streams;
 mod telemetry;
+mod vector;
 mod vehicle;
 
 use bridge::Bridge;

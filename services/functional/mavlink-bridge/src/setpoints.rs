@@ -7,6 +7,7 @@ use domain::time::Time;
 
 use crate::carrot::{Aim, Carrot};
 use crate::config::Config;
+use crate::heard::Echo;
 use crate::personality::{Following, Personality};
 use crate::said::Target;
 use crate::sent::Sent;
@@ -18,6 +19,8 @@ pub(crate) struct Setpoints {
     follows: bool,
     carrot: Option<Carrot>,
     sent: Sent,
+    /// It was stopped by a setpoint, and nothing else was sent since.
+    is_stopped: bool,
     next_stop: Option<Time>,
 }
 
@@ -27,7 +30,7 @@ const STOP_PERIOD: Duration = Duration::from_millis(500);
 impl Setpoints {
     /// From here on they are passed on. Where they are already, the target goes on from where it is.
     pub(crate) fn begin(&mut self) {
-        self.follows = true;
+        (self.follows, self.is_stopped) = (true, false);
     }
 
     /// From here on they are not.
@@ -45,9 +48,22 @@ impl Setpoints {
         self.carrot.as_ref().is_some_and(|it| it.is_unflown(limit, now))
     }
 
+    /// Whether the vehicle was stopped by a setpoint that may not have arrived, and nothing else was sent since.
+    pub(crate) fn may_miss_stop(&self) -> bool {
+        self.is_stopped && self.sent.may_be_lost()
+    }
+
     /// What was sent is followed no more.
     pub(crate) fn forget(&mut self) {
+        self.is_stopped = false;
         self.sent.forget();
+    }
+
+    /// A mode begins in which the vehicle stands until a setpoint comes, where setpoints stop it.
+    pub(crate) fn stands(&mut self, personality: &dyn Personality, now: Time) {
+        if let Some(target) = personality.stop() {
+            self.sent.note(target, now);
+        }
     }
 
     /// The target to send for a setpoint of the layers above.
@@ -100,6 +116,7 @@ impl Setpoints {
             return None;
         }
         self.sent.note(target, now);
+        self.is_stopped = false;
         Some(target)
     }
 
@@ -107,29 +124,32 @@ impl Setpoints {
     pub(crate) fn stop(&mut self, personality: &dyn Personality, now: Time) -> Option<Target> {
         let target = personality.stop()?;
         self.sent.note(target, now);
+        (self.is_stopped, self.next_stop) = (true, Some(now + STOP_PERIOD));
         Some(target)
     }
 
-    /// Where the autopilot has no failsafe for it: stops a vehicle that follows setpoints once they are lost.
-    pub(crate) fn stop_if(&mut self, are_lost: bool, personality: &dyn Personality, now: Time) -> Option<Target> {
-        if !are_lost {
-            self.next_stop = None;
-            return None;
+    /// Where the autopilot has no failsafe for it: stops a vehicle that follows setpoints once they are lost, and one that was stopped
+    /// and `moves_on`, as often as it takes.
+    pub(crate) fn stop_if(
+        &mut self,
+        are_lost: bool,
+        moves_on: bool,
+        personality: &dyn Personality,
+        now: Time,
+    ) -> Option<Target> {
+        if are_lost {
+            self.carrot = None;
         }
-        self.carrot = None;
-        if self.next_stop.is_some_and(|it| now < it) {
-            return None;
-        }
-        let target = self.stop(personality, now)?;
-        if self.next_stop.is_none() {
+        let is_first = are_lost && !self.is_stopped;
+        if is_first {
             tracing::warn!("the setpoints have stopped: the vehicle is stopped");
         }
-        self.next_stop = Some(now + STOP_PERIOD);
-        Some(target)
+        let is_due = is_first || ((are_lost || moves_on) && self.next_stop.is_none_or(|it| it <= now));
+        is_due.then(|| self.stop(personality, now)).flatten()
     }
 
     /// Whether what the autopilot follows is not ours, again and again.
-    pub(crate) fn are_of_somebody_else(&mut self, mask: u16, position: [f64; 3], velocity: [f64; 3]) -> bool {
-        self.sent.is_of_somebody_else(mask, position, velocity)
+    pub(crate) fn are_of_somebody_else(&mut self, echo: Echo, now: Time) -> bool {
+        self.sent.is_of_somebody_else(echo, now)
     }
 }

@@ -86,7 +86,9 @@ impl Flown {
         }
         let is_ground_mode = flown == personality.ground_mode();
         let can_arm = vehicle.prearm(now).filter(|_| is_ground_mode || vehicle.is_armed());
-        let failsafe = *author == Author::Failsafe || vehicle.critical_since.is_some();
+        // ArduPilot keeps one that has landed it until it is started again: on the ground it flies nothing.
+        let is_critical = vehicle.is_armed() && vehicle.critical_since.is_some();
+        let failsafe = *author == Author::Failsafe || is_critical;
         let unable = can_arm == Some(false) && !vehicle.is_armed();
         let mut reasons = self.reasons(problem.as_deref(), unflown);
         if failsafe || is_other || unable {
@@ -132,7 +134,8 @@ impl Flown {
             _ => None,
         };
         let no_origin = "the autopilot has not said where the origin of its local frame is";
-        let not_flown = "the vehicle does not fly its setpoints: they may lie beyond the autopilot's fence";
+        let not_flown = "the vehicle does not fly its setpoints: they may lie beyond the autopilot's fence, or wind or a slow \
+                         link may hold it back";
         let moved = Some(self.moved.as_str()).filter(|it| !it.is_empty());
         let reasons =
             [other, problem, self.vehicle.origin.is_none().then_some(no_origin), unflown.then_some(not_flown), moved];

@@ -5,7 +5,7 @@ use std::time::Duration;
 use domain::geometry::Ned;
 use fake_autopilots::bridged::BRIDGE_DIES;
 use fake_autopilots::wire::Faults;
-use fake_autopilots::{Kind, LINK_GAP, OTHER_ARMS, OTHER_SETS_MODE, RESTART};
+use fake_autopilots::{BATTERY_FAILSAFE, Kind, LINK_GAP, OTHER_ARMS, OTHER_SETS_MODE, OTHER_SETS_TARGET, RESTART};
 use kittiwake_proto::v1::{self, FlightMode, vehicle_command::Command};
 
 use crate::rig::{ARM, DISARM, LAND, LOITER, OFFBOARD, Published, Rig};
@@ -164,6 +164,104 @@ fn setpoints_that_stop_stop_the_vehicle() {
         rig.setpoint = setpoint;
         assert!(rig.run(Duration::from_secs(3), is(FlightMode::Offboard)), "{kind:?} {:?}", rig.status());
     }
+}
+
+/// A vehicle that flies east at 8 m/s.
+fn on_the_way(kind: Kind) -> Rig {
+    let mut rig = Rig::new(kind);
+    rig.airborne();
+    rig.target(Ned::new(0.0, 500.0, -10.0), Some(8.0));
+    assert_eq!(rig.command(OFFBOARD), Ok(()));
+    rig.pass(6.0);
+    assert!(7.0 < rig.speed_m_s(), "{kind:?} {}", rig.speed_m_s());
+    rig
+}
+
+#[test]
+fn setpoints_that_pause_or_do_not_come_through_are_nobody_elses() {
+    for kind in BOTH {
+        for (pause_s, gap_s) in
+            [(0.9_f64, 0.0_f64), (1.5, 0.0), (0.0, 1.0), (0.0, 3.0), (0.0, 6.0), (2.0, 1.0), (1.0, 4.0)]
+        {
+            let mut rig = on_the_way(kind);
+            let setpoint = rig.setpoint;
+            rig.fault(LINK_GAP, gap_s);
+            if 0.0 < pause_s {
+                rig.setpoint = None;
+            }
+            rig.pass(pause_s.max(gap_s));
+            rig.setpoint = setpoint;
+            rig.pass(6.0);
+            let others = rig.published.statuses.iter().find(|(_, it)| it.commanded_by_other);
+            assert_eq!(others, None, "{kind:?}, setpoints pause for {pause_s} s, the link for {gap_s} s");
+        }
+    }
+}
+
+#[test]
+fn a_stop_that_is_lost_is_said_again() {
+    for (kind, gap_s) in [(Kind::ArduPilot, 0.7_f64), (Kind::ArduPilot, 2.0), (Kind::Px4, 0.7)] {
+        let mut rig = on_the_way(kind);
+        rig.fault(LINK_GAP, gap_s);
+        let (from, begun) = (rig.position(), rig.now);
+        let _ = rig.command(LOITER);
+        rig.setpoint = None;
+        rig.pass(gap_s + 7.0);
+        assert!(rig.speed_m_s() < 0.3, "{kind:?}, {gap_s} s: {} m/s", rig.speed_m_s());
+        // Through the gap, half a second more, and 4 m/s2 of braking with a reserve; not the 3 s for which ArduPilot goes on by itself.
+        let limit_m = 8.0 * (gap_s + 0.5) + 13.0;
+        let flown_m = rig.position().distance_m(from);
+        assert!(flown_m < limit_m, "{kind:?}, {gap_s} s since {begun:?}: {flown_m} m");
+        assert!(!rig.status().commanded_by_other, "{kind:?} {:?}", rig.status());
+    }
+}
+
+#[test]
+fn a_setpoint_of_somebody_else_is_not_fought_and_an_order_takes_the_vehicle_back_for_good() {
+    for holds in [true, false] {
+        let mut rig = on_the_way(Kind::ArduPilot);
+        if holds {
+            assert_eq!(rig.command(LOITER), Ok(()));
+            rig.pass(6.0);
+        }
+        rig.setpoint = None;
+        rig.pass(0.2);
+        rig.fault(OTHER_SETS_TARGET, "-80 0 -15");
+        rig.pass(if holds { 1.0 } else { 0.3 });
+        if !holds {
+            // One that is sent between ours is overwritten by the next: it must be sent again and again.
+            for _ in 0..8 {
+                rig.fault(OTHER_SETS_TARGET, "-80 0 -15");
+                rig.pass(0.25);
+            }
+        }
+        assert!(rig.status().commanded_by_other, "{:?}", rig.status());
+        rig.pass(12.0);
+        assert!(rig.position().north_m < -20.0, "it is left alone: {}", rig.position());
+        assert!(rig.status().commanded_by_other, "{:?}", rig.status());
+        assert_eq!(rig.command(LOITER), Ok(()));
+        rig.pass(10.0);
+        assert!(!rig.status().commanded_by_other && rig.speed_m_s() < 0.3, "{:?}", rig.status());
+        rig.target(Ned::new(0.0, 500.0, -10.0), Some(8.0));
+        assert_eq!(rig.command(OFFBOARD), Ok(()));
+        rig.pass(10.0);
+        assert!(!rig.status().commanded_by_other && 7.0 < rig.speed_m_s(), "{:?}", rig.status());
+    }
+}
+
+#[test]
+fn a_failsafe_that_has_landed_it_is_none_on_the_ground() {
+    let mut rig = on_the_way(Kind::ArduPilot);
+    rig.fault(BATTERY_FAILSAFE, "");
+    rig.setpoint = None;
+    rig.pass(2.0);
+    assert!(rig.status().failsafe && !rig.status().commanded_by_other, "{:?}", rig.status());
+    let down = |it: &Published| it.status.as_ref().is_some_and(|it| !it.armed) && it.landed == Some(true);
+    assert!(rig.run(Duration::from_secs(60), down), "{:?}", rig.status());
+    rig.pass(3.0);
+    let status = rig.status().clone();
+    assert!(!status.failsafe && status.can_arm == Some(false), "{status:?}");
+    assert!(rig.command(ARM).expect_err("it is not ready").contains("Battery 1 failed"));
 }
 
 #[test]

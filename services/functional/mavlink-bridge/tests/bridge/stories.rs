@@ -85,8 +85,9 @@ fn a_pilot_who_moves_the_mode_switch_of_a_real_ardupilot_is_somebody_else() {
     assert!(!at(57.0).commanded_by_other, "{:?}", at(57.0));
     let lands = at(60.0);
     assert!(lands.commanded_by_other && !lands.failsafe && lands.reason.contains("LAND"), "{lands:?}");
-    assert!(!at(63.0).commanded_by_other, "taken back: {:?}", at(63.0));
-    // From here on the recorder's setpoints, which this bridge did not send, are somebody else's, too.
+    assert!(!at(61.9).commanded_by_other, "taken back: {:?}", at(61.9));
+    // The recorder's setpoints go on. This bridge, which has stopped the vehicle, did not send them: they are somebody else's, too.
+    assert!(at(63.0).reason.contains("a setpoint that is not ours"), "{:?}", at(63.0));
     assert!(at(67.0).commanded_by_other, "{:?}", at(67.0));
     assert!(at(73.0).commanded_by_other && at(73.0).actual_mode() == FlightMode::Unspecified, "{:?}", at(73.0));
 }
