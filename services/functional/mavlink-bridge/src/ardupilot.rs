@@ -149,12 +149,25 @@ impl Personality for ArduPilot {
         Some(Target { position: None, velocity: Some([0.0; 3]), yaw_rad: None, yaw_rate_rad_s: None })
     }
 
-    /// One for each axis of the accelerometer.
+    /// One for each axis of the accelerometer: the greatest. One that is no number makes it unknown, not small.
     fn vibration_m_s2(&self, axes: [f64; 3]) -> f64 {
-        axes.into_iter().fold(0.0, f64::max)
+        axes.into_iter().fold(0.0, |greatest, it| if it.is_nan() || greatest < it { it } else { greatest })
     }
 
     fn echoes_setpoints(&self) -> bool {
         true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_frame_shakes_as_much_as_its_worst_axis_and_an_unknown_axis_is_not_calm() {
+        assert_eq!(ArduPilot.vibration_m_s2([1.0, 30.0, 2.0]), 30.0);
+        for axes in [[f64::NAN; 3], [f64::NAN, 1.0, 1.0], [1.0, 1.0, f64::NAN]] {
+            assert!(ArduPilot.vibration_m_s2(axes).is_nan(), "{axes:?}");
+        }
     }
 }
