@@ -26,6 +26,7 @@ use signed_permissions::key::SecretKey;
 pub mod bounds;
 pub mod chaos;
 mod files;
+mod lying;
 pub mod proof;
 pub mod recording;
 mod restart;
@@ -34,6 +35,7 @@ mod seen;
 
 use bounds::Excursion;
 use files::Files;
+use lying::Lying;
 use recording::{Header, Recorded, Tape};
 pub use restart::Memory;
 use restart::Starts;
@@ -73,6 +75,8 @@ pub struct Changes {
     pub grant_valid_s: Option<Positive>,
     /// What the mission manager and the planner are given and decide goes here.
     pub tape: Option<Tape>,
+    /// The planner's answers are falsified, as this seed draws it.
+    pub lies: Option<u64>,
 }
 
 /// Files that were read once, for many short flights without a gateway and with telemetry that is as seldom as the services allow.
@@ -107,7 +111,7 @@ impl System {
         // Without a folder: all files have been read.
         let setup = Setup { config: Path::new(""), mission: None, permissions, seed: 1, machine: Machine::Ideal };
         let vehicle = simulated(&self.files, &setup);
-        Simulation::without_gateway(&setup, &self.files, mission, None, vehicle)
+        Simulation::without_gateway(&setup, &self.files, mission, Changes::default(), vehicle)
     }
 }
 
@@ -148,11 +152,11 @@ impl Simulation<'_> {
     /// Every mistake in the files.
     pub fn changed(setup: &Setup<'_>, changes: Changes) -> Result<Simulation<'static>, Mistakes> {
         let mut files = Files::read(setup)?;
-        files.mission = changes.mission.unwrap_or(files.mission);
+        files.mission = changes.mission.clone().unwrap_or(files.mission);
         files.control_tower.grant_valid_s = changes.grant_valid_s.unwrap_or(files.control_tower.grant_valid_s);
         let access = gateway::AccessControl { tokens: Default::default(), audit: gateway::audit::Audit::in_memory() };
         let vehicle = simulated(&files, setup);
-        Ok(Simulation::of(setup, &Rc::new(files), access, changes.tape, vehicle)?.0)
+        Ok(Simulation::of(setup, &Rc::new(files), access, changes, vehicle)?.0)
     }
 
     /// The same with another vehicle backend in place of the simulated vehicle, which is made of that one's configuration.
@@ -166,7 +170,7 @@ impl Simulation<'_> {
         let files = Files::read(setup)?;
         let access = gateway::AccessControl { tokens: Default::default(), audit: gateway::audit::Audit::in_memory() };
         let vehicle = vehicle(&files.vehicle_sim);
-        Ok(Simulation::of(setup, &Rc::new(files), access, None, vehicle)?.0)
+        Ok(Simulation::of(setup, &Rc::new(files), access, Changes::default(), vehicle)?.0)
     }
 
     /// What stands at the beginning of a recording of such a flight; `mission` is its text, if it is no file.
@@ -195,17 +199,17 @@ impl Simulation<'_> {
     ) -> Result<(Simulation<'static>, gateway::http::Api), Mistakes> {
         let files = Files::read(setup)?;
         let vehicle = simulated(&files, setup);
-        Simulation::of(setup, &Rc::new(files), access, None, vehicle)
+        Simulation::of(setup, &Rc::new(files), access, Changes::default(), vehicle)
     }
 
     fn of(
         setup: &Setup<'_>,
         files: &Rc<Files>,
         access: gateway::AccessControl,
-        tape: Option<Tape>,
+        changes: Changes,
         vehicle: impl Node + 'static,
     ) -> Result<(Simulation<'static>, gateway::http::Api), Mistakes> {
-        let mut simulation = Simulation::without_gateway(setup, files, files.mission.clone(), tape, vehicle)?;
+        let mut simulation = Simulation::without_gateway(setup, files, files.mission.clone(), changes, vehicle)?;
         let (rows, pace) = (files.contingencies.rows(), Pace::REAL_TIME);
         let (gateway, api) = gateway::Gateway::new(&files.gateway, pace, access, rows, || {});
         simulation.bus.add(Scope::Fleet, gateway);
@@ -217,7 +221,7 @@ impl Simulation<'_> {
         setup: &Setup<'_>,
         files: &Rc<Files>,
         mission: Mission,
-        tape: Option<Tape>,
+        changes: Changes,
         vehicle: impl Node + 'static,
     ) -> Result<Simulation<'static>, Mistakes> {
         let pace = Pace::REAL_TIME;
@@ -249,9 +253,13 @@ impl Simulation<'_> {
         };
         let planner =
             move |_: u64| planner::Planner::new(&plans.planner, &plans.energy, mission.clone(), Pace::REAL_TIME);
-        match tape {
+        match changes.tape {
             None => {
-                bus.add(on_board(), starts.of_resumable(move |start, _| planner(start)));
+                let planner = starts.of_resumable(move |start, _| planner(start));
+                match changes.lies {
+                    Some(seed) => _ = bus.add(on_board(), Lying::new(planner, seed)),
+                    None => _ = bus.add(on_board(), planner),
+                }
                 bus.add(on_board(), starts.of_resumable(move |start, _| manager(start).0));
             }
             // By their numbers in `recording::RECORDED`.

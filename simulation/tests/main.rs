@@ -20,6 +20,7 @@ mod imported;
 mod land_detector;
 mod landing;
 mod leaving;
+mod lying_planner;
 mod narrowing;
 mod next_flight;
 mod operator;

@@ -14,14 +14,11 @@ use simulation::chaos::hash::LogHash;
 use simulation::chaos::script::{Choice, Script};
 use simulation::chaos::trouble::Trouble;
 
-use crate::support::config;
+use crate::support::{config, seeds};
 
 /// Flies the seeds that the environment asks for, or the first `few`.
 fn check(few: u64, draw: impl Fn(u64) -> Script) {
-    let seeds = match std::env::var("KITTIWAKE_SEEDS") {
-        Ok(asked) => seeds(&asked).expect("KITTIWAKE_SEEDS is a number of seeds, or a range of them such as 798..799"),
-        Err(_) => 0..few,
-    };
+    let seeds = seeds(few);
     let flown = seeds.end - seeds.start;
     let wrong: Vec<String> = seeds.filter_map(|seed| wrong(&fly(&draw(seed), &config()).unwrap())).collect();
     assert!(wrong.is_empty(), "{} of {flown} flights went wrong:\n\n{}", wrong.len(), wrong.join("\n\n"));
@@ -34,11 +31,6 @@ fn wrong(flight: &Flight) -> Option<String> {
     let findings: Vec<String> = flight.findings.iter().map(ToString::to_string).collect();
     let mission = if let Choice::Drawn(text) = &flight.script.mission { text.as_str() } else { "" };
     (!findings.is_empty()).then(|| format!("{}\n{}\n{mission}{story}", findings.join("\n"), flight.script))
-}
-
-fn seeds(asked: &str) -> Option<std::ops::Range<u64>> {
-    let (from, to) = asked.split_once("..").unwrap_or(("0", asked));
-    Some(from.parse().ok()?..to.parse().ok()?)
 }
 
 #[test]

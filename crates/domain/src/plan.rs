@@ -66,6 +66,15 @@ pub struct Step {
     pub text: String,
 }
 
+impl Step {
+    /// Whether it ends by itself: it flies to a place, and stays there only while it asks for an area. A velocity leads nowhere in
+    /// particular, so that nobody could say beforehand which areas it would enter.
+    pub fn ends(&self) -> bool {
+        let is_for_no_place = matches!(self.nominal.goal, Goal::Velocity { .. });
+        !is_for_no_place && (!self.nominal.goal.is_endless() || !self.ask.is_empty())
+    }
+}
+
 /// A permission to get, and how long it must hold.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PermissionNeed {

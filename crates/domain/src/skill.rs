@@ -131,6 +131,11 @@ impl Goal {
         }
     }
 
+    /// Whether it goes on until another one replaces it.
+    pub fn is_endless(&self) -> bool {
+        matches!(self, Goal::Position { hold_at_target: true, .. } | Goal::Velocity { timeout_s: None, .. })
+    }
+
     /// The flight mode in which it is flown.
     pub fn mode(&self) -> FlightMode {
         match self {

@@ -43,6 +43,9 @@ pub enum InvalidMessage {
         /// The values that it may have.
         expected: &'static str,
     },
+    /// A step of a plan that nothing ends.
+    #[error("`goal` never ends, expected a step that flies to a place, and stays there only while it asks for an area")]
+    Endless,
     /// A survey cannot be flown.
     #[error("`survey`: {0}")]
     Survey(#[from] InvalidSurvey),

@@ -119,7 +119,7 @@ fn simulation(script: &Script, config: &Path, tape: Option<Tape>) -> Result<Simu
     };
     let Script { seed, permissions, machine, grant_valid_s, .. } = *script;
     let setup = Setup { config, mission: path, permissions, seed, machine };
-    Simulation::changed(&setup, Changes { mission, grant_valid_s, tape })
+    Simulation::changed(&setup, Changes { mission, grant_valid_s, tape, ..Changes::default() })
 }
 
 fn perform(simulation: &mut Simulation<'_>, script: &Script) {

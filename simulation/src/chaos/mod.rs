@@ -3,7 +3,7 @@
 //! A [`script::Script`] is data: drawing it ([`draw`]) flies nothing, flying it ([`fly`]) draws nothing. So it can be printed, flown
 //! again, and shortened ([`mod@shrink`]).
 
-mod dice;
+pub(crate) mod dice;
 pub mod draw;
 pub mod ending;
 pub mod fly;

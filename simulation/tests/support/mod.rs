@@ -70,3 +70,14 @@ pub fn simulation_of(config: &Path, mission: Option<&Path>, permissions: Policy)
     let setup = Setup { config, mission, permissions, seed: 1, machine: Machine::Ideal };
     Simulation::new(&setup).unwrap_or_else(|mistakes| panic!("{mistakes}"))
 }
+
+/// The seeds that `KITTIWAKE_SEEDS` asks for, a number of them or a range, or else the first `few`.
+#[track_caller]
+pub(crate) fn seeds(few: u64) -> std::ops::Range<u64> {
+    fn range(asked: &str) -> Option<std::ops::Range<u64>> {
+        let (from, to) = asked.split_once("..").unwrap_or(("0", asked));
+        Some(from.parse().ok()?..to.parse().ok()?)
+    }
+    let Ok(asked) = std::env::var("KITTIWAKE_SEEDS") else { return 0..few };
+    range(&asked).expect("KITTIWAKE_SEEDS is a number of seeds, or a range of them such as 798..799")
+}

@@ -117,7 +117,7 @@ impl TryFrom<v1::PlanStep> for Step {
         if distinct_ahead.len() < step.ask_ahead.len() {
             return Err(InvalidMessage::Twice("ask_ahead"));
         }
-        Ok(Step {
+        let step = Step {
             id: step_id(step.id).ok_or(InvalidMessage::Missing("id"))?,
             objective: step.objective,
             reaches: step.goal_state.ok_or(InvalidMessage::Missing("goal_state"))?.try_into()?,
@@ -126,7 +126,8 @@ impl TryFrom<v1::PlanStep> for Step {
             ask_ahead: step.ask_ahead.into_iter().map(AskAhead::try_from).collect::<Result<_, _>>()?,
             auxiliary: step.auxiliary,
             text: step.text,
-        })
+        };
+        if step.ends() { Ok(step) } else { Err(InvalidMessage::Endless) }
     }
 }
 
@@ -397,8 +398,8 @@ mod tests {
             });
             ahead.collect()
         });
-        (1..u64::MAX, any::<u32>(), state(), parameters, ask, ask_ahead, any::<bool>(), name()).prop_map(
-            |(id, objective, reaches, nominal, ask, ask_ahead, auxiliary, text)| Step {
+        (1..u64::MAX, any::<u32>(), state(), parameters, ask, ask_ahead, any::<bool>(), name())
+            .prop_map(|(id, objective, reaches, nominal, ask, ask_ahead, auxiliary, text)| Step {
                 id: StepId(id),
                 objective,
                 reaches,
@@ -407,8 +408,8 @@ mod tests {
                 ask_ahead,
                 auxiliary,
                 text,
-            },
-        )
+            })
+            .prop_filter("a step ends by itself", Step::ends)
     }
 
     fn distinct_steps(at_least: usize) -> impl Strategy<Value = Vec<Step>> {
@@ -542,6 +543,24 @@ mod tests {
         check(
             |plan| plan.steps[0].ask_ahead = vec![v1::AskAhead { after_s: -1.0, ..ahead("A") }],
             "`ask_ahead.after_s` is -1.0, expected seconds, zero or more",
+        );
+        let endless =
+            "`goal` never ends, expected a step that flies to a place, and stays there only while it asks for an area";
+        check(
+            |plan| {
+                let velocity = Some(v1::NedVelocity::default());
+                let goal = v1::VelocityGoal { velocity, timeout_s: Some(5.0), ..Default::default() };
+                nominal(plan).goal = Some(v1::SkillGoal { goal: Some(v1::skill_goal::Goal::Velocity(goal)) });
+            },
+            endless,
+        );
+        check(
+            |plan| {
+                let target = Some(v1::Ned::default());
+                let goal = v1::PositionGoal { target, speed_limit_m_s: 5.0, hold_at_target: true, yaw_rad: None };
+                nominal(plan).goal = Some(v1::SkillGoal { goal: Some(v1::skill_goal::Goal::Position(goal)) });
+            },
+            endless,
         );
     }
 }

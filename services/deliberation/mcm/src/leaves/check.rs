@@ -30,8 +30,9 @@ pub(super) fn precondition(world: &mut World, ports: &mut Ports<'_>) -> Result<b
         ports.explain(format!("precondition not met: {unmet}"));
         return Ok(false);
     }
-    let Some(breach) = world.breach_of_present_step() else { return Ok(true) };
-    ports.explain(format!("precondition not met: {breach}"));
+    let breach = world.breach_of_present_step().map(|it| it.to_string());
+    let Some(unmet) = breach.or_else(|| world.bad_height_of_present_step()) else { return Ok(true) };
+    ports.explain(format!("precondition not met: {unmet}"));
     Ok(false)
 }
 

@@ -128,6 +128,25 @@ impl World {
         self.breach_of_step(step)
     }
 
+    /// Why the height of the present step is none to fly at: above what the vehicle flies and the mission names, or below the ground.
+    pub(crate) fn bad_height_of_present_step(&self) -> Option<String> {
+        /// An estimate of the height varies by as much. (ENG)
+        const TOLERANCE_M: f64 = 1.0;
+        let (step, here) = (self.planner.step()?.0, self.vehicle?.position);
+        let height_m = match step.nominal.goal {
+            Goal::Position { target, .. } => target.height_m(),
+            Goal::Takeoff { climb_m } => here.height_m() + climb_m,
+            Goal::Land | Goal::Stop | Goal::Velocity { .. } | Goal::Release { .. } => return None,
+        };
+        // It took off at 0, and one that is higher or lower already may go on at its height.
+        let (mut least_m, mut most_m) = (here.height_m().min(0.0), here.height_m().max(self.limits.flight.highest_m));
+        for named_m in self.planner.named_heights_m() {
+            (least_m, most_m) = (least_m.min(named_m), most_m.max(named_m));
+        }
+        let is_sound = (least_m - TOLERANCE_M..=most_m + TOLERANCE_M).contains(&height_m);
+        (!is_sound).then(|| format!("its height would be {height_m:.0} m, expected {least_m:.0} to {most_m:.0} m"))
+    }
+
     /// What the last check found to be wrong with the rest of the present step.
     pub(crate) fn breach_ahead(&self) -> Option<&Breach> {
         let (step, ..) = self.planner.step()?;

@@ -135,6 +135,12 @@ impl Planner {
         self.status.as_ref()
     }
 
+    /// The heights that the mission itself names, of its objectives and sites; none before the planner was heard.
+    pub(crate) fn named_heights_m(&self) -> impl Iterator<Item = f64> {
+        let objectives = self.status.iter().flat_map(|it| &it.objectives).map(|it| it.objective.position.height_m());
+        objectives.chain(self.status.iter().flat_map(|it| &it.sites).map(|it| it.position.height_m()))
+    }
+
     /// Every area of the mission.
     pub(crate) fn areas(&self) -> &Arc<[Area]> {
         &self.areas
