@@ -28,12 +28,20 @@ pub(crate) struct Px4 {
     last_setpoint: Option<Time>,
     home: [f64; 3],
     was_armed: bool,
+    was_landed: bool,
 }
 
 impl Px4 {
     /// Just started.
     pub(crate) fn new() -> Px4 {
-        Px4 { intended: LOITER, before_landing: LOITER, last_setpoint: None, home: [0.0; 3], was_armed: false }
+        Px4 {
+            intended: LOITER,
+            before_landing: LOITER,
+            last_setpoint: None,
+            home: [0.0; 3],
+            was_armed: false,
+            was_landed: true,
+        }
     }
 }
 
@@ -135,11 +143,13 @@ pub(crate) fn set_mode(fake: &mut FakeAutopilot, asked: u32, now: Now) -> u8 {
 
 /// Does what PX4 does by itself.
 pub(crate) fn fly(fake: &mut FakeAutopilot, _now: Now) {
-    let (armed, actual, position) = (fake.is_armed(), fake.actual(), fake.position());
+    let (armed, landed, actual, position) = (fake.is_armed(), fake.is_landed(), fake.actual(), fake.position());
     let it = own(fake);
-    if armed && !it.was_armed {
+    // Home is where it was armed, and where it took off last.
+    if (armed && !it.was_armed) || (!landed && it.was_landed) {
         it.home = position;
     }
+    it.was_landed = landed;
     // The end of a climb is a change of mode; that of a landing a return to the mode before.
     if it.intended == TAKEOFF && it.was_armed && armed && actual == v1::FlightMode::Loiter {
         it.intended = LOITER;

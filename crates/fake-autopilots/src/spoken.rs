@@ -47,6 +47,10 @@ impl Streams {
         if let Some(result) = refused {
             return result;
         }
+        // The origin is said when it changes, and to whoever requests it: an interval alone brings nothing.
+        if kind == Kind::Px4 && id == 49 {
+            return 0;
+        }
         self.0.insert(id, (Duration::from_micros(period_us.max(4_000.0) as u64), now));
         0
     }
@@ -187,8 +191,13 @@ pub(crate) fn messages(stream: Stream, vehicle: &mut Telemetry, modes: &Modes, b
             payload.u16(estimator_flags(vehicle, modes));
         }
         242 => {
-            payload.i32(e7(origin.latitude_deg)).i32(e7(origin.longitude_deg));
-            payload.i32(mm(origin.altitude_amsl_m() - modes.home[2])).bytes(&[0; 40]);
+            /// Of a degree along a meridian.
+            const DEGREE_M: f64 = 111_319.5;
+            let [north_m, east_m, down_m] = modes.home;
+            let latitude_deg = origin.latitude_deg + north_m / DEGREE_M;
+            let longitude_deg = origin.longitude_deg + east_m / (DEGREE_M * origin.latitude_deg.to_radians().cos());
+            payload.i32(e7(latitude_deg)).i32(e7(longitude_deg));
+            payload.i32(mm(origin.altitude_amsl_m() - down_m)).bytes(&[0; 40]);
         }
         245 => {
             payload.bytes(&[0, modes.landed]);

@@ -256,6 +256,18 @@ fn a_bridge_that_dies_costs_a_stop() {
 }
 
 #[test]
+fn a_bridge_that_is_back_at_once_costs_nothing() {
+    for seconds in ["0.2", "0.5", "1"] {
+        check(&Story {
+            name: "bridge, at once",
+            troubles: &[(ON_THE_WAY, Trouble::Fault(BRIDGE_DIES, &[seconds]))],
+            never: &["somebody_else_flies", "frame_moved"],
+            ..NOTHING
+        });
+    }
+}
+
+#[test]
 fn a_frame_that_shakes_too_much_brings_it_home() {
     check(&Story {
         name: "vibration",

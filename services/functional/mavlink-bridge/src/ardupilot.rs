@@ -86,6 +86,10 @@ impl Personality for ArduPilot {
         GUIDED
     }
 
+    fn setpoint_mode(&self) -> u32 {
+        GUIDED
+    }
+
     fn has_started(&self, system_status: u8) -> bool {
         // A mode that is set before is accepted, and undone when it has started.
         STANDBY <= system_status

@@ -139,9 +139,11 @@ impl Bridge {
             says.push(Said::Heartbeat);
         }
         let Some(flown) = &mut self.flown else { return };
+        says.extend(flown.streams.origin_due(now.time));
         says.extend(flown.streams.due(now.time));
         let result = flown.advance(newest.filter(|_| has_setpoint), &self.config, now.time, &mut says);
         flown.authority.update(&flown.vehicle, flown.personality.as_ref(), now.time);
+        flown.adopt(has_setpoint, now.time);
         if let Some((id, result)) = result {
             self.answered = Some((id, result.clone()));
             effects.push(answer(id, result));

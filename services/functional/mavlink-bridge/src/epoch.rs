@@ -34,8 +34,8 @@ pub(crate) struct Epoch {
 const OVERTAKEN_MS: u32 = 2_000;
 /// As many old messages in a row are no accident: the clock has begun again.
 const RESTARTED_AFTER: u32 = 3;
-/// Home moves to the vehicle at each arming, and says so within a few seconds.
-const ARMING: Duration = Duration::from_secs(5);
+/// Home moves to the vehicle at each arming, PX4's at each takeoff, too, and that is said within a few seconds.
+const SETTLES: Duration = Duration::from_secs(5);
 /// Home's height wanders in flight, by 1.6 m where that was measured; over ground it does not.
 const HOME_MOVED_M: f64 = 10.0;
 
@@ -100,9 +100,11 @@ impl Epoch {
             }
             Heard::Home(it) => {
                 let before = self.home.replace(*it)?;
-                let is_arming = vehicle.armed_since.is_none_or(|since| now - since <= ARMING);
+                let is_recent = |since: Time| now - since <= SETTLES;
+                let is_begun = vehicle.armed_since.is_none_or(is_recent) || vehicle.lifted_off.is_some_and(is_recent);
+                let is_settling = is_begun || vehicle.is_on_ground();
                 let moved_m = apart_m(before, *it);
-                (!is_arming && HOME_MOVED_M < moved_m).then(|| format!("home was moved by {moved_m:.0} m in flight"))
+                (!is_settling && HOME_MOVED_M < moved_m).then(|| format!("home was moved by {moved_m:.0} m in flight"))
             }
             Heard::LocalPosition(it) => {
                 let (before_ms, before) = self.position.replace((it.boot_ms, *it))?;

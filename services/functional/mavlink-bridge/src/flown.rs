@@ -41,6 +41,8 @@ pub(crate) struct Flown {
     procedure: Option<Procedure>,
     pub(crate) setpoints: Setpoints,
     grooming: Grooming,
+    /// It is not known yet whether setpoints were passed on before this process was started.
+    pub(crate) adopts: bool,
     /// When arming was commanded last.
     arming: Option<Time>,
     /// When all limits were looked at last.
@@ -50,6 +52,8 @@ pub(crate) struct Flown {
 
 /// So long after we have commanded it, it may be seen to be armed. (Both say so with their heartbeat, up to a second later.)
 const ARMED_WITHIN: Duration = Duration::from_secs(5);
+/// Setpoints that are sent are heard within this time after a start: twenty periods of theirs.
+const ADOPTS: Duration = Duration::from_secs(1);
 /// After a command what the autopilot says of its target is not judged for so long: four of its messages.
 const SETTLES: Duration = Duration::from_secs(1);
 /// A vehicle that is slower stands. (ENG: gusts move one that holds by less.)
@@ -74,6 +78,7 @@ impl Flown {
             procedure: None,
             setpoints: Setpoints::default(),
             grooming: Grooming::new(),
+            adopts: true,
             arming: None,
             looked_at: now,
             reporter: Reporter::default(),
@@ -114,6 +119,7 @@ impl Flown {
                     self.set_submode(Submode::Holding, now.time);
                 }
             }
+            Heard::Origin(_) => self.streams.heard_origin(),
             Heard::Heartbeat(_) | Heard::CurrentMode { .. } => self.reporter.has_news = true,
             Heard::Target(echo) => self.echoed(*echo, now.time),
             Heard::Text { severity, text } => {
@@ -194,6 +200,7 @@ impl Flown {
             return Err("the height of the takeoff is no number".into());
         }
         let steps = self.personality.steps(command, &self.vehicle)?;
+        self.adopts = false;
         if matches!(command, Command::Arm | Command::Takeoff { .. } | Command::Land) {
             self.setpoints.forget();
         }
@@ -259,6 +266,20 @@ impl Flown {
         Some((id, result))
     }
 
+    /// Where this process was started in flight: the setpoints that the layers above go on sending are passed on, as they were before. If
+    /// none comes for a while, it holds.
+    pub(crate) fn adopt(&mut self, has_setpoint: bool, now: Time) {
+        let is_guided = self.vehicle.custom_mode() == Some(self.personality.setpoint_mode());
+        let is_ours = *self.authority.author() == Author::Ours;
+        self.adopts &= self.vehicle.is_armed() && is_guided && is_ours && now - self.heard_first < ADOPTS;
+        if self.adopts && has_setpoint {
+            tracing::info!("started in flight: the setpoints are passed on");
+            self.adopts = false;
+            self.setpoints.begin();
+            self.set_submode(Submode::Following, now);
+        }
+    }
+
     /// The target to send for a setpoint of the layers above.
     pub(crate) fn follow(&mut self, setpoint: &Setpoint, config: &Config, now: Time) -> Option<Target> {
         if matches!(self.authority.author(), Author::Other(_)) {
@@ -285,7 +306,9 @@ impl Flown {
         let busy = self.procedure.as_ref().map(|_| self.looked_at + Duration::from_millis(20));
         let watches = self.setpoints.are_followed() || self.setpoints.may_miss_stop();
         let follows = watches.then(|| self.looked_at + Duration::from_millis(100));
-        let deadlines = [self.streams.deadline(), busy, follows, self.authority.deadline(), self.grooming.deadline()];
+        let adopts = self.adopts.then_some(self.heard_first + ADOPTS);
+        let deadlines =
+            [self.streams.deadline(), busy, follows, adopts, self.authority.deadline(), self.grooming.deadline()];
         deadlines.into_iter().flatten().min()
     }
 

@@ -40,6 +40,9 @@ pub(crate) trait Personality: std::fmt::Debug + Send {
     /// The mode to select on the ground: it can be armed in it, and says truly whether.
     fn ground_mode(&self) -> u32;
 
+    /// The mode in which setpoints are flown.
+    fn setpoint_mode(&self) -> u32;
+
     /// Whether it has finished starting, by MAV_STATE: a mode that is selected before may be undone.
     fn has_started(&self, system_status: u8) -> bool;
 

@@ -87,6 +87,10 @@ impl Personality for Px4 {
         LOITER
     }
 
+    fn setpoint_mode(&self) -> u32 {
+        OFFBOARD
+    }
+
     fn has_started(&self, _system_status: u8) -> bool {
         // A mode that is set early is kept.
         true

@@ -51,7 +51,7 @@ impl Flown {
         }
         // Without the origin the frame has no name: one that comes late would look like a frame that has moved.
         let awaits_origin = self.vehicle.origin.is_none() && now - self.heard_first < ORIGIN_PATIENCE;
-        if is_silent || awaits_origin {
+        if is_silent || awaits_origin || self.adopts {
             return None;
         }
         let status = self.status(around, config, now);

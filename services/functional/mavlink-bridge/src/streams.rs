@@ -14,6 +14,11 @@ const TRIES: u32 = 3;
 /// All are asked for again if the land detector, which both send whatever they know, was not heard for so long.
 const SILENT: Duration = Duration::from_secs(5);
 
+/// GPS_GLOBAL_ORIGIN.
+const ORIGIN: f32 = 49.0;
+/// One that is not heard is requested again after this time.
+const ORIGIN_AGAIN: Duration = Duration::from_secs(1);
+
 /// The requests.
 #[derive(Debug)]
 pub(crate) struct Streams {
@@ -23,12 +28,14 @@ pub(crate) struct Streams {
     tries: u32,
     /// When the land detector was heard last, or all was asked for.
     heard: Option<Time>,
+    /// When the origin is requested next, as long as it was not heard.
+    origin_due: Option<Time>,
 }
 
 impl Streams {
     /// Nothing was asked for.
     pub(crate) fn new(wanted: &'static [Stream]) -> Streams {
-        Streams { wanted, next: 0, sent: None, tries: 0, heard: None }
+        Streams { wanted, next: 0, sent: None, tries: 0, heard: None, origin_due: Some(Time::ZERO) }
     }
 
     /// Asks for everything again.
@@ -39,6 +46,19 @@ impl Streams {
     /// The land detector was heard.
     pub(crate) fn heard_land_detector(&mut self, now: Time) {
         self.heard = Some(now);
+    }
+
+    /// The origin of the local frame was heard.
+    pub(crate) fn heard_origin(&mut self) {
+        self.origin_due = None;
+    }
+
+    /// The origin is requested by itself, until it is heard: PX4 says it when it changes, whatever interval is asked for.
+    pub(crate) fn origin_due(&mut self, now: Time) -> Option<Said> {
+        self.origin_due.filter(|it| *it <= now)?;
+        self.origin_due = Some(now + ORIGIN_AGAIN);
+        let command = CommandLong::new(command::REQUEST_MESSAGE, [ORIGIN]);
+        Some(Said::Command { command, confirmation: 0 })
     }
 
     /// A request was answered; a refusal is an answer.
@@ -74,10 +94,11 @@ impl Streams {
 
     /// When something is due.
     pub(crate) fn deadline(&self) -> Option<Time> {
-        match self.sent {
+        let next = match self.sent {
             Some(sent) => Some(sent + RETRY),
             None if self.next < self.wanted.len() => Some(Time::ZERO),
             None => self.heard.map(|it| it + SILENT + Duration::from_millis(1)),
-        }
+        };
+        next.into_iter().chain(self.origin_due).min()
     }
 }

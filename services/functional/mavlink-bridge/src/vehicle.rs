@@ -38,6 +38,8 @@ pub(crate) struct Vehicle {
     pub(crate) home: Option<(Time, [i32; 3])>,
     /// When it was seen to be armed.
     pub(crate) armed_since: Option<Time>,
+    /// When it was seen to leave the ground.
+    pub(crate) lifted_off: Option<Time>,
     /// When it was seen to be disarmed.
     pub(crate) disarmed_since: Option<Time>,
     /// When the heartbeat began to report a failsafe.
@@ -59,7 +61,13 @@ impl Vehicle {
             Heard::CurrentMode { custom_mode, intended } => {
                 self.current_mode = Some((now, [*custom_mode, *intended]));
             }
-            Heard::Landed(state) => self.landed = Some((now, *state)),
+            Heard::Landed(state) => {
+                let was_on_ground = self.is_on_ground();
+                self.landed = Some((now, *state));
+                if was_on_ground && !self.is_on_ground() {
+                    self.lifted_off = Some(now);
+                }
+            }
             Heard::Health(it) => self.health = Some((now, *it)),
             Heard::Battery(it) => self.battery = Some((now, *it)),
             Heard::LocalPosition(it) => self.local = Some((now, *it)),

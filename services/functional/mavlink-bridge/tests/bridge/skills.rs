@@ -308,6 +308,8 @@ fn a_bridge_that_dies_in_flight_finds_the_vehicle_again() {
         assert_eq!(rig.command(OFFBOARD), Ok(()));
         rig.pass(5.0);
         let epoch = rig.status().frame_epoch;
+        // So long, that the layers above have stopped to send.
+        let _ = rig.setpoint.take();
         rig.fault(BRIDGE_DIES, 4);
         rig.pass(7.0);
         assert_eq!(rig.status().frame_epoch, epoch, "{kind:?}: the frame is the same");
@@ -318,6 +320,46 @@ fn a_bridge_that_dies_in_flight_finds_the_vehicle_again() {
         assert_eq!(misses_us, kind == Kind::Px4, "{kind:?} {:?}", rig.status());
         assert_eq!(rig.command(LAND), Ok(()));
         assert!(rig.run(Duration::from_secs(60), |it| it.status.as_ref().is_some_and(|it| !it.armed)));
+    }
+}
+
+#[test]
+fn a_bridge_that_is_back_at_once_flies_on() {
+    for kind in BOTH {
+        let mut rig = on_the_way(kind);
+        let since = rig.now;
+        rig.fault(BRIDGE_DIES, 0.3);
+        rig.pass(8.0);
+        let later = rig.published.statuses.iter().filter(|(at, _)| since < *at).map(|(_, it)| it).collect::<Vec<_>>();
+        let flies = |it: &v1::VehicleStatus| {
+            it.intended_mode() == FlightMode::Offboard
+                && it.actual_mode() == FlightMode::Offboard
+                && !it.commanded_by_other
+        };
+        assert!(later.iter().all(|it| flies(it)), "{kind:?} {later:?}");
+        assert!(7.0 < rig.speed_m_s(), "{kind:?}: {} m/s", rig.speed_m_s());
+    }
+}
+
+#[test]
+fn a_takeoff_from_where_it_has_landed_moves_no_frame() {
+    // PX4 takes off again without that it is disarmed, from another place than where it was armed.
+    for kind in BOTH {
+        let mut rig = on_the_way(kind);
+        assert_eq!(rig.command(LOITER), Ok(()));
+        rig.setpoint = None;
+        rig.pass(6.0);
+        assert_eq!(rig.command(LAND), Ok(()));
+        assert!(rig.run(Duration::from_secs(60), |it| it.landed == Some(true)), "{kind:?}");
+        let epoch = rig.status().frame_epoch;
+        if rig.status().armed {
+            let climb = Command::Takeoff(v1::TakeoffCommand { altitude_m: 10.0 + rig.position().height_m() });
+            assert_eq!(rig.command(climb), Ok(()), "{kind:?} {:?}", rig.status());
+            rig.pass(10.0);
+        } else {
+            rig.airborne();
+        }
+        assert_eq!(rig.status().frame_epoch, epoch, "{kind:?} {:?}", rig.status());
     }
 }
 
