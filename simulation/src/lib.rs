@@ -257,8 +257,8 @@ impl Simulation<'_> {
             None => {
                 let planner = starts.of_resumable(move |start, _| planner(start));
                 match changes.lies {
-                    Some(seed) => _ = bus.add(on_board(), Lying::new(planner, seed)),
-                    None => _ = bus.add(on_board(), planner),
+                    Some(seed) => bus.add(on_board(), Lying::new(planner, seed)),
+                    None => bus.add(on_board(), planner),
                 }
                 bus.add(on_board(), starts.of_resumable(move |start, _| manager(start).0));
             }

@@ -19,6 +19,7 @@ mod frozen;
 mod imported;
 mod land_detector;
 mod landing;
+mod last_resorts;
 mod leaving;
 mod lying_planner;
 mod narrowing;

@@ -47,3 +47,10 @@ pub(super) fn invariant(world: &mut World, ports: &mut Ports<'_>) -> Result<bool
     ports.explain(format!("invariant not met: {breach}"));
     Ok(false)
 }
+
+/// Whether the vehicle may come down where it is. In or over an area that forbids it only where nothing else is left.
+pub(super) fn may_land_here(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
+    let Some(why) = world.why_land_elsewhere() else { return Ok(true) };
+    ports.explain(why);
+    Ok(false)
+}

@@ -200,6 +200,10 @@ impl FlyTo {
         if !vehicle.flying {
             return Ok(Status::Success);
         }
+        if let (Destination::FreeGround, Some(flag)) = (self.destination(world), world.position_is_missing()) {
+            ports.explain(format!("lands where it is: it is not known where that is, `{flag}` is up"));
+            return Ok(Status::Failure);
+        }
         let Chosen { site, way, place } = match self.choose(vehicle.position, world) {
             Ok(chosen) => chosen,
             Err(NoWay::To(site, height_m)) if world.may_wait_for_way(site, height_m, NO_WAY) => {
@@ -292,6 +296,9 @@ impl FlyTo {
             return true;
         }
         leg.look_again = world.next_look();
+        if self.destination == Destination::BestSite && leg.site.is_some_and(|it| world.is_out_of_reach(it)) {
+            return true;
+        }
         world.breach_towards(leg.target, leg.speed_limit_m_s).is_some()
     }
 }
@@ -301,13 +308,22 @@ impl Leaf<World> for FlyTo {
         self.leg = None;
         world.set_response_way(None);
         let status = self.fly(world, ports)?;
-        if self.destination(world) == Destination::FreeGround && status != Status::Success {
+        if self.destination(world) == Destination::FreeGround
+            && status != Status::Success
+            && world.position_is_missing().is_none()
+            && (status == Status::Running || world.why_land_elsewhere().is_none())
+        {
             world.say_what_forbids_landing(status == Status::Running);
         }
         Ok(status)
     }
 
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
+        if let Some(why) = world.why_no_longer_possible() {
+            ports.explain(why);
+            self.halt(world, ports);
+            return Ok(Status::Failure);
+        }
         let Some(leg) = &self.leg else { return self.fly(world, ports) };
         match leg.run.poll(world, ports)? {
             // What holds the vehicle has come to rest.

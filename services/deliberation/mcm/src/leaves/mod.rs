@@ -50,6 +50,7 @@ pub(crate) fn registry(table: Option<&Contingencies>) -> Registry<World> {
     registry.action("FlyToBestSite", [], |_| Ok(FlyTo::new(Destination::BestSite)));
     registry.action("FlyToDitch", [], |_| Ok(FlyTo::new(Destination::Ditch)));
     registry.action("FlyToFreeGround", [], |_| Ok(FlyTo::new(Destination::FreeGround)));
+    registry.condition("MayLandHere", [], check::may_land_here);
     registry.action("LeaveArea", [], |_| Ok(FlyTo::new(Destination::OutOfArea)));
     let needs = Port::input::<Needs>("permissions").describe("what to ask for");
     registry.action("RequestPermissions", [needs], permission::RequestPermissions::new);

@@ -34,6 +34,8 @@ pub(crate) struct WhatMayBeEntered {
     held: Vec<String>,
     areas: Arc<[Area]>,
     narrowing: Narrowing,
+    comes_down: bool,
+    needs_held_areas: bool,
 }
 
 /// The result of the last check of the airspace.
@@ -72,7 +74,13 @@ impl World {
 
     /// All areas, those that may be entered now, and what flags forbid.
     pub(crate) fn what_may_be_entered(&self) -> WhatMayBeEntered {
-        WhatMayBeEntered { held: self.held(), areas: self.planner.areas().clone(), narrowing: self.narrowing }
+        WhatMayBeEntered {
+            held: self.held(),
+            areas: self.planner.areas().clone(),
+            narrowing: self.narrowing,
+            comes_down: self.comes_down(),
+            needs_held_areas: self.needs_held_areas,
+        }
     }
 
     pub(super) fn grants(&self) -> Grants {

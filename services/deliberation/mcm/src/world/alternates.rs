@@ -63,6 +63,7 @@ impl World {
             self.alternates = Alternates::default();
             return;
         };
+        self.look_for_held_areas();
         let entered = self.what_may_be_entered();
         let is_same = self.alternates.entered.as_ref() == Some(&entered);
         let mut looks: Vec<Look> = self
@@ -73,7 +74,7 @@ impl World {
         let turn = self.alternates.turn;
         let in_turn = (0..looks.len()).map(|it| (turn + it) % looks.len());
         let (new, known): (Vec<usize>, Vec<usize>) = in_turn.partition(|it| looks[*it].way.is_none());
-        let grants = self.grants_in_use();
+        let grants = self.grants_of_responses();
         let (limits, energy) = (self.limits_in_wind(), self.energy());
         let view = self.viewpoint(vehicle.position, &grants, &limits, &energy);
         let (mut legs_left, mut next) = (LEGS_OF_A_LOOK, turn);
@@ -164,6 +165,14 @@ impl World {
         ditches.map(Choice::of).collect()
     }
 
+    /// Whether the battery no longer suffices for the way to `place`, while it does for another one.
+    pub(crate) fn is_out_of_reach(&self, place: Ned) -> bool {
+        let seen = self.seen_alternates();
+        let is_chosen = |it: &&Alternate| it.candidate.position == place;
+        let is_lost = seen.iter().find(is_chosen).is_some_and(|it| it.way.is_some() && !it.is_reachable());
+        is_lost && seen.iter().any(|it| it.candidate.kind == SiteKind::Landing && it.is_reachable())
+    }
+
     /// The landing that can be reached as the permissions are, and at which none has failed: while there is one, no vehicle is given up.
     pub(crate) fn landing_in_reach(&self) -> Option<String> {
         let ranked = self.ranked_alternates();
@@ -176,7 +185,7 @@ impl World {
     fn ranked_alternates(&self) -> Vec<Alternate> {
         let Some(here) = self.vehicle.map(|it| it.position) else { return Vec::new() };
         let is_same = self.alternates.entered.as_ref() == Some(&self.what_may_be_entered());
-        let grants = self.grants_in_use();
+        let grants = self.grants_of_responses();
         let (limits, energy) = (self.limits_in_wind(), self.energy());
         let view = self.viewpoint(here, &grants, &limits, &energy);
         let mut legs_left = MOST_LEGS;

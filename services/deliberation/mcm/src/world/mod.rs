@@ -46,6 +46,7 @@ mod next_flight;
 mod operator;
 pub(crate) mod persisted;
 mod plans;
+mod possible;
 mod progress;
 mod response_way;
 mod responses;
@@ -113,6 +114,8 @@ pub(crate) struct World {
     waits: BTreeMap<usize, Waits>,
     /// What the flags that are up forbid, whatever is flown.
     narrowing: Narrowing,
+    /// The response that is under way has no landing in reach without areas that are held and that a flag forbids to enter: it may.
+    needs_held_areas: bool,
     /// Where the vehicle was when a flag rose that forbids to land there.
     no_landing_at: Option<Ned>,
     /// Whether the vehicle was in the air at the last check.
@@ -190,6 +193,7 @@ impl World {
             response_way: None,
             waits: BTreeMap::new(),
             narrowing: Narrowing::default(),
+            needs_held_areas: false,
             no_landing_at: None,
             was_flying: false,
             armed_on_ground_since: None,

@@ -6,7 +6,6 @@ use std::time::Duration;
 
 use domain::airspace::{Breach, Grants, Motion};
 use domain::contingency::narrowing::{Narrowing, Narrows, narrowing};
-use domain::contingency::needs::missing;
 use domain::contingency::{Phase, Severity};
 use domain::decision::DecisionKind;
 use domain::geometry::Ned;
@@ -67,6 +66,11 @@ impl World {
         }
     }
 
+    /// Whether a response is under way that brings the vehicle down.
+    pub(super) fn comes_down(&self) -> bool {
+        self.actions_left().first().is_some_and(|it| Severity::Return <= it.severity)
+    }
+
     fn say_narrowed(&mut self, what: Narrows, row: usize) {
         let meaning = match what {
             Narrows::NoNewArea => "no area is entered in which the vehicle is not already".to_owned(),
@@ -94,10 +98,10 @@ impl World {
     }
 
     /// The permissions that may be used for a way from here on: while no new area may be entered, those of the areas around the
-    /// vehicle.
+    /// vehicle, as long as a response has a landing in reach with them.
     pub(super) fn grants_in_use(&self) -> Grants {
         let mut grants = self.grants();
-        if self.narrowing.no_new_area.is_some() {
+        if self.narrowing.no_new_area.is_some() && !self.needs_held_areas {
             let here = self.vehicle.map(|it| it.position);
             let is_inside = |name: &str| here.is_some_and(|here| self.areas_around(here).any(|it| it.name == name));
             grants.retain(|area, _| is_inside(area));
@@ -105,23 +109,41 @@ impl World {
         grants
     }
 
+    /// The permissions that a response could use from here on, also one that is not under way: see [`World::look_for_held_areas`].
+    pub(super) fn grants_of_responses(&self) -> Grants {
+        if self.comes_down() { self.grants_in_use() } else { self.grants() }
+    }
+
+    /// Lets a response that brings the vehicle down, and that no landing is in reach of otherwise, enter areas whose permission is held
+    /// although a flag forbids it: what was granted counts until it expires, and to ditch or to land anywhere is worse.
+    pub(super) fn look_for_held_areas(&mut self) {
+        if !self.comes_down() {
+            self.needs_held_areas = false;
+            return;
+        }
+        let Some(row) = self.narrowing.no_new_area.filter(|_| !self.needs_held_areas) else { return };
+        let (held, usable) = (self.held(), self.held_and_usable());
+        let areas: Vec<String> = held.into_iter().filter(|it| !usable.contains(it)).collect();
+        if areas.is_empty() || self.landing_in_reach().is_some() {
+            return;
+        }
+        self.needs_held_areas = true;
+        let Some(place) = self.landing_in_reach() else {
+            self.needs_held_areas = false;
+            return;
+        };
+        let (areas, flag) = (areas.join(", "), self.flags.name(row));
+        let text = format!(
+            "area {areas} may be entered although `{flag}` is up: it is held, and else no landing can be reached"
+        );
+        let said = Said::new(CONTINGENCY, DecisionKind::Note, text).about(row).led_to_by(Cause::Raised(row));
+        self.record(said.taking(place, "with the permissions that are held".to_owned()));
+    }
+
     /// The flag because of which no landing may begin at `place`, if there is one.
     pub(crate) fn landing_forbidden_by(&self, place: Ned) -> Option<&Arc<str>> {
         let (row, at) = (self.narrowing.no_landing_here?, self.no_landing_at?);
         (place.horizontal_distance_m(at) < SAME_SITE_M).then(|| self.flags.name(row))
-    }
-
-    /// Why this action of the response that is under way cannot be flown now: something is missing that it needs, or a flag forbids it.
-    /// The one rule for every action; the last one of a response is tried whatever is missing.
-    pub(crate) fn why_impossible(&self, action: usize) -> Option<String> {
-        let rows = self.table.rows();
-        let actions = &rows[self.response_row()?].actions;
-        let wanted = actions.get(action).filter(|_| action + 1 < actions.len())?;
-        if let Some((need, row)) = missing(wanted, rows, self.flags.rows_up()) {
-            return Some(format!("it needs {need}, and `{}` is up", self.flags.name(row)));
-        }
-        let here = self.vehicle.filter(|_| wanted.severity == Severity::Land)?.position;
-        Some(format!("no landing here while `{}` is up", self.landing_forbidden_by(here)?))
     }
 
     /// The goal of the present step as it may be flown now: slower, or as a hold before what flags forbid. `present`: what the

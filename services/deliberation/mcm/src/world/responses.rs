@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use domain::contingency::{Clears, Phase, Raised, Severity, Then, responder};
+use domain::contingency::{Action, Clears, Phase, Raised, Severity, Then, responder};
 use domain::decision::{DecisionKind, Rejected};
 use domain::geometry::Ned;
 use domain::mission::MissionOutcome;
@@ -186,6 +186,12 @@ impl World {
         self.response.as_ref().map(|it| it.row)
     }
 
+    /// The action that is flown, or tried next, and those after it; none without a response.
+    pub(super) fn actions_left(&self) -> &[Action] {
+        let left = self.response.as_ref().and_then(|it| self.table.rows()[it.row].actions.get(it.action..));
+        left.unwrap_or_default()
+    }
+
     /// The row whose response is under way, as long as its flag is up.
     pub(super) fn responding(&self) -> Option<usize> {
         self.response.as_ref().map(|it| it.row).filter(|row| self.flags.row_is_up(*row))
@@ -198,7 +204,9 @@ impl World {
             (response.action, response.tries, response.waits_since) = (action, 0, None);
         }
         (response.flown, response.has_flown) = (None, false);
-        response.not_before
+        let not_before = response.not_before;
+        self.look_for_held_areas();
+        not_before
     }
 
     /// There is no way to `site` now, for the reason `why`. Asks for the permissions that there may be one with. Returns whether the

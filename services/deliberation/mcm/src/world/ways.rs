@@ -95,13 +95,17 @@ impl World {
         (limits.speeds.time_along_s(here, &way) <= FREE_GROUND_LIMIT_S).then_some(way)
     }
 
+    /// The areas in or over which no landing is allowed `here`.
+    pub(super) fn areas_that_forbid_landing(&self, here: Ned) -> Vec<String> {
+        let grants = self.grants();
+        let barred = self.airspace(&grants, self.limits.leave_lead).barred(Duration::ZERO);
+        barred.into_iter().filter(|it| it.is_at_or_below(here)).map(|it| it.name.clone()).collect()
+    }
+
     /// Records which areas forbid a landing where the vehicle is, and whether it flies aside first.
     pub(crate) fn say_what_forbids_landing(&mut self, flies_aside: bool) {
         let Some(here) = self.vehicle.map(|it| it.position) else { return };
-        let grants = self.grants();
-        let barred = self.airspace(&grants, self.limits.leave_lead).barred(Duration::ZERO);
-        let below = barred.into_iter().filter(|it| it.is_at_or_below(here)).map(|it| it.name.as_str());
-        let areas = below.collect::<Vec<_>>().join(", ");
+        let areas = self.areas_that_forbid_landing(here).join(", ");
         let text = match (areas.is_empty(), flies_aside) {
             (true, true) => "no landing here: an area below is about to apply; flies aside first".to_owned(),
             (false, true) => format!("no landing here, in or over {areas}: flies aside first"),
