@@ -7,6 +7,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand};
 
 use crate::backend::Backend;
+use crate::composition::Composition;
 use crate::config::VehicleName;
 use crate::operate::args::{AuditArgs, MissionArgs, PermissionArgs, VehicleArgs, WhyArgs};
 use crate::plan::WindArg;
@@ -55,6 +56,8 @@ pub enum Command {
     Certs(CertsArgs),
     #[command(flatten)]
     Service(ServiceCommand),
+    /// Several processes on board of one vehicle as one, in one thread: smaller and quicker, and they die together
+    Onboard(OnboardArgs),
     /// Raise a flag or inject a fault into a running system
     Inject(InjectArgs),
     /// Print what the gateway of a running system says about its vehicle
@@ -124,6 +127,9 @@ pub struct UpArgs {
     /// this machine can fly
     #[arg(long, value_name = "LOCATOR")]
     pub listen: Option<String>,
+    /// Run these nodes in one process in place of one for each, such as `mcm,skill-manager,monitor,planner`
+    #[arg(long, value_name = "NODES")]
+    pub onboard: Option<Composition>,
     /// End once the mission is over, with an exit code that says how it ended
     #[arg(long)]
     pub exit_when_done: bool,
@@ -397,6 +403,17 @@ pub struct ProcessArgs {
     /// End when standard input ends
     #[arg(long, hide = true)]
     pub exit_with_parent: bool,
+}
+
+/// For `kittiwake onboard`.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n    kittiwake onboard --nodes mcm,skill-manager,monitor,planner --vehicle uav1")]
+pub struct OnboardArgs {
+    /// The nodes, by the names of their own commands
+    #[arg(long, value_name = "NODES")]
+    pub nodes: Composition,
+    #[command(flatten)]
+    pub process: ProcessArgs,
 }
 
 /// For `kittiwake inject`.

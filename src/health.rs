@@ -13,6 +13,7 @@ use crate::cli::HealthArgs;
 use crate::health::subject::{Part, Subject};
 use crate::outcome::Outcome;
 use crate::output;
+use crate::service::Service;
 
 mod subject;
 
@@ -65,11 +66,26 @@ fn examine(subject: &Subject) -> Verdict {
             let found = bus::look_at_router(&link(subject, bus::Scope::Fleet), PATIENCE);
             judge_router(found, &subject.peers)
         }
-        Part::Service(service) => {
-            let link = link(subject, service.scope(&subject.vehicle));
-            judge(bus::look_for(&link, service.name(), PATIENCE))
+        Part::Service(service) => look_for(*service, subject),
+        Part::Onboard(composition) => all_of(composition.services().into_iter().map(|it| (it, look_for(it, subject)))),
+    }
+}
+
+fn look_for(service: Service, subject: &Subject) -> Verdict {
+    let link = link(subject, service.scope(&subject.vehicle));
+    judge(bus::look_for(&link, service.name(), PATIENCE))
+}
+
+/// Of several services in one process each must be healthy. They have one loop: the first that is not, or the last, speaks for all.
+fn all_of(each: impl Iterator<Item = (Service, Verdict)>) -> Verdict {
+    let mut said = String::new();
+    for (service, verdict) in each {
+        said = format!("{service}: {}", verdict.said);
+        if !verdict.healthy {
+            return Verdict { healthy: false, said };
         }
     }
+    Verdict { healthy: true, said }
 }
 
 fn link(subject: &Subject, scope: bus::Scope) -> Link {
@@ -110,6 +126,21 @@ fn links(view: &RouterView, expected: &[String]) -> String {
 mod tests {
     use super::*;
     use kittiwake_proto::v1::Heartbeat;
+
+    #[test]
+    fn a_process_with_several_services_is_as_healthy_as_the_worst() {
+        #[track_caller]
+        fn check(is_healthy: [bool; 3], healthy: bool, said: &str) {
+            let services = [Service::SkillManager, Service::Monitor, Service::Mcm];
+            let each = services.into_iter().zip(is_healthy).map(|(service, healthy)| {
+                let said = if healthy { "up" } else { "stuck" }.to_owned();
+                (service, Verdict { healthy, said })
+            });
+            assert_eq!(all_of(each), Verdict { healthy, said: said.to_owned() });
+        }
+        check([true; 3], true, "mcm: up");
+        check([true, false, true], false, "monitor: stuck");
+    }
 
     #[test]
     fn a_process_on_the_bus_that_makes_progress_is_healthy() {

@@ -19,6 +19,7 @@ pub mod backend;
 pub mod check_inputs;
 mod cli;
 mod companion;
+pub mod composition;
 pub mod config;
 pub mod flood;
 mod health;
@@ -68,6 +69,7 @@ pub fn main() -> ExitCode {
             let (service, args) = command.split();
             run::process::run_service(service, &args)
         }
+        Some(cli::Command::Onboard(args)) => run::process::run_onboard(&args),
         Some(cli::Command::Inject(args)) => inject::inject(&args),
         Some(cli::Command::Status(args)) => status::status(&args),
         Some(cli::Command::Access(args)) => setup::operator_token::access(&args),

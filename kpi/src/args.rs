@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
+use kittiwake::composition::Composition;
 use kittiwake::config::Speed;
 
 /// Measures Kittiwake: flies real systems and prints the reference's tables beside our figures.
@@ -49,6 +50,9 @@ pub struct Args {
     /// Mission time of the flights; tick period, transport and processing stay in wall time
     #[arg(long, value_name = "N", default_value = "10")]
     pub speed: Speed,
+    /// Run these nodes in one process, as `kittiwake up --onboard` does, such as `mcm,skill-manager,monitor,planner`
+    #[arg(long, value_name = "NODES", conflicts_with_all = ["operator", "link"])]
+    pub onboard: Option<Composition>,
     /// Measure the raw cost of the same hops between two bare processes, and the ratio
     #[arg(long)]
     pub floor: bool,

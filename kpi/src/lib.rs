@@ -10,7 +10,6 @@ use std::time::Duration;
 
 use bus::{Stop, Tapped};
 use control_tower::policy::Policy;
-use kittiwake::backend::Backend;
 use kittiwake::outcome::Outcome;
 use kittiwake::settings::Settings;
 use kittiwake::{check_inputs, output, telemetry};
@@ -64,6 +63,8 @@ struct Measured {
     load_before: f64,
     load_after: f64,
     speed: f64,
+    /// The nodes that had one process.
+    onboard: Option<String>,
     ticks: Vec<Tick>,
     floor: Option<Samples>,
     load: Option<real_time::RealTime>,
@@ -168,7 +169,10 @@ fn measure(program: &Path, args: &Args, vehicle: &str) -> Result<Measured, Strin
     let load = match args.load {
         Some(seconds) => {
             let hover = Duration::from_secs(seconds.into());
-            Some(real_time::measure(program, &args.config, vehicle, hover, |it| say(&format!("real time: {it}")))?)
+            let processes = system::processes(args.onboard);
+            Some(real_time::measure(program, &args.config, vehicle, &processes, hover, |it| {
+                say(&format!("real time: {it}"));
+            })?)
         }
         None => None,
     };
@@ -178,6 +182,7 @@ fn measure(program: &Path, args: &Args, vehicle: &str) -> Result<Measured, Strin
         load_before,
         load_after,
         speed: args.speed.pace().speed(),
+        onboard: args.onboard.map(|it| it.to_string()),
         ticks,
         floor,
         load,
@@ -226,7 +231,7 @@ impl Flights<'_> {
             // One in three is not answered at all.
             let permissions = if flight % 3 == 0 { Policy::Silent } else { Policy::Random };
             let settings = self.settings(&config, permissions, flight.into());
-            let system = System::start(self.program, &settings, self.vehicle, &Backend::Sim.services())?;
+            let system = System::start(self.program, &settings, self.vehicle, &system::processes(self.args.onboard))?;
             let mut heard = Vec::new();
             if !system.listen(FLIGHT, &mut heard, is_report)? {
                 return Err(format!("flight {flight} at {tick_ms} ms did not end"));
@@ -254,7 +259,7 @@ impl Flights<'_> {
         for flight in 1..=MOST_FLIGHTS {
             let missing = self.missing(&samples, flight.into());
             let settings = self.settings(&config, Policy::Grant, flight.into());
-            let system = System::start(self.program, &settings, self.vehicle, &Backend::Sim.services())?;
+            let system = System::start(self.program, &settings, self.vehicle, &system::processes(self.args.onboard))?;
             let mut heard = Vec::new();
             await_skill(&system, SkillKind::Takeoff, SkillState::Ended, &mut heard)?;
             let disturbance = meanwhile.begin(&system)?;

@@ -14,7 +14,6 @@ use std::time::{Duration, Instant};
 use control_tower::policy::Policy;
 use domain::time::{Now, Time};
 use gateway::access::{Role, entry};
-use kittiwake::backend::Backend;
 use kittiwake::run::run_file::{self, RunFolder};
 use kittiwake::service::Service;
 use kittiwake::settings::Settings;
@@ -26,7 +25,7 @@ use serde::Serialize;
 use crate::audience::{Audience, Count, MARK};
 use crate::load::{self, Watch};
 use crate::statistics::Statistics;
-use crate::system::System;
+use crate::system::{self, System};
 
 const CLIENTS: u64 = 1000;
 /// Clients with the same token: each may make a limited number of requests at once.
@@ -82,7 +81,7 @@ pub(crate) fn measure(program: &Path, config: &Path, vehicle: &str) -> Result<Op
     settings.permissions = Some(Policy::Grant);
     settings.http = Some(address);
     settings.access = Some(badges.folder.0.clone());
-    let system = System::start(program, &settings, vehicle, &Backend::Sim.services())?;
+    let system = System::start(program, &settings, vehicle, &system::processes(None))?;
     let audience = Audience::new()?;
     let sight = Sight { system: &system, audience: &audience, address, vehicle };
     crate::say("operator: one client");

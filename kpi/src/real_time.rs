@@ -6,10 +6,10 @@ use std::path::Path;
 use std::time::Duration;
 
 use control_tower::policy::Policy;
-use kittiwake::backend::Backend;
 use kittiwake::inject::Injector;
 use kittiwake::service::Service;
 use kittiwake::settings::Settings;
+use kittiwake::up::supervise::Child;
 use kittiwake_proto::v1::{FlagEvent, SkillKind, SkillState};
 use serde::Serialize;
 
@@ -26,7 +26,7 @@ pub(crate) struct RealTime {
     pub hover: Loads,
     pub mission: Loads,
     pub landed: Loads,
-    /// Landed, with the vehicle and the monitor gone: no topic of a fixed rate is left.
+    /// Landed, with the vehicle and the monitor gone: no topic of a fixed rate is left. Empty if they have no process of their own.
     pub silent: Loads,
     pub rates: Vec<Rate>,
 }
@@ -45,13 +45,14 @@ pub(crate) fn measure(
     program: &Path,
     config: &Path,
     vehicle: &str,
+    processes: &[Child],
     hover: Duration,
     say: impl Fn(&str),
 ) -> Result<RealTime, String> {
     let mut settings = Settings::of_file(config);
     settings.permissions = Some(Policy::Grant);
     settings.http = Some(([127, 0, 0, 1], 0).into());
-    let mut system = System::start(program, &settings, vehicle, &Backend::Sim.services())?;
+    let mut system = System::start(program, &settings, vehicle, processes)?;
     let mut heard = Vec::new();
     say("taking off");
     await_skill(&system, SkillKind::Offboard, SkillState::Execute, &mut heard)?;
@@ -75,8 +76,13 @@ pub(crate) fn measure(
     let watch = Watch::begin(&system);
     system.listen(LANDED, &mut heard, |_| false)?;
     let landed = watch.end();
+    let of_fixed_rates = [Service::Monitor, Service::VehicleSim].map(Child::Service);
+    // A monitor that has no process of its own cannot be ended alone.
+    if !of_fixed_rates.iter().all(|it| processes.contains(it)) {
+        return Ok(RealTime { hover, mission, landed, silent: Loads::new(), rates });
+    }
     say("landed, without the topics of fixed rates");
-    system.end(&[Service::Monitor, Service::VehicleSim]);
+    system.end(&of_fixed_rates);
     let watch = Watch::begin(&system);
     system.listen(LANDED, &mut heard, |_| false)?;
     Ok(RealTime { hover, mission, landed, silent: watch.end(), rates })

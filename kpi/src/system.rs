@@ -11,6 +11,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use bus::{Direct, Link, Process, Scope, Stop, Tap, Tapped};
+use kittiwake::backend::Backend;
+use kittiwake::composition::Composition;
 use kittiwake::service::Service;
 use kittiwake::settings::Settings;
 use kittiwake::up::Happening;
@@ -22,6 +24,11 @@ use node::Node;
 
 /// A process that starts, or ends, takes no longer than this.
 const LIMIT: Duration = Duration::from_secs(10);
+
+/// The processes besides the router of a system that flies the simulated vehicle.
+pub(crate) fn processes(onboard: Option<Composition>) -> Vec<Child> {
+    Child::of_services(&Backend::Sim.services(), onboard)
+}
 
 /// Topics from which transitions and reactions are put together: a few dozen messages a second.
 pub(crate) const DECISIONS: &[Topic] = &[
@@ -43,12 +50,12 @@ pub(crate) struct System {
 }
 
 impl System {
-    /// Starts the router of the executable `program`, taps its bus, then starts `services`.
+    /// Starts the router of the executable `program`, taps its bus, then starts the other processes.
     pub(crate) fn start(
         program: &Path,
         settings: &Settings,
         vehicle: &str,
-        services: &[Service],
+        processes: &[Child],
     ) -> Result<System, String> {
         let (sender, happenings) = channel();
         let mut children = Children::of(program.to_owned(), settings, sender).map_err(cannot_start)?;
@@ -70,8 +77,8 @@ impl System {
         });
         let tap = Some(tap.map_err(|it| it.to_string())?);
         let mut system = System { children, happenings, tap, heard, link };
-        for &service in services {
-            system.children.start(Child::Service(service), Some(&locator)).map_err(cannot_start)?;
+        for &process in processes {
+            system.children.start(process, Some(&locator)).map_err(cannot_start)?;
         }
         Ok(system)
     }
@@ -87,9 +94,8 @@ impl System {
     }
 
     /// Ends some of the processes, in order.
-    pub(crate) fn end(&mut self, services: &[Service]) {
-        let which: Vec<Child> = services.iter().map(|it| Child::Service(*it)).collect();
-        end(&mut self.children, &self.happenings, &which);
+    pub(crate) fn end(&mut self, which: &[Child]) {
+        end(&mut self.children, &self.happenings, which);
     }
 
     /// The folder of the direct links.

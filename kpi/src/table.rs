@@ -22,6 +22,9 @@ pub(crate) fn text(it: &Measured) -> String {
          mission time is sped up, tick period, transport and processing are not.",
         it.machine, it.load_before, it.load_after, it.speed
     );
+    if let Some(nodes) = &it.onboard {
+        let _ = writeln!(out, "In one process: {nodes}.");
+    }
     transitions(it, &mut out);
     table_5_3(it, &mut out);
     felt(it, &mut out);

@@ -3,6 +3,8 @@
 
 use std::fmt::Write;
 
+use kittiwake::composition::ONBOARD;
+
 use crate::analysis::{Class, Samples};
 use crate::real_time::Loads;
 use crate::statistics::Statistics;
@@ -58,13 +60,14 @@ fn rows(it: &Measured) -> Vec<Row> {
     let off = introspection.clone().map(|it| (it.achieved_hz / it.wanted_hz - 1.0).abs() * 100.0).collect();
     let jitter = introspection.map(|it| it.jitter_p99_ms).collect();
     let (cpu, rss) = [&load.hover, &load.mission].into_iter().filter_map(onboard).unzip();
-    let idle = load.silent.values().map(|it| it.cpu_percent).sum();
+    let idle: f64 = load.silent.values().map(|it| it.cpu_percent).sum();
+    let idle = Some(idle).filter(|_| !load.silent.is_empty()).into_iter().collect();
     rows.extend([
         row("introspection, off its 100 Hz", "%", 1.0, off),
         row("introspection, jitter, p99", "ms", 2.0, jitter),
         row("mcm, planner, skill-manager, monitor and router", "%", 30.0, cpu),
         row("the same, resident", "MB", 120.0, rss),
-        row("landed, without topics of fixed rates: all", "%", 3.0, vec![idle]),
+        row("landed, without topics of fixed rates: all", "%", 3.0, idle),
     ]);
     rows
 }
@@ -78,9 +81,9 @@ fn tick_to_action(samples: &Samples) -> Vec<f64> {
     samples.reactions.iter().map(|it| it.tick_to_action_s).collect()
 }
 
-/// Processor time and memory of what flies along, without the simulator.
+/// Processor time and memory of what flies along, without the simulator. Those that run in one process count once.
 fn onboard(loads: &Loads) -> Option<(f64, f64)> {
-    let five = ["mcm", "planner", "skill-manager", "monitor", "router"];
-    let loads = five.iter().map(|it| loads.get(it)).collect::<Option<Vec<_>>>()?;
+    let flown = ["mcm", "planner", "skill-manager", "monitor", ONBOARD];
+    let loads: Vec<_> = [loads.get("router")?].into_iter().chain(flown.iter().filter_map(|it| loads.get(it))).collect();
     Some((loads.iter().map(|it| it.cpu_percent).sum(), loads.iter().map(|it| it.rss_mb).sum()))
 }

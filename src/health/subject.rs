@@ -6,7 +6,8 @@ use bus::crossing::{Crossing, aircraft_name};
 use clap::Parser;
 use domain::file::Source;
 
-use crate::cli::{Cli, Command, HealthArgs, RouterArgs};
+use crate::cli::{Cli, Command, HealthArgs, ProcessArgs, RouterArgs};
+use crate::composition::{Composition, ONBOARD};
 use crate::config::Config;
 use crate::service::Service;
 
@@ -15,6 +16,7 @@ use crate::service::Service;
 pub enum Part {
     Router,
     Service(Service),
+    Onboard(Composition),
 }
 
 /// The process to look for, and its router.
@@ -35,6 +37,7 @@ impl Subject {
         match self.part {
             Part::Router => "router",
             Part::Service(service) => service.name(),
+            Part::Onboard(_) => ONBOARD,
         }
     }
 }
@@ -87,14 +90,19 @@ fn of_command(words: &[String]) -> Result<Subject, String> {
         }
         Some(Command::Service(command)) => {
             let (service, args) = command.split();
-            let vehicle = match &args.settings.vehicle {
-                Some(vehicle) => vehicle.to_string(),
-                None => vehicle_of(&args.settings.config)?,
-            };
-            Ok(Subject { part: Part::Service(service), connect: args.connect, vehicle, peers: Vec::new() })
+            of_process(Part::Service(service), args)
         }
+        Some(Command::Onboard(args)) => of_process(Part::Onboard(args.nodes), args.process),
         _ => Err(format!("`kittiwake {line}` is no process of the system, expected the router or a service")),
     }
+}
+
+fn of_process(part: Part, args: ProcessArgs) -> Result<Subject, String> {
+    let vehicle = match &args.settings.vehicle {
+        Some(vehicle) => vehicle.to_string(),
+        None => vehicle_of(&args.settings.config)?,
+    };
+    Ok(Subject { part, connect: args.connect, vehicle, peers: Vec::new() })
 }
 
 /// The peers at the other end of a router's link.
@@ -142,6 +150,7 @@ mod tests {
         check("/usr/local/bin/kittiwake planner --vehicle uav1 --connect tcp/r:1", Ok(("planner", "tcp/r:1", "uav1")));
         check("/sbin/docker-init -- kittiwake gateway --vehicle uav1 --speed 20", Ok(("gateway", here, "uav1")));
         check("kittiwake mcm", Ok(("mcm", here, "uav1")));
+        check("kittiwake onboard --nodes mcm,planner --vehicle uav7", Ok(("onboard", here, "uav7")));
         check("kittiwake router", Ok(("router", here, "")));
         check("kittiwake router --listen tcp/0.0.0.0:7447", Ok(("router", "tcp/127.0.0.1:7447", "")));
         check("kittiwake router --listen tcp/[::]:1", Ok(("router", "tcp/[::1]:1", "")));

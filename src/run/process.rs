@@ -1,13 +1,12 @@
-//! One process of the system: a service on its bus.
+//! One process of the system: a service on its bus, or several of them.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use bus::{BusError, Direct, Link, Nudge, Process, Stop};
+use bus::{BusError, Composition, Hosted, Link, Nudge, Process, Scope, Stop};
 use control_tower::ControlTower;
 use domain::file::Mistakes;
-use domain::time::Pace;
 use gateway::Gateway;
 use gateway::process::{GatewayProcess, StartError};
 use mavlink_bridge::MavlinkBridge;
@@ -26,7 +25,8 @@ use vehicle_sim::VehicleSim;
 
 use crate::backend::Backend;
 use crate::check_inputs::{self, Inputs};
-use crate::cli::ProcessArgs;
+use crate::cli::{OnboardArgs, ProcessArgs};
+use crate::composition::ONBOARD;
 use crate::config::Config;
 use crate::outcome::Outcome;
 use crate::run::end::stop_on_end;
@@ -67,90 +67,128 @@ enum Failure {
 
 /// Runs a service until it is over or is asked to end.
 pub fn run_service(service: Service, args: &ProcessArgs) -> Outcome {
+    run_process(service.name(), &[service], args)
+}
+
+/// Runs several services of one vehicle, in one thread, until it is asked to end.
+pub fn run_onboard(args: &OnboardArgs) -> Outcome {
+    run_process(ONBOARD, &args.nodes.services(), &args.process)
+}
+
+/// Runs `services`, which stand in one scope, as the process `name`.
+fn run_process(name: &'static str, services: &[Service], args: &ProcessArgs) -> Outcome {
     let inputs = match check_inputs::read_or_tell(&args.settings) {
         Ok(inputs) => inputs,
         Err(outcome) => return outcome,
     };
-    if let Some(Err(mistakes)) = Backend::of_service(service).map(|it| inputs.suits(it)) {
-        return check_inputs::tell(&mistakes);
+    for backend in services.iter().filter_map(|it| Backend::of_service(*it)) {
+        if let Err(mistakes) = inputs.suits(backend) {
+            return check_inputs::tell(&mistakes);
+        }
     }
-    let tls = match (service == Service::Gateway).then(|| check_inputs::read_tls(&inputs.config)).transpose() {
+    let tls = match services.contains(&Service::Gateway).then(|| check_inputs::read_tls(&inputs.config)).transpose() {
         Ok(tls) => tls.flatten(),
         Err(outcome) => return outcome,
     };
-    let telemetry = telemetry::start(service.name(), inputs.config.vehicle.as_str(), &inputs.config.telemetry);
-    let link = Link {
-        connect: args.connect.clone(),
-        scope: service.scope(inputs.config.vehicle.as_str()),
-        open_timeout: inputs.config.connect_limit_s.seconds(),
-    };
-    let direct = args.direct.as_ref().and_then(|it| service.direct(it));
+    let vehicle = inputs.config.vehicle.as_str();
+    let telemetry = telemetry::start(name, vehicle, &inputs.config.telemetry);
+    let scope = services.first().map_or(Scope::Fleet, |it| it.scope(vehicle));
+    let open_timeout = inputs.config.connect_limit_s.seconds();
+    let link = Link { connect: args.connect.clone(), scope, open_timeout };
     let stop = Stop::new();
-    let result = stop_on_end(&stop, args.exit_with_parent)
-        .map_err(Failure::from)
-        .and_then(|()| run(service, &args.settings, inputs, tls, &link, direct.as_ref(), &stop));
+    let result = stop_on_end(&stop, args.exit_with_parent).map_err(Failure::from).and_then(|()| match services {
+        [Service::Gateway] => run_gateway(&inputs, tls, &link, &stop),
+        _ => run_on_bus(services, args, &inputs, &link, &stop),
+    });
     telemetry.end();
-    report(service.name(), result)
+    report(name, result)
 }
 
-fn run(
-    service: Service,
-    settings: &Settings,
-    inputs: Inputs,
-    tls: Option<Arc<ServerConfig>>,
+fn run_on_bus(
+    services: &[Service],
+    args: &ProcessArgs,
+    inputs: &Inputs,
     link: &Link,
-    direct: Option<&Direct>,
     stop: &Stop,
 ) -> Result<(), Failure> {
-    let Inputs { config_file: _, config, mission, trees, contingencies, access, state, tower_key, tower_secret } =
-        inputs;
+    let mut parts = Vec::new();
+    for service in services {
+        let direct = args.direct.as_ref().and_then(|it| service.direct(it));
+        parts.push((build(*service, &args.settings, inputs)?, direct));
+    }
+    let pace = inputs.config.speed.pace();
+    let mut nodes = Vec::new();
+    let mut watched;
+    let mut parts = parts.iter_mut();
+    // They have one loop, so one watchdog is enough. The last one has its first turn after all others have had theirs.
+    let last = parts.next_back();
+    for (Part { node, nudge }, direct) in parts {
+        nodes.push(Hosted { node: node.as_mut(), direct: direct.take(), nudge: nudge.clone() });
+    }
+    if let Some((Part { node, nudge }, direct)) = last {
+        watched = Watched::new(node.as_mut());
+        nodes.push(Hosted { node: &mut watched, direct: direct.take(), nudge: nudge.clone() });
+    }
+    Ok(Composition { nodes, link, pace, is_only_one: true }.run(stop)?)
+}
+
+fn run_gateway(inputs: &Inputs, tls: Option<Arc<ServerConfig>>, link: &Link, stop: &Stop) -> Result<(), Failure> {
+    let Inputs { config, contingencies, access, .. } = inputs;
+    let access = access::access_control(access.as_deref(), config.gateway.audit_files.get().into())?;
+    let (pace, nudge) = (config.speed.pace(), Nudge::default());
+    let wake = nudge.clone();
+    let gateway = Gateway::new(&config.gateway, pace, access, contingencies.rows(), move || wake.wake());
+    let process = GatewayProcess::bind(gateway, config.http, tls)?;
+    output::line(process.url()?);
+    let run = |node: &mut Gateway| Process { pace, nudge, ..Process::of(&mut Watched::new(node), link) }.run(stop);
+    Ok(process.run(run)??)
+}
+
+/// A service that is ready to run.
+struct Part {
+    node: Box<dyn Node>,
+    /// Has it act on something that the bus does not bring.
+    nudge: Nudge,
+}
+
+impl Part {
+    /// One with nothing to do besides what the bus brings.
+    fn of(node: impl Node + 'static) -> Part {
+        Part { node: Box::new(node), nudge: Nudge::default() }
+    }
+}
+
+fn build(service: Service, settings: &Settings, inputs: &Inputs) -> Result<Part, Failure> {
+    let Inputs { config, mission, trees, contingencies, state, tower_key, tower_secret, .. } = inputs;
     let (pace, seed) = (config.speed.pace(), config.seed);
-    let place = Place { link, direct, pace, stop };
-    let on_bus = |mut node: Box<dyn Node>| place.run(node.as_mut(), Nudge::default());
     let vehicle = config.vehicle.as_str();
-    match service {
-        Service::VehicleSim => on_bus(Box::new(VehicleSim::new(&config.vehicle_sim, pace, seed))),
+    Ok(match service {
+        Service::VehicleSim => Part::of(VehicleSim::new(&config.vehicle_sim, pace, seed)),
         Service::Px4Bridge => {
             let nudge = Nudge::default();
             let port = Px4Port::open(&config.px4_bridge, &nudge)?;
-            place.run(&mut Px4Bridge::new(&config.px4_bridge, port), nudge)
+            Part { node: Box::new(Px4Bridge::new(&config.px4_bridge, port)), nudge }
         }
-        Service::MavlinkBridge => {
-            let nudge = Nudge::default();
-            let wake = nudge.clone();
-            let config = &config.mavlink_bridge;
-            let socket = Socket::open(&config.connect, move || wake.wake())?;
-            let bridge =
-                MavlinkBridge::new(config, signing_key::signed(config, Box::new(socket), 0).map_err(Failure::Files)?);
-            let mut bridge = match &config.ground {
-                None => bridge,
-                Some(endpoint) => {
-                    let wake = nudge.clone();
-                    let socket = GroundSocket::open(endpoint, move || wake.wake())?;
-                    bridge
-                        .seen_from_the_ground(signing_key::signed(config, Box::new(socket), 1).map_err(Failure::Files)?)
-                }
-            };
-            place.run(&mut bridge, nudge)
-        }
-        Service::SkillManager => on_bus(Box::new(SkillManager::new(&config.skill_manager, pace))),
-        Service::Monitor => on_bus(Box::new(Monitor::new(&config.monitor, &contingencies, pace))),
+        Service::MavlinkBridge => build_mavlink_bridge(&config.mavlink_bridge)?,
+        Service::SkillManager => Part::of(SkillManager::new(&config.skill_manager, pace)),
+        Service::Monitor => Part::of(Monitor::new(&config.monitor, contingencies, pace)),
         Service::Planner => {
-            let record = Record { settings, config: &config, instance: start_number(), tower_key: String::new() };
-            let planner = Planner::new(&config.planner, &config.energy, mission, pace);
-            place.run_recorded(planner, &record, state)
+            let record = Record { settings, config, instance: start_number(), tower_key: String::new() };
+            let planner = Planner::new(&config.planner, &config.energy, mission.clone(), pace);
+            recorded(planner, &record, state.clone())?
         }
         Service::Mcm => {
-            let key = tower_key.map(|path| tower_key::read_public(&path)).transpose()?;
+            let key = tower_key.as_ref().map(|path| tower_key::read_public(path)).transpose()?;
             let told = key.as_ref().map_or_else(String::new, ToString::to_string);
-            let record = Record { settings, config: &config, instance: start_number(), tower_key: told };
-            let mcm = Mcm::new(&config.mcm, &config.energy, vehicle, record.instance, &trees, contingencies, pace)?;
-            let mcm = mcm.of_mission(&mission).measured_with(bus::monotonic_ns);
+            let record = Record { settings, config, instance: start_number(), tower_key: told };
+            let table = contingencies.clone();
+            let mcm = Mcm::new(&config.mcm, &config.energy, vehicle, record.instance, trees, table, pace)?;
+            let mcm = mcm.of_mission(mission).measured_with(bus::monotonic_ns);
             let mcm = match key {
                 Some(key) => mcm.that_verifies_with(key),
                 None => mcm,
             };
-            place.run_recorded(mcm, &record, state)
+            recorded(mcm, &record, state.clone())?
         }
         Service::ControlTower => {
             let policy = config.permissions;
@@ -160,20 +198,26 @@ fn run(
                 Some(key) => tower.that_signs_with(key),
                 None => tower,
             };
-            place.run_with_state(tower, state, FLEET)
+            with_state(tower, state.clone(), FLEET)?
         }
-        Service::Gateway => {
-            let access = access::access_control(access.as_deref(), config.gateway.audit_files.get().into())?;
-            let nudge = Nudge::default();
+        Service::Gateway => unreachable!("it has a server beside its node: see `run_gateway`"),
+    })
+}
+
+fn build_mavlink_bridge(config: &mavlink_bridge::config::Config) -> Result<Part, Failure> {
+    let nudge = Nudge::default();
+    let wake = nudge.clone();
+    let socket = Socket::open(&config.connect, move || wake.wake())?;
+    let bridge = MavlinkBridge::new(config, signing_key::signed(config, Box::new(socket), 0).map_err(Failure::Files)?);
+    let bridge = match &config.ground {
+        None => bridge,
+        Some(endpoint) => {
             let wake = nudge.clone();
-            let gateway = Gateway::new(&config.gateway, pace, access, contingencies.rows(), move || wake.wake());
-            let process = GatewayProcess::bind(gateway, config.http, tls)?;
-            output::line(process.url()?);
-            let run =
-                |node: &mut Gateway| Process { pace, nudge, ..Process::of(&mut Watched::new(node), link) }.run(stop);
-            Ok(process.run(run)??)
+            let socket = GroundSocket::open(endpoint, move || wake.wake())?;
+            bridge.seen_from_the_ground(signing_key::signed(config, Box::new(socket), 1).map_err(Failure::Files)?)
         }
-    }
+    };
+    Ok(Part { node: Box::new(bridge), nudge })
 }
 
 /// What the recording of a process begins with, if it has one.
@@ -184,55 +228,29 @@ struct Record<'a> {
     tower_key: String,
 }
 
-/// Where a process runs.
-struct Place<'a> {
-    link: &'a Link,
-    direct: Option<&'a Direct>,
-    pace: Pace,
-    stop: &'a Stop,
+/// `service` of a vehicle, whose inputs are recorded if the settings name a folder.
+fn recorded<N: Resumable + 'static>(service: N, record: &Record<'_>, state: Option<PathBuf>) -> Result<Part, Failure> {
+    let (name, vehicle) = (service.name(), record.config.vehicle.as_str());
+    let number = RECORDED.iter().position(|it| *it == name);
+    let (Some(folder), Some(number)) = (&record.settings.record_inputs, number) else {
+        return with_state(service, state, vehicle);
+    };
+    let header = inputs::header(record.config, &record.settings.config, record.instance, record.tower_key.clone());
+    let inputs = header.map_err(Failure::Files).and_then(|header| {
+        inputs::Inputs::begin(folder, name, &header).map_err(|cause| Failure::Inputs { folder: folder.clone(), cause })
+    })?;
+    with_state(Recorded::new(service, number as u8, inputs), state, vehicle)
 }
 
-impl Place<'_> {
-    fn run(&self, node: &mut dyn Node, nudge: Nudge) -> Result<(), Failure> {
-        let Place { link, direct, pace, stop } = *self;
-        Ok(Process { direct, pace, nudge, is_only_one: true, ..Process::of(&mut Watched::new(node), link) }
-            .run(stop)?)
-    }
-
-    /// `service` of a vehicle, whose inputs are recorded if the settings name a folder.
-    fn run_recorded<N: Resumable>(
-        &self,
-        service: N,
-        record: &Record<'_>,
-        state: Option<PathBuf>,
-    ) -> Result<(), Failure> {
-        let (name, vehicle) = (service.name(), record.config.vehicle.as_str());
-        let number = RECORDED.iter().position(|it| *it == name);
-        let (Some(folder), Some(number)) = (&record.settings.record_inputs, number) else {
-            return self.run_with_state(service, state, vehicle);
-        };
-        let header = inputs::header(record.config, &record.settings.config, record.instance, record.tower_key.clone());
-        let inputs = header.map_err(Failure::Files).and_then(|header| {
-            inputs::Inputs::begin(folder, name, &header)
-                .map_err(|cause| Failure::Inputs { folder: folder.clone(), cause })
-        })?;
-        self.run_with_state(Recorded::new(service, number as u8, inputs), state, vehicle)
-    }
-
-    /// `service`, whose state is `owner`'s and in `folder`, if there is one.
-    fn run_with_state<N: Resumable>(
-        &self,
-        mut service: N,
-        folder: Option<PathBuf>,
-        owner: &str,
-    ) -> Result<(), Failure> {
-        let Some(folder) = folder else { return self.run(&mut service, Nudge::default()) };
-        let (name, owner) = (service.name(), owner.to_owned());
-        let nudge = Nudge::default();
-        let wake = nudge.clone();
-        let open = move || state_folder::open(&folder, name, &owner);
-        self.run(&mut Persisted::new(service, start_number(), open, move || wake.wake())?, nudge)
-    }
+/// `service`, whose state is `owner`'s and in `folder`, if there is one.
+fn with_state<N: Resumable + 'static>(service: N, folder: Option<PathBuf>, owner: &str) -> Result<Part, Failure> {
+    let Some(folder) = folder else { return Ok(Part::of(service)) };
+    let (name, owner) = (service.name(), owner.to_owned());
+    let nudge = Nudge::default();
+    let wake = nudge.clone();
+    let open = move || state_folder::open(&folder, name, &owner);
+    let persisted = Persisted::new(service, start_number(), open, move || wake.wake())?;
+    Ok(Part { node: Box::new(persisted), nudge })
 }
 
 /// Differs at each start of a process, so that a restarted one repeats none of its request ids.
@@ -249,7 +267,8 @@ fn report(name: &str, result: Result<(), Failure>) -> Outcome {
             output::error_line(format_args!("{name}: {failure}"));
             match failure {
                 // It does not become better by trying again.
-                Failure::State(persisted::StartError::InUse(_))
+                Failure::Bus(BusError::RunsAlready { .. })
+                | Failure::State(persisted::StartError::InUse(_))
                 | Failure::Key(_)
                 | Failure::Files(_)
                 | Failure::Inputs { .. } => Outcome::BadInput,

@@ -61,7 +61,10 @@ impl Children {
         let mut args: Vec<OsString> = vec![child.name().into(), "--exit-with-parent".into()];
         match child {
             Child::Router => args.extend(["--listen".into(), locator.unwrap_or(&self.listen).into()]),
-            Child::Service(_) => {
+            Child::Service(_) | Child::Onboard(_) => {
+                if let Child::Onboard(composition) = child {
+                    args.extend(["--nodes".into(), composition.to_string().into()]);
+                }
                 args.extend(self.settings.to_args());
                 args.extend(["--direct".into(), self.sockets.0.clone().into()]);
                 args.extend(locator.into_iter().flat_map(|it| ["--connect".into(), it.into()]));

@@ -113,7 +113,10 @@ impl<'a> Launcher<'a> {
             demo,
             _state: state,
             start: Instant::now(),
-            supervisor: Supervisor::new(&config.launcher.restart, &backend.services()),
+            supervisor: Supervisor::new(
+                &config.launcher.restart,
+                &Child::of_services(&backend.services(), args.onboard),
+            ),
             children,
             liveness: Liveness::new(config.launcher.hung_after_s.seconds()),
             aircraft: Aircraft::default(),
@@ -234,7 +237,7 @@ impl<'a> Launcher<'a> {
                 }
                 self.supervisor.router_listens(self.now());
             }
-            Child::Service(_) => {
+            Child::Service(_) | Child::Onboard(_) => {
                 let address = text.strip_prefix("https://").or_else(|| text.strip_prefix("http://"));
                 if let Some(address) = address.and_then(|it| it.parse().ok()) {
                     self.children.keep_http(address);

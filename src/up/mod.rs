@@ -74,6 +74,10 @@ pub fn up(args: &UpArgs) -> Outcome {
     if let Err(mistakes) = inputs.suits(backend) {
         return check_inputs::tell(&mistakes);
     }
+    if let Some(Err(why)) = args.onboard.map(|it| it.suits(backend)) {
+        output::error_line(format_args!("--onboard: {why}"));
+        return Outcome::BadInput;
+    }
     if let Err(outcome) = check_inputs::read_tls(&inputs.config) {
         return outcome;
     }

@@ -10,6 +10,7 @@ use std::time::Duration;
 use domain::quantity::Positive;
 use serde::Deserialize;
 
+use crate::composition::{Composition, ONBOARD};
 use crate::outcome::Outcome;
 use crate::service::Service;
 
@@ -20,6 +21,8 @@ pub enum Child {
     Router,
     /// One of the services.
     Service(Service),
+    /// Several services in one process.
+    Onboard(Composition),
 }
 
 impl Child {
@@ -28,7 +31,24 @@ impl Child {
         match self {
             Child::Router => "router",
             Child::Service(service) => service.name(),
+            Child::Onboard(_) => ONBOARD,
         }
+    }
+
+    /// Whether it is, or has, the service of this name.
+    fn runs(self, name: &str) -> bool {
+        match self {
+            Child::Router => false,
+            Child::Service(service) => service.name() == name,
+            Child::Onboard(composition) => composition.services().iter().any(|it| it.name() == name),
+        }
+    }
+
+    /// The processes in which these services run, those of the composition in one.
+    pub fn of_services(services: &[Service], onboard: Option<Composition>) -> Vec<Child> {
+        let is_apart = |it: &Service| !onboard.is_some_and(|onboard| onboard.hosts(*it));
+        let apart = services.iter().copied().filter(is_apart).map(Child::Service);
+        onboard.map(Child::Onboard).into_iter().chain(apart).collect()
     }
 }
 
@@ -102,10 +122,10 @@ pub struct Supervisor {
 }
 
 impl Supervisor {
-    /// For these services. Nothing is started yet; the router is due at once.
-    pub fn new(policy: &Policy, services: &[Service]) -> Supervisor {
-        let services = services.iter().map(|it| (Child::Service(*it), State::Blocked));
-        let states = services.chain([(Child::Router, State::Due(Duration::ZERO))]).collect();
+    /// For these children and the router. Nothing is started yet; the router is due at once.
+    pub fn new(policy: &Policy, children: &[Child]) -> Supervisor {
+        let children = children.iter().map(|it| (*it, State::Blocked));
+        let states = children.chain([(Child::Router, State::Due(Duration::ZERO))]).collect();
         Supervisor { policy: policy.clone(), states, deaths: BTreeMap::new() }
     }
 
@@ -134,12 +154,12 @@ impl Supervisor {
         }
     }
 
-    /// The child that is the service of this name.
+    /// The child that is the service of this name, or has it.
     pub fn child(&self, service: &str) -> Option<Child> {
-        self.states.keys().copied().find(|child| child.name() == service)
+        self.states.keys().copied().find(|child| child.runs(service))
     }
 
-    /// A service appeared on the bus.
+    /// A service appeared on the bus. One of several in a process speaks for all: they appear together, once all are ready.
     pub fn seen(&mut self, child: Child) {
         if let Some(state @ State::Started) = self.states.get_mut(&child) {
             *state = State::Seen;
@@ -209,7 +229,7 @@ mod tests {
 
     fn started() -> Supervisor {
         let policy = "first_delay_s = 0.2\nlongest_delay_s = 0.5\ndeaths = 4\nwindow_s = 10.0";
-        let mut supervisor = Supervisor::new(&toml::from_str(policy).unwrap(), &Service::ALL);
+        let mut supervisor = Supervisor::new(&toml::from_str(policy).unwrap(), &Service::ALL.map(Child::Service));
         supervisor.due(at(0));
         supervisor.router_listens(at(10));
         supervisor.due(at(10));
@@ -219,7 +239,7 @@ mod tests {
 
     #[test]
     fn the_router_comes_first_and_everybody_must_be_seen() {
-        let mut supervisor = Supervisor::new(&started().policy, &Service::ALL);
+        let mut supervisor = Supervisor::new(&started().policy, &Service::ALL.map(Child::Service));
         assert_eq!(supervisor.due(at(0)), [Child::Router]);
         assert_eq!(supervisor.due(at(5)), []);
         supervisor.router_listens(at(10));
@@ -233,6 +253,25 @@ mod tests {
         assert_eq!(supervisor.child("planner"), Some(PLANNER));
         assert!(supervisor.hangs(PLANNER));
         assert_eq!((supervisor.missing(), supervisor.due(at(5000))), (vec![PLANNER], vec![]), "it has not ended yet");
+    }
+
+    #[test]
+    fn services_in_one_process_are_one_child_that_dies_and_comes_back_as_one() {
+        let onboard: Composition = "mcm,planner".parse().unwrap();
+        let child = Child::Onboard(onboard);
+        let services = [Service::Monitor, Service::Planner, Service::Mcm];
+        let children = Child::of_services(&services, Some(onboard));
+        assert_eq!(children, [child, Child::Service(Service::Monitor)]);
+        let mut supervisor = Supervisor::new(&started().policy, &children);
+        supervisor.router_listens(at(10));
+        assert_eq!(supervisor.due(at(10)).len(), 2);
+        let found = ["mcm", "planner", "onboard", "monitor"].map(|it| supervisor.child(it));
+        assert_eq!(found, [Some(child), Some(child), None, Some(Child::Service(Service::Monitor))]);
+        supervisor.seen(child);
+        assert_eq!(supervisor.missing(), [Child::Service(Service::Monitor)]);
+        assert!(supervisor.hangs(child));
+        assert_eq!(supervisor.ended(child, KILLED, at(1000), false), Verdict::Restart(at(200)));
+        assert_eq!(supervisor.due(at(1200)), [child]);
     }
 
     #[test]

@@ -12,6 +12,7 @@ mod bad_messages;
 mod changed_files;
 mod chaos;
 mod check;
+mod composed;
 mod crowd;
 mod crowded_airspace;
 mod deployment;

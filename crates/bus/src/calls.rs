@@ -17,6 +17,7 @@ use crate::clock::monotonic_ns;
 use crate::direct::Links;
 use crate::inbox::{LATE, SharedClocks};
 use crate::mailbox::{Mail, Mailbox};
+use crate::neighbours::Neighbours;
 use crate::{BusError, Scope, trace};
 
 /// How soon a request that nobody served is sent again.
@@ -34,8 +35,7 @@ pub(crate) struct Calls<'a> {
 
 struct Open {
     vehicle: Option<VehicleId>,
-    service: Service,
-    payload: Vec<u8>,
+    request: Request,
     traceparent: String,
     /// When it was first sent, by the machine's monotonic clock: sent again it is as old as it is.
     said_ns: u64,
@@ -55,15 +55,14 @@ impl<'a> Calls<'a> {
         &mut self,
         call: CallId,
         vehicle: Option<VehicleId>,
-        request: &Request,
+        request: Request,
         deadline: Instant,
         links: &mut Links,
+        neighbours: &Neighbours,
     ) -> Result<(), BusError> {
-        let traceparent = trace::current().unwrap_or_default();
-        let (service, payload, said_ns) = (request.service(), request.encode(), monotonic_ns());
-        let open = Open { vehicle, service, payload, traceparent, said_ns, deadline, attempt: 0, again: None };
-        self.open.insert(call, open);
-        self.send(call, links)
+        let (traceparent, said_ns) = (trace::current().unwrap_or_default(), monotonic_ns());
+        self.open.insert(call, Open { vehicle, request, traceparent, said_ns, deadline, attempt: 0, again: None });
+        self.send(call, links, neighbours)
     }
 
     /// When [`Calls::tend`] has something to do.
@@ -72,7 +71,13 @@ impl<'a> Calls<'a> {
     }
 
     /// Sends again what is due; what is past its deadline ends as an event for the node.
-    pub(crate) fn tend(&mut self, now: Instant, events: &mut Vec<Event>, links: &mut Links) -> Result<(), BusError> {
+    pub(crate) fn tend(
+        &mut self,
+        now: Instant,
+        events: &mut Vec<Event>,
+        links: &mut Links,
+        neighbours: &Neighbours,
+    ) -> Result<(), BusError> {
         let mut due: Vec<_> =
             self.open.iter().filter(|(_, it)| it.again.is_some_and(|at| at <= now)).map(|(id, _)| *id).collect();
         let mut late: Vec<_> = self.open.iter().filter(|(_, it)| it.deadline <= now).map(|(id, _)| *id).collect();
@@ -84,7 +89,7 @@ impl<'a> Calls<'a> {
                 events.push(Event::Reply { call, result: Err(error) });
             }
         }
-        due.into_iter().try_for_each(|call| self.send(call, links))
+        due.into_iter().try_for_each(|call| self.send(call, links, neighbours))
     }
 
     /// The event for an answer that arrived; `None` if the call has already ended.
@@ -103,12 +108,18 @@ impl<'a> Calls<'a> {
         }
     }
 
-    /// The first time directly, where somebody serves it there; what did not arrive so is sent by the router the next time.
-    fn send(&mut self, call: CallId, links: &mut Links) -> Result<(), BusError> {
+    /// To a node of this process, if one serves it. Otherwise the first time directly, where somebody serves it there; what did not arrive so
+    /// is sent by the router the next time.
+    fn send(&mut self, call: CallId, links: &mut Links, neighbours: &Neighbours) -> Result<(), BusError> {
         let Some(open) = self.open.get_mut(&call) else { return Ok(()) };
         open.attempt += 1;
         open.again = None;
-        let (vehicle, service, attempt) = (open.vehicle.clone(), open.service, open.attempt);
+        let (vehicle, service, attempt) = (open.vehicle.clone(), open.request.service(), open.attempt);
+        if let Some(server) = neighbours.server(service) {
+            let outcome = Outcome::new(self.mailbox.clone(), call, attempt, 1);
+            server.ask(vehicle, open.request.clone(), &open.traceparent, outcome);
+            return Ok(());
+        }
         let said_receiver_monotonic_ns = match (&vehicle, self.scope) {
             (Some(vehicle), Scope::Fleet) => match self.clocks.theirs(vehicle, open.said_ns) {
                 Some(said) => said,
@@ -125,8 +136,8 @@ impl<'a> Calls<'a> {
         let copies = if matches!((self.scope, &vehicle), (Scope::Fleet, Some(_))) { 2 } else { 1 };
         let traceparent = open.traceparent.clone();
         let attachment = Attachment { traceparent, said_receiver_monotonic_ns, ..Default::default() };
-        let attachment = attachment.encode_to_vec();
-        if attempt == 1 && links.ask(service, (call, attempt), &attachment, &open.payload) {
+        let (attachment, payload) = (attachment.encode_to_vec(), open.request.encode());
+        if attempt == 1 && links.ask(service, (call, attempt), &attachment, &payload) {
             return Ok(());
         }
         let querier = match self.routed.entry((vehicle, service)) {
@@ -137,10 +148,10 @@ impl<'a> Calls<'a> {
                 it.insert(declare(self.session, &key, target)?)
             }
         };
-        let mut outcome = Outcome { mailbox: self.mailbox.clone(), call, attempt, copies, refused: 0, answered: false };
+        let mut outcome = Outcome::new(self.mailbox.clone(), call, attempt, copies);
         let sent = querier
             .get()
-            .payload(open.payload.clone())
+            .payload(payload)
             .attachment(attachment)
             .callback_mut(move |reply| match reply.result() {
                 Ok(sample) => outcome.answer(match Response::decode(service, &sample.payload().to_bytes()) {
@@ -174,10 +185,10 @@ fn declare<'a>(session: &'a Session, key: &str, target: QueryTarget) -> Result<Q
         .map_err(|cause| BusError::Declare { key: key.to_owned(), cause: cause.to_string() })
 }
 
-/// Lives in the query's callback. What counts is the first answer. That the request came too late counts only when
-/// zenoh drops this, since no answer comes any more, and only if every copy was too late: else one may have been
+/// Lives in the query's callback, or with the node of this process that was asked. What counts is the first answer. That the request came too
+/// late counts only when zenoh drops this, since no answer comes any more, and only if every copy was too late: else one may have been
 /// obeyed, and its answer lost. Dropped with neither, nobody served the query.
-struct Outcome {
+pub(crate) struct Outcome {
     mailbox: Mailbox,
     call: CallId,
     attempt: u32,
@@ -189,6 +200,20 @@ struct Outcome {
 }
 
 impl Outcome {
+    /// Nothing has come yet of the request, which goes `copies` ways.
+    pub(crate) fn new(mailbox: Mailbox, call: CallId, attempt: u32, copies: u32) -> Outcome {
+        Outcome { mailbox, call, attempt, copies, refused: 0, answered: false }
+    }
+
+    /// The node that was asked has answered; `None`: it has left the request without an answer.
+    pub(crate) fn settle(mut self, response: Option<Response>) {
+        let call = self.call;
+        self.answer(match response {
+            Some(response) => Ok(Event::Reply { call, result: Ok(response) }),
+            None => Err(CallError::Unanswered),
+        });
+    }
+
     fn answer(&mut self, result: Result<Event, CallError>) {
         if !std::mem::replace(&mut self.answered, true) {
             self.mailbox.push(Mail::Answer { call: self.call, attempt: self.attempt, result });
@@ -211,13 +236,14 @@ impl Drop for Outcome {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::wake::Wake;
 
     /// What the loop hears of a request that went `copies` ways, of which `refused` were too late.
     #[track_caller]
     fn check(copies: u32, refused: u32, answer: Option<Result<Event, CallError>>, expected: &str) {
-        let mailbox = Mailbox::new().unwrap();
-        let call = CallId(1);
-        let mut outcome = Outcome { mailbox: mailbox.clone(), call, attempt: 1, copies, refused, answered: false };
+        let mailbox = Mailbox::new(&Wake::new().unwrap());
+        let mut outcome = Outcome::new(mailbox.clone(), CallId(1), 1, copies);
+        outcome.refused = refused;
         answer.into_iter().for_each(|it| outcome.answer(it));
         drop(outcome);
         let mut heard = Vec::new();

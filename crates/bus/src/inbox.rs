@@ -6,10 +6,12 @@ use std::sync::{Arc, Mutex, MutexGuard};
 
 use kittiwake_proto::topics::{Message, Request, Service, Topic};
 use node::{Event, Node, Token, VehicleId};
-use zenoh::query::Query;
+use zenoh::pubsub::Subscriber;
+use zenoh::query::{Query, Queryable};
 use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
+use crate::calls::Outcome;
 use crate::clock::monotonic_ns;
 use crate::duplicates::DuplicateFilter;
 use crate::freshness::{self, Clocks, Late};
@@ -54,6 +56,8 @@ pub(crate) enum Asker {
         /// The number.
         number: u64,
     },
+    /// A node of this process. Dropped without a word, it tells them that nobody answers.
+    Neighbour(Outcome),
 }
 
 /// Why a request does not reach the node.
@@ -106,28 +110,36 @@ pub(crate) struct Inbox {
 /// Publishers and topics whose last number is remembered; beyond that all are forgotten, and heard by the router first.
 const MOST_PUBLISHERS: usize = 1024;
 
-/// Declares everything the node wants to hear; the declarations live as long as the session.
-pub(crate) fn declare(session: &Session, node: &dyn Node, inbox: &Inbox) -> Result<(), BusError> {
-    let scope = inbox.scope();
-    for &topic in node.subscriptions() {
-        subscribe(session, topic, &scope.listen(topic.key()), inbox)?;
-        if topic == Topic::Heartbeat && *scope == Scope::Fleet {
-            // Ground processes speak for themselves, outside any vehicle's namespace.
-            subscribe(session, topic, topic.key(), inbox)?;
-        }
-    }
-    node.serves().iter().try_for_each(|service| serve(session, *service, inbox))
+/// What a node has declared that it wants to hear. It hears it for as long as this lives.
+pub(crate) struct Declared {
+    _subscribers: Vec<Subscriber<()>>,
+    _queryables: Vec<Queryable<()>>,
 }
 
-/// Watches who is there; also tells who was there before.
-pub(crate) fn watch_peers(session: &Session, scope: &Scope, mailbox: &Mailbox) -> Result<(), BusError> {
+/// Declares everything the node wants to hear.
+pub(crate) fn declare(session: &Session, node: &dyn Node, inbox: &Inbox) -> Result<Declared, BusError> {
+    let scope = inbox.scope();
+    let mut subscribers = Vec::new();
+    for &topic in node.subscriptions() {
+        subscribers.push(subscribe(session, topic, &scope.listen(topic.key()), inbox)?);
+        if topic == Topic::Heartbeat && *scope == Scope::Fleet {
+            // Ground processes speak for themselves, outside any vehicle's namespace.
+            subscribers.push(subscribe(session, topic, topic.key(), inbox)?);
+        }
+    }
+    let queryables = node.serves().iter().map(|service| serve(session, *service, inbox)).collect::<Result<_, _>>()?;
+    Ok(Declared { _subscribers: subscribers, _queryables: queryables })
+}
+
+/// Watches who is there, for the nodes with these mailboxes; also tells who was there before.
+pub(crate) fn watch_peers(session: &Session, scope: &Scope, mailboxes: &[Mailbox]) -> Result<(), BusError> {
     let everyone = keys::alive("*", "*");
     let mut watched = vec![scope.listen(&everyone)];
     if *scope == Scope::Fleet {
         watched.push(everyone);
     }
     for key in watched {
-        let (scope, mailbox) = (scope.clone(), mailbox.clone());
+        let (scope, mailboxes) = (scope.clone(), mailboxes.to_vec());
         session
             .liveliness()
             .declare_subscriber(&key)
@@ -140,7 +152,10 @@ pub(crate) fn watch_peers(session: &Session, scope: &Scope, mailbox: &Mailbox) -
                     let alive = sample.kind() == SampleKind::Put;
                     let slot =
                         Slot::Peer { vehicle: vehicle.clone(), service: service.clone(), instance: instance.clone() };
-                    mailbox.push_newest(slot, Mail::Event(Event::Peer { vehicle, service, instance, alive }, None));
+                    let event = Event::Peer { vehicle, service, instance, alive };
+                    for mailbox in &mailboxes {
+                        mailbox.push_newest(slot.clone(), Mail::Event(event.clone(), None));
+                    }
                 }
             })
             .background()
@@ -172,7 +187,7 @@ pub(crate) fn listen_to_clocks(session: &Session, scope: &Scope) -> Result<Share
     Ok(clocks)
 }
 
-fn subscribe(session: &Session, topic: Topic, key: &str, inbox: &Inbox) -> Result<(), BusError> {
+fn subscribe(session: &Session, topic: Topic, key: &str, inbox: &Inbox) -> Result<Subscriber<()>, BusError> {
     let inbox = inbox.clone();
     session
         .declare_subscriber(key)
@@ -180,12 +195,11 @@ fn subscribe(session: &Session, topic: Topic, key: &str, inbox: &Inbox) -> Resul
             let attachment = sample.attachment().map(|it| it.to_bytes());
             inbox.message(topic, sample.key_expr().as_str(), &sample.payload().to_bytes(), attachment.as_deref());
         })
-        .background()
         .wait()
         .map_err(|cause| BusError::Declare { key: key.to_owned(), cause: cause.to_string() })
 }
 
-fn serve(session: &Session, service: Service, inbox: &Inbox) -> Result<(), BusError> {
+fn serve(session: &Session, service: Service, inbox: &Inbox) -> Result<Queryable<()>, BusError> {
     let key = inbox.scope().listen(service.key());
     let inbox = inbox.clone();
     session
@@ -203,7 +217,6 @@ fn serve(session: &Session, service: Service, inbox: &Inbox) -> Result<(), BusEr
                 let _ = query.reply_err(why).wait();
             }
         })
-        .background()
         .wait()
         .map_err(|cause| BusError::Declare { key: key.clone(), cause: cause.to_string() })
 }
@@ -240,8 +253,7 @@ impl Inbox {
         };
         let vehicle = self.scope.vehicle_of(key);
         if topic.qos().keeps_newest_only() {
-            let event = Event::Message { vehicle: vehicle.clone(), message };
-            return self.mailbox.push_newest(Slot::Sample(vehicle, topic), Mail::Event(event, None));
+            return self.keep_newest(vehicle, message);
         }
         let attachment = attachment.and_then(trace::read).unwrap_or_default();
         if let Err(late) = in_time(&self.scope, attachment.said_receiver_monotonic_ns) {
@@ -268,6 +280,23 @@ impl Inbox {
         if !has_room {
             self.dropped(key);
         }
+    }
+
+    /// A node of this process has published a message, which belongs to this trace, if it is not empty.
+    pub(crate) fn message_of_neighbour(&self, vehicle: VehicleId, message: Message, traceparent: &str) {
+        let topic = message.topic();
+        if topic.qos().keeps_newest_only() {
+            return self.keep_newest(vehicle, message);
+        }
+        let parent = Some(traceparent.to_owned()).filter(|it| !it.is_empty());
+        if !self.mailbox.push_from(topic.key(), Mail::Event(Event::Message { vehicle, message }, parent)) {
+            self.dropped(topic.key());
+        }
+    }
+
+    fn keep_newest(&self, vehicle: VehicleId, message: Message) {
+        let slot = Slot::Sample(vehicle.clone(), message.topic());
+        self.mailbox.push_newest(slot, Mail::Event(Event::Message { vehicle, message }, None));
     }
 
     /// A message has arrived over a direct link. After one that did not (the link was full, or is new) it is left to the router, which
@@ -306,14 +335,25 @@ impl Inbox {
             self.refuse_late(key, late);
             return Some((asker, Refusal::Because(format!("{LATE}{late}"))));
         }
-        let parent = Some(attachment.traceparent).filter(|it| !it.is_empty());
+        let asker = self.put_request(key, request, &attachment.traceparent, asker)?;
+        Some((asker, Refusal::NoRoom))
+    }
+
+    /// A node of this process asks. Without room who asks is dropped, which tells them to ask again.
+    pub(crate) fn request_of_neighbour(&self, key: &str, request: Request, traceparent: &str, outcome: Outcome) {
+        drop(self.put_request(key, request, traceparent, Asker::Neighbour(outcome)));
+    }
+
+    /// Leaves a request for the node; returns who asks if there is no room.
+    fn put_request(&self, key: &str, request: Request, traceparent: &str, asker: Asker) -> Option<Asker> {
+        let parent = Some(traceparent.to_owned()).filter(|it| !it.is_empty());
         let token = self.open.keep(asker);
         let event = Event::Request { vehicle: self.scope.vehicle_of(key), token, request };
         if self.mailbox.push_from(key, Mail::Event(event, parent)) {
             return None;
         }
         self.dropped(key);
-        self.open.take(token).map(|asker| (asker, Refusal::NoRoom))
+        self.open.take(token)
     }
 
     /// Counts what is no message of ours.

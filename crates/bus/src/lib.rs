@@ -4,6 +4,7 @@
 //! `mailbox` (the newest sample of a telemetry topic, a bounded queue for the rest), so a slow
 //! node never blocks the transport; the loop takes everything that arrived together, shows it to
 //! the node event by event, lets it act, and performs its effects. It never waits for a peer.
+//! A loop may have several nodes ([`Composition`]): they take turns, and hand each other messages in memory.
 
 use std::time::Duration;
 
@@ -19,25 +20,29 @@ mod keys;
 pub mod link_credentials;
 mod losses;
 mod mailbox;
+mod neighbours;
 mod nudge;
 mod only_one;
 mod outbox;
 mod presence;
 mod process;
 pub mod router;
+mod seat;
 mod session;
 mod shell;
 pub mod sockets;
 mod stop;
 mod tap;
 mod trace;
+mod turns;
+mod wake;
 
 pub use clock::{Clock, monotonic_ns};
 pub use direct::Direct;
 pub use foreign::{Foreign, ForeignLink, ForeignMail};
 pub use nudge::Nudge;
 pub use presence::{Presence, RouterView, look_at_router, look_for};
-pub use process::Process;
+pub use process::{Composition, Hosted, Process};
 pub use router::{run_linked_router, run_router};
 pub use stop::Stop;
 pub use tap::{Tap, Tapped};

@@ -4,20 +4,18 @@
 //! to a bound, beyond which it is dropped and counted, since a blocked callback would stall the link. Liveliness is
 //! said once: if it were dropped, a process would count as there, or as gone, until it is started again.
 
-#![expect(clippy::disallowed_methods, reason = "the loop waits here, up to a deadline on the wall clock")]
+#![expect(clippy::disallowed_methods, reason = "losses are counted by the wall clock")]
 
 use std::collections::{HashMap, VecDeque};
-use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Instant;
 
 use kittiwake_proto::topics::Topic;
 use node::{CallError, CallId, Event, VehicleId};
-use rustix::event::{EventfdFlags, PollFd, PollFlags, Timespec, eventfd, poll};
 
-use crate::BusError;
 use crate::losses::{Loss, Losses, Report, Totals};
 use crate::trace::Parent;
+use crate::wake::Wake;
 
 /// More than arrives in any burst that a healthy process lets pile up.
 const CAPACITY: usize = 4096;
@@ -42,8 +40,7 @@ pub(crate) struct Mailbox(Arc<Shared>);
 
 struct Shared {
     inner: Mutex<Inner>,
-    /// Readable once the loop that sleeps is to wake: it also waits for sockets, for which there is no condition variable.
-    wake: OwnedFd,
+    wake: Wake,
 }
 
 #[derive(Default)]
@@ -55,10 +52,7 @@ struct Inner {
     /// Large messages that came in since the loop took everything.
     large: usize,
     losses: Losses,
-    stopped: bool,
     nudged: bool,
-    /// The loop waits, and nobody has woken it yet.
-    asleep: bool,
 }
 
 enum Entry {
@@ -77,14 +71,9 @@ pub(crate) enum Slot {
 }
 
 impl Mailbox {
-    /// An empty one.
-    ///
-    /// # Errors
-    /// If the operating system has no event counter left.
-    pub(crate) fn new() -> Result<Mailbox, BusError> {
-        let wake = eventfd(0, EventfdFlags::NONBLOCK | EventfdFlags::CLOEXEC);
-        let wake = wake.map_err(|cause| BusError::NoWake { cause: cause.to_string() })?;
-        Ok(Mailbox(Arc::new(Shared { inner: Mutex::default(), wake })))
+    /// An empty one, of a node whose loop sleeps on `wake`.
+    pub(crate) fn new(wake: &Wake) -> Mailbox {
+        Mailbox(Arc::new(Shared { inner: Mutex::default(), wake: wake.clone() }))
     }
 
     /// Queues what this process waits for itself; false, and counted, if there is no room.
@@ -95,7 +84,8 @@ impl Mailbox {
             return false;
         }
         inner.queue.push_back(Entry::Mail(mail));
-        self.wake(&mut inner);
+        drop(inner);
+        self.0.wake.wake();
         true
     }
 
@@ -110,7 +100,8 @@ impl Mailbox {
             None => drop(inner.waiting.insert(sender.to_owned(), 1)),
         }
         inner.queue.push_back(Entry::Mail(mail));
-        self.wake(&mut inner);
+        drop(inner);
+        self.0.wake.wake();
         true
     }
 
@@ -130,7 +121,8 @@ impl Mailbox {
         let mut inner = self.lock();
         if inner.newest.insert(slot.clone(), mail).is_none() {
             inner.queue.push_back(Entry::Newest(slot));
-            self.wake(&mut inner);
+            drop(inner);
+            self.0.wake.wake();
         }
     }
 
@@ -144,44 +136,20 @@ impl Mailbox {
         self.lock().losses.totals()
     }
 
-    /// Ends [`Mailbox::wait`] for good.
-    pub(crate) fn stop(&self) {
-        let mut inner = self.lock();
-        inner.stopped = true;
-        self.wake(&mut inner);
-    }
-
-    /// Ends the present [`Mailbox::wait`], or the next one, at once.
+    /// Has the node act, at once.
     pub(crate) fn nudge(&self) {
-        let mut inner = self.lock();
-        inner.nudged = true;
-        self.wake(&mut inner);
+        self.lock().nudged = true;
+        self.0.wake.wake();
     }
 
-    /// Waits until something has arrived here, or can be read from one of `others`, or for `deadline`.
-    pub(crate) fn wait<'a>(&'a self, deadline: Instant, others: impl Iterator<Item = BorrowedFd<'a>>) {
-        {
-            let mut inner = self.lock();
-            if !inner.queue.is_empty() || inner.stopped || inner.nudged {
-                return;
-            }
-            inner.asleep = true;
-        }
-        let wake = PollFd::from_borrowed_fd(self.0.wake.as_fd(), PollFlags::IN);
-        let others = others.map(|it| PollFd::from_borrowed_fd(it, PollFlags::IN));
-        let mut all: Vec<_> = std::iter::once(wake).chain(others).collect();
-        let left = deadline.saturating_duration_since(Instant::now());
-        // Whatever ends it, also a signal: the loop looks at everything.
-        let _ = poll(&mut all, Timespec::try_from(left).ok().as_ref());
-        let woken = all[0].revents().contains(PollFlags::IN);
-        self.lock().asleep = false;
-        if woken {
-            let _ = rustix::io::read(&self.0.wake, &mut [0; 8]);
-        }
+    /// Whether the node has something to do.
+    pub(crate) fn has_mail(&self) -> bool {
+        let inner = self.lock();
+        !inner.queue.is_empty() || inner.nudged
     }
 
-    /// Moves everything that has arrived into `batch`. False once stopped.
-    pub(crate) fn take(&self, batch: &mut Vec<Mail>) -> bool {
+    /// Moves everything that has arrived into `batch`.
+    pub(crate) fn take(&self, batch: &mut Vec<Mail>) {
         let mut inner = self.lock();
         inner.nudged = false;
         inner.waiting.clear();
@@ -191,14 +159,6 @@ impl Mailbox {
                 Entry::Mail(mail) => batch.push(mail),
                 Entry::Newest(slot) => batch.extend(inner.newest.remove(&slot)),
             }
-        }
-        !inner.stopped
-    }
-
-    /// Called with the lock held: a loop that is about to sleep has said so before, and one that is awake looks by itself.
-    fn wake(&self, inner: &mut Inner) {
-        if std::mem::take(&mut inner.asleep) {
-            let _ = rustix::io::write(&self.0.wake, &1_u64.to_ne_bytes());
         }
     }
 
@@ -211,6 +171,10 @@ impl Mailbox {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn mailbox() -> Mailbox {
+        Mailbox::new(&Wake::new().unwrap())
+    }
 
     fn peer(name: &str) -> Mail {
         let event = Event::Peer { vehicle: "uav1".into(), service: name.into(), instance: "1".into(), alive: true };
@@ -241,7 +205,7 @@ mod tests {
     fn of_a_slot_only_the_newest_is_kept_in_the_place_of_the_first() {
         #[track_caller]
         fn check(first: Slot, second: Slot, expected: &[&str]) {
-            let mailbox = Mailbox::new().unwrap();
+            let mailbox = mailbox();
             mailbox.push_newest(first, peer("old"));
             mailbox.push(peer("event"));
             mailbox.push_newest(second, peer("new"));
@@ -256,7 +220,7 @@ mod tests {
 
     #[test]
     fn a_flood_of_one_sender_takes_its_share_and_no_more() {
-        let mailbox = Mailbox::new().unwrap();
+        let mailbox = mailbox();
         (0..SHARE).for_each(|_| assert!(mailbox.push_from("kw/uav2/flood", peer("flood"))));
         assert!(!mailbox.push_from("kw/uav2/flood", peer("one too many")));
         assert!(mailbox.push_from("kw/uav1/event", peer("of another")));
@@ -267,7 +231,7 @@ mod tests {
 
     #[test]
     fn few_large_messages_wait() {
-        let mailbox = Mailbox::new().unwrap();
+        let mailbox = mailbox();
         (0..MOST_LARGE).for_each(|number| assert!(mailbox.push_large_from(&number.to_string(), peer("large"))));
         assert!(!mailbox.push_large_from("another", peer("one too many")));
         assert!(mailbox.push_from("another", peer("small")));
@@ -277,7 +241,7 @@ mod tests {
 
     #[test]
     fn a_full_queue_drops_and_still_takes_in_who_is_there() {
-        let mailbox = Mailbox::new().unwrap();
+        let mailbox = mailbox();
         for number in 0..CAPACITY {
             assert!(mailbox.push_from(&(number / SHARE).to_string(), peer("x")));
         }
@@ -289,33 +253,33 @@ mod tests {
 
     #[test]
     fn what_is_lost_is_counted() {
-        let mailbox = Mailbox::new().unwrap();
+        let mailbox = mailbox();
         assert!(mailbox.lose(Loss::Dropped, "kw/uav1/event").is_some());
         assert!(mailbox.lose(Loss::Dropped, "kw/uav1/event").is_none(), "it has just been logged");
         assert_eq!(mailbox.losses().dropped, 2);
     }
 
     #[test]
-    fn a_nudge_ends_one_wait() {
-        let mailbox = Mailbox::new().unwrap();
-        let far = Instant::now() + std::time::Duration::from_secs(3600);
+    fn a_nudge_is_something_to_do_once() {
+        let mailbox = mailbox();
         mailbox.nudge();
-        mailbox.wait(far, std::iter::empty());
-        assert!(mailbox.take(&mut Vec::new()));
-        let nudger = mailbox.clone();
-        let waiting = std::thread::spawn(move || {
-            mailbox.wait(far, std::iter::empty());
-            mailbox.take(&mut Vec::new())
-        });
-        nudger.nudge();
-        assert!(waiting.join().unwrap());
+        assert!(mailbox.has_mail());
+        assert!(names(&mailbox).is_empty() && !mailbox.has_mail());
     }
 
     #[test]
-    fn stopping_wakes_the_loop() {
-        let mailbox = Mailbox::new().unwrap();
-        mailbox.stop();
-        mailbox.wait(Instant::now() + std::time::Duration::from_secs(3600), std::iter::empty());
-        assert!(!mailbox.take(&mut Vec::new()));
+    fn mail_for_any_node_of_a_loop_wakes_it() {
+        let far = || Instant::now() + std::time::Duration::from_secs(3600);
+        let wake = Wake::new().unwrap();
+        let mailboxes = [Mailbox::new(&wake), Mailbox::new(&wake)];
+        for mailbox in mailboxes.clone() {
+            let sender = std::thread::spawn(move || assert!(mailbox.push(peer("event"))));
+            let mut found = 0;
+            while found == 0 {
+                wake.wait(far(), || mailboxes.iter().any(Mailbox::has_mail), std::iter::empty());
+                found = mailboxes.iter().map(|it| names(it).len()).sum();
+            }
+            sender.join().unwrap();
+        }
     }
 }

@@ -33,16 +33,24 @@ struct Ways<'a> {
 }
 
 impl<'a> Outbox<'a> {
-    pub(crate) fn new(session: &'a Session, has_links: bool, scope: &'a Scope, clocks: SharedClocks) -> Outbox<'a> {
-        let number = if has_links { number_of(session) } else { 0 };
+    /// Of the `place`-th node of the process.
+    pub(crate) fn new(
+        session: &'a Session,
+        place: usize,
+        has_links: bool,
+        scope: &'a Scope,
+        clocks: SharedClocks,
+    ) -> Outbox<'a> {
+        let number = if has_links { number_of(session, place) } else { 0 };
         Outbox { session, number, scope, clocks, ways: HashMap::new() }
     }
 
-    /// Publishes without ever waiting for a receiver.
+    /// Publishes without ever waiting for a receiver, as a part of the trace `traceparent`, if it is not empty.
     pub(crate) fn publish(
         &mut self,
         vehicle: Option<VehicleId>,
         message: &Message,
+        traceparent: String,
         links: &mut Links,
     ) -> Result<(), BusError> {
         let topic = message.topic();
@@ -62,7 +70,6 @@ impl<'a> Outbox<'a> {
             }
         };
         ways.sequence += 1;
-        let traceparent = if topic.qos().keeps_newest_only() { String::new() } else { parent_of(topic) };
         let payload = message.encode();
         let attachment = Attachment {
             sequence: ways.sequence,
@@ -88,14 +95,17 @@ pub(crate) fn goes_directly(topic: Topic) -> bool {
     !topic.qos().keeps_newest_only()
 }
 
-/// Another one for each start of a process; never zero.
-fn number_of(session: &Session) -> u64 {
+/// Another one for each start of a process and each of its nodes; never zero.
+fn number_of(session: &Session, place: usize) -> u64 {
     let [a, b, c, d, e, f, g, h, ..] = session.zid().to_le_bytes();
-    u64::from_le_bytes([a, b, c, d, e, f, g, h]).max(1)
+    u64::from_le_bytes([a, b, c, d, e, f, g, h]).wrapping_add(place as u64).max(1)
 }
 
-/// The trace that a message of `topic` belongs to; empty: none.
-fn parent_of(topic: Topic) -> String {
+/// The trace that a message of `topic` belongs to; empty: none. Telemetry is not traced.
+pub(crate) fn parent_of(topic: Topic) -> String {
+    if topic.qos().keeps_newest_only() {
+        return String::new();
+    }
     let present = trace::current();
     let begun = || topic.begins_trace().then(|| trace::span(topic.key(), None).in_scope(trace::current)).flatten();
     present.or_else(begun).unwrap_or_default()

@@ -1,9 +1,10 @@
-//! What a node may rely on, whichever shell it runs on: each story runs over the virtual bus, over zenoh, and over zenoh with direct links
-//! beside it.
+//! What a node may rely on, whichever shell it runs on: each story runs over the virtual bus, over zenoh, over zenoh with direct links
+//! beside it, and with the nodes of a vehicle in one process.
 
 #![expect(unreachable_pub, reason = "no other crate uses a test: here `pub` means outside of the module")]
 
 mod calls;
+mod composed;
 mod messages;
 mod peers;
 mod probe;
@@ -20,6 +21,9 @@ macro_rules! over_each {
         }
         mod over_direct_links {
             $(#[test] fn $name() { $story(&mut crate::shell::Real::linked()); })*
+        }
+        mod in_one_process {
+            $(#[test] fn $name() { $story(&mut crate::composed::Composed::start()); })*
         }
     };
 }

@@ -55,7 +55,7 @@ fn sampler(phase: &Phase) -> Probe {
 
 /// A node that is busy while samples come gets the newest of each vehicle, and hardly any other.
 pub fn newest_only(shell: &mut dyn Shell) {
-    let (phase, gate) = (Phase::default(), shell.gate());
+    let (phase, gate) = (Phase::default(), shell.gate(&Scope::Fleet));
     let (told, kept) = (phase.clone(), gate.clone());
     let busy = Probe::listener("gateway", &[Topic::BatteryStatus]).on_event(move |_, _| {
         if told.get() == HELD {
@@ -114,12 +114,15 @@ pub fn commands_first(shell: &mut dyn Shell) {
     assert_eq!(order, ["1", "2", "a", "b", "c", "d"]);
 }
 
-/// Events of one sender arrive in the order in which they were sent, whether in one turn or in several.
+/// Events of one sender arrive in the order in which they were sent, whether in one turn or in several, and each once, on board and on the
+/// ground.
 pub fn in_order(shell: &mut dyn Shell) {
     let phase = Phase::default();
-    let seen = shell.add(Scope::Vehicle("uav1".into()), Probe::listener("mcm", &[Topic::FlagEvent]));
+    let scope = || Scope::Vehicle("uav1".into());
+    let on_board = shell.add(scope(), Probe::listener("mcm", &[Topic::FlagEvent]));
+    let on_ground = shell.add(Scope::Fleet, Probe::listener("gateway", &[Topic::FlagEvent]));
     let (told, mut next) = (phase.clone(), 1);
-    let sender = Probe::listener("monitor", &[]).on_turn(move |effects| match told.get() {
+    let sender = Probe::listener("monitor", &[Topic::FlagEvent]).on_turn(move |effects| match told.get() {
         MEETING => effects.push(flag(0)),
         _ => {
             let some = 1 + next % 7;
@@ -127,10 +130,15 @@ pub fn in_order(shell: &mut dyn Shell) {
             next += some;
         }
     });
-    shell.add(Scope::Vehicle("uav1".into()), sender);
-    shell.wait_for("both to meet", &mut || !seen.flags().is_empty());
+    let sender = shell.add(scope(), sender);
+    let listeners = [&on_board, &on_ground];
+    shell.wait_for("all to meet", &mut || listeners.iter().all(|it| !it.flags().is_empty()));
     phase.set(BURSTING);
-    shell.wait_for("the last event", &mut || seen.flags().last() == Some(&EVENTS.to_string()));
-    let found: Vec<_> = seen.flags().into_iter().filter(|it| it != "0").collect();
-    assert_eq!(found, (1..=EVENTS).map(|it| it.to_string()).collect::<Vec<_>>());
+    let last = EVENTS.to_string();
+    shell.wait_for("the last event", &mut || listeners.iter().all(|it| it.flags().last() == Some(&last)));
+    for seen in listeners {
+        let found: Vec<_> = seen.flags().into_iter().filter(|it| it != "0").collect();
+        assert_eq!(found, (1..=EVENTS).map(|it| it.to_string()).collect::<Vec<_>>());
+    }
+    assert!(sender.flags().is_empty(), "nobody hears itself");
 }

@@ -23,7 +23,7 @@ fn flag(name: &str) -> Effect {
 /// A node whose mailbox is full learns of a process that has come and of one that has gone meanwhile.
 pub fn not_lost(shell: &mut dyn Shell) {
     let scope = || Scope::Vehicle("uav1".into());
-    let (phase, gate) = (Phase::default(), shell.gate());
+    let (phase, gate) = (Phase::default(), shell.gate(&scope()));
     let (told, kept) = (phase.clone(), gate.clone());
     let busy = Probe::listener("mcm", &[Topic::FlagEvent]).on_event(move |_, _| {
         if told.get() == HELD {

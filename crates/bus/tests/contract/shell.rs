@@ -1,4 +1,4 @@
-//! The two shells, each as a story sees it.
+//! The shells that run one node or all of them, each as a story sees it.
 
 #![expect(clippy::disallowed_methods, reason = "a test waits for what other threads do, up to a limit")]
 
@@ -15,7 +15,7 @@ use tempfile::TempDir;
 use crate::probe::{Gate, Probe, Seen};
 
 /// What is waited for comes within this, on a machine that is not broken.
-const LIMIT: Duration = Duration::from_secs(60);
+pub const LIMIT: Duration = Duration::from_secs(60);
 
 /// Nodes run on it.
 pub trait Shell {
@@ -25,8 +25,8 @@ pub trait Shell {
     /// Lets the nodes run until `done`. `what` is what a story that fails has waited for.
     fn wait_for(&mut self, what: &str, done: &mut dyn FnMut() -> bool);
 
-    /// A closed gate.
-    fn gate(&self) -> Gate;
+    /// A closed gate for a node of this scope.
+    fn gate(&self, scope: &Scope) -> Gate;
 
     /// Whether a mailbox can be full.
     fn bounds_mailboxes(&self) -> bool;
@@ -53,7 +53,7 @@ impl Shell for Virtual {
         assert!(self.0.run_until(LIMIT, done), "waited {LIMIT:?} of virtual time for {what}");
     }
 
-    fn gate(&self) -> Gate {
+    fn gate(&self, _: &Scope) -> Gate {
         Gate::without_threads()
     }
 
@@ -91,29 +91,38 @@ impl Real {
         real
     }
 
-    fn direct(&mut self, own: &str) -> Option<Direct> {
+    /// How a node of this scope gets onto its bus.
+    pub fn link(&self, scope: Scope) -> Link {
+        let scope = match scope {
+            Scope::Vehicle(vehicle) => bus::Scope::Vehicle(vehicle.to_string()),
+            Scope::Fleet => bus::Scope::Fleet,
+        };
+        Link { connect: vec![self.locator.clone()], scope, open_timeout: LIMIT }
+    }
+
+    /// Runs something that ends with the value, on a thread of its own.
+    pub fn spawn(&mut self, run: impl FnOnce(&Stop) + Send + 'static) {
+        let stop = self.stop.clone();
+        self.threads.push(std::thread::spawn(move || run(&stop)));
+    }
+
+    /// The links of a node to those before it, if there are any at all.
+    pub fn direct(&mut self, probe: &Probe) -> Option<Direct> {
         let (folder, names) = self.links.as_mut()?;
-        let direct =
-            Direct { folder: folder.path().join("links"), listen: Some(own.to_owned()), connect: names.clone() };
-        names.push(own.to_owned());
+        let own = format!("{}-{}", probe.name(), names.len());
+        let direct = Direct { folder: folder.path().join("links"), listen: Some(own.clone()), connect: names.clone() };
+        names.push(own);
         Some(direct)
     }
 }
 
 impl Shell for Real {
     fn add(&mut self, scope: Scope, mut probe: Probe) -> Seen {
-        let seen = probe.seen.clone();
-        let scope = match scope {
-            Scope::Vehicle(vehicle) => bus::Scope::Vehicle(vehicle.to_string()),
-            Scope::Fleet => bus::Scope::Fleet,
-        };
-        let link = Link { connect: vec![self.locator.clone()], scope, open_timeout: LIMIT };
-        let stop = self.stop.clone();
-        let own = format!("{}-{}", probe.name(), self.threads.len());
-        let direct = self.direct(&own).filter(|_| matches!(link.scope, bus::Scope::Vehicle(_)));
-        self.threads.push(std::thread::spawn(move || {
-            Process { direct: direct.as_ref(), ..Process::of(&mut probe, &link) }.run(&stop).unwrap();
-        }));
+        let (seen, link) = (probe.seen.clone(), self.link(scope));
+        let direct = self.direct(&probe).filter(|_| matches!(link.scope, bus::Scope::Vehicle(_)));
+        self.spawn(move |stop| {
+            Process { direct: direct.as_ref(), ..Process::of(&mut probe, &link) }.run(stop).unwrap();
+        });
         seen
     }
 
@@ -126,7 +135,7 @@ impl Shell for Real {
         }
     }
 
-    fn gate(&self) -> Gate {
+    fn gate(&self, _: &Scope) -> Gate {
         Gate::closed()
     }
 

@@ -10,6 +10,7 @@ use node::{Effect, Token};
 use super::*;
 use crate::inbox::OpenQueries;
 use crate::mailbox::Mailbox;
+use crate::wake::Wake;
 
 /// Listens to flags and answers requests for permissions, or does neither.
 struct Listener(bool);
@@ -38,7 +39,7 @@ struct End {
 
 impl End {
     fn of(vehicle: &str, folder: &Path, listen: Option<&str>, connect: &[&str]) -> Result<End, BusError> {
-        let mailbox = Mailbox::new().unwrap();
+        let mailbox = Mailbox::new(&Wake::new().unwrap());
         let inbox = Inbox::new(&Scope::Vehicle(vehicle.to_owned()), mailbox.clone());
         let connect = connect.iter().map(|it| (*it).to_owned()).collect();
         let direct = Direct { folder: folder.to_owned(), listen: listen.map(str::to_owned), connect };

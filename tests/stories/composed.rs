@@ -1,0 +1,160 @@
+//! Several nodes in one process: the same flights, the same signs of life, and one death for all of them.
+
+use nix::sys::signal::Signal;
+use serde_json::Value;
+
+use crate::support::files::Files;
+use crate::support::{FLY_LONG_LEG, KITTIWAKE, System, kittiwake, shipped, wait_for};
+
+/// What flies along, but for the simulated vehicle.
+const USUAL: &str = "mcm,skill-manager,monitor,planner";
+
+/// A system with the usual nodes in one process, on a long leg in the air.
+#[track_caller]
+fn on_long_leg(speed: &str) -> System {
+    let files = Files::with_long_leg();
+    let config = files.config();
+    let config = config.to_str().expect("a readable path");
+    let system = System::start(&["--onboard", USUAL, "--config", config, "--speed", speed]);
+    system.wait_for(&["step 2 of 3: ", FLY_LONG_LEG].concat());
+    system
+}
+
+/// The names of the launcher's children.
+fn children(system: &System) -> Vec<String> {
+    let mut names: Vec<_> = system.children().into_iter().map(|(name, _)| name).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn the_reference_mission_is_achieved_with_four_nodes_in_one_process() {
+    let system = System::start(&["--onboard", USUAL]);
+    system.wait_for(" is up: ");
+    assert_eq!(children(&system), ["control-tower", "gateway", "onboard", "router", "vehicle-sim"]);
+    let ending = system.end();
+    ending.expect(0, &["SUCCESS", "SUCCESS"]);
+    // No node has heard anything twice: each step begins and succeeds once.
+    for step in 1..=5 {
+        let begun = format!("step {step} of 5: ");
+        let count = ending.lines.iter().filter(|it| it.contains(&begun)).count();
+        assert_eq!(count, 1, "`{begun}` in:\n{}", ending.lines.join("\n"));
+    }
+}
+
+#[test]
+fn the_whole_vehicle_in_one_process_achieves_the_mission() {
+    let all = "vehicle-sim,mcm,skill-manager,monitor,planner";
+    let system = System::start(&["--onboard", all]);
+    system.wait_for(" is up: ");
+    assert_eq!(children(&system), ["control-tower", "gateway", "onboard", "router"]);
+    system.end().expect(0, &["SUCCESS", "SUCCESS"]);
+}
+
+#[test]
+fn each_hosted_node_is_healthy_under_its_own_name() {
+    let system = System::start(&["--onboard", USUAL, "--speed", "1"]);
+    let locator = system.locator();
+    for node in USUAL.split(',') {
+        let args = ["health", "--process", node, "--vehicle", "uav1", "--connect", &locator];
+        wait_for(&format!("the health of {node}"), || {
+            let output = kittiwake(&args);
+            let said = String::from_utf8_lossy(&output.stdout).into_owned();
+            (output.status.success() && said.starts_with(&format!("{node}: up for "))).then_some(())
+        });
+    }
+    let http = system.http();
+    wait_for("readiness", || (http.get("/readyz").status == 200).then_some(()));
+    let processes = wait_for("the processes", || system.status()["processes"].as_array().cloned());
+    let of = |name: &str| processes.iter().find(|it| it["service"] == name).map(|it| it["heartbeat"]["pid"].clone());
+    let pid = Value::from(system.process("onboard").id().as_raw());
+    for node in USUAL.split(',') {
+        assert_eq!(of(node).as_ref(), Some(&pid), "{processes:?}");
+    }
+}
+
+#[test]
+fn a_composition_that_is_killed_in_flight_comes_back_with_its_memory_and_the_mission_is_achieved() {
+    let system = on_long_leg("5");
+    let killed = system.process("onboard");
+    killed.signal(Signal::SIGKILL);
+    system.wait_for("onboard ended by signal 9");
+    let ending = system.end();
+    ending.expect(0, &["SUCCESS"]);
+    // From where it is: nodes without their memory would have waited on the ground, or taken off.
+    ending.expect_in_order(&["onboard ended by signal 9", "plan 2: fly to (0, 2000, 10); land", "step 1 of 2: fly to"]);
+}
+
+#[test]
+fn a_composition_that_hangs_is_killed_and_started_again_as_one() {
+    let system = on_long_leg("2");
+    let hung = system.process("onboard");
+    hung.signal(Signal::SIGSTOP);
+    system.wait_for("onboard does not answer for 3s: killed");
+    wait_for("the process to be gone", || (!hung.runs()).then_some(()));
+    let ending = system.end();
+    ending.expect(0, &["SUCCESS"]);
+    let accused = |name: &str| ending.lines.iter().any(|it| it.contains(&format!("{name} does not answer")));
+    assert!(!["router", "gateway", "vehicle-sim"].into_iter().any(accused), "{}", ending.lines.join("\n"));
+}
+
+#[test]
+fn a_memory_of_one_form_is_continued_by_the_other() {
+    let files = Files::with_long_leg();
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let (config, state) = (files.config(), folder.path().to_str().expect("a readable path").to_owned());
+    let config = config.to_str().expect("a readable path");
+    let usual = ["--config", config, "--speed", "20", "--state", &state];
+    System::start(&[&usual[..], &["--onboard", USUAL]].concat()).end().expect(0, &["SUCCESS"]);
+    // A mission that is over stays over, whoever remembers it.
+    System::start(&usual).end().expect(0, &["SUCCESS"]);
+    let other = System::start(&[&usual[..], &["--onboard", "mcm,planner"]].concat());
+    let ending = other.end();
+    ending.expect(0, &["SUCCESS"]);
+    assert!(!ending.lines.iter().any(|it| it.contains(": takeoff")), "{}", ending.lines.join("\n"));
+}
+
+#[test]
+fn what_cannot_be_composed_is_refused_in_one_sentence() {
+    #[track_caller]
+    fn check(args: &[&str], words: &str) {
+        let output = kittiwake(args);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {said}");
+        assert!(said.contains(words) && !said.contains("panicked"), "{args:?}: {said}");
+    }
+    check(&["onboard", "--nodes", "mcm,planner,mcm"], "mcm is named twice: a vehicle has one");
+    check(&["onboard", "--nodes", "mcm,pilot"], "found node `pilot`, expected some of vehicle-sim");
+    check(&["onboard", "--nodes", "mcm,gateway"], "gateway is on the ground and has a process of its own");
+    check(&["onboard", "--nodes", "mcm,control-tower"], "control-tower is on the ground");
+    check(&["onboard", "--nodes", "vehicle-sim,px4-bridge"], "vehicle-sim and px4-bridge would both fly the vehicle");
+    check(
+        &["onboard", "--nodes", "mcm", "--vehicle", "uav1", "--vehicle", "uav2"],
+        "'--vehicle <NAME>' cannot be used",
+    );
+    check(&["onboard"], "--nodes <NODES>");
+    check(&["up", "--onboard", "mcm,mcm"], "mcm is named twice: a vehicle has one");
+    check(&["up", "--onboard", "mcm,px4-bridge"], "found px4-bridge among the nodes, but vehicle-sim flies here");
+}
+
+#[test]
+fn a_node_that_runs_elsewhere_for_the_same_vehicle_is_not_hosted_a_second_time() {
+    let system = on_long_leg("5");
+    let locator = system.locator();
+    let config = shipped().join("kittiwake.toml");
+    let config = config.to_str().expect("a readable path");
+    let elsewhere = tempfile::tempdir().expect("a temporary folder can be made");
+    let state = elsewhere.path().to_str().expect("a readable path");
+    let process = system.process("onboard").id();
+    let second = ["--config", config, "--connect", &locator, "--state", state];
+    for args in [&["onboard", "--nodes", "monitor,planner"][..], &["mcm"][..]] {
+        let mut command = std::process::Command::new(KITTIWAKE);
+        command.args(args).args(second);
+        let output = command.stdin(std::process::Stdio::null()).output().expect("the program starts");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains("runs already for the same vehicle") && !said.contains("panicked"), "{said}");
+    }
+    assert_eq!(system.process("onboard").id(), process, "the first one flies on");
+    system.end().expect(0, &["SUCCESS"]);
+}
