@@ -150,6 +150,7 @@ fn not_ended(script: &Script, ending: &Ending) -> Option<&'static str> {
             Some("the vehicle came down elsewhere without a reason")
         }
         Ending::Over { .. } => None,
+        Ending::Waits(_) if script.empties_battery() => None,
         Ending::Waits(_) | Ending::Holds(_) => {
             script.settles.then_some("all trouble had ended, and the mission is not over")
         }

@@ -74,6 +74,13 @@ impl Script {
         !self.has_fault(|name, args| name == "freeze" && args.first().is_some_and(|it| it == "vehicle_status"))
     }
 
+    /// Whether the battery is left as empty as no autopilot arms with: nobody here puts another one in.
+    pub fn empties_battery(&self) -> bool {
+        const NEARLY_EMPTY: f64 = 0.05;
+        let is_empty = |it: &String| it.parse().is_ok_and(|charge: f64| charge < NEARLY_EMPTY);
+        self.has_fault(|name, args| name == "battery" && args.first().is_some_and(is_empty))
+    }
+
     fn has_fault(&self, is_it: impl Fn(&str, &[String]) -> bool) -> bool {
         self.troubles.iter().any(|(_, it)| matches!(it, Trouble::Fault { name, args } if is_it(name, args)))
     }
