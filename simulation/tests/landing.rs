@@ -169,3 +169,33 @@ fn a_mission_that_nobody_will_fly_is_refused() {
     let objectives: Vec<&str> = report.objectives.iter().map(|it| it.name.as_str()).collect();
     assert!(!objectives.is_empty() && !text.contains(&format!("name = \"{}\"", objectives[0])), "{objectives:?}");
 }
+
+#[test]
+fn what_only_prevents_a_takeoff_keeps_no_end_away() {
+    // Each rises on the way home, or on the ground there, and lasts.
+    for (after, fault, arguments, flag) in [
+        ("step 2 of 3: fly to (0, 0", "wind", &["0", "-11"][..], "wind_high"),
+        ("step 3 of 3: land", "not_ready", &["compass"][..], "autopilot_not_ready"),
+    ] {
+        let mut simulation = simulation(None, Policy::Grant);
+        assert!(simulation.fly_until(after, LIMIT), "{}", simulation.decision_log());
+        simulation.inject_fault(fault, arguments);
+        let report = simulation.fly(LIMIT).unwrap_or_else(|| panic!("no end:\n{}", simulation.decision_log()));
+        let log = simulation.decision_log();
+        assert_eq!(report.outcome(), MissionOutcome::Success, "{log}");
+        assert!(log.contains(&format!("flag `{flag}` raised")), "{log}");
+        assert!(!log.contains(&format!("`{flag}` does not count on the ground")), "{log}");
+    }
+}
+
+#[test]
+fn what_prevents_a_takeoff_still_does_after_a_landing_on_the_way() {
+    let mut simulation = simulation(None, Policy::Grant);
+    assert!(simulation.fly_until("step 5 of 5: land", LIMIT), "{}", simulation.decision_log());
+    simulation.inject_fault("not_ready", &["compass"]);
+    simulation.pass(Duration::from_secs(60));
+    let log = simulation.decision_log();
+    assert!(log.contains("step 5 succeeded") && log.contains("`autopilot_not_ready`: stop"), "{log}");
+    assert!(simulation.is_on_ground() && simulation.report().is_none(), "{log}");
+    assert_eq!(simulation.responder(), "autopilot_not_ready", "{log}");
+}
