@@ -191,11 +191,46 @@ fn what_only_prevents_a_takeoff_keeps_no_end_away() {
 #[test]
 fn what_prevents_a_takeoff_still_does_after_a_landing_on_the_way() {
     let mut simulation = simulation(None, Policy::Grant);
-    assert!(simulation.fly_until("step 5 of 5: land", LIMIT), "{}", simulation.decision_log());
-    simulation.inject_fault("not_ready", &["compass"]);
+    assert!(simulation.fly_until("step 4 of 5", LIMIT), "{}", simulation.decision_log());
+    simulation.inject_fault("wind", &["0", "-11"]);
+    assert!(simulation.fly_until("`wind_high`: stop", LIMIT), "{}", simulation.decision_log());
     simulation.pass(Duration::from_secs(60));
     let log = simulation.decision_log();
-    assert!(log.contains("step 5 succeeded") && log.contains("`autopilot_not_ready`: stop"), "{log}");
+    assert!(log.contains("step 5 succeeded"), "{log}");
     assert!(simulation.is_on_ground() && simulation.report().is_none(), "{log}");
-    assert_eq!(simulation.responder(), "autopilot_not_ready", "{log}");
+    assert_eq!(simulation.responder(), "wind_high", "{log}");
+}
+
+#[test]
+fn what_is_wrong_on_the_ground_is_told_as_long_as_it_is() {
+    for (fault, wrong, right, flag) in [
+        ("battery_temperature", &["75"][..], &["20"][..], "battery_hot_on_ground"),
+        ("not_ready", &["compass"][..], &[][..], "autopilot_not_ready"),
+    ] {
+        // Before the mission is over, and after it.
+        for after in ["step 3 of 3: land", "over: every objective was achieved"] {
+            let mut simulation = simulation(None, Policy::Grant);
+            assert!(simulation.fly_until(after, LIMIT), "{}", simulation.decision_log());
+            simulation.inject_fault(fault, wrong);
+            simulation.fly(LIMIT).unwrap_or_else(|| panic!("no end:\n{}", simulation.decision_log()));
+            simulation.pass(Duration::from_secs(60));
+            assert_eq!(simulation.alarms(), [flag], "{after}\n{}", simulation.decision_log());
+            assert_eq!(simulation.responder(), "", "{after}\n{}", simulation.decision_log());
+            simulation.inject_fault(fault, right);
+            simulation.pass(Duration::from_secs(60));
+            assert!(!simulation.is_up(flag), "{after}\n{}", simulation.decision_log());
+        }
+    }
+}
+
+#[test]
+fn one_whose_status_falls_silent_after_the_landing_stands_there() {
+    let mut simulation = simulation(None, Policy::Grant);
+    assert!(simulation.fly_until("step 3 of 3: land", LIMIT), "{}", simulation.decision_log());
+    simulation.pass(Duration::from_secs(11));
+    simulation.inject_fault("drop", &["vehicle_status"]);
+    let report = simulation.fly(LIMIT).unwrap_or_else(|| panic!("no end:\n{}", simulation.decision_log()));
+    simulation.pass(Duration::from_secs(30));
+    assert_eq!(report.outcome(), MissionOutcome::Success, "{}", simulation.decision_log());
+    assert!(simulation.is_on_ground(), "{}", simulation.decision_log());
 }

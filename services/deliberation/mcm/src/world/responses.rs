@@ -367,16 +367,27 @@ impl World {
             let name = self.flags.name(row).clone();
             self.flag_answered(&name);
         }
-        let is_over = self.mission.over.is_some();
         for row in 0..self.table.rows().len() {
-            let counts_here = self.table.rows()[row].phases.contains(&Phase::OnGround);
-            if !self.flags.row_is_up(row) || (counts_here && !is_over) {
+            if !self.flags.row_is_up(row) || self.stays_up_on_ground(row) {
                 continue;
             }
             let name = self.flags.name(row).clone();
             self.lower(&name);
             self.record(cleared(row, format!("`{name}` is over: the vehicle is on the ground")));
         }
+        if self.mission.over.is_some() {
+            // What is still up is told, and no longer answered.
+            self.response = None;
+        }
+    }
+
+    /// Whether the flag of `row`, which is up, says something of a vehicle at rest on the ground: one that counts there, after the end of the
+    /// mission as long as its condition holds. An order is obeyed by then.
+    fn stays_up_on_ground(&self, row: usize) -> bool {
+        let (is_over, flag) = (self.mission.over.is_some(), self.flags.name(row));
+        let row = &self.table.rows()[row];
+        let lasts = || row.clears == Clears::WithCondition && self.flags.get(flag).is_some_and(|it| it.holds());
+        row.phases.contains(&Phase::OnGround) && (!is_over || (lasts() && !is_order(flag)))
     }
 
     /// Records for each flag that is up and not answered what it waits for, whenever that changes.
