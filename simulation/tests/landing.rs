@@ -234,3 +234,21 @@ fn one_whose_status_falls_silent_after_the_landing_stands_there() {
     assert_eq!(report.outcome(), MissionOutcome::Success, "{}", simulation.decision_log());
     assert!(simulation.is_on_ground(), "{}", simulation.decision_log());
 }
+
+#[test]
+fn a_response_that_has_no_place_to_land_at_says_what_bars_each() {
+    let text = "name = \"shut\"\n\
+        [[objective]]\nname = \"look\"\nnorth_m = 0.0\neast_m = 900.0\nheight_m = 20.0\nflying = true\n\
+        [[objective]]\nname = \"home\"\nnorth_m = 0.0\neast_m = 0.0\nheight_m = 0.0\nflying = false\n\
+        [[area]]\nname = \"C\"\nkind = \"keep-out\"\n\
+        from_utc = \"2026-01-01T00:01:00Z\"\nuntil_utc = \"2026-01-01T00:07:00Z\"\n\
+        corners_m = [[-50.0, -50.0], [50.0, -50.0], [50.0, 50.0], [-50.0, 50.0]]\n";
+    let mut simulation = simulation(Some(&mission_file("landing-shut", text)), Policy::Grant);
+    simulation.pass(Duration::from_secs(80));
+    simulation.inject_fault("battery_temperature", &["70"]);
+    assert!(simulation.fly_until("`battery_hot`: divert failed", LIMIT), "{}", simulation.decision_log());
+    let log = simulation.decision_log();
+    let expected =
+        "no place to land at can be reached: home: no way there that may be flown, keep-out area C is closed for 3";
+    assert!(log.contains(expected), "{log}");
+}
