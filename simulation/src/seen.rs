@@ -18,6 +18,8 @@ use crate::files::Files;
 
 /// The ground of the simulated vehicle is at height 0; below this the vehicle may stand there.
 const LOW_M: f64 = 1.0;
+/// A status that was heard longer ago is none. (ENG: ten of 2 Hz, more than any monitor waits for.)
+const STATUS_SILENT: Duration = Duration::from_secs(5);
 /// The autopilot's own limit of a setpoint's age counts from when the setpoint has arrived; then the vehicle says that it has left
 /// offboard. Both take a while on a busy machine.
 const NOTICE: Duration = Duration::from_secs(1);
@@ -41,6 +43,9 @@ pub(crate) struct Seen {
     ordered: Vec<v1::Alternate>,
     landed: bool,
     armed: bool,
+    /// When the status was heard last, and when anything was.
+    status_at: Time,
+    now: Time,
     start_ordered: bool,
     abort_ordered: bool,
     /// Commands to release the load.
@@ -68,6 +73,8 @@ impl Seen {
             ordered: Vec::new(),
             landed: false,
             armed: false,
+            status_at: Time::ZERO,
+            now: Time::ZERO,
             start_ordered: false,
             abort_ordered: false,
             releases: 0,
@@ -75,6 +82,7 @@ impl Seen {
     }
 
     pub(crate) fn take_in(&mut self, time: Time, message: &Message) {
+        self.now = time;
         let now = Now { time, utc_ms: UTC_START_MS + time.since_start().as_millis() as i64 };
         match message {
             Message::PermissionLedger(_) | Message::PlannerStatus(_) => {
@@ -107,7 +115,7 @@ impl Seen {
                 }
                 self.landed = it.landed;
             }
-            Message::VehicleStatus(it) => self.armed = it.armed,
+            Message::VehicleStatus(it) => (self.armed, self.status_at) = (it.armed, time),
             Message::VehicleLocalPosition(it) => self.aircraft = Some(*it),
             Message::BatteryStatus(it) => self.charge = Some(it.remaining),
             Message::VehicleCommand(it) => {
@@ -137,14 +145,22 @@ impl Seen {
         }
     }
 
+    /// On the ground, disarmed. A status that has fallen silent says nothing of the motors: then both others must say so.
     pub(crate) fn is_on_ground(&self) -> bool {
-        !self.armed && self.is_down()
+        match STATUS_SILENT < self.now - self.status_at {
+            true => self.landed && self.is_low(),
+            false => !self.armed && self.is_down(),
+        }
     }
 
     /// On the ground, or hardly above it, whether its motors may turn or not.
     pub(crate) fn is_down(&self) -> bool {
+        self.landed || self.is_low()
+    }
+
+    fn is_low(&self) -> bool {
         let height_m = self.aircraft.as_ref().and_then(|it| it.position).map(|it| -it.down_m);
-        self.landed || height_m.is_some_and(|it| it < LOW_M)
+        height_m.is_some_and(|it| it < LOW_M)
     }
 
     pub(crate) fn places(&self) -> Vec<(String, v1::Ned)> {

@@ -20,7 +20,7 @@ const LASTS: Duration = s(60);
 const CAUSES: [(&str, &[&str]); 25] = [
     ("battery 0.24", &["battery_low"]),
     ("battery 0.14", &["battery_low"]),
-    ("battery 0.05", &["autopilot_comes_down", "battery_emergency", "battery_critical"]),
+    ("battery 0.05", &["autopilot_comes_down", "battery_emergency", "battery_critical", "autopilot_not_ready"]),
     ("battery_temperature 70", &["battery_hot", "battery_hot_on_ground"]),
     (
         "gnss_loss",
@@ -29,7 +29,7 @@ const CAUSES: [(&str, &[&str]); 25] = [
     ("estimator_drift 1", &["autopilot_comes_down", "estimator_lost", "autopilot_preempts", "autopilot_not_ready"]),
     ("estimator_invalid", &["autopilot_comes_down", "estimator_lost", "autopilot_preempts", "autopilot_not_ready"]),
     ("motor_failure 1", &["motor_failure", "autopilot_not_ready"]),
-    ("motor_failure 2", &["motor_failure"]),
+    ("motor_failure 2", &["motor_failure", "autopilot_not_ready"]),
     ("wind 0 13", &["wind_high"]),
     ("wind 0 16", &["gust_at_landing", "wind_too_strong"]),
     ("wind 0 5 6", &["wind_high"]),
@@ -75,6 +75,9 @@ fn wrong(cause: &str, expected: &[&str]) -> Option<String> {
         }
     }
     simulation.inject_fault("clear", &[]);
+    // Its battery is changed.
+    simulation.inject_fault("battery", &["1.0"]);
+    simulation.inject_fault("battery_temperature", &["20"]);
     // Who has taken the vehicle gives it back by an order, and so does the autopilot.
     simulation.order(Verb::Resume(ResumeMission {}));
     simulation.pass(LASTS);

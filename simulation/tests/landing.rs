@@ -169,3 +169,86 @@ fn a_mission_that_nobody_will_fly_is_refused() {
     let objectives: Vec<&str> = report.objectives.iter().map(|it| it.name.as_str()).collect();
     assert!(!objectives.is_empty() && !text.contains(&format!("name = \"{}\"", objectives[0])), "{objectives:?}");
 }
+
+#[test]
+fn what_only_prevents_a_takeoff_keeps_no_end_away() {
+    // Each rises on the way home, or on the ground there, and lasts.
+    for (after, fault, arguments, flag) in [
+        ("step 2 of 3: fly to (0, 0", "wind", &["0", "-11"][..], "wind_high"),
+        ("step 3 of 3: land", "not_ready", &["compass"][..], "autopilot_not_ready"),
+    ] {
+        let mut simulation = simulation(None, Policy::Grant);
+        assert!(simulation.fly_until(after, LIMIT), "{}", simulation.decision_log());
+        simulation.inject_fault(fault, arguments);
+        let report = simulation.fly(LIMIT).unwrap_or_else(|| panic!("no end:\n{}", simulation.decision_log()));
+        let log = simulation.decision_log();
+        assert_eq!(report.outcome(), MissionOutcome::Success, "{log}");
+        assert!(log.contains(&format!("flag `{flag}` raised")), "{log}");
+        assert!(!log.contains(&format!("`{flag}` does not count on the ground")), "{log}");
+    }
+}
+
+#[test]
+fn what_prevents_a_takeoff_still_does_after_a_landing_on_the_way() {
+    let mut simulation = simulation(None, Policy::Grant);
+    assert!(simulation.fly_until("step 4 of 5", LIMIT), "{}", simulation.decision_log());
+    simulation.inject_fault("wind", &["0", "-11"]);
+    assert!(simulation.fly_until("`wind_high`: stop", LIMIT), "{}", simulation.decision_log());
+    simulation.pass(Duration::from_secs(60));
+    let log = simulation.decision_log();
+    assert!(log.contains("step 5 succeeded"), "{log}");
+    assert!(simulation.is_on_ground() && simulation.report().is_none(), "{log}");
+    assert_eq!(simulation.responder(), "wind_high", "{log}");
+}
+
+#[test]
+fn what_is_wrong_on_the_ground_is_told_as_long_as_it_is() {
+    for (fault, wrong, right, flag) in [
+        ("battery_temperature", &["75"][..], &["20"][..], "battery_hot_on_ground"),
+        ("not_ready", &["compass"][..], &[][..], "autopilot_not_ready"),
+    ] {
+        // Before the mission is over, and after it.
+        for after in ["step 3 of 3: land", "over: every objective was achieved"] {
+            let mut simulation = simulation(None, Policy::Grant);
+            assert!(simulation.fly_until(after, LIMIT), "{}", simulation.decision_log());
+            simulation.inject_fault(fault, wrong);
+            simulation.fly(LIMIT).unwrap_or_else(|| panic!("no end:\n{}", simulation.decision_log()));
+            simulation.pass(Duration::from_secs(60));
+            assert_eq!(simulation.alarms(), [flag], "{after}\n{}", simulation.decision_log());
+            assert_eq!(simulation.responder(), "", "{after}\n{}", simulation.decision_log());
+            simulation.inject_fault(fault, right);
+            simulation.pass(Duration::from_secs(60));
+            assert!(!simulation.is_up(flag), "{after}\n{}", simulation.decision_log());
+        }
+    }
+}
+
+#[test]
+fn one_whose_status_falls_silent_after_the_landing_stands_there() {
+    let mut simulation = simulation(None, Policy::Grant);
+    assert!(simulation.fly_until("step 3 of 3: land", LIMIT), "{}", simulation.decision_log());
+    simulation.pass(Duration::from_secs(11));
+    simulation.inject_fault("drop", &["vehicle_status"]);
+    let report = simulation.fly(LIMIT).unwrap_or_else(|| panic!("no end:\n{}", simulation.decision_log()));
+    simulation.pass(Duration::from_secs(30));
+    assert_eq!(report.outcome(), MissionOutcome::Success, "{}", simulation.decision_log());
+    assert!(simulation.is_on_ground(), "{}", simulation.decision_log());
+}
+
+#[test]
+fn a_response_that_has_no_place_to_land_at_says_what_bars_each() {
+    let text = "name = \"shut\"\n\
+        [[objective]]\nname = \"look\"\nnorth_m = 0.0\neast_m = 900.0\nheight_m = 20.0\nflying = true\n\
+        [[objective]]\nname = \"home\"\nnorth_m = 0.0\neast_m = 0.0\nheight_m = 0.0\nflying = false\n\
+        [[area]]\nname = \"C\"\nkind = \"keep-out\"\n\
+        from_utc = \"2026-01-01T00:01:00Z\"\nuntil_utc = \"2026-01-01T00:07:00Z\"\n\
+        corners_m = [[-50.0, -50.0], [50.0, -50.0], [50.0, 50.0], [-50.0, 50.0]]\n";
+    let mut simulation = simulation(Some(&mission_file("landing-shut", text)), Policy::Grant);
+    simulation.pass(Duration::from_secs(80));
+    simulation.inject_fault("battery_temperature", &["70"]);
+    assert!(simulation.fly_until("`battery_hot`: divert failed", LIMIT), "{}", simulation.decision_log());
+    let log = simulation.decision_log();
+    let expected =
+        "no place to land at can be reached: home: no way there that may be flown, keep-out area C is closed for 3";
+    assert!(log.contains(expected), "{log}");
+}

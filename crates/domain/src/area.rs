@@ -15,6 +15,10 @@ pub enum AreaKind {
     KeepOut,
 }
 
+/// The height above the origin up to which an area is barred that may not be landed in, in metres. (ENG: with the vertical margin of 2 m
+/// below the least height of a flight, 5 m; it reaches down as far as there is ground.)
+pub const NO_LANDING_TO_M: f64 = 3.0;
+
 /// A polygon over the ground with an altitude band, a time window and hours.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Area {
@@ -37,6 +41,11 @@ pub struct Area {
 }
 
 impl Area {
+    /// Whether it is one that may be flown over and not landed in.
+    pub fn only_bars_landings(&self) -> bool {
+        self.kind == AreaKind::KeepOut && self.floor_m.is_none() && self.ceiling_m == Some(NO_LANDING_TO_M)
+    }
+
     /// The polygon; x is east, y is north.
     pub fn polygon(&self) -> Polygon<f64> {
         Polygon::new(self.corners.iter().map(|it| (it.east_m, it.north_m)).collect(), vec![])

@@ -15,7 +15,7 @@ use serde::Deserialize;
 use sha2::{Digest as _, Sha256};
 use toml::Spanned;
 
-use crate::area::{Area, AreaKind};
+use crate::area::{Area, AreaKind, NO_LANDING_TO_M};
 use crate::file::{Mistake, Mistakes, Source};
 use crate::geodesy::{LocalFrame, Origin};
 use crate::geometry::Ned;
@@ -393,10 +393,6 @@ enum Kind {
     /// Flown over, and not landed in: water, people.
     NoLanding,
 }
-
-/// The height above the origin up to which an area is barred that may not be landed in, in metres. (ENG: with the vertical margin of 2 m
-/// below the least height of a flight, 5 m; it reaches down as far as there is ground.)
-const NO_LANDING_TO_M: f64 = 3.0;
 
 struct Checker<'a> {
     source: &'a Source,

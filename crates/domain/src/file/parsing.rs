@@ -65,6 +65,10 @@ fn of_values<T: DeserializeOwned>(mut text: String, mut error: Error) -> Vec<Fou
             let mut patched = text.clone();
             // Of the same length, so that every other place stays where it is.
             patched.replace_range(place.clone(), &format!("{value:<0$}", place.len()));
+            // A table that lacks a key is found at its header, which no value replaces.
+            if !DeTable::parse_recoverable(&patched).1.is_empty() {
+                return None;
+            }
             match toml::from_str::<T>(&patched) {
                 Ok(_) => Some((patched, None)),
                 // What contradicts a replacement is no mistake of the file.
@@ -165,6 +169,19 @@ mod tests {
                 "5: unknown field `spee`",
             ],
         );
+    }
+
+    #[test]
+    fn a_table_that_lacks_a_key_is_one_mistake() {
+        #[derive(Debug, serde::Deserialize)]
+        #[expect(dead_code, reason = "only whether it can be read is of interest")]
+        struct Table {
+            row: Vec<Config>,
+        }
+        let text = "[[row]]\nspeed = 1.0\ncount = 12\nname = \"a\"\n[[row]]\nspeed = 1.0\n";
+        let found = parse::<Table>(text).err().unwrap_or_default();
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert_eq!(found[0].1, "missing field `kind`");
     }
 
     #[test]

@@ -152,6 +152,14 @@ pub struct LocalPosition {
     pub timestamp_us: u64,
 }
 
+impl LocalPosition {
+    /// Whether it measures the same as `earlier`, as an estimate does not that lives. The estimator's trust in itself may change while its
+    /// input stands still.
+    pub fn repeats(&self, earlier: &LocalPosition) -> bool {
+        self.position == earlier.position && self.velocity == earlier.velocity
+    }
+}
+
 /// The vehicle's position on the globe, WGS 84.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GlobalPosition {

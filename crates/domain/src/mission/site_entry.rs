@@ -161,6 +161,11 @@ corners_m = [[60.0, 300.0], [160.0, 300.0], [160.0, 400.0], [60.0, 400.0]]
             "east_m = 291.0",
             "m.toml:15:11: site `field` lies 9.0 m from the border of area `A`, expected at least 10 m",
         );
+        check(
+            "kind = \"keep-out\"\ncorners_m = [[60.0, 300.0]",
+            "kind = \"no-landing\"\ncorners_m = [[60.0, 200.0]",
+            "m.toml:15:11: site `field` lies in no-landing area `A`, which always applies",
+        );
         // At the border itself.
         check("east_m = 250.0", "east_m = 300.0", "m.toml:15:11: site `field` lies 0.0 m from the border of area `A`");
     }

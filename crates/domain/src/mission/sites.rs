@@ -59,6 +59,8 @@ pub(super) enum SiteProblem {
 pub(super) struct Unfit {
     problem: SiteProblem,
     area: String,
+    /// The area is one that may not be landed in.
+    only_bars_landings: bool,
     /// The area has no time window and no hours.
     always: bool,
     /// The area begins this high above a place on the ground, so that only the climb from there, or the descent to it, is in it.
@@ -68,14 +70,15 @@ pub(super) struct Unfit {
 impl Unfit {
     /// As the end of a sentence that begins with the place.
     pub(super) fn in_words(&self) -> String {
-        let Unfit { problem, area, always, begins_m } = self;
+        let Unfit { problem, area, only_bars_landings, always, begins_m } = self;
         let climb = begins_m.map_or_else(String::new, |begins_m| {
             format!("; the area begins {begins_m:.1} m above the place, and a takeoff or a landing there flies up to {CLIMB_M:.0} m")
         });
         match problem {
             SiteProblem::KeptOut => {
                 let when = if *always { "always applies" } else { "applies then" };
-                format!("lies in keep-out area `{area}`, which {when}{climb}")
+                let kind = if *only_bars_landings { "no-landing" } else { "keep-out" };
+                format!("lies in {kind} area `{area}`, which {when}{climb}")
             }
             SiteProblem::TooNear { distance_m } => {
                 format!(
@@ -88,6 +91,9 @@ impl Unfit {
     /// What to do about it.
     pub(super) fn help(&self) -> &'static str {
         match self.problem {
+            SiteProblem::KeptOut if self.only_bars_landings => {
+                "nothing comes down in such an area: move the place, or leave it out"
+            }
             SiteProblem::KeptOut => "a mission begins and ends outside of keep-out areas",
             SiteProblem::TooNear { .. } => "move the place or the border: wind may carry the vehicle over it",
         }
@@ -132,7 +138,8 @@ pub(super) fn unfit(site: Place, area: &Area) -> Option<Unfit> {
     }
     let begins_m = area.floor_m.map(|floor_m| floor_m - site.position.height_m()).filter(|it| 0.0 < *it);
     let (name, always) = (area.name.clone(), area.always_applies());
-    let because_of = |problem| Some(Unfit { problem, area: name, always, begins_m });
+    let because_of =
+        |problem| Some(Unfit { problem, area: name, only_bars_landings: area.only_bars_landings(), always, begins_m });
     let ground = Area { floor_m: None, ceiling_m: None, ..area.clone() };
     if ground.contains(site.position) {
         let is_closed = area.kind == AreaKind::KeepOut && site.is_end;

@@ -132,6 +132,8 @@ impl Mcm {
     /// Ticks the tree until no node asks for another tick at this moment.
     fn tick(&mut self) {
         if self.next_tick.is_none() {
+            // What is wrong with a vehicle that stands there is still told.
+            self.world.take_in_news();
             return;
         }
         let now = self.world.now();

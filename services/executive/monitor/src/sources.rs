@@ -169,10 +169,7 @@ impl Sources {
             status: Source::of_states(),
             pre_emption: PreEmption::default(),
             attitude: Source::of_measurements(config.attitude_frozen_samples, |a, b| a == b),
-            // The estimator's trust in itself may change while its input stands still.
-            local_position: Source::of_measurements(config.position_frozen_samples, |a, b| {
-                a.position == b.position && a.velocity == b.velocity
-            }),
+            local_position: Source::of_measurements(config.position_frozen_samples, |a, b| b.repeats(a)),
             global_position: Source::of_measurements(config.position_frozen_samples, |a, b| place(a) == place(b)),
             // Its state lasts, but the time of it does not, where the autopilot tells one.
             land_detected: Source::of_measurements(DETECTOR_FROZEN_SAMPLES, tells_the_same_time),

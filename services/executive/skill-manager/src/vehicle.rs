@@ -64,11 +64,16 @@ impl FlightStatus {
     }
 }
 
+/// A position that was repeated this often in a row, while armed, counts as none. (The monitor's `position_frozen_samples`.)
+const POSITION_FROZEN_SAMPLES: u32 = 60;
+
 /// The newest of each topic, with the time at which it arrived.
 #[derive(Debug)]
 pub(crate) struct Vehicle {
     limits: AgeLimits,
     position: Option<(Time, LocalPosition)>,
+    /// How often in a row the position has come unchanged while armed.
+    repetitions: u32,
     status: Option<(Time, FlightStatus)>,
     landed: Option<(Time, LandDetected)>,
     flight: FlightState,
@@ -97,7 +102,8 @@ struct AgeLimits {
 pub(crate) struct View {
     /// Position and velocity, if the estimator vouches for both parts.
     pub(crate) motion: Option<LocalPosition>,
-    /// The same, if the estimator vouches at least for the vertical part.
+    /// The same, if the estimator vouches at least for the vertical part, and it is not frozen: while an armed vehicle repeats itself, how
+    /// high it is is not known. (What flies sideways is stopped by the monitor's flag; a landing goes on.)
     pub(crate) vertical: Option<LocalPosition>,
     /// The status, if it is newer than the answer to the newest command.
     pub(crate) status: Option<FlightStatus>,
@@ -123,6 +129,7 @@ impl Vehicle {
         Vehicle {
             limits,
             position: None,
+            repetitions: 0,
             status: None,
             landed: None,
             flight,
@@ -137,6 +144,9 @@ impl Vehicle {
 
     /// A position has arrived.
     pub(crate) fn moved(&mut self, position: LocalPosition, now: Time) {
+        let is_armed = self.status.is_some_and(|(_, it)| it.armed);
+        let repeats = is_armed && self.position.is_some_and(|(_, before)| position.repeats(&before));
+        self.repetitions = if repeats { self.repetitions.saturating_add(1) } else { 0 };
         self.position = Some((now, position));
         self.judge_flight(now);
     }
@@ -212,7 +222,7 @@ impl Vehicle {
         let landed = newer_than(self.limits.landed, self.landed, now);
         View {
             motion: position.filter(|it| it.horizontal_valid && it.vertical_valid),
-            vertical: position.filter(|it| it.vertical_valid),
+            vertical: position.filter(|it| it.vertical_valid && self.repetitions < POSITION_FROZEN_SAMPLES),
             status: status.filter(|_| self.status_is_settled),
             flying: self.flight.flying(),
             stands_still: self.flight.stands_still(),

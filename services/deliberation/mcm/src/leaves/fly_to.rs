@@ -122,9 +122,7 @@ impl FlyTo {
                 let chosen = self.first_with_way(free, height_m, world);
                 chosen.ok_or(match asks {
                     Some(site) => NoWay::To(site, height_m),
-                    None => {
-                        NoWay::Anywhere("no place to land at can be reached with what is left in the battery".into())
-                    }
+                    None => NoWay::Anywhere(world.why_no_place().into()),
                 })
             }
             Destination::Ditch => {

@@ -19,6 +19,8 @@ use crate::journal::{CONTINGENCY, Said};
 /// A look ends after so many legs of ways, and each search in it after half of them: it runs in the loop that answers flags, twice a
 /// second. (Measured: 2 to 10 us for a leg.)
 const LEGS_OF_A_LOOK: u32 = 2_000;
+/// Of so many places it is told what bars them. (ENG: a sentence that can be read.)
+const MOST_BARRED: usize = 3;
 /// So many places are told. (ENG: an operator's screen, and a link that may be narrow.)
 const MOST_TOLD: usize = 8;
 
@@ -155,6 +157,23 @@ impl World {
     /// The places that can be reached, in the order in which a vehicle diverts to them.
     pub(crate) fn places_to_divert_to(&self) -> Vec<Choice> {
         to_divert_to(&self.ranked_alternates()).into_iter().map(Choice::of).collect()
+    }
+
+    /// What bars the places to land at, best first, when none of them can be flown to.
+    pub(crate) fn why_no_place(&self) -> String {
+        let what_bars = |it: &Alternate| {
+            let why = it.why_not().filter(|_| it.way.is_some());
+            why.unwrap_or_else(|| self.why_no_way("no way there that may be flown", it.candidate.position))
+        };
+        let ranked = self.ranked_alternates();
+        let barred = ranked.iter().map(|it| format!("{}: {}", it.candidate, what_bars(it)));
+        let candidates = self.candidates();
+        let forbidden = candidates.iter().filter_map(|it| {
+            let flag = self.landing_forbidden_by(it.position)?;
+            Some(format!("{it}: no landing there while `{flag}` is up"))
+        });
+        let told: Vec<String> = barred.chain(forbidden).take(MOST_BARRED).collect();
+        format!("no place to land at can be reached: {}", told.join("; "))
     }
 
     /// The ditches that can be reached, in the order in which they are tried.

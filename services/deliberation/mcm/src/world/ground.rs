@@ -55,6 +55,7 @@ impl World {
         self.at_rest_since = since(self.at_rest_since, stands(false));
         if self.has_settled() {
             self.let_flags_fall_on_ground();
+            self.end_where_nothing_is_left();
             // Also while a response holds, as an operator's pause does.
             self.await_go_ahead();
         }

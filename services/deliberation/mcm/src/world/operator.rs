@@ -7,8 +7,8 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::fmt::Write as _;
 
-use domain::contingency::Clears;
 use domain::contingency::OPERATOR_RETURN as RETURN;
+use domain::contingency::{Clears, Then};
 use domain::contingency::{FRAME_MOVED, LEFT_TO_OTHERS};
 use domain::contingency::{OPERATOR_ABORT as ABORT, OPERATOR_LAND as LAND, OPERATOR_PAUSE as PAUSE};
 use domain::decision::DecisionKind;
@@ -210,6 +210,9 @@ impl World {
         Ok(match self.responder().filter(|it| !is_over(it)) {
             None => "goes on with a new plan".into(),
             Some(other) if self.over().is_some() => format!("no longer holds; {} goes on", self.what_it_does(other)),
+            Some(other) if self.table.rows()[other].then != Then::Resume => {
+                format!("no longer holds; {} goes on, and ends the mission", self.what_it_does(other))
+            }
             Some(other) => format!("goes on once `{}` is over", self.flags.name(other)),
         })
     }

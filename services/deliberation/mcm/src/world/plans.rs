@@ -5,7 +5,7 @@ use domain::mission::{MissionOutcome, ObjectiveStatus, Progress};
 use domain::time::Time;
 
 use super::World;
-use crate::clients::planner::{Basis, PlanRequest};
+use crate::clients::planner::{ALL_SETTLED, Basis, PlanRequest};
 use crate::config::Verdict;
 use crate::journal::Said;
 
@@ -99,6 +99,19 @@ impl World {
                 self.pause_for(format!("plan {revision} refused: {why}"));
             }
         }
+    }
+
+    /// Every objective is settled, and the vehicle stands on the ground: the mission is over, also while a response keeps a plan from
+    /// being asked for. It could prevent nothing but a takeoff, and none follows.
+    pub(super) fn end_where_nothing_is_left(&mut self) {
+        let goes_on = self.mission.over.is_some() || self.awaits_start() || self.responder().is_none();
+        let is_known = self.planner.status().is_some_and(|it| !it.objectives.is_empty());
+        if goes_on || !is_known || !self.planner.all_settled() {
+            return;
+        }
+        let said = Said::new("plan", DecisionKind::PlanFinished, ALL_SETTLED);
+        self.record(said.ending_mission(true));
+        self.end_with_objectives();
     }
 
     fn end_with_objectives(&mut self) {

@@ -78,7 +78,23 @@ impl World {
             // A response under way is finished; no other begins.
             return self.responding().filter(|_| !self.has_settled());
         }
-        responder(self.table.rows(), self.raised(), self.flight_phase())
+        let ends_landing = self.ends_landing();
+        let raised = self.raised().filter(|it| !(ends_landing && self.only_prevents_takeoff(it)));
+        responder(self.table.rows(), raised, self.flight_phase())
+    }
+
+    /// The vehicle stands where the plan has landed it, and the step is not over yet: what follows from it comes before a response that
+    /// has nothing to hold.
+    fn ends_landing(&self) -> bool {
+        let lands = || self.planner.step().is_some_and(|(step, ..)| step.nominal.goal == Goal::Land);
+        self.is_on_ground() && self.mission.over.is_none() && self.unplanned_landing.is_none() && lands()
+    }
+
+    /// On the ground it does nothing but to prevent a takeoff. What an operator orders, and a response that is under way, go on.
+    fn only_prevents_takeoff(&self, raised: &Raised) -> bool {
+        let row = &self.table.rows()[raised.row];
+        let holds = row.severity() == Severity::Hold && row.then == Then::Resume;
+        holds && raised.under_way.is_none() && !is_order(&row.flag)
     }
 
     /// The rows whose flags are up, most urgent first.
@@ -359,16 +375,27 @@ impl World {
             let name = self.flags.name(row).clone();
             self.flag_answered(&name);
         }
-        let is_over = self.mission.over.is_some();
         for row in 0..self.table.rows().len() {
-            let counts_here = self.table.rows()[row].phases.contains(&Phase::OnGround);
-            if !self.flags.row_is_up(row) || (counts_here && !is_over) {
+            if !self.flags.row_is_up(row) || self.stays_up_on_ground(row) {
                 continue;
             }
             let name = self.flags.name(row).clone();
             self.lower(&name);
             self.record(cleared(row, format!("`{name}` is over: the vehicle is on the ground")));
         }
+        if self.mission.over.is_some() {
+            // What is still up is told, and no longer answered.
+            self.response = None;
+        }
+    }
+
+    /// Whether the flag of `row`, which is up, says something of a vehicle at rest on the ground: one that counts there, after the end of the
+    /// mission as long as its condition holds. An order is obeyed by then.
+    fn stays_up_on_ground(&self, row: usize) -> bool {
+        let (is_over, flag) = (self.mission.over.is_some(), self.flags.name(row));
+        let row = &self.table.rows()[row];
+        let lasts = || row.clears == Clears::WithCondition && self.flags.get(flag).is_some_and(|it| it.holds());
+        row.phases.contains(&Phase::OnGround) && (!is_over || (lasts() && !is_order(flag)))
     }
 
     /// Records for each flag that is up and not answered what it waits for, whenever that changes.
@@ -378,7 +405,8 @@ impl World {
             self.waits.clear();
             return;
         }
-        let (responder, phase) = (self.responder(), self.flight_phase());
+        let phase = if self.ends_landing() { Phase::Landing } else { self.flight_phase() };
+        let responder = self.responder();
         for row in 0..self.table.rows().len() {
             let waits = match responder {
                 _ if !self.flags.row_is_up(row) || self.table.rows()[row].only_slows() => None,

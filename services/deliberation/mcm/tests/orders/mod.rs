@@ -196,6 +196,17 @@ fn a_pause_lasts_until_it_is_resumed() {
 }
 
 #[test]
+fn who_resumes_during_a_response_that_ends_the_mission_hears_so() {
+    let (mut rig, _) = under_way();
+    rig.flag("battery_low", true);
+    rig.execute();
+    rig.command(PAUSE);
+    let expected =
+        "no longer holds; `battery_low` (divert, else land_elsewhere, else land) goes on, and ends the mission";
+    assert_eq!(rig.command(RESUME).text, expected);
+}
+
+#[test]
 fn the_vehicle_lands_at_the_place_that_was_ordered() {
     let (mut rig, _) = under_way();
     rig.command(land_at(30.0, 40.0));

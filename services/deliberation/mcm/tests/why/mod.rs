@@ -107,7 +107,7 @@ fn a_try_that_fails_and_an_action_that_is_impossible_are_told_apart() {
     });
     let skipped = last(&rig, DecisionKind::ResponseSkipped, "battery_low");
     assert_eq!((skipped.response.as_str(), skipped.rejected[0].what.as_str()), ("land_elsewhere", "divert"));
-    let why = "no place to land at can be reached with what is left in the battery";
+    let why = "no place to land at can be reached: home: the way needs ";
     assert!(skipped.rejected[0].why.contains(why), "{skipped:?}");
 }
 

@@ -331,6 +331,17 @@ fn a_landing_that_comes_down_has_all_the_time_that_it_needs() {
 }
 
 #[test]
+fn a_landing_does_not_believe_a_height_that_repeats_itself() {
+    let mut rig = Rig::new(Autopilot::flying());
+    rig.autopilot.position.down_m = -60.0;
+    rig.run(0.1);
+    rig.autopilot.repeats = Some((rig.autopilot.position, rig.autopilot.velocity));
+    let land = rig.start(Goal::Land);
+    assert_eq!(rig.outcome(land), Succeeded);
+    assert!(30.0 < rig.now.as_secs_f64(), "{:?}", rig.now);
+}
+
+#[test]
 fn a_landing_ends_by_the_motors_where_the_land_detector_is_silent() {
     let mut rig = Rig::new(Autopilot::flying().silent_about(Source::Landed));
     let land = rig.start(Goal::Land);

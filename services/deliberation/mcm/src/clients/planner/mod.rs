@@ -33,6 +33,9 @@ use plan_request::Event as RequestEvent;
 pub(crate) use plan_request::{Basis, Holding, PlanRequest, Question};
 use step_reports::{Event as ReportEvent, StepReports};
 
+/// In words: no objective is left, and the mission ends.
+pub(crate) const ALL_SETTLED: &str = "every objective is settled";
+
 /// Why a request to the planner has no usable answer.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum NoAnswer {
@@ -324,7 +327,7 @@ impl Planner {
             Ok(PlanReply::Finished) => {
                 self.request.on(RequestEvent::Finished);
                 self.flight.on(FlightEvent::Finished);
-                Some((DecisionKind::PlanFinished, "every objective is settled".into()))
+                Some((DecisionKind::PlanFinished, ALL_SETTLED.into()))
             }
         }
     }

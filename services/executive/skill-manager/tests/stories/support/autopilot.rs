@@ -60,6 +60,8 @@ pub(crate) struct Autopilot {
     /// What becomes of the next commands; those after them are obeyed.
     pub(crate) reactions: VecDeque<Reaction>,
     pub(crate) frozen: Vec<Source>,
+    /// What it says of its motion from now on, whatever it flies.
+    pub(crate) repeats: Option<(Ned, NedVelocity)>,
     /// Every command that arrived.
     pub(crate) commands: Vec<Command>,
     /// When a command was last left unanswered.
@@ -96,6 +98,7 @@ impl Default for Autopilot {
             frame_epoch: 0,
             reactions: VecDeque::new(),
             frozen: Vec::new(),
+            repeats: None,
             commands: Vec::new(),
             unanswered: None,
             setpoint: None,
@@ -273,9 +276,10 @@ impl Autopilot {
         let mut said = Vec::new();
         let speaks = |it: Source| !self.frozen.contains(&it);
         if speaks(Source::Position) {
+            let (position, velocity) = self.repeats.unwrap_or((self.position, self.velocity));
             said.push(Message::from(v1::VehicleLocalPosition {
-                position: Some(self.position.into()),
-                velocity: Some(self.velocity.into()),
+                position: Some(position.into()),
+                velocity: Some(velocity.into()),
                 horizontal_valid: true,
                 vertical_valid: true,
                 ..v1::VehicleLocalPosition::default()
