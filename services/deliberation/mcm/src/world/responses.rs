@@ -12,6 +12,7 @@ use domain::time::Time;
 
 use super::operator::is_order;
 use super::{Stay, World};
+use crate::flags::age_s;
 use crate::journal::{CONTINGENCY, Cause, Decision, Passed, Said};
 
 /// The pause before the next try of a response, by the number of failed tries. (ENG: none before the second try, since
@@ -389,13 +390,16 @@ impl World {
         }
     }
 
-    /// Whether the flag of `row`, which is up, says something of a vehicle at rest on the ground: one that counts there, after the end of the
-    /// mission as long as its condition holds. An order is obeyed by then.
+    /// Whether the flag of `row`, which is up, says something of a vehicle at rest on the ground: one that counts there; after the end of the
+    /// mission as long as its condition holds, or if it has risen since the vehicle came to rest. An order is obeyed by then.
     fn stays_up_on_ground(&self, row: usize) -> bool {
-        let (is_over, flag) = (self.mission.over.is_some(), self.flags.name(row));
-        let row = &self.table.rows()[row];
-        let lasts = || row.clears == Clears::WithCondition && self.flags.get(flag).is_some_and(|it| it.holds());
-        row.phases.contains(&Phase::OnGround) && (!is_over || (lasts() && !is_order(flag)))
+        let (is_over, name) = (self.mission.over.is_some(), self.flags.name(row));
+        let (row, now) = (&self.table.rows()[row], self.now.time);
+        let flag = || self.flags.get(name);
+        let lasts = || row.clears == Clears::WithCondition && flag().is_some_and(|it| it.holds());
+        let rested_s = || self.at_rest_since.map_or(0.0, |it| (now - it).as_secs_f64());
+        let is_new = || flag().is_some_and(|it| age_s(it, now) < rested_s());
+        row.phases.contains(&Phase::OnGround) && (!is_over || ((lasts() || is_new()) && !is_order(name)))
     }
 
     /// Records for each flag that is up and not answered what it waits for, whenever that changes.
