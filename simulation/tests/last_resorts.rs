@@ -9,21 +9,10 @@ use simulation::{Changes, Machine, Setup, Simulation};
 use crate::support::config;
 use crate::support::story::{LIMIT, ends, s};
 
-/// Out over a belt that needs a permission, with another site in an area that does, and a lake to ditch in.
-const BELT: &str = r#"
-name = "belt"
-[[objective]]
-name = "out"
-north_m = 0.0
-east_m = 1500.0
-height_m = 30.0
-flying = true
-[[objective]]
-name = "home"
-north_m = 0.0
-east_m = 0.0
-height_m = 0.0
-flying = false
+/// On the way out there is a belt that needs a permission, another site in an area that does, and a lake to ditch in.
+const BELT: (u32, &str) = (
+    1500,
+    r#"
 [[area]]
 name = "P"
 kind = "permission"
@@ -42,35 +31,31 @@ name = "lake"
 kind = "ditch"
 north_m = -300.0
 east_m = 1000.0
-"#;
+"#,
+);
 
-/// Out over the sea, in which no landing is allowed.
-const SEA: &str = r#"
-name = "sea"
-[[objective]]
-name = "rig"
-north_m = 0.0
-east_m = 2500.0
-height_m = 30.0
-flying = true
-[[objective]]
-name = "home"
-north_m = 0.0
-east_m = 0.0
-height_m = 0.0
-flying = false
+/// The way out leads over the sea, in which no landing is allowed.
+const SEA: (u32, &str) = (
+    2500,
+    r#"
 [[area]]
 name = "sea"
 kind = "no-landing"
 corners_m = [[-5000.0, 60.0], [5000.0, 60.0], [5000.0, 9000.0], [-5000.0, 9000.0]]
-"#;
+"#,
+);
 
-/// The mission, `seconds` after the start, when it is on its way out.
-fn out(mission: &str, seconds: u64) -> Simulation<'static> {
+/// So many metres east and back over these areas and sites, `seconds` after the start, when it is on its way out.
+fn out((east_m, around): (u32, &str), seconds: u64) -> Simulation<'static> {
     let config = config();
     let (permissions, machine) = (Policy::Grant, Machine::Ideal);
     let setup = Setup { config: &config, mission: None, permissions, seed: 1, machine };
-    let source = Source { path: "the mission of the test".into(), text: mission.to_owned() };
+    let text = format!(
+        "name = \"out\"\n\
+         [[objective]]\nname = \"out\"\nnorth_m = 0.0\neast_m = {east_m}.0\nheight_m = 30.0\nflying = true\n\
+         [[objective]]\nname = \"home\"\nnorth_m = 0.0\neast_m = 0.0\nheight_m = 0.0\nflying = false\n{around}"
+    );
+    let source = Source { path: "the mission of the test".into(), text };
     let mission = Some(Mission::read(&source).unwrap());
     let mut simulation = Simulation::changed(&setup, Changes { mission, ..Changes::default() }).unwrap();
     assert!(simulation.fly_until("fly to (0,", LIMIT), "{}", simulation.decision_log());

@@ -47,7 +47,7 @@ impl Streams {
         if let Some(result) = refused {
             return result;
         }
-        // The origin is said when it changes, and to whoever requests it: an interval alone brings nothing.
+        // PX4 sends the origin when it changes or when it is requested; asking for an interval sends nothing.
         if kind == Kind::Px4 && id == 49 {
             return 0;
         }

@@ -6,6 +6,7 @@ use std::time::Duration;
 use domain::time::Time;
 
 use crate::heard::{Heard, LocalPosition};
+use crate::vector::{difference, length};
 use crate::vehicle::Vehicle;
 
 /// What has happened.
@@ -109,8 +110,8 @@ impl Epoch {
             Heard::LocalPosition(it) => {
                 let (before_ms, before) = self.position.replace((it.boot_ms, *it))?;
                 let dt_s = f64::from(it.boot_ms.saturating_sub(before_ms)) / 1e3;
-                let speed_m_s = speed(before.velocity).max(speed(it.velocity));
-                let distance_m = speed(std::array::from_fn(|i| it.position[i] - before.position[i]));
+                let speed_m_s = length(before.velocity).max(length(it.velocity));
+                let distance_m = length(difference(it.position, before.position));
                 let is_jump = self.jump_m + 2.0 * speed_m_s * dt_s < distance_m;
                 is_jump.then(|| format!("the position has jumped by {distance_m:.0} m"))
             }
@@ -129,10 +130,6 @@ fn is_overtaken(heard: &Heard, position: &Option<(u32, LocalPosition)>) -> bool 
         Heard::LocalPosition(it) => position.is_some_and(|(newest, _)| it.boot_ms <= newest),
         _ => false,
     }
-}
-
-fn speed(vector: [f64; 3]) -> f64 {
-    vector.iter().map(|it| it * it).sum::<f64>().sqrt()
 }
 
 /// Over ground, in metres, of places in 1e-7 degrees; near enough for "moved or not".

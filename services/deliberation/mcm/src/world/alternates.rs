@@ -19,7 +19,7 @@ use crate::journal::{CONTINGENCY, Said};
 /// A look ends after so many legs of ways, and each search in it after half of them: it runs in the loop that answers flags, twice a
 /// second. (Measured: 2 to 10 us for a leg.)
 const LEGS_OF_A_LOOK: u32 = 2_000;
-/// Of so many places it is told what bars them. (ENG: a sentence that can be read.)
+/// A reason names at most this many places. (ENG: a sentence that can be read.)
 const MOST_BARRED: usize = 3;
 /// So many places are told. (ENG: an operator's screen, and a link that may be narrow.)
 const MOST_TOLD: usize = 8;

@@ -385,7 +385,7 @@ impl World {
             self.record(cleared(row, format!("`{name}` is over: the vehicle is on the ground")));
         }
         if self.mission.over.is_some() {
-            // What is still up is told, and no longer answered.
+            // Flags that are still up are reported, and no longer answered.
             self.response = None;
         }
     }

@@ -308,7 +308,7 @@ fn a_bridge_that_dies_in_flight_finds_the_vehicle_again() {
         assert_eq!(rig.command(OFFBOARD), Ok(()));
         rig.pass(5.0);
         let epoch = rig.status().frame_epoch;
-        // So long, that the layers above have stopped to send.
+        // Long enough for the layers above to have stopped sending.
         let _ = rig.setpoint.take();
         rig.fault(BRIDGE_DIES, 4);
         rig.pass(7.0);
