@@ -41,8 +41,9 @@ impl Schedule {
     pub fn of(seed: u64) -> Schedule {
         // Fixed for all times and platforms, unlike `StdRng`: a seed in a report stays the same run.
         let mut chance = ChaCha8Rng::seed_from_u64(seed);
-        // The launcher's system is what most people start first; the other one has more that can go wrong.
-        let layout = if chance.random_ratio(1, 2) { Layout::OneRouter } else { Layout::TwoRouters };
+        // The launcher's systems are what most people start first; the other one has more that can go wrong.
+        let layouts = [Layout::OneRouter, Layout::Composed, Layout::TwoRouters, Layout::TwoRouters];
+        let layout = *layouts.choose(&mut chance).unwrap_or(&Layout::OneRouter);
         // A tower that denies keeps the vehicle on the ground or at the border for good: there is less to see.
         let permissions = *[Policy::Grant, Policy::Grant, Policy::Delay].choose(&mut chance).unwrap_or(&Policy::Grant);
         let mut moments: Vec<f64> =
@@ -83,7 +84,7 @@ fn draw(chance: &mut ChaCha8Rng, layout: Layout) -> Trouble {
         Kind::PowerLoss => Trouble::PowerLoss(uniform(chance, DARK_MS)),
         Kind::FullDisk => Trouble::FullDisk(uniform(chance, FULL_MS)),
         Kind::GarbledState => {
-            let victim = *[Victim::Mcm, Victim::Planner].choose(chance).unwrap_or(&Victim::Mcm);
+            let victim = *Victim::with_state(layout).choose(chance).unwrap_or(&Victim::Mcm);
             let ways = [Garbling::Flipped, Garbling::Cut, Garbling::Emptied];
             Trouble::GarbledState(victim, *ways.choose(chance).unwrap_or(&Garbling::Cut))
         }
@@ -92,7 +93,7 @@ fn draw(chance: &mut ChaCha8Rng, layout: Layout) -> Trouble {
         Kind::Storm => Trouble::Storm(chance.random(), uniform(chance, STORM_MS)),
         Kind::ClockStep => {
             let machines: &[Machine] = match layout {
-                Layout::OneRouter => &[Machine::Both],
+                Layout::OneRouter | Layout::Composed => &[Machine::Both],
                 Layout::TwoRouters => &[Machine::Aircraft, Machine::Ground, Machine::Both],
             };
             let machine = *machines.choose(chance).unwrap_or(&Machine::Both);
@@ -136,6 +137,7 @@ impl fmt::Display for Schedule {
         let troubles: Vec<String> = self.troubles.iter().map(line).collect();
         let layout = match self.layout {
             Layout::OneRouter => "one router",
+            Layout::Composed => "composed",
             Layout::TwoRouters => "two routers",
         };
         write!(f, "{layout}: {}", troubles.join("; "))

@@ -48,6 +48,11 @@ fn a_manager_that_dies_twice_in_a_row_breaks_no_rule() {
 }
 
 #[test]
+fn a_process_of_all_nodes_on_board_that_dies_twice_in_a_row_breaks_no_rule() {
+    check(Layout::Composed, |it| *it == Trouble::CrashLoop(Victim::Onboard, 2));
+}
+
+#[test]
 fn a_planner_that_comes_back_without_its_state_breaks_no_rule() {
     check(Layout::TwoRouters, |it| *it == Trouble::GarbledState(Victim::Planner, Garbling::Emptied));
 }

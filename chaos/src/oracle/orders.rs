@@ -98,7 +98,8 @@ impl Orders {
     /// A trouble begins: an order may take longer, or is forgotten with the state that held it, aloud. While the link is lost the
     /// vehicle may hold.
     pub(super) fn troubled(&mut self, trouble: &Trouble) {
-        let is_forgotten = matches!(trouble, Trouble::GarbledState(Victim::Mcm, _) | Trouble::FullDisk(_));
+        let is_forgotten =
+            matches!(trouble, Trouble::GarbledState(Victim::Mcm | Victim::Onboard, _) | Trouble::FullDisk(_));
         let deaths: u32 = trouble.deaths().iter().map(|it| it.1).sum();
         let more = self.interruption * deaths + self.pace.wall(trouble.link_is_faulty_for());
         self.in_force = self.in_force.filter(|_| !is_forgotten).map(|(order, by)| (order, by + more));

@@ -6,12 +6,12 @@ use std::time::Duration;
 
 use crate::trouble::{Garbling, Victim};
 
-/// Garbles every generation of a process's state; the number of files.
+/// Garbles every generation of the state of a process's nodes; the number of files.
 pub(super) fn garble_all(state: &Path, victim: Victim, garbling: Garbling) -> usize {
     let entries = std::fs::read_dir(state).into_iter().flatten().flatten();
     let is_state = |path: &PathBuf| {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        name.strip_prefix(victim.name()).is_some_and(|it| matches!(it, ".0" | ".1"))
+        victim.nodes().iter().any(|node| name.strip_prefix(node).is_some_and(|it| matches!(it, ".0" | ".1")))
     };
     let files: Vec<PathBuf> = entries.map(|it| it.path()).filter(is_state).collect();
     let garbled = files.iter().filter(|path| {

@@ -61,7 +61,9 @@ impl Losses {
                 // Not before it is known where the vehicle is by now.
                 (Victim::Router, Message::VehicleLocalPosition(_)) => is_after,
                 (Victim::GroundRouter, Message::PermissionLedger(_)) => is_after,
-                (victim, Message::Heartbeat(beat)) => beat.service == victim.name() && beat.pid != it.id,
+                (victim, Message::Heartbeat(beat)) => {
+                    victim.nodes().contains(&beat.service.as_str()) && beat.pid != it.id
+                }
                 _ => false,
             };
             if is_back {

@@ -1,4 +1,4 @@
-//! One router: `kittiwake up`, started as a user starts it.
+//! One router: `kittiwake up`, started as a user starts it, perhaps with the nodes on board in one process.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
@@ -9,6 +9,7 @@ use nix::sys::signal::Signal;
 use super::{LIMIT, Reach, Setup, VEHICLE, is_there, signal, wait_until};
 use crate::clock::Side;
 use crate::run::heard::Heard;
+use crate::trouble::{Layout, Victim};
 
 /// The launcher; it ends with the value, and its children with it.
 pub(crate) struct Launcher(Child);
@@ -21,6 +22,9 @@ impl Launcher {
         command.args(setup.ends.then_some("--exit-when-done"));
         command.arg("--config").arg(&setup.config).arg("--state").arg(setup.state());
         command.arg("--recordings").arg(setup.scratch.join("recordings"));
+        if setup.layout == Layout::Composed {
+            command.args(["--onboard", &Victim::Onboard.nodes().join(",")]);
+        }
         if let Some(clocks) = &setup.clocks {
             clocks.give(Side::Aircraft, &mut command);
         }

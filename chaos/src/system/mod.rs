@@ -1,4 +1,4 @@
-//! A system under trouble, in either layout: how it is started, its processes by their ids, and a tap on its buses.
+//! A system under trouble, in any layout: how it is started, its processes by their ids, and a tap on its buses.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -71,7 +71,7 @@ impl Setup {
     /// Starts it. What it says goes to `heard`, line by line, once where it can be reached, and last that it ended.
     pub(crate) fn start(self: &Arc<Setup>, heard: &SyncSender<Heard>) -> Result<System, String> {
         match self.layout {
-            Layout::OneRouter => Launcher::start(self, heard).map(System::Launched),
+            Layout::OneRouter | Layout::Composed => Launcher::start(self, heard).map(System::Launched),
             Layout::TwoRouters => Keeper::start(self, heard).map(System::Kept),
         }
     }

@@ -13,6 +13,8 @@ mod words;
 pub enum Layout {
     /// `kittiwake up`: one router for all, and a launcher.
     OneRouter,
+    /// `kittiwake up --onboard`: the same, with all nodes on board but the vehicle in one process.
+    Composed,
     /// As it is deployed: a router on board and one on the ground, an encrypted link between them that may have faults, and
     /// for each machine somebody who starts again what has ended, as systemd does.
     TwoRouters,
@@ -32,6 +34,8 @@ pub enum Victim {
     SkillManager,
     /// The monitor.
     Monitor,
+    /// The process of all nodes on board, in a system that has one.
+    Onboard,
     /// The control tower.
     ControlTower,
     /// The gateway.
@@ -43,8 +47,9 @@ pub enum Victim {
 }
 
 impl Victim {
-    /// Every one of a system with two routers; with one there is no [`Victim::GroundRouter`], the last.
-    pub const ALL: [Victim; 8] = [
+    /// Every one. No system has all of them, see [`Victim::of`]: a ground router only with two, the last only where it replaces
+    /// the first four.
+    pub const ALL: [Victim; 9] = [
         Victim::Mcm,
         Victim::Planner,
         Victim::SkillManager,
@@ -53,13 +58,37 @@ impl Victim {
         Victim::Gateway,
         Victim::Router,
         Victim::GroundRouter,
+        Victim::Onboard,
     ];
 
     /// Those of a system of this layout.
     pub fn of(layout: Layout) -> &'static [Victim] {
         match layout {
-            Layout::OneRouter => &Victim::ALL[..Victim::ALL.len() - 1],
-            Layout::TwoRouters => &Victim::ALL,
+            Layout::OneRouter => &Victim::ALL[..Victim::ALL.len() - 2],
+            Layout::Composed => &[Victim::Onboard, Victim::ControlTower, Victim::Gateway, Victim::Router],
+            Layout::TwoRouters => &Victim::ALL[..Victim::ALL.len() - 1],
+        }
+    }
+
+    /// Those of a system of this layout whose state is what a mission goes on from.
+    pub fn with_state(layout: Layout) -> &'static [Victim] {
+        match layout {
+            Layout::Composed => &[Victim::Onboard],
+            Layout::OneRouter | Layout::TwoRouters => &[Victim::Mcm, Victim::Planner],
+        }
+    }
+
+    /// The nodes in it, by the names of their heartbeats and of their files; a router has none.
+    pub fn nodes(self) -> &'static [&'static str] {
+        match self {
+            Victim::Mcm => &["mcm"],
+            Victim::Planner => &["planner"],
+            Victim::SkillManager => &["skill-manager"],
+            Victim::Monitor => &["monitor"],
+            Victim::Onboard => &["mcm", "planner", "skill-manager", "monitor"],
+            Victim::ControlTower => &["control-tower"],
+            Victim::Gateway => &["gateway"],
+            Victim::Router | Victim::GroundRouter => &[],
         }
     }
 
@@ -70,6 +99,7 @@ impl Victim {
             Victim::Planner => "planner",
             Victim::SkillManager => "skill-manager",
             Victim::Monitor => "monitor",
+            Victim::Onboard => "onboard",
             Victim::ControlTower => "control-tower",
             Victim::Gateway => "gateway",
             Victim::Router => "router",
@@ -151,7 +181,7 @@ pub enum Machine {
     Aircraft,
     /// Those on the ground.
     Ground,
-    /// Both by the same; the only one in a system with one router.
+    /// Both by the same; the only one in a system with one router, composed or not.
     Both,
 }
 

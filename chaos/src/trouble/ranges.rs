@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use super::Kind;
 
-/// How often each kind is drawn, relative to the others, in a system of either layout.
+/// How often each kind is drawn, relative to the others, in a system of any layout.
 pub const WEIGHTS: &[(Kind, u32)] = &[
     (Kind::Kill, 10),
     (Kind::Stop, 8),
