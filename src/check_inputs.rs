@@ -172,3 +172,6 @@ fn read_config(settings: &Settings) -> Result<Config, Mistakes> {
     }
     Ok(config)
 }
+
+#[cfg(test)]
+mod tests;

@@ -13,8 +13,8 @@ const MOST: usize = 20;
 /// Of a longer text, in bytes, only the first mistake in a value is reported: it would be read again and again. Files written by hand are
 /// shorter.
 const LONGEST: usize = 256 * 1024;
-/// Values of every kind. One of them is taken in most places.
-const VALUES: [&str; 7] = ["1", "0", "\"\"", "\"a\"", "true", "[]", "{}"];
+/// Values of every kind. One of them is taken in most places; where a number is, two.
+const VALUES: [&str; 8] = ["1", "2", "0", "\"\"", "\"a\"", "true", "[]", "{}"];
 /// How Rust names what is expected, and how people do. Longer names first.
 const WORDS: [(&str, &str); 12] = [
     ("a nonzero u8", "a whole number from 1 to 255"),
@@ -61,33 +61,47 @@ fn of_values<T: DeserializeOwned>(mut text: String, mut error: Error) -> Vec<Fou
         let place = if error.message().starts_with("unknown field") { line(&text, &span) } else { Some(span) };
         let Some(place) = place else { break };
         replaced.push(place.clone());
-        let next = candidates(&error, &place).find_map(|value| {
+        let mut taken = Vec::new();
+        for value in candidates(&error, &place) {
             let mut patched = text.clone();
             // Of the same length, so that every other place stays where it is.
             patched.replace_range(place.clone(), &format!("{value:<0$}", place.len()));
             // A table that lacks a key is found at its header, which no value replaces.
             if !DeTable::parse_recoverable(&patched).1.is_empty() {
-                return None;
+                continue;
             }
             match toml::from_str::<T>(&patched) {
-                Ok(_) => Some((patched, None)),
-                // What contradicts a replacement is no mistake of the file.
-                Err(next)
-                    if next
-                        .span()
-                        .is_some_and(|it| replaced.iter().all(|of| it.end <= of.start || of.end <= it.start)) =>
-                {
-                    Some((patched, Some(next)))
+                Ok(_) => return in_order(mistakes),
+                // What contradicts a replacement where it stands is no mistake of the file.
+                Err(next) if next.span().is_some_and(|it| replaced.iter().all(|of| is_apart(&it, of))) => {
+                    taken.push((patched, next));
                 }
-                Err(_) => None,
+                Err(_) => {}
             }
-        });
-        match next {
-            Some((patched, Some(next))) => (text, error) = (patched, next),
-            Some((_, None)) | None => break,
+        }
+        match that_stays(taken) {
+            Some(next) => (text, error) = next,
+            None => break,
         }
     }
-    // The parser looks at keys by their names.
+    in_order(mistakes)
+}
+
+/// The first mistake, with the text that it was found in, that stays whatever replaces the one before it: one that changes is what the
+/// replacement contradicts elsewhere, as another value of its table.
+fn that_stays(mut taken: Vec<(String, Error)>) -> Option<(String, Error)> {
+    let same = |a: &Error, b: &Error| a.message() == b.message() && a.span() == b.span();
+    let stays = |it: &(String, Error)| taken.len() == 1 || 1 < taken.iter().filter(|of| same(&of.1, &it.1)).count();
+    let first = taken.iter().position(stays)?;
+    Some(taken.swap_remove(first))
+}
+
+fn is_apart(a: &Range<usize>, b: &Range<usize>) -> bool {
+    a.end <= b.start || b.end <= a.start
+}
+
+/// The parser looks at keys by their names.
+fn in_order(mut mistakes: Vec<Found>) -> Vec<Found> {
     mistakes.sort_by_key(|(span, _)| span.as_ref().map(|it| it.start));
     mistakes
 }
@@ -169,6 +183,31 @@ mod tests {
                 "5: unknown field `spee`",
             ],
         );
+    }
+
+    #[test]
+    fn a_value_that_fits_no_replacement_is_one_mistake() {
+        #[derive(Debug, serde::Deserialize)]
+        #[expect(dead_code, reason = "only whether it can be read is of interest")]
+        struct File {
+            band: Band,
+            count: u8,
+        }
+        #[derive(Debug, serde::Deserialize)]
+        #[serde(try_from = "(f64, f64)")]
+        struct Band;
+        impl TryFrom<(f64, f64)> for Band {
+            type Error = String;
+            fn try_from((low, high): (f64, f64)) -> Result<Band, String> {
+                if low < high { Ok(Band) } else { Err(format!("found {low} to {high}")) }
+            }
+        }
+        let said =
+            |text: &str| parse::<File>(text).err().unwrap_or_default().into_iter().map(|it| it.1).collect::<Vec<_>>();
+        let low = "invalid type: string \"low\", expected a number";
+        assert_eq!(said("count = 1\nband = [\"low\", -5.0]\n"), [low]);
+        let count = "invalid type: string \"one\", expected a whole number from 0 to 255";
+        assert_eq!(said("band = [\"low\", 9.0]\ncount = \"one\"\n"), [low, count]);
     }
 
     #[test]
