@@ -82,7 +82,7 @@ fields! {
     /// Height above the origin at which a climb would come to rest now; not known while the estimator does not vouch for it.
     HeightAtRest "position.height_at_rest_m" number(Unit::METRE, -1000.0, 10_000.0);
     /// The greatest jump of the position within the last ten seconds or more: how far it was from where the one before it and its
-    /// velocity lead.
+    /// velocity lead, beyond what a vehicle can brake or turn meanwhile.
     PositionJump "position.jump_m" number(Unit::METRE, 0.0, 1_000_000.0);
     /// Angle between the thrust axis and the vertical.
     Tilt "attitude.tilt_deg" number(Unit::DEGREE, 0.0, 180.0);
