@@ -84,5 +84,6 @@ pub fn main() -> ExitCode {
         Some(cli::Command::Kpi(args)) => companion::become_companion(Companion::Kpi, &args),
         Some(cli::Command::Chaos(args)) => companion::become_companion(Companion::Chaos, &args),
     };
+    output::finish();
     ExitCode::from(u8::from(outcome))
 }

@@ -16,6 +16,7 @@ use tracing_subscriber::filter::{EnvFilter, LevelFilter, Targets};
 use tracing_subscriber::prelude::*;
 
 use crate::http_client::client;
+use crate::output::LogRecord;
 
 mod sampling;
 
@@ -48,7 +49,8 @@ pub fn start(service: &'static str, vehicle: &str, config: &Config) -> Telemetry
     // The exporter's own log would only repeat that the collector does not answer.
     let default = EnvFilter::new("warn,opentelemetry=off,opentelemetry_sdk=off,opentelemetry_otlp=off,zenoh=error");
     let level = EnvFilter::try_from_default_env().unwrap_or(default);
-    let log = tracing_subscriber::fmt::layer().with_writer(std::io::stderr).with_ansi(false).log_internal_errors(false);
+    let log =
+        tracing_subscriber::fmt::layer().with_writer(LogRecord::default).with_ansi(false).log_internal_errors(false);
     // Only our own spans: a transport that traced its own export would export its traces.
     let ours = Targets::new().with_target("bus", LevelFilter::INFO).with_target("kittiwake", LevelFilter::INFO);
     let traces = tracing_opentelemetry::layer().with_tracer(provider.tracer("kittiwake")).with_filter(ours);

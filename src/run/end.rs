@@ -6,7 +6,7 @@ use std::io::Read;
 use std::time::Duration;
 
 use bus::Stop;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
 use crate::outcome::Outcome;
@@ -15,11 +15,21 @@ use crate::output;
 /// A process that was asked to end and has not ended after this time exits by itself.
 const STOP_LIMIT: Duration = Duration::from_secs(2);
 
-/// Calls `on_signal` on every Ctrl-C and SIGTERM, from a thread of its own.
+/// Calls `on_signal` on every Ctrl-C and SIGTERM, and when the terminal is closed (SIGHUP), from a thread of its own. `nohup` has the last one
+/// ignored, and so it stays.
 pub fn on_signal(mut on_signal: impl FnMut() + Send + 'static) -> std::io::Result<()> {
-    let mut signals = Signals::new([SIGINT, SIGTERM])?;
+    let hang_up = (!is_ignored(SIGHUP)).then_some(SIGHUP);
+    let mut signals = Signals::new([SIGINT, SIGTERM].into_iter().chain(hang_up))?;
     std::thread::spawn(move || signals.forever().for_each(|_| on_signal()));
     Ok(())
+}
+
+/// Whether this process was started with `signal` ignored: bit N - 1 of `SigIgn` in proc_pid_status(5). Unreadable, it is not.
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|it| it.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|it| u64::from_str_radix(it.trim(), 16).ok()).unwrap_or(0);
+    mask >> (signal - 1) & 1 == 1
 }
 
 /// Stops on a signal and, if `with_parent`, when standard input ends: its other end is held by the
@@ -29,6 +39,7 @@ pub fn stop_on_end(stop: &Stop, with_parent: bool) -> std::io::Result<()> {
         std::thread::spawn(|| {
             std::thread::sleep(STOP_LIMIT);
             output::error_line(format_args!("did not stop within {STOP_LIMIT:?}"));
+            output::finish();
             std::process::exit(u8::from(Outcome::NotKeptUp).into());
         });
     });

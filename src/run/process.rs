@@ -77,6 +77,7 @@ pub fn run_onboard(args: &OnboardArgs) -> Outcome {
 
 /// Runs `services`, which stand in one scope, as the process `name`.
 fn run_process(name: &'static str, services: &[Service], args: &ProcessArgs) -> Outcome {
+    output::in_background();
     let inputs = match check_inputs::read_or_tell(&args.settings) {
         Ok(inputs) => inputs,
         Err(outcome) => return outcome,

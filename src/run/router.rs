@@ -15,6 +15,7 @@ use crate::{output, telemetry};
 /// Runs the router; the first lines on standard output are the locators it listens on. Changes of the link are reported
 /// on standard error.
 pub fn router(args: &RouterArgs) -> Outcome {
+    output::in_background();
     let link = match link_end(args) {
         Ok(link) => link,
         Err(bad) => {

@@ -91,6 +91,12 @@ impl Children {
         Ok(())
     }
 
+    /// Whether the router has a socket in a folder, and it is not there.
+    pub fn router_is_nowhere(&self) -> bool {
+        let path = self.sockets.0.join(ROUTER_SOCKET);
+        self.listen == bus::sockets::locator_of(&path) && !path.exists()
+    }
+
     /// The folder of the direct links.
     pub fn sockets(&self) -> &Path {
         &self.sockets.0

@@ -25,7 +25,7 @@ use crate::up::flown_files::FlownFiles;
 use crate::up::liveness::Liveness;
 use crate::up::progress::Progress;
 use crate::up::screen::Screen;
-use crate::up::supervise::{Child, Supervisor, Verdict};
+use crate::up::supervise::{Child, Ending, Supervisor, Verdict};
 use crate::up::watch::Watch;
 use crate::up::{Happening, report};
 
@@ -180,7 +180,11 @@ impl<'a> Launcher<'a> {
     fn start_due(&mut self) -> Option<End> {
         for child in self.supervisor.due(self.now()) {
             if let Err(cause) = self.children.start(child, self.locator.as_deref()) {
-                return Some(End::GaveUp(format!("{child} cannot be started: {cause}")));
+                // Like a death: what the operating system lacks now it may have again later.
+                self.screen.log(&format!("{child} cannot be started: {cause}"));
+                if let Some(end) = self.judge(child, Ending::NotStarted) {
+                    return Some(end);
+                }
             }
         }
         None
@@ -263,8 +267,14 @@ impl<'a> Launcher<'a> {
         self.locator = Some(locator);
     }
 
-    /// Kills the children that hang; they are started again as soon as they have ended.
+    /// Kills the children that hang; they are started again as soon as they have ended. So is a router whose socket was removed: whoever is
+    /// started from here on would find it nowhere, and a new one makes a new one.
     fn end_what_hangs(&mut self) {
+        if self.children.router_is_nowhere() && self.supervisor.router_is_seen() {
+            self.screen.log("the router's socket was removed: the router is killed, to be started again");
+            self.supervisor.hangs(Child::Router);
+            self.children.kill(Child::Router);
+        }
         let limit = self.config.launcher.hung_after_s.seconds();
         for child in self.liveness.hung(self.now()) {
             if self.supervisor.hangs(child) {
@@ -277,6 +287,11 @@ impl<'a> Launcher<'a> {
     fn on_ended(&mut self, child: Child) -> Option<End> {
         let ending = self.children.reap(child)?;
         self.liveness.ended(child);
+        self.judge(child, ending)
+    }
+
+    /// What follows when a child has ended so.
+    fn judge(&mut self, child: Child, ending: Ending) -> Option<End> {
         match self.supervisor.ended(child, ending, self.now(), self.aircraft.may_be_in_the_air(self.now())) {
             Verdict::Restart(delay) => {
                 self.screen.log(&format!("{child} ended {ending}; it is started again in {delay:?}"));

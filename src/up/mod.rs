@@ -60,12 +60,13 @@ pub enum Happening {
     Event(Box<node::Event>),
     /// The launcher's own connection to the bus has ended.
     BusEnded(Result<(), bus::BusError>),
-    /// Ctrl-C or SIGTERM.
+    /// Ctrl-C, SIGTERM or a terminal that is closed.
     Interrupted,
 }
 
 /// Runs the system until the mission is over, if the arguments say so, or until it is interrupted.
 pub fn up(args: &UpArgs) -> Outcome {
+    output::in_background();
     let (backend, settings) = args.flown();
     let inputs = match check_inputs::read_or_tell(&settings) {
         Ok(inputs) => inputs,

@@ -1,6 +1,6 @@
 //! The output for the operator: lines, and on a terminal a progress bar below them.
 
-use std::io::IsTerminal;
+use std::io::{self, IsTerminal, Write};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -23,7 +23,7 @@ pub struct Screen {
 impl Screen {
     /// On standard output, or on standard error where that carries the report alone.
     pub fn new(to_stderr: bool) -> Screen {
-        let terminal = if to_stderr { std::io::stderr().is_terminal() } else { std::io::stdout().is_terminal() };
+        let terminal = if to_stderr { io::stderr().is_terminal() } else { io::stdout().is_terminal() };
         let target = if to_stderr { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::stdout() };
         let bar = terminal.then(|| ProgressBar::with_draw_target(Some(LENGTH), target).with_style(style()));
         Screen { to_stderr, bar, told: None }
@@ -32,24 +32,28 @@ impl Screen {
     /// Prints a line, above the bar if there is one.
     pub fn line(&self, text: &str) {
         match &self.bar {
-            Some(bar) => bar.suspend(|| print(self.to_stderr, text)),
-            None => print(self.to_stderr, text),
+            Some(bar) => above(bar, self.to_stderr, text),
+            None if self.to_stderr => output::error_line(text),
+            None => output::line(text),
         }
     }
 
     /// Prints a line of a process's log, on standard error.
     pub fn log(&self, text: &str) {
         match &self.bar {
-            Some(bar) => bar.suspend(|| print(true, text)),
-            None => print(true, text),
+            Some(bar) => above(bar, true, text),
+            None => output::error_line(text),
         }
     }
 
     /// Shows the progress of the mission.
     pub fn progress(&mut self, progress: &Progress, now: Duration) {
         if let Some(bar) = &self.bar {
-            bar.set_position((progress.fraction() * LENGTH as f64) as u64);
-            bar.set_message(progress.line());
+            let (bar, position, line) = (bar.clone(), (progress.fraction() * LENGTH as f64) as u64, progress.line());
+            output::show(move || {
+                bar.set_position(position);
+                bar.set_message(line);
+            });
             return;
         }
         let stage = progress.stage();
@@ -63,13 +67,24 @@ impl Screen {
     /// Removes the progress bar.
     pub fn end_progress(&mut self) {
         if let Some(bar) = self.bar.take() {
-            bar.finish_and_clear();
+            output::show(move || bar.finish_and_clear());
         }
     }
 }
 
-fn print(to_stderr: bool, text: &str) {
-    if to_stderr { output::error_line(text) } else { output::line(text) }
+/// Prints a line above the bar.
+fn above(bar: &ProgressBar, to_stderr: bool, text: &str) {
+    let (bar, text) = (bar.clone(), format!("{text}\n"));
+    output::show(move || {
+        // Nobody may read it any more.
+        bar.suspend(|| {
+            let _ = if to_stderr {
+                io::stderr().write_all(text.as_bytes())
+            } else {
+                io::stdout().write_all(text.as_bytes())
+            };
+        });
+    });
 }
 
 fn style() -> ProgressStyle {

@@ -92,6 +92,8 @@ pub enum Ending {
     Code(i32),
     /// It was killed by this signal.
     Signal(i32),
+    /// The operating system did not start it: it has no descriptors, processes or memory left at the moment.
+    NotStarted,
 }
 
 impl fmt::Display for Ending {
@@ -99,6 +101,7 @@ impl fmt::Display for Ending {
         match self {
             Ending::Code(code) => write!(f, "with exit code {code}"),
             Ending::Signal(signal) => write!(f, "by signal {signal}"),
+            Ending::NotStarted => f.write_str("before it was started"),
         }
     }
 }
@@ -152,6 +155,11 @@ impl Supervisor {
         for state in self.states.values_mut().filter(|it| **it == State::Blocked) {
             *state = State::Due(now);
         }
+    }
+
+    /// Whether the router listens.
+    pub fn router_is_seen(&self) -> bool {
+        self.states.get(&Child::Router) == Some(&State::Seen)
     }
 
     /// The child that is the service of this name, or has it.

@@ -18,8 +18,8 @@ fn a_killed_launcher_leaves_no_child_not_even_a_frozen_one() {
 }
 
 #[test]
-fn sigterm_and_ctrl_c_end_everything_also_what_hangs() {
-    for (signal, frozen) in [(Signal::SIGTERM, "planner"), (Signal::SIGINT, "router")] {
+fn sigterm_ctrl_c_and_a_closed_terminal_end_everything_also_what_hangs() {
+    for (signal, frozen) in [(Signal::SIGTERM, "planner"), (Signal::SIGINT, "router"), (Signal::SIGHUP, "monitor")] {
         let system = System::start(&[]);
         system.wait_for("step 1 of");
         let children = system.children();

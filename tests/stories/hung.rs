@@ -1,8 +1,11 @@
 //! Processes that hang: alive, and doing nothing. They are noticed, and started again.
 
+use std::io::Write;
+
 use nix::sys::signal::Signal;
 
 use crate::bad_messages::{say_flag, stranger};
+use crate::support::processes::{Process, wait_until_gone};
 use crate::support::{System, wait_for};
 
 #[test]
@@ -80,4 +83,26 @@ fn deaths_without_end_in_the_air_end_nothing() {
     }
     let ending = system.end();
     ending.expect(0, &["SUCCESS", "SUCCESS"]);
+}
+
+#[test]
+fn a_launcher_whose_lines_nobody_reads_keeps_its_processes_up_and_ends_when_asked() {
+    let (_reader, writer) = std::io::pipe().unwrap();
+    let mut full = writer.try_clone().unwrap();
+    // More than any pipe takes: it is full from here on.
+    std::thread::spawn(move || full.write_all(&vec![b'x'; 64 << 20]));
+    let system = System::speaking_to(writer, &["--speed", "5"]);
+    let monitor = |other_than: Option<Process>| {
+        wait_for("a monitor", || {
+            let found = system.children().into_iter().find(|(name, it)| name == "monitor" && it.runs())?.1;
+            other_than.is_none_or(|it| it.id() != found.id()).then_some(found)
+        })
+    };
+    let first = monitor(None);
+    first.signal(Signal::SIGKILL);
+    monitor(Some(first));
+    let children = system.children();
+    system.launcher().signal(Signal::SIGTERM);
+    wait_for("the launcher to end", || (!system.launcher().runs()).then_some(()));
+    wait_until_gone(&children);
 }

@@ -73,13 +73,8 @@ impl System {
 
     /// The same, of the program at another place.
     pub fn of(program: &Path, args: &[&str], variables: &[(&str, &str)]) -> System {
-        let mut launcher = Command::new(program)
-            .args(["up", "--json"])
-            .args(args)
-            // Not into the recordings of the user who runs the tests.
-            .env("XDG_STATE_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/state"))
+        let mut launcher = command(program, args)
             .envs(variables.iter().copied())
-            .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -99,6 +94,13 @@ impl System {
             text
         });
         System { launcher, said, stdout: Some(stdout) }
+    }
+
+    /// One whose lines go to `output`.
+    pub fn speaking_to(output: std::io::PipeWriter, args: &[&str]) -> System {
+        let also = output.try_clone().expect("a descriptor is left");
+        let launcher = command(Path::new(KITTIWAKE), args).stdout(output).stderr(also).spawn();
+        System { launcher: launcher.expect("the program starts"), said: Arc::default(), stdout: None }
     }
 
     /// Waits for a line that contains `part`, printed now or before, and returns it.
@@ -301,6 +303,15 @@ impl Ending {
         assert_eq!(self.code, Some(code), "exit code; it said:\n{}", self.lines.join("\n"));
         assert_eq!(self.objectives(), objectives, "it said:\n{}", self.lines.join("\n"));
     }
+}
+
+/// How the program keeps a system up, as [`System::of`] starts it.
+fn command(program: &Path, args: &[&str]) -> Command {
+    let mut command = Command::new(program);
+    // Not into the recordings of the user who runs the tests.
+    command.args(["up", "--json"]).args(args).env("XDG_STATE_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/state"));
+    command.stdin(Stdio::null());
+    command
 }
 
 /// Runs the program to its end.

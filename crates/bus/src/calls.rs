@@ -254,7 +254,7 @@ mod tests {
                 Mail::Answer { result: Ok(_), .. } => "answered".to_owned(),
                 Mail::Answer { result: Err(error), .. } => format!("{error:?}"),
                 Mail::Unserved { .. } => "Unserved".to_owned(),
-                Mail::Event(..) => unreachable!("nothing else is put in"),
+                Mail::Event(..) | Mail::Said(..) => unreachable!("nothing else is put in"),
             })
             .collect();
         assert_eq!(heard, [expected]);

@@ -273,7 +273,7 @@ impl Inbox {
             *number = attachment.sequence.max(*number);
         }
         let parent = Some(attachment.traceparent).filter(|it| !it.is_empty());
-        let mail = Mail::Event(Event::Message { vehicle, message }, parent);
+        let mail = mail_of(attachment.said_receiver_monotonic_ns, Event::Message { vehicle, message }, parent);
         let is_large = MAX_PAYLOAD < payload.len();
         let has_room =
             if is_large { self.mailbox.push_large_from(key, mail) } else { self.mailbox.push_from(key, mail) };
@@ -335,21 +335,22 @@ impl Inbox {
             self.refuse_late(key, late);
             return Some((asker, Refusal::Because(format!("{LATE}{late}"))));
         }
-        let asker = self.put_request(key, request, &attachment.traceparent, asker)?;
+        let said = attachment.said_receiver_monotonic_ns;
+        let asker = self.put_request(key, request, said, &attachment.traceparent, asker)?;
         Some((asker, Refusal::NoRoom))
     }
 
     /// A node of this process asks. Without room who asks is dropped, which tells them to ask again.
     pub(crate) fn request_of_neighbour(&self, key: &str, request: Request, traceparent: &str, outcome: Outcome) {
-        drop(self.put_request(key, request, traceparent, Asker::Neighbour(outcome)));
+        drop(self.put_request(key, request, 0, traceparent, Asker::Neighbour(outcome)));
     }
 
     /// Leaves a request for the node; returns who asks if there is no room.
-    fn put_request(&self, key: &str, request: Request, traceparent: &str, asker: Asker) -> Option<Asker> {
+    fn put_request(&self, key: &str, request: Request, said: u64, traceparent: &str, asker: Asker) -> Option<Asker> {
         let parent = Some(traceparent.to_owned()).filter(|it| !it.is_empty());
         let token = self.open.keep(asker);
         let event = Event::Request { vehicle: self.scope.vehicle_of(key), token, request };
-        if self.mailbox.push_from(key, Mail::Event(event, parent)) {
+        if self.mailbox.push_from(key, mail_of(said, event, parent)) {
             return None;
         }
         self.dropped(key);
@@ -368,6 +369,21 @@ impl Inbox {
         }
     }
 
+    /// What has waited for its node for too long, as one that hangs in a write lets it.
+    pub(crate) fn refuse_stale(&self, event: Event, late: Late) {
+        match event {
+            Event::Message { message, .. } => self.refuse_late(message.topic().key(), late),
+            Event::Request { request, token, .. } => {
+                self.refuse_late(request.service().key(), late);
+                // Only over zenoh does anything come from the ground.
+                if let Some(Asker::Zenoh(query)) = self.open.take(token) {
+                    let _ = query.reply_err(format!("{LATE}{late}")).wait();
+                }
+            }
+            Event::Reply { .. } | Event::Peer { .. } => {}
+        }
+    }
+
     fn refuse_late(&self, key: &str, late: Late) {
         if let Some(it) = self.mailbox.lose(Loss::Late, key) {
             tracing::warn!(key = it.sender, count = it.count, %late, "not obeyed; further ones are counted for a while");
@@ -383,6 +399,11 @@ impl Inbox {
             );
         }
     }
+}
+
+/// Mail of what was said at `said` by our clock; 0: on our own side.
+fn mail_of(said: u64, event: Event, parent: Option<trace::Parent>) -> Mail {
+    if said == 0 { Mail::Event(event, parent) } else { Mail::Said(said, event, parent) }
 }
 
 /// Whether something may be obeyed. Only what comes from the ground is stamped, and by a vehicle's clock only.

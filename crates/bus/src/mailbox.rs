@@ -29,6 +29,8 @@ const MOST_LARGE: usize = 16;
 pub(crate) enum Mail {
     /// An event for the node, and the trace it belongs to.
     Event(Event, Option<Parent>),
+    /// The same, from the ground, which said it at that moment of our clock: it may get too old while it waits here.
+    Said(u64, Event, Option<Parent>),
     /// A call of this process was answered, or failed.
     Answer { call: CallId, attempt: u32, result: Result<Event, CallError> },
     /// A query ended without any reply: nobody serves it at the moment.

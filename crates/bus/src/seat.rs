@@ -13,13 +13,14 @@ use zenoh::Wait;
 use zenoh::liveliness::LivelinessToken;
 
 use crate::calls::Calls;
+use crate::clock::monotonic_ns;
 use crate::direct::Links;
 use crate::inbox::{Asker, Declared, Inbox};
 use crate::mailbox::Mail;
 use crate::neighbours::Neighbours;
 use crate::outbox::{self, Outbox};
 use crate::trace::Parent;
-use crate::{BusError, Clock, trace};
+use crate::{BusError, Clock, freshness, trace};
 
 /// Every node says at least this often that its own loop makes progress: often enough that one that hangs is noticed
 /// within a second, although a heartbeat or two may be late.
@@ -147,6 +148,14 @@ impl Seat<'_> {
     fn open(&mut self, mail: Mail) -> Option<(Event, Option<Parent>)> {
         match mail {
             Mail::Event(event, parent) => Some((event, parent)),
+            // It was in time when it came; only now it is obeyed.
+            Mail::Said(said, event, parent) => match freshness::check(said, monotonic_ns()) {
+                Ok(()) => Some((event, parent)),
+                Err(late) => {
+                    self.inbox.refuse_stale(event, late);
+                    None
+                }
+            },
             Mail::Answer { call, attempt, result } => Some((self.calls.answered(call, attempt, result)?, None)),
             Mail::Unserved { call, attempt } => {
                 self.calls.unserved(call, attempt, Instant::now());

@@ -3,14 +3,14 @@
 
 #![expect(clippy::disallowed_methods, reason = "a test waits for what other threads do, up to a limit")]
 
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::time::Duration;
 
 use bus::{Direct, Link, Process, Scope, Stop, run_router};
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::{Message, Request, Response, Service, Topic};
 use kittiwake_proto::v1;
-use node::{CallError, CallId, Effect, Event, Node};
+use node::{CallError, CallId, Effect, Event, Node, VehicleId};
 
 /// A node that does what the test says and tells the test what it sees.
 struct Probe {
@@ -56,8 +56,39 @@ impl Node for Probe {
 
 /// Raises a flag every few milliseconds, with a number for its name.
 struct Ticker {
+    /// Whose, said by the ground.
+    vehicle: Option<VehicleId>,
     next: Time,
     count: u64,
+}
+
+impl Ticker {
+    fn new(vehicle: Option<VehicleId>) -> Ticker {
+        Ticker { vehicle, next: Time::ZERO, count: 0 }
+    }
+}
+
+/// Hears flags, and hangs with each until the test takes it.
+struct Hanging(SyncSender<u64>);
+
+impl Node for Hanging {
+    fn name(&self) -> &'static str {
+        "mcm"
+    }
+    fn subscriptions(&self) -> &'static [Topic] {
+        &[Topic::FlagEvent]
+    }
+    fn serves(&self) -> &'static [Service] {
+        &[]
+    }
+    fn on(&mut self, _: Now, event: Event, _: &mut Vec<Effect>) {
+        if let Some((_, name)) = flag_name(event) {
+            let _ = self.0.send(name.parse().unwrap());
+        }
+    }
+    fn deadline(&self) -> Option<Time> {
+        None
+    }
 }
 
 impl Node for Ticker {
@@ -80,7 +111,8 @@ impl Node for Ticker {
         if self.next <= now.time {
             self.next = now.time + Duration::from_millis(5);
             self.count += 1;
-            effects.push(flag(&self.count.to_string()));
+            let flag = v1::FlagEvent { name: self.count.to_string(), raised: true, ..Default::default() };
+            effects.push(Effect::Publish { vehicle: self.vehicle.clone(), message: flag.into() });
         }
     }
     fn deadline(&self) -> Option<Time> {
@@ -364,7 +396,7 @@ fn a_direct_link_brings_each_message_once_and_goes_on_without_the_router() {
     };
     // The one that calls is there first: a socket that is not there yet is called again.
     on_board.run_linked(uav("uav1"), Some(direct("mcm", &["monitor"])), listener);
-    on_board.run_linked(uav("uav1"), Some(direct("monitor", &[])), Ticker { next: Time::ZERO, count: 0 });
+    on_board.run_linked(uav("uav1"), Some(direct("monitor", &[])), Ticker::new(None));
     let answered = |event| matches!(event, Event::Reply { result: Ok(_), .. }).then_some(());
     wait_for("the answer", &events, answered);
 
@@ -382,4 +414,30 @@ fn a_direct_link_brings_each_message_once_and_goes_on_without_the_router() {
     let gone = |event| matches!(event, Event::Peer { alive: false, .. }).then_some(());
     wait_for("the router's end", &events, gone);
     take("a hundred flags without the router", 100);
+}
+
+#[test]
+fn what_the_ground_said_while_a_node_hung_is_not_obeyed_when_it_goes_on() {
+    let mut world = World::start();
+    let (seen, hung) = sync_channel(0);
+    world.run_linked(uav("uav1"), None, Hanging(seen));
+    let other = world.run(uav("uav1"), |seen| Probe {
+        name: "planner",
+        subscriptions: &[Topic::FlagEvent],
+        serves: &[],
+        seen,
+        on_peer: None,
+    });
+    world.run_linked(Scope::Fleet, None, Ticker::new(Some("uav1".into())));
+    let limit = Duration::from_secs(20);
+    let first = hung.recv_timeout(limit).expect("a flag");
+    // 5 ms apart: two seconds.
+    let is_later = |event| (first + 400 <= flag_name(event)?.1.parse().ok()?).then_some(());
+    wait_for("four hundred flags", &other, is_later);
+    let with_it_hung = hung.recv_timeout(limit).expect("the one that it hangs with");
+    let next = hung.recv_timeout(limit).expect("another flag");
+    assert!(
+        with_it_hung < first + 300 && first + 300 < next,
+        "{first}, {with_it_hung}, {next}: obeyed after half a second"
+    );
 }
