@@ -30,6 +30,8 @@ pub(crate) struct Links {
     vehicle: String,
     hello: Vec<u8>,
     listener: Option<OwnedFd>,
+    /// Callers wait that cannot be taken in. Until the next [`Links::call`] nobody looks for them: they would keep the loop awake.
+    callers_wait: bool,
     called: Vec<Called>,
     connections: Vec<Connection>,
     /// Numbers connections and requests.
@@ -53,6 +55,7 @@ impl Links {
             vehicle,
             hello,
             listener: None,
+            callers_wait: false,
             called: Vec::new(),
             connections: Vec::new(),
             last: 0,
@@ -80,18 +83,21 @@ impl Links {
         let called = paths.into_iter().map(|path| Called { path, trouble: None }).collect();
         let buffer = vec![0; LONGEST];
         let listener = listener.transpose()?;
-        let mut links = Links { inbox, vehicle, hello, listener, called, connections: Vec::new(), last: 0, buffer };
+        let (connections, callers_wait) = (Vec::new(), false);
+        let mut links = Links { inbox, vehicle, hello, listener, callers_wait, called, connections, last: 0, buffer };
         links.call();
         Ok(links)
     }
 
     /// What tells that there is something to read.
     pub(crate) fn descriptors(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
-        self.listener.iter().map(AsFd::as_fd).chain(self.connections.iter().map(|it| it.socket.as_fd()))
+        let listener = self.listener.iter().filter(|_| !self.callers_wait);
+        listener.map(AsFd::as_fd).chain(self.connections.iter().map(|it| it.socket.as_fd()))
     }
 
     /// Tries to connect to each process on its list that it has no link to. One that is not running costs a system call.
     pub(crate) fn call(&mut self) {
+        self.callers_wait = false;
         for place in 0..self.called.len() {
             if self.connections.iter().any(|it| it.called == Some(place)) {
                 continue;
@@ -106,7 +112,7 @@ impl Links {
 
     /// Takes in callers, and reads what there is.
     pub(crate) fn read(&mut self) {
-        while let Some(socket) = self.listener.as_ref().and_then(socket::accept) {
+        while let Some(socket) = self.next_caller() {
             let callers = self.connections.iter().filter(|it| it.called.is_none()).count();
             match self.may_speak(&socket) {
                 Ok(()) if callers < MOST_CALLERS => self.greet(socket, None),
@@ -123,6 +129,18 @@ impl Links {
             }
         }
         self.buffer = buffer;
+    }
+
+    fn next_caller(&mut self) -> Option<OwnedFd> {
+        let listener = self.listener.as_ref().filter(|_| !self.callers_wait)?;
+        match socket::accept(listener) {
+            Ok(caller) => caller,
+            Err(cause) => {
+                self.callers_wait = true;
+                self.inbox.refuse("(direct link)", &cause.to_string());
+                None
+            }
+        }
     }
 
     /// Sends a message to those who listen to it. Whom it does not reach hears it by the router.

@@ -59,8 +59,16 @@ pub(super) fn connect(path: &Path) -> io::Result<OwnedFd> {
 }
 
 /// The next caller, if there is one.
-pub(super) fn accept(listener: &OwnedFd) -> Option<OwnedFd> {
-    net::accept_with(listener, SocketFlags::NONBLOCK | SocketFlags::CLOEXEC).ok()
+///
+/// # Errors
+/// If one waits and cannot be taken in: the process has no descriptors or memory left.
+pub(super) fn accept(listener: &OwnedFd) -> io::Result<Option<OwnedFd>> {
+    match net::accept_with(listener, SocketFlags::NONBLOCK | SocketFlags::CLOEXEC) {
+        Ok(socket) => Ok(Some(socket)),
+        Err(cause @ (Errno::MFILE | Errno::NFILE | Errno::NOBUFS | Errno::NOMEM)) => Err(cause.into()),
+        // Nobody, or one that has hung up meanwhile.
+        Err(_) => Ok(None),
+    }
 }
 
 /// The user at the other end.
