@@ -161,6 +161,47 @@ impl RunFolder {
     }
 }
 
+/// What a run wrote into a folder of its own, to be written again where it was removed: who cleans up temporary files does not know that
+/// somebody flies with them.
+#[derive(Debug, Default)]
+pub struct Remembered(Vec<(PathBuf, Vec<u8>)>);
+
+impl Remembered {
+    /// All files in the folder, also in folders in it.
+    ///
+    /// # Errors
+    /// If one cannot be read.
+    pub fn of(folder: &Path) -> io::Result<Remembered> {
+        let mut files = Vec::new();
+        for entry in std::fs::read_dir(folder)? {
+            let path = entry?.path();
+            match path.is_dir() {
+                true => files.extend(Remembered::of(&path)?.0),
+                false => files.push((path.clone(), std::fs::read(&path)?)),
+            }
+        }
+        Ok(Remembered(files))
+    }
+
+    /// Writes again what is not there; whether anything was not.
+    ///
+    /// # Errors
+    /// If that is not possible.
+    pub fn restore(&self, folder: &RunFolder) -> io::Result<bool> {
+        let missing: Vec<_> = self.0.iter().filter(|(path, _)| !path.exists()).collect();
+        if missing.is_empty() {
+            return Ok(false);
+        }
+        folder.0.parent().map_or(Ok(()), private_folder)?;
+        private_folder(&folder.0)?;
+        for (path, bytes) in missing {
+            path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
+            write_private(path, bytes)?;
+        }
+        Ok(true)
+    }
+}
+
 impl Drop for RunFolder {
     fn drop(&mut self) {
         // Removed already, or no longer needed.

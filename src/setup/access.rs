@@ -7,7 +7,7 @@ use gateway::AccessControl;
 use gateway::access::{InvalidTokens, Role, Tokens, entry};
 use gateway::audit::Audit;
 
-use crate::run::run_file::{self, RunFolder};
+use crate::run::run_file::{self, Remembered, RunFolder};
 
 /// In that folder: the tokens that are valid.
 pub const TOKENS: &str = "tokens.toml";
@@ -31,6 +31,7 @@ pub struct DemoAccess {
     pub folder: RunFolder,
     /// The token.
     pub token: String,
+    written: Remembered,
 }
 
 impl DemoAccess {
@@ -40,10 +41,19 @@ impl DemoAccess {
     /// If that is not possible, or the operating system has no randomness.
     pub fn create() -> io::Result<DemoAccess> {
         let folder = RunFolder::create("access")?;
-        let demo = DemoAccess { folder, token: random_hex(TOKEN_BYTES)? };
-        let text = entry("demo", &Role::ALL, &demo.token);
-        run_file::write_private(&demo.folder.0.join(TOKENS), text.as_bytes())?;
-        Ok(demo)
+        let token = random_hex(TOKEN_BYTES)?;
+        let text = entry("demo", &Role::ALL, &token);
+        run_file::write_private(&folder.0.join(TOKENS), text.as_bytes())?;
+        let written = Remembered::of(&folder.0)?;
+        Ok(DemoAccess { folder, token, written })
+    }
+
+    /// Writes it again where it was removed; whether it was.
+    ///
+    /// # Errors
+    /// If that is not possible.
+    pub fn restore(&self) -> io::Result<bool> {
+        self.written.restore(&self.folder)
     }
 }
 

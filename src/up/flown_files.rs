@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use crate::check_inputs;
 use crate::config::Config;
-use crate::run::run_file::RunFolder;
+use crate::run::run_file::{Remembered, RunFolder};
 use crate::settings::Settings;
 
 /// Names in the copy.
@@ -23,7 +23,8 @@ const TREES: &str = "trees";
 pub struct FlownFiles {
     /// The settings of this run, of the copied configuration file.
     pub settings: Settings,
-    _folder: RunFolder,
+    folder: RunFolder,
+    written: Remembered,
 }
 
 /// Why there is no copy.
@@ -65,9 +66,22 @@ impl FlownFiles {
             ..settings.clone()
         };
         match check_inputs::read(&copied) {
-            Ok(inputs) => Ok((FlownFiles { settings: copied, _folder: folder }, inputs.config)),
+            Ok(inputs) => {
+                let written = Remembered::of(&folder.0).map_err(Failure::Folder)?;
+                Ok((FlownFiles { settings: copied, folder, written }, inputs.config))
+            }
             Err(_) => Err(Failure::Changed(settings.config.clone())),
         }
+    }
+}
+
+impl FlownFiles {
+    /// Writes the copy again where it was removed; whether it was.
+    ///
+    /// # Errors
+    /// If that is not possible.
+    pub fn restore(&self) -> io::Result<bool> {
+        self.written.restore(&self.folder)
     }
 }
 
@@ -116,6 +130,11 @@ mod tests {
         let folder = copy.settings.config.parent().expect("a file is in a folder");
         assert!(config.mission.starts_with(folder) && config.trees.starts_with(folder));
         let again = check_inputs::read(&copy.settings).expect("a process reads the copy");
+        assert_eq!(again.mission.name, read.mission.name);
+        assert!(!copy.restore().unwrap(), "it is there");
+        fs::remove_dir_all(folder).unwrap();
+        assert!(copy.restore().unwrap(), "it was removed");
+        let again = check_inputs::read(&copy.settings).expect("a process reads what was written again");
         assert_eq!(again.mission.name, read.mission.name);
         config.mission.clone_from(&read.config.mission);
         config.contingencies.clone_from(&read.config.contingencies);

@@ -178,7 +178,11 @@ impl<'a> Launcher<'a> {
     }
 
     fn start_due(&mut self) -> Option<End> {
-        for child in self.supervisor.due(self.now()) {
+        let due = self.supervisor.due(self.now());
+        if !due.is_empty() {
+            self.restore_files();
+        }
+        for child in due {
             if let Err(cause) = self.children.start(child, self.locator.as_deref()) {
                 // Like a death: what the operating system lacks now it may have again later.
                 self.screen.log(&format!("{child} cannot be started: {cause}"));
@@ -188,6 +192,16 @@ impl<'a> Launcher<'a> {
             }
         }
         None
+    }
+
+    /// Without its files nothing could be started.
+    fn restore_files(&self) {
+        let access = self.demo.as_ref().map_or(Ok(false), DemoAccess::restore);
+        match self.files.restore().and_then(|files| Ok(files || access?)) {
+            Ok(false) => {}
+            Ok(true) => self.screen.log("files of this run were removed: they are written again"),
+            Err(cause) => self.screen.log(&format!("files of this run were removed and cannot be written: {cause}")),
+        }
     }
 
     fn until_due(&self) -> Duration {

@@ -62,3 +62,24 @@ fn a_program_that_is_replaced_in_flight_is_flown_to_the_end() {
     }
     system.end().expect(0, &["SUCCESS", "SUCCESS"]);
 }
+
+#[test]
+fn who_cleans_up_temporary_files_in_flight_keeps_no_process_away() {
+    let system = System::on_long_leg("5");
+    let folder = std::env::temp_dir().join(format!("kittiwake-{}", nix::unistd::getuid()));
+    for what in ["files", "access", "links"] {
+        std::fs::remove_dir_all(folder.join(format!("{}.{what}", system.pid()))).expect("the run has such a folder");
+    }
+    system.wait_for("the router's socket was removed: the router is killed, to be started again");
+    for service in ["mcm", "gateway"] {
+        let killed = system.process(service);
+        killed.signal(Signal::SIGKILL);
+        wait_for(&format!("{service} to be started again"), || {
+            let found = system.children().into_iter().find(|(name, _)| name == service)?;
+            (found.1.id() != killed.id()).then_some(())
+        });
+    }
+    let ending = system.end();
+    ending.expect(0, &["SUCCESS"]);
+    ending.expect_in_order(&["files of this run were removed: they are written again"]);
+}
