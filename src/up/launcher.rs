@@ -421,7 +421,7 @@ impl<'a> Launcher<'a> {
 
     fn end_all(&mut self, children: &[Child], limit: Duration) {
         children.iter().for_each(|it| self.children.ask_to_end(*it));
-        let until = Instant::now() + limit;
+        let (until, mut why) = (Instant::now() + limit, format!("did not end within {limit:?}"));
         while children.iter().any(|it| self.children.running().contains(it)) {
             let left = until.saturating_duration_since(Instant::now());
             match self.happenings.recv_timeout(left) {
@@ -429,14 +429,17 @@ impl<'a> Launcher<'a> {
                     self.children.reap(child);
                 }
                 Ok(Happening::Log { child, text }) => self.screen.log(&format!("{child}: {text}")),
-                // Asked a second time: kill at once.
-                Ok(Happening::Interrupted) | Err(_) => break,
+                Ok(Happening::Interrupted) => {
+                    why = "was asked a second time".to_owned();
+                    break;
+                }
+                Err(_) => break,
                 Ok(_) => {}
             }
         }
         for child in children {
             if self.children.running().contains(child) {
-                self.screen.log(&format!("{child} did not end within {limit:?}: killed"));
+                self.screen.log(&format!("{child} {why}: killed"));
             }
             self.children.kill(*child);
             self.children.reap(*child);
