@@ -5,7 +5,7 @@ use std::time::Duration;
 use control_tower::policy::Policy;
 use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, Decision};
-use simulation::Simulation;
+use simulation::{Memory, Simulation};
 
 use crate::support::{config, config_with, mission_file, simulation, simulation_of};
 
@@ -39,6 +39,95 @@ fn leaves(simulation: &mut Simulation<'_>, seconds: u64) {
         }
     }
     panic!("still at {:?}:\n{}", simulation.position(), simulation.decision_log());
+}
+
+/// Until a process that was killed is there again.
+const DEAD: Duration = Duration::from_millis(300);
+
+/// Fails if the manager believed at any time that it breaches an area.
+#[track_caller]
+fn breached_nothing(simulation: &Simulation<'_>) {
+    let log = simulation.decision_log();
+    assert!(!log.contains("area_breached"), "{log}");
+    assert_eq!(simulation.breaches(), [], "{log}");
+}
+
+#[test]
+fn a_manager_that_is_killed_inside_has_its_permission_when_it_is_back() {
+    let mut simulation = inside();
+    // The second time before it has heard the tower.
+    for time in [DEAD, DEAD, Duration::from_secs(5)] {
+        simulation.restart("mcm", time, Memory::Kept);
+        simulation.pass(time + Duration::from_millis(50));
+    }
+    let report = simulation.fly(LIMIT).expect("the mission ends");
+    assert_eq!(report.outcome(), v1::MissionOutcome::Success, "{}", simulation.decision_log());
+    breached_nothing(&simulation);
+}
+
+#[test]
+fn without_memory_and_tower_it_leaves() {
+    let mut simulation = inside();
+    simulation.freeze("control-tower", LIMIT);
+    simulation.restart("mcm", DEAD, Memory::Lost);
+    simulation.pass(Duration::from_secs(3));
+    // It may still hear that it is granted.
+    breached_nothing(&simulation);
+    leaves(&mut simulation, 40);
+    assert!(simulation.decision_log().contains("inside area A without permission"), "{}", simulation.decision_log());
+}
+
+#[test]
+fn what_was_revoked_while_the_manager_was_dead_is_left() {
+    let mut simulation = inside();
+    simulation.restart("mcm", Duration::from_secs(3), Memory::Kept);
+    simulation.decide("A", Decision::Revoke);
+    leaves(&mut simulation, 30);
+}
+
+#[test]
+fn a_leave_that_was_under_way_goes_on_after_a_restart() {
+    let mut simulation = inside();
+    simulation.decide("A", Decision::Revoke);
+    simulation.pass(Duration::from_secs(1));
+    simulation.restart("mcm", DEAD, Memory::Kept);
+    leaves(&mut simulation, 30);
+}
+
+/// Killed inside while the tower is silent, and the wall clock is set by so much meanwhile.
+#[track_caller]
+fn killed_inside_without_tower(clock_ms: i64) -> Simulation<'static> {
+    let mut simulation = inside();
+    simulation.order(Verb::Pause(v1::PauseMission { overrides: false }));
+    simulation.pass(Duration::from_secs(10));
+    simulation.decide_for("A", Decision::Grant, Some(120.0));
+    simulation.pass(Duration::from_secs(2));
+    simulation.freeze("control-tower", LIMIT);
+    simulation.restart("mcm", DEAD, Memory::Kept);
+    if clock_ms != 0 {
+        simulation.set_clock(clock_ms);
+    }
+    simulation
+}
+
+#[test]
+fn with_a_silent_tower_it_stays_until_the_permission_that_it_remembers_ends() {
+    // A clock that was set back gives no time.
+    for clock_ms in [0, -3_600_000] {
+        let mut simulation = killed_inside_without_tower(clock_ms);
+        simulation.pass(Duration::from_secs(40));
+        breached_nothing(&simulation);
+        leaves(&mut simulation, 70);
+    }
+}
+
+#[test]
+fn a_clock_that_was_set_on_while_the_manager_was_dead_ends_no_permission_that_the_tower_repeats() {
+    let mut simulation = inside();
+    simulation.restart("mcm", DEAD, Memory::Kept);
+    simulation.set_clock(3_600_000);
+    simulation.pass(Duration::from_secs(20));
+    breached_nothing(&simulation);
 }
 
 #[test]

@@ -194,9 +194,15 @@ impl Model {
             Step::AcceptLoss => self.send(0, Request::AcceptLoss(v1::AcceptLossRequest::default())),
             Step::Deliver { message, vehicle, change } => self.deliver(*message, *vehicle, *change),
             Step::KillVehicle { vehicle } => {
-                let latest = self.beliefs[*vehicle].latest().clone();
-                self.beliefs[*vehicle] = belief(*vehicle);
-                self.beliefs[*vehicle].restore(latest);
+                let before = std::mem::replace(&mut self.beliefs[*vehicle], belief(*vehicle));
+                let after = &mut self.beliefs[*vehicle];
+                after.restore(before.latest().clone());
+                for area in before.latest().keys() {
+                    if let Some(grant) = before.stored_grant(area) {
+                        after.restore_grant(area.clone(), grant);
+                    }
+                }
+                after.begin(self.now, Pace::REAL_TIME);
             }
             Step::NewPlan { vehicle } => self.plans[*vehicle] += 1,
             Step::Pass { s } => self.pass(*s),
@@ -274,13 +280,18 @@ impl Model {
                 let Some(remaining) = belief.remaining(area, self.now.time) else { continue };
                 self.believed += 1;
                 let it = belief.permission(area).expect("it is believed");
-                let given = (name.clone(), area.to_owned(), it.decision, it.expires_utc_ms, it.plan_revision);
-                prop_assert!(self.given.contains(&given), "{given:?} was never given");
-                let left_ms = it.expires_utc_ms - self.now.utc_ms;
+                let given = self.given.iter().find(|(of, what, number, expires_utc_ms, plan)| {
+                    // Of one that is remembered over a restart, the number and the end of its own are known.
+                    let is_whole =
+                        it.signature.is_empty() || (*expires_utc_ms, *plan) == (it.expires_utc_ms, it.plan_revision);
+                    (of.as_str(), what.as_str(), *number) == (&*name, area, it.decision) && is_whole
+                });
+                prop_assert!(given.is_some(), "{it:?} was never given");
+                let left_ms = given.map_or(0, |it| it.3) - self.now.utc_ms;
                 prop_assert!(remaining.as_millis() as i64 <= left_ms, "{remaining:?} of {left_ms} ms");
                 prop_assert!(it.plan_revision <= self.plans[vehicle]);
                 let refused = self.refused.get(&(name.clone(), area.to_owned())).copied().unwrap_or_default();
-                prop_assert!(refused < it.decision, "{given:?} is believed after decision {refused}");
+                prop_assert!(refused < it.decision, "{it:?} is believed after decision {refused}");
             }
         }
         Ok(())

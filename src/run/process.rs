@@ -268,7 +268,7 @@ fn report(name: &str, result: Result<(), Failure>) -> Outcome {
             output::error_line(format_args!("{name}: {failure}"));
             match failure {
                 // It does not become better by trying again.
-                Failure::Bus(BusError::RunsAlready { .. })
+                Failure::Bus(BusError::RunsAlready { .. } | BusError::Superseded { .. })
                 | Failure::State(persisted::StartError::InUse(_))
                 | Failure::Key(_)
                 | Failure::Files(_)

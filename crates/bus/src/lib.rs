@@ -109,6 +109,14 @@ pub enum BusError {
         /// The other process.
         instance: String,
     },
+    /// Another process of the same service was started later for the same vehicle, while this one was away.
+    #[error("a newer {service} runs for the same vehicle (instance {instance}): this one ends, so that only one flies")]
+    Superseded {
+        /// The service.
+        service: String,
+        /// The other process.
+        instance: String,
+    },
     /// Nobody says whether another process of the same service has the same vehicle.
     #[error("the router did not say within {waited:?} whether another {service} runs for the same vehicle: try again")]
     Unanswered {

@@ -9,6 +9,7 @@ use crate::direct::Links;
 use crate::inbox::Inbox;
 use crate::mailbox::Mailbox;
 use crate::neighbours::{Neighbour, Neighbours};
+use crate::only_one::Successor;
 use crate::outbox::Outbox;
 use crate::seat::{Progress, Seat};
 use crate::wake::Wake;
@@ -26,7 +27,7 @@ pub struct Process<'a> {
     pub pace: Pace,
     /// Has the node act on something that the bus does not bring.
     pub nudge: Nudge,
-    /// It ends if another process of the same service and vehicle is there.
+    /// It ends if another process of the same service and vehicle is there, or a newer one comes while it runs.
     pub is_only_one: bool,
 }
 
@@ -39,7 +40,7 @@ pub struct Composition<'a> {
     pub link: &'a Link,
     /// How many times faster than the wall clock mission time runs.
     pub pace: Pace,
-    /// It ends if another process has one of the nodes, for the same vehicle.
+    /// It ends if another process has one of the nodes, for the same vehicle, or a newer one comes that has while it runs.
     pub is_only_one: bool,
 }
 
@@ -62,7 +63,7 @@ impl<'a> Process<'a> {
     /// Runs until the node is over or `stop` is asked for. Blocks the calling thread.
     ///
     /// # Errors
-    /// If no router is reached within the link's limit, zenoh refuses a declaration, or another process is there.
+    /// If no router is reached within the link's limit, zenoh refuses a declaration, or another process is there or comes.
     pub fn run(self, stop: &Stop) -> Result<(), BusError> {
         let Process { node, link, direct, pace, nudge, is_only_one } = self;
         let nodes = vec![Hosted { node, direct: direct.cloned(), nudge }];
@@ -88,8 +89,18 @@ impl Composition<'_> {
             self.nodes.iter().try_for_each(|it| only_one::wait_to_be(session, it.node.name()))?;
         }
         self.link_to_others_only();
-        let Composition { nodes, link, pace, .. } = self;
+        let Composition { nodes, link, pace, is_only_one } = self;
         let wake = Wake::new()?;
+        let instance = only_one::instance(session);
+        let successor = match is_only_one {
+            true => only_one::watch(
+                session,
+                nodes.iter().map(|it| it.node.name()).collect(),
+                instance.clone(),
+                wake.clone(),
+            )?,
+            false => Successor::default(),
+        };
         let stopped = wake.clone();
         stop.on_stop(move || stopped.stop());
         let mailboxes: Vec<Mailbox> = nodes.iter().map(|_| Mailbox::new(&wake)).collect();
@@ -107,7 +118,6 @@ impl Composition<'_> {
         }
         inbox::watch_peers(session, &link.scope, &mailboxes)?;
         let clocks = inbox::listen_to_clocks(session, &link.scope)?;
-        let instance = session.zid().to_string();
         let clock = Clock::start(pace);
         let mut seats = Vec::new();
         for (place, ((hosted, inbox), (declared, links))) in nodes.into_iter().zip(inboxes).zip(declared).enumerate() {
@@ -128,7 +138,8 @@ impl Composition<'_> {
                 progress: Progress::new(),
             });
         }
-        shell::run(seats, &wake)
+        shell::run(seats, &wake)?;
+        successor.check()
     }
 
     /// A node is not called by those beside it: what they say would come twice.

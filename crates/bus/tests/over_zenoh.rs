@@ -6,11 +6,12 @@
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::time::Duration;
 
-use bus::{Direct, Link, Process, Scope, Stop, run_router};
-use domain::time::{Now, Time};
+use bus::{BusError, Composition, Direct, Hosted, Link, Nudge, Process, Scope, Stop, run_router};
+use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Message, Request, Response, Service, Topic};
 use kittiwake_proto::v1;
 use node::{CallError, CallId, Effect, Event, Node, VehicleId};
+use zenoh::Wait;
 
 /// A node that does what the test says and tells the test what it sees.
 struct Probe {
@@ -440,4 +441,48 @@ fn what_the_ground_said_while_a_node_hung_is_not_obeyed_when_it_goes_on() {
         with_it_hung < first + 300 && first + 300 < next,
         "{first}, {with_it_hung}, {next}: obeyed after half a second"
     );
+}
+
+/// A process that was stopped, or cut off, comes back and finds another one in its place; here the other one is its token alone.
+#[test]
+fn a_process_ends_once_a_newer_one_has_one_of_its_services_for_its_vehicle_and_not_for_an_older_one() {
+    let world = World::start();
+    let link = Link { connect: vec![world.locator.clone()], scope: uav("uav1"), open_timeout: Duration::from_secs(20) };
+    let (sender, seen) = channel();
+    let stop = world.stop.clone();
+    let running = std::thread::spawn(move || {
+        let probe = |name| Probe { name, subscriptions: &[], serves: &[], seen: sender.clone(), on_peer: None };
+        let mut nodes = [probe("mcm"), probe("planner")];
+        let nodes = nodes.iter_mut().map(|node| Hosted { node, direct: None, nudge: Nudge::default() }).collect();
+        Composition { nodes, link: &link, pace: Pace::REAL_TIME, is_only_one: true }.run(&stop)
+    });
+    let there = |name: &'static str, number: &'static str| {
+        move |event| match event {
+            Event::Peer { service, instance, alive: true, .. } => {
+                (service == name && instance.ends_with(number)).then_some(())
+            }
+            _ => None,
+        }
+    };
+    wait_for("the process to be there", &seen, there("planner", ""));
+    let mut config = zenoh::Config::default();
+    config.insert_json5("mode", "\"client\"").unwrap();
+    config.insert_json5("scouting/multicast/enabled", "false").unwrap();
+    config.insert_json5("connect/endpoints", &format!("[\"{}\"]", world.locator)).unwrap();
+    let session = zenoh::open(config).wait().unwrap();
+    let declare = |key: &str| session.liveliness().declare_token(key.to_owned()).wait().unwrap();
+    let others = [
+        // Of a program that does not know the rule, and of one that died before.
+        "kw/uav1/alive/mcm/ffffffffffffffffffffffffffffffff",
+        "kw/uav1/alive/mcm/0000000000000001-4f",
+        "kw/uav2/alive/mcm/ffffffffffffffff-4f",
+        "kw/uav1/alive/monitor/ffffffffffffffff-5f",
+    ];
+    let _tokens = others.map(declare);
+    wait_for("the newer one of another service to be seen", &seen, there("monitor", "-5f"));
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(!running.is_finished(), "it goes on beside those that are older or somebody else's");
+    let _newer = declare("kw/uav1/alive/planner/ffffffffffffffff-6f");
+    let ended = running.join().unwrap();
+    assert!(matches!(&ended, Err(BusError::Superseded { service, .. }) if service == "planner"), "{ended:?}");
 }

@@ -4,6 +4,9 @@
 //! (also before a restart), if its window has not ended, and if it was not given for a plan that this vehicle has never made.
 //! A grant never lasts longer than its signed window, nor longer than any earlier sending of it said.
 //!
+//! A restart forgets no grant: it is believed until its end, or until the tower is heard. What remains of it is reckoned by the wall
+//! clock then, since no other goes on between two processes; a clock that was set meanwhile is wrong only until the tower is heard.
+//!
 //! Without a key nothing is verified; the order of decisions counts all the same.
 
 use std::collections::BTreeMap;
@@ -25,6 +28,8 @@ pub struct Belief {
     lines: BTreeMap<String, Line>,
     /// The highest number of a decision by area, also from before a restart.
     latest: BTreeMap<String, u64>,
+    /// Grants from before a restart, until the first moment is known.
+    stored: BTreeMap<String, StoredGrant>,
 }
 
 /// What is believed about an area.
@@ -32,7 +37,28 @@ pub struct Belief {
 struct Line {
     permission: Permission,
     expires: Time,
+    /// As it is to be stored if it is a grant.
+    stored: StoredGrant,
+    /// It is from before a restart, and was not heard since.
+    is_remembered: bool,
 }
+
+/// A grant as the next process needs it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StoredGrant {
+    /// The number of the decision.
+    pub decision: u64,
+    /// Until when it is believed, by this machine's clock.
+    pub until_utc_ms: i64,
+    /// Mission time that was left of it when it was heard first: no more is left of it later, whatever a clock says.
+    pub longest: Duration,
+}
+
+/// A stored end that differs by less is kept, so that the state is not written with every ledger. (ENG: the way of a ledger takes
+/// some milliseconds, now more, now fewer.)
+const SAME_END_MS: u64 = 1000;
+/// Longer than any grant; a longer one could not be reckoned with.
+const LONGEST: Duration = Duration::from_secs(1 << 32);
 
 /// Why a line is not believed.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
@@ -82,7 +108,13 @@ pub struct Taken {
 impl Belief {
     /// Of `vehicle`, which verifies with `key`.
     pub fn new(vehicle: &str, key: Option<PublicKey>) -> Belief {
-        Belief { vehicle: vehicle.to_owned(), key, lines: BTreeMap::new(), latest: BTreeMap::new() }
+        Belief {
+            vehicle: vehicle.to_owned(),
+            key,
+            lines: BTreeMap::new(),
+            latest: BTreeMap::new(),
+            stored: BTreeMap::new(),
+        }
     }
 
     /// Believes only what this key verifies from now on.
@@ -95,9 +127,43 @@ impl Belief {
         &self.latest
     }
 
+    /// The grant for `area`, if there is one: to be stored, and restored at the next start.
+    pub fn stored_grant(&self, area: &str) -> Option<StoredGrant> {
+        let line = self.lines.get(area).filter(|it| it.permission.state == PermissionState::Granted);
+        line.map(|it| it.stored).or_else(|| self.stored.get(area).copied())
+    }
+
     /// Continues after a restart.
     pub fn restore(&mut self, latest: impl IntoIterator<Item = (String, u64)>) {
         self.latest = latest.into_iter().take(MAX_AREAS).collect();
+    }
+
+    /// Continues with this grant after [`Belief::restore`]; it counts from [`Belief::begin`] on.
+    pub fn restore_grant(&mut self, area: String, grant: StoredGrant) {
+        if self.latest.get(&area) == Some(&grant.decision) {
+            self.stored.insert(area, grant);
+        }
+    }
+
+    /// The first moment of this process: what remains of the grants from before is known now.
+    pub fn begin(&mut self, now: Now, pace: Pace) {
+        for (area, grant) in std::mem::take(&mut self.stored) {
+            let left_ms = u64::try_from(grant.until_utc_ms.saturating_sub(now.utc_ms)).unwrap_or_default();
+            let valid_for = pace.wall(Duration::from_millis(left_ms).min(LONGEST)).min(grant.longest);
+            let permission = Permission {
+                area: area.clone(),
+                state: PermissionState::Granted,
+                reason: String::new(),
+                expires_utc_ms: grant.until_utc_ms,
+                valid_for,
+                request_id: String::new(),
+                decision: grant.decision,
+                plan_revision: 0,
+                signature: Vec::new(),
+            };
+            let expires = now.time + valid_for;
+            self.lines.entry(area).or_insert(Line { permission, expires, stored: grant, is_remembered: true });
+        }
     }
 
     /// Takes in a ledger. `newest_plan` is the highest revision of a plan that this vehicle has made.
@@ -151,7 +217,8 @@ impl Belief {
             }
             if *expires_utc_ms <= now.utc_ms {
                 // That a grant which is known ends is nothing to refuse: it ends here as well.
-                let is_known = self.lines.get(area).is_some_and(|it| it.permission.decision == *decision);
+                let is_same = |it: &Line| !it.is_remembered && it.permission.decision == *decision;
+                let is_known = self.lines.get(area).is_some_and(is_same);
                 let since_s = now.utc_ms.abs_diff(*expires_utc_ms) / 1000;
                 return if is_known { Ok(Judgement::Old) } else { Err(Refusal::Expired { since_s }) };
             }
@@ -164,20 +231,39 @@ impl Belief {
 
     /// Returns the permission if it is a new decision.
     fn believe(&mut self, now: Now, pace: Pace, permission: Permission) -> Option<Permission> {
-        let before = self.lines.get(&permission.area);
+        // What is only remembered limits nothing: its end is reckoned by a clock that may have been set since.
+        let before = self.lines.get(&permission.area).filter(|it| !it.is_remembered);
         let mut expires = now.time + permission.valid_for;
         if self.key.is_some() {
             let left_ms = u64::try_from(permission.expires_utc_ms.saturating_sub(now.utc_ms)).unwrap_or_default();
             expires = expires.min(now.time + pace.wall(Duration::from_millis(left_ms)));
         }
-        if let Some(same) = before.filter(|it| it.was_granted() && it.permission.decision == permission.decision) {
+        let same = before.filter(|it| it.was_granted() && it.permission.decision == permission.decision);
+        if let Some(same) = same {
             expires = expires.min(same.expires);
         }
+        let stored = stored(now, pace, permission.decision, expires, same.map(|it| it.stored));
         let state = |it: &Permission| (it.state, it.decision);
         let is_new = before.is_none_or(|it| state(&it.permission) != state(&permission));
         self.latest.insert(permission.area.clone(), permission.decision);
-        self.lines.insert(permission.area.clone(), Line { expires, permission: permission.clone() });
+        self.lines.insert(
+            permission.area.clone(),
+            Line { permission: permission.clone(), expires, stored, is_remembered: false },
+        );
         Some(permission).filter(|it| is_new && it.state != PermissionState::Requested)
+    }
+}
+
+/// A grant that ends at `expires` as it is to be stored; `before`: as it was.
+fn stored(now: Now, pace: Pace, decision: u64, expires: Time, before: Option<StoredGrant>) -> StoredGrant {
+    let left = (expires - now.time).min(LONGEST);
+    let left_ms = i64::try_from(pace.to_wall(left).as_millis()).unwrap_or(i64::MAX);
+    let until_utc_ms = now.utc_ms.saturating_add(left_ms);
+    match before {
+        Some(before) if before.until_utc_ms.abs_diff(until_utc_ms) < SAME_END_MS => before,
+        // The clock was set, or less is left than was said at first.
+        Some(before) => StoredGrant { until_utc_ms, ..before },
+        None => StoredGrant { decision, until_utc_ms, longest: left },
     }
 }
 

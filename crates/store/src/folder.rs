@@ -2,7 +2,7 @@
 
 use std::fs::{DirBuilder, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Write};
-use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 use crate::Medium;
@@ -41,6 +41,17 @@ impl Medium for Folder {
             }
             Err(TryLockError::WouldBlock) => Ok(false),
             Err(TryLockError::Error(cause)) => Err(cause),
+        }
+    }
+
+    fn has_lock(&mut self, name: &str) -> io::Result<bool> {
+        let Some(lock) = &self.lock else { return Ok(false) };
+        let taken = lock.metadata()?;
+        match std::fs::symlink_metadata(self.path(name)) {
+            // As long as it is open, no other file has its number.
+            Ok(there) => Ok((there.dev(), there.ino()) == (taken.dev(), taken.ino())),
+            Err(cause) if cause.kind() == io::ErrorKind::NotFound => Ok(false),
+            Err(cause) => Err(cause),
         }
     }
 

@@ -5,7 +5,8 @@
 //! every moment one complete generation is on the disk. Reading takes the newest good generation and says whether a
 //! newer one may be lost: [`Loaded::Behind`] and [`Loaded::Unusable`] are never the same as [`Loaded::Nothing`].
 //!
-//! Nothing is written without the lock, and nothing into what belongs to another owner. A file that cannot be used is
+//! Nothing is written without the lock, also not where the folder was replaced and with it the lock, and nothing into what belongs to
+//! another owner. A file that cannot be used is
 //! renamed before its name is used again, not removed.
 //!
 //! The contents are bytes: what they mean is the caller's business.
@@ -206,12 +207,15 @@ impl<M: Medium> Store<M> {
     fn write(&mut self, contents: &[u8]) -> Result<(), Trouble> {
         self.refuse_foreign()?;
         self.lock()?;
+        self.check_lock()?;
         let generation = self.generation + 1;
         let target = generation as usize % 2;
         let record = Record { generation, version: self.version, contents: contents.to_owned() };
         let unfinished = self.file(UNFINISHED);
         self.medium.prepare().map_err(|it| Trouble::of_writing(self.medium.path(""), &it))?;
         self.medium.write(&unfinished, &record.to_bytes(&self.owner)).map_err(|it| self.not_written(UNFINISHED, it))?;
+        // A disk may have taken its time.
+        self.check_lock()?;
         if matches!(self.slots[target], Content::Bad(_)) {
             // From here until the end of the repair, `behind` tells that this is no untouched store.
             match self.behind {
@@ -245,6 +249,9 @@ impl<M: Medium> Store<M> {
 
     /// The newest generation is not the last any more. Renaming needs no space on a disk that is full.
     fn mark_behind(&mut self) {
+        if self.check_lock().is_err() {
+            return;
+        }
         let newest = self.generation as usize % 2;
         if self.behind == Content::Missing && matches!(self.slots[newest], Content::Good(_)) && 0 < self.generation {
             // Where this fails as well, the caller knows from the error of the write; a later process may not.
@@ -268,6 +275,15 @@ impl<M: Medium> Store<M> {
             self.is_locked = self.medium.lock(&lock).map_err(|it| self.not_written("lock", it))?;
         }
         if self.is_locked { Ok(()) } else { Err(Trouble::InUse { file: self.path("lock") }) }
+    }
+
+    /// What stands in the place of a folder that was replaced is not written to.
+    fn check_lock(&mut self) -> Result<(), Trouble> {
+        match self.medium.has_lock(&self.file("lock")) {
+            Ok(true) => Ok(()),
+            Ok(false) => Err(Trouble::Replaced { lock: self.path("lock") }),
+            Err(cause) => Err(self.not_written("lock", cause)),
+        }
     }
 
     fn rename(&mut self, from: &str, to: &str) -> Result<(), Trouble> {

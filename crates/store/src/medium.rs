@@ -11,6 +11,13 @@ pub trait Medium {
     /// Takes the lock of this name, which ends with the process at the latest. `false` if another process has it.
     fn lock(&mut self, name: &str) -> io::Result<bool>;
 
+    /// Whether the lock of this name, which was taken, is still the one that another process would find: it is not once the folder was
+    /// removed or replaced.
+    fn has_lock(&mut self, name: &str) -> io::Result<bool> {
+        let _ = name;
+        Ok(true)
+    }
+
     /// The whole content; `None` if there is no such file.
     fn read(&mut self, name: &str) -> io::Result<Option<Vec<u8>>>;
 

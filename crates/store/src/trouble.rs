@@ -84,6 +84,12 @@ pub enum Trouble {
         /// What the operating system said.
         cause: String,
     },
+    /// Somebody has removed the folder, or put another one in its place: what is there now is another process's.
+    #[error("the state folder was replaced: {} is not the lock that this process has; start it again", lock.display())]
+    Replaced {
+        /// Where the lock was.
+        lock: PathBuf,
+    },
     /// Another process has taken it meanwhile.
     #[error("{} is locked by another process", file.display())]
     InUse {

@@ -217,3 +217,70 @@ proptest! {
         prop_assert!(belief.latest().is_empty());
     }
 }
+
+/// A belief that goes on at `s` seconds from what another one has stored; the clock was set by `set_ms` meanwhile.
+fn started_again(before: &Belief, s: u64, set_ms: i64) -> Belief {
+    let mut after = belief();
+    after.restore(before.latest().clone());
+    for area in before.latest().keys() {
+        if let Some(grant) = before.stored_grant(area) {
+            after.restore_grant(area.clone(), grant);
+        }
+    }
+    // Mission time begins again.
+    after.begin(Now { time: Time::ZERO, utc_ms: at(s).utc_ms + set_ms }, Pace::REAL_TIME);
+    after
+}
+
+#[test]
+fn a_grant_is_believed_over_a_restart_until_its_end() {
+    /// `expected_s`: what remains of it after a restart at `s` seconds.
+    #[track_caller]
+    fn check(line: Permission, s: u64, set_ms: i64, expected_s: Option<u64>) {
+        let mut before = belief();
+        take(&mut before, 0, line).unwrap();
+        let after = started_again(&before, s, set_ms);
+        assert_eq!(remaining_s(&after, 0), expected_s);
+        // A second death before anything is heard changes nothing.
+        assert_eq!(after.stored_grant("A"), before.stored_grant("A"));
+    }
+    check(signed(grant(1)), 100, 0, Some(800));
+    check(signed(grant(1)), 899, 0, Some(1));
+    check(signed(grant(1)), 900, 0, None);
+    check(state(PermissionState::Revoked, 1), 1, 0, None);
+    // A clock that was set back gives no more than there was.
+    check(signed(grant(1)), 100, -3_600_000, Some(900));
+    check(signed(grant(1)), 100, 3_600_000, None);
+}
+
+#[test]
+fn what_the_tower_says_counts_more_than_what_is_remembered() {
+    #[track_caller]
+    fn check(line: Permission, expected_s: Option<u64>) {
+        let mut before = belief();
+        take(&mut before, 0, signed(grant(1))).unwrap();
+        // By a clock that was set, nothing would be left of it.
+        let mut after = started_again(&before, 100, 3_600_000);
+        take(&mut after, 100, line).unwrap();
+        assert_eq!(remaining_s(&after, 100), expected_s);
+    }
+    check(signed(Permission { valid_for: Duration::from_secs(800), ..grant(1) }), Some(800));
+    check(state(PermissionState::Revoked, 2), None);
+    check(state(PermissionState::Denied, 2), None);
+}
+
+#[test]
+fn what_is_stored_changes_with_a_decision_or_a_clock_and_not_with_each_ledger() {
+    let mut belief = belief();
+    take(&mut belief, 0, signed(grant(1))).unwrap();
+    let first = belief.stored_grant("A").unwrap();
+    assert_eq!((first.until_utc_ms, first.longest.as_secs()), (UTC_MS + 900_000, 900));
+    take(&mut belief, 10, signed(Permission { valid_for: Duration::from_millis(889_900), ..grant(1) })).unwrap();
+    assert_eq!(belief.stored_grant("A"), Some(first));
+    // The clock goes wrong by 100 s, and what is left by mission time stays the same.
+    let now = Now { utc_ms: UTC_MS - 80_000, ..at(20) };
+    belief.take(now, Pace::REAL_TIME, 3, vec![signed(Permission { valid_for: Duration::from_secs(880), ..grant(1) })]);
+    assert_eq!(belief.stored_grant("A").map(|it| it.until_utc_ms), Some(UTC_MS - 80_000 + 879_900));
+    take(&mut belief, 30, state(PermissionState::Revoked, 2)).unwrap();
+    assert_eq!(belief.stored_grant("A"), None);
+}

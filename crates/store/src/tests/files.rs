@@ -125,6 +125,44 @@ fn two_processes_do_not_share_a_state() {
 }
 
 #[test]
+fn a_folder_that_was_replaced_is_left_to_the_process_that_has_it_now() {
+    let parent = tempfile::tempdir().unwrap();
+    let place = parent.path().join("state");
+    let mut first = open(&place).0;
+    first.save(b"of the first").unwrap();
+    fs::remove_dir_all(&place).unwrap();
+    let replaced = |first: &mut Store| first.save(b"of the first, later").unwrap_err();
+    let trouble = replaced(&mut first);
+    assert!(trouble.to_string().starts_with("the state folder was replaced: "), "{trouble}");
+    assert!(!place.exists(), "nothing is made in its place");
+    let (mut second, loaded) = open(&place);
+    assert_eq!(loaded, Loaded::Nothing);
+    second.save(b"of the second").unwrap();
+    assert!(matches!(replaced(&mut first), Trouble::Replaced { .. }));
+    second.save(b"of the second, later").unwrap();
+    drop((first, second));
+    assert_eq!(open(&place).1, Loaded::Newest(state("of the second, later")));
+}
+
+#[test]
+fn a_lock_that_was_removed_or_replaced_is_no_lock_any_more() {
+    #[track_caller]
+    fn check(replace: impl Fn(&Path)) {
+        let folder = saved();
+        let mut store = open(folder.path()).0;
+        replace(&folder.path().join("mcm.lock"));
+        assert!(matches!(store.save(b"lost"), Err(Trouble::Replaced { .. })));
+        assert!(!folder.path().join("mcm.behind").exists(), "the other's state is not renamed");
+    }
+    check(|lock| fs::remove_file(lock).unwrap());
+    check(|lock| {
+        fs::write(lock.with_extension("other"), "")
+            .and_then(|()| fs::rename(lock.with_extension("other"), lock))
+            .unwrap()
+    });
+}
+
+#[test]
 fn a_folder_that_cannot_be_used_is_reported_at_once_and_used_once_it_can_be() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path().join("state");

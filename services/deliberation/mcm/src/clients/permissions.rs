@@ -10,7 +10,7 @@ use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::Request;
 use kittiwake_proto::v1;
 use node::CallError;
-use signed_permissions::belief::{Belief, Refusal, Taken};
+use signed_permissions::belief::{Belief, Refusal, StoredGrant, Taken};
 use signed_permissions::key::PublicKey;
 
 use crate::config::Limits;
@@ -43,6 +43,9 @@ pub(crate) struct Permissions {
     tower_start: u64,
     /// Areas that were granted by a tower that is gone, and were not asked for since.
     of_former_tower: BTreeSet<String>,
+    /// Until when the first ledger is awaited; `None` before the first moment.
+    silent_until: Option<Time>,
+    has_heard: bool,
     /// Areas with why a line of the ledger was refused: each is said once.
     refused: BTreeSet<(String, Refusal)>,
     /// Makes request ids unique among starts of this process.
@@ -61,6 +64,10 @@ pub(crate) struct NeededBy {
     /// The revision of the plan.
     pub(crate) plan_revision: u64,
 }
+
+/// Wall time after the start of the process within which a tower that can be heard is heard. (ENG: a ledger comes once a second of wall
+/// time, and a link to the ground is there within another.)
+const FIRST_LEDGER: Duration = Duration::from_secs(3);
 
 /// A grant that is shorter by up to this much, because of its way here, counts as long enough.
 const GRANT_AGE: Duration = Duration::from_secs(2);
@@ -85,6 +92,8 @@ impl Permissions {
             last_request: 0,
             tower_start: 0,
             of_former_tower: BTreeSet::new(),
+            silent_until: None,
+            has_heard: false,
             refused: BTreeSet::new(),
             instance,
             revision: 0,
@@ -97,13 +106,46 @@ impl Permissions {
     }
 
     /// The last decision on each area: to be stored, and restored at the next start.
-    pub(crate) fn latest_decisions(&self) -> &BTreeMap<String, u64> {
-        self.belief.latest()
+    pub(crate) fn stored(&self) -> Vec<v1::AreaDecision> {
+        let decision = |(area, &decision): (&String, &u64)| {
+            let grant = self.belief.stored_grant(area);
+            v1::AreaDecision {
+                area: area.clone(),
+                decision,
+                granted_until_utc_ms: grant.map_or(0, |it| it.until_utc_ms),
+                granted_for_ms: grant.map_or(0, |it| it.longest.as_millis() as u64),
+            }
+        };
+        self.belief.latest().iter().map(decision).collect()
+    }
+
+    /// The start of the tower whose ledger came last, also before a restart of this process; zero before the first.
+    pub(crate) fn tower_start(&self) -> u64 {
+        self.tower_start
     }
 
     /// Continues after a restart.
-    pub(crate) fn restore(&mut self, latest: impl IntoIterator<Item = (String, u64)>) {
-        self.belief.restore(latest);
+    pub(crate) fn restore(&mut self, decisions: &[v1::AreaDecision], tower_start: u64) {
+        self.tower_start = tower_start;
+        self.belief.restore(decisions.iter().map(|it| (it.area.clone(), it.decision)));
+        for it in decisions.iter().filter(|it| it.granted_for_ms != 0) {
+            let longest = Duration::from_millis(it.granted_for_ms);
+            let grant = StoredGrant { decision: it.decision, until_utc_ms: it.granted_until_utc_ms, longest };
+            self.belief.restore_grant(it.area.clone(), grant);
+        }
+    }
+
+    /// The present moment: the first one begins what was restored.
+    pub(crate) fn pass(&mut self, now: Now, pace: Pace) {
+        if self.silent_until.is_none() {
+            self.silent_until = Some(now.time + pace.wall(FIRST_LEDGER));
+            self.belief.begin(now, pace);
+        }
+    }
+
+    /// Whether what the tower has decided is still to be heard after the start: until then nobody knows that a permission is missing.
+    pub(crate) fn awaits_first_ledger(&self, now: Time) -> bool {
+        !self.has_heard && self.silent_until.is_some_and(|until| now < until)
     }
 
     /// Whether `area` may be entered and stayed in now, with a margin before the expiry.
@@ -149,6 +191,7 @@ impl Permissions {
     /// Takes in a ledger. Returns the tower's decisions since the last one, and what is not believed. `newest_plan` is the
     /// revision of the plan that was adopted last.
     pub(crate) fn on_ledger(&mut self, now: Now, pace: Pace, newest_plan: u64, ledger: Vec<Permission>) -> Taken {
+        self.has_heard = true;
         let taken = self.belief.take(now, pace, newest_plan, ledger);
         self.revision += taken.decided.len() as u64;
         taken

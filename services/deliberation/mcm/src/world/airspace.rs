@@ -188,6 +188,8 @@ impl World {
             // Down where it is comes before a hold in there.
             Some(_) if self.flight_phase() == Phase::Landing && matches!(self.way_out(), Some(WayOut::Stays(_))) => {}
             Some(breach) => self.raise(AREA_BREACHED, SELF, breach.in_words()),
+            // One that was up before a restart is not known to be over yet.
+            None if self.permissions.awaits_first_ledger(self.now.time) => {}
             None => self.flags.condition_gone(AREA_BREACHED, SELF),
         }
         let step = self.planner.step();
@@ -200,10 +202,21 @@ impl World {
         let inside: Vec<&Area> = self.areas_around(here).collect();
         let is_inside = !inside.is_empty();
         let leaving = inside.iter().map(|area| self.time_to_leave(area, here)).max().unwrap_or_default();
-        let grants = self.grants();
+        let grants = self.grants_where_it_is(here);
         let breach = self.airspace(&grants, self.limits.leave_lead).breach_at(here, leaving);
         self.airspace_watch.inside = is_inside;
         breach.map(BreachHere)
+    }
+
+    /// The permissions, and until the tower is heard after a start also those for the areas around `here`: nobody knows that they are
+    /// missing, and a vehicle that was let in must not be turned out by a restart. They are for staying: no step begins by them.
+    fn grants_where_it_is(&self, here: Ned) -> Grants {
+        let mut grants = self.grants();
+        if self.permissions.awaits_first_ledger(self.now.time) {
+            let unknown = self.areas_around(here).filter(|it| it.kind == AreaKind::Permission);
+            grants.extend(unknown.map(|it| (it.name.clone(), Duration::MAX)));
+        }
+        grants
     }
 
     /// The area that may not be entered in which `vehicle` would come to rest if it braked now, in words.
@@ -221,7 +234,8 @@ impl World {
         );
         let speeds = Speeds::calm(speed_m_s, speed_m_s, speed_m_s);
         let motion = Motion { begins: Duration::ZERO, speeds, airborne: true };
-        let breach = self.airspace(&self.grants(), Duration::ZERO).first_breach(here, at_rest, motion)?;
+        let grants = self.grants_where_it_is(here);
+        let breach = self.airspace(&grants, Duration::ZERO).first_breach(here, at_rest, motion)?;
         // One that is held and ends soon is left by its own rule.
         let is_barred = matches!(breach.why, Why::KeepOut | Why::NotGranted);
         is_barred

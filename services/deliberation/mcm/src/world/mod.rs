@@ -212,6 +212,7 @@ impl World {
     pub(crate) fn set_now(&mut self, now: Now) {
         self.now = now;
         self.clock.pass(now, self.limits.pace);
+        self.permissions.pass(now, self.limits.pace);
     }
 
     /// Mission time.

@@ -29,10 +29,6 @@ pub enum UnusableState {
     InvalidMessage(#[from] InvalidMessage),
 }
 
-fn area_decision((area, decision): (&String, &u64)) -> v1::AreaDecision {
-    v1::AreaDecision { area: area.clone(), decision: *decision }
-}
-
 impl World {
     /// The state of this manager, which was started with the mission of identity `configured`.
     pub(crate) fn persist(&self, configured: &str) -> v1::McmMemory {
@@ -59,12 +55,13 @@ impl World {
             overriding: self.operator.overriding().unwrap_or_default().to_owned(),
             loss: self.memory.own().loss.clone().map(Into::into),
             accepted_planner_loss: self.memory.accepted_loss(),
-            decisions: self.permissions.latest_decisions().iter().map(area_decision).collect(),
+            decisions: self.permissions.stored(),
             plan_revision: self.planner.revision(),
             sites: self.mission_sites().iter().map(Into::into).collect(),
             decision_numbers: self.journal.ceiling(),
             ended_epoch: self.mission.ended_epoch,
             began_utc_ms: self.clock.began_utc_ms(),
+            tower_start: self.permissions.tower_start(),
         }
     }
 
@@ -74,7 +71,7 @@ impl World {
     /// # Errors
     /// Why the rest of the state cannot be used; nothing else is changed then.
     pub(crate) fn resume(&mut self, configured: &str, memory: v1::McmMemory) -> Result<(), UnusableState> {
-        self.permissions.restore(memory.decisions.iter().map(|it| (it.area.clone(), it.decision)));
+        self.permissions.restore(&memory.decisions, memory.tower_start);
         self.planner.restore_revision(memory.plan_revision);
         self.journal.number_above(memory.decision_numbers);
         if memory.configured != configured {
