@@ -25,7 +25,7 @@ use crate::up::flown_files::FlownFiles;
 use crate::up::liveness::Liveness;
 use crate::up::progress::Progress;
 use crate::up::screen::Screen;
-use crate::up::supervise::{Child, Supervisor, Verdict};
+use crate::up::supervise::{Child, Ending, Supervisor, Verdict};
 use crate::up::watch::Watch;
 use crate::up::{Happening, report};
 
@@ -180,7 +180,13 @@ impl<'a> Launcher<'a> {
     fn start_due(&mut self) -> Option<End> {
         for child in self.supervisor.due(self.now()) {
             if let Err(cause) = self.children.start(child, self.locator.as_deref()) {
-                return Some(End::GaveUp(format!("{child} cannot be started: {cause}")));
+                let why = format!("{child} cannot be started: {cause}");
+                if !self.aircraft.may_be_in_the_air(self.now()) {
+                    return Some(End::GaveUp(why));
+                }
+                // A limit of the machine is no reason to end what flies.
+                self.screen.log(&why);
+                self.judge(child, Ending::Code(u8::from(Outcome::NotKeptUp).into()));
             }
         }
         None
@@ -255,11 +261,14 @@ impl<'a> Launcher<'a> {
             open_timeout: self.config.connect_limit_s.seconds(),
         };
         let (sender, stop) = (self.sender.clone(), self.bus.clone());
-        std::thread::spawn(move || {
+        let watching = std::thread::Builder::new().name("watch".into()).spawn(move || {
             let result = bus::Process::of(&mut Watch(sender.clone()), &link).run(&stop);
             // Fails only while the launcher ends.
             let _ = sender.send(Happening::BusEnded(result));
         });
+        if let Err(cause) = watching {
+            self.screen.log(&format!("the launcher cannot listen to the bus: {cause}"));
+        }
         self.locator = Some(locator);
     }
 
@@ -277,6 +286,10 @@ impl<'a> Launcher<'a> {
     fn on_ended(&mut self, child: Child) -> Option<End> {
         let ending = self.children.reap(child)?;
         self.liveness.ended(child);
+        self.judge(child, ending)
+    }
+
+    fn judge(&mut self, child: Child, ending: Ending) -> Option<End> {
         match self.supervisor.ended(child, ending, self.now(), self.aircraft.may_be_in_the_air(self.now())) {
             Verdict::Restart(delay) => {
                 self.screen.log(&format!("{child} ended {ending}; it is started again in {delay:?}"));
