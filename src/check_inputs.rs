@@ -142,7 +142,10 @@ pub fn check_access(access: Option<&Path>) -> Result<(), Mistakes> {
             Err(mistake(
                 &path,
                 message,
-                &format!("make the folder and a token: `kittiwake access {}`", folder.display()),
+                &format!(
+                    "make the folder if there is none, and a token in it: `kittiwake access {} --secret FILE`",
+                    folder.display()
+                ),
             ))
         }
         Err(InvalidTokens::Exposed(path, mode)) => {

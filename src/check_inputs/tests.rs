@@ -203,7 +203,7 @@ fn an_access_folder_without_tokens_is_refused_with_what_to_do() {
     let tokens = folder.join("tokens.toml");
     let expected = format!(
         "{}: No such file or directory (os error 2); expected the tokens of those who may use the gateway\n  \
-         help: make the folder and a token: `kittiwake access {}`",
+         help: make the folder if there is none, and a token in it: `kittiwake access {} --secret FILE`",
         tokens.display(),
         folder.display()
     );

@@ -68,7 +68,7 @@ fn an_access_folder_without_tokens() {
         let output = kittiwake(&["up", "--access", &access]);
         let told = String::from_utf8_lossy(&output.stderr);
         assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0), "{told}");
-        for part in [format!("{access}/tokens.toml: "), format!("`kittiwake access {access}`")] {
+        for part in [format!("{access}/tokens.toml: "), format!("`kittiwake access {access} --secret FILE`")] {
             assert!(told.contains(&part), "`{part}` is not said:\n{told}");
         }
     }
