@@ -3,7 +3,7 @@
 use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::num::NonZeroU16;
-use std::sync::mpsc::channel;
+use std::sync::mpsc::sync_channel;
 use std::sync::{Arc, RwLock};
 use std::time::Duration;
 
@@ -103,7 +103,7 @@ impl GatewayProcess {
 /// Has the runtime start every thread that it may have for the disk: each waits until all of them run.
 fn start_disk_threads(runtime: &Runtime) {
     let all_run = Arc::new(RwLock::new(()));
-    let (started, starts) = channel();
+    let (started, starts) = sync_channel(DISK_THREADS);
     let held = all_run.write();
     for _ in 0..DISK_THREADS {
         let (started, all_run) = (started.clone(), all_run.clone());
@@ -132,7 +132,7 @@ mod tests {
         builder.worker_threads(THREADS).max_blocking_threads(DISK_THREADS).thread_keep_alive(KEPT);
         let runtime = builder.build().unwrap();
         start_disk_threads(&runtime);
-        let (started, starts) = channel();
+        let (started, starts) = sync_channel(2 * DISK_THREADS);
         let gate = Arc::new(RwLock::new(()));
         let held = gate.write().unwrap();
         for _ in 0..2 * DISK_THREADS {
