@@ -8,6 +8,7 @@ use domain::contingency::Contingencies;
 use domain::file::{Mistake, Mistakes, Source};
 use domain::mission::Mission;
 use domain::time::Pace;
+use gateway::access::{InvalidTokens, Tokens};
 use mcm::{LoadedTrees, Trees};
 use rustls::ServerConfig;
 
@@ -16,6 +17,7 @@ use crate::config::Config;
 use crate::outcome::Outcome;
 use crate::output;
 use crate::settings::Settings;
+use crate::setup::access::TOKENS;
 use crate::signing_key;
 
 /// Everything that a process may need, checked.
@@ -126,6 +128,31 @@ pub fn read_tls(config: &Config) -> Result<Option<Arc<ServerConfig>>, Outcome> {
         output::error_line(refusal);
         Outcome::BadInput
     })
+}
+
+/// Whether the gateway would find the tokens in the access folder, if one is named. Read only by the gateway and by those who
+/// start it: nobody else may read the file.
+pub fn check_access(access: Option<&Path>) -> Result<(), Mistakes> {
+    let Some(folder) = access else { return Ok(()) };
+    match Tokens::read(&folder.join(TOKENS)) {
+        Ok(_) => Ok(()),
+        Err(InvalidTokens::Mistakes(mistakes)) => Err(mistakes),
+        Err(InvalidTokens::Unreadable(path, cause)) => {
+            let message = format!("{cause}; expected the tokens of those who may use the gateway");
+            Err(mistake(
+                &path,
+                message,
+                &format!(
+                    "make the folder if there is none, and a token in it: `kittiwake access {} --secret FILE`",
+                    folder.display()
+                ),
+            ))
+        }
+        Err(InvalidTokens::Exposed(path, mode)) => {
+            let message = format!("its mode is {mode:04o}; only its owner may have access");
+            Err(mistake(&path, message, &format!("`chmod 600 {}`", path.display())))
+        }
+    }
 }
 
 /// As [`read`]; reports the mistakes on standard error.

@@ -192,3 +192,29 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn an_access_folder_without_tokens_is_refused_with_what_to_do() {
+    use std::os::unix::fs::PermissionsExt;
+    let said = |folder: &Path| check_access(Some(folder)).map_or_else(|it| it.to_string(), |()| "fine".to_owned());
+    assert_eq!(check_access(None), Ok(()));
+    let parent = tempfile::tempdir().unwrap();
+    let folder = parent.path().join("absent");
+    let tokens = folder.join("tokens.toml");
+    let expected = format!(
+        "{}: No such file or directory (os error 2); expected the tokens of those who may use the gateway\n  \
+         help: make the folder if there is none, and a token in it: `kittiwake access {} --secret FILE`",
+        tokens.display(),
+        folder.display()
+    );
+    assert_eq!(said(&folder), expected);
+    std::fs::create_dir(&folder).unwrap();
+    assert_eq!(said(&folder), expected);
+    std::fs::write(&tokens, "").unwrap();
+    std::fs::set_permissions(&tokens, std::fs::Permissions::from_mode(0o644)).unwrap();
+    assert!(said(&folder).contains("its mode is 0644"), "{}", said(&folder));
+    std::fs::set_permissions(&tokens, std::fs::Permissions::from_mode(0o600)).unwrap();
+    assert_eq!(said(&folder), "fine");
+    std::fs::write(&tokens, "[[token]]\nname = 7\n").unwrap();
+    assert!(said(&folder).contains("tokens.toml:2"), "{}", said(&folder));
+}

@@ -35,6 +35,9 @@ fn text(found: &Intact) -> Vec<String> {
     if let Some(it) = &found.unfinished {
         lines.push(format!("{it}: the last line is cut off; the gateway goes on after it when it starts again"));
     }
+    lines.extend(found.lost.iter().map(|it| {
+        format!("{it}: begun because the file before was removed, renamed or replaced while the gateway wrote to it")
+    }));
     if 0 < found.unwritten {
         lines.push(format!("missing: {} records, which could not be written", found.unwritten));
     }
@@ -58,9 +61,11 @@ mod tests {
         assert_eq!(text(&found), ["intact: no record yet, 1 file"]);
         (found.files, found.first, found.last, found.hash) = (2, 3, 9, "ab".into());
         (found.unwritten, found.torn, found.unfinished) = (2, vec![place(4)], Some(place(7)));
+        found.lost = vec![place(5)];
         let expected = [
             "audit-2026-01-01.jsonl:4: cut off when the gateway ended; the next line says so and the chain goes on",
             "audit-2026-01-01.jsonl:7: the last line is cut off; the gateway goes on after it when it starts again",
+            "audit-2026-01-01.jsonl:5: begun because the file before was removed, renamed or replaced while the gateway wrote to it",
             "missing: 2 records, which could not be written",
             "intact: records 3 to 9, 2 files; the last line's hash is ab",
         ];

@@ -3,6 +3,8 @@
 #![expect(clippy::disallowed_methods, reason = "a process that does not stop gets some time on the wall clock")]
 
 use std::io::Read;
+use std::sync::mpsc::sync_channel;
+use std::thread::Builder;
 use std::time::Duration;
 
 use bus::Stop;
@@ -20,8 +22,8 @@ const STOP_LIMIT: Duration = Duration::from_secs(2);
 pub fn on_signal(mut on_signal: impl FnMut() + Send + 'static) -> std::io::Result<()> {
     let hang_up = (!is_ignored(SIGHUP)).then_some(SIGHUP);
     let mut signals = Signals::new([SIGINT, SIGTERM].into_iter().chain(hang_up))?;
-    std::thread::spawn(move || signals.forever().for_each(|_| on_signal()));
-    Ok(())
+    let each = move || signals.forever().for_each(|_| on_signal());
+    Builder::new().name("signals".into()).spawn(each).map(drop)
 }
 
 /// Whether this process was started with `signal` ignored: bit N - 1 of `SigIgn` in proc_pid_status(5). Unreadable, it is not.
@@ -34,22 +36,31 @@ fn is_ignored(signal: i32) -> bool {
 
 /// Stops on a signal and, if `with_parent`, when standard input ends: its other end is held by the
 /// launcher and by nobody else, so it ends even when the launcher is killed.
+///
+/// Every thread that the end needs is started here: a process at its limit of threads or memory gets no more of them, and must
+/// be able to end.
 pub fn stop_on_end(stop: &Stop, with_parent: bool) -> std::io::Result<()> {
-    stop.on_stop(|| {
-        std::thread::spawn(|| {
+    let (asked, end) = sync_channel(1);
+    let limit = move || {
+        if end.recv().is_ok() {
             std::thread::sleep(STOP_LIMIT);
             output::error_line(format_args!("did not stop within {STOP_LIMIT:?}"));
             output::finish();
             std::process::exit(u8::from(Outcome::NotKeptUp).into());
-        });
+        }
+    };
+    Builder::new().name("end".into()).spawn(limit)?;
+    stop.on_stop(move || {
+        // Its thread waits for nothing else.
+        let _ = asked.try_send(());
     });
     let on_parent = stop.clone();
     if with_parent {
-        std::thread::spawn(move || {
+        Builder::new().name("parent".into()).spawn(move || {
             let mut byte = [0];
             while std::io::stdin().read(&mut byte).is_ok_and(|it| it > 0) {}
             on_parent.stop();
-        });
+        })?;
     }
     let stop = stop.clone();
     on_signal(move || stop.stop())

@@ -129,7 +129,7 @@ fn write_whole(path: &Path, line: &str) -> Result<(), Failure> {
 }
 
 fn read<K: FromStr<Err = InvalidKey>>(path: &Path) -> Result<K, Failure> {
-    let text = std::fs::read_to_string(path).map_err(|cause| Failure::Read { path: path.to_owned(), cause })?;
+    let text = credentials::file::read_text(path).map_err(|cause| Failure::Read { path: path.to_owned(), cause })?;
     text.parse().map_err(|cause| Failure::Invalid { path: path.to_owned(), cause })
 }
 

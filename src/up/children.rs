@@ -78,16 +78,28 @@ impl Children {
             .stderr(Stdio::piped())
             .process_group(0)
             .spawn()?;
-        let (stdout, stderr) = (process.stdout.take(), process.stderr.take());
+        let listening = self.listen_to(child, &mut process);
+        if listening.is_err() {
+            // Nobody would hear that it has ended.
+            let _ = process.kill();
+            let _ = process.wait();
+            return listening;
+        }
         self.running.insert(child, process);
+        Ok(())
+    }
+
+    /// Reads what a child says, until it ends.
+    fn listen_to(&self, child: Child, process: &mut std::process::Child) -> io::Result<()> {
+        let (stdout, stderr) = (process.stdout.take(), process.stderr.take());
         let to_launcher = self.happenings.clone();
-        read_lines(stderr, move |text| to_launcher.send(Happening::Log { child, text }).is_ok());
+        read_lines(stderr, move |text| to_launcher.send(Happening::Log { child, text }).is_ok())?;
         let to_launcher = self.happenings.clone();
-        std::thread::spawn(move || {
+        std::thread::Builder::new().spawn(move || {
             each_line(stdout, |text| to_launcher.send(Happening::Line { child, text }).is_ok());
             // No other process has its standard output: the child has ended.
             let _ = to_launcher.send(Happening::Ended(child));
-        });
+        })?;
         Ok(())
     }
 
@@ -146,8 +158,11 @@ fn ending(status: ExitStatus) -> Ending {
     }
 }
 
-fn read_lines(pipe: Option<impl Read + Send + 'static>, take: impl FnMut(String) -> bool + Send + 'static) {
-    std::thread::spawn(move || each_line(pipe, take));
+fn read_lines(
+    pipe: Option<impl Read + Send + 'static>,
+    take: impl FnMut(String) -> bool + Send + 'static,
+) -> io::Result<()> {
+    std::thread::Builder::new().spawn(move || each_line(pipe, take)).map(drop)
 }
 
 /// Passes each line to `take` until the pipe ends or `take` wants no more.

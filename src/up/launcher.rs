@@ -273,11 +273,14 @@ impl<'a> Launcher<'a> {
             open_timeout: self.config.connect_limit_s.seconds(),
         };
         let (sender, stop) = (self.sender.clone(), self.bus.clone());
-        std::thread::spawn(move || {
+        let watching = std::thread::Builder::new().name("watch".into()).spawn(move || {
             let result = bus::Process::of(&mut Watch(sender.clone()), &link).run(&stop);
             // Fails only while the launcher ends.
             let _ = sender.send(Happening::BusEnded(result));
         });
+        if let Err(cause) = watching {
+            self.screen.log(&format!("the launcher cannot listen to the bus: {cause}"));
+        }
         self.locator = Some(locator);
     }
 

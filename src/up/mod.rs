@@ -75,6 +75,9 @@ pub fn up(args: &UpArgs) -> Outcome {
     if let Err(mistakes) = inputs.suits(backend) {
         return check_inputs::tell(&mistakes);
     }
+    if let Err(mistakes) = check_inputs::check_access(inputs.access.as_deref()) {
+        return check_inputs::tell(&mistakes);
+    }
     if let Some(Err(why)) = args.onboard.map(|it| it.suits(backend)) {
         output::error_line(format_args!("--onboard: {why}"));
         return Outcome::BadInput;

@@ -113,7 +113,7 @@ fn every_order_that_is_obeyed_is_on_record_and_the_record_survives_kills_strange
     std::fs::write(&newest, &text[..text.len() - 10]).unwrap();
     check(folder, 0, "the last line is cut off");
     std::fs::write(&newest, text.replacen("pause", "abort", 1)).unwrap();
-    let changed = text.lines().position(|it| it.contains("pause")).expect("it was ordered") + 2;
-    check(folder, 1, &format!("{}:{changed}: it does not carry the hash of the line before", newest.display()));
+    let changed = text.lines().position(|it| it.contains("pause")).expect("it was ordered") + 1;
+    check(folder, 1, &format!("{}:{changed}: it does not have the hash that it carries", newest.display()));
     check(&folder.join("nowhere"), 2, "No such file or directory");
 }

@@ -61,6 +61,20 @@ fn a_configuration_that_is_not_complete() {
 }
 
 #[test]
+fn an_access_folder_without_tokens() {
+    let folder = tempfile::tempdir().unwrap();
+    for access in [folder.path(), &folder.path().join("absent")] {
+        let access = access.to_string_lossy();
+        let output = kittiwake(&["up", "--access", &access]);
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0), "{told}");
+        for part in [format!("{access}/tokens.toml: "), format!("`kittiwake access {access} --secret FILE`")] {
+            assert!(told.contains(&part), "`{part}` is not said:\n{told}");
+        }
+    }
+}
+
+#[test]
 fn a_mission_with_a_mistake() {
     let file = "missions/reference.toml";
     check(file, "flying = false", "flying = 0", "0", &["invalid type: integer", "expected a boolean"]);

@@ -5,6 +5,8 @@
 //! makes connections with them. Neither can ask the other: zenoh stands between them. What a certificate must say, and
 //! for how long, is for the bus to decide; this crate knows files and TLS only.
 
+pub mod file;
+
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -202,7 +204,7 @@ impl Credentials {
 const CERTIFICATE: &str = "certificate";
 
 fn read(path: &Path) -> Result<Vec<u8>, InvalidCredentials> {
-    std::fs::read(path).map_err(|source| InvalidCredentials::Unreadable { path: path.to_owned(), source })
+    file::read(path).map_err(|source| InvalidCredentials::Unreadable { path: path.to_owned(), source })
 }
 
 fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, InvalidCredentials> {

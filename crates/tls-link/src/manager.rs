@@ -9,7 +9,8 @@ use std::net::SocketAddr;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use credentials::{Credentials, End, Stamp};
+use credentials::{Credentials, End, InvalidCredentials, Stamp};
+use rustls::ClientConfig;
 use rustls::pki_types::ServerName;
 use tokio::net::{TcpListener, TcpStream};
 use tokio_rustls::{TlsAcceptor, TlsConnector};
@@ -36,12 +37,14 @@ const PAUSE: Duration = Duration::from_millis(100);
 pub struct LinkManagerUnicastTls {
     incoming: NewLinkChannelSender,
     listeners: ListenersUnicastIP,
+    /// What it has called with.
+    callings: Mutex<Vec<Calling>>,
 }
 
 impl LinkManagerUnicastTls {
     /// Links that others make go to `incoming`.
     pub fn new(incoming: NewLinkChannelSender) -> LinkManagerUnicastTls {
-        LinkManagerUnicastTls { incoming, listeners: ListenersUnicastIP::new() }
+        LinkManagerUnicastTls { incoming, listeners: ListenersUnicastIP::new(), callings: Mutex::default() }
     }
 }
 
@@ -53,8 +56,8 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
         let credentials = settings::of_caller(&config)?;
         // Before they are read: what is replaced from here on is noticed.
         let stamp = credentials.stamp();
-        let client = credentials.client().map_err(|invalid| zerror!("{invalid}"))?;
-        let connector = TlsConnector::from(Arc::new(client));
+        let client = self.calling(&credentials, &stamp).map_err(|invalid| zerror!("{invalid}"))?;
+        let connector = TlsConnector::from(client);
         let name =
             ServerName::try_from(host_of(&endpoint.address())?.to_owned()).map_err(|cause| zerror!("{cause}"))?;
         let addresses = get_tcp_addrs(endpoint.address()).await?;
@@ -93,6 +96,43 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
     async fn get_locators_noloopback(&self) -> Vec<Locator> {
         self.listeners.get_locators_noloopback()
     }
+}
+
+impl LinkManagerUnicastTls {
+    /// What to call with: the files as they are now, or, where they cannot be used, as they were when they could. What is being
+    /// copied is not whole for a moment, and a link that broke must come back then as well.
+    fn calling(&self, credentials: &Credentials, stamp: &Stamp) -> Result<Arc<ClientConfig>, InvalidCredentials> {
+        let mut callings = self.callings.lock().unwrap_or_else(|it| it.into_inner());
+        let known = callings.iter_mut().find(|it| it.credentials == *credentials);
+        match (credentials.client(), known) {
+            (Ok(client), known) => {
+                let client = Arc::new(client);
+                let calling = Calling { credentials: credentials.clone(), refused: None, client: client.clone() };
+                match known {
+                    Some(known) => *known = calling,
+                    None => callings.push(calling),
+                }
+                Ok(client)
+            }
+            (Err(unusable), Some(known)) => {
+                // Said once for each state of the files: calls are repeated every few seconds.
+                if known.refused.as_ref() != Some(stamp) {
+                    tracing::warn!(target: LOG, %unusable, "calls are made with the credentials of before");
+                }
+                known.refused = Some(stamp.clone());
+                Ok(known.client.clone())
+            }
+            (Err(unusable), None) => Err(unusable),
+        }
+    }
+}
+
+/// What calls are made with.
+struct Calling {
+    credentials: Credentials,
+    /// What the files were like when they could not be used.
+    refused: Option<Stamp>,
+    client: Arc<ClientConfig>,
 }
 
 /// What callers are let in by: the files as they are when a call comes.

@@ -336,6 +336,36 @@ async fn a_caller_leaves_one_who_is_revoked_and_does_not_call_again() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_link_is_made_again_while_a_file_cannot_be_used() {
+    let authority = Authority::new();
+    let ground = Ground::listen(&authority, None).await;
+    let endpoint = authority.endpoint(&ground.locator, "uav1", None);
+    let caller = LinkManagerUnicastTls::new(flume::unbounded().0);
+    authority.revoke(&[]);
+    let revoked = authority.path("revoked.pem");
+    // The second one never ends, the third one waits for somebody who writes.
+    let spoil: [&dyn Fn(); 4] = [
+        &|| std::fs::write(&revoked, "half of a li").unwrap(),
+        &|| std::os::unix::fs::symlink("/dev/zero", &revoked).unwrap(),
+        &|| assert!(std::process::Command::new("mkfifo").arg(&revoked).status().unwrap().success()),
+        &|| std::fs::File::create(&revoked).unwrap().set_len(1 << 40).unwrap(),
+    ];
+    for spoil in [None].into_iter().chain(spoil.map(Some)) {
+        if let Some(spoil) = spoil {
+            std::fs::remove_file(&revoked).unwrap();
+            spoil();
+        }
+        let other = timeout(LIMIT, caller.new_link(endpoint.clone())).await.unwrap().unwrap();
+        let one = timeout(LIMIT, ground.callers.recv_async()).await.unwrap().unwrap();
+        say(one, 3).await;
+        hear(other, 3).await;
+    }
+    // Who has never had a list that can be used does not begin without one.
+    let refusal = call(endpoint).await.unwrap_err();
+    assert!(refusal.contains("revoked.pem"), "{refusal}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_renewed_certificate_is_used_for_the_next_connection() {
     let authority = Authority::new();
     let ground = Ground::listen(&authority, None).await;

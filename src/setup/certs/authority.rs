@@ -126,7 +126,7 @@ pub(super) fn keep(authority: &Path, certificate: &str) -> Result<(), Failure> {
 }
 
 fn read(path: &Path) -> Result<String, Failure> {
-    std::fs::read_to_string(path).map_err(|cause| Failure::Read { path: path.to_owned(), cause })
+    credentials::file::read_text(path).map_err(|cause| Failure::Read { path: path.to_owned(), cause })
 }
 
 fn issued(path: &Path) -> Result<Issued, Failure> {

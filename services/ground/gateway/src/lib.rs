@@ -39,6 +39,7 @@ mod connection;
 mod contact;
 mod fleet;
 pub mod http;
+mod in_place;
 mod journal;
 mod orders;
 pub mod process;

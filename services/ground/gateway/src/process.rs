@@ -3,10 +3,12 @@
 use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::num::NonZeroU16;
-use std::sync::Arc;
+use std::sync::mpsc::sync_channel;
+use std::sync::{Arc, RwLock};
+use std::time::Duration;
 
 use rustls::ServerConfig;
-use tokio::runtime::Builder;
+use tokio::runtime::{Builder, Runtime};
 use tokio::sync::oneshot;
 
 use crate::http::Api;
@@ -15,6 +17,13 @@ use crate::{Gateway, sockets};
 
 /// Threads that answer requests: one is not held up by a document that the other makes.
 const THREADS: usize = 2;
+/// Threads that wait for the disk, for lists and downloads of recordings. All are started with the gateway and none later: at
+/// its limit of threads or memory it could not, and tokio would panic.
+const DISK_THREADS: usize = 4;
+/// How long they are waited for at the start.
+const START_LIMIT: Duration = Duration::from_secs(1);
+/// An idle thread is kept for the life of the process.
+const KEPT: Duration = Duration::from_secs(u32::MAX as u64);
 
 /// A gateway that listens and does not answer yet.
 pub struct GatewayProcess {
@@ -73,7 +82,10 @@ impl GatewayProcess {
     /// # Errors
     /// When there can be no threads.
     pub fn run<T>(mut self, run_node: impl FnOnce(&mut Gateway) -> T) -> Result<T, StartError> {
-        let runtime = Builder::new_multi_thread().worker_threads(THREADS).enable_all().build()?;
+        let mut builder = Builder::new_multi_thread();
+        builder.worker_threads(THREADS).max_blocking_threads(DISK_THREADS).thread_keep_alive(KEPT);
+        let runtime = builder.enable_all().build()?;
+        start_disk_threads(&runtime);
         let _entered = runtime.enter();
         let listener = tokio::net::TcpListener::from_std(self.listener)?;
         let (end, ended) = oneshot::channel::<()>();
@@ -85,5 +97,59 @@ impl GatewayProcess {
         // An open stream does not keep the process alive.
         runtime.shutdown_background();
         Ok(result)
+    }
+}
+
+/// Has the runtime start every thread that it may have for the disk: each waits until all of them run.
+fn start_disk_threads(runtime: &Runtime) {
+    let all_run = Arc::new(RwLock::new(()));
+    let (started, starts) = sync_channel(DISK_THREADS);
+    let held = all_run.write();
+    for _ in 0..DISK_THREADS {
+        let (started, all_run) = (started.clone(), all_run.clone());
+        runtime.spawn_blocking(move || {
+            // Fails only where it is not waited for any more.
+            let _ = started.send(());
+            drop(all_run.read());
+        });
+    }
+    for _ in 0..DISK_THREADS {
+        if starts.recv_timeout(START_LIMIT).is_err() {
+            tracing::warn!("the operating system gives few threads: recordings are listed slowly");
+            break;
+        }
+    }
+    drop(held);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_thread_is_started_for_the_disk_after_the_start() {
+        let mut builder = Builder::new_multi_thread();
+        builder.worker_threads(THREADS).max_blocking_threads(DISK_THREADS).thread_keep_alive(KEPT);
+        let runtime = builder.build().unwrap();
+        start_disk_threads(&runtime);
+        let (started, starts) = sync_channel(2 * DISK_THREADS);
+        let gate = Arc::new(RwLock::new(()));
+        let held = gate.write().unwrap();
+        for _ in 0..2 * DISK_THREADS {
+            let (started, gate) = (started.clone(), gate.clone());
+            runtime.spawn_blocking(move || {
+                started.send(std::thread::current().id()).unwrap();
+                drop(gate.read());
+            });
+        }
+        let mut seen = std::collections::BTreeSet::new();
+        for _ in 0..DISK_THREADS {
+            seen.insert(format!("{:?}", starts.recv_timeout(START_LIMIT).unwrap()));
+        }
+        assert_eq!(seen.len(), DISK_THREADS);
+        drop(held);
+        for _ in 0..DISK_THREADS {
+            assert!(seen.contains(&format!("{:?}", starts.recv_timeout(START_LIMIT).unwrap())));
+        }
     }
 }

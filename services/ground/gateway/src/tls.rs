@@ -79,7 +79,7 @@ fn server(certificate: &Path, key: &Path, now: SystemTime) -> Result<ServerConfi
 
 /// The server's own certificate first, as TLS requires.
 fn read_chain(path: &Path, now: SystemTime) -> Result<Vec<CertificateDer<'static>>, Refusal> {
-    let bytes = std::fs::read(path).map_err(|cause| about(path, format!("cannot be read: {cause}")))?;
+    let bytes = credentials::file::read(path).map_err(|cause| about(path, format!("cannot be read: {cause}")))?;
     let chain: Result<Vec<_>, _> = CertificateDer::pem_slice_iter(&bytes).collect();
     let chain = chain.map_err(|cause| about(path, format!("holds no certificate in PEM: {cause}")))?;
     let first = chain.first().ok_or_else(|| about(path, "holds no certificate in PEM"))?;
@@ -103,7 +103,7 @@ fn read_key(path: &Path) -> Result<PrivateKeyDer<'static>, Refusal> {
     if mode & 0o007 != 0 {
         return Err(about(path, format!("its mode is {mode:04o}; others may not have access (chmod 600)")));
     }
-    let bytes = std::fs::read(path).map_err(unreadable)?;
+    let bytes = credentials::file::read(path).map_err(unreadable)?;
     PrivateKeyDer::from_pem_slice(&bytes).map_err(|cause| about(path, format!("holds no private key in PEM: {cause}")))
 }
 

@@ -2,16 +2,18 @@
 //!
 //! The oldest is removed when there are more than the configured number; how much is written in a day removes nothing.
 //! Records are appended to the newest file, also when the clock was set back, so that the order of the names is the order of
-//! the records.
+//! the records. A file that is removed, renamed or replaced while it is written to is begun again, and the chain goes on from
+//! memory.
 
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::{self, BufRead, BufReader, Write};
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
 use kittiwake_proto::v1::{AuditRecord, AuditStage};
 
-use super::chain::{self, Tip};
+use super::chain::{self, Begun, Line, Tip};
+use super::regular;
+use crate::in_place::is_at;
 
 const PREFIX: &str = "audit-";
 const SUFFIX: &str = ".jsonl";
@@ -25,8 +27,13 @@ pub(crate) struct DayFiles {
     /// The most files.
     most: usize,
     day: String,
+    path: PathBuf,
     file: File,
     tip: Tip,
+    /// Why the file was begun, until its first record says so.
+    begun: Option<Begun>,
+    /// The newest file that was gone while it was written to.
+    lost: Option<PathBuf>,
     /// A write failed, and what the file ends with is not known.
     is_unsure: bool,
 }
@@ -40,24 +47,26 @@ impl DayFiles {
     pub(crate) fn open(folder: &Path, most: usize, utc: &str) -> Result<DayFiles, (PathBuf, io::Error)> {
         let existing = list(folder).map_err(|cause| (folder.to_owned(), cause))?;
         let newest = existing.last().and_then(|it| day_of(it)).unwrap_or_else(|| utc[..DAY].to_owned());
-        let mut tip = Tip::default();
-        let mut torn = None;
-        // A file may be empty: the gateway ended before its first line.
+        let (mut tip, mut last, mut begun) = (Tip::default(), Last::default(), Some(Begun::Day));
+        // A file may be empty, or hold only a part of a line: the gateway ended before its first record was whole.
         for (age, path) in existing.iter().rev().enumerate() {
             let end = End::read(path).map_err(|cause| (path.clone(), cause))?;
-            if let Some(end) = end {
+            if tip.hash == chain::Hash::default() {
+                tip.hash = end.hash;
                 // What follows goes into the newest file: a line in an older one needs no line feed.
-                torn = end.torn.map(|it| Torn { has_feed: it.has_feed || 0 < age, ..it });
-                tip = end.tip;
+                last = Last { has_feed: end.last.has_feed || 0 < age, ..end.last };
+            }
+            if let Some(number) = end.number {
+                tip.number = number;
+                begun = begun.filter(|_| 0 < age);
                 break;
             }
         }
-        let path = folder.join(format!("{PREFIX}{newest}{SUFFIX}"));
-        let file = append(&path).map_err(|cause| (path.clone(), cause))?;
-        let mut files = DayFiles { folder: folder.to_owned(), most, day: newest, file, tip, is_unsure: false };
-        if let Some(torn) = torn {
-            files.close_torn(utc, torn).map_err(|cause| (path, cause))?;
-        }
+        let path = path_of(folder, &newest);
+        let file = regular::append(&path).map_err(|cause| (path.clone(), cause))?;
+        let (folder, lost) = (folder.to_owned(), None);
+        let mut files = DayFiles { folder, most, day: newest, path, file, tip, begun, lost, is_unsure: false };
+        files.close(utc, last).map_err(|cause| (files.path.clone(), cause))?;
         Ok(files)
     }
 
@@ -66,19 +75,33 @@ impl DayFiles {
         self.tip.number
     }
 
+    /// The newest file that was removed, renamed or replaced while it was written to.
+    pub(crate) fn lost(&self) -> Option<&Path> {
+        self.lost.as_deref()
+    }
+
+    /// Whether the newest file is where it was opened.
+    pub(crate) fn is_in_place(&self) -> bool {
+        is_at(&self.file, &self.path)
+    }
+
     /// Appends a record that has its number and its `utc`.
     ///
     /// # Errors
     /// When it cannot be written as a whole.
     pub(crate) fn append(&mut self, record: &AuditRecord) -> io::Result<()> {
-        if self.is_unsure {
+        if !self.is_in_place() {
+            self.begin_again()?;
+        } else if self.is_unsure {
             // What was written of the last line counts as cut off, as after a restart.
-            *self = DayFiles::open(&self.folder, self.most, &record.utc).map_err(|(_, cause)| cause)?;
+            let opened = DayFiles::open(&self.folder, self.most, &record.utc).map_err(|(_, cause)| cause)?;
+            *self = DayFiles { lost: self.lost.take(), ..opened };
         }
         let day = record.utc.get(..DAY).unwrap_or_default();
         if self.day.as_str() < day {
-            self.file = append(&self.folder.join(format!("{PREFIX}{day}{SUFFIX}")))?;
-            self.day = day.to_owned();
+            let path = path_of(&self.folder, day);
+            (self.file, self.path, self.day) = (regular::append(&path)?, path, day.to_owned());
+            self.begun = Some(self.begun.unwrap_or(Begun::Day));
             self.remove_oldest();
         }
         self.write("", record)
@@ -92,27 +115,43 @@ impl DayFiles {
         self.file.try_clone()
     }
 
-    fn close_torn(&mut self, utc: &str, torn: Torn) -> io::Result<()> {
-        let feed = if torn.has_feed { "" } else { "\n" };
-        if torn.bytes == 0 {
-            return self.file.write_all(feed.as_bytes());
+    /// Begins the file again that is not at its path any more, or goes on with the one that is there now. What comes before
+    /// is known from memory, so that the chain has no break.
+    fn begin_again(&mut self) -> io::Result<()> {
+        let file = regular::append(&self.path)?;
+        let end = End::read(&self.path)?;
+        if !end.last.has_feed {
+            (&file).write_all(b"\n")?;
         }
+        tracing::error!("{}: was removed or replaced while it was written to; it is begun again", self.path.display());
+        self.begun = end.number.is_none().then_some(Begun::Lost);
+        (self.file, self.is_unsure, self.lost) = (file, false, Some(self.path.clone()));
+        Ok(())
+    }
+
+    /// Closes the last line, if it was cut off.
+    fn close(&mut self, utc: &str, last: Last) -> io::Result<()> {
+        let feed = if last.has_feed { "" } else { "\n" };
+        let Some(bytes) = last.part else { return self.file.write_all(feed.as_bytes()) };
         let record = AuditRecord {
             utc: utc.to_owned(),
             number: self.tip.number + 1,
             stage: AuditStage::Torn.into(),
-            outcome: format!("the line before was cut off after {} bytes", torn.bytes),
+            outcome: format!("the line before was cut off after {bytes} bytes"),
             ..Default::default()
         };
         self.write(feed, &record)
     }
 
     fn write(&mut self, before: &str, record: &AuditRecord) -> io::Result<()> {
-        let line = chain::line(record, &self.tip.hash);
+        let line = chain::line(record, &self.tip.hash, self.begun);
         let whole = self.file.metadata()?.len();
         let written = self.file.write_all(format!("{before}{line}\n").as_bytes());
         match written {
-            Ok(()) => self.tip = Tip { number: record.number, hash: chain::hash(line.as_bytes()) },
+            Ok(()) => {
+                self.tip = Tip { number: record.number, hash: chain::hash(line.as_bytes()) };
+                self.begun = None;
+            }
             // A disk that is full has taken a part.
             Err(_) => self.is_unsure = self.file.set_len(whole).is_err(),
         }
@@ -129,36 +168,52 @@ impl DayFiles {
     }
 }
 
-/// A line that was cut off, at the end of a file.
+/// The last line of a file.
 #[derive(Debug)]
-struct Torn {
-    /// 0 where only the line feed of a whole line is missing.
-    bytes: usize,
+struct Last {
+    /// The bytes of a line that was cut off. Only one without a line feed is: what else is no record was changed, and stays as it
+    /// is, for `verify` to find.
+    part: Option<usize>,
     has_feed: bool,
+}
+
+impl Default for Last {
+    /// That of an empty file.
+    fn default() -> Last {
+        Last { part: None, has_feed: true }
+    }
 }
 
 /// The end of a file.
 struct End {
-    tip: Tip,
-    torn: Option<Torn>,
+    /// The number of its last record.
+    number: Option<u64>,
+    /// The hash of its last line; zeros without one.
+    hash: chain::Hash,
+    last: Last,
 }
 
 impl End {
-    /// Reads a file to its end; `None` if it is empty.
-    fn read(path: &Path) -> io::Result<Option<End>> {
-        let mut reader = BufReader::new(File::open(path)?);
-        let (mut number, mut line, mut last) = (0, Vec::new(), None);
+    /// Reads a file to its end.
+    fn read(path: &Path) -> io::Result<End> {
+        let mut reader = BufReader::new(regular::open(path)?);
+        let mut end = End { number: None, hash: chain::Hash::default(), last: Last::default() };
+        let mut line = Vec::new();
         loop {
             line.clear();
             if reader.read_until(b'\n', &mut line)? == 0 {
-                return Ok(last);
+                return Ok(end);
             }
             let has_feed = line.pop_if(|it| *it == b'\n').is_some();
-            let link = chain::link(&line);
-            number = link.as_ref().map_or(number, |it| it.number);
-            let bytes = if link.is_some() { 0 } else { line.len() };
-            let torn = (link.is_none() || !has_feed).then_some(Torn { bytes, has_feed });
-            last = Some(End { tip: Tip { number, hash: chain::hash(&line) }, torn });
+            let part = match chain::read(&line) {
+                Line::Record(link) => {
+                    end.number = Some(link.number);
+                    None
+                }
+                Line::Part => Some(line.len()).filter(|_| !has_feed),
+                Line::Foreign => None,
+            };
+            (end.hash, end.last) = (chain::hash(&line), Last { part, has_feed });
         }
     }
 }
@@ -181,14 +236,15 @@ fn day_of(path: &Path) -> Option<String> {
     is_day.then(|| day.to_owned())
 }
 
-fn append(path: &Path) -> io::Result<File> {
-    OpenOptions::new().create(true).append(true).mode(0o600).open(path)
+fn path_of(folder: &Path, day: &str) -> PathBuf {
+    folder.join(format!("{PREFIX}{day}{SUFFIX}"))
 }
 
 #[cfg(test)]
 impl DayFiles {
     /// From now on it writes to another file.
     pub(crate) fn write_to(&mut self, path: &str) {
-        self.file = OpenOptions::new().write(true).open(path).expect("it can be opened");
+        self.path = path.into();
+        self.file = File::options().write(true).open(path).expect("it can be opened");
     }
 }

@@ -7,9 +7,11 @@
 #![expect(clippy::disallowed_methods, reason = "audit records carry UTC")]
 
 use std::collections::VecDeque;
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::SystemTime;
 
 use kittiwake_proto::v1::{AuditRecord, AuditStage};
@@ -20,6 +22,7 @@ use crate::audit::refusals::Refusals;
 mod chain;
 mod day_files;
 pub(crate) mod refusals;
+mod regular;
 #[cfg(test)]
 mod tests;
 pub mod verify;
@@ -30,7 +33,10 @@ const MAX_ORDERS: usize = 1000;
 /// The audit trail and the refusals, shared by every request.
 #[derive(Debug)]
 pub struct Audit {
-    orders: Mutex<Orders>,
+    orders: Arc<Mutex<Orders>>,
+    /// Asks the thread that brings records to the disk to do so; absent where nothing is kept. It is started with the gateway:
+    /// where the system gives no more threads, orders are carried out and recorded all the same.
+    sync: Option<SyncSender<()>>,
     /// Requests that are no orders.
     pub(crate) refusals: Refusals,
 }
@@ -46,14 +52,12 @@ struct Orders {
     lost: u64,
     /// Whether the last record could not be written.
     is_failing: bool,
-    /// Whether the newest file is being brought to the disk.
-    is_syncing: bool,
 }
 
 impl Audit {
     /// In memory only.
     pub fn in_memory() -> Audit {
-        Audit::with(None, Refusals::in_memory())
+        Audit { orders: Orders::of(None), sync: None, refusals: Refusals::in_memory() }
     }
 
     /// Goes on with the files in `folder`, of which the newest `most_files` are kept.
@@ -62,14 +66,14 @@ impl Audit {
     /// The path that cannot be read or written, and why.
     pub fn open(folder: &Path, most_files: usize) -> Result<Audit, (PathBuf, io::Error)> {
         let files = DayFiles::open(folder, most_files, &utc())?;
-        Ok(Audit::with(Some(files), Refusals::open(folder)?))
-    }
-
-    fn with(files: Option<DayFiles>, refusals: Refusals) -> Audit {
-        let number = files.as_ref().map_or(0, DayFiles::newest_number);
-        let newest_last = VecDeque::new();
-        let orders = Orders { files, number, newest_last, lost: 0, is_failing: false, is_syncing: false };
-        Audit { orders: Mutex::new(orders), refusals }
+        let orders = Orders::of(Some(files));
+        let refusals = Refusals::open(folder)?;
+        // One that waits is enough: what is asked for meanwhile is brought to the disk with it.
+        let (sync, asked) = sync_channel(1);
+        let of_thread = orders.clone();
+        let thread = std::thread::Builder::new().name("audit".into()).spawn(move || sync_each(&of_thread, &asked));
+        thread.map_err(|cause| (folder.to_owned(), cause))?;
+        Ok(Audit { orders, sync: Some(sync), refusals })
     }
 
     /// Records that an order is about to be carried out, and returns the record's number. A record that cannot be written
@@ -99,33 +103,56 @@ impl Audit {
         self.lock().lost
     }
 
-    /// `ok` or `failing`.
+    /// `ok` or `failing`: also where the file is gone that the next record belongs into.
     pub(crate) fn state(&self) -> &'static str {
-        if self.lock().is_failing { "failing" } else { "ok" }
+        let orders = self.lock();
+        let is_gone = orders.files.as_ref().is_some_and(|it| !it.is_in_place());
+        if orders.is_failing || is_gone { "failing" } else { "ok" }
     }
 
-    /// Brings what was recorded to the disk. It may take long; if another thread does it already, it returns at once.
+    /// What happened to the files since the gateway was started that an operator should know.
+    pub(crate) fn problem(&self) -> Option<String> {
+        let orders = self.lock();
+        let lost = orders.files.as_ref()?.lost()?.display();
+        Some(format!(
+            "gateway: {lost} was removed, renamed or replaced while orders were recorded in it; its records are missing \
+             there unless it was renamed, the chain goes on in a new file"
+        ))
+    }
+
+    /// Has what was recorded brought to the disk soon, without waiting for it.
     pub(crate) fn sync(&self) {
-        let file = {
-            let mut orders = self.lock();
-            let file = orders.files.as_ref().filter(|_| !orders.is_syncing).and_then(|it| it.newest_file().ok());
-            orders.is_syncing |= file.is_some();
-            file
-        };
-        let Some(file) = file else { return };
-        let synced = file.sync_data();
-        let mut orders = self.lock();
-        orders.is_syncing = false;
-        orders.is_failing |= synced.is_err();
+        // Full: the thread does it soon anyway. It ends only with the gateway.
+        let _ = self.sync.as_ref().map(|it| it.try_send(()));
     }
 
-    /// The data are whole even if a thread panicked while it held the lock.
     fn lock(&self) -> MutexGuard<'_, Orders> {
-        self.orders.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+        lock(&self.orders)
+    }
+}
+
+/// The data are whole even if a thread panicked while it held the lock.
+fn lock(orders: &Mutex<Orders>) -> MutexGuard<'_, Orders> {
+    orders.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+/// Brings the newest file to the disk whenever that is asked for. It may take long, and holds up nothing.
+fn sync_each(orders: &Mutex<Orders>, asked: &Receiver<()>) {
+    while asked.recv().is_ok() {
+        let file = lock(orders).files.as_ref().map(DayFiles::newest_file);
+        let synced = file.transpose().and_then(|it| it.as_ref().map_or(Ok(()), File::sync_data));
+        if synced.is_err() {
+            lock(orders).is_failing = true;
+        }
     }
 }
 
 impl Orders {
+    fn of(files: Option<DayFiles>) -> Arc<Mutex<Orders>> {
+        let number = files.as_ref().map_or(0, DayFiles::newest_number);
+        Arc::new(Mutex::new(Orders { files, number, newest_last: VecDeque::new(), lost: 0, is_failing: false }))
+    }
+
     fn add(&mut self, record: AuditRecord) -> u64 {
         self.number += 1;
         let record = AuditRecord { utc: utc(), number: self.number, ..record };

@@ -4,16 +4,16 @@
 //! beyond a number of addresses the rest are counted together.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::{self, Write};
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
 
 use kittiwake_proto::json::to_json;
 use kittiwake_proto::v1::{RefusalCount, RefusalLog, RefusalRecord};
 
-use crate::audit::utc;
+use crate::audit::{regular, utc};
+use crate::in_place::is_at;
 
 const FILE: &str = "refusals.jsonl";
 /// Bytes at which the file is renamed, in place of the one that was renamed before.
@@ -55,7 +55,7 @@ impl Refusals {
     /// Appends to the file in `folder`.
     pub(crate) fn open(folder: &Path) -> Result<Refusals, (PathBuf, io::Error)> {
         let path = folder.join(FILE);
-        let opened = append(&path).and_then(|file| Ok((file.metadata()?.len(), file)));
+        let opened = regular::append(&path).and_then(|file| Ok((file.metadata()?.len(), file)));
         let (bytes, file) = opened.map_err(|cause| (path.clone(), cause))?;
         Ok(Refusals(Mutex::new(Log { file: Some(BoundedFile { path, file, bytes }), ..Log::default() })))
     }
@@ -128,9 +128,13 @@ impl Log {
 impl BoundedFile {
     fn write(&mut self, refusal: &RefusalRecord) -> io::Result<()> {
         let line = format!("{}\n", to_json(refusal));
+        if !is_at(&self.file, &self.path) {
+            self.file = regular::append(&self.path)?;
+            self.bytes = self.file.metadata()?.len();
+        }
         if MAX_BYTES < self.bytes + line.len() as u64 {
             std::fs::rename(&self.path, self.path.with_extension("1.jsonl"))?;
-            (self.file, self.bytes) = (append(&self.path)?, 0);
+            (self.file, self.bytes) = (regular::append(&self.path)?, 0);
         }
         self.bytes += line.len() as u64;
         self.file.write_all(line.as_bytes())
@@ -143,10 +147,6 @@ pub(crate) fn cut(text: &str, most: usize) -> String {
         None => text.to_owned(),
         Some((end, _)) => format!("{}…", &text[..end]),
     }
-}
-
-fn append(path: &Path) -> io::Result<File> {
-    OpenOptions::new().create(true).append(true).mode(0o600).open(path)
 }
 
 #[cfg(test)]

@@ -136,16 +136,142 @@ fn bytes_that_are_no_text_count_as_cut_off() {
 fn the_first_line_that_was_changed_removed_or_inserted_is_named() {
     let previous =
         "it does not carry the hash of the line before: one of the two was changed, or lines between them are gone";
-    check_broken(|it| it[0] = it[0].replace("anna", "ben"), &format!("audit-2026-01-02.jsonl:2: {previous}"));
-    check_broken(|it| it[1] = it[1].replace("anna", "ben"), &format!("audit-2026-01-03.jsonl:1: {previous}"));
+    let changed = "it does not have the hash that it carries: the line was changed";
+    check_broken(|it| it[0] = it[0].replace("anna", "ben"), &format!("audit-2026-01-02.jsonl:1: {changed}"));
+    check_broken(|it| it[1] = it[1].replace("anna", "ben"), &format!("audit-2026-01-02.jsonl:2: {changed}"));
     check_broken(|it| drop(it.remove(0)), &format!("audit-2026-01-02.jsonl:1: {previous}"));
     check_broken(|it| it.swap(0, 1), &format!("audit-2026-01-02.jsonl:1: {previous}"));
     check_broken(|it| it.insert(1, it[0].clone()), &format!("audit-2026-01-02.jsonl:2: {previous}"));
     check_broken(Vec::clear, &format!("audit-2026-01-03.jsonl:1: {previous}"));
     let unsaid = "it is no record, and audit-2026-01-02.jsonl:2 does not say that it was cut off";
     check_broken(|it| it[0].truncate(20), &format!("audit-2026-01-02.jsonl:1: {unsaid}"));
+    check_broken(|it| it[0] = "{}".into(), "audit-2026-01-02.jsonl:1: it is no record");
     let long = "x".repeat(2 << 20);
     check_broken(|it| it[0] = long, "audit-2026-01-02.jsonl:1: the line has more than 1048576 bytes");
+}
+
+/// What is said of two records in one file after `change` was made to its text, and that it is said again after the gateway
+/// has gone on with it.
+#[track_caller]
+fn check_end(change: impl FnOnce(&str) -> String, expected: &str) {
+    let folder = written(&["2026-01-01", "2026-01-01"], 9);
+    let path = folder.path().join("audit-2026-01-01.jsonl");
+    std::fs::write(&path, change(&std::fs::read_to_string(&path).unwrap())).unwrap();
+    let fault = || verify(folder.path()).unwrap_err().to_string();
+    assert!(fault().contains(expected), "{}", fault());
+    let utc = "2026-01-01T13:00:00.000Z".to_owned();
+    let mut files = DayFiles::open(folder.path(), 9, &utc).unwrap();
+    let number = files.newest_number() + 1;
+    files.append(&AuditRecord { utc, number, ..order("resume") }).unwrap();
+    let again = verify(folder.path()).unwrap_err().to_string();
+    assert!(again.contains(":1: ") || again.contains(":2: ") || again.contains(":3: "), "{again}");
+}
+
+#[test]
+fn a_last_line_that_was_changed_is_a_break_and_not_one_that_was_cut_off() {
+    let changed = "it does not have the hash that it carries";
+    check_end(
+        |text| format!("{}\n", text.trim_end().rsplit_once("pause").map(|(a, b)| format!("{a}abort{b}")).unwrap()),
+        changed,
+    );
+    // A line feed is the last thing of a line that is written.
+    check_end(|text| format!("{}\n", &text[..text.len() - 10]), ":2: it is no record, and not cut off");
+    check_end(|text| format!("{text}\0\0\0\n"), ":3: it is no record, and not cut off");
+    check_end(|text| format!("{text}{{}}\n"), ":3: it is no record");
+    // No beginning of a record is whole JSON.
+    check_end(|text| format!("{text}{{}}"), ":3: it is no record");
+}
+
+#[test]
+fn the_oldest_file_begins_with_its_first_record() {
+    let folder = written(&["2026-01-01", "2026-01-02", "2026-01-02", "2026-01-03"], 9);
+    let path = |day: &str| folder.path().join(format!("audit-2026-01-{day}.jsonl"));
+    // As rotation does.
+    std::fs::remove_file(path("01")).unwrap();
+    assert_eq!((intact(folder.path()).first, intact(folder.path()).last), (2, 4));
+    let text = std::fs::read_to_string(path("02")).unwrap();
+    std::fs::write(path("02"), text.split_once('\n').unwrap().1).unwrap();
+    let gone = "it is the first record and not the first one of a file: what was before it in the file is gone";
+    for trail in [folder.path(), &path("02")] {
+        assert_eq!(verify(trail).unwrap_err().to_string(), format!("{}:1: {gone}", path("02").display()));
+    }
+    let single = written(&["2026-01-01", "2026-01-01"], 9);
+    let path = single.path().join("audit-2026-01-01.jsonl");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, text.split_once('\n').unwrap().1).unwrap();
+    assert!(verify(single.path()).unwrap_err().to_string().ends_with(gone));
+}
+
+#[test]
+fn a_first_line_of_a_day_that_was_cut_off_keeps_the_numbers() {
+    let folder = written(&["2026-01-01", "2026-01-01", "2026-01-02"], 9);
+    let path = folder.path().join("audit-2026-01-02.jsonl");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, &text[..30]).unwrap();
+    let utc = "2026-01-02T13:00:00.000Z".to_owned();
+    let mut files = DayFiles::open(folder.path(), 9, &utc).unwrap();
+    let number = files.newest_number() + 1;
+    files.append(&AuditRecord { utc, number, ..order("resume") }).unwrap();
+    assert_eq!((number, intact(folder.path()).last, intact(folder.path()).torn.len()), (4, 4, 1));
+    // And the file says where it begins.
+    std::fs::remove_file(folder.path().join("audit-2026-01-01.jsonl")).unwrap();
+    assert_eq!(intact(folder.path()).first, 3);
+}
+
+#[test]
+fn a_file_that_is_gone_is_begun_again_with_the_chain_of_before_and_that_is_said() {
+    #[track_caller]
+    fn check(change: impl FnOnce(&Path), after: (u64, &str), verified: Result<(u64, usize), &str>) {
+        let folder = tempfile::tempdir().unwrap();
+        let audit = Audit::open(folder.path(), 9).unwrap();
+        audit.asked(&order("pause"));
+        audit.asked(&order("resume"));
+        assert_eq!((audit.state(), audit.problem()), ("ok", None));
+        let file = folder.path().join(&names(folder.path())[0]);
+        change(&file);
+        assert_eq!(audit.state(), "failing", "it is known before the next order");
+        assert_eq!(audit.asked(&order("abort")), 3);
+        assert_eq!((audit.lost(), audit.state()), after);
+        let said = audit.problem().is_some_and(|it| it.contains(&*file.to_string_lossy()));
+        assert_eq!(said, after.0 == 0);
+        let found = verify(folder.path()).map(|it| (it.first, it.lost.len())).map_err(|it| it.to_string());
+        match (found, verified) {
+            (Err(found), Err(expected)) => assert!(found.contains(expected), "{found}"),
+            (found, verified) => assert_eq!(found.unwrap(), verified.unwrap()),
+        }
+    }
+    check(|file| std::fs::remove_file(file).unwrap(), (0, "ok"), Ok((3, 1)));
+    check(|file| std::fs::rename(file, file.with_extension("jsonl.1")).unwrap(), (0, "ok"), Ok((3, 1)));
+    // A file with the same lines goes on, as after an editor that saves by renaming; also if its end is missing.
+    let again = |file: &Path, cut: usize| {
+        let text = std::fs::read_to_string(file).unwrap();
+        std::fs::rename(file, file.with_extension("1")).unwrap();
+        std::fs::write(file, &text[..text.len() - cut]).unwrap();
+    };
+    check(|file| again(file, 0), (0, "ok"), Ok((1, 0)));
+    check(|file| again(file, 1), (0, "ok"), Ok((1, 0)));
+    check(|file| again(file, 20), (0, "ok"), Err(":2: it is no record"));
+    check(|file| std::fs::remove_dir_all(file.parent().unwrap()).unwrap(), (1, "failing"), Err("No such file"));
+    check(
+        |file| {
+            std::fs::remove_file(file).unwrap();
+            std::fs::create_dir(file).unwrap();
+        },
+        (1, "failing"),
+        Err("is no regular file"),
+    );
+}
+
+#[test]
+fn a_pipe_or_a_device_is_no_audit_trail_and_holds_nothing_up() {
+    assert!(verify(Path::new("/dev/zero")).unwrap_err().to_string().contains("is no regular file"));
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("audit-2026-01-01.jsonl");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    for trail in [folder.path(), &pipe] {
+        assert!(verify(trail).unwrap_err().to_string().contains("is no regular file"));
+    }
+    assert_eq!(Audit::open(folder.path(), 9).unwrap_err().0, pipe);
 }
 
 #[test]

@@ -1,12 +1,11 @@
 //! Whether the audit trail's files are as they were written: every line follows the one before, across files.
 
 use std::fmt;
-use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use super::chain::{self, Hash};
-use super::day_files;
+use super::chain::{self, Begun, Hash, Line, Link};
+use super::{day_files, regular};
 use crate::access::to_hex;
 
 /// Bytes of a line that no record reaches.
@@ -23,6 +22,8 @@ pub struct Intact {
     pub last: u64,
     /// Numbers in between without a record: it could not be written, because the disk was full or absent.
     pub unwritten: u64,
+    /// First records of files that were begun because the file before was gone while the gateway wrote to it.
+    pub lost: Vec<Place>,
     /// Lines that were cut off when the gateway ended, each followed by a record that says so.
     pub torn: Vec<Place>,
     /// The last line, if it is cut off: the gateway, when it starts again, goes on after it.
@@ -43,7 +44,7 @@ pub struct Place {
 /// Why the audit trail is not intact.
 #[derive(Debug, thiserror::Error)]
 pub enum Fault {
-    /// A file or the folder cannot be read.
+    /// A file or the folder cannot be read, or is no regular file.
     #[error("{path}: {1}", path = .0.display())]
     Unreadable(PathBuf, io::Error),
     /// The folder has no audit trail.
@@ -82,6 +83,8 @@ pub fn verify(path: &Path) -> Result<Intact, Fault> {
 struct Reading {
     found: Intact,
     hash: Option<Hash>,
+    /// Whether the line that was read last ends with a line feed.
+    has_feed: bool,
     /// The lines just before that are not whole: several, if the disk was full when the gateway started again.
     cut_off: Vec<Place>,
 }
@@ -89,7 +92,7 @@ struct Reading {
 impl Reading {
     fn file(&mut self, path: &Path) -> Result<(), Fault> {
         let unreadable = |cause| Fault::Unreadable(path.to_owned(), cause);
-        let mut reader = BufReader::new(File::open(path).map_err(unreadable)?);
+        let mut reader = BufReader::new(regular::open(path).map_err(unreadable)?);
         self.found.files += 1;
         let mut bytes = Vec::new();
         for line in 1.. {
@@ -99,45 +102,67 @@ impl Reading {
             if read == 0 {
                 break;
             }
-            let is_too_long = bytes.pop_if(|it| *it == b'\n').is_none() && bytes.len() as u64 == MAX_LINE;
-            if is_too_long {
+            let has_feed = bytes.pop_if(|it| *it == b'\n').is_some();
+            if !has_feed && bytes.len() as u64 == MAX_LINE {
                 return Err(Fault::Broken(place, format!("the line has more than {MAX_LINE} bytes")));
             }
+            self.has_feed = has_feed;
             self.line(place, &bytes)?;
         }
         Ok(())
     }
 
     fn line(&mut self, place: Place, line: &[u8]) -> Result<(), Fault> {
-        let Some(link) = chain::link(line) else {
-            self.cut_off.push(place);
-            self.hash = Some(chain::hash(line));
-            return Ok(());
+        let link = match chain::read(line) {
+            Line::Record(link) => link,
+            Line::Part => {
+                self.cut_off.push(place);
+                self.hash = Some(chain::hash(line));
+                return Ok(());
+            }
+            Line::Foreign => return Err(Fault::Broken(place, "it is no record".to_owned())),
         };
+        if !link.is_unchanged {
+            let why = "it does not have the hash that it carries: the line was changed".to_owned();
+            return Err(Fault::Broken(place, why));
+        }
         if !link.after_torn {
             self.follows_whole(&place)?;
         }
-        let (is_first, has_number) = (self.hash.is_none(), self.found.first != 0);
-        let expected = self.hash.unwrap_or(if link.number == 1 { Hash::default() } else { link.previous });
-        if link.previous != expected {
-            let why = if is_first {
-                "it is the first record and carries the hash of an earlier line"
-            } else {
-                "it does not carry the hash of the line before: one of the two was changed, or lines between them are gone"
-            };
-            return Err(Fault::Broken(place, why.to_owned()));
-        }
-        if has_number && link.number <= self.found.last {
-            let why = format!("record {} comes after record {}", link.number, self.found.last);
-            return Err(Fault::Broken(place, why));
-        }
-        if has_number {
-            self.found.unwritten += link.number - self.found.last - 1;
-        } else {
+        self.follows(&link).map_err(|why| Fault::Broken(place.clone(), why))?;
+        if self.found.first == 0 {
             self.found.first = link.number;
+        } else {
+            self.found.unwritten += link.number - self.found.last - 1;
+        }
+        if link.begun == Some(Begun::Lost) {
+            self.found.lost.push(place);
         }
         self.found.torn.append(&mut self.cut_off);
         (self.found.last, self.hash) = (link.number, Some(chain::hash(line)));
+        Ok(())
+    }
+
+    /// Whether a record follows from what was read before it; if not, why.
+    fn follows(&self, link: &Link) -> Result<(), String> {
+        // What rotation has removed ends with a whole file.
+        if self.found.first == 0 && link.begun.is_none() {
+            return Err(
+                "it is the first record and not the first one of a file: what was before it in the file is gone".into(),
+            );
+        }
+        let expected = self.hash.unwrap_or(if link.number == 1 { Hash::default() } else { link.previous });
+        if link.previous != expected && link.begun == Some(Begun::Lost) {
+            return Err(
+                "the records before it were in a file that was removed or renamed while the gateway wrote to it".into(),
+            );
+        }
+        if link.previous != expected {
+            return Err("it does not carry the hash of the line before: one of the two was changed, or lines between them are gone".into());
+        }
+        if self.found.first != 0 && link.number <= self.found.last {
+            return Err(format!("record {} comes after record {}", link.number, self.found.last));
+        }
         Ok(())
     }
 
@@ -153,6 +178,11 @@ impl Reading {
     }
 
     fn end(mut self) -> Result<Intact, Fault> {
+        // Only the last bytes of all can be a line of which the rest is not written yet.
+        if let Some(place) = self.cut_off.pop_if(|_| self.has_feed) {
+            let why = "it is no record, and not cut off: it ends with a line feed";
+            return Err(Fault::Broken(place, why.to_owned()));
+        }
         self.found.unfinished = self.cut_off.pop();
         self.found.torn.append(&mut self.cut_off);
         self.found.hash = self.hash.map(|it| to_hex(&it)).unwrap_or_default();

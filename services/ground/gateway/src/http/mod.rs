@@ -161,7 +161,8 @@ async fn healthz(State(site): State<Site>) -> Answer {
         Ok(_) => {
             let recordings = site.api.recordings.state().to_owned();
             let audit = site.api.audit.state().to_owned();
-            let problems = health::memory_problems(&site.snapshot());
+            let memory = health::memory_problems(&site.snapshot());
+            let problems: Vec<String> = site.api.audit.problem().into_iter().chain(memory).collect();
             // Still 200: starting the gateway again would remedy nothing.
             let status = if problems.is_empty() { "ok" } else { "degraded" }.to_owned();
             Ok(document(&v1::GatewayHealth { status, recordings, audit, problems }))

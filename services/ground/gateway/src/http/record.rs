@@ -46,8 +46,7 @@ impl Site {
             self.api.orders.send(Order::Journal { vehicle, occurrence: Occurrence::Audit(record) });
         }
         // The client need not wait until the disk has it.
-        let audit = self.api.audit.clone();
-        tokio::task::spawn_blocking(move || audit.sync());
+        self.api.audit.sync();
     }
 
     /// Records a request that was refused before anything was asked.

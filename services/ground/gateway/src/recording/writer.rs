@@ -16,6 +16,7 @@ use std::time::{Duration, Instant};
 
 use node::VehicleId;
 
+use crate::in_place::is_at;
 use crate::recording::capture::{RecordedMessage, RecordingHeader, WriteJob};
 use crate::recording::config::Limits;
 use crate::recording::encoder::Encoder;
@@ -193,6 +194,9 @@ impl Writer {
         if std::mem::take(&mut open.collected) == 0 {
             return;
         }
+        if !is_at(&open.file, &open.path) {
+            return self.begin_again(number);
+        }
         let bytes = open.encoder.take_bytes().map_err(io::Error::other);
         let before = open.bytes;
         if let Err(cause) = bytes.and_then(|bytes| write(&mut open.file, &mut open.bytes, &bytes)) {
@@ -212,6 +216,9 @@ impl Writer {
     /// Completes a recording.
     fn end(&mut self, number: u64, now: Instant) {
         let Some(mut open) = self.open.remove(&number) else { return };
+        if !is_at(&open.file, &open.path) {
+            return self.lost(&open);
+        }
         let metadata = open.summary.metadata();
         let last = open.encoder.finish(metadata).map_err(io::Error::other);
         if let Err(cause) = last.and_then(|bytes| write(&mut open.file, &mut open.bytes, &bytes)) {
@@ -224,10 +231,25 @@ impl Writer {
         all.into_iter().for_each(|number| self.end(number, Instant::now()));
     }
 
+    /// Gives up a recording whose file was removed, renamed or replaced: its next message begins another one.
+    fn begin_again(&mut self, number: u64) {
+        if let Some(open) = self.open.remove(&number) {
+            self.lost(&open);
+        }
+    }
+
+    fn lost(&self, open: &OpenRecording) {
+        let why = format!("{}: was removed, renamed or replaced while it was written to", open.path.display());
+        if self.status.failed(&why) {
+            tracing::error!("{why}; the rest of the mission is recorded in a new file");
+        }
+    }
+
     /// Leaves a recording as it is for now.
     fn fail(&mut self, number: u64, cause: &io::Error, now: Instant) {
         if let Some(open) = self.open.remove(&number)
             && open.bytes == open.head_bytes
+            && is_at(&open.file, &open.path)
         {
             // Files without messages, one from each attempt, would displace recordings that have some.
             let _ = std::fs::remove_file(open.path);

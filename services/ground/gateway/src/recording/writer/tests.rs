@@ -149,3 +149,44 @@ fn what_cannot_be_written_is_counted_reported_and_tried_again() {
     writer.on(WriteJob::End(first), now);
     check(&folder, &[("01", "complete", Value::Null)]);
 }
+
+#[test]
+fn a_recording_that_is_gone_is_begun_again_and_that_is_said() {
+    #[track_caller]
+    fn case(change: impl FnOnce(&Path)) {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = parent.path().join("recordings");
+        let (mut writer, status) = writer(&folder, NO_LIMITS);
+        let (mut now, first) = (Instant::now(), header(1));
+        writer.on(decision(&first, "takeoff"), now);
+        now += FLUSH;
+        writer.flush_due(now);
+        change(&folder);
+        writer.on(decision(&first, "lost"), now);
+        now += FLUSH;
+        writer.flush_due(now);
+        assert!(status.problem().is_some_and(|it| it.contains("was removed, renamed or replaced")));
+        writer.on(decision(&first, "land"), now);
+        now += FLUSH;
+        writer.flush_due(now);
+        assert_eq!(status.problem(), None);
+        writer.on(WriteJob::End(first), now);
+        check(&folder, &[("01", "complete", Value::Null)]);
+        let recorded = recording(&folder, "20260101T000001000Z-uav1");
+        assert_eq!(recorded["decisions"][0]["text"], "Land.");
+    }
+    case(|folder| std::fs::remove_dir_all(folder).unwrap());
+    case(|folder| std::fs::remove_file(folder.join("20260101T000001000Z-uav1.mcap")).unwrap());
+    case(|folder| std::fs::rename(folder, folder.with_extension("old")).unwrap());
+}
+
+#[test]
+fn the_end_of_a_recording_that_is_gone_is_said_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut writer, status) = writer(folder.path(), NO_LIMITS);
+    let (now, first) = (Instant::now(), header(1));
+    writer.on(decision(&first, "takeoff"), now);
+    std::fs::remove_file(folder.path().join("20260101T000001000Z-uav1.mcap")).unwrap();
+    writer.on(WriteJob::End(first), now);
+    assert!(status.problem().is_some());
+}
