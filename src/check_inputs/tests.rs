@@ -7,16 +7,19 @@ use proptest::sample::Index;
 
 use super::*;
 
+/// Whether a file can be used.
+type Read = Box<dyn Fn(&Source) -> Result<(), Mistakes>>;
+
 /// A shipped file, and how it is read.
 struct Shipped {
     source: Source,
-    read: Box<dyn Fn(&Source) -> Result<(), Mistakes>>,
+    read: Read,
 }
 
 impl Shipped {
     fn all() -> [Shipped; 3] {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
-        let file = |name, read| Shipped { source: Source::read(&folder.join(name)).unwrap(), read };
+        let file = |name, read: Read| Shipped { source: Source::read(&folder.join(name)).unwrap(), read };
         let trees = Trees::read(&folder.join("trees")).unwrap();
         [
             file("kittiwake.toml", Box::new(|it| it.parse::<Config>().map(drop))),

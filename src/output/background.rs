@@ -58,15 +58,13 @@ impl Background {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::mpsc::channel;
-
     use super::*;
 
     #[test]
     fn who_speaks_waits_for_no_reader_and_what_is_read_later_is_in_order() {
         let background = Background::start().unwrap();
-        let (read, reader) = channel();
-        let (said, heard) = channel();
+        let (read, reader) = sync_channel(1);
+        let (said, heard) = sync_channel(2 * WAITING);
         // The reader stalls.
         background.put(Box::new(move || reader.recv().unwrap()));
         for number in 0..2 * WAITING {
@@ -84,7 +82,7 @@ mod tests {
     #[test]
     fn who_ends_waits_for_the_last_line() {
         let background = Background::start().unwrap();
-        let (said, heard) = channel();
+        let (said, heard) = sync_channel(1);
         background.put(Box::new(move || said.send("the end").unwrap()));
         background.finish(Duration::from_secs(60));
         assert_eq!(heard.try_recv(), Ok("the end"));

@@ -307,7 +307,9 @@ impl Ending {
 
 /// How the program keeps a system up, as [`System::of`] starts it.
 fn command(program: &Path, args: &[&str]) -> Command {
-    let mut command = Command::new(program);
+    // A terminal that is closed is heard of, also where the tests are run by `nohup`.
+    let mut command = Command::new("env");
+    command.arg("--default-signal=HUP").arg(program);
     // Not into the recordings of the user who runs the tests.
     command.args(["up", "--json"]).args(args).env("XDG_STATE_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/state"));
     command.stdin(Stdio::null());
