@@ -12,7 +12,7 @@ mod background;
 
 use background::Background;
 
-/// Whoever ends waits no longer than this for its last lines to be read.
+/// A process that ends waits at most this long for its last lines to be read.
 const LAST_LINES: Duration = Duration::from_secs(1);
 
 /// Absent in commands that only print: they wait for their reader.

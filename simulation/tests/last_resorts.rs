@@ -45,7 +45,7 @@ corners_m = [[-5000.0, 60.0], [5000.0, 60.0], [5000.0, 9000.0], [-5000.0, 9000.0
 "#,
 );
 
-/// So many metres east and back over these areas and sites, `seconds` after the start, when it is on its way out.
+/// A flight of this many metres to the east and back over these areas and sites, `seconds` after its start, when it is on its way out.
 fn out((east_m, around): (u32, &str), seconds: u64) -> Simulation<'static> {
     let config = config();
     let (permissions, machine) = (Policy::Grant, Machine::Ideal);

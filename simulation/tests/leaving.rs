@@ -94,7 +94,7 @@ fn a_leave_that_was_under_way_goes_on_after_a_restart() {
     leaves(&mut simulation, 30);
 }
 
-/// Killed inside while the tower is silent, and the wall clock is set by so much meanwhile.
+/// Kills the manager inside the area while the tower is silent, and sets the wall clock by this much before it is back.
 #[track_caller]
 fn killed_inside_without_tower(clock_ms: i64) -> Simulation<'static> {
     let mut simulation = inside();

@@ -85,7 +85,7 @@ pub(crate) fn watch(
     session
         .liveliness()
         .declare_subscriber(&key)
-        // After a time without a link, too: who came meanwhile is told then.
+        // Whoever came while the link was down is reported once it is up again.
         .history(true)
         .callback(move |sample| {
             let Some((service, instance)) = keys::parse_alive(sample.key_expr().as_str()) else { return };

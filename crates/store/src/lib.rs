@@ -6,8 +6,7 @@
 //! newer one may be lost: [`Loaded::Behind`] and [`Loaded::Unusable`] are never the same as [`Loaded::Nothing`].
 //!
 //! Nothing is written without the lock, also not where the folder was replaced and with it the lock, and nothing into what belongs to
-//! another owner. A file that cannot be used is
-//! renamed before its name is used again, not removed.
+//! another owner. A file that cannot be used is renamed before its name is used again, not removed.
 //!
 //! The contents are bytes: what they mean is the caller's business.
 

@@ -54,7 +54,7 @@ pub(crate) struct Flown {
 const ARMED_WITHIN: Duration = Duration::from_secs(5);
 /// Setpoints that are sent are heard within this time after a start: twenty periods of theirs.
 const ADOPTS: Duration = Duration::from_secs(1);
-/// For so long after a command, the target that the autopilot reports is not judged: four of its messages.
+/// The target that the autopilot reports is not judged until this time has passed since a command: four of its messages.
 const SETTLES: Duration = Duration::from_secs(1);
 /// A vehicle that is slower stands. (ENG: gusts move one that holds by less.)
 const STANDS_M_S: f64 = 0.3;

@@ -82,9 +82,7 @@ impl GatewayProcess {
     /// # Errors
     /// When there can be no threads.
     pub fn run<T>(mut self, run_node: impl FnOnce(&mut Gateway) -> T) -> Result<T, StartError> {
-        let mut builder = Builder::new_multi_thread();
-        builder.worker_threads(THREADS).max_blocking_threads(DISK_THREADS).thread_keep_alive(KEPT);
-        let runtime = builder.enable_all().build()?;
+        let runtime = runtime()?;
         start_disk_threads(&runtime);
         let _entered = runtime.enter();
         let listener = tokio::net::TcpListener::from_std(self.listener)?;
@@ -98,6 +96,12 @@ impl GatewayProcess {
         runtime.shutdown_background();
         Ok(result)
     }
+}
+
+fn runtime() -> io::Result<Runtime> {
+    let mut builder = Builder::new_multi_thread();
+    builder.worker_threads(THREADS).max_blocking_threads(DISK_THREADS).thread_keep_alive(KEPT);
+    builder.enable_all().build()
 }
 
 /// Has the runtime start every thread that it may have for the disk: each waits until all of them run.
@@ -128,9 +132,7 @@ mod tests {
 
     #[test]
     fn no_thread_is_started_for_the_disk_after_the_start() {
-        let mut builder = Builder::new_multi_thread();
-        builder.worker_threads(THREADS).max_blocking_threads(DISK_THREADS).thread_keep_alive(KEPT);
-        let runtime = builder.build().unwrap();
+        let runtime = runtime().unwrap();
         start_disk_threads(&runtime);
         let (started, starts) = sync_channel(2 * DISK_THREADS);
         let gate = Arc::new(RwLock::new(()));
