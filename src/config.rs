@@ -7,7 +7,7 @@ use std::str::FromStr;
 
 use control_tower::policy::Policy;
 use domain::energy::EnergyModel;
-use domain::quantity::Positive;
+use domain::quantity::Seconds;
 use domain::time::Pace;
 use serde::{Deserialize, Deserializer, de};
 
@@ -33,7 +33,7 @@ pub struct Config {
     /// Where the gateway listens.
     pub http: SocketAddr,
     /// Wall seconds for which a process tries to reach the router before it gives up.
-    pub connect_limit_s: Positive,
+    pub connect_limit_s: Seconds<1, 600>,
     /// Starting and supervising the processes.
     pub launcher: crate::up::Config,
     /// Where traces go.

@@ -10,6 +10,7 @@
 )]
 
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::Parser;
 
@@ -52,6 +53,9 @@ pub fn main() -> ExitCode {
     // A child of the launcher is started as `/proc/self/exe`, and would be called `exe` in lists of processes. The name is for
     // humans only.
     let _ = nix::sys::prctl::set_name(c"kittiwake");
+    // Beyond a limit on the size of files (`ulimit -f`) a write is to fail, as on a full disk: by default this signal ends the process. It fails
+    // only for signals that nobody may handle.
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
     // Every TLS connection encrypts with ring. This fails only where a provider is installed already.
     let _ = rustls::crypto::ring::default_provider().install_default();
     let outcome = match cli.command {

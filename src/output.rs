@@ -3,12 +3,15 @@
 //! If the reader has closed the pipe (`kittiwake status | head -1`), that is no failure, above all not for a launcher
 //! whose vehicle flies. Nor does a process that flies a vehicle wait for a reader that stalls (a full pipe, ^S on a terminal): it has its
 //! lines written [`in_background`].
+//!
+//! What comes from outside is never a command to the terminal, see [`visible`].
 
 use std::io::Write;
 use std::sync::OnceLock;
 use std::time::Duration;
 
 mod background;
+pub mod visible;
 
 use background::Background;
 
@@ -43,13 +46,13 @@ pub fn line(text: impl std::fmt::Display) {
 
 /// On standard output, for a command that only prints: false once nobody reads it.
 pub fn is_read(text: impl std::fmt::Display) -> bool {
-    writeln!(std::io::stdout(), "{text}").is_ok()
+    writeln!(std::io::stdout(), "{}", visible::lines(&text.to_string())).is_ok()
 }
 
 /// On standard error.
 pub fn error_line(text: impl std::fmt::Display) {
     let text = text.to_string();
-    show(move || drop(writeln!(std::io::stderr(), "{text}")));
+    show(move || drop(writeln!(std::io::stderr(), "{}", visible::lines(&text))));
 }
 
 /// Does what writes to the terminal, in the order of all lines.

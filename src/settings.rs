@@ -61,6 +61,13 @@ pub struct Settings {
     /// and a planner, a mission manager and a control tower start without a state
     #[arg(long, value_name = "DIR")]
     pub state: Option<PathBuf>,
+    /// The process has run before, in this run of `up`: a state that is not in its folder was lost
+    #[arg(long, hide = true)]
+    pub has_run: bool,
+    /// Where the gateway keeps a copy of the tokens that are valid: one that has run before takes it where the access folder has none that
+    /// can be used
+    #[arg(long, value_name = "FILE", hide = true)]
+    pub tokens_copy: Option<PathBuf>,
     /// The public key of the control tower: with it a mission manager believes only permissions that the tower has signed.
     /// Without it `up` takes that of its own tower
     #[arg(long, value_name = "FILE")]
@@ -114,6 +121,8 @@ impl Settings {
             recordings: None,
             record_inputs: None,
             state: None,
+            has_run: false,
+            tokens_copy: None,
             tower_key: None,
             tower_secret: None,
             tls_certificate: None,
@@ -142,6 +151,7 @@ impl Settings {
         add("--recordings", self.recordings.clone().map(Into::into));
         add("--record-inputs", self.record_inputs.clone().map(Into::into));
         add("--state", self.state.clone().map(Into::into));
+        add("--tokens-copy", self.tokens_copy.clone().map(Into::into));
         add("--tower-key", self.tower_key.clone().map(Into::into));
         add("--tower-secret", self.tower_secret.clone().map(Into::into));
         add("--tls-certificate", self.tls_certificate.clone().map(Into::into));
@@ -151,6 +161,9 @@ impl Settings {
         add("--connect-autopilot", self.connect_autopilot.as_ref().map(|it| it.to_string().into()));
         add("--ground", self.ground.as_ref().map(|it| it.to_string().into()));
         add("--signing-key", self.signing_key.clone().map(Into::into));
+        if self.has_run {
+            args.push("--has-run".into());
+        }
         if self.plain_http_beyond_loopback {
             args.push("--plain-http-beyond-loopback".into());
         }

@@ -33,7 +33,7 @@ pub(crate) struct Files {
     pub(crate) control_tower: control_tower::config::Config,
     pub(crate) gateway: gateway::config::Config,
     /// Whether somebody reads the tree that the mission manager publishes.
-    shows_tree: bool,
+    pub(crate) shows_tree: bool,
 }
 
 /// The services' sections; those of the processes and their launcher are not used here.

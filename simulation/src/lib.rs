@@ -154,6 +154,8 @@ impl Simulation<'_> {
         let mut files = Files::read(setup)?;
         files.mission = changes.mission.clone().unwrap_or(files.mission);
         files.control_tower.grant_valid_s = changes.grant_valid_s.unwrap_or(files.control_tower.grant_valid_s);
+        // Without the gateway's API nobody sees it, unless it is recorded.
+        files.shows_tree = changes.tape.is_some();
         let access = gateway::AccessControl { tokens: Default::default(), audit: gateway::audit::Audit::in_memory() };
         let vehicle = simulated(&files, setup);
         Ok(Simulation::of(setup, &Rc::new(files), access, changes, vehicle)?.0)
@@ -245,10 +247,12 @@ impl Simulation<'_> {
         // Whether a manager can be made of these files is known after the first one.
         files.manager(setup.seed)?;
         let Setup { permissions, seed, .. } = *setup;
+        let flown = mission.clone();
         let manager = move |start: u64| {
             // As a process has one: unique among all starts.
             let instance = seed.wrapping_add(start << 32);
             let manager = flies.manager(instance).expect("these files have made one before");
+            let manager = manager.of_mission(&flown);
             (manager.that_verifies_with(tower_key().public()), instance)
         };
         let planner =

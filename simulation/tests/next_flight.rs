@@ -100,6 +100,22 @@ fn nothing_is_uploaded_for_the_next_flight_while_the_last_one_comes_down() {
 }
 
 #[test]
+fn nothing_is_uploaded_for_the_next_flight_between_the_end_of_the_last_one_and_its_report() {
+    let mut simulation = started();
+    assert!(simulation.fly_until("every objective was achieved", LIMIT));
+    simulation.ask(hop(1));
+    flies_to_its_end(&mut simulation, v1::MissionOutcome::Success);
+    let report = simulation.report().expect("a report");
+    let objectives: Vec<_> = report.objectives.iter().map(|it| it.name.as_str()).collect();
+    assert_eq!(objectives, ["deliver", "return"], "the flown ones");
+    simulation.ask(hop(2));
+    simulation.pass(A_WHILE);
+    start(&mut simulation);
+    flies_to_its_end(&mut simulation, v1::MissionOutcome::Success);
+    assert_eq!(answers(&simulation), ["anna: start: the next mission starts: `hop 2`"]);
+}
+
+#[test]
 fn what_keeps_a_vehicle_on_the_ground_keeps_it_there_before_the_next_flight() {
     let mut simulation = started();
     flies_to_its_end(&mut simulation, v1::MissionOutcome::Success);

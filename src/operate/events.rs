@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use crate::operate::failure::Failure;
 use crate::operate::gateway::Gateway;
 use crate::operate::show;
-use crate::operate::words::{number, text, word};
+use crate::operate::words::{number, on_one_line, text, word};
 use crate::output;
 
 /// A stream that broke is opened again until this has passed.
@@ -88,7 +88,7 @@ fn line(event: &Event, json: bool) -> String {
         return json!({ "event": event.kind, "id": event.id, "data": data }).to_string();
     }
     let at = data["missionTimeS"].as_f64().map(|it| format!("[{it:7.1} s] ")).unwrap_or_default();
-    format!("{at}{}", words(&event.kind, &data))
+    format!("{at}{}", words(&event.kind, &on_one_line(&data)))
 }
 
 fn words(kind: &str, it: &Value) -> String {

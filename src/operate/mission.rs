@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use crate::operate::args::MissionCommand;
 use crate::operate::failure::Failure;
 use crate::operate::gateway::Gateway;
+use crate::operate::words::on_one_line;
 use crate::operate::{Done, convert, show};
 
 /// Reads or orders. A file is checked before a gateway is looked for.
@@ -44,7 +45,7 @@ pub fn run(what: &MissionCommand, gateway: impl FnOnce() -> Result<Gateway, Fail
 
 fn read(gateway: &Gateway, words: fn(&Value) -> String) -> Result<Done, Failure> {
     let document = gateway.read(&["mission"])?;
-    let text = words(&document);
+    let text = words(&on_one_line(&document));
     Ok(Done { document, text })
 }
 
@@ -56,7 +57,7 @@ fn text_of(file: &Path) -> Result<Value, Failure> {
 }
 
 fn order(gateway: &Gateway, method: Method, path: &[&str], body: Option<Value>) -> Result<Done, Failure> {
-    let forecast = |it: &Value| show::forecast(it);
+    let forecast = |it: &Value| show::forecast(&on_one_line(it));
     match gateway.order(method, path, body) {
         Ok(document) => {
             let text = format!("{}{}", document["text"].as_str().unwrap_or("done"), forecast(&document));

@@ -11,6 +11,7 @@ use crate::operate::failure::Failure;
 use crate::operate::gateway::Gateway;
 use crate::outcome::Outcome;
 use crate::output;
+use crate::output::visible;
 
 pub mod args;
 pub mod audit;
@@ -37,7 +38,7 @@ struct Done {
 impl Done {
     /// The answer to an order, which has its outcome in words.
     fn of(document: Value) -> Done {
-        let text = document["text"].as_str().unwrap_or("done").to_owned();
+        let text = visible::one_line(document["text"].as_str().unwrap_or("done")).into_owned();
         Done { document, text }
     }
 }

@@ -7,7 +7,7 @@ use crate::operate::Done;
 use crate::operate::args::PermissionCommand;
 use crate::operate::failure::Failure;
 use crate::operate::gateway::Gateway;
-use crate::operate::words::{each, heading, table, text, word};
+use crate::operate::words::{each, heading, on_one_line, table, text, word};
 
 /// Reads or decides.
 pub fn run(what: &PermissionCommand, gateway: &Gateway) -> Result<Done, Failure> {
@@ -40,8 +40,11 @@ fn list(gateway: &Gateway, wanted: fn(&Value) -> bool) -> Result<Done, Failure> 
     let document =
         json!({ "vehicle": vehicle["vehicle"], "utc": vehicle["utc"], "permissions": permissions, "tower": tower });
     let stale = tower["stale"].as_str().unwrap_or_default();
-    let mut text =
-        if found.is_empty() { "none".to_owned() } else { lines(&document["permissions"], !stale.is_empty()) };
+    let mut text = if found.is_empty() {
+        "none".to_owned()
+    } else {
+        lines(&on_one_line(&document["permissions"]), !stale.is_empty())
+    };
     if !stale.is_empty() {
         text += &format!("\nstale: {stale}");
     }

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 use crate::operate::args::{Override, VehicleCommand};
 use crate::operate::failure::Failure;
 use crate::operate::gateway::Gateway;
+use crate::operate::words::on_one_line;
 use crate::operate::{Done, show};
 
 /// Reads or orders; events are printed elsewhere.
@@ -35,7 +36,7 @@ fn body(over: Override) -> Option<Value> {
 }
 
 fn shown(document: Value, words: fn(&Value) -> String) -> Done {
-    let text = words(&document);
+    let text = words(&on_one_line(&document));
     Done { document, text }
 }
 
@@ -45,6 +46,6 @@ fn verb(gateway: &Gateway, path: &[&str], body: Option<Value>) -> Result<Done, F
 
 fn command_authority(gateway: &Gateway, what: &str, body: Option<Value>) -> Result<Done, Failure> {
     let document = gateway.order(Method::POST, &["command", what], body)?;
-    let text = format!("command: {}", show::command(&document));
+    let text = format!("command: {}", show::command(&on_one_line(&document)));
     Ok(Done { document, text })
 }

@@ -16,6 +16,7 @@ use crate::operate::failure::Failure;
 use crate::operate::gateway::Gateway;
 use crate::outcome::Outcome;
 use crate::output;
+use crate::output::visible;
 use crate::run::state_folder;
 
 /// `kittiwake why`.
@@ -47,7 +48,7 @@ fn print(decisions: Vec<v1::DecisionRecord>, json: bool) {
     }
     let decisions: Vec<DecisionRecord> = decisions.into_iter().map(told).collect();
     for line in chain(&decisions) {
-        if !output::is_read(line) {
+        if !output::is_read(visible::one_line(&line)) {
             return;
         }
     }

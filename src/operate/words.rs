@@ -2,6 +2,8 @@
 
 use serde_json::Value;
 
+use crate::output::visible;
+
 /// `FLIGHT_MODE_OFFBOARD` as `offboard`, given the prefix; a dash for what is unknown.
 pub fn word(value: &Value, prefix: &str) -> String {
     match value.as_str().map(|it| it.strip_prefix(prefix).unwrap_or(it)) {
@@ -20,6 +22,16 @@ pub fn number(value: &Value, decimals: usize) -> String {
 /// Text; a dash for what is unknown or empty.
 pub fn text(value: &Value) -> &str {
     value.as_str().filter(|it| !it.is_empty()).unwrap_or("-")
+}
+
+/// The document with every text on one line, so that no name in it looks like a line of this program.
+pub fn on_one_line(document: &Value) -> Value {
+    match document {
+        Value::String(it) => Value::String(visible::one_line(it).into_owned()),
+        Value::Array(list) => list.iter().map(on_one_line).collect(),
+        Value::Object(members) => members.iter().map(|(name, it)| (name.clone(), on_one_line(it))).collect(),
+        Value::Null | Value::Bool(_) | Value::Number(_) => document.clone(),
+    }
 }
 
 /// The elements of a list; none if the value is no list.
@@ -66,6 +78,12 @@ mod tests {
         assert_eq!(word(&json!("PERMISSION_STATE_UNSPECIFIED"), "PERMISSION_STATE_"), "-");
         assert_eq!(word(&Value::Null, "X_"), "-");
         assert_eq!([number(&json!(-0.04), 1), number(&json!(2.25), 1), number(&json!("NaN"), 1)], ["0.0", "2.3", "-"]);
+    }
+
+    #[test]
+    fn a_name_is_on_one_line_wherever_it_is_in_the_document() {
+        let found = on_one_line(&json!({ "a": [{ "name": "r\nFORGED" }, 1.5, null], "b": "\u{1b}[2J" }));
+        assert_eq!(found, json!({ "a": [{ "name": "r\\nFORGED" }, 1.5, null], "b": "\\u001b[2J" }));
     }
 
     #[test]

@@ -18,11 +18,19 @@ use crate::output;
 const STOP_LIMIT: Duration = Duration::from_secs(2);
 
 /// Calls `on_signal` on every Ctrl-C and SIGTERM, and when the terminal is closed (SIGHUP), from a thread of its own. `nohup` has the last one
-/// ignored, and so it stays.
+/// ignored, and so it stays. A closed terminal counts as one request, although SIGHUP often comes twice: from the kernel and from the shell.
 pub fn on_signal(mut on_signal: impl FnMut() + Send + 'static) -> std::io::Result<()> {
     let hang_up = (!is_ignored(SIGHUP)).then_some(SIGHUP);
     let mut signals = Signals::new([SIGINT, SIGTERM].into_iter().chain(hang_up))?;
-    let each = move || signals.forever().for_each(|_| on_signal());
+    let mut was_asked = false;
+    let each = move || {
+        for signal in signals.forever() {
+            if signal != SIGHUP || !was_asked {
+                on_signal();
+            }
+            was_asked = true;
+        }
+    };
     Builder::new().name("signals".into()).spawn(each).map(drop)
 }
 

@@ -8,6 +8,7 @@ use bus::{BusError, Composition, Hosted, Link, Nudge, Process, Scope, Stop};
 use control_tower::ControlTower;
 use domain::file::Mistakes;
 use gateway::Gateway;
+use gateway::audit::OpenError;
 use gateway::process::{GatewayProcess, StartError};
 use mavlink_bridge::MavlinkBridge;
 use mavlink_bridge::ground::GroundSocket;
@@ -32,15 +33,13 @@ use crate::outcome::Outcome;
 use crate::run::end::stop_on_end;
 use crate::run::persisted::{self, Persisted};
 use crate::run::px4_port::Px4Port;
+use crate::run::state_folder::FLEET;
 use crate::run::watchdog::Watched;
 use crate::run::{inputs, state_folder, tower_key};
 use crate::service::Service;
 use crate::settings::Settings;
 use crate::setup::access;
 use crate::{output, signing_key, telemetry};
-
-/// The owner of what the ground stores about all vehicles.
-const FLEET: &str = "the fleet";
 
 /// Why a process ended early.
 #[derive(Debug, thiserror::Error)]
@@ -52,7 +51,7 @@ enum Failure {
     #[error("the behavior tree cannot be built: {0}")]
     Tree(#[from] behavior_tree::InstantiateError),
     #[error(transparent)]
-    Access(#[from] gateway::access::InvalidTokens),
+    Access(#[from] access::Failure),
     #[error(transparent)]
     State(#[from] persisted::StartError),
     #[error(transparent)]
@@ -98,7 +97,7 @@ fn run_process(name: &'static str, services: &[Service], args: &ProcessArgs) -> 
     let link = Link { connect: args.connect.clone(), scope, open_timeout };
     let stop = Stop::new();
     let result = stop_on_end(&stop, args.exit_with_parent).map_err(Failure::from).and_then(|()| match services {
-        [Service::Gateway] => run_gateway(&inputs, tls, &link, &stop),
+        [Service::Gateway] => run_gateway(&args.settings, &inputs, tls, &link, &stop),
         _ => run_on_bus(services, args, &inputs, &link, &stop),
     });
     telemetry.end();
@@ -133,9 +132,15 @@ fn run_on_bus(
     Ok(Composition { nodes, link, pace, is_only_one: true }.run(stop)?)
 }
 
-fn run_gateway(inputs: &Inputs, tls: Option<Arc<ServerConfig>>, link: &Link, stop: &Stop) -> Result<(), Failure> {
-    let Inputs { config, contingencies, access, .. } = inputs;
-    let access = access::access_control(access.as_deref(), config.gateway.audit_files.get().into())?;
+fn run_gateway(
+    settings: &Settings,
+    inputs: &Inputs,
+    tls: Option<Arc<ServerConfig>>,
+    link: &Link,
+    stop: &Stop,
+) -> Result<(), Failure> {
+    let Inputs { config, contingencies, .. } = inputs;
+    let access = access::access_control(settings, config.gateway.audit_files.get().into())?;
     let (pace, nudge) = (config.speed.pace(), Nudge::default());
     let wake = nudge.clone();
     let gateway = Gateway::new(&config.gateway, pace, access, contingencies.rows(), move || wake.wake());
@@ -199,7 +204,7 @@ fn build(service: Service, settings: &Settings, inputs: &Inputs) -> Result<Part,
                 Some(key) => tower.that_signs_with(key),
                 None => tower,
             };
-            with_state(tower, state.clone(), FLEET)?
+            with_state(tower, state.clone(), FLEET, settings.has_run)?
         }
         Service::Gateway => unreachable!("it has a server beside its node: see `run_gateway`"),
     })
@@ -234,22 +239,27 @@ fn recorded<N: Resumable + 'static>(service: N, record: &Record<'_>, state: Opti
     let (name, vehicle) = (service.name(), record.config.vehicle.as_str());
     let number = RECORDED.iter().position(|it| *it == name);
     let (Some(folder), Some(number)) = (&record.settings.record_inputs, number) else {
-        return with_state(service, state, vehicle);
+        return with_state(service, state, vehicle, record.settings.has_run);
     };
     let header = inputs::header(record.config, &record.settings.config, record.instance, record.tower_key.clone());
     let inputs = header.map_err(Failure::Files).and_then(|header| {
         inputs::Inputs::begin(folder, name, &header).map_err(|cause| Failure::Inputs { folder: folder.clone(), cause })
     })?;
-    with_state(Recorded::new(service, number as u8, inputs), state, vehicle)
+    with_state(Recorded::new(service, number as u8, inputs), state, vehicle, record.settings.has_run)
 }
 
-/// `service`, whose state is `owner`'s and in `folder`, if there is one.
-fn with_state<N: Resumable + 'static>(service: N, folder: Option<PathBuf>, owner: &str) -> Result<Part, Failure> {
+/// `service`, whose state is `owner`'s and in `folder`, if there is one, as it must be if it `has_run` before.
+fn with_state<N: Resumable + 'static>(
+    service: N,
+    folder: Option<PathBuf>,
+    owner: &str,
+    has_run: bool,
+) -> Result<Part, Failure> {
     let Some(folder) = folder else { return Ok(Part::of(service)) };
     let (name, owner) = (service.name(), owner.to_owned());
     let nudge = Nudge::default();
     let wake = nudge.clone();
-    let open = move || state_folder::open(&folder, name, &owner);
+    let open = move || state_folder::open(&folder, name, &owner, has_run);
     let persisted = Persisted::new(service, start_number(), open, move || wake.wake())?;
     Ok(Part { node: Box::new(persisted), nudge })
 }
@@ -270,6 +280,7 @@ fn report(name: &str, result: Result<(), Failure>) -> Outcome {
                 // It does not become better by trying again.
                 Failure::Bus(BusError::RunsAlready { .. } | BusError::Superseded { .. })
                 | Failure::State(persisted::StartError::InUse(_))
+                | Failure::Access(access::Failure::Audit(OpenError::InUse(_)))
                 | Failure::Key(_)
                 | Failure::Files(_)
                 | Failure::Inputs { .. } => Outcome::BadInput,

@@ -161,8 +161,8 @@ impl RunFolder {
     }
 }
 
-/// What a run wrote into a folder of its own, to be written again where it was removed: who cleans up temporary files does not know that
-/// somebody flies with them.
+/// What a run wrote into a folder of its own, to be written again where it was removed or changed: who cleans up temporary files does not
+/// know that somebody flies with them.
 #[derive(Debug, Default)]
 pub struct Remembered(Vec<(PathBuf, Vec<u8>)>);
 
@@ -183,23 +183,38 @@ impl Remembered {
         Ok(Remembered(files))
     }
 
-    /// Writes again what is not there; whether anything was not.
+    /// Writes again what is not as it was written; whether anything was not.
     ///
     /// # Errors
     /// If that is not possible.
     pub fn restore(&self, folder: &RunFolder) -> io::Result<bool> {
-        let missing: Vec<_> = self.0.iter().filter(|(path, _)| !path.exists()).collect();
-        if missing.is_empty() {
+        let spoiled: Vec<_> = self.0.iter().filter(|(path, bytes)| !holds(path, bytes)).collect();
+        if spoiled.is_empty() {
             return Ok(false);
         }
         folder.0.parent().map_or(Ok(()), private_folder)?;
         private_folder(&folder.0)?;
-        for (path, bytes) in missing {
+        for (path, bytes) in spoiled {
             path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
+            if path.is_dir() {
+                std::fs::remove_dir_all(path)?;
+            } else if path.symlink_metadata().is_ok() {
+                // Not into what somebody has linked to it, nor into a pipe.
+                std::fs::remove_file(path)?;
+            }
             write_private(path, bytes)?;
         }
         Ok(true)
     }
+}
+
+/// Whether a file has this content.
+fn holds(path: &Path, bytes: &[u8]) -> bool {
+    use std::io::Read as _;
+    let mut found = Vec::new();
+    // One byte more shows that there is more.
+    let read = credentials::file::open(path).and_then(|it| it.take(bytes.len() as u64 + 1).read_to_end(&mut found));
+    read.is_ok() && found == bytes
 }
 
 impl Drop for RunFolder {
@@ -212,6 +227,34 @@ impl Drop for RunFolder {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_was_written_is_written_again_whatever_stands_in_its_place() {
+        #[track_caller]
+        fn check(spoil: impl Fn(&Path), expected: bool) {
+            let folder = RunFolder(tempfile::tempdir().unwrap().keep());
+            let file = folder.0.join("trees").join("main.xml");
+            std::fs::create_dir(file.parent().unwrap()).unwrap();
+            std::fs::write(&file, "as checked").unwrap();
+            let written = Remembered::of(&folder.0).unwrap();
+            spoil(&file);
+            assert_eq!(written.restore(&folder).unwrap(), expected);
+            assert_eq!(std::fs::read_to_string(&file).unwrap(), "as checked");
+            assert!(!written.restore(&folder).unwrap());
+        }
+        let remove = |it: &Path| std::fs::remove_file(it).unwrap();
+        check(|_| {}, false);
+        check(remove, true);
+        check(|it| std::fs::remove_dir_all(it.parent().unwrap()).unwrap(), true);
+        check(|it| std::fs::write(it, "").unwrap(), true);
+        check(|it| std::fs::write(it, "as checked, and more").unwrap(), true);
+        let replace = |it: &Path, by: fn(&Path) -> std::io::Result<()>| {
+            remove(it);
+            by(it).unwrap();
+        };
+        check(|it| replace(it, |it| std::fs::create_dir(it)), true);
+        check(|it| replace(it, |it| std::os::unix::fs::symlink("/dev/zero", it)), true);
+    }
 
     #[test]
     fn a_running_system_is_found_until_its_file_is_dropped() {

@@ -6,15 +6,30 @@ use std::path::{Path, PathBuf};
 use store::{InUse, Loaded, State, Store, Trouble};
 
 use crate::run::persisted::VERSION;
+use crate::service::Service;
 
-/// Opens the state of the process `name` of `owner`, a vehicle or the fleet, in `folder`.
+/// The owner of what the ground stores about all vehicles.
+pub const FLEET: &str = "the fleet";
+
+/// Opens the state of the process `name` of `owner`, a vehicle or the fleet, in `folder`. If the process `has_run` before, a state that is
+/// not there was lost; otherwise there has been none.
 ///
 /// # Errors
 /// If another process has it open.
-pub fn open(folder: &Path, name: &str, owner: &str) -> Result<(Store, Loaded), InUse> {
+pub fn open(folder: &Path, name: &str, owner: &str, has_run: bool) -> Result<(Store, Loaded), InUse> {
     let (store, loaded) = Store::open(folder, name, owner, VERSION)?;
     let loaded = if loaded == Loaded::Nothing { before_stores(&folder.join(name)) } else { loaded };
-    Ok((store, loaded))
+    let gone = || Loaded::Unusable(Trouble::Gone { folder: folder.to_owned(), name: name.to_owned() });
+    Ok((store, if loaded == Loaded::Nothing && has_run { gone() } else { loaded }))
+}
+
+/// Whether no process of another run has its state for `vehicle` in `folder` open now.
+///
+/// # Errors
+/// The first one that is open.
+pub fn check_free(folder: &Path, vehicle: &str) -> Result<(), InUse> {
+    let states = [(Service::Mcm, vehicle), (Service::Planner, vehicle), (Service::ControlTower, FLEET)];
+    states.into_iter().try_for_each(|(service, owner)| Store::check_free(folder, service.name(), owner))
 }
 
 /// The state as it was written before there were stores: one file of JSON. Read until the store has a state of its own.
@@ -43,6 +58,27 @@ fn choose(state: Option<PathBuf>, home: Option<PathBuf>) -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_state_that_is_gone_is_no_first_start() {
+        #[track_caller]
+        fn check(is_saved: bool, has_run: bool, expected: &str) {
+            let folder = tempfile::tempdir().unwrap();
+            if is_saved {
+                open(folder.path(), "mcm", "uav1", false).unwrap().0.save(b"{}").unwrap();
+            }
+            let told = match open(folder.path(), "mcm", "uav1", has_run).unwrap().1 {
+                Loaded::Nothing => "nothing".to_owned(),
+                Loaded::Unusable(trouble) => trouble.to_string().replace(folder.path().to_str().unwrap(), "FOLDER"),
+                Loaded::Newest(_) | Loaded::Behind(..) => "a state".to_owned(),
+            };
+            assert_eq!(told, expected);
+        }
+        check(false, false, "nothing");
+        check(false, true, "FOLDER has no state of `mcm`, which has run before");
+        check(true, false, "a state");
+        check(true, true, "a state");
+    }
 
     #[test]
     fn a_place_is_found_where_there_is_one() {

@@ -5,24 +5,53 @@ use std::path::Path;
 
 use gateway::AccessControl;
 use gateway::access::{InvalidTokens, Role, Tokens, entry};
-use gateway::audit::Audit;
+use gateway::audit::{Audit, OpenError};
 
 use crate::run::run_file::{self, Remembered, RunFolder};
+use crate::settings::Settings;
 
 /// In that folder: the tokens that are valid.
 pub const TOKENS: &str = "tokens.toml";
 /// Length of a token: 256 bits.
 pub const TOKEN_BYTES: usize = 32;
 
-/// The tokens and the audit trail in `folder`, of which the newest `audit_files` files are kept; without a folder no token is
-/// valid.
-pub fn access_control(folder: Option<&Path>, audit_files: usize) -> Result<AccessControl, InvalidTokens> {
-    let Some(folder) = folder else {
+/// Why the access folder cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// The tokens are refused.
+    #[error(transparent)]
+    Tokens(#[from] InvalidTokens),
+    /// The audit trail is not opened.
+    #[error(transparent)]
+    Audit(#[from] OpenError),
+}
+
+/// The tokens and the audit trail in the access folder, of which the newest `audit_files` files are kept; without a folder no token is
+/// valid. A gateway that has run before starts whatever became of the folder: an aircraft is not left without its operators.
+pub fn access_control(settings: &Settings, audit_files: usize) -> Result<AccessControl, Failure> {
+    let Some(folder) = &settings.access else {
         return Ok(AccessControl { tokens: Tokens::default(), audit: Audit::in_memory() });
     };
-    let tokens = Tokens::read(&folder.join(TOKENS))?;
-    let audit = Audit::open(folder, audit_files).map_err(|(path, cause)| InvalidTokens::Unreadable(path, cause))?;
+    let path = folder.join(TOKENS);
+    let tokens = match &settings.tokens_copy {
+        Some(copy) => Tokens::read_or_copied(&path, copy, settings.has_run)?,
+        None => Tokens::read(&path)?,
+    };
+    let audit = match Audit::open(folder, audit_files) {
+        Err(OpenError::Unusable(..)) if settings.has_run => open_again(folder, audit_files)?,
+        opened => opened?,
+    };
     Ok(AccessControl { tokens, audit })
+}
+
+/// The audit trail in a folder that may be gone; without one that can be written, orders go on without a record, and that is told.
+fn open_again(folder: &Path, audit_files: usize) -> Result<Audit, Failure> {
+    // Where that fails, opening says why.
+    let _ = run_file::private_folder(folder);
+    match Audit::open(folder, audit_files) {
+        Err(OpenError::Unusable(path, cause)) => Ok(Audit::failing(&path, &cause)),
+        opened => Ok(opened?),
+    }
 }
 
 /// A folder made for one run of `kittiwake up`, with one token that has every role; removed with the value.
@@ -69,10 +98,43 @@ pub fn random_hex(count: usize) -> io::Result<String> {
 mod tests {
     use super::*;
 
+    fn of_folder(folder: &Path) -> Settings {
+        Settings { access: Some(folder.to_owned()), ..Settings::of_file(Path::new("kittiwake.toml")) }
+    }
+
+    #[test]
+    fn a_gateway_that_has_run_before_starts_whatever_became_of_its_folder() {
+        #[track_caller]
+        fn check(spoil: impl FnOnce(&Path), problems: usize) {
+            let (place, run) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+            let folder = &place.path().join("access");
+            run_file::private_folder(folder).unwrap();
+            run_file::write_private(&folder.join(TOKENS), entry("anna", &Role::ALL, "secret").as_bytes()).unwrap();
+            let first = Settings { tokens_copy: Some(run.path().join("copy.toml")), ..of_folder(folder) };
+            let again = Settings { has_run: true, ..first.clone() };
+            let before = access_control(&first, 1).unwrap();
+            let who = before.tokens.identify("secret", 0).unwrap().clone();
+            std::fs::copy(folder.join(TOKENS), run.path().join("copy.toml")).unwrap();
+            drop(before);
+            spoil(folder);
+            assert!(access_control(&first, 1).is_err(), "a first start is refused");
+            let after = access_control(&again, 1).unwrap();
+            assert_eq!(after.tokens.identify("secret", 0), Some(&who));
+            assert_eq!(after.audit.problems().len(), problems);
+        }
+        check(|it| std::fs::write(it.join(TOKENS), "[[token").unwrap(), 0);
+        check(|it| std::fs::remove_dir_all(it).unwrap(), 0);
+        let replaced = |it: &Path| {
+            std::fs::remove_dir_all(it).unwrap();
+            std::fs::write(it, "").unwrap();
+        };
+        check(replaced, 1);
+    }
+
     #[test]
     fn the_token_made_for_a_run_may_do_everything_and_is_gone_with_it() {
         let demo = DemoAccess::create().unwrap();
-        let access = access_control(Some(&demo.folder.0), 1).unwrap();
+        let access = access_control(&of_folder(&demo.folder.0), 1).unwrap();
         let who = access.tokens.identify(&demo.token, 0).unwrap();
         assert_eq!(who.roles, Role::ALL);
         let folder = demo.folder.0.clone();

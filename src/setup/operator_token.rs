@@ -43,8 +43,12 @@ pub fn access(args: &AccessArgs) -> Outcome {
     }
 }
 
-/// The operator's token.
+/// The operator's token. A folder that is missing is made, for this user alone.
 fn operator_token(folder: &Path, secret: &Path) -> Result<String, Refusal> {
+    if !folder.exists() {
+        let made = run_file::private_folder(folder);
+        made.map_err(|cause| Refusal::File { path: folder.to_owned(), done: "made", cause })?;
+    }
     let tokens = folder.join(TOKENS);
     let token = match std::fs::read_to_string(secret) {
         Ok(token) => token.trim().to_owned(),
@@ -89,13 +93,24 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_belong_together_is_refused_and_so_is_a_folder_that_is_not_there() {
+    fn a_folder_that_is_missing_is_made_for_its_owner_alone() {
+        use std::os::unix::fs::MetadataExt as _;
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path().join("ground").join("access");
+        operator_token(&folder, &place.path().join("operator.token")).unwrap();
+        assert_eq!(std::fs::metadata(&folder).unwrap().mode() & 0o777, 0o700);
+    }
+
+    #[test]
+    fn what_does_not_belong_together_is_refused_and_so_is_a_file_in_the_place_of_the_folder() {
         let (one, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         let secret = |it: &tempfile::TempDir| it.path().join("operator.token");
         operator_token(one.path(), &secret(&one)).unwrap();
         let said = operator_token(one.path(), &secret(&other)).unwrap_err().to_string();
         assert!(said.contains("does not know the token in"), "{said}");
-        let said = operator_token(&one.path().join("nowhere"), &secret(&one)).unwrap_err().to_string();
-        assert!(said.contains("nowhere/tokens.toml: cannot be written: No such file"), "{said}");
+        let taken = &secret(&one);
+        let said = operator_token(&taken.join("nowhere"), &secret(&other)).unwrap_err().to_string();
+        assert!(said.contains("nowhere: cannot be made: Not a directory"), "{said}");
+        assert!(operator_token(taken, &secret(&other)).unwrap_err().to_string().contains("Not a directory"));
     }
 }

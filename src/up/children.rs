@@ -5,7 +5,7 @@
 //! own: Ctrl-C reaches only the launcher, which ends them in order; and a child that is frozen when
 //! the launcher dies is woken and hung up by the operating system, as orphaned groups are.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
 use std::io::{self, BufRead, BufReader, Read};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
@@ -28,6 +28,8 @@ pub struct Children {
     listen: String,
     happenings: Sender<Happening>,
     running: BTreeMap<Child, std::process::Child>,
+    /// Those that have been seen on the bus.
+    have_run: BTreeSet<Child>,
 }
 
 impl Children {
@@ -43,7 +45,8 @@ impl Children {
         let router = sockets.0.join(ROUTER_SOCKET);
         bus::sockets::check_to_listen(&router).map_err(io::Error::other)?;
         let (settings, listen) = (settings.clone(), bus::sockets::locator_of(&router));
-        Ok(Children { program, settings, sockets, listen, happenings, running: BTreeMap::new() })
+        let (running, have_run) = (BTreeMap::new(), BTreeSet::new());
+        Ok(Children { program, settings, sockets, listen, happenings, running, have_run })
     }
 
     /// The router is to listen at `locator`, instead of on a socket that only this user can reach.
@@ -56,6 +59,11 @@ impl Children {
         self.settings.http = Some(address);
     }
 
+    /// A child is on the bus, and so has saved its state: when it is started again, a state that is missing was lost.
+    pub fn seen(&mut self, child: Child) {
+        self.have_run.insert(child);
+    }
+
     /// Starts a child. `locator` is the router's, once it is known.
     pub fn start(&mut self, child: Child, locator: Option<&str>) -> io::Result<()> {
         let mut args: Vec<OsString> = vec![child.name().into(), "--exit-with-parent".into()];
@@ -65,7 +73,8 @@ impl Children {
                 if let Child::Onboard(composition) = child {
                     args.extend(["--nodes".into(), composition.to_string().into()]);
                 }
-                args.extend(self.settings.to_args());
+                let has_run = self.have_run.contains(&child);
+                args.extend(Settings { has_run, ..self.settings.clone() }.to_args());
                 args.extend(["--direct".into(), self.sockets.0.clone().into()]);
                 args.extend(locator.into_iter().flat_map(|it| ["--connect".into(), it.into()]));
             }

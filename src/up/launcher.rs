@@ -1,5 +1,6 @@
 //! The launcher's only loop: passes events to the supervisor, the progress and the screen.
 
+use std::collections::BTreeSet;
 use std::io;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
@@ -65,6 +66,8 @@ pub struct Launcher<'a> {
     /// Made when all processes were seen for the first time.
     run_file: Option<RunFile>,
     reported: Option<Outcome>,
+    /// Reasons to give up that were logged in the air, each once.
+    logged_in_air: BTreeSet<String>,
 }
 
 /// Why the loop ends.
@@ -72,6 +75,8 @@ enum End {
     /// The mission is over, the aircraft is on the ground, and the launcher is to end with the mission.
     Reported(Outcome),
     Interrupted,
+    /// A process refused its input before all ran: nothing was flown.
+    Refused(String),
     GaveUp(String),
 }
 
@@ -81,7 +86,7 @@ impl<'a> Launcher<'a> {
         args: &'a UpArgs,
         backend: Backend,
         config: Config,
-        files: FlownFiles,
+        mut files: FlownFiles,
         sender: Sender<Happening>,
         happenings: Receiver<Happening>,
     ) -> io::Result<Launcher<'a>> {
@@ -103,6 +108,10 @@ impl<'a> Launcher<'a> {
         if let (None, None, Some(folder)) = (&settings.tower_key, &settings.tower_secret, &settings.state) {
             tower_key::in_folder(folder).map_err(io::Error::other)?;
             settings.tower_key = Some(folder.join(tower_key::PUBLIC));
+        }
+        // One that cannot be used is for the mission manager to refuse, in its words.
+        if let Some(key) = settings.tower_key.clone().filter(|it| tower_key::read_public(it).is_ok()) {
+            settings.tower_key = Some(files.keep_tower_key(&key).map_err(io::Error::other)?);
         }
         let mut children = Children::new(&settings, sender.clone())?;
         args.listen.iter().for_each(|it| children.listen_at(it));
@@ -127,6 +136,7 @@ impl<'a> Launcher<'a> {
             http: None,
             run_file: None,
             reported: None,
+            logged_in_air: BTreeSet::new(),
             config,
             files,
             happenings,
@@ -145,6 +155,10 @@ impl<'a> Launcher<'a> {
             End::Reported(outcome) => outcome,
             // A mission that has ended counts more than how the launcher ends.
             End::Interrupted => self.reported.unwrap_or_else(|| self.unfinished("interrupted", Outcome::Interrupted)),
+            End::Refused(reason) => {
+                self.screen.log(&reason);
+                Outcome::BadInput
+            }
             End::GaveUp(reason) => self.unfinished(&reason, Outcome::NotKeptUp),
         };
         self.end_children();
@@ -199,8 +213,10 @@ impl<'a> Launcher<'a> {
         let access = self.demo.as_ref().map_or(Ok(false), DemoAccess::restore);
         match self.files.restore().and_then(|files| Ok(files || access?)) {
             Ok(false) => {}
-            Ok(true) => self.screen.log("files of this run were removed: they are written again"),
-            Err(cause) => self.screen.log(&format!("files of this run were removed and cannot be written: {cause}")),
+            Ok(true) => self.screen.log("files of this run were removed or changed: they are written again"),
+            Err(cause) => {
+                self.screen.log(&format!("files of this run were removed or changed and cannot be written: {cause}"))
+            }
         }
     }
 
@@ -215,7 +231,7 @@ impl<'a> Launcher<'a> {
             Happening::Ended(child) => return self.on_ended(child),
             Happening::Event(event) => self.on_event(*event),
             Happening::BusEnded(Ok(())) => {}
-            Happening::BusEnded(Err(cause)) => return Some(End::GaveUp(cause.to_string())),
+            Happening::BusEnded(Err(cause)) => return self.give_up_on_ground(cause.to_string()),
             Happening::Interrupted => return Some(End::Interrupted),
         }
         None
@@ -226,6 +242,7 @@ impl<'a> Launcher<'a> {
             Event::Peer { service, alive: true, .. } => {
                 if let Some(child) = self.supervisor.child(&service) {
                     self.supervisor.seen(child);
+                    self.children.seen(child);
                     self.liveness.heard(child, self.now());
                 }
             }
@@ -289,13 +306,23 @@ impl<'a> Launcher<'a> {
     fn end_what_hangs(&mut self) {
         if self.children.router_is_nowhere() && self.supervisor.router_is_seen() {
             self.screen.log("the router's socket was removed: the router is killed, to be started again");
-            self.supervisor.hangs(Child::Router);
+            self.supervisor.hangs(Child::Router, self.now());
             self.children.kill(Child::Router);
         }
         let limit = self.config.launcher.hung_after_s.seconds();
         for child in self.liveness.hung(self.now()) {
-            if self.supervisor.hangs(child) {
+            if self.supervisor.hangs(child, self.now()) {
                 self.screen.log(&format!("{child} does not answer for {limit:?}: killed, to be started again"));
+                self.children.kill(child);
+            }
+        }
+        // At first all start at once, and who is missing then ends the system: see `check_start`. One alone needs less time.
+        let start_limit = self.config.launcher.start_limit_s.seconds();
+        if self.run_file.is_some() || start_limit <= self.now() {
+            let limit = start_limit / 2;
+            for child in self.supervisor.overdue(self.now(), limit) {
+                self.screen
+                    .log(&format!("{child} is not seen {limit:?} after it was started: killed, to be started again"));
                 self.children.kill(child);
             }
         }
@@ -320,6 +347,7 @@ impl<'a> Launcher<'a> {
                 ));
                 None
             }
+            Verdict::GiveUp(reason) if ending.is_refusal() && self.run_file.is_none() => Some(End::Refused(reason)),
             Verdict::GiveUp(reason) => Some(End::GaveUp(reason)),
         }
     }
@@ -343,12 +371,28 @@ impl<'a> Launcher<'a> {
                     self.tell_addresses(&running);
                     None
                 }
-                Err(cause) => Some(End::GaveUp(format!("cannot write the run file: {cause}"))),
+                Err(cause) => self.give_up_on_ground(format!("cannot write the run file: {cause}")),
             };
         }
         let limit = self.config.launcher.start_limit_s.seconds();
+        if self.now() < limit {
+            return None;
+        }
         let names: Vec<_> = missing.iter().map(|it| it.name()).collect();
-        (limit <= self.now()).then(|| End::GaveUp(format!("not seen within {limit:?}: {}", names.join(", "))))
+        self.give_up_on_ground(format!("not seen within {limit:?}: {}", names.join(", ")))
+    }
+
+    /// Ends the launcher, unless the aircraft may be in the air: then its processes are kept up, and the reason is logged once.
+    fn give_up_on_ground(&mut self, why: String) -> Option<End> {
+        if !self.aircraft.may_be_in_the_air(self.now()) {
+            return Some(End::GaveUp(why));
+        }
+        if self.logged_in_air.insert(why.clone()) {
+            self.screen.log(&format!(
+                "{why}; the aircraft may be in the air, so its processes are kept up until it is seen on the ground"
+            ));
+        }
+        None
     }
 
     fn tell_addresses(&self, running: &Running) {

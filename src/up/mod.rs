@@ -4,12 +4,14 @@
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-use domain::quantity::Positive;
+use domain::quantity::Seconds;
+use gateway::audit::in_use;
 use serde::Deserialize;
 
 use crate::cli::UpArgs;
 use crate::outcome::Outcome;
-use crate::run::end;
+use crate::run::{end, state_folder};
+use crate::settings::Settings;
 use crate::up::flown_files::FlownFiles;
 use crate::up::launcher::Launcher;
 use crate::up::supervise::Child;
@@ -24,16 +26,19 @@ mod progress;
 mod report;
 mod screen;
 pub mod supervise;
+mod token_copy;
 mod watch;
 
 /// `[launcher]` in the configuration file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
-    /// Wall seconds from the start within which every process must have been seen.
-    pub start_limit_s: Positive,
-    /// Wall seconds without a heartbeat after which a process hangs: it is killed, and started again.
-    pub hung_after_s: Positive,
+    /// Wall seconds from the start within which every process must have been seen. One that hangs before it is seen is killed after half
+    /// of them.
+    pub start_limit_s: Seconds<1, 600>,
+    /// Wall seconds without a heartbeat after which a process hangs: it is killed, and started again. Whoever waits for less than four
+    /// heartbeats kills what only is on a busy machine.
+    pub hung_after_s: Seconds<1, 60>,
     /// When a process that died is started again.
     pub restart: supervise::Policy,
 }
@@ -85,6 +90,10 @@ pub fn up(args: &UpArgs) -> Outcome {
     if let Err(outcome) = check_inputs::read_tls(&inputs.config) {
         return outcome;
     }
+    if let Err(why) = is_free(&settings, inputs.config.vehicle.as_str()) {
+        output::error_line(why);
+        return Outcome::BadInput;
+    }
     for note in inputs.notes() {
         output::error_line(note);
     }
@@ -113,4 +122,50 @@ pub fn up(args: &UpArgs) -> Outcome {
     };
     telemetry.end();
     outcome
+}
+
+/// Whether no other run uses the folders of this one; if not, why.
+fn is_free(settings: &Settings, vehicle: &str) -> Result<(), String> {
+    let access = settings.access.as_deref().map_or(Ok(()), in_use::check_free);
+    access.map_err(|it| it.to_string())?;
+    let state = settings.state.as_deref().map_or(Ok(()), |it| state_folder::check_free(it, vehicle));
+    state.map_err(|it| it.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use domain::file::{Mistakes, Source};
+    use domain::testing::check_mistake;
+
+    #[test]
+    fn no_delay_or_limit_leaves_a_dead_process_dead_or_kills_one_that_lives() {
+        let shipped = "start_limit_s = 30.0\nhung_after_s = 3.0\n[restart]\nfirst_delay_s = 0.2\nlongest_delay_s = 3.0\n\
+                       deaths = 5\nwindow_s = 30.0\n";
+        fn parse(text: &str) -> Result<Config, Mistakes> {
+            Source { path: "kittiwake.toml".into(), text: text.into() }.parse()
+        }
+        let check = |find: &str, replace: &str, expected: &str| check_mistake(shipped, find, replace, parse, expected);
+        check("hung_after_s = 3.0", "hung_after_s = 0.9", "kittiwake.toml:2:16: found 0.9 s, expected 1 s to 60 s");
+        check("hung_after_s = 3.0", "hung_after_s = 1e6", "kittiwake.toml:2:16: found 1000000 s, expected 1 s to 60 s");
+        check(
+            "start_limit_s = 30.0",
+            "start_limit_s = 1e-6",
+            "kittiwake.toml:1:17: found 0.000001 s, expected 1 s to 600 s",
+        );
+        check("start_limit_s = 30.0", "start_limit_s = 601", "kittiwake.toml:1:17: found 601 s, expected 1 s to 600 s");
+        check(
+            "longest_delay_s = 3.0",
+            "longest_delay_s = 61.0",
+            "kittiwake.toml:5:19: found 61 s, expected 0 s to 60 s",
+        );
+        check(
+            "first_delay_s = 0.2",
+            "first_delay_s = 1e6",
+            "kittiwake.toml:4:17: found 1000000 s, expected 0 s to 60 s",
+        );
+        let contradiction =
+            "found a first delay of 4 s and a longest of 3 s, expected the first to be at most the longest";
+        check("first_delay_s = 0.2", "first_delay_s = 4.0", &format!("kittiwake.toml:3:1: {contradiction}"));
+    }
 }

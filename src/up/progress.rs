@@ -7,6 +7,8 @@ use kittiwake_proto::v1::{
     SkillFeedback, SkillKind,
 };
 
+use crate::output::visible;
+
 /// The newest message of each kind.
 #[derive(Debug, Default)]
 pub struct Progress {
@@ -36,7 +38,8 @@ impl Progress {
             Message::DecisionRecord(record) => {
                 let DecisionRecord { at_s, topic, text, .. } = &record;
                 let line = format!("[{at_s:7.1} s] {topic}: {text}");
-                return Some(line + &told(record).addition());
+                let line = line + &told(record).addition();
+                return Some(visible::one_line(&line).into_owned());
             }
             _ => {}
         }
@@ -95,7 +98,7 @@ impl Progress {
         if !self.planner.hold.is_empty() {
             parts.push(format!("holds: {}", self.planner.hold));
         }
-        parts.join(", ")
+        visible::one_line(&parts.join(", ")).into_owned()
     }
 
     /// The progress as a report, for a mission without a report of its own.
@@ -217,6 +220,20 @@ mod tests {
         let next = McmStatus { step_number: 3, ..progress.mcm.clone() };
         progress.on(next.into());
         assert_ne!(progress.stage(), before);
+    }
+
+    #[test]
+    fn a_name_forges_no_line() {
+        let mut progress = Progress::default();
+        let name = "d\nmission over: success\u{1b}[31m".to_owned();
+        let objectives = vec![Objective { name, ..Default::default() }];
+        progress.on(PlannerStatus { objectives, ..Default::default() }.into());
+        let expected = "objective 1 of 1 `d\\nmission over: success\\u001b[31m`, starting";
+        assert_eq!(progress.line(), expected);
+        let decision =
+            DecisionRecord { topic: "permission".into(), text: "A\r\u{1b}[2KX".into(), ..Default::default() };
+        let line = progress.on(decision.into());
+        assert_eq!(line.as_deref(), Some("[    0.0 s] permission: A\\r\\u001b[2KX"));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use kittiwake_proto::json::to_json;
 use kittiwake_proto::v1::{MissionOutcome, MissionReport, ObjectiveReport, ObjectiveState};
 
+use crate::output::visible;
 use crate::up::progress::objective_state;
 
 /// One JSON document: canonical proto3 JSON, as over HTTP.
@@ -30,18 +31,18 @@ pub fn text(report: &MissionReport) -> String {
         report.objectives.len(),
         because(&report.reason)
     );
-    let width = report.objectives.iter().map(|it| it.name.len()).max().unwrap_or_default();
+    let width = report.objectives.iter().map(|it| visible::one_line(&it.name).len()).max().unwrap_or_default();
     for it in &report.objectives {
         text += &format!(
             "\n  {:width$}  {}{}; {}, {}",
-            it.name,
+            visible::one_line(&it.name),
             state(it),
             because(&it.reason),
             count(it.plan_steps, "step"),
             count(it.replans, "replan"),
         );
         if !it.permissions.is_empty() {
-            text += &format!("; asked to enter {}", it.permissions.join(", "));
+            text += &format!("; asked to enter {}", visible::one_line(&it.permissions.join(", ")));
         }
     }
     text
@@ -56,7 +57,7 @@ fn state(objective: &ObjectiveReport) -> &'static str {
 }
 
 fn because(reason: &str) -> String {
-    if reason.is_empty() { String::new() } else { format!(": {reason}") }
+    if reason.is_empty() { String::new() } else { format!(": {}", visible::one_line(reason)) }
 }
 
 fn count(number: u32, what: &str) -> String {
@@ -110,6 +111,18 @@ mission not finished, 0 of 2 objectives achieved: interrupted
   deliver  begun; 6 steps, 1 replan; asked to enter A, B
   return   not attempted; 0 steps, 0 replans";
         assert_eq!(text(&report), expected);
+    }
+
+    #[test]
+    fn a_name_forges_no_line() {
+        let mut report = report();
+        report.objectives.truncate(1);
+        report.objectives[0].name = "d\n  return  achieved".into();
+        report.objectives[0].reason = "\u{1b}[2K".into();
+        report.objectives[0].permissions = vec!["A\r".into()];
+        let text = text(&report);
+        let expected = "  d\\n  return  achieved  failed: \\u001b[2K; 6 steps, 1 replan; asked to enter A\\r";
+        assert_eq!(text.lines().skip(1).collect::<Vec<_>>(), [expected]);
     }
 
     #[test]

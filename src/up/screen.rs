@@ -6,6 +6,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::output;
+use crate::output::visible;
 use crate::up::progress::{Progress, Stage};
 
 /// Without a terminal, the longest time between two lines about the progress.
@@ -74,7 +75,7 @@ impl Screen {
 
 /// Prints a line above the bar.
 fn above(bar: &ProgressBar, to_stderr: bool, text: &str) {
-    let (bar, text) = (bar.clone(), format!("{text}\n"));
+    let (bar, text) = (bar.clone(), format!("{}\n", visible::lines(text)));
     output::show(move || {
         // Nobody may read it any more.
         bar.suspend(|| {

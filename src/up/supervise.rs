@@ -7,7 +7,7 @@ use std::fmt;
 use std::num::NonZeroU32;
 use std::time::Duration;
 
-use domain::quantity::Positive;
+use domain::quantity::{Positive, Seconds};
 use serde::Deserialize;
 
 use crate::composition::{Composition, ONBOARD};
@@ -60,16 +60,33 @@ impl fmt::Display for Child {
 
 /// How a process that died is started again, in wall time.
 #[derive(Debug, Clone, Deserialize)]
+#[serde(try_from = "Keys")]
+pub struct Policy(Keys);
+
+/// Its keys in the configuration file.
+#[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Policy {
+struct Keys {
     /// Delay after the first death; doubled with each further one in the window.
-    pub first_delay_s: Positive,
+    first_delay_s: Seconds<0, 60>,
     /// The longest delay.
-    pub longest_delay_s: Positive,
+    longest_delay_s: Seconds<0, 60>,
     /// Number of deaths in the window at which the system counts as not to be kept up.
-    pub deaths: NonZeroU32,
+    deaths: NonZeroU32,
     /// The length of the window.
-    pub window_s: Positive,
+    window_s: Positive,
+}
+
+impl TryFrom<Keys> for Policy {
+    type Error = String;
+    fn try_from(keys: Keys) -> Result<Policy, String> {
+        let (first, longest) = (keys.first_delay_s.get(), keys.longest_delay_s.get());
+        if longest < first {
+            let expected = "expected the first to be at most the longest";
+            return Err(format!("found a first delay of {first} s and a longest of {longest} s, {expected}"));
+        }
+        Ok(Policy(keys))
+    }
 }
 
 /// The state of a child.
@@ -79,8 +96,8 @@ enum State {
     Blocked,
     /// To be started at this time.
     Due(Duration),
-    /// Started, not on the bus yet.
-    Started,
+    /// Started at this time, and not on the bus since.
+    Started(Duration),
     /// On the bus; for the router: listening.
     Seen,
 }
@@ -94,6 +111,13 @@ pub enum Ending {
     Signal(i32),
     /// The operating system did not start it: it has no descriptors, processes or memory left at the moment.
     NotStarted,
+}
+
+impl Ending {
+    /// Whether it refused its input, which does not become better by trying again.
+    pub fn is_refusal(self) -> bool {
+        self == Ending::Code(u8::from(Outcome::BadInput).into())
+    }
 }
 
 impl fmt::Display for Ending {
@@ -137,7 +161,7 @@ impl Supervisor {
         let due = |it: &State| matches!(it, State::Due(at) if *at <= now);
         let mut children = Vec::new();
         for (child, state) in self.states.iter_mut().filter(|(_, state)| due(state)) {
-            *state = State::Started;
+            *state = State::Started(now);
             children.push(*child);
         }
         children
@@ -152,8 +176,13 @@ impl Supervisor {
     /// The router listens: the children that waited for it are due.
     pub fn router_listens(&mut self, now: Duration) {
         self.states.insert(Child::Router, State::Seen);
-        for state in self.states.values_mut().filter(|it| **it == State::Blocked) {
-            *state = State::Due(now);
+        for state in self.states.values_mut() {
+            match state {
+                State::Blocked => *state = State::Due(now),
+                // Nobody could be seen without a router.
+                State::Started(since) => *since = now,
+                State::Due(_) | State::Seen => {}
+            }
         }
     }
 
@@ -169,21 +198,38 @@ impl Supervisor {
 
     /// A service appeared on the bus. One of several in a process speaks for all: they appear together, once all are ready.
     pub fn seen(&mut self, child: Child) {
-        if let Some(state @ State::Started) = self.states.get_mut(&child) {
+        if let Some(state @ State::Started(_)) = self.states.get_mut(&child) {
             *state = State::Seen;
         }
     }
 
     /// A child hangs: returns whether it is to be killed; it is missing until it is started again. One that has ended already, and
     /// waits for its start, is only silent.
-    pub fn hangs(&mut self, child: Child) -> bool {
+    pub fn hangs(&mut self, child: Child, now: Duration) -> bool {
         match self.states.get_mut(&child) {
             None | Some(State::Blocked | State::Due(_)) => false,
             Some(state) => {
-                *state = State::Started;
+                *state = State::Started(now);
                 true
             }
         }
+    }
+
+    /// The children that were started this long ago and have not been seen: they hang before anybody has heard them. While the router
+    /// does not listen it is the only one that can be waited for. They count as started now.
+    pub fn overdue(&mut self, now: Duration, limit: Duration) -> Vec<Child> {
+        let router_listens = self.router_is_seen();
+        let mut children = Vec::new();
+        for (child, state) in &mut self.states {
+            if let State::Started(since) = state
+                && *since + limit <= now
+                && (router_listens || *child == Child::Router)
+            {
+                *since = now;
+                children.push(*child);
+            }
+        }
+        children
     }
 
     /// The children that have not been seen since they were started.
@@ -195,15 +241,15 @@ impl Supervisor {
     pub fn ended(&mut self, child: Child, ending: Ending, now: Duration, is_needed: bool) -> Verdict {
         match self.hopeless(child, ending, now) {
             Some(reason) if is_needed => {
-                let delay = self.policy.longest_delay_s.seconds();
+                let delay = self.policy.0.longest_delay_s.seconds();
                 self.states.insert(child, State::Due(now + delay));
                 Verdict::KeepTrying(delay, reason)
             }
             Some(reason) => Verdict::GiveUp(reason),
             None => {
                 let doublings = self.deaths.get(&child).map_or(0, |it| it.len() - 1).min(30) as i32;
-                let delay = self.policy.first_delay_s.get() * 2f64.powi(doublings);
-                let delay = Duration::from_secs_f64(delay.min(self.policy.longest_delay_s.get()));
+                let delay = self.policy.0.first_delay_s.get() * 2f64.powi(doublings);
+                let delay = Duration::from_secs_f64(delay.min(self.policy.0.longest_delay_s.get()));
                 self.states.insert(child, State::Due(now + delay));
                 Verdict::Restart(delay)
             }
@@ -212,14 +258,14 @@ impl Supervisor {
 
     /// Counts a death; why there is no hope that starting the child again helps.
     fn hopeless(&mut self, child: Child, ending: Ending, now: Duration) -> Option<String> {
-        if ending == Ending::Code(u8::from(Outcome::BadInput).into()) {
+        if ending.is_refusal() {
             return Some(format!("{child} refused its input"));
         }
-        let window = self.policy.window_s.seconds();
+        let window = self.policy.0.window_s.seconds();
         let deaths = self.deaths.entry(child).or_default();
         deaths.retain(|at| now.saturating_sub(*at) < window);
         deaths.push(now);
-        let (count, most) = (deaths.len(), self.policy.deaths.get());
+        let (count, most) = (deaths.len(), self.policy.0.deaths.get());
         (most as usize <= count).then(|| format!("{child} ended {count} times within {window:?}, last {ending}"))
     }
 }
@@ -246,6 +292,28 @@ mod tests {
     }
 
     #[test]
+    fn who_is_not_seen_in_time_after_a_start_is_overdue_while_the_router_listens() {
+        let limit = at(1000);
+        let mut supervisor = started();
+        assert_eq!(supervisor.overdue(at(60_000), limit), []);
+        supervisor.ended(PLANNER, KILLED, at(60_000), true);
+        assert_eq!(supervisor.overdue(at(70_000), limit), [], "it is not started yet");
+        assert_eq!(supervisor.due(at(70_000)), [PLANNER]);
+        assert_eq!(supervisor.overdue(at(70_999), limit), []);
+        assert_eq!(supervisor.overdue(at(71_000), limit), [PLANNER]);
+        assert_eq!(supervisor.overdue(at(71_500), limit), [], "it is being killed");
+        // A router that hangs before it listens keeps the others away.
+        supervisor.ended(Child::Router, KILLED, at(72_000), true);
+        assert_eq!(supervisor.due(at(73_000)), [Child::Router]);
+        assert_eq!(supervisor.overdue(at(74_000), limit), [Child::Router]);
+        supervisor.router_listens(at(75_000));
+        assert_eq!(supervisor.overdue(at(75_999), limit), []);
+        assert_eq!(supervisor.overdue(at(76_000), limit), [PLANNER]);
+        supervisor.seen(PLANNER);
+        assert_eq!(supervisor.overdue(at(90_000), limit), []);
+    }
+
+    #[test]
     fn the_router_comes_first_and_everybody_must_be_seen() {
         let mut supervisor = Supervisor::new(&started().policy, &Service::ALL.map(Child::Service));
         assert_eq!(supervisor.due(at(0)), [Child::Router]);
@@ -259,7 +327,7 @@ mod tests {
         }
         assert_eq!(supervisor.missing(), []);
         assert_eq!(supervisor.child("planner"), Some(PLANNER));
-        assert!(supervisor.hangs(PLANNER));
+        assert!(supervisor.hangs(PLANNER, at(0)));
         assert_eq!((supervisor.missing(), supervisor.due(at(5000))), (vec![PLANNER], vec![]), "it has not ended yet");
     }
 
@@ -277,7 +345,7 @@ mod tests {
         assert_eq!(found, [Some(child), Some(child), None, Some(Child::Service(Service::Monitor))]);
         supervisor.seen(child);
         assert_eq!(supervisor.missing(), [Child::Service(Service::Monitor)]);
-        assert!(supervisor.hangs(child));
+        assert!(supervisor.hangs(child, at(0)));
         assert_eq!(supervisor.ended(child, KILLED, at(1000), false), Verdict::Restart(at(200)));
         assert_eq!(supervisor.due(at(1200)), [child]);
     }
@@ -317,7 +385,7 @@ mod tests {
         for child in [Child::Router, PLANNER] {
             let mut supervisor = started();
             assert_eq!(supervisor.ended(child, KILLED, at(1000), true), Verdict::Restart(at(200)));
-            assert!(!supervisor.hangs(child), "{child} is silent because it is dead");
+            assert!(!supervisor.hangs(child, at(0)), "{child} is silent because it is dead");
             assert_eq!(supervisor.due(at(1200)), [child]);
         }
     }

@@ -1,13 +1,15 @@
 //! The audit trail of a real gateway: clients that hang up, a gateway that is killed, strangers, and hands in the files.
 
-use std::io::Write as _;
+use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use gateway::access::Role;
 use nix::sys::signal::Signal;
 use serde_json::Value;
 
+use crate::support::files::Files;
 use crate::support::http::answer;
 use crate::support::people::People;
 use crate::support::{System, kittiwake, wait_for};
@@ -112,8 +114,51 @@ fn every_order_that_is_obeyed_is_on_record_and_the_record_survives_kills_strange
     let text = std::fs::read_to_string(&newest).expect("it can be read");
     std::fs::write(&newest, &text[..text.len() - 10]).unwrap();
     check(folder, 0, "the last line is cut off");
+    let (but_last, _) = text.trim_end().rsplit_once('\n').expect("there are several lines");
+    std::fs::write(&newest, format!("{but_last}\n")).unwrap();
+    check(folder, 1, "not intact, 1 record is missing");
     std::fs::write(&newest, text.replacen("pause", "abort", 1)).unwrap();
     let changed = text.lines().position(|it| it.contains("pause")).expect("it was ordered") + 1;
     check(folder, 1, &format!("{}:{changed}: it does not have the hash that it carries", newest.display()));
     check(&folder.join("nowhere"), 2, "No such file or directory");
+}
+
+#[test]
+fn an_order_that_waited_while_the_gateway_stood_still_is_refused_and_obeyed_when_it_is_asked_again() {
+    let people = People::new(&[("sam", Role::Safety)]);
+    let folder = Path::new(people.folder());
+    // Otherwise the launcher would start it again.
+    let files = Files::shipped().with("kittiwake.toml", "hung_after_s = 3.0", "hung_after_s = 60.0");
+    let config = files.config().to_string_lossy().into_owned();
+    let system = System::up(&["--config", &config, "--access", people.folder(), "--speed", "1"], &[]);
+    let address = address(&system);
+    system.wait_for("step 1 of 5");
+    wait_for("the gateway to know the mission manager", || {
+        let answer = answer(&mut send(&address, "sam", "uav1/resume", "first"));
+        (answer.status != 404 && answer.status != 503).then_some(())
+    });
+    let gateway = system.process("gateway");
+    gateway.signal(Signal::SIGSTOP);
+    // On a busy machine its threads run on for some milliseconds, and what is read then did not wait.
+    wait_for("every thread of the gateway to stand still", || {
+        let threads = std::fs::read_dir(format!("/proc/{}/task", gateway.id())).ok()?.flatten();
+        let mut stats = threads.map(|it| std::fs::read_to_string(it.path().join("stat")).unwrap_or_default());
+        stats.all(|it| it.contains(") T ")).then_some(())
+    });
+    let mut waiting = send(&address, "sam", "uav1/pause", "waited");
+    waiting.set_read_timeout(Some(Duration::from_secs(3))).expect("a limit can be set");
+    assert!(waiting.read(&mut [0]).is_err(), "nobody answers for three seconds");
+    gateway.signal(Signal::SIGCONT);
+    waiting.set_read_timeout(None).expect("a limit can be removed");
+    let refused = answer(&mut waiting);
+    let said = String::from_utf8_lossy(&refused.body).into_owned();
+    assert!(refused.status == 503 && said.contains("the gateway stood still for "), "{} {said}", refused.status);
+    let ended = wait_for("the record of the refusal", || {
+        records(folder).into_iter().find(|it| it["requestId"] == "waited" && it["stage"] == "AUDIT_STAGE_ENDED")
+    });
+    assert_eq!(ended["status"], 503, "{ended}");
+    wait_for("the order to be obeyed", || {
+        (answer(&mut send(&address, "sam", "uav1/pause", "waited")).status == 200).then_some(())
+    });
+    system.wait_for("`operator_pause`");
 }

@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
+use gateway::access::Role;
 use nix::sys::signal::Signal;
 
 use crate::support::files::Files;
+use crate::support::people::People;
 use crate::support::{KITTIWAKE, System, kittiwake, wait_for};
 
 /// What a human may leave behind who edits, or who installs another version.
@@ -81,5 +83,25 @@ fn who_cleans_up_temporary_files_in_flight_keeps_no_process_away() {
     }
     let ending = system.end();
     ending.expect(0, &["SUCCESS"]);
-    ending.expect_in_order(&["files of this run were removed: they are written again"]);
+    ending.expect_in_order(&["files of this run were removed or changed: they are written again"]);
+}
+
+#[test]
+fn a_gateway_comes_back_where_the_tokens_are_spoiled_and_temporary_files_are_cleaned_up() {
+    let people = People::new(&[("sam", Role::Safety)]);
+    let system = System::up(&["--access", people.folder(), "--speed", "1"], &[]);
+    system.wait_for("step 1 of 5");
+    let files = std::env::temp_dir().join(format!("kittiwake-{}/{}.files", nix::unistd::getuid(), system.pid()));
+    std::fs::write(Path::new(people.folder()).join("tokens.toml"), "[[").expect("the file can be written");
+    std::fs::remove_dir_all(files).expect("the run has such a folder");
+    let killed = system.process("gateway");
+    killed.signal(Signal::SIGKILL);
+    system.wait_for("gateway ended by signal 9");
+    system.wait_for("; the tokens of before stay valid");
+    let token = people.token_file("sam");
+    let url = system.link_for("sam").replace("/#token=sam", "");
+    wait_for("the gateway to know its operator", || {
+        let shown = kittiwake(&["vehicle", "show", "--url", &url, "--token-file", &token, "--vehicle", "uav1"]);
+        shown.status.success().then_some(())
+    });
 }

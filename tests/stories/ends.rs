@@ -1,10 +1,12 @@
 //! A system that has ended leaves no process, however it ended.
 
+use gateway::access::Role;
 use nix::sys::signal::Signal;
 
 use crate::support::files::Files;
+use crate::support::people::People;
 use crate::support::processes::wait_until_gone;
-use crate::support::{System, wait_for};
+use crate::support::{System, kittiwake, wait_for};
 
 #[test]
 fn a_killed_launcher_leaves_no_child_not_even_a_frozen_one() {
@@ -23,8 +25,14 @@ fn sigterm_ctrl_c_and_a_closed_terminal_end_everything_also_what_hangs() {
         let system = System::start(&[]);
         system.wait_for("step 1 of");
         let children = system.children();
+        let ends_first = system.process("mcm");
         system.process(frozen).signal(Signal::SIGSTOP);
         system.launcher().signal(signal);
+        if signal == Signal::SIGHUP {
+            // The kernel says it, and then the shell: nobody has asked twice.
+            wait_for("the mission manager to end", || (!ends_first.runs()).then_some(()));
+            system.launcher().signal(signal);
+        }
         let ending = system.end();
         wait_until_gone(&children);
         assert_eq!(ending.code, Some(130));
@@ -66,4 +74,21 @@ fn a_process_that_dies_is_started_again_and_one_that_cannot_live_ends_the_system
     let ending = system.end();
     assert_eq!(ending.code, Some(5));
     assert!(ending.report()["reason"].as_str().unwrap().starts_with("planner ended 5 times"));
+}
+
+#[test]
+fn a_second_run_with_the_folders_of_the_first_one_ends_before_it_starts_anything() {
+    let (people, state) = (People::new(&[("sam", Role::Safety)]), tempfile::tempdir().unwrap());
+    let state = state.path().to_str().expect("a temporary folder has a plain name");
+    let system = System::start(&["--access", people.folder(), "--state", state, "--speed", "1"]);
+    system.wait_for(" is up: ");
+    #[track_caller]
+    fn check(args: &[&str], said: &str) {
+        let output = kittiwake(&[&["up"], args].concat());
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0), "{told}");
+        assert!(told.contains(said) && told.lines().count() == 1, "expected `{said}`, found:\n{told}");
+    }
+    check(&["--access", people.folder()], "is in use by another process: end that one, or name another access folder");
+    check(&["--state", state], "is in use by another process: end that one, or name another folder");
 }

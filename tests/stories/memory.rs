@@ -8,7 +8,7 @@ use nix::sys::signal::Signal;
 use serde_json::Value;
 use store::Store;
 
-use crate::support::files::Files;
+use crate::support::files::{Files, state_folder};
 use crate::support::http::Http;
 use crate::support::{KITTIWAKE, System, wait_for};
 
@@ -35,7 +35,7 @@ impl Drop for LastSeen {
 
 impl Flight {
     fn start() -> Flight {
-        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let folder = state_folder();
         let state = folder.path().join("state");
         std::fs::create_dir(&state).expect("a folder can be made");
         Flight::start_over(folder, state)
@@ -204,6 +204,48 @@ fn the_folder_of_another_vehicle_is_not_written_to_and_nothing_begins_there() {
     flight.wait_for_flight();
 }
 
+impl Flight {
+    /// Somebody moves the state folder away, and makes an empty one in its place.
+    fn replace_folder(&self, number: u32) {
+        std::fs::rename(&self.state, self.state.with_extension(number.to_string())).expect("it can be renamed");
+        std::fs::create_dir(&self.state).expect("a folder can be made");
+    }
+
+    #[track_caller]
+    fn wait_for_reason(&self, flag: &str, words: &str) -> Value {
+        self.wait_until(&format!("{flag}: {words}"), |it| {
+            reasons(it).iter().any(|(name, why)| name == flag && why.contains(words))
+        })
+    }
+}
+
+#[test]
+fn a_state_folder_that_was_replaced_is_a_memory_that_was_lost() {
+    let gone = "has no state of `mcm`, which has run before";
+    let flight = Flight::start();
+    flight.abort();
+    flight.replace_folder(1);
+    flight.kill_manager();
+    flight.stays_down("after an abort", gone);
+    flight.obeyed("start");
+    // A planner that cannot write its own keeps it down as well, and once it is started again, one that has lost it.
+    flight.wait_for_reason("memory_unwritable", "the planner's: the state folder was replaced");
+    flight.kill("planner", |_| {});
+    flight.wait_for_reason("memory_unusable", "has no state of `planner`, which has run before");
+    flight.obeyed("start");
+    flight.wait_for_flight();
+    // In flight nobody writes into what may be another system's, and a manager that is started again has an operator decide.
+    flight.replace_folder(2);
+    flight.wait_for_reason("memory_unwritable", "the state folder was replaced");
+    let left: Vec<_> = std::fs::read_dir(&flight.state).expect("it is there").collect();
+    assert!(left.is_empty(), "{left:?}");
+    flight.kill_manager();
+    flight.wait_for_reason("memory_unusable", gone);
+    flight.wait_until("the hold", |it| it["aircraft"]["status"]["actualMode"] == "FLIGHT_MODE_LOITER");
+    flight.obeyed("abort");
+    flight.wait_until("the end", |it| !it["report"].is_null() && !is_armed(it));
+}
+
 /// A small disk in memory, mounted for a test.
 struct Disk(PathBuf);
 
@@ -299,7 +341,7 @@ fn a_second_manager_for_one_vehicle_ends_and_says_why() {
     let locator = flight.system.locator();
     let manager = flight.system.process("mcm").id();
     let config = crate::support::shipped().join("kittiwake.toml");
-    let elsewhere = tempfile::tempdir().expect("a temporary folder can be made");
+    let elsewhere = state_folder();
     let check = |state: &Path, words: &str| {
         let [config, state] = [&config, state].map(|it| it.to_str().expect("a readable path"));
         let mut second = Command::new(KITTIWAKE);

@@ -1,5 +1,6 @@
 //! `kittiwake vehicle`, `mission` and `permission` against a system that flies.
 
+use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 
@@ -8,6 +9,7 @@ use nix::sys::signal::Signal;
 use serde_json::Value;
 
 use crate::support::files::{Files, write_private};
+use crate::support::http::{Http, answer};
 use crate::support::{KITTIWAKE, System, kittiwake, shipped, wait_for};
 
 /// A system with its own tokens, for four people.
@@ -221,4 +223,32 @@ fn over_tls_the_same_commands_find_the_system_and_trust_its_certificate() {
     let with_ca = |ca: &str| run(&[&far[..], &[url, "--token-file", &token, "--ca", ca]].concat());
     with_ca(&wrong_ca).expect(5, "is not trusted");
     with_ca(&certificate).expect(0, "uav1");
+}
+
+#[test]
+fn a_token_that_is_taken_away_in_flight_is_refused_and_its_stream_ends() {
+    let crew = Crew::start(&["--speed", "1"]);
+    wait_for("the vehicle", || {
+        crew.runs("eve", "vehicle list").expect(0, "VEHICLE").stdout.contains("uav1").then_some(())
+    });
+    let address = crew.url["http://".len()..].parse().unwrap();
+    let eve = Http { address, token: "eve-token".to_owned() };
+    let mut stream = eve.connect();
+    stream.write_all(eve.head("GET", "/api/v1/vehicles/uav1/events", "").as_bytes()).unwrap();
+    let tokens = crew.folder.path().join("tokens.toml");
+    let left = entry("anna", &[Role::Operator], "anna-token");
+    // Nobody's token is taken away by a slip.
+    write_private(&tokens, &left.replace("name", "nmae"));
+    wait_for("the mistake", || {
+        let health = eve.json("/healthz");
+        let problem =
+            health["problems"][0].as_str().is_some_and(|it| it.contains("tokens.toml:1:1: missing field `name`"));
+        (health["status"] == "degraded" && problem).then_some(())
+    });
+    crew.runs("eve", "vehicle list").expect(0, "uav1");
+    write_private(&tokens, &left);
+    wait_for("eve to be refused", || (eve.get("/api/v1/vehicles").status == 401).then_some(()));
+    assert!(answer(&mut stream).body.ends_with(b"0\r\n\r\n"), "the stream has an end");
+    crew.runs("anna", "vehicle list").expect(0, "uav1");
+    assert_eq!(eve.json("/healthz")["problems"], serde_json::json!([]));
 }

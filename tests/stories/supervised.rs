@@ -2,8 +2,10 @@
 
 use std::io::{BufRead, BufReader};
 use std::os::unix::net::UnixDatagram;
-use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
 
 use crate::support::{KITTIWAKE, LIMIT, kittiwake, shipped, wait_for};
 
@@ -31,6 +33,27 @@ impl Supervised {
         Supervised { process, signs, _folder: folder }
     }
 
+    /// Whether it gets as far as to say that it is ready.
+    #[track_caller]
+    fn gets_ready(&mut self) -> bool {
+        self.signs.set_nonblocking(true).expect("a socket can be changed");
+        let ready = wait_for("a sign, or the end", || match self.signs.recv(&mut [0; 256]) {
+            Ok(_) => Some(true),
+            Err(_) => self.ending().map(|_| false),
+        });
+        self.signs.set_nonblocking(false).expect("a socket can be changed");
+        ready
+    }
+
+    /// How it ended, if it did.
+    fn ending(&mut self) -> Option<ExitStatus> {
+        self.process.try_wait().expect("the process was started")
+    }
+
+    fn signal(&self, signal: Signal) {
+        kill(Pid::from_raw(self.process.id() as i32), signal).expect("the process is there");
+    }
+
     /// The next notification to its supervisor.
     #[track_caller]
     fn sign(&self) -> String {
@@ -47,14 +70,20 @@ impl Drop for Supervised {
     }
 }
 
-#[test]
-fn each_process_says_that_it_is_ready_and_then_that_its_loop_turns() {
+/// A router, and where it listens.
+fn router() -> (Supervised, String) {
     let mut router = Supervised::start(&["router", "--listen", "tcp/127.0.0.1:0"]);
     let mut locator = String::new();
     let stdout = router.process.stdout.take().expect("it is a pipe");
     BufReader::new(stdout).read_line(&mut locator).expect("the router says where it listens");
+    (router, locator.trim().to_owned())
+}
+
+#[test]
+fn each_process_says_that_it_is_ready_and_then_that_its_loop_turns() {
+    let (router, locator) = router();
     let config = shipped().join("kittiwake.toml").to_string_lossy().into_owned();
-    let usual = ["--config", &config, "--connect", locator.trim()];
+    let usual = ["--config", &config, "--connect", &locator];
     let planner = Supervised::start(&[&["planner"], &usual[..]].concat());
     let gateway = Supervised::start(&[&["gateway"], &usual[..]].concat());
     for process in [&router, &planner, &gateway] {
@@ -63,13 +92,33 @@ fn each_process_says_that_it_is_ready_and_then_that_its_loop_turns() {
             assert_eq!(process.sign(), "WATCHDOG=1");
         }
     }
-    check_health(&["--process", "router", "--connect", locator.trim()], 0, "router: router listens");
-    let planner = ["--process", "planner", "--vehicle", "uav1", "--connect", locator.trim()];
+    check_health(&["--process", "router", "--connect", &locator], 0, "router: router listens");
+    let planner = ["--process", "planner", "--vehicle", "uav1", "--connect", &locator];
     check_health(&planner, 0, "planner: up for ");
-    check_health(&["--process", "gateway", "--config", &config, "--connect", locator.trim()], 0, "gateway: up for ");
-    check_health(&["--process", "mcm", "--config", &config, "--connect", locator.trim()], 1, "mcm: not on the bus");
+    check_health(&["--process", "gateway", "--config", &config, "--connect", &locator], 0, "gateway: up for ");
+    check_health(&["--process", "mcm", "--config", &config, "--connect", &locator], 1, "mcm: not on the bus");
     drop(router);
     check_health(&planner, 1, "planner: no router reached at ");
+}
+
+#[test]
+fn of_two_managers_of_one_vehicle_the_older_one_ends_also_after_it_was_stopped() {
+    let (_router, locator) = router();
+    let config = shipped().join("kittiwake.toml").to_string_lossy().into_owned();
+    let manager = || Supervised::start(&["mcm", "--vehicle", "uav1", "--config", &config, "--connect", &locator]);
+    let mut first = manager();
+    assert!(first.gets_ready());
+    first.signal(Signal::SIGSTOP);
+    // As long as the router takes the first one for alive, a second one ends at once.
+    let mut second = wait_for("a second manager that stays", || {
+        let mut it = manager();
+        it.gets_ready().then_some(it)
+    });
+    first.signal(Signal::SIGCONT);
+    let ending = wait_for("the end of the older one", || first.ending());
+    assert_eq!(ending.code(), Some(2));
+    assert_eq!(second.sign(), "WATCHDOG=1");
+    assert_eq!(second.ending(), None);
 }
 
 /// The health of a process as a supervisor is told it in the end: on a crowded machine one answer may take longer than the
@@ -88,23 +137,4 @@ fn check_health(args: &[&str], code: i32, said: &str) {
         assert_eq!(told["healthy"], output.status.success(), "{told}");
         (told["healthy"] == (code == 0)).then_some(())
     });
-}
-
-#[test]
-fn the_unit_is_one_that_systemd_takes() {
-    let deploy = Path::new(env!("CARGO_MANIFEST_DIR")).join("deploy");
-    let folder = tempfile::tempdir().expect("a temporary folder can be made");
-    for name in ["kittiwake@.service", "kittiwake-config.service", "kittiwake.target"] {
-        let unit = std::fs::read_to_string(deploy.join(name)).expect("the unit is there");
-        // Only the installed program is missing on this machine.
-        let unit = unit.replace("/usr/local/bin/kittiwake", KITTIWAKE);
-        std::fs::write(folder.path().join(name), unit).expect("a file can be written");
-    }
-    let mut verify = Command::new("systemd-analyze");
-    let output = match verify.arg("verify").arg(folder.path().join("kittiwake@mcm.service")).output() {
-        Ok(output) => output,
-        Err(_) => return eprintln!("SKIPPED: systemd-analyze is not installed, the unit is not verified"),
-    };
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success() && !said.contains("kittiwake"), "{said}");
 }

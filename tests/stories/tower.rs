@@ -7,7 +7,7 @@ use nix::sys::signal::Signal;
 use serde_json::Value;
 use store::Store;
 
-use crate::support::files::Files;
+use crate::support::files::{Files, state_folder};
 use crate::support::http::Http;
 use crate::support::{KITTIWAKE, System, wait_for};
 
@@ -21,7 +21,7 @@ struct Flight {
 
 impl Flight {
     fn start(args: &[&str]) -> Flight {
-        let folder = tempfile::tempdir().expect("a temporary folder can be made");
+        let folder = state_folder();
         let state = folder.path().join("state");
         let system = System::up(&[args, &["--state", state.to_str().expect("a readable path")]].concat(), &[]);
         let http = system.http();

@@ -1,5 +1,6 @@
 //! A headless browser, driven over WebDriver.
 
+use std::fmt;
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
@@ -19,6 +20,8 @@ use super::{System, wait_for};
 pub const TAB: &str = "\u{e004}";
 pub const ENTER: &str = "\u{e007}";
 pub const ESCAPE: &str = "\u{e00c}";
+/// Gives an order that was not answered once more.
+const AGAIN: &str = "#again";
 /// More than the number of elements of the page that can have the focus.
 const MAX_TABS: usize = 80;
 
@@ -75,23 +78,34 @@ impl Browser {
         self.run(script, vec![json!(selector)]).as_str().map(str::to_owned)
     }
 
-    /// Waits until an element that matches is visible with `part` in its text.
+    /// Waits until an element that matches is visible with `part` in its text. As long as the page offers to try an order again, since a
+    /// busy machine has not answered it in time, that is what an operator does.
     #[track_caller]
     pub fn wait_for(&self, selector: &str, part: &str) -> String {
-        let what = format!("`{part}` in `{selector}`");
-        wait_for(&what, || self.text(selector).filter(|it| it.contains(part)))
+        wait_for(&Sought { browser: self, selector, part }, || {
+            let found = self.text(selector).filter(|it| it.contains(part));
+            if found.is_none() && self.text(AGAIN).is_some() {
+                self.click(AGAIN);
+            }
+            found
+        })
     }
 
-    /// Clicks what an operator could click: visible, enabled and not covered.
+    /// Clicks what an operator could click: visible, enabled and not covered. A click that misses, since an update of the page has
+    /// moved or disabled the element in the meantime, is seen to do nothing, and is done again.
     #[track_caller]
     pub fn click(&self, selector: &str) {
         let enabled = format!("{selector}:not(:disabled)");
-        wait_for(&format!("`{selector}` to be enabled"), || self.text(&enabled));
-        // An update of the page may move or cover the element in the meantime: it is clicked where it is then.
-        wait_for(&format!("`{selector}` not to be covered"), || {
+        let watch = "const [selector] = arguments; window.hasArrived = false; document.addEventListener('click', \
+                     (it) => { window.hasArrived = it.target.closest(selector) !== null }, { capture: true, once: true })";
+        // It is gone with the page that the click has left.
+        let has_arrived = "return window.hasArrived ?? true";
+        wait_for(&format!("`{selector}` to be clicked"), || {
+            self.text(&enabled)?;
+            self.run(watch, vec![json!(selector)]);
             let click = async { self.client.find(Locator::Css(selector)).await?.click().await };
             match self.runtime.block_on(click) {
-                Ok(()) => Some(()),
+                Ok(()) => self.run(has_arrived, vec![]).as_bool().filter(|it| *it),
                 Err(CmdError::Standard(it)) if it.error == ErrorStatus::ElementClickIntercepted => None,
                 Err(error) => panic!("{selector}: {error}"),
             }
@@ -232,6 +246,21 @@ impl Browser {
             |it: &Value| it["source"] == "network" && it["message"].as_str().is_some_and(|it| it.contains("/api/"));
         let errors = log.as_array().into_iter().flatten().filter(|it| it["level"] == "SEVERE" && !of_the_api(it));
         assert_eq!(errors.collect::<Vec<_>>(), Vec::<&Value>::new());
+    }
+}
+
+/// What is waited for, in words that are asked for once it did not come.
+struct Sought<'a> {
+    browser: &'a Browser,
+    selector: &'a str,
+    part: &'a str,
+}
+
+impl fmt::Display for Sought<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Sought { browser, selector, part } = self;
+        let (found, said) = (browser.text(selector), browser.text("#said"));
+        write!(f, "`{part}` in `{selector}`, where it says {found:?}; of the orders it says {said:?}")
     }
 }
 

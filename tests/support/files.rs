@@ -49,6 +49,13 @@ impl Files {
     }
 }
 
+/// A folder for states, in memory if possible: a disk that is busy with other builds may take seconds to answer, and a vehicle whose state
+/// is not saved for that long holds for an operator.
+pub fn state_folder() -> tempfile::TempDir {
+    let in_memory = tempfile::tempdir_in("/dev/shm");
+    in_memory.or_else(|_| tempfile::tempdir()).expect("a temporary folder can be made")
+}
+
 /// A file that nobody but its owner can read.
 pub fn write_private(path: &Path, text: &str) {
     use std::os::unix::fs::PermissionsExt;

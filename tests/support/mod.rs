@@ -1,5 +1,6 @@
 //! Starts a whole system of real processes, observes it, disturbs it, and ends it with the value.
 
+use std::fmt::Display;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -323,7 +324,7 @@ pub fn kittiwake(args: &[&str]) -> Output {
 
 /// Waits until `find` finds something.
 #[track_caller]
-pub fn wait_for<T>(what: &str, find: impl FnMut() -> Option<T>) -> T {
+pub fn wait_for<T>(what: &(impl Display + ?Sized), find: impl FnMut() -> Option<T>) -> T {
     wait::wait_within(LIMIT, Duration::from_millis(20), what, find)
 }
 

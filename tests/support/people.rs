@@ -21,6 +21,14 @@ impl People {
         People(folder)
     }
 
+    /// For `--token-file` of one of them.
+    pub fn token_file(&self, name: &str) -> String {
+        let path = self.0.path().join(name);
+        std::fs::write(&path, name).expect("the file can be written");
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o600)).expect("it is ours");
+        path.to_str().expect("a temporary folder has a plain name").to_owned()
+    }
+
     /// For `--access`.
     pub fn folder(&self) -> &str {
         Path::to_str(self.0.path()).expect("a temporary folder has a plain name")

@@ -31,6 +31,10 @@ fn a_process_writes_nowhere_but_to_its_own_state_and_little_else_is_open_to_it()
         assert!(stated.is_some_and(|it| it <= EXPOSURE), "{process}: {said}");
         eprintln!("{}", line.trim());
     }
+    let said = site
+        .aircraft
+        .run("systemd-analyze verify kittiwake@mcm.service kittiwake-config.service kittiwake.target 2>&1");
+    assert!(!said.contains("kittiwake"), "it finds nothing wrong with the units: {said}");
     let said = site.aircraft.run(PROBE);
     let mut found: Vec<_> = said.lines().collect();
     found.sort_unstable();

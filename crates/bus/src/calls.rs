@@ -135,7 +135,9 @@ impl<'a> Calls<'a> {
         // that is late counts as unknown: this end cannot tell.
         let copies = if matches!((self.scope, &vehicle), (Scope::Fleet, Some(_))) { 2 } else { 1 };
         let traceparent = open.traceparent.clone();
-        let attachment = Attachment { traceparent, said_receiver_monotonic_ns, ..Default::default() };
+        let key = self.scope.publish(vehicle.as_ref(), service.key());
+        let whole = self.scope.whole(&key);
+        let attachment = Attachment { traceparent, said_receiver_monotonic_ns, key: whole, ..Default::default() };
         let (attachment, payload) = (attachment.encode_to_vec(), open.request.encode());
         if attempt == 1 && links.ask(service, (call, attempt), &attachment, &payload) {
             return Ok(());
@@ -143,7 +145,6 @@ impl<'a> Calls<'a> {
         let querier = match self.routed.entry((vehicle, service)) {
             std::collections::hash_map::Entry::Occupied(it) => it.into_mut(),
             std::collections::hash_map::Entry::Vacant(it) => {
-                let key = self.scope.publish(it.key().0.as_ref(), service.key());
                 let target = if copies == 2 { QueryTarget::All } else { QueryTarget::BestMatching };
                 it.insert(declare(self.session, &key, target)?)
             }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use kittiwake_proto::topics::{Message, Request, Service, Topic};
+use kittiwake_proto::v1::Attachment;
 use node::{Event, Node, Token, VehicleId};
 use zenoh::pubsub::Subscriber;
 use zenoh::query::{Query, Queryable};
@@ -251,11 +252,14 @@ impl Inbox {
             Ok(message) => message,
             Err(malformed) => return self.refuse(key, &malformed.cause),
         };
+        let attachment = attachment.and_then(trace::read).unwrap_or_default();
+        if let Err(why) = said_here(&self.scope, key, &attachment) {
+            return self.refuse(key, &why);
+        }
         let vehicle = self.scope.vehicle_of(key);
         if topic.qos().keeps_newest_only() {
             return self.keep_newest(vehicle, message);
         }
-        let attachment = attachment.and_then(trace::read).unwrap_or_default();
         if let Err(late) = in_time(&self.scope, attachment.said_receiver_monotonic_ns) {
             return self.refuse_late(key, late);
         }
@@ -331,6 +335,9 @@ impl Inbox {
             Err(malformed) => return Some((asker, refused(&malformed.cause))),
         };
         let attachment = attachment.and_then(trace::read).unwrap_or_default();
+        if let Err(why) = said_here(&self.scope, key, &attachment) {
+            return Some((asker, refused(&why)));
+        }
         if let Err(late) = in_time(&self.scope, attachment.said_receiver_monotonic_ns) {
             self.refuse_late(key, late);
             return Some((asker, Refusal::Because(format!("{LATE}{late}"))));
@@ -406,10 +413,68 @@ fn mail_of(said: u64, event: Event, parent: Option<trace::Parent>) -> Mail {
     if said == 0 { Mail::Event(event, parent) } else { Mail::Said(said, event, parent) }
 }
 
+/// Whether what is heard under `key` was said under it. Zenoh sends a number in place of a key, and for a moment two processes may mean
+/// different keys by one: a connection that is made again while the former one is being closed may come into that one's place, with
+/// numbers of its own (zenoh 1.10 says `Resource remapped. Remapping unsupported!`). Many payloads are a message of several topics.
+fn said_here(scope: &Scope, key: &str, attachment: &Attachment) -> Result<(), String> {
+    let said = &attachment.key;
+    if said.is_empty() || *said == scope.whole(key) { Ok(()) } else { Err(format!("it was said under {said}")) }
+}
+
 /// Whether something may be obeyed. Only what comes from the ground is stamped, and by a vehicle's clock only.
 fn in_time(scope: &Scope, said: u64) -> Result<(), Late> {
     match scope {
         Scope::Vehicle(_) => freshness::check(said, monotonic_ns()),
         Scope::Fleet => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wake::Wake;
+    use kittiwake_proto::v1;
+    use prost::Message as _;
+
+    /// An order that was said under `said` and is heard by a vehicle's process under its own key.
+    #[track_caller]
+    fn check(said: &str, expected: Option<&str>) {
+        let mailbox = Mailbox::new(&Wake::new().unwrap());
+        let inbox = Inbox::new(&Scope::Vehicle("uav1".into()), mailbox.clone());
+        let attachment = Attachment { key: said.into(), ..Default::default() }.encode_to_vec();
+        let order = v1::OperatorCommand::default().encode_to_vec();
+        let asker = Asker::Direct { connection: 1, number: 1 };
+        let service = Service::OperatorCommand;
+        let refused = inbox.request(service, service.key(), &order, Some(&attachment), asker).map(|(_, why)| why);
+        assert_eq!(refused, expected.map(|it| Refusal::Because(it.to_owned())), "{said}");
+        assert_eq!(mailbox.losses().malformed, u64::from(expected.is_some()), "{said}");
+    }
+
+    #[test]
+    fn what_was_said_under_another_key_is_refused() {
+        check("kw/uav1/mcm/command", None);
+        // Of an older version.
+        check("", None);
+        check("kw/uav1/skill/cancel", Some("it was said under kw/uav1/skill/cancel"));
+        check("kw/uav2/mcm/command", Some("it was said under kw/uav2/mcm/command"));
+        check("mcm/command", Some("it was said under mcm/command"));
+    }
+
+    #[test]
+    fn no_message_counts_under_another_key_whatever_its_kind() {
+        for topic in [Topic::Heartbeat, Topic::FlagEvent] {
+            let mailbox = Mailbox::new(&Wake::new().unwrap());
+            let inbox = Inbox::new(&Scope::Fleet, mailbox.clone());
+            let payload = v1::FlagEvent { name: "battery_low".into(), ..Default::default() }.encode_to_vec();
+            let payload = if topic == Topic::FlagEvent { payload } else { Vec::new() };
+            let key = format!("kw/uav1/{}", topic.key());
+            for said in [format!("kw/uav2/{}", topic.key()), "kw/uav1/mcm/status".into(), key.clone()] {
+                assert!(!mailbox.has_mail());
+                let attachment = Attachment { key: said, ..Default::default() }.encode_to_vec();
+                inbox.message(topic, &key, &payload, Some(&attachment));
+            }
+            assert!(mailbox.has_mail(), "{topic:?}");
+            assert_eq!(mailbox.losses().malformed, 2, "{topic:?}");
+        }
     }
 }

@@ -32,6 +32,14 @@ impl Scope {
         }
     }
 
+    /// A key as one of this scope names it, with the namespace that zenoh puts before it.
+    pub(crate) fn whole(&self, key: &str) -> String {
+        match self.namespace() {
+            Some(namespace) => format!("{namespace}/{key}"),
+            None => key.to_owned(),
+        }
+    }
+
     /// The vehicle that a received key belongs to; empty for a process that belongs to none.
     pub(crate) fn vehicle_of(&self, key: &str) -> VehicleId {
         match self {
@@ -70,5 +78,7 @@ mod tests {
         assert_eq!(&*Scope::Vehicle("uav1".into()).vehicle_of("mcm/status"), "uav1");
         assert_eq!(parse_alive("kw/uav1/alive/mcm/4f"), Some(("mcm", "4f")));
         assert_eq!(parse_alive("mcm/status"), None);
+        assert_eq!(Scope::Vehicle("uav1".into()).whole("mcm/status"), "kw/uav1/mcm/status");
+        assert_eq!(Scope::Fleet.whole("kw/uav1/mcm/status"), "kw/uav1/mcm/status");
     }
 }

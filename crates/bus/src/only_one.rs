@@ -85,7 +85,7 @@ pub(crate) fn watch(
     session
         .liveliness()
         .declare_subscriber(&key)
-        // Whoever came while the link was down is reported once it is up again.
+        // A process that appeared while the link was down is reported once the link is back.
         .history(true)
         .callback(move |sample| {
             let Some((service, instance)) = keys::parse_alive(sample.key_expr().as_str()) else { return };

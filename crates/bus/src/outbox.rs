@@ -77,6 +77,7 @@ impl<'a> Outbox<'a> {
             traceparent,
             said_receiver_monotonic_ns: said,
             publisher: if goes_directly(topic) { self.number } else { 0 },
+            key: self.scope.whole(&key),
         };
         let attachment = attachment.encode_to_vec();
         if goes_directly(topic) {

@@ -11,7 +11,7 @@ use tracing_opentelemetry::OpenTelemetrySpanExt;
 pub(crate) type Parent = String;
 
 /// A larger attachment is none of ours.
-const MAX_ATTACHMENT: usize = 256;
+const MAX_ATTACHMENT: usize = 512;
 
 /// The attachment in `bytes`; a malformed one counts as none, since the payload stands for itself.
 pub(crate) fn read(bytes: &[u8]) -> Option<Attachment> {

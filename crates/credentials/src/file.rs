@@ -1,25 +1,62 @@
-//! Reads files with certificates, keys and lists of what is revoked. They are read again in flight, so none of them may hold a
-//! process up or take its memory, whatever somebody has put in its place.
+//! Opens files of the folders for certificates and for access: certificates, keys, lists of what is revoked, and the audit trail. They are
+//! read and written in flight, so none of them may hold a process up or take its memory, whatever somebody has put in its place:
+//! a pipe waits for somebody at its other end, and a device may never end.
 
-use std::fs::File;
+use std::fs::{File, OpenOptions};
 use std::io::{Error, ErrorKind, Read as _, Result};
+use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::Path;
 
-/// The most bytes of such a file: some ten thousand entries of a list of what is revoked, and far more than any key has.
+/// The most bytes that [`read`] reads: some ten thousand entries of a list of what is revoked, and far more than any key has.
 pub const LARGEST_BYTES: u64 = 1 << 20;
+
+/// Opens a file to read it.
+///
+/// # Errors
+/// If it cannot be opened, or is no regular file.
+pub fn open(path: &Path) -> Result<File> {
+    // Before it is opened: to open a pipe waits already.
+    if !std::fs::metadata(path)?.is_file() {
+        return Err(irregular());
+    }
+    File::open(path)
+}
+
+/// Opens a file to write at its end; it is made for the owner alone if there is none.
+///
+/// # Errors
+/// If it cannot be opened or made, or is no regular file.
+pub fn append(path: &Path) -> Result<File> {
+    make(path, File::options().append(true))
+}
+
+/// Opens a file to read and to write anywhere in it; it is made for the owner alone if there is none.
+///
+/// # Errors
+/// As [`append`].
+pub fn in_place(path: &Path) -> Result<File> {
+    make(path, File::options().read(true).write(true))
+}
+
+fn make(path: &Path, options: &mut OpenOptions) -> Result<File> {
+    if std::fs::metadata(path).is_ok_and(|it| !it.is_file()) {
+        return Err(irregular());
+    }
+    options.create(true).mode(0o600).open(path)
+}
+
+fn irregular() -> Error {
+    Error::new(ErrorKind::InvalidInput, "is no regular file")
+}
 
 /// The whole file.
 ///
 /// # Errors
 /// If it cannot be read, is a pipe, a device or a folder, or has more than [`LARGEST_BYTES`].
 pub fn read(path: &Path) -> Result<Vec<u8>> {
-    // Before it is opened: to open a pipe waits for somebody who writes.
-    if !std::fs::metadata(path)?.is_file() {
-        return Err(Error::new(ErrorKind::InvalidInput, "is no regular file"));
-    }
     let mut bytes = Vec::new();
     // One byte more shows that there is more: a file may grow.
-    File::open(path)?.take(LARGEST_BYTES + 1).read_to_end(&mut bytes)?;
+    open(path)?.take(LARGEST_BYTES + 1).read_to_end(&mut bytes)?;
     if LARGEST_BYTES < bytes.len() as u64 {
         return Err(Error::new(ErrorKind::FileTooLarge, format!("has more than {LARGEST_BYTES} bytes")));
     }
@@ -56,6 +93,7 @@ mod tests {
         std::fs::remove_file(&path).unwrap();
         assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
         assert_eq!(said(), Err("is no regular file".to_owned()));
+        assert_eq!(append(&path).unwrap_err().to_string(), "is no regular file");
         assert_eq!(read(folder.path()).unwrap_err().to_string(), "is no regular file");
         assert_eq!(read(Path::new("/nowhere/key.pem")).unwrap_err().kind(), ErrorKind::NotFound);
     }

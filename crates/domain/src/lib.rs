@@ -9,6 +9,7 @@ pub mod alternates;
 pub mod area;
 pub mod consumption;
 pub mod contingency;
+pub mod control_character;
 pub mod corners;
 pub mod decision;
 pub mod energy;

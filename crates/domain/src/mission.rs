@@ -22,7 +22,7 @@ use crate::geometry::Ned;
 use crate::site::Site;
 use crate::survey::Survey;
 use area_hours::HoursEntry;
-use bounds::LONGEST_NAME;
+use bounds::{LONGEST_NAME, control_character};
 use place::OriginEntry;
 use site_entry::SiteEntry;
 use sites::Place;
@@ -148,7 +148,7 @@ pub struct ObjectiveReport {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum InvalidObjective {
     /// Its name is empty or has characters that names may not have.
-    #[error("an objective has a name of 1 to {LONGEST_NAME} characters")]
+    #[error("an objective has a name of 1 to {LONGEST_NAME} characters, without control characters")]
     Name,
     /// It lies out of range.
     #[error("objective `{0}` is farther than {FARTHEST_M} m from the origin, or higher than {HIGHEST_M} m")]
@@ -180,7 +180,8 @@ impl Objective {
     /// If it is invalid.
     pub fn new(name: String, position: Ned, flying: bool) -> Result<Objective, InvalidObjective> {
         let height_m = position.height_m();
-        if name.trim().is_empty() || LONGEST_NAME < name.chars().count() {
+        let is_too_long = LONGEST_NAME < name.chars().count();
+        if name.trim().is_empty() || is_too_long || control_character(&name).is_some() {
             return Err(InvalidObjective::Name);
         }
         let lateral = [position.north_m, position.east_m];

@@ -33,7 +33,35 @@ impl TryFrom<f64> for Positive {
         if 1e-6 <= it && it <= 1e6 {
             Ok(Positive(it))
         } else {
-            Err(format!("found {it}, expected a number between 0.000001 and 1000000"))
+            Err(format!("found {}, expected a number between 0.000001 and 1000000", readable(it)))
+        }
+    }
+}
+
+/// Seconds of at least `LEAST` and at most `MOST`, where a value beyond them would leave a process dead or end one that lives.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Deserialize)]
+#[serde(try_from = "f64")]
+pub struct Seconds<const LEAST: u32, const MOST: u32>(f64);
+
+impl<const LEAST: u32, const MOST: u32> Seconds<LEAST, MOST> {
+    /// The number.
+    pub fn get(self) -> f64 {
+        self.0
+    }
+
+    /// The time.
+    pub fn seconds(self) -> Duration {
+        Duration::from_secs_f64(self.0)
+    }
+}
+
+impl<const LEAST: u32, const MOST: u32> TryFrom<f64> for Seconds<LEAST, MOST> {
+    type Error = String;
+    fn try_from(it: f64) -> Result<Self, String> {
+        if f64::from(LEAST) <= it && it <= f64::from(MOST) {
+            Ok(Seconds(it))
+        } else {
+            Err(format!("found {} s, expected {LEAST} s to {MOST} s", readable(it)))
         }
     }
 }
@@ -59,9 +87,15 @@ impl TryFrom<f64> for Fraction {
         if (0.0..=1.0).contains(&it) {
             Ok(Fraction(it))
         } else {
-            Err(format!("found {it}, expected a fraction from 0 to 1"))
+            Err(format!("found {}, expected a fraction from 0 to 1", readable(it)))
         }
     }
+}
+
+/// In an answer or in a terminal: `1e308` has three hundred digits otherwise.
+fn readable(it: f64) -> String {
+    let has_few_digits = it == 0.0 || !it.is_finite() || (1e-6..1e15).contains(&it.abs());
+    if has_few_digits { it.to_string() } else { format!("{it:e}") }
 }
 
 #[cfg(test)]
@@ -73,6 +107,14 @@ mod tests {
         assert!(Positive::try_from(0.0).is_err());
         assert!(Positive::try_from(f64::NAN).is_err());
         assert!(Fraction::try_from(1.5).is_err());
+        assert!([0.0, 0.99, 60.01, f64::INFINITY, f64::NAN].iter().all(|it| Seconds::<1, 60>::try_from(*it).is_err()));
+        assert!([1.0, 60.0].iter().all(|it| Seconds::<1, 60>::try_from(*it).is_ok()));
+        for (value, found) in
+            [(0.0, "0"), (-2.5, "-2.5"), (f64::NAN, "NaN"), (1e7, "10000000"), (1e308, "1e308"), (-5e-300, "-5e-300")]
+        {
+            let expected = format!("found {found}, expected a number between 0.000001 and 1000000");
+            assert_eq!(Positive::try_from(value), Err(expected));
+        }
         assert_eq!(Positive::try_from(4.0).unwrap().period(), Duration::from_millis(250));
     }
 }

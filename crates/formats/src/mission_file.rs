@@ -1,5 +1,6 @@
 //! A mission file, as `kittiwake check` reads it, with remarks as comments.
 
+use domain::control_character::is_control;
 use domain::geodesy::{LatLon, Origin};
 use domain::mission::bounds::LONGEST_NAME;
 use domain::mission::terms::{Order, Terms};
@@ -177,6 +178,6 @@ fn comments(remarks: &[String]) -> String {
 
 /// The text on one line, without characters that cannot be seen, and not longer than this.
 pub(crate) fn one_line(text: &str, longest: usize) -> String {
-    let visible: String = text.chars().map(|it| if it.is_control() { ' ' } else { it }).take(longest).collect();
+    let visible: String = text.chars().map(|it| if is_control(it) { ' ' } else { it }).take(longest).collect();
     visible.split_whitespace().collect::<Vec<_>>().join(" ")
 }

@@ -8,6 +8,9 @@
 //! clock then, since no other goes on between two processes; a clock that was set meanwhile is wrong only until the tower is heard.
 //!
 //! Without a key nothing is verified; the order of decisions counts all the same.
+//!
+//! Where there is no room for another area, the one that was decided about longest ago and is not granted is forgotten. Numbers
+//! of decisions rise over all areas, so no grant of an area that is not known is believed that is as old as what was forgotten.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -28,6 +31,8 @@ pub struct Belief {
     lines: BTreeMap<String, Line>,
     /// The highest number of a decision by area, also from before a restart.
     latest: BTreeMap<String, u64>,
+    /// The highest number of a decision that was forgotten.
+    forgotten: Option<u64>,
     /// Grants from before a restart, until the first moment is known.
     stored: BTreeMap<String, StoredGrant>,
 }
@@ -92,7 +97,7 @@ pub enum Refusal {
         newest: u64,
     },
     /// The areas of this vehicle are too many to be kept.
-    #[error("{MAX_AREAS} areas are known already")]
+    #[error("{MAX_AREAS} areas are granted already")]
     TooMany,
 }
 
@@ -113,6 +118,7 @@ impl Belief {
             key,
             lines: BTreeMap::new(),
             latest: BTreeMap::new(),
+            forgotten: None,
             stored: BTreeMap::new(),
         }
     }
@@ -163,6 +169,10 @@ impl Belief {
             };
             let expires = now.time + valid_for;
             self.lines.entry(area).or_insert(Line { permission, expires, stored: grant, is_remembered: true });
+        }
+        if MAX_AREAS <= self.latest.len() {
+            // The process before may have forgotten others; they were decided about before those that it kept without a grant.
+            self.forgotten = self.least_needed(now).and_then(|it| self.latest.get(&it).copied());
         }
     }
 
@@ -223,10 +233,31 @@ impl Belief {
                 return if is_known { Ok(Judgement::Old) } else { Err(Refusal::Expired { since_s }) };
             }
         }
-        if latest.is_none() && MAX_AREAS <= self.latest.len() {
-            return Err(Refusal::TooMany);
+        if latest.is_none() {
+            if let Some(latest) = self.forgotten.filter(|it| decision <= it) {
+                return if is_grant { Err(Refusal::Replayed { found: *decision, latest }) } else { Ok(Judgement::Old) };
+            }
+            if MAX_AREAS <= self.latest.len() && self.least_needed(now).is_none() {
+                return Err(Refusal::TooMany);
+            }
         }
         Ok(Judgement::Believed)
+    }
+
+    /// The area that was decided about longest ago of those that are not granted.
+    fn least_needed(&self, now: Now) -> Option<String> {
+        let not_granted = self.latest.iter().filter(|(area, _)| self.remaining(area, now.time).is_none());
+        not_granted.min_by_key(|(_, decision)| **decision).map(|(area, _)| area.clone())
+    }
+
+    fn make_room(&mut self, area: &str, now: Now) {
+        if MAX_AREAS <= self.latest.len()
+            && !self.latest.contains_key(area)
+            && let Some(least_needed) = self.least_needed(now)
+        {
+            self.lines.remove(&least_needed);
+            self.forgotten = self.forgotten.max(self.latest.remove(&least_needed));
+        }
     }
 
     /// Returns the permission if it is a new decision.
@@ -245,6 +276,7 @@ impl Belief {
         let stored = stored(now, pace, permission.decision, expires, same.map(|it| it.stored));
         let state = |it: &Permission| (it.state, it.decision);
         let is_new = before.is_none_or(|it| state(&it.permission) != state(&permission));
+        self.make_room(&permission.area, now);
         self.latest.insert(permission.area.clone(), permission.decision);
         self.lines.insert(
             permission.area.clone(),

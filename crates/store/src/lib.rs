@@ -10,6 +10,7 @@
 //!
 //! The contents are bytes: what they mean is the caller's business.
 
+use std::fs::{File, TryLockError};
 use std::path::Path;
 
 mod folder;
@@ -109,6 +110,18 @@ impl Store {
     /// If another process has it open; nothing was changed then.
     pub fn open(folder: &Path, name: &str, owner: &str, version: u32) -> Result<(Store, Loaded), InUse> {
         Store::over(Folder::new(folder), name, owner, version)
+    }
+
+    /// Whether nobody has the state `name` of `owner` in `folder` open now; nothing is changed.
+    ///
+    /// # Errors
+    /// If another process has.
+    pub fn check_free(folder: &Path, name: &str, owner: &str) -> Result<(), InUse> {
+        let is_taken = |file: File| matches!(file.try_lock(), Err(TryLockError::WouldBlock));
+        if !File::open(folder.join(format!("{name}.lock"))).is_ok_and(is_taken) {
+            return Ok(());
+        }
+        Err(InUse { name: name.to_owned(), owner: owner.to_owned(), place: folder.display().to_string() })
     }
 }
 

@@ -84,6 +84,14 @@ pub enum Trouble {
         /// What the operating system said.
         cause: String,
     },
+    /// There is no state where a process that has run before must have left one.
+    #[error("{} has no state of `{name}`, which has run before", folder.display())]
+    Gone {
+        /// Where it was.
+        folder: PathBuf,
+        /// Whose it is.
+        name: String,
+    },
     /// Somebody has removed the folder, or put another one in its place: what is there now is another process's.
     #[error("the state folder was replaced: {} is not the lock that this process has; start it again", lock.display())]
     Replaced {

@@ -21,7 +21,7 @@ fn planner() -> Planner {
 /// A planner with its memory in `folder`.
 fn in_folder(folder: &Path) -> Result<Persisted<Planner>, StartError> {
     let folder = folder.to_owned();
-    Persisted::new(planner(), 1, move || state_folder::open(&folder, "planner", "uav1"), || {})
+    Persisted::new(planner(), 1, move || state_folder::open(&folder, "planner", "uav1", false), || {})
 }
 
 /// The replies to an upload that come at once.

@@ -135,6 +135,13 @@ impl Row {
         self.raise.is_some() || self.when.is_some()
     }
 
+    /// How long a monitor that was started again may need before it raises it, in mission time: before that, that it is not raised
+    /// says nothing.
+    pub fn raised_within(&self) -> Duration {
+        let of_rule = self.raise.map_or(Duration::ZERO, |rule| rule.raised_within());
+        of_rule.max(self.when.as_ref().map_or(Duration::ZERO, |it| it.hold))
+    }
+
     /// How loudly it calls for a human beside other flags, of which `is_up` says whether they are up.
     pub fn alarm_beside(&self, is_up: impl Fn(&str) -> bool) -> Alarm {
         if self.explained_by.iter().any(|it| is_up(it)) { Alarm::Advisory } else { self.alarm }

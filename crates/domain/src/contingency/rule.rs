@@ -1,5 +1,7 @@
 //! What raises a flag: a fact about the vehicle that has held for a while.
 
+use std::time::Duration;
+
 use serde::Deserialize;
 
 use crate::quantity::Positive;
@@ -58,6 +60,16 @@ impl Rule {
     /// Whether it is raised by the silence of `source`.
     pub fn watches(&self, source: DataSource) -> bool {
         matches!(self, Rule::Stale { source: of_rule, .. } if *of_rule == source)
+    }
+
+    /// How long what it is about must last until it raises its flag.
+    pub(super) fn raised_within(&self) -> Duration {
+        match self {
+            Rule::Below { for_s, .. } | Rule::Above { for_s, .. } | Rule::Reported { for_s, .. } => {
+                Duration::try_from_secs_f64(*for_s).unwrap_or(Duration::MAX)
+            }
+            Rule::Stale { after_s, .. } => after_s.seconds(),
+        }
     }
 
     /// Whether it is about what the battery holds.

@@ -166,6 +166,12 @@ impl Snapshot {
     /// Nothing is known.
     pub const UNKNOWN: Snapshot = Snapshot([None; Field::ALL.len()]);
 
+    /// The fields that have another value than they had in `earlier`.
+    pub fn differs_in(&self, earlier: &Snapshot) -> Fields {
+        let differs = |field: &Field| self.get(*field) != earlier.get(*field);
+        Fields::of(Field::ALL.iter().copied().filter(differs))
+    }
+
     /// The value of a field, a choice as its place in the list of names; `None`: it is not known.
     pub fn get(&self, field: Field) -> Option<f64> {
         self.0[field as usize]
@@ -188,6 +194,23 @@ impl Snapshot {
             Kind::Number { .. } => None,
         };
         self.set(field, place.map(|it| it as f64));
+    }
+}
+
+/// A set of fields.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fields(u64);
+
+impl Fields {
+    /// The set of these.
+    pub fn of(fields: impl IntoIterator<Item = Field>) -> Fields {
+        const { assert!(Field::ALL.len() <= u64::BITS as usize, "a set of fields is 64 bits wide") };
+        Fields(fields.into_iter().fold(0, |set, field| set | 1 << field as u32))
+    }
+
+    /// Whether any field is in both.
+    pub fn meets(self, other: Fields) -> bool {
+        self.0 & other.0 != 0
     }
 }
 
@@ -221,5 +244,26 @@ mod tests {
         snapshot.set_truth(Field::Armed, Some(true));
         assert_eq!(snapshot.get(Field::Mode).map(|it| Field::Mode.in_words(it)).as_deref(), Some("land"));
         assert_eq!(snapshot.get(Field::Armed).map(|it| Field::Armed.in_words(it)).as_deref(), Some("true"));
+    }
+
+    #[test]
+    fn what_differs_between_two_snapshots_is_a_set_of_fields() {
+        #[track_caller]
+        fn check(change: impl FnOnce(&mut Snapshot), expected: &[Field]) {
+            let mut earlier = Snapshot::UNKNOWN;
+            earlier.set(Field::Height, Some(40.0));
+            let mut later = earlier;
+            change(&mut later);
+            assert_eq!(later.differs_in(&earlier), Fields::of(expected.iter().copied()), "{expected:?}");
+        }
+        check(|_| {}, &[]);
+        check(|it| it.set(Field::Height, Some(40.0)), &[]);
+        check(|it| it.set(Field::Height, Some(41.0)), &[Field::Height]);
+        check(|it| it.set(Field::Height, None), &[Field::Height]);
+        check(|it| it.set_truth(Field::Armed, Some(false)), &[Field::Armed]);
+        let (few, many) = (Fields::of([Field::Height]), Fields::of(Field::ALL.iter().copied()));
+        assert!(
+            many.meets(few) && few.meets(many) && !few.meets(Fields::of([Field::Armed])) && !few.meets(Fields::of([]))
+        );
     }
 }

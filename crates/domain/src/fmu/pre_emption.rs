@@ -37,6 +37,11 @@ struct Lasting {
 }
 
 impl PreEmption {
+    /// One that lasts, and had a reason of its own before anything was heard.
+    pub fn remembered() -> PreEmption {
+        PreEmption(Some(Lasting { since: Time::ZERO, waits_for_us: false }))
+    }
+
     /// Takes in a status.
     pub fn update(&mut self, now: Time, status: Reported) {
         let Reported { failsafe, intended, actual, signal_lost } = status;
@@ -80,6 +85,11 @@ mod tests {
         // It is missed no more, and still it holds.
         check(&[(0, Loiter, true), (500, Loiter, false)], true);
         check(&[(0, Loiter, true), (500, Loiter, false), (900, Loiter, true)], true);
+        // One that is remembered lasts, whatever is missed by now.
+        let missing = Reported { failsafe: true, intended: Some(Offboard), actual: Some(Loiter), signal_lost: true };
+        let mut remembered = PreEmption::remembered();
+        remembered.update(Time::after(Duration::from_secs(9)), missing);
+        assert!(remembered.holds());
         // Over, and again.
         check(&[(0, Loiter, false), (500, Offboard, false), (9000, Loiter, true)], false);
     }

@@ -4,6 +4,7 @@
 use toml::Spanned;
 
 use super::{AreaEntry, Checker, MissionFile};
+use crate::control_character::is_control;
 
 /// The most objectives of a mission.
 pub const MOST_OBJECTIVES: usize = 500;
@@ -22,6 +23,11 @@ impl AreaEntry {
     fn corner_count(&self) -> usize {
         self.corners_m.as_ref().or(self.corners_deg.as_ref()).map_or(0, |it| it.as_ref().len())
     }
+}
+
+/// The first character that has no place in a name, which is shown on terminals.
+pub(super) fn control_character(name: &str) -> Option<char> {
+    name.chars().find(|it| is_control(*it))
 }
 
 impl Checker<'_> {
@@ -48,7 +54,8 @@ impl Checker<'_> {
         self.count("corners of areas", corners, MOST_CORNERS, first_beyond);
         let objectives = file.objective.iter().map(|it| ("an objective", &it.name));
         let areas = file.area.iter().map(|it| ("an area", &it.name));
-        for (what, name) in objectives.chain(areas) {
+        let sites = file.site.iter().map(|it| ("a site", &it.name));
+        for (what, name) in objectives.chain(areas).chain(sites) {
             self.name(what, name.as_ref(), Some(name));
         }
         self.name("a mission", &file.name, None);
@@ -63,9 +70,16 @@ impl Checker<'_> {
 
     fn name(&mut self, what: &str, name: &str, entry: Option<&Spanned<String>>) {
         let count = name.chars().count();
+        if name.trim().is_empty() {
+            self.say(entry.map(Spanned::span), format!("the name of {what} is empty"), "give it one");
+        }
         if LONGEST_NAME < count {
             let message = format!("the name of {what} has {count} characters, at most {LONGEST_NAME} are allowed");
             self.say(entry.map(Spanned::span), message, "choose a shorter one");
+        }
+        if let Some(found) = control_character(name) {
+            let message = format!("the name of {what} has the control character U+{:04X}", u32::from(found));
+            self.say(entry.map(Spanned::span), message, "write it on one line, without control characters");
         }
     }
 }
@@ -134,6 +148,32 @@ mod tests {
             &mission(1, &[4]).replace("\"m\"", &format!("\"{long}\"")),
             "m.toml: the name of a mission has 101 characters, at most 100 are allowed",
         );
+    }
+
+    #[test]
+    fn a_name_with_a_control_character_is_refused_with_its_place() {
+        #[track_caller]
+        fn check(name: &str, written: &str, expected: &str) {
+            let told = read(&mission(1, &[4]).replace(&format!("\"{name}\""), &format!("\"{written}\""))).unwrap_err();
+            assert!(told.to_string().starts_with(expected), "expected `{expected}`, got `{told}`");
+        }
+        check("o0", r"d\nmission over", "m.toml:3:8: the name of an objective has the control character U+000A");
+        check("a0", r"A\r\u001b[2KX", "m.toml:9:8: the name of an area has the control character U+000D");
+        check("m", r"\u009b2J", "m.toml: the name of a mission has the control character U+009B");
+        check("a0", r"\u202etnarg", "m.toml:9:8: the name of an area has the control character U+202E");
+        check("m", r"a\u200b", "m.toml: the name of a mission has the control character U+200B");
+    }
+
+    #[test]
+    fn a_name_is_not_empty() {
+        #[track_caller]
+        fn check(name: &str, expected: &str) {
+            let told = read(&mission(1, &[4]).replace(&format!("\"{name}\""), "\" \"")).unwrap_err().to_string();
+            assert!(told.starts_with(expected), "expected `{expected}`, got `{told}`");
+        }
+        check("o0", "m.toml:3:8: the name of an objective is empty");
+        check("a0", "m.toml:9:8: the name of an area is empty");
+        check("m", "m.toml: the name of a mission is empty");
     }
 
     #[test]

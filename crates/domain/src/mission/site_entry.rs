@@ -3,7 +3,6 @@
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::bounds::LONGEST_NAME;
 use super::place::Written;
 use super::{Checker, HIGHEST_M, sites};
 use crate::area::Area;
@@ -49,10 +48,6 @@ impl Checker<'_> {
 
     fn alternate(&mut self, it: &SiteEntry) -> Site {
         let name = it.name.as_ref().clone();
-        if name.trim().is_empty() || LONGEST_NAME < name.chars().count() {
-            let message = format!("a site with a name of {} characters", name.trim().chars().count());
-            self.say(Some(it.name.span()), message, "a site has a name of 1 to 100 characters");
-        }
         let height_m = it.height_m.as_ref().map_or(0.0, |it| self.within("height_m", it, -HIGHEST_M, HIGHEST_M));
         let span = it.height_m.as_ref().map(Spanned::span);
         if height_m < 0.0 {
@@ -145,7 +140,7 @@ corners_m = [[60.0, 300.0], [160.0, 300.0], [160.0, 400.0], [60.0, 400.0]]
         );
         check("height_m = 3.0", "height_m = nan", "m.toml:17:12: `height_m` is NaN, expected metres between");
         check("\"pond\"", "\"field\"", "m.toml:19:8: two sites with the name `field`");
-        check("\"pond\"", "\" \"", "m.toml:19:8: a site with a name of 0 characters");
+        check("\"pond\"", "\" \"", "m.toml:19:8: the name of a site is empty");
         check("east_m = 250.0\n", "", "m.toml:15:11: site `field` has no `east_m`");
         check("north_m = 100.0\neast_m = 250.0\n", "", "m.toml:13:8: site `field` has no place");
         check("north_m = 100.0", "north_m = 100001.0", "m.toml:15:11: `north_m` is 100001, expected metres between");

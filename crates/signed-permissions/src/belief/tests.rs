@@ -165,6 +165,42 @@ fn names_from_the_network_do_not_fill_the_memory() {
     assert_eq!((belief.areas().count(), belief.latest().len()), (MAX_AREAS, MAX_AREAS));
 }
 
+#[test]
+fn areas_of_which_nothing_is_granted_any_more_make_room_and_no_old_grant_comes_back() {
+    for restarts in [false, true] {
+        let mut vehicle = Belief::new("uav1", None);
+        let line = |n: u64, decision| Permission { area: format!("area {n}"), ..grant(decision) };
+        let denied = |n: u64, decision| Permission { state: PermissionState::Denied, ..line(n, decision) };
+        take(&mut vehicle, 0, line(0, 1)).unwrap();
+        let last = 2 * MAX_AREAS as u64;
+        for n in 1..last {
+            assert_eq!(take(&mut vehicle, 0, denied(n, n + 10)), Ok(()), "area {n}");
+        }
+        assert_eq!(vehicle.latest().len(), MAX_AREAS);
+        assert!(remaining_area(&vehicle, "area 0"), "a grant is not forgotten");
+        if restarts {
+            let latest = vehicle.latest().clone();
+            let grant = vehicle.stored_grant("area 0").unwrap();
+            vehicle = Belief::new("uav1", None);
+            vehicle.restore(latest);
+            vehicle.restore_grant("area 0".to_owned(), grant);
+            vehicle.begin(at(0), Pace::REAL_TIME);
+        }
+        let replayed = take(&mut vehicle, 0, line(1, 5)).unwrap_err();
+        assert!(matches!(replayed, Refusal::Replayed { found: 5, .. }), "{replayed}");
+        assert!(!remaining_area(&vehicle, "area 1"));
+        let old = Permission { state: PermissionState::Requested, ..line(last, 0) };
+        assert_eq!(take(&mut vehicle, 0, old), Ok(()), "a request is no decision yet");
+        assert_eq!(take(&mut vehicle, 0, line(last, last + 10)), Ok(()));
+        assert!(remaining_area(&vehicle, &format!("area {last}")) && remaining_area(&vehicle, "area 0"));
+        assert_eq!(vehicle.latest().len(), MAX_AREAS);
+    }
+}
+
+fn remaining_area(belief: &Belief, area: &str) -> bool {
+    belief.remaining(area, at(0).time).is_some()
+}
+
 fn any_permission() -> impl Strategy<Value = Permission> {
     use PermissionState::*;
     let state = prop::sample::select(vec![Requested, Granted, Denied, Revoked, Expired]);

@@ -118,9 +118,12 @@ fn two_processes_do_not_share_a_state() {
     let (first, _) = open(folder.path());
     let refused: InUse = Store::open(folder.path(), "mcm", "uav1", 3).unwrap_err();
     assert!(refused.to_string().starts_with("the state `mcm` of `uav1` in "), "{refused}");
+    assert_eq!(Store::check_free(folder.path(), "mcm", "uav1"), Err(refused));
+    assert_eq!(Store::check_free(folder.path(), "planner", "uav1"), Ok(()));
     let (_another, loaded) = Store::open(folder.path(), "planner", "uav1", 3).unwrap();
     assert_eq!(loaded, Loaded::Nothing, "each name is a state of its own");
     drop(first);
+    assert_eq!(Store::check_free(folder.path(), "mcm", "uav1"), Ok(()));
     assert_eq!(open(folder.path()).1, Loaded::Newest(state("new")));
 }
 

@@ -193,6 +193,9 @@ impl Node for Mcm {
                     self.next_tick.get_or_insert(now.time);
                 }
             }
+            Event::Peer { vehicle, service, alive: true, .. } if service == "monitor" => {
+                self.world.monitor_started(&vehicle);
+            }
             Event::Request { .. } | Event::Peer { .. } => {}
         }
     }

@@ -66,6 +66,11 @@ impl FlightJudge {
     pub(crate) fn new(pace: Pace) -> FlightJudge {
         FlightJudge { state: FlightState::default(), pace, frame_epoch: None, pre_emption: PreEmption::default() }
     }
+
+    /// The autopilot has pre-empted what was asked for, for a reason of its own.
+    pub(crate) fn remember_pre_emption(&mut self) {
+        self.pre_emption = PreEmption::remembered();
+    }
 }
 
 /// The vehicle's state as confirmed by the last skill that succeeded. The skill manager hears the vehicle directly; an

@@ -19,6 +19,7 @@ mod narrowing;
 mod orders;
 mod progress;
 mod restarts;
+mod restarts_in_flight;
 mod rig;
 mod signed;
 mod timing;

@@ -71,8 +71,8 @@ pub struct Planner {
     /// When the status is due; at once after a change.
     status_at: Time,
     memory: MemoryHealth,
-    /// Why the mission manager flies no objective any more, as it said last; empty while it does.
-    ends: String,
+    /// What the mission manager said last about the end.
+    end: mission_request::End,
 }
 
 /// Without an operator's decision about a lost memory it is asked again after this, in mission time.
@@ -87,7 +87,7 @@ impl Planner {
             plans: FirstAnswers::default(),
             changes: FirstAnswers::default(),
             state: State::new(Ned::default(), false),
-            ends: String::new(),
+            end: mission_request::End::default(),
             status_period: pace.wall(config.status_rate_hz.period()),
             status_at: Time::ZERO,
             memory: MemoryHealth::default(),
@@ -194,7 +194,7 @@ impl Planner {
         let request_id = request.request_id.clone();
         let result = wire::mission_request(request).and_then(|(state, request)| {
             let state = state.as_ref().unwrap_or(&self.state);
-            mission_request::answer(&mut self.core, request, state, &self.ends, now)
+            mission_request::answer(&mut self.core, request, state, &self.end, now)
         });
         let reply = wire::mission_reply(result, self.core.status());
         self.status_at = now.time;
@@ -219,9 +219,18 @@ impl Node for Planner {
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>) {
         let (token, request) = match event {
             Event::Request { token, request, .. } => (token, request),
-            Event::Message { message: Message::McmStatus(status), .. } => return self.ends = status.ends,
+            Event::Message { message: Message::McmStatus(status), .. } => {
+                let is_flown = status.report.is_none() && !status.start_awaited;
+                self.end = mission_request::End { why: status.ends, is_flown };
+                return;
+            }
             Event::Message { message: Message::VehicleStatus(status), .. } => {
                 return self.vehicle_status(now, &status, effects);
+            }
+            // A mission manager without a memory begins nothing before it has heard the planner.
+            Event::Peer { service, alive: true, .. } if service == "mcm" => {
+                self.status_at = now.time;
+                return;
             }
             _ => return,
         };

@@ -74,19 +74,30 @@ impl Refusal {
     }
 }
 
-/// Answers `request` for a vehicle in `state`. `ends`: why nothing of the mission is flown any more, empty while it goes on.
+/// The end of the mission, as the mission manager tells it.
+#[derive(Debug, Default)]
+pub(crate) struct End {
+    /// Why nothing of the mission is flown any more; empty while it goes on.
+    pub(crate) why: String,
+    /// It has begun, and what its objectives came to is not reported yet.
+    pub(crate) is_flown: bool,
+}
+
+/// Answers `request` for a vehicle in `state`.
 pub(crate) fn answer(
     planner: &mut MissionPlanner,
     request: MissionRequest,
     state: &State,
-    ends: &str,
+    end: &End,
     now: Now,
 ) -> Result<Done, Refusal> {
     match request {
-        MissionRequest::Upload(text) if !ends.is_empty() || planner.is_over() => {
-            upload_for_next_flight(planner, &text, state, ends, now)
+        MissionRequest::Upload(text) if !end.why.is_empty() || planner.is_over() => {
+            upload_for_next_flight(planner, &text, state, end, now)
         }
-        MissionRequest::Insert(..) if !ends.is_empty() => Err(Refusal::new(format!("{ends}: nobody would fly it"))),
+        MissionRequest::Insert(..) if !end.why.is_empty() => {
+            Err(Refusal::new(format!("{}: nobody would fly it", end.why)))
+        }
         MissionRequest::Read => Ok(Done::new("the mission as it stands")),
         MissionRequest::Validate(text, wind) => validate(planner, &text, wind, state, now).map(|(_, done)| done),
         MissionRequest::Upload(text) => upload(planner, &text, state, now),
@@ -158,17 +169,19 @@ fn upload(planner: &mut MissionPlanner, text: &str, state: &State, now: Now) -> 
     Ok(Done { text, ..done })
 }
 
-/// The mission has ended, or nothing of it is flown any more, since `ends`: the next one is taken where the vehicle stands.
+/// Nothing of the mission is flown any more: the next one is taken where the vehicle stands, but not before the report, which is about the
+/// objectives of the flight.
 fn upload_for_next_flight(
     planner: &mut MissionPlanner,
     text: &str,
     state: &State,
-    ends: &str,
+    end: &End,
     now: Now,
 ) -> Result<Done, Refusal> {
-    if state.flying {
-        let why = if ends.is_empty() { "the mission is over: every objective is settled" } else { ends };
-        return Err(Refusal::new(format!("{why}: nobody would fly it; upload it once the vehicle has landed")));
+    if state.flying || end.is_flown {
+        let why = if end.why.is_empty() { "the mission is over: every objective is settled" } else { &end.why };
+        let once = if state.flying { "the vehicle has landed" } else { "its end is reported" };
+        return Err(Refusal::new(format!("{why}: nobody would fly it; upload it once {once}")));
     }
     let (mission, done) = validate(planner, text, None, state, now)?;
     let text = planner.with_wind(format!("`{}` waits for an operator's start", mission.name), &mission);

@@ -105,11 +105,12 @@ impl Fact {
     /// source, or no source at all was heard.
     pub(crate) fn stale_at(&self, sources: &Sources) -> Option<Time> {
         let Rule::Stale { source, .. } = self.rule else { return None };
+        let silent_for = |since: Time, limit: Duration| since + limit + sources.away_since(since);
         match sources.last_update(source) {
-            Some(update) => Some(update.at + self.stale_after),
+            Some(update) => Some(silent_for(update.at, self.stale_after)),
             // A link that never existed cannot be lost, and neither can a tower.
             None if matches!(source, DataSource::GroundLink | DataSource::ControlTower) => None,
-            None => sources.first_heard().map(|at| at + self.absent_after),
+            None => sources.first_heard().map(|at| silent_for(at, self.absent_after)),
         }
     }
 }

@@ -6,7 +6,7 @@
 use std::time::Duration;
 
 use domain::contingency::Row;
-use domain::contingency::snapshot::Snapshot;
+use domain::contingency::snapshot::{Fields, Snapshot};
 use domain::measured::Measured;
 use domain::time::{Pace, Time};
 
@@ -83,17 +83,24 @@ impl Flag {
         &self.name
     }
 
-    /// Evaluates its rule; returns the change, if that raised or cleared the flag.
+    /// Whether its rule is about a source that brings nothing new.
+    pub(crate) fn is_about_silence(&self) -> bool {
+        matches!(&self.watch, Some(Watch::Rule(watch)) if watch.is_about_silence())
+    }
+
+    /// Evaluates its rule; returns the change, if that raised or cleared the flag. `changed` is what differs between this snapshot and
+    /// the one of the time before.
     pub(crate) fn evaluate(
         &mut self,
         now: Time,
         occasion: Occasion,
         sources: &Sources,
         snapshot: &Snapshot,
+        changed: Fields,
     ) -> Option<FlagChange> {
         let change = match self.watch.as_mut()? {
             Watch::Rule(watch) => watch.evaluate(now, occasion, sources),
-            Watch::When(watch) => watch.evaluate(now, sources, snapshot),
+            Watch::When(watch) => watch.evaluate(now, sources, snapshot, changed),
         }?;
         let (raised, evidence) = match change {
             Change::Raised(evidence) => (true, evidence),

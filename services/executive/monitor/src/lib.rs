@@ -13,6 +13,8 @@
 //! - *absent*: never heard, so it has no value and no age. It counts as stale once others have been
 //!   heard for a while, and not before any was heard.
 //!
+//! The time in which the monitor itself did not run, as a process that was stopped, is no silence of anybody.
+//!
 //! It watches the heartbeats of the processes on board in the same way: one that hangs sends none, and is as silent as one
 //! that is gone.
 //!
@@ -23,6 +25,7 @@
 //! The monitor does not respond to anything and does not know who does: that is the mission manager.
 
 use domain::contingency::Contingencies;
+use domain::contingency::snapshot::Snapshot;
 use domain::time::{Now, Pace, Time};
 use domain::wire::InvalidMessage;
 use kittiwake_proto::topics::{Message, Topic};
@@ -31,6 +34,7 @@ use node::{Effect, Event, Node};
 
 pub mod config;
 
+mod away;
 mod clock;
 mod derived;
 mod evidence;
@@ -61,6 +65,9 @@ pub struct Monitor {
     sources: Sources,
     /// In the order of the table, most urgent first.
     flags: Vec<Flag>,
+    /// What the expressions read last, and when.
+    snapshot: Snapshot,
+    evaluated_at: Option<Time>,
     schedule: Schedule,
 }
 
@@ -70,6 +77,8 @@ impl Monitor {
         Monitor {
             sources: Sources::new(config, pace),
             flags: contingencies.rows().iter().map(|row| Flag::new(row, config, pace)).collect(),
+            snapshot: Snapshot::UNKNOWN,
+            evaluated_at: None,
             schedule: Schedule::every(pace.wall(config.introspection_rate_hz.period())),
         }
     }
@@ -90,8 +99,13 @@ impl Monitor {
     }
 
     fn evaluate(&mut self, now: Time, occasion: Occasion, effects: &mut Vec<Effect>) {
-        let snapshot = snapshot::snapshot(&self.sources, now);
-        let changes = self.flags.iter_mut().filter_map(|it| it.evaluate(now, occasion, &self.sources, &snapshot));
+        // Every sample is followed by the clock, mostly at once: then nothing is new but that silence counts.
+        let is_known = occasion == Occasion::Clock && self.evaluated_at == Some(now);
+        let snapshot = if is_known { self.snapshot } else { snapshot::snapshot(&self.sources, now) };
+        let changed = snapshot.differs_in(&self.snapshot);
+        (self.snapshot, self.evaluated_at) = (snapshot, Some(now));
+        let flags = self.flags.iter_mut().filter(|it| !is_known || it.is_about_silence());
+        let changes = flags.filter_map(|it| it.evaluate(now, occasion, &self.sources, &snapshot, changed));
         effects.extend(changes.map(wire::flag_event).map(Effect::publish));
     }
 }

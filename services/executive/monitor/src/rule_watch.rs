@@ -46,6 +46,15 @@ impl FlagState {
         }
     }
 
+    /// Whether a finding changes nothing of it, whatever the time.
+    fn stays(&self, finding: Finding) -> bool {
+        match self {
+            FlagState::Down => finding != Finding::Holds,
+            FlagState::Pending { .. } => false,
+            FlagState::Up { .. } => finding != Finding::Gone,
+        }
+    }
+
     fn is_up(&self) -> bool {
         matches!(self, FlagState::Up { .. })
     }
@@ -80,13 +89,22 @@ impl RuleWatch {
         RuleWatch { fact, state: FlagState::Down }
     }
 
+    /// Whether the rule is about a source that brings nothing new.
+    pub(crate) fn is_about_silence(&self) -> bool {
+        matches!(self.fact.rule, Rule::Stale { .. })
+    }
+
     /// Evaluates the rule.
     pub(crate) fn evaluate(&mut self, now: Time, occasion: Occasion, sources: &Sources) -> Option<Change> {
-        let finding = match (self.fact.finding(sources, now), occasion, self.fact.rule) {
+        let finding = match (self.fact.finding(sources, now), occasion) {
             // After a pause of the whole process every source looks stale until its mailbox is empty.
-            (Finding::Holds, Occasion::Sample, Rule::Stale { .. }) => Finding::Unsettled,
-            (finding, ..) => finding,
+            (Finding::Holds, Occasion::Sample) if self.is_about_silence() => Finding::Unsettled,
+            (finding, _) => finding,
         };
+        // Nearly always nothing happens, a thousand times a second.
+        if self.state.stays(finding) {
+            return None;
+        }
         let was_up = self.state.is_up();
         let why = || evidence::for_raising(&self.fact, sources, now);
         self.state = std::mem::replace(&mut self.state, FlagState::Down).on(now, finding, self.fact.hold, why);
@@ -134,6 +152,7 @@ mod tests {
         /// A finding at 5 s with a hold of 1 s.
         #[track_caller]
         fn check(state: FlagState, finding: Finding, expected: FlagState) {
+            assert!(!state.stays(finding) || state == expected, "{state:?} {finding:?}");
             assert_eq!(state.on(at(5.0), finding, SECOND, Evidence::default), expected);
         }
         use FlagState::{Down, Pending};

@@ -15,6 +15,7 @@ use domain::fmu::{
 };
 use domain::time::{Now, Pace, Time};
 
+use crate::away::Away;
 use crate::clock::Clock;
 use crate::config::Config;
 use crate::gusts::Gusts;
@@ -143,6 +144,7 @@ pub(crate) struct Sources {
     wind: Source<Wind>,
     traffic: Traffic,
     clock: Clock,
+    away: Away,
     gusts: Gusts,
     jumps: Jumps,
     outlook: HeardOutlook,
@@ -179,6 +181,7 @@ impl Sources {
             wind: Source::of_states(),
             traffic: Traffic::default(),
             clock: Clock::default(),
+            away: Away::default(),
             gusts: Gusts::new(pace),
             jumps: Jumps::new(pace),
             outlook: HeardOutlook::default(),
@@ -287,9 +290,15 @@ impl Sources {
         self.touchdown.speed_m_s()
     }
 
-    /// The wall clock was read.
+    /// The clocks were read: this process runs.
     pub(crate) fn read_clock(&mut self, now: Now) {
         self.clock.read(now, self.pace);
+        self.away.runs(now.time, self.pace);
+    }
+
+    /// For how long this process did not run at a time since then.
+    pub(crate) fn away_since(&self, time: Time) -> Duration {
+        self.away.longest_since(time)
     }
 
     /// The greatest step of the wall clock of late, in seconds.

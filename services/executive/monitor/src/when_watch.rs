@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use domain::contingency::expression::Expression;
 use domain::contingency::rule::During;
-use domain::contingency::snapshot::{Field, Kind, Snapshot};
+use domain::contingency::snapshot::{Field, Fields, Kind, Snapshot};
 use domain::contingency::when::{Finding, When};
 use domain::measured::Unit;
 use domain::time::Time;
@@ -47,6 +47,15 @@ enum Wish {
 }
 
 impl State {
+    /// Whether a wish changes nothing of it, whatever the time.
+    fn stays(&self, wish: Wish) -> bool {
+        match self {
+            State::Down => wish != Wish::Raise,
+            State::Pending { .. } => false,
+            State::Up { over_since, .. } => over_since.is_none() && matches!(wish, Wish::Raise | Wish::Keep),
+        }
+    }
+
     /// The state after a wish; `why` is called when the flag is raised.
     fn on(self, now: Time, wish: Wish, when: &When, why: impl FnOnce() -> Evidence) -> State {
         use {State as S, Wish as W};
@@ -76,20 +85,37 @@ pub(crate) struct WhenWatch {
     when: When,
     /// From the first sample of any source until a field of which nothing is known counts as raised.
     absent_after: Duration,
+    /// What the expressions read, and what they found; `None` before the first time.
+    reads: Fields,
+    finding: Option<Finding>,
     state: State,
 }
 
 impl WhenWatch {
     /// The flag is down.
     pub(crate) fn new(when: When, absent_after: Duration) -> WhenWatch {
-        WhenWatch { when, absent_after, state: State::Down }
+        let clears = when.clears.iter().flat_map(Expression::fields);
+        let reads = Fields::of(when.fields().iter().chain(clears).copied());
+        WhenWatch { when, absent_after, reads, finding: None, state: State::Down }
     }
 
-    /// Evaluates the expression.
-    pub(crate) fn evaluate(&mut self, now: Time, sources: &Sources, snapshot: &Snapshot) -> Option<Change> {
-        let was_up = matches!(self.state, State::Up { .. });
-        let finding = self.when.finding(snapshot);
+    /// Evaluates the expression; `changed` is what differs between this snapshot and the one of the time before.
+    pub(crate) fn evaluate(
+        &mut self,
+        now: Time,
+        sources: &Sources,
+        snapshot: &Snapshot,
+        changed: Fields,
+    ) -> Option<Change> {
+        let known = self.finding.filter(|_| !changed.meets(self.reads));
+        let finding = known.unwrap_or_else(|| self.when.finding(snapshot));
+        self.finding = Some(finding);
         let wish = self.wish(finding, sources, now);
+        // Nearly always nothing happens, a thousand times a second.
+        if self.state.stays(wish) {
+            return None;
+        }
+        let was_up = matches!(self.state, State::Up { .. });
         let why = || for_raising(&self.when, finding, snapshot);
         self.state = std::mem::replace(&mut self.state, State::Down).on(now, wish, &self.when, why);
         match &self.state {
@@ -208,6 +234,7 @@ mod tests {
         fn check(state: &State, wish: Wish, expected: &State) {
             let found = state.clone().on(at(5.0), wish, &when(SECOND, SECOND), Evidence::default);
             assert_eq!(&found, expected, "{state:?} {wish:?}");
+            assert!(!state.stays(wish) || &found == state, "{state:?} {wish:?}");
         }
         use State::{Down, Pending};
         let (fresh, ripe) = (Pending { since: at(4.5) }, Pending { since: at(4.0) });

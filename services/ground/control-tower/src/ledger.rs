@@ -1,7 +1,9 @@
 //! Every permission of one vehicle, and the requests that were received.
 //!
 //! The ledger knows when a decision or an expiry is due; the decision itself comes from the policy or from
-//! an operator. It never forgets an area: a vehicle that asks again is the same vehicle.
+//! an operator. It forgets an area only where there is no room for another one, and only one about which nothing holds any
+//! more: a grant that has expired, or an answer of the policy that the vehicle gets anew when it asks again. What is
+//! denied or revoked by hand stays so.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -9,11 +11,14 @@ use domain::time::{Now, Time};
 use kittiwake_proto::v1;
 
 use crate::numbers::Numbers;
-use crate::permission::{self, Expiry, Next, NotGranted, Ruling, Standing};
+use crate::permission::{self, By, Expiry, Next, NotGranted, Ruling, Standing};
 use crate::policy::Answer;
 
-/// More areas than any mission has; requests for more are refused, so that they do not fill the memory.
+/// More areas than any mission has; no more are kept, so that they do not fill the memory.
 const MAX_AREAS: usize = 256;
+/// Of these, at most so many that the vehicle has not asked for: decisions about areas that do not exist cannot take the places of its
+/// own requests.
+const MAX_UNASKED: usize = MAX_AREAS / 2;
 /// Requests remembered, so that a repeated one is recognised: far more than can still be repeated.
 const REMEMBERED_REQUESTS: usize = 1024;
 
@@ -61,9 +66,19 @@ pub(crate) enum Refusal {
     /// Its name is too long to be kept.
     #[error("`area` has {bytes} bytes, more than the {MAX_AREA_BYTES} that are served")]
     LongName { bytes: usize },
-    /// The vehicle has asked for too many areas.
-    #[error("the vehicle has asked for {MAX_AREAS} areas already, the most that are served")]
+    /// None of the areas that are kept can be forgotten.
+    #[error(
+        "there is no room for another area: {MAX_AREAS} are kept for the vehicle, and each is requested, granted, or denied or \
+         revoked by hand; grant one that is not needed any more for a second, it makes room once that has expired"
+    )]
     TooManyAreas,
+    /// Nor any of those about which only people have said anything.
+    #[error(
+        "there is no room for a decision about another area that the vehicle has not asked for: {MAX_UNASKED} of them are \
+         kept, and each is granted, denied or revoked; grant one that is not needed any more for a second, it makes room \
+         once that has expired"
+    )]
+    TooManyUnasked,
     #[error(transparent)]
     NotGranted(#[from] NotGranted),
 }
@@ -83,7 +98,7 @@ impl Ledger {
         if request_id.is_empty() {
             return Err(Refusal::NoRequestId);
         }
-        self.accept_area(area)?;
+        check_name(area)?;
         if let Some((_, first)) = self.requests.iter().find(|(id, _)| id == request_id) {
             return if first == area {
                 Ok(())
@@ -91,6 +106,7 @@ impl Ledger {
                 Err(Refusal::OtherArea { id: request_id.clone(), first: first.clone(), now: area.clone() })
             };
         }
+        self.make_room(area, By::Policy, now.time)?;
         if self.requests.len() == REMEMBERED_REQUESTS {
             self.requests.pop_front();
         }
@@ -112,9 +128,10 @@ impl Ledger {
         ruling: Ruling,
         may_be_granted: bool,
     ) -> Result<(), Refusal> {
-        self.accept_area(area)?;
+        check_name(area)?;
         let before = self.permissions.get(area).map(|it| &it.line.standing);
         let next = permission::on_ruling(before, ruling, may_be_granted)?;
+        self.make_room(area, By::Operator, now.time)?;
         self.line(area).take(next, || numbers.next(now));
         Ok(())
     }
@@ -181,16 +198,26 @@ impl Ledger {
         shown.map(|(area, line)| line.to_wire(area, now)).collect()
     }
 
-    fn accept_area(&self, area: &str) -> Result<(), Refusal> {
-        if area.is_empty() {
-            return Err(Refusal::NoArea);
+    /// Makes room for `area`, about which nothing is known: forgets what holds no more. What the vehicle has never asked for goes
+    /// first, then what was decided longest ago.
+    fn make_room(&mut self, area: &str, by: By, now: Time) -> Result<(), Refusal> {
+        if self.permissions.contains_key(area) {
+            return Ok(());
         }
-        if MAX_AREA_BYTES < area.len() {
-            return Err(Refusal::LongName { bytes: area.len() });
+        let unasked = self.permissions.values().filter(|it| !it.line.was_asked_for()).count();
+        let is_unasked_full = by == By::Operator && MAX_UNASKED <= unasked;
+        if !is_unasked_full && self.permissions.len() < MAX_AREAS {
+            return Ok(());
         }
-        if self.permissions.len() == MAX_AREAS && !self.permissions.contains_key(area) {
-            return Err(Refusal::TooManyAreas);
-        }
+        let may_go = |line: &Line| line.standing.may_be_forgotten(now) && !(is_unasked_full && line.was_asked_for());
+        let forgettable = self.permissions.iter().filter(|(_, it)| may_go(&it.line));
+        let first = forgettable.min_by_key(|(_, it)| (it.line.was_asked_for(), it.line.decision));
+        let refusal = if is_unasked_full { Refusal::TooManyUnasked } else { Refusal::TooManyAreas };
+        let forgotten = first.map(|(area, _)| area.clone()).ok_or(refusal)?;
+        self.permissions.remove(&forgotten);
+        // Its answer may not have arrived: a repeated request gets another one.
+        self.requests.retain(|(_, area)| *area != forgotten);
+        self.changed = true;
         Ok(())
     }
 
@@ -204,7 +231,21 @@ impl Ledger {
     }
 }
 
+/// Whether the name can be kept.
+fn check_name(area: &str) -> Result<(), Refusal> {
+    match area.len() {
+        0 => Err(Refusal::NoArea),
+        bytes if MAX_AREA_BYTES < bytes => Err(Refusal::LongName { bytes }),
+        _ => Ok(()),
+    }
+}
+
 impl Line {
+    /// By the vehicle; otherwise only people have decided about it.
+    fn was_asked_for(&self) -> bool {
+        !self.request_id.is_empty()
+    }
+
     fn take(&mut self, next: Next, number: impl FnOnce() -> u64) {
         self.standing = next.standing;
         if next.decided {
@@ -236,80 +277,4 @@ impl Line {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::policy::Verdict;
-    use domain::time::Pace;
-    use std::time::Duration;
-
-    fn ask(ledger: &mut Ledger, id: &str, area: &str) -> Result<(), Refusal> {
-        let request = v1::PermissionRequest { request_id: id.into(), area: area.into(), step_id: 1, plan_revision: 1 };
-        let fresh = Expiry::after(Now::default(), Duration::from_secs(900), Pace::REAL_TIME);
-        let answer = || Some(Answer { after: Duration::ZERO, verdict: Verdict::Grant });
-        let taken = ledger.request(Now::default(), &mut Numbers::default(), &request, fresh, answer);
-        ledger.settle(|_| true);
-        taken
-    }
-
-    #[test]
-    fn a_repeated_request_changes_nothing() {
-        let mut ledger = Ledger::default();
-        assert_eq!(ask(&mut ledger, "1", "a"), Ok(()));
-        assert!(ledger.take_changed());
-        assert_eq!(ask(&mut ledger, "1", "a"), Ok(()));
-        assert!(!ledger.take_changed());
-    }
-
-    #[test]
-    fn invalid_requests_are_refused_with_the_reason() {
-        let mut ledger = Ledger::default();
-        assert_eq!(ask(&mut ledger, "", "a"), Err(Refusal::NoRequestId));
-        assert_eq!(ask(&mut ledger, "1", ""), Err(Refusal::NoArea));
-        ask(&mut ledger, "1", "a").unwrap();
-        let refusal = ask(&mut ledger, "1", "b").unwrap_err();
-        assert_eq!(refusal.to_string(), "request `1` asked for area `a` before, and asks for `b` now");
-    }
-
-    #[test]
-    fn the_ledger_does_not_grow_without_end() {
-        let mut ledger = Ledger::default();
-        for n in 0..2 * REMEMBERED_REQUESTS {
-            let expected = if n < MAX_AREAS { Ok(()) } else { Err(Refusal::TooManyAreas) };
-            assert_eq!(ask(&mut ledger, &format!("new {n}"), &format!("area {n}")), expected);
-            assert_eq!(ask(&mut ledger, &format!("again {n}"), "area 0"), Ok(()));
-        }
-        assert_eq!(ledger.requests.len(), REMEMBERED_REQUESTS);
-    }
-
-    #[test]
-    fn a_grant_is_not_shown_before_it_is_given_for_good_and_everything_else_at_once() {
-        let mut ledger = Ledger::default();
-        let mut numbers = Numbers::default();
-        let now = Now::default();
-        let expiry = |s| Expiry::after(now, Duration::from_secs(s), Pace::REAL_TIME);
-        let shown = |ledger: &Ledger| {
-            let lines = ledger.to_wire(now.time).into_iter();
-            lines.map(|it| (it.state().as_str_name().to_owned(), it.valid_for_s, it.decision)).collect::<Vec<_>>()
-        };
-        let mut rule = |ledger: &mut Ledger, ruling, stored: u64| {
-            ledger.rule(now, &mut numbers, "a", ruling, false).unwrap();
-            ledger.settle(|number| number <= stored);
-        };
-        rule(&mut ledger, Ruling::Grant { expiry: expiry(60) }, 0);
-        assert_eq!(shown(&ledger), []);
-        ledger.settle(|number| number <= 1);
-        assert_eq!(shown(&ledger), [("PERMISSION_STATE_GRANTED".to_owned(), 60.0, 1)]);
-        rule(&mut ledger, Ruling::Grant { expiry: expiry(90) }, 1);
-        assert_eq!(shown(&ledger), [("PERMISSION_STATE_GRANTED".to_owned(), 60.0, 1)], "the one before holds");
-        rule(&mut ledger, Ruling::Revoke { reason: String::new() }, 1);
-        assert_eq!(shown(&ledger), [("PERMISSION_STATE_REVOKED".to_owned(), 0.0, 3)]);
-    }
-
-    #[test]
-    fn expiry_is_published_in_utc_of_the_wall_clock() {
-        let now = Now { time: Time::after(Duration::from_secs(100)), utc_ms: 1_000_000 };
-        let expiry = Expiry::after(now, Duration::from_secs(900), Pace::new(20.0).unwrap());
-        assert_eq!(expiry.at, Time::after(Duration::from_secs(1000)));
-        assert_eq!(expiry.utc_ms, 1_045_000);
-    }
-}
+mod tests;

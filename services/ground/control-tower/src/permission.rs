@@ -55,6 +55,17 @@ pub(crate) enum Standing {
     Expired,
 }
 
+impl Standing {
+    /// Whether nothing of it holds at `now`: without it the vehicle has the same rights, and gets an answer when it asks again.
+    pub(crate) fn may_be_forgotten(&self, now: Time) -> bool {
+        match self {
+            Standing::Expired | Standing::Denied { by: By::Policy, .. } => true,
+            Standing::Granted { expiry, .. } => expiry.at <= now,
+            Standing::Requested { .. } | Standing::Denied { by: By::Operator, .. } | Standing::Revoked { .. } => false,
+        }
+    }
+}
+
 /// A decision by an operator.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Ruling {

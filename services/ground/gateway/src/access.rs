@@ -2,15 +2,23 @@
 //!
 //! The file holds SHA-256 hashes, so that a reader of the file learns no token. A token is random and
 //! long, so a plain hash is enough: there is no dictionary to try. Without a token nothing is allowed.
+//!
+//! The file is replaced while the gateway runs: `CurrentTokens` follows it.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use credentials::file;
 use domain::file::{Mistakes, Source};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use subtle::ConstantTimeEq;
+
+pub(crate) use current::{CurrentTokens, LOOK_PERIOD};
+
+mod copy;
+mod current;
 
 /// What a token lets its bearer do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -48,6 +56,8 @@ pub struct Identity {
     pub name: Arc<str>,
     /// The roles, in the order of [`Role::ALL`].
     pub roles: Vec<Role>,
+    /// The hash of its token, so that what goes on after a request ends with the token.
+    sha256: [u8; 32],
 }
 
 impl Identity {
@@ -64,12 +74,17 @@ impl Identity {
 
 /// The valid tokens, with their identities.
 #[derive(Debug, Clone, Default)]
-pub struct Tokens(Vec<Token>);
+pub struct Tokens {
+    all: Vec<Token>,
+    /// The file that they were read from; absent where there is none.
+    read_from: Option<Source>,
+    /// Where they are copied to; absent where nobody asked for that, or it is not possible.
+    copy: Option<Arc<std::fs::File>>,
+}
 
 #[derive(Debug, Clone)]
 struct Token {
     identity: Identity,
-    sha256: [u8; 32],
     /// Milliseconds since the Unix epoch, UTC.
     expires_utc_ms: Option<i64>,
 }
@@ -122,13 +137,9 @@ impl Tokens {
     /// # Errors
     /// If the file cannot be read, others than its owner may read it, or its text has mistakes.
     pub fn read(path: &Path) -> Result<Tokens, InvalidTokens> {
-        use std::os::unix::fs::PermissionsExt;
-        let unreadable = |cause| InvalidTokens::Unreadable(path.to_owned(), cause);
-        let mode = std::fs::metadata(path).map_err(unreadable)?.permissions().mode() & 0o7777;
-        if mode & 0o077 != 0 {
-            return Err(InvalidTokens::Exposed(path.to_owned(), mode));
-        }
-        Tokens::parse(&Source::read(path).map_err(InvalidTokens::Mistakes)?).map_err(InvalidTokens::Mistakes)
+        let source = source(path)?;
+        let tokens = Tokens::parse(&source).map_err(InvalidTokens::Mistakes)?;
+        Ok(Tokens { read_from: Some(source), ..tokens })
     }
 
     /// Reads the entries from the text of such a file.
@@ -163,12 +174,11 @@ impl Tokens {
             roles.sort();
             roles.dedup();
             tokens.push(Token {
-                identity: Identity { name: name.into(), roles },
-                sha256: sha256.unwrap_or_default(),
+                identity: Identity { name: name.into(), roles, sha256: sha256.unwrap_or_default() },
                 expires_utc_ms: expires_utc_ms.and_then(|(_, utc_ms)| utc_ms),
             });
         }
-        Mistakes(mistakes).or(Tokens(tokens))
+        Mistakes(mistakes).or(Tokens { all: tokens, read_from: None, copy: None })
     }
 
     /// The identity that `token` belongs to; `None` for a token that is unknown or has expired. Every hash is compared,
@@ -176,14 +186,49 @@ impl Tokens {
     pub fn identify(&self, token: &str, utc_ms: i64) -> Option<&Identity> {
         let hash = Sha256::digest(token.as_bytes());
         let mut found = None;
-        for known in &self.0 {
-            let matches = bool::from(known.sha256.as_slice().ct_eq(hash.as_slice()));
-            if matches && known.expires_utc_ms.is_none_or(|expires| utc_ms < expires) {
+        for known in &self.all {
+            let matches = bool::from(known.identity.sha256.as_slice().ct_eq(hash.as_slice()));
+            if matches && known.is_in_date(utc_ms) {
                 found = Some(&known.identity);
             }
         }
         found
     }
+
+    /// Whether somebody of this name may have command of a vehicle.
+    pub(crate) fn let_command(&self, name: &str, utc_ms: i64) -> bool {
+        let lets = |it: &Token| &*it.identity.name == name && it.identity.has_one_of(&[Role::Operator]);
+        self.all.iter().any(|known| lets(known) && known.is_in_date(utc_ms))
+    }
+
+    /// Whether the token is still valid by which somebody was identified, with the name and the roles of then.
+    pub(crate) fn still_has(&self, who: &Identity, utc_ms: i64) -> bool {
+        self.all.iter().any(|known| known.identity == *who && known.is_in_date(utc_ms))
+    }
+}
+
+impl Token {
+    fn is_in_date(&self, utc_ms: i64) -> bool {
+        self.expires_utc_ms.is_none_or(|expires| utc_ms < expires)
+    }
+}
+
+/// The text of a file that only its owner may read.
+fn source(path: &Path) -> Result<Source, InvalidTokens> {
+    use std::os::unix::fs::PermissionsExt;
+    let unreadable = |cause| InvalidTokens::Unreadable(path.to_owned(), cause);
+    let mode = std::fs::metadata(path).map_err(unreadable)?.permissions().mode() & 0o7777;
+    if mode & 0o077 != 0 {
+        return Err(InvalidTokens::Exposed(path.to_owned(), mode));
+    }
+    Ok(Source { path: path.to_owned(), text: file::read_text(path).map_err(unreadable)? })
+}
+
+/// Now, in milliseconds since the Unix epoch, as tokens expire.
+#[expect(clippy::disallowed_methods, reason = "tokens expire by UTC")]
+pub(crate) fn utc_ms_now() -> i64 {
+    let since_epoch = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+    i64::try_from(since_epoch.as_millis()).unwrap_or(i64::MAX)
 }
 
 /// The entry of a token file that gives `token` to `name`.

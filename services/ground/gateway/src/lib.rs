@@ -18,13 +18,14 @@ use kittiwake_proto::topics::{Message, Topic};
 use node::{Effect, Event, Node, VehicleId};
 use tokio::sync::watch;
 
-use crate::access::Tokens;
+use crate::access::{CurrentTokens, Tokens};
 use crate::audit::Audit;
 use crate::config::Config;
 use crate::contact::GroundContacts;
 use crate::fleet::occurrence::Occurrence;
 use crate::fleet::{FleetState, Snapshot};
 use crate::http::command_authority::CommandAuthorities;
+use crate::http::standstill::Standstill;
 use crate::http::{Api, session};
 use crate::journal::Journals;
 use crate::orders::{Order, OrderReceiver};
@@ -70,7 +71,7 @@ pub struct Gateway {
 
 /// Who may do what, and where orders are recorded.
 pub struct AccessControl {
-    /// The valid tokens.
+    /// The tokens that are valid at the start; those that were read from a file are replaced with it.
     pub tokens: Tokens,
     /// Where orders are recorded.
     pub audit: Audit,
@@ -120,12 +121,13 @@ impl Gateway {
             ages,
             snapshot: snapshots,
             journals: histories,
-            tokens: Arc::new(access.tokens),
+            tokens: Arc::new(CurrentTokens::new(access.tokens)),
             audit: Arc::new(access.audit),
             authorities: Arc::new(CommandAuthorities::new(config.command_lease_s.seconds())),
             orders: sender,
             recordings,
             statuses: Arc::default(),
+            standstill: Standstill::default(),
         };
         (gateway, api)
     }

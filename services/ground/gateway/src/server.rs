@@ -20,10 +20,15 @@ use hyper_util::rt::TokioTimer;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
+use tokio::task::JoinSet;
+use tokio::time::{MissedTickBehavior, interval};
 use tower_service::Service;
 
+use crate::access::{CurrentTokens, LOOK_PERIOD, utc_ms_now};
 use crate::connection::Connection;
 use crate::http::caller::Caller;
+use crate::http::command_authority::CommandAuthorities;
+use crate::http::standstill::{Standstill, TICK, since_boot};
 use crate::http::{self, Api};
 use crate::seats::Seats;
 
@@ -48,6 +53,10 @@ pub async fn serve(
     let seats = Seats::new(api.config.max_connections.get().into(), &api.config.clients);
     let seating = Seating { seats, write_timeout: api.config.clients.write_timeout_s.seconds() };
     let (close, closing) = watch::channel(());
+    // Ends with this function.
+    let mut beside = JoinSet::new();
+    beside.spawn(follow_tokens(api.tokens.clone(), api.authorities.clone()));
+    beside.spawn(tick(api.standstill.clone()));
     let router = http::router(api, closing);
     let shutdown = async move {
         shutdown.await;
@@ -59,6 +68,31 @@ pub async fn serve(
             let acceptor = RustlsAcceptor::new(RustlsConfig::from_config(config)).handshake_timeout(head_timeout);
             run(listener, router, Bounded(acceptor.acceptor(seating)), head_timeout, shutdown).await
         }
+    }
+}
+
+/// Notices when this process stood still. It runs where requests are read, so that it does not tick while they wait.
+async fn tick(standstill: Standstill) {
+    let mut ticks = interval(TICK);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        ticks.tick().await;
+        standstill.tick(since_boot());
+    }
+}
+
+/// Looks at the file of the tokens again and again, in a thread for the disk: one that hangs delays no request. Who may not command any more
+/// has command of no vehicle, so that nobody is locked out by somebody who can neither give an order nor hand over.
+async fn follow_tokens(tokens: Arc<CurrentTokens>, authorities: Arc<CommandAuthorities>) {
+    let mut look = interval(LOOK_PERIOD);
+    look.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        look.tick().await;
+        let looked_at = tokens.clone();
+        // Fails only if looking panics, and the next look may not.
+        let _ = tokio::task::spawn_blocking(move || looked_at.look()).await;
+        let (valid, utc_ms) = (tokens.get(), utc_ms_now());
+        authorities.keep(|holder| valid.let_command(holder, utc_ms));
     }
 }
 

@@ -222,6 +222,17 @@ async fn one_operator_has_command_at_a_time() {
     assert_eq!(world.post(&at("pause"), "operator", "1").await.status, 200);
     assert_eq!(world.post(&at("command/take"), "ben", "").await.body["detail"], "operator has command of uav1");
     assert_eq!(world.post(&at("resume"), "ben", "2").await.status, 409);
+    // Only to somebody else who can take it: the observer may not command, and `old` has expired.
+    for (to, refusal) in [
+        ("operator", "operator has command of uav1: name somebody else"),
+        ("nobody", "nobody cannot take command: no valid token has this name and the role `operator`"),
+        ("observer", "observer cannot take command: no valid token has this name and the role `operator`"),
+        ("old", "old cannot take command: no valid token has this name and the role `operator`"),
+    ] {
+        let body = format!(r#"{{"to":"{to}"}}"#);
+        let refused = world.send("POST", &at("command/hand-over"), "operator", "", &body).await;
+        assert_eq!((refused.status.as_u16(), refused.body["detail"].as_str()), (409, Some(refusal)));
+    }
     assert_eq!(
         world.send("POST", &at("command/hand-over"), "operator", "", r#"{"to":"ben"}"#).await.body["offeredTo"],
         "ben"
@@ -247,6 +258,25 @@ async fn invalid_bodies_are_refused() {
     let request = Request::post(&land_at).header("authorization", "Bearer safety-token").header("idempotency-key", "k");
     let body = Body::from_stream(futures_util::stream::iter(chunks));
     assert_eq!(world.request(request.body(body).unwrap()).await.status, 413);
+    assert!(world.heard().is_empty());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn names_and_reasons_with_control_characters_are_refused() {
+    let world = World::new();
+    world.post(&format!("{UAV}/command/take"), "operator", "").await;
+    for (path, who, body, expected) in [
+        ("command/hand-over", "operator", r#"{"to":"\u001b[2J"}"#, "the body is invalid"),
+        ("pause", "operator", r#"{"overridden":"a\nb"}"#, "the body is invalid"),
+        ("permissions/A/decision", "tower", r#"{"decision":"DECISION_DENY","reason":"a\rb"}"#, "the body is invalid"),
+        ("permissions/A%0D%1B%5B2KX/decision", "tower", r#"{"decision":"DECISION_DENY"}"#, "the path is invalid"),
+        ("simulation/flags", "operator", r#"{"name":"x","raised":true,"reason":"\u009b2J"}"#, "the body is invalid"),
+    ] {
+        let answer = world.send("POST", &format!("{UAV}/{path}"), who, path, body).await;
+        let detail = answer.body["detail"].as_str().unwrap_or_default();
+        assert!(answer.status == 400 && detail.contains(expected), "{path}: {}", answer.text);
+        assert!(detail.contains("may not have control characters"), "{detail}");
+    }
     assert!(world.heard().is_empty());
 }
 

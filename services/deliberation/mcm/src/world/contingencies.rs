@@ -48,13 +48,18 @@ impl World {
     }
 
     fn watch_the_monitor(&mut self) -> Option<Time> {
-        let vehicle = self.vehicle.filter(|it| it.flying)?;
-        let lost_from = vehicle.seen_at + self.limits.introspection;
+        let began = *self.watches_since.get_or_insert(self.now.time);
+        let seen_at = match self.vehicle {
+            Some(vehicle) if vehicle.flying => vehicle.seen_at,
+            // Not heard since this process was started, and it flew before.
+            None if self.was_flying => began,
+            _ => return None,
+        };
+        let lost_from = seen_at + self.limits.introspection;
         if self.now.time < lost_from {
             return Some(lost_from);
         }
-        let (silent_s, limit_s) =
-            ((self.now.time - vehicle.seen_at).as_secs_f64(), self.limits.introspection.as_secs_f64());
+        let (silent_s, limit_s) = ((self.now.time - seen_at).as_secs_f64(), self.limits.introspection.as_secs_f64());
         let measured = Measured::new(silent_s, limit_s, Unit::Second);
         self.raise_by(INTROSPECTION_LOST, SELF, "the monitor is silent", measured);
         None

@@ -11,6 +11,8 @@ use std::time::Duration;
 use domain::contingency::{AUTOPILOT_PREEMPTS, FRAME_MOVED, LEFT_TO_OTHERS, SOMEBODY_ELSE_FLIES};
 use domain::geodesy::Origin;
 use domain::time::Time;
+use domain::wire::InvalidMessage;
+use kittiwake_proto::v1;
 
 use super::{SELF, UnplannedLanding, World};
 use crate::clients::skills::Sending;
@@ -32,7 +34,32 @@ pub(super) struct Control {
     /// When a skill was pre-empted by the autopilot: until a newer status shows otherwise it still is.
     pre_empted_at: Time,
     /// The local frame, and where it had its origin when positions could last be compared with those of the mission.
-    frame: Option<(u64, Option<Origin>)>,
+    frame: Option<Frame>,
+    /// It is the frame of a mission that was under way before a restart; and whether it has not been compared with that of now.
+    is_remembered: bool,
+    awaits_comparison: bool,
+}
+
+/// A local frame of the vehicle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Frame {
+    epoch: u64,
+    /// Where it has its origin, if that is known.
+    origin: Option<Origin>,
+}
+
+impl From<Frame> for v1::MissionFrame {
+    fn from(frame: Frame) -> v1::MissionFrame {
+        v1::MissionFrame { epoch: frame.epoch, origin: frame.origin.map(Into::into) }
+    }
+}
+
+impl TryFrom<v1::MissionFrame> for Frame {
+    type Error = InvalidMessage;
+
+    fn try_from(frame: v1::MissionFrame) -> Result<Frame, InvalidMessage> {
+        Ok(Frame { epoch: frame.epoch, origin: frame.origin.map(Origin::try_from).transpose()? })
+    }
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -134,23 +161,45 @@ impl World {
         }
     }
 
+    /// The frame that the places of the mission are in, for as long as one is under way.
+    pub(super) fn mission_frame(&self) -> Option<Frame> {
+        let is_begun = self.mission.started.is_some() || self.control.is_remembered;
+        let is_under_way = self.mission.over.is_none() || self.was_flying;
+        self.control.frame.filter(|_| is_begun && is_under_way)
+    }
+
+    /// The frame of a mission that was under way before a restart.
+    pub(super) fn restore_frame(&mut self, frame: Option<Frame>) {
+        self.control.frame = frame;
+        (self.control.is_remembered, self.control.awaits_comparison) = (frame.is_some(), frame.is_some());
+    }
+
+    /// The places of the next mission are in the frame that there is when it begins.
+    pub(super) fn forget_frame(&mut self) {
+        self.restore_frame(None);
+    }
+
     /// Notices a local frame that is another one than before.
     fn watch_frame(&mut self) {
         let Some(vehicle) = self.vehicle else { return };
         let (epoch, origin) = (vehicle.frame_epoch, vehicle.origin);
-        let Some((before, reference)) = self.control.frame else {
-            self.control.frame = Some((epoch, origin));
+        let Some(Frame { epoch: before, origin: reference }) = self.control.frame else {
+            self.control.frame = Some(Frame { epoch, origin });
             return;
         };
         let is_same = reference.zip(origin).map(|(a, b)| is_same_place(a, b));
-        self.control.frame = Some((epoch, reference.or(origin.filter(|_| before == epoch))));
-        if before != epoch {
+        self.control.frame = Some(Frame { epoch, origin: reference.or(origin.filter(|_| before == epoch)) });
+        // If everything was started again at once, epochs may begin at zero again: then only the origins show that the frame is another one.
+        let is_another = self.control.awaits_comparison && is_same == Some(false) && !self.flags.is_up(FRAME_MOVED);
+        let was_begun = self.mission.started.is_some() || self.control.is_remembered;
+        self.control.awaits_comparison &= is_same.is_none();
+        if before != epoch || is_another {
             self.confirmed = ConfirmedState::default();
             self.blocked_sites.clear();
             self.planner.withdraw("the autopilot's local frame moved");
-            if self.mission.started.is_none() && !vehicle.flying {
+            if !was_begun && !vehicle.flying {
                 // Nothing was planned in the frame before.
-                self.control.frame = Some((epoch, origin));
+                self.control.frame = Some(Frame { epoch, origin });
             } else if is_same != Some(true) {
                 let origins = match is_same {
                     Some(false) => "its origin is another place",
@@ -177,7 +226,7 @@ impl World {
             return Err(format!("{why}; order an abort, which lands it where it is"));
         }
         self.lower(FRAME_MOVED);
-        self.control.frame = self.vehicle.map(|it| (it.frame_epoch, it.origin));
+        self.control.frame = self.vehicle.map(|it| Frame { epoch: it.frame_epoch, origin: it.origin });
         Ok(true)
     }
 }

@@ -42,6 +42,11 @@ fn aside(here: Ned) -> impl Iterator<Item = Ned> {
 impl World {
     /// Notices a landing and what follows from it.
     pub(super) fn watch_for_the_ground(&mut self) {
+        if self.vehicle.is_none() {
+            return;
+        }
+        // A plan of this manager is flown by now: what was flown before it counts no more.
+        self.landed_by_plan &= self.planner.step().is_none();
         let is_flying = self.is_flying();
         let was_flying = std::mem::replace(&mut self.was_flying, is_flying);
         if is_flying {
@@ -71,8 +76,7 @@ impl World {
     fn touched_down(&mut self) {
         // Not who responds from now on, on the ground: who did until now.
         let brought_down = self.responding();
-        let is_planned =
-            brought_down.is_none() && self.planner.step().is_some_and(|(step, ..)| step.nominal.goal == Goal::Land);
+        let is_planned = brought_down.is_none() && (self.lands_by_plan() || self.landed_by_plan);
         if is_planned || self.mission.over.is_some() {
             return;
         }
@@ -82,6 +86,11 @@ impl World {
         };
         self.planner.withdraw(&why);
         self.unplanned_landing = Some(UnplannedLanding { since: self.now.time, why });
+    }
+
+    /// Whether what is flown is the landing of a step.
+    pub(super) fn lands_by_plan(&self) -> bool {
+        self.responding().is_none() && self.planner.step().is_some_and(|(step, ..)| step.nominal.goal == Goal::Land)
     }
 
     /// Whether the mission waits for the operator to start or resume it. A mission in flight has been

@@ -1,6 +1,9 @@
 //! Messages and replies, parsed as they come in. Content that makes no sense is refused here, with its reason, and
 //! changes nothing.
 
+use std::time::Duration;
+
+use domain::contingency::Row;
 use domain::decision::DecisionKind;
 use domain::permission::Permission;
 use domain::plan::{PlanReply, PlannerStatus, Step};
@@ -28,13 +31,21 @@ impl World {
         }
     }
 
+    /// The monitor of `vehicle` was started.
+    pub(crate) fn monitor_started(&mut self, vehicle: &str) {
+        if vehicle == self.mission.vehicle_name {
+            self.news.monitor_started();
+        }
+    }
+
     fn parse_and_take_in(&mut self, message: Message) -> Result<(), InvalidMessage> {
         let now = self.now.time;
         match message {
             Message::Introspection(introspection) => {
                 let vehicle = Vehicle::from_wire(now, &introspection, &mut self.flight);
                 let flags = introspection.flags.into_iter();
-                self.news.list(flags.map(listed).collect(), now, self.limits.introspection);
+                let raised_within = |name: &str| self.table.row(name).map_or(Duration::ZERO, Row::raised_within);
+                self.news.list(flags.map(listed).collect(), now, self.limits.introspection, raised_within);
                 if let Some(status) = &introspection.status {
                     self.autopilot_says(&status.reason);
                 }
@@ -89,11 +100,13 @@ impl World {
             Message::PlannerStatus(status) => {
                 let areas = self.planner.areas().clone();
                 let memory = status.memory.clone().unwrap_or_default();
-                self.planner.on_status(PlannerStatus::try_from(status)?);
+                let status = PlannerStatus::try_from(status)?;
+                let plans = status.revision;
+                self.planner.on_status(status);
                 if !std::sync::Arc::ptr_eq(&areas, self.planner.areas()) {
                     self.airspace_watch.invalidate();
                 }
-                self.planner_memory(memory.into());
+                self.planner_memory(memory.into(), plans);
             }
             _ => {}
         }

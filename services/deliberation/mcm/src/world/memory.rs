@@ -16,12 +16,15 @@ pub(super) struct Memory {
     planner: MemoryHealth,
     /// The loss of the planner's memory that an operator has accepted; zero without one.
     accepted: u64,
+    /// Whether the manager has found a memory, an operator has decided without one, or the planner has told that there was
+    /// nothing to remember.
+    is_settled: bool,
 }
 
 impl Memory {
     /// The persisted part of it.
     pub(super) fn restored(loss: Option<MemoryLoss>, accepted: u64) -> Memory {
-        Memory { own: MemoryHealth { loss, failing: None }, planner: MemoryHealth::default(), accepted }
+        Memory { own: MemoryHealth { loss, failing: None }, accepted, is_settled: true, ..Memory::default() }
     }
 
     /// The manager's own.
@@ -39,6 +42,11 @@ impl Memory {
         self.own.loss.is_some() || self.planner_loss().is_some()
     }
 
+    /// Whether the planner must be heard before anything begins: a manager without a memory does not know whether this is its first start.
+    pub(super) fn is_settled(&self) -> bool {
+        self.is_settled
+    }
+
     /// Why one of them cannot be written.
     fn failing(&self) -> Option<&str> {
         self.own.failing.as_deref().or(self.planner.failing.as_deref())
@@ -53,6 +61,7 @@ impl World {
     /// What a manager before has saved last is lost.
     pub(crate) fn memory_lost(&mut self, loss: MemoryLoss) {
         self.memory.own.loss = Some(loss);
+        self.memory.is_settled = true;
         self.show_memory();
     }
 
@@ -62,8 +71,14 @@ impl World {
         self.show_memory();
     }
 
-    /// The planner tells about its memory.
-    pub(super) fn planner_memory(&mut self, health: MemoryHealth) {
+    /// The planner tells about its memory, and how many plans it has made. A manager that remembers nothing while its planner has made plans
+    /// is no first one: what the one before knew, above all an end, is lost.
+    pub(super) fn planner_memory(&mut self, health: MemoryHealth, plans: u64) {
+        if !self.memory.is_settled && 0 < plans {
+            let why = "there is none, but the planner has made plans for a manager before this one".to_owned();
+            self.memory_lost(MemoryLoss { id: self.planner.instance().max(1), why });
+        }
+        self.memory.is_settled = true;
         if self.memory.planner != health {
             self.memory.planner = health;
             self.show_memory();
@@ -79,6 +94,7 @@ impl World {
             return Err(format!("what happens could not be remembered: {why}; make it writable, then start"));
         }
         self.memory.own.loss = None;
+        self.memory.is_settled = true;
         self.memory.accepted = self.memory.planner.loss.as_ref().map_or(self.memory.accepted, |it| it.id);
         self.show_memory();
         Ok(())

@@ -118,8 +118,12 @@ pub(crate) struct World {
     needs_held_areas: bool,
     /// Where the vehicle was when a flag rose that forbids to land there.
     no_landing_at: Option<Ned>,
-    /// Whether the vehicle was in the air at the last check.
+    /// Whether the vehicle was in the air when it was known last, also before a restart.
     was_flying: bool,
+    /// What was flown before a restart was the landing of a step.
+    landed_by_plan: bool,
+    /// Since when the monitor is waited for.
+    watches_since: Option<Time>,
     /// Since when it is on the ground, with its motors on and with its motors off.
     armed_on_ground_since: Option<Time>,
     at_rest_since: Option<Time>,
@@ -196,6 +200,8 @@ impl World {
             needs_held_areas: false,
             no_landing_at: None,
             was_flying: false,
+            landed_by_plan: false,
+            watches_since: None,
             armed_on_ground_since: None,
             at_rest_since: None,
             unplanned_landing: None,
@@ -264,6 +270,11 @@ impl World {
     /// Whether the vehicle is known to fly.
     pub(crate) fn is_flying(&self) -> bool {
         self.vehicle.is_some_and(|it| it.flying)
+    }
+
+    /// Whether the vehicle flies, or has not been heard since a restart and flew before.
+    pub(crate) fn may_fly(&self) -> bool {
+        self.vehicle.map_or(self.was_flying, |it| it.flying)
     }
 
     /// Whether the vehicle is known to stand on the ground.

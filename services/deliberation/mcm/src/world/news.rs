@@ -39,6 +39,8 @@ pub(super) struct News {
     listed: BTreeSet<String>,
     /// Flags that an event of the monitor has raised, and no introspection has listed since, with when.
     unlisted: BTreeMap<String, Time>,
+    /// Since when introspections of the monitor that runs now are heard.
+    monitor_since: Option<Time>,
 }
 
 impl News {
@@ -58,6 +60,11 @@ impl News {
         self.flags.push(flag);
     }
 
+    /// The monitor was started again, and needs time to find again what it had raised flags for.
+    pub(super) fn monitor_started(&mut self) {
+        self.monitor_since = None;
+    }
+
     /// Counts a flag as one that the last introspection listed.
     pub(super) fn expect(&mut self, name: &str) {
         self.listed.insert(name.to_owned());
@@ -66,16 +73,27 @@ impl News {
     /// Takes in the flags that an introspection lists. A difference to the list before counts as
     /// an event: the event itself may have been lost, or sent while this process or the monitor was down. So does a flag that an
     /// event has raised and that is not listed after `limit`: it fell between two introspections, and the event of that was lost.
-    pub(super) fn list(&mut self, flags: Vec<ListedFlag>, now: Time, limit: Duration) {
-        let listed: BTreeSet<String> = flags.iter().map(|it| it.name.clone()).collect();
+    /// A flag that is not listed has not fallen before the monitor has been heard for `limit` and the time within which it raises it.
+    pub(super) fn list(
+        &mut self,
+        flags: Vec<ListedFlag>,
+        now: Time,
+        limit: Duration,
+        raised_within: impl Fn(&str) -> Duration,
+    ) {
+        let since = *self.monitor_since.get_or_insert(now);
+        let is_judged = |name: &String| raised_within(name).saturating_add(limit) <= now - since;
+        let mut listed: BTreeSet<String> = flags.iter().map(|it| it.name.clone()).collect();
         let news =
             |name, raised, reason, measured| FlagNews { name, raised, source: MONITOR.to_owned(), reason, measured };
         let risen = flags.into_iter().filter(|it| !self.listed.contains(&it.name));
         self.flags.extend(risen.map(|it| news(it.name, true, it.reason, it.measured)));
         self.unlisted.retain(|name, _| !listed.contains(name));
         let never_listed = self.unlisted.extract_if(.., |_, since| *since + limit <= now).map(|(name, _)| name);
-        let fallen = self.listed.difference(&listed).cloned().chain(never_listed);
+        let (fallen, unjudged): (Vec<_>, Vec<_>) = self.listed.difference(&listed).cloned().partition(is_judged);
+        let fallen = fallen.into_iter().chain(never_listed);
         self.flags.extend(fallen.map(|name| news(name, false, String::new(), None)));
+        listed.extend(unjudged);
         self.listed = listed;
     }
 
@@ -100,36 +118,48 @@ mod tests {
         Time::after(Duration::from_millis(ms))
     }
 
-    /// What is heard, each with its milliseconds.
+    /// A monitor raises the flag once its condition has lasted for this.
+    const RAISED_WITHIN: Duration = Duration::from_millis(2000);
+
+    /// What is heard, each with its milliseconds since the monitor has been heard for long enough.
     enum Heard {
         Event(u64, bool),
         List(u64, bool),
+        /// It was started again.
+        Start,
     }
-    use Heard::{Event, List};
+    use Heard::{Event, List, Start};
 
     #[track_caller]
     fn check(heard: &[Heard], expected: &[bool]) {
         let mut news = News::default();
+        let list = |news: &mut News, ms, is_up: bool| {
+            let listed = ListedFlag { name: "f".into(), reason: String::new(), measured: None };
+            news.list(is_up.then_some(listed).into_iter().collect(), at(ms), LIMIT, |_| RAISED_WITHIN);
+        };
+        list(&mut news, 0, false);
+        let long_enough_ms = (LIMIT + RAISED_WITHIN).as_millis() as u64;
         for heard in heard {
             match *heard {
-                Event(ms, raised) => news.add_flag(
-                    FlagNews {
-                        name: "f".into(),
-                        raised,
-                        source: MONITOR.into(),
-                        reason: String::new(),
-                        measured: None,
-                    },
-                    at(ms),
-                ),
-                List(ms, is_up) => {
-                    let listed = ListedFlag { name: "f".into(), reason: String::new(), measured: None };
-                    news.list(is_up.then_some(listed).into_iter().collect(), at(ms), LIMIT);
+                Event(ms, raised) => {
+                    let (source, reason) = (MONITOR.into(), String::new());
+                    let flag = FlagNews { name: "f".into(), raised, source, reason, measured: None };
+                    news.add_flag(flag, at(long_enough_ms + ms));
                 }
+                List(ms, is_up) => list(&mut news, long_enough_ms + ms, is_up),
+                Start => news.monitor_started(),
             }
         }
         let raised: Vec<bool> = news.take_flags().iter().map(|it| it.raised).collect();
         assert_eq!(raised, expected);
+    }
+
+    #[test]
+    fn a_flag_stays_up_until_a_monitor_that_was_started_again_could_have_raised_it() {
+        check(&[List(0, true), Start, List(100, false), List(2599, false)], &[true]);
+        check(&[List(0, true), Start, List(100, false), List(2600, false)], &[true, false]);
+        check(&[List(0, true), Start, List(100, false), List(2000, true), List(2600, false)], &[true, false]);
+        check(&[List(0, true), Start, Event(50, false), List(100, false)], &[true, false]);
     }
 
     #[test]

@@ -50,6 +50,7 @@ impl World {
         self.mission = Mission { vehicle_name, begins_again: true, ..Mission::default() };
         self.operator = Operator::of_next_flight(std::mem::take(&mut self.operator));
         self.planner.forget_flight();
+        self.forget_frame();
         (self.response, self.response_way, self.unplanned_landing, self.no_landing_at) = (None, None, None, None);
         (self.in_transition, self.was_flying) = (false, false);
         self.waits.clear();

@@ -168,10 +168,15 @@ impl World {
     }
 
     fn pause(&mut self, order: Order) -> Outcome {
-        if !self.is_flying() {
+        if !self.may_fly() {
             self.refuse_if_not_under_way(order.ended)?;
         }
-        self.order(PAUSE, order, "holds until resumed")
+        // An order that is replaced does not come back by itself: who resumes flies the mission on.
+        let ended_by = ORDERS.into_iter().find(|it| *it != PAUSE && self.flags.is_up(it));
+        let words = ended_by.filter(|_| self.mission.over.is_none()).map(|it| {
+            format!("holds until resumed; `{it}` no longer counts: order it again, or a resume flies the mission on")
+        });
+        self.order(PAUSE, order, words.as_deref().unwrap_or("holds until resumed"))
     }
 
     fn go_on(&mut self, by: &str, ended: bool) -> Outcome {
@@ -218,7 +223,7 @@ impl World {
     }
 
     fn abort(&mut self, order: Order) -> Outcome {
-        if self.is_flying() {
+        if self.may_fly() {
             return self.order(ABORT, order, "lands here and ends the mission");
         }
         self.refuse_if_over(order.ended)?;

@@ -4,6 +4,7 @@
 //! The step and the skill are not persisted: the manager asks for a plan from where the vehicle is by then. Where the
 //! state is stored is the shell's business.
 
+use domain::contingency::AUTOPILOT_PREEMPTS;
 use domain::decision::DecisionKind;
 use domain::geometry::Ned;
 use domain::mission::{MissionOutcome, MissionReport};
@@ -11,6 +12,7 @@ use domain::site::Site;
 use domain::wire::InvalidMessage;
 use kittiwake_proto::v1;
 
+use super::control::Frame;
 use super::memory::Memory;
 use super::mission_clock::MissionClock;
 use super::news::MONITOR;
@@ -62,6 +64,9 @@ impl World {
             ended_epoch: self.mission.ended_epoch,
             began_utc_ms: self.clock.began_utc_ms(),
             tower_start: self.permissions.tower_start(),
+            flying: self.was_flying,
+            lands_by_plan: self.was_flying && (self.landed_by_plan || self.lands_by_plan()),
+            frame: self.mission_frame().map(Into::into),
         }
     }
 
@@ -77,6 +82,7 @@ impl World {
         if memory.configured != configured {
             return Err(UnusableState::OfAnotherMission);
         }
+        let frame = memory.frame.map(Frame::try_from).transpose()?;
         let landing_site = memory.landing_site.map(Ned::try_from).transpose()?;
         let outcome = match memory.outcome() {
             v1::MissionOutcome::Unspecified => None,
@@ -85,6 +91,8 @@ impl World {
         let report = memory.report.map(MissionReport::try_from).transpose()?;
         let sites = memory.sites.into_iter().map(Site::try_from).collect::<Result<_, _>>()?;
         let overriding = Some(memory.overriding).filter(|it| !it.is_empty());
+        self.restore_frame(frame);
+        (self.was_flying, self.landed_by_plan) = (memory.flying, memory.lands_by_plan);
         self.clock = MissionClock::of_mission_begun(memory.began_utc_ms);
         self.operator = Operator::restored(memory.started, landing_site, overriding);
         self.remembered_sites = sites;
@@ -118,6 +126,13 @@ impl World {
         let said = Said::new(CONTINGENCY, DecisionKind::ContingencyRaised, text).about(row);
         self.record(said.led_to_by(Cause::Nothing));
         let acknowledged_by = Some(flag.acknowledged_by).filter(|it| !it.is_empty());
+        if flag.name == AUTOPILOT_PREEMPTS {
+            // Once its reason has been judged, the status alone does not tell it any more.
+            self.flight.remember_pre_emption();
+            if flag.sources.iter().all(|it| it != SELF) {
+                flag.sources.push(SELF.to_owned());
+            }
+        }
         self.flags.restore(self.now.time, row, flag.reason, flag.sources, acknowledged_by, flag.overridden);
     }
 }

@@ -33,6 +33,9 @@ impl World {
         if self.awaits_start() {
             return PlanProgress::Awaited(self.await_go_ahead());
         }
+        if !self.memory.is_settled() {
+            return PlanProgress::Awaited(None);
+        }
         let now = self.now.time;
         let due = match self.planner.request() {
             PlanRequest::Proposed(_, until) if *until <= now => {

@@ -146,10 +146,14 @@ fn each_verb_in_each_state() {
     // The newest order counts.
     let home = "no: `operator_return` is under way already";
     let up = "no: `operator_return` is answered; a new plan is made when that is over";
-    check(State::Returning, [STARTED, HOLDS, NO_HOLD, up, home, THERE, DOWN, NO_FLAG, NO_PLAN]);
+    let replaces =
+        "holds until resumed; `operator_return` no longer counts: order it again, or a resume flies the mission on";
+    check(State::Returning, [STARTED, replaces, NO_HOLD, up, home, THERE, DOWN, NO_FLAG, NO_PLAN]);
     let down = "no: `operator_abort` is under way already";
     let up = "no: `operator_abort` is answered; a new plan is made when that is over";
-    check(State::Aborting, [STARTED, HOLDS, NO_HOLD, up, HOME, THERE, down, NO_FLAG, NO_PLAN]);
+    let replaces =
+        "holds until resumed; `operator_abort` no longer counts: order it again, or a resume flies the mission on";
+    check(State::Aborting, [STARTED, replaces, NO_HOLD, up, HOME, THERE, down, NO_FLAG, NO_PLAN]);
     check(State::Over, [NO_NEXT, OVER, OVER, OVER, OVER, OVER, OVER, NO_FLAG, NO_PLAN]);
 }
 

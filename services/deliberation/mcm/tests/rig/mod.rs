@@ -54,6 +54,9 @@ plan_approval_limit_s = 60.0
 plan_approval_default = "refuse"
 "#;
 
+/// Of latitude.
+const METRES_PER_DEGREE: f64 = 111_320.0;
+
 fn now_ns() -> u64 {
     static START: LazyLock<Instant> = LazyLock::new(Instant::now);
     START.elapsed().as_nanos() as u64
@@ -79,6 +82,10 @@ pub struct Rig {
     timestamp_us: u64,
     /// Flags that the introspection lists.
     listed: Vec<v1::RaisedFlag>,
+    /// The local frame that the vehicle is in, and how far north of the home of the stories it has its origin, in metres.
+    pub frame: (u64, f64),
+    /// What the autopilot flies by a failsafe of its own, in place of the mode of [`Rig::vehicle`]; and whether it misses setpoints.
+    pub failsafe: Option<(v1::FlightMode, bool)>,
     /// Events are taken in, and acted on together.
     together: bool,
     /// Its newest status.
@@ -89,6 +96,8 @@ pub struct Rig {
     answer: Option<v1::OperatorReply>,
     commands: u64,
     reported: bool,
+    /// Whether the planner has told how many plans it has made.
+    has_heard_planner: bool,
     /// All its decisions, in words.
     pub decisions: Vec<String>,
     /// The same as records.
@@ -130,7 +139,7 @@ impl Rig {
         rig
     }
 
-    /// Nothing has been heard of the vehicle yet.
+    /// Nothing has been heard of the vehicle yet, nor of the planner.
     pub fn without_vehicle() -> Rig {
         Rig::unseen(&[])
     }
@@ -170,12 +179,15 @@ impl Rig {
             wind: None,
             timestamp_us: 0,
             listed: Vec::new(),
+            frame: (0, 0.0),
+            failsafe: None,
             together: false,
             status: v1::McmStatus::default(),
             tree: v1::TreeSnapshot::default(),
             answer: None,
             commands: 0,
             reported: false,
+            has_heard_planner: false,
             decisions: Vec::new(),
             records: Vec::new(),
             timing: v1::McmTiming::default(),
@@ -186,8 +198,10 @@ impl Rig {
     pub fn started_again(self) -> Rig {
         let mut rig = Rig::unseen(&[]);
         rig.mcm.resume(self.mcm.memory()).unwrap();
+        rig.has_heard_planner = true;
         (rig.now, rig.flying, rig.mode, rig.position) = (self.now, self.flying, self.mode, self.position);
         (rig.timestamp_us, rig.listed, rig.gripper) = (self.timestamp_us, self.listed, self.gripper);
+        (rig.frame, rig.failsafe) = (self.frame, self.failsafe);
         rig.act();
         rig
     }
@@ -197,8 +211,11 @@ impl Rig {
         Rig { mcm: self.mcm.that_verifies_with(key), ..self }
     }
 
-    /// The monitor reports the state of the vehicle.
+    /// The monitor reports the state of the vehicle; before the first time the planner tells that it has made no plan.
     pub fn vehicle(&mut self, flying: bool, mode: v1::FlightMode, at: (f64, f64, f64)) {
+        if !self.has_heard_planner {
+            self.say(v1::PlannerStatus::default());
+        }
         (self.flying, self.mode) = (flying, mode);
         self.position = v1::Ned { north_m: at.0, east_m: at.1, down_m: -at.2 };
         self.timestamp_us += 1;
@@ -209,12 +226,23 @@ impl Rig {
     /// The monitor's report of the vehicle as it is now.
     pub fn introspection(&self) -> v1::Introspection {
         let (flying, mode, timestamp_us) = (self.flying, self.mode, self.timestamp_us);
+        let (frame_epoch, north_m) = self.frame;
+        let (actual, misses) = self.failsafe.unwrap_or((mode, false));
+        let missed = misses.then_some(v1::FailureFlag::OffboardSignalLost as i32);
         v1::Introspection {
             status: Some(v1::VehicleStatus {
                 armed: flying,
                 intended_mode: mode as i32,
-                actual_mode: mode as i32,
+                actual_mode: actual as i32,
+                failsafe: self.failsafe.is_some(),
+                failures: missed.into_iter().collect(),
                 gripper: self.gripper as i32,
+                frame_epoch,
+                origin: Some(v1::Origin {
+                    latitude_deg: 57.0 + north_m / METRES_PER_DEGREE,
+                    longitude_deg: 10.0,
+                    altitude_amsl_m: Some(0.0),
+                }),
                 ..Default::default()
             }),
             local_position: Some(v1::VehicleLocalPosition {
@@ -233,7 +261,15 @@ impl Rig {
     }
 
     pub fn say(&mut self, message: impl Into<Message>) {
-        self.event(Event::Message { vehicle: "uav1".into(), message: message.into() });
+        let message = message.into();
+        self.has_heard_planner |= matches!(message, Message::PlannerStatus(_));
+        self.event(Event::Message { vehicle: "uav1".into(), message });
+    }
+
+    /// Another process of the monitor has appeared.
+    pub fn monitor_started(&mut self) {
+        let (vehicle, service, instance) = ("uav1".into(), "monitor".into(), "2".into());
+        self.event(Event::Peer { vehicle, service, instance, alive: true });
     }
 
     pub fn flag(&mut self, name: &str, raised: bool) {
@@ -266,6 +302,12 @@ impl Rig {
             let at = (self.position.north_m, self.position.east_m, -self.position.down_m);
             self.vehicle(self.flying, self.mode, at);
         }
+    }
+
+    /// Time passes, and nobody says anything.
+    pub fn silence(&mut self, seconds: f64) {
+        self.now = self.now + Duration::from_secs_f64(seconds);
+        self.act();
     }
 
     /// Answers the open request that `answer` has an answer for.

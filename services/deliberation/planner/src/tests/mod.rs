@@ -102,6 +102,12 @@ impl Story {
         })
     }
 
+    /// The mission manager tells its status.
+    fn hear_manager(&mut self, status: v1::McmStatus) {
+        let event = Event::Message { vehicle: "uav1".into(), message: status.into() };
+        self.planner.on(self.now, event, &mut Vec::new());
+    }
+
     fn wait(&mut self, seconds: u64) {
         self.now.time = self.now.time + Duration::from_secs(seconds);
         self.now.utc_ms += seconds as i64 * 1000;

@@ -144,7 +144,8 @@ fn what_makes_no_sense_changes_nothing() {
         "objective `look` lies 6.0 m from the border of area `A`, expected at least 10 m",
     );
     refused(insert(1, "deliver", 1.0), "there is an objective `deliver` already");
-    refused(insert(1, "", 1.0), "an objective has a name of 1 to 100 characters");
+    refused(insert(1, "", 1.0), "an objective has a name of 1 to 100 characters, without control characters");
+    refused(insert(1, "d\nover", 1.0), "an objective has a name of 1 to 100 characters, without control characters");
     refused(insert(1, "x", 2e5), "objective `x` is farther than 100000 m from the origin, or higher than 10000 m");
     refused(
         insert(1, "x", f64::NAN),
@@ -188,6 +189,27 @@ fn on_the_ground_the_next_mission_is_taken_and_waits() {
     // What could not be flown is refused, and the one that waits stays.
     let reply = story.ask(Ask::Upload(text("name = \"x\"\n")));
     assert_eq!((reply.accepted, story.status().mission.as_str()), (false, "keep-out"));
+}
+
+#[test]
+fn until_the_end_is_reported_the_mission_is_the_one_that_was_flown() {
+    #[track_caller]
+    fn check(ends: &str, start_awaited: bool, is_reported: bool, expected: &str) {
+        let mut story = Story::of(REFERENCE);
+        let report = is_reported.then(v1::MissionReport::default);
+        story.hear_manager(v1::McmStatus { ends: ends.to_owned(), start_awaited, report, ..v1::McmStatus::default() });
+        assert!(story.ask(skip("deliver")).accepted && story.ask(skip("return")).accepted);
+        assert_eq!(story.ask(Ask::Upload(text(KEEP_OUT))).text, expected, "{ends} {start_awaited} {is_reported}");
+    }
+    let taken = "`keep-out` waits for an operator's start";
+    let early = |why| format!("{why}: nobody would fly it; upload it once its end is reported");
+    check("ordered by anna", false, false, &early("ordered by anna"));
+    check("ordered by anna", false, true, taken);
+    // The manager has not noticed yet that all is settled.
+    check("", false, false, &early("the mission is over: every objective is settled"));
+    // Nothing has begun, or the next one waits.
+    check("", true, false, taken);
+    check("ordered by anna", true, true, taken);
 }
 
 /// Each change in each state of a mission, in the order of [`CHANGES`].

@@ -69,6 +69,22 @@ fn silence_is_noticed_even_if_nothing_else_arrives() {
 }
 
 #[test]
+fn what_the_monitor_did_not_listen_to_is_no_silence() {
+    #[track_caller]
+    fn check(after: impl FnOnce(&mut Rig), expected: &[&str]) {
+        let mut rig = Rig::watching(POSITION_STALE);
+        rig.fly(1.0);
+        rig.stall(s(8.0));
+        // What was said meanwhile is still under way.
+        rig.wait(s(0.3));
+        after(&mut rig);
+        assert_eq!(rig.story(), expected);
+    }
+    check(|rig| rig.fly(1.0), &[]);
+    check(|rig| rig.wait(s(1.0)), &["9.490 watched up: local position has been silent for 8.5 s, the limit is 0.5 s"]);
+}
+
+#[test]
 fn an_invalid_sample_counts_as_none() {
     let mut rig = Rig::watching(POSITION_STALE);
     rig.fly(1.0);

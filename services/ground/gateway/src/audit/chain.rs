@@ -10,6 +10,7 @@ use kittiwake_proto::v1::{AuditRecord, AuditStage};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
+use super::day_files::DAY;
 use crate::access::{from_hex, to_hex};
 
 /// A SHA-256 hash.
@@ -73,6 +74,8 @@ pub(crate) struct Link {
     pub(crate) after_torn: bool,
     /// Only in the first record of a file.
     pub(crate) begun: Option<Begun>,
+    /// The UTC day of the record.
+    pub(crate) day: String,
     /// Whether the line has the hash that it carries.
     pub(crate) is_unchanged: bool,
 }
@@ -95,12 +98,18 @@ pub(crate) fn read(line: &[u8]) -> Line {
     link(line, &document).map_or(Line::Foreign, Line::Record)
 }
 
+/// Whether a line that is no record is what was written of one until the gateway was killed.
+pub(crate) fn is_beginning(line: &[u8]) -> bool {
+    line.starts_with(b"{") && serde_json::from_slice::<Value>(line).is_err_and(|it| it.is_eof())
+}
+
 fn link(line: &[u8], document: &Value) -> Option<Link> {
     let number = document["number"].as_str()?.parse().ok()?;
     let previous = from_hex(document[PREVIOUS].as_str()?)?;
     let after_torn = document["stage"] == AuditStage::Torn.as_str_name();
     let begun = Begun::ALL.into_iter().find(|(_, name)| document[BEGUN] == *name).map(|(begun, _)| begun);
-    Some(Link { number, previous, after_torn, begun, is_unchanged: is_unchanged(line) })
+    let day = document["utc"].as_str().and_then(|it| it.get(..DAY)).unwrap_or_default().to_owned();
+    Some(Link { number, previous, after_torn, begun, day, is_unchanged: is_unchanged(line) })
 }
 
 fn is_unchanged(line: &[u8]) -> bool {
@@ -120,20 +129,24 @@ mod tests {
 
     #[test]
     fn a_line_says_where_it_belongs_and_a_part_of_it_says_nothing() {
-        let record = AuditRecord { number: 7, stage: AuditStage::Torn.into(), ..Default::default() };
+        let (utc, what) = ("2026-01-31T12:00:00.000Z".into(), "naïve".into());
+        let record = AuditRecord { number: 7, utc, what, stage: AuditStage::Torn.into(), ..Default::default() };
         for begun in [None, Some(Begun::Day), Some(Begun::Lost)] {
             let text = line(&record, &[9; 32], begun);
             assert!(!text.contains('\n'));
-            let link = Link { number: 7, previous: [9; 32], after_torn: true, begun, is_unchanged: true };
+            let day = "2026-01-31".to_owned();
+            let link = Link { number: 7, previous: [9; 32], after_torn: true, begun, day, is_unchanged: true };
             assert_eq!(read(text.as_bytes()), Line::Record(link));
             for end in 0..text.len() {
-                assert_eq!(read(&text.as_bytes()[..end]), Line::Part, "{}", &text[..end]);
+                let part = &text.as_bytes()[..end];
+                assert_eq!((read(part), is_beginning(part)), (Line::Part, 0 < end), "{end}");
+                assert!(!is_beginning(&[part, b"\0"].concat()), "{end}");
             }
         }
         for other in ["{}", "[]", "null", "7", r#"{"number":"1","previous":"00"}"#] {
             assert_eq!(read(other.as_bytes()), Line::Foreign, "{other}");
         }
-        assert_eq!(read(&[0; 4096]), Line::Part);
+        assert_eq!((read(&[0; 4096]), is_beginning(&[0; 4096])), (Line::Part, false));
     }
 
     #[test]

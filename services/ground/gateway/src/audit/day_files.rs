@@ -9,16 +9,16 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
+use credentials::file;
 use kittiwake_proto::v1::{AuditRecord, AuditStage};
 
 use super::chain::{self, Begun, Line, Tip};
-use super::regular;
 use crate::in_place::is_at;
 
 const PREFIX: &str = "audit-";
 const SUFFIX: &str = ".jsonl";
 /// A day in a name, such as `2026-01-31`.
-const DAY: usize = 10;
+pub(crate) const DAY: usize = 10;
 
 /// The newest file, open, and the end of the chain.
 #[derive(Debug)]
@@ -63,7 +63,7 @@ impl DayFiles {
             }
         }
         let path = path_of(folder, &newest);
-        let file = regular::append(&path).map_err(|cause| (path.clone(), cause))?;
+        let file = file::append(&path).map_err(|cause| (path.clone(), cause))?;
         let (folder, lost) = (folder.to_owned(), None);
         let mut files = DayFiles { folder, most, day: newest, path, file, tip, begun, lost, is_unsure: false };
         files.close(utc, last).map_err(|cause| (files.path.clone(), cause))?;
@@ -78,6 +78,11 @@ impl DayFiles {
     /// The newest file that was removed, renamed or replaced while it was written to.
     pub(crate) fn lost(&self) -> Option<&Path> {
         self.lost.as_deref()
+    }
+
+    /// Where the newest file was opened.
+    pub(crate) fn newest_path(&self) -> &Path {
+        &self.path
     }
 
     /// Whether the newest file is where it was opened.
@@ -100,7 +105,7 @@ impl DayFiles {
         let day = record.utc.get(..DAY).unwrap_or_default();
         if self.day.as_str() < day {
             let path = path_of(&self.folder, day);
-            (self.file, self.path, self.day) = (regular::append(&path)?, path, day.to_owned());
+            (self.file, self.path, self.day) = (file::append(&path)?, path, day.to_owned());
             self.begun = Some(self.begun.unwrap_or(Begun::Day));
             self.remove_oldest();
         }
@@ -118,7 +123,7 @@ impl DayFiles {
     /// Begins the file again that is not at its path any more, or goes on with the one that is there now. What comes before
     /// is known from memory, so that the chain has no break.
     fn begin_again(&mut self) -> io::Result<()> {
-        let file = regular::append(&self.path)?;
+        let file = file::append(&self.path)?;
         let end = End::read(&self.path)?;
         if !end.last.has_feed {
             (&file).write_all(b"\n")?;
@@ -196,7 +201,7 @@ struct End {
 impl End {
     /// Reads a file to its end.
     fn read(path: &Path) -> io::Result<End> {
-        let mut reader = BufReader::new(regular::open(path)?);
+        let mut reader = BufReader::new(file::open(path)?);
         let mut end = End { number: None, hash: chain::Hash::default(), last: Last::default() };
         let mut line = Vec::new();
         loop {
@@ -230,7 +235,7 @@ pub(crate) fn list(folder: &Path) -> io::Result<Vec<PathBuf>> {
 }
 
 /// The day of a file of the audit trail; `None` for any other file.
-fn day_of(path: &Path) -> Option<String> {
+pub(crate) fn day_of(path: &Path) -> Option<String> {
     let day = path.file_name()?.to_str()?.strip_prefix(PREFIX)?.strip_suffix(SUFFIX)?;
     let is_day = day.len() == DAY && day.bytes().all(|it| it.is_ascii_digit() || it == b'-');
     is_day.then(|| day.to_owned())

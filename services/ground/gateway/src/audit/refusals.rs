@@ -9,10 +9,11 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard};
 
+use credentials::file;
 use kittiwake_proto::json::to_json;
 use kittiwake_proto::v1::{RefusalCount, RefusalLog, RefusalRecord};
 
-use crate::audit::{regular, utc};
+use crate::audit::utc;
 use crate::in_place::is_at;
 
 const FILE: &str = "refusals.jsonl";
@@ -55,7 +56,7 @@ impl Refusals {
     /// Appends to the file in `folder`.
     pub(crate) fn open(folder: &Path) -> Result<Refusals, (PathBuf, io::Error)> {
         let path = folder.join(FILE);
-        let opened = regular::append(&path).and_then(|file| Ok((file.metadata()?.len(), file)));
+        let opened = file::append(&path).and_then(|file| Ok((file.metadata()?.len(), file)));
         let (bytes, file) = opened.map_err(|cause| (path.clone(), cause))?;
         Ok(Refusals(Mutex::new(Log { file: Some(BoundedFile { path, file, bytes }), ..Log::default() })))
     }
@@ -129,12 +130,12 @@ impl BoundedFile {
     fn write(&mut self, refusal: &RefusalRecord) -> io::Result<()> {
         let line = format!("{}\n", to_json(refusal));
         if !is_at(&self.file, &self.path) {
-            self.file = regular::append(&self.path)?;
+            self.file = file::append(&self.path)?;
             self.bytes = self.file.metadata()?.len();
         }
         if MAX_BYTES < self.bytes + line.len() as u64 {
             std::fs::rename(&self.path, self.path.with_extension("1.jsonl"))?;
-            (self.file, self.bytes) = (regular::append(&self.path)?, 0);
+            (self.file, self.bytes) = (file::append(&self.path)?, 0);
         }
         self.bytes += line.len() as u64;
         self.file.write_all(line.as_bytes())

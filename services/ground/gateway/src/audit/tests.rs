@@ -2,7 +2,8 @@
 
 use std::io::Write as _;
 
-use super::verify::{Fault, Intact, verify};
+use super::found::{Fault, Trail};
+use super::verify::verify;
 use super::*;
 
 fn order(what: &str) -> AuditRecord {
@@ -28,7 +29,15 @@ fn names(folder: &Path) -> Vec<String> {
     day_files::list(folder).unwrap().into_iter().map(name).collect()
 }
 
-fn intact(path: &Path) -> Intact {
+/// The path because of which the trail in `folder` cannot be opened.
+fn unusable(folder: &Path) -> PathBuf {
+    match Audit::open(folder, 9).unwrap_err() {
+        OpenError::Unusable(path, _) => path,
+        OpenError::InUse(refusal) => panic!("{refusal}"),
+    }
+}
+
+fn intact(path: &Path) -> Trail {
     verify(path).unwrap_or_else(|fault| panic!("{fault}"))
 }
 
@@ -66,7 +75,7 @@ fn a_chain_goes_on_over_restarts_and_days_and_the_oldest_days_go() {
     let days = ["2026-01-01", "2026-01-01", "2026-01-02", "2026-01-05"];
     let folder = written(&days, 9);
     let found = intact(folder.path());
-    assert_eq!((found.files, found.first, found.last, found.unwritten, found.torn.len()), (3, 1, 4, 0, 0));
+    assert_eq!((found.files, found.first, found.last, found.missing, found.torn.len()), (3, 1, 4, 0, 0));
     let folder = written(&days, 2);
     assert_eq!(names(folder.path()), ["audit-2026-01-02.jsonl", "audit-2026-01-05.jsonl"]);
     assert_eq!((intact(folder.path()).first, intact(folder.path()).last), (3, 4));
@@ -111,7 +120,7 @@ fn a_line_that_was_cut_off_is_told_and_the_chain_goes_on() {
         files.append(&AuditRecord { utc, number, ..order("resume") }).unwrap();
         let found = intact(folder.path());
         assert_eq!(
-            (found.torn.len(), found.unfinished, found.unwritten),
+            (found.torn.len(), found.unfinished, found.missing),
             (usize::from(is_cut), None, 0),
             "at byte {end}"
         );
@@ -125,7 +134,7 @@ fn bytes_that_are_no_text_count_as_cut_off() {
     let path = folder.path().join("audit-2026-01-01.jsonl");
     // What a file system leaves after a power loss.
     std::fs::OpenOptions::new().append(true).open(&path).unwrap().write_all(&[0; 4096]).unwrap();
-    assert_eq!(intact(folder.path()).unfinished.map(|it| it.line), Some(2));
+    assert_eq!(intact(folder.path()).unfinished.map(|it| (it.place.line, it.is_beginning)), Some((2, false)));
     let mut files = DayFiles::open(folder.path(), 9, "2026-01-01T13:00:00.000Z").unwrap();
     let (utc, number) = ("2026-01-01T13:00:00.000Z".into(), files.newest_number() + 1);
     files.append(&AuditRecord { utc, number, ..order("pause") }).unwrap();
@@ -226,14 +235,18 @@ fn a_file_that_is_gone_is_begun_again_with_the_chain_of_before_and_that_is_said(
         let audit = Audit::open(folder.path(), 9).unwrap();
         audit.asked(&order("pause"));
         audit.asked(&order("resume"));
-        assert_eq!((audit.state(), audit.problem()), ("ok", None));
+        assert_eq!((audit.state(), audit.problems()), ("ok", vec![]));
         let file = folder.path().join(&names(folder.path())[0]);
         change(&file);
         assert_eq!(audit.state(), "failing", "it is known before the next order");
+        let gone = format!("gateway: {} is gone, which the next order is to be recorded in", file.display());
+        assert_eq!(audit.problems(), [gone]);
         assert_eq!(audit.asked(&order("abort")), 3);
         assert_eq!((audit.lost(), audit.state()), after);
-        let said = audit.problem().is_some_and(|it| it.contains(&*file.to_string_lossy()));
-        assert_eq!(said, after.0 == 0);
+        // Either it has gone on elsewhere, or it cannot: one problem in both cases.
+        let problems = audit.problems();
+        let said = if after.0 == 0 { file.to_string_lossy().into_owned() } else { "without a record".to_owned() };
+        assert!(problems.len() == 1 && problems[0].contains(&said), "{problems:?}");
         let found = verify(folder.path()).map(|it| (it.first, it.lost.len())).map_err(|it| it.to_string());
         match (found, verified) {
             (Err(found), Err(expected)) => assert!(found.contains(expected), "{found}"),
@@ -271,7 +284,7 @@ fn a_pipe_or_a_device_is_no_audit_trail_and_holds_nothing_up() {
     for trail in [folder.path(), &pipe] {
         assert!(verify(trail).unwrap_err().to_string().contains("is no regular file"));
     }
-    assert_eq!(Audit::open(folder.path(), 9).unwrap_err().0, pipe);
+    assert_eq!(unusable(folder.path()), pipe);
 }
 
 #[test]
@@ -288,7 +301,7 @@ fn a_trail_that_is_not_there_is_no_intact_one() {
 fn a_folder_that_cannot_be_written_is_named_at_the_start_and_orders_go_on_afterwards() {
     let folder = tempfile::tempdir().unwrap();
     let gone = folder.path().join("gone");
-    assert_eq!(Audit::open(&gone, 9).unwrap_err().0, gone);
+    assert_eq!(unusable(&gone), gone);
     std::fs::create_dir(&gone).unwrap();
     let audit = Audit::open(&gone, 9).unwrap();
     assert_eq!(audit.asked(&order("pause")), 1);
@@ -297,8 +310,119 @@ fn a_folder_that_cannot_be_written_is_named_at_the_start_and_orders_go_on_afterw
     audit.lock().files.as_mut().unwrap().write_to("/dev/full");
     let asked = audit.asked(&order("abort"));
     assert_eq!((audit.lost(), audit.state(), audit.newest(1)[0].what.as_str()), (1, "failing", "abort"));
+    let problem = "gateway: orders are carried out without a record: No space left on device (os error 28) (audit records lost so far: 1)";
+    assert_eq!(audit.problems(), [problem]);
     // There is room again: the chain has a gap in its numbers and no break.
     audit.ended(asked, order("abort"));
-    assert_eq!((audit.lost(), audit.state()), (1, "ok"));
-    assert_eq!((intact(&gone).last, intact(&gone).unwritten), (3, 1));
+    assert_eq!((audit.lost(), audit.state(), audit.problems()), (1, "ok", vec![]));
+    assert_eq!((intact(&gone).last, intact(&gone).missing), (3, 1));
+}
+
+#[test]
+fn what_a_full_disk_kept_out_is_missed_also_after_the_gateway_was_killed() {
+    let folder = tempfile::tempdir().unwrap();
+    let audit = Audit::open(folder.path(), 9).unwrap();
+    audit.asked(&order("pause"));
+    audit.lock().files.as_mut().unwrap().write_to("/dev/full");
+    audit.asked(&order("abort"));
+    drop(audit);
+    let said = |found: Trail| (found.first, found.last, found.missing);
+    assert_eq!(said(intact(folder.path())), (1, 1, 1));
+    let audit = Audit::open(folder.path(), 9).unwrap();
+    assert_eq!(audit.asked(&order("land")), 3);
+    assert_eq!(said(intact(folder.path())), (1, 3, 1));
+    drop(audit);
+    assert!(!intact(folder.path()).is_intact());
+}
+
+/// Three records of two days, as a gateway with `last-audit-number` leaves them, after `change` was made to the folder.
+fn changed(change: impl FnOnce(&Path)) -> Trail {
+    let folder = written(&["2026-01-01", "2026-01-01", "2026-01-02"], 9);
+    given::GivenNumber::open(folder.path()).unwrap().0.set(3).unwrap();
+    change(folder.path());
+    intact(folder.path())
+}
+
+#[test]
+fn records_that_are_missing_from_the_end_are_counted_or_it_is_said_that_they_cannot_be() {
+    #[track_caller]
+    fn check(change: impl FnOnce(&Path), missing: u64, open_end: Option<&str>) {
+        let found = changed(change);
+        let said = (found.missing, found.is_intact(), found.open_end.as_deref());
+        assert_eq!(said, (missing, missing == 0, open_end));
+    }
+    let newest = |it: &Path| it.join("audit-2026-01-02.jsonl");
+    let number = |it: &Path| it.join("last-audit-number");
+    check(|_| (), 0, None);
+    check(|it| std::fs::write(newest(it), "").unwrap(), 1, None);
+    check(|it| std::fs::remove_file(newest(it)).unwrap(), 1, None);
+    // All of them, and the folder as of a gateway that was given no order.
+    let empty = |it: &Path| {
+        std::fs::remove_file(newest(it)).unwrap();
+        std::fs::write(it.join("audit-2026-01-01.jsonl"), "").unwrap();
+    };
+    check(empty, 3, None);
+    // What there is of a line that was cut off is what there is of its record.
+    let cut = |it: &Path, rest: &[u8]| {
+        let text = std::fs::read(newest(it)).unwrap();
+        std::fs::write(newest(it), [&text[..40], rest].concat()).unwrap();
+    };
+    check(|it| cut(it, b""), 0, None);
+    check(|it| cut(it, b"\0\0"), 1, None);
+    let gone = Some("is missing or empty, though there are records");
+    check(|it| std::fs::remove_file(number(it)).unwrap(), 0, gone);
+    check(|it| std::fs::write(number(it), "").unwrap(), 0, gone);
+    check(|it| std::fs::write(number(it), "many").unwrap(), 0, Some("is no number"));
+    let less = Some("says 2, less than the last record's number 3");
+    check(|it| std::fs::write(number(it), format!("{:020}\n", 2)).unwrap(), 0, less);
+    check(|it| (empty(it), std::fs::remove_file(number(it)).unwrap()).1, 0, None);
+}
+
+#[test]
+fn a_file_with_the_name_of_another_day_than_its_records_is_named() {
+    #[track_caller]
+    fn check(from: &str, to: &str, expected: &[&str]) {
+        let path = |folder: &Path, day: &str| folder.join(format!("audit-2026-01-{day}.jsonl"));
+        let found = changed(|it| std::fs::rename(path(it, from), path(it, to)).unwrap());
+        let said: Vec<_> = found.misdated.iter().map(|it| it.day.as_str()).collect();
+        assert_eq!((said.as_slice(), found.is_intact()), (expected, true));
+    }
+    check("01", "01", &[]);
+    check("02", "05", &["2026-01-02"]);
+    check("01", "00", &["2026-01-01"]);
+    // The record of a line that was cut off on another day goes into the file with that line.
+    let folder = written(&["2026-01-01"], 9);
+    let path = folder.path().join("audit-2026-01-01.jsonl");
+    std::fs::OpenOptions::new().append(true).open(&path).unwrap().write_all(b"{").unwrap();
+    DayFiles::open(folder.path(), 9, "2026-01-09T12:00:00.000Z").unwrap();
+    assert_eq!(intact(folder.path()).misdated, []);
+}
+
+#[test]
+fn one_gateway_at_a_time_writes_a_trail() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = Audit::open(folder.path(), 9).unwrap();
+    first.asked(&order("pause"));
+    let refusal = Audit::open(folder.path(), 9).unwrap_err();
+    assert!(matches!(refusal, OpenError::InUse(_)), "{refusal}");
+    let said = format!(
+        "the audit trail in {} is in use by another process: end that one, or name another access folder",
+        folder.path().display()
+    );
+    assert_eq!(refusal.to_string(), said);
+    // Whoever only reads is not kept away.
+    assert_eq!(intact(folder.path()).last, 1);
+    drop(first);
+    let second = Audit::open(folder.path(), 9).unwrap();
+    assert_eq!(second.asked(&order("resume")), 2);
+    assert_eq!(intact(folder.path()).last, 2);
+}
+
+#[test]
+fn a_trail_that_cannot_be_locked_is_written_all_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("audit.lock")).unwrap();
+    let audit = Audit::open(folder.path(), 9).unwrap();
+    assert_eq!(audit.asked(&order("pause")), 1);
+    assert_eq!((audit.state(), intact(folder.path()).last), ("ok", 1));
 }

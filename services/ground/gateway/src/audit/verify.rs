@@ -1,72 +1,27 @@
 //! Whether the audit trail's files are as they were written: every line follows the one before, across files.
 
-use std::fmt;
-use std::io::{self, BufRead, BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+
+use credentials::file;
 
 use super::chain::{self, Begun, Hash, Line, Link};
-use super::{day_files, regular};
+use super::day_files;
+use super::found::{CutOff, Fault, Misdated, Place, Trail};
+use super::given::{self, Given};
 use crate::access::to_hex;
 
 /// Bytes of a line that no record reaches.
 const MAX_LINE: u64 = 1 << 20;
 
-/// A chain without a break.
-#[derive(Debug, Default, PartialEq, Eq)]
-pub struct Intact {
-    /// Files that were read.
-    pub files: usize,
-    /// The numbers of the first and the last record; 0 without any.
-    pub first: u64,
-    /// See `first`.
-    pub last: u64,
-    /// Numbers in between without a record: it could not be written, because the disk was full or absent.
-    pub unwritten: u64,
-    /// First records of files that were begun because the file before was gone while the gateway wrote to it.
-    pub lost: Vec<Place>,
-    /// Lines that were cut off when the gateway ended, each followed by a record that says so.
-    pub torn: Vec<Place>,
-    /// The last line, if it is cut off: the gateway, when it starts again, goes on after it.
-    pub unfinished: Option<Place>,
-    /// The hash of the last line, in hexadecimal. Noted elsewhere, it shows later that nothing before it was changed.
-    pub hash: String,
-}
-
-/// A line of a file, counted from 1.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Place {
-    /// The file.
-    pub path: PathBuf,
-    /// The line.
-    pub line: usize,
-}
-
-/// Why the audit trail is not intact.
-#[derive(Debug, thiserror::Error)]
-pub enum Fault {
-    /// A file or the folder cannot be read, or is no regular file.
-    #[error("{path}: {1}", path = .0.display())]
-    Unreadable(PathBuf, io::Error),
-    /// The folder has no audit trail.
-    #[error("{path}: holds no audit records; expected files such as `audit-2026-01-31.jsonl`", path = .0.display())]
-    Empty(PathBuf),
-    /// The first line that does not follow from the one before.
-    #[error("{0}: {1}")]
-    Broken(Place, String),
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}", self.path.display(), self.line)
-    }
-}
-
 /// Checks a file, or every file of the audit trail in a folder.
 ///
 /// # Errors
 /// What cannot be read, or the first line that breaks the chain.
-pub fn verify(path: &Path) -> Result<Intact, Fault> {
+pub fn verify(path: &Path) -> Result<Trail, Fault> {
     let unreadable = |cause| Fault::Unreadable(path.to_owned(), cause);
+    let given = || if path.is_dir() { given::in_folder(path).map(Some) } else { Ok(None) };
+    let before = given().map_err(unreadable)?;
     let files = if path.is_dir() { day_files::list(path).map_err(unreadable)? } else { vec![path.to_owned()] };
     if files.is_empty() {
         return Err(Fault::Empty(path.to_owned()));
@@ -75,25 +30,52 @@ pub fn verify(path: &Path) -> Result<Intact, Fault> {
     for file in &files {
         reading.file(file)?;
     }
-    reading.end()
+    let mut found = reading.end()?;
+    if let (Some(before), Some(after)) = (before, given().map_err(unreadable)?) {
+        compare_end(&mut found, before, after);
+    }
+    Ok(found)
+}
+
+/// The numbers that were given after that of the last record; or why that is not known. A gateway may have given more while the files
+/// were read: what it gave before is in them, and what is in them it has given after.
+fn compare_end(found: &mut Trail, before: Given, after: Given) {
+    // The beginning of a record is what there is of the next number.
+    let begun = u64::from(found.unfinished.as_ref().is_some_and(|it| it.is_beginning));
+    if let Given::Number(given) = before {
+        found.missing += given.saturating_sub(found.last + begun);
+    }
+    found.open_end = match after {
+        Given::Number(given) if given < found.last => {
+            Some(format!("says {given}, less than the last record's number {}", found.last))
+        }
+        Given::Number(_) => None,
+        // As a gateway leaves it that has recorded nothing.
+        Given::Absent if found.last == 0 => None,
+        Given::Absent => Some("is missing or empty, though there are records".to_owned()),
+        Given::Garbled => Some("is no number".to_owned()),
+    };
 }
 
 /// The lines so far.
 #[derive(Default)]
 struct Reading {
-    found: Intact,
+    found: Trail,
     hash: Option<Hash>,
     /// Whether the line that was read last ends with a line feed.
     has_feed: bool,
     /// The lines just before that are not whole: several, if the disk was full when the gateway started again.
-    cut_off: Vec<Place>,
+    cut_off: Vec<CutOff>,
+    /// The day in the name of the file that is read, until a record contradicts it.
+    day: Option<String>,
 }
 
 impl Reading {
     fn file(&mut self, path: &Path) -> Result<(), Fault> {
         let unreadable = |cause| Fault::Unreadable(path.to_owned(), cause);
-        let mut reader = BufReader::new(regular::open(path).map_err(unreadable)?);
+        let mut reader = BufReader::new(file::open(path).map_err(unreadable)?);
         self.found.files += 1;
+        self.day = day_files::day_of(path);
         let mut bytes = Vec::new();
         for line in 1.. {
             bytes.clear();
@@ -116,7 +98,7 @@ impl Reading {
         let link = match chain::read(line) {
             Line::Record(link) => link,
             Line::Part => {
-                self.cut_off.push(place);
+                self.cut_off.push(CutOff { place, is_beginning: chain::is_beginning(line) });
                 self.hash = Some(chain::hash(line));
                 return Ok(());
             }
@@ -133,8 +115,9 @@ impl Reading {
         if self.found.first == 0 {
             self.found.first = link.number;
         } else {
-            self.found.unwritten += link.number - self.found.last - 1;
+            self.found.missing += link.number - self.found.last - 1;
         }
+        self.compare_day(&place, &link);
         if link.begun == Some(Begun::Lost) {
             self.found.lost.push(place);
         }
@@ -166,20 +149,30 @@ impl Reading {
         Ok(())
     }
 
+    /// A file has the name of the day on which it was begun. A clock that is set back begins no file, but one that goes on does, except for
+    /// the record of a line that was cut off.
+    fn compare_day(&mut self, place: &Place, link: &Link) {
+        let is_later = |day: &String| *day < link.day && !link.after_torn;
+        let is_earlier = |day: &String| link.day < *day && link.begun.is_some();
+        if self.day.take_if(|day| is_later(day) || is_earlier(day)).is_some() {
+            self.found.misdated.push(Misdated { place: place.clone(), day: link.day.clone() });
+        }
+    }
+
     /// Only a record that says so follows a line that is not whole.
     fn follows_whole(&self, place: &Place) -> Result<(), Fault> {
         match self.cut_off.first() {
             None => Ok(()),
-            Some(cut_off) => {
+            Some(CutOff { place: cut_off, .. }) => {
                 let why = format!("it is no record, and {place} does not say that it was cut off");
                 Err(Fault::Broken(cut_off.clone(), why))
             }
         }
     }
 
-    fn end(mut self) -> Result<Intact, Fault> {
+    fn end(mut self) -> Result<Trail, Fault> {
         // Only the last bytes of all can be a line of which the rest is not written yet.
-        if let Some(place) = self.cut_off.pop_if(|_| self.has_feed) {
+        if let Some(CutOff { place, .. }) = self.cut_off.pop_if(|_| self.has_feed) {
             let why = "it is no record, and not cut off: it ends with a line feed";
             return Err(Fault::Broken(place, why.to_owned()));
         }

@@ -1,6 +1,6 @@
 //! Who has command of which vehicle: one operator at a time, who takes it and releases it or offers it to another.
 //!
-//! Command lapses when its holder has made no request for a while, so that an operator who has left does not
+//! Command lapses when its holder has made no request for a while, or may not command any more, so that an operator who has left does not
 //! lock the others out.
 
 use std::collections::BTreeMap;
@@ -42,6 +42,11 @@ impl CommandAuthorities {
     /// `who` has made a request or follows an event stream.
     pub(crate) fn heard_from(&self, who: &str, now: Instant) {
         self.lock().values_mut().filter(|held| &*held.holder == who).for_each(|held| held.heard = now);
+    }
+
+    /// Takes command from every holder who may not have it any more.
+    pub(crate) fn keep(&self, may_command: impl Fn(&str) -> bool) {
+        self.lock().retain(|_, held| may_command(&held.holder));
     }
 
     /// Takes command, if nobody else has it or it was offered.
@@ -144,5 +149,16 @@ mod tests {
         all.heard_from("anna", start + LEASE / 2);
         assert_eq!(all.take("uav1", &ben, start + LEASE), taken);
         assert_eq!(all.take("uav1", &ben, start + LEASE * 3 / 2), Ok(()));
+    }
+
+    #[test]
+    fn who_may_not_command_any_more_locks_nobody_out() {
+        let (all, start) = (CommandAuthorities::new(LEASE), Instant::now());
+        let (anna, ben): (Arc<str>, Arc<str>) = ("anna".into(), "ben".into());
+        assert_eq!((all.take("uav1", &anna, start), all.take("uav2", &ben, start)), (Ok(()), Ok(())));
+        all.keep(|holder| holder == "ben");
+        all.heard_from("anna", start);
+        assert_eq!(all.check("uav2", "ben", start), Ok(()));
+        assert_eq!(all.take("uav1", &ben, start), Ok(()));
     }
 }

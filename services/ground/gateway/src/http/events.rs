@@ -20,6 +20,7 @@ use node::VehicleId;
 use tokio::sync::watch;
 use tokio::time::{Interval, MissedTickBehavior};
 
+use crate::access::{Identity, utc_ms_now};
 use crate::fleet::Snapshot;
 use crate::http::site::Site;
 use crate::journal::{Batch, Cursor, Journals, Record};
@@ -36,8 +37,8 @@ const BATCH: usize = 8;
 pub(crate) struct Client {
     /// The vehicle whose events are sent.
     pub(crate) vehicle: VehicleId,
-    /// The client's name.
-    pub(crate) who: Arc<str>,
+    /// Who it is: the stream ends with its token.
+    pub(crate) who: Identity,
     /// How far the client has read.
     pub(crate) cursor: Cursor,
     /// Its own receivers: each remembers what this client has seen.
@@ -48,7 +49,7 @@ pub(crate) struct Client {
     pub(crate) _share: Share,
 }
 
-/// The client's events until it leaves, the server stops or the gateway's loop ends.
+/// The client's events until it leaves, its token is no longer valid, the server stops or the gateway's loop ends.
 pub(crate) fn stream(client: Client) -> impl Stream<Item = Result<Bytes, Infallible>> {
     let mut status = tokio::time::interval(client.site.api.ages.status_period);
     status.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -126,12 +127,15 @@ impl Reader {
         }
     }
 
-    /// Without an id: a client that comes back resumes after the last record it has seen.
+    /// Without an id: a client that comes back resumes after the last record it has seen. None after the end of its token.
     fn status(&self) -> Option<Bytes> {
         let snapshot = self.client.snapshot.borrow().clone();
         let (now, client, api) = (Instant::now(), &self.client, &self.client.site.api);
+        if !api.tokens.get().still_has(&client.who, utc_ms_now()) {
+            return None;
+        }
         // A client that reads the stream keeps its command.
-        api.authorities.heard_from(&client.who, now);
+        api.authorities.heard_from(&client.who.name, now);
         let authority = api.authorities.of(&client.vehicle, now);
         api.statuses.frame(&snapshot, &client.vehicle, api.ages, &authority)
     }

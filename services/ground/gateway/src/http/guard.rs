@@ -1,9 +1,9 @@
 //! What every request passes on its way to its handler: who asks, how often, from where, in which role, about which vehicle.
 //! An order goes on to [`order`]; a refusal is recorded here.
 
-#![expect(clippy::disallowed_methods, reason = "requests, their limits and the expiry of tokens are on the wall clock")]
+#![expect(clippy::disallowed_methods, reason = "requests and their limits are on the wall clock")]
 
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
 use axum::body::{Body, to_bytes};
 use axum::extract::Request;
@@ -12,17 +12,21 @@ use axum::http::request::Parts;
 use axum::http::{HeaderMap, StatusCode};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
+use kittiwake_proto::v1;
 use node::VehicleId;
+use prost::Name as _;
 use serde_json::Value;
 
-use crate::access::Identity;
+use crate::access::{Identity, utc_ms_now};
 use crate::http::caller::Caller;
 use crate::http::idempotency::RequestId;
 use crate::http::order;
 use crate::http::problem::{Kind, Problem};
 use crate::http::routes::{Access, Method, Route};
 use crate::http::site::Site;
+use crate::http::standstill::since_boot;
 use crate::http::target::Target;
+use crate::http::unprintable;
 
 /// All requests without a valid token share one rate limit.
 const UNIDENTIFIED: &str = "";
@@ -32,6 +36,8 @@ const UNIDENTIFIED: &str = "";
 pub(crate) struct AuthorizedRequest {
     pub(crate) who: Identity,
     pub(crate) caller: Caller,
+    /// When its head was read, after the start of the machine.
+    pub(crate) begun: Duration,
     pub(crate) target: Target,
     pub(crate) body: Value,
     /// The id of an order that needs a key.
@@ -58,7 +64,7 @@ pub(crate) async fn guard(site: Site, route: Route, request: Request, next: Next
     if let Access::Anyone = route.access {
         return next.run(request).await;
     }
-    let now = Instant::now();
+    let (now, begun) = (Instant::now(), since_boot());
     let (mut parts, body) = request.into_parts();
     let (caller, who) = (Caller::of(&parts), identify(&site, &parts.headers));
     if let Err(wait) = site.limiter.admit(who.as_ref().map_or(UNIDENTIFIED, |who| &who.name), now) {
@@ -72,7 +78,7 @@ pub(crate) async fn guard(site: Site, route: Route, request: Request, next: Next
         site.api.authorities.heard_from(&who.name, now);
     }
     let authorized = match who {
-        Ok(who) => authorize(&site, route, who, &caller, &mut parts, body).await,
+        Ok(who) => authorize(&site, route, (who, begun), &caller, &mut parts, body).await,
         Err(problem) => Err(problem),
     };
     match authorized {
@@ -90,9 +96,8 @@ pub(crate) async fn guard(site: Site, route: Route, request: Request, next: Next
 
 fn identify(site: &Site, headers: &HeaderMap) -> Result<Identity, Problem> {
     let token = headers.get(AUTHORIZATION).and_then(|it| it.to_str().ok()?.strip_prefix("Bearer "));
-    let since_epoch = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
-    let utc_ms = i64::try_from(since_epoch.as_millis()).unwrap_or(i64::MAX);
-    let found = token.and_then(|it| site.api.tokens.identify(it.trim(), utc_ms));
+    let valid = site.api.tokens.get();
+    let found = token.and_then(|it| valid.identify(it.trim(), utc_ms_now()));
     found.cloned().ok_or_else(|| {
         let detail = if token.is_some() { "the token is unknown or has expired" } else { "a bearer token is needed" };
         Problem::new(StatusCode::UNAUTHORIZED, detail).with_header(WWW_AUTHENTICATE, "Bearer")
@@ -103,7 +108,7 @@ fn identify(site: &Site, headers: &HeaderMap) -> Result<Identity, Problem> {
 async fn authorize(
     site: &Site,
     route: Route,
-    who: Identity,
+    (who, begun): (Identity, Duration),
     caller: &Caller,
     parts: &mut Parts,
     body: Body,
@@ -121,7 +126,7 @@ async fn authorize(
     let needs_key = is_order && route.access.needs_key();
     let id = needs_key.then(|| RequestId::read(&who.name, &parts.headers)).transpose()?;
     let body = if is_order { read_body(site, route, body).await? } else { Value::Null };
-    Ok(AuthorizedRequest { who, caller: caller.clone(), target, body, id, trace })
+    Ok(AuthorizedRequest { who, caller: caller.clone(), begun, target, body, id, trace })
 }
 
 async fn read_body(site: &Site, route: Route, body: Body) -> Result<Value, Problem> {
@@ -142,7 +147,17 @@ async fn read_body(site: &Site, route: Route, body: Body) -> Result<Value, Probl
         (true, Some(_)) if !route.body_is_optional => Err(bad_request("a body is needed".to_owned())),
         (true, _) => Ok(Value::Null),
         (false, _) => {
-            serde_json::from_slice(&bytes).map_err(|error| bad_request(format!("the body is not JSON: {error}")))
+            let body = serde_json::from_slice(&bytes)
+                .map_err(|error| bad_request(format!("the body is not JSON: {error}")))?;
+            // A mission is a file of many lines; whoever reads it checks the names in it.
+            let is_file = route.body == Some(v1::MissionText::NAME);
+            match unprintable::member(&body).filter(|_| !is_file) {
+                Some(pointer) => {
+                    let detail = "the body is invalid: names and texts may not have control characters".to_owned();
+                    Err(bad_request(detail).with(|it| it.member = Some(pointer)))
+                }
+                None => Ok(body),
+            }
         }
     }
 }

@@ -16,7 +16,7 @@ use kittiwake_proto::v1;
 use prost::Name;
 use tokio::sync::watch;
 
-use crate::access::Tokens;
+use crate::access::CurrentTokens;
 use crate::audit::Audit;
 use crate::config::Config;
 use crate::fleet::Snapshot;
@@ -30,6 +30,7 @@ use crate::http::problem::Problem;
 use crate::http::readiness::readiness;
 use crate::http::routes::{Access, READERS, Reply, Route, Routes};
 use crate::http::site::Site;
+use crate::http::standstill::Standstill;
 use crate::http::status::StatusCache;
 use crate::journal::{Cursor, Journals};
 use crate::orders::OrderSender;
@@ -58,9 +59,11 @@ mod record;
 pub(crate) mod routes;
 pub(crate) mod session;
 pub(crate) mod site;
+pub(crate) mod standstill;
 mod status;
 mod target;
 mod trace;
+mod unprintable;
 
 /// What the gateway's loop shares with the HTTP half.
 #[derive(Debug, Clone)]
@@ -71,12 +74,13 @@ pub struct Api {
     pub(crate) ages: Ages,
     pub(crate) snapshot: watch::Receiver<Arc<Snapshot>>,
     pub(crate) journals: watch::Receiver<Journals>,
-    pub(crate) tokens: Arc<Tokens>,
+    pub(crate) tokens: Arc<CurrentTokens>,
     pub(crate) audit: Arc<Audit>,
     pub(crate) authorities: Arc<CommandAuthorities>,
     pub(crate) orders: OrderSender,
     pub(crate) recordings: Recordings,
     pub(crate) statuses: Arc<StatusCache>,
+    pub(crate) standstill: Standstill,
 }
 
 /// Every route; event streams end when the sender of `closing` is dropped.
@@ -162,7 +166,8 @@ async fn healthz(State(site): State<Site>) -> Answer {
             let recordings = site.api.recordings.state().to_owned();
             let audit = site.api.audit.state().to_owned();
             let memory = health::memory_problems(&site.snapshot());
-            let problems: Vec<String> = site.api.audit.problem().into_iter().chain(memory).collect();
+            let own = site.api.audit.problems().into_iter().chain(site.api.tokens.problem());
+            let problems: Vec<String> = own.chain(memory).collect();
             // Still 200: starting the gateway again would remedy nothing.
             let status = if problems.is_empty() { "ok" } else { "degraded" }.to_owned();
             Ok(document(&v1::GatewayHealth { status, recordings, audit, problems }))
@@ -201,7 +206,7 @@ async fn vehicle_events(
     let id = headers.get("last-event-id").and_then(|it| it.to_str().ok());
     let client = Client {
         vehicle: request.vehicle()?.clone(),
-        who: request.who.name.clone(),
+        who: request.who.clone(),
         cursor: id.map_or(Cursor::Start, Cursor::after),
         journals: site.api.journals.clone(),
         snapshot: site.api.snapshot.clone(),

@@ -16,6 +16,7 @@ use crate::http::idempotency::Fingerprint;
 use crate::http::problem::{Kind, Problem};
 use crate::http::routes::{Access, Route};
 use crate::http::site::Site;
+use crate::http::standstill::since_boot;
 use crate::http::trace;
 
 /// Carries out an order that its client may give, and returns the answer. What was answered before under the same key is
@@ -64,8 +65,8 @@ async fn answer(
     if let Some(traceparent) = trace::traceparent(&span) {
         authorized.trace = traceparent;
     }
-    let response = match has_command(site, route.access, &authorized) {
-        // Another answer may follow under the same key, once the client has command.
+    let response = match is_new(site, &authorized).and_then(|()| has_command(site, route.access, &authorized)) {
+        // Another answer may follow under the same key, once the client has command or asks again.
         Err(problem) => problem.into_response(),
         Ok(()) => {
             let id = authorized.id.clone();
@@ -79,6 +80,17 @@ async fn answer(
     };
     trace::answered(&span, response.status().as_u16());
     response
+}
+
+/// Whether the order was read when it arrived: one that waited while the gateway stood still is not what its client wants now.
+fn is_new(site: &Site, request: &AuthorizedRequest) -> Result<(), Problem> {
+    match site.api.standstill.may_have_waited(request.begun, since_boot()) {
+        None => Ok(()),
+        Some(gap) => {
+            let detail = format!("the gateway stood still for {:.1} s; nothing was done: ask again", gap.as_secs_f64());
+            Err(Problem::unavailable(detail))
+        }
+    }
 }
 
 /// Whether the client has command of the vehicle, where the route needs that. The refusal says who has it, so that a

@@ -4,7 +4,9 @@
 use std::collections::BTreeMap;
 
 use axum::extract::{FromRequestParts, Path};
+use axum::http::StatusCode;
 use axum::http::request::Parts;
+use domain::control_character::is_control;
 use node::VehicleId;
 
 use crate::audit::refusals::cut;
@@ -35,7 +37,7 @@ impl Target {
     /// Reads the target of a request that `route` matches.
     ///
     /// # Errors
-    /// When the path does not decode, or names a vehicle that was never seen.
+    /// When the path does not decode, has control characters, or names a vehicle that was never seen.
     pub(crate) async fn read(route: &Route, parts: &mut Parts, snapshot: &Snapshot) -> Result<Target, Problem> {
         let read = Path::<BTreeMap<String, String>>::from_request_parts(parts, &()).await;
         let Path(parameters) = read.map_err(|rejection| Problem::new(rejection.status(), rejection.body_text()))?;
@@ -44,6 +46,10 @@ impl Target {
             known.map(|(id, _)| id.clone()).ok_or_else(|| Problem::no_such_vehicle(&cut(name, MAX_WHAT)))
         });
         let vehicle = vehicle.transpose()?;
+        if parameters.values().any(|it| it.contains(is_control)) {
+            let detail = "the path is invalid: names in it may not have control characters";
+            return Err(Problem::new(StatusCode::BAD_REQUEST, detail));
+        }
         let what = route.path.strip_prefix(ABOUT_VEHICLE).unwrap_or(route.path);
         let value = |part: &str| {
             let name = part.strip_prefix('{').and_then(|it| it.strip_suffix('}'));

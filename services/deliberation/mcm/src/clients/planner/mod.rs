@@ -93,6 +93,11 @@ impl Planner {
         }
     }
 
+    /// Differs from start to start of this process.
+    pub(crate) fn instance(&self) -> u64 {
+        self.instance
+    }
+
     /// Whether there is nothing to fly for want of a way, or of an answer.
     pub(crate) fn lacks_a_way(&self) -> bool {
         self.step().is_none() && self.request.lacks_a_way()

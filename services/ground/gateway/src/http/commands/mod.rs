@@ -13,6 +13,7 @@ use serde_json::Value;
 use v1::mission_request::Request as MissionCall;
 use v1::operator_command::Verb;
 
+use crate::access::utc_ms_now;
 use crate::http::answer::{Answer, document, stamped_document};
 use crate::http::guard::AuthorizedRequest;
 use crate::http::problem::Problem;
@@ -50,7 +51,17 @@ async fn hand_over(State(site): Shared, Extension(request): Authorized) -> Answe
     if to.is_empty() || 64 < to.len() {
         return Err(invalid_member("/to", "`to` needs 1 to 64 characters"));
     }
-    let offered = site.api.authorities.hand_over(request.vehicle()?, &request.who.name, &to, Instant::now());
+    let (authorities, vehicle, who, now) =
+        (&site.api.authorities, request.vehicle()?, &request.who.name, Instant::now());
+    let offered = authorities.check(vehicle, who, now).and_then(|()| {
+        if *to == **who {
+            return Err(format!("{to} has command of {vehicle}: name somebody else"));
+        }
+        if !site.api.tokens.get().let_command(&to, utc_ms_now()) {
+            return Err(format!("{to} cannot take command: no valid token has this name and the role `operator`"));
+        }
+        authorities.hand_over(vehicle, who, &to, now)
+    });
     site.command_changed(&request, offered)
 }
 

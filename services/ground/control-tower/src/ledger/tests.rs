@@ -1,0 +1,256 @@
+//! What is kept of requests and decisions, and what is forgotten.
+
+use super::*;
+use crate::persisted;
+use crate::policy::Verdict;
+use domain::time::Pace;
+use std::time::Duration;
+
+fn ask(ledger: &mut Ledger, id: &str, area: &str) -> Result<(), Refusal> {
+    let request = v1::PermissionRequest { request_id: id.into(), area: area.into(), step_id: 1, plan_revision: 1 };
+    let fresh = Expiry::after(Now::default(), Duration::from_secs(900), Pace::REAL_TIME);
+    let answer = || Some(Answer { after: Duration::ZERO, verdict: Verdict::Grant });
+    let taken = ledger.request(Now::default(), &mut Numbers::default(), &request, fresh, answer);
+    ledger.settle(|_| true);
+    taken
+}
+
+/// A ledger on which things happen second by second.
+#[derive(Default)]
+struct Tower {
+    ledger: Ledger,
+    numbers: Numbers,
+    second: u64,
+}
+
+impl Tower {
+    fn now(&self) -> Now {
+        let utc_ms = 1000 * self.second as i64;
+        Now { time: Time::after(Duration::from_secs(self.second)), utc_ms }
+    }
+
+    fn until(&self, s: u64) -> Expiry {
+        Expiry::after(self.now(), Duration::from_secs(s), Pace::REAL_TIME)
+    }
+
+    /// The vehicle asks, and the policy answers at once, if at all. A second passes.
+    fn ask(&mut self, area: &str, verdict: Option<Verdict>) -> Result<(), Refusal> {
+        let (now, fresh) = (self.now(), self.until(900));
+        let request_id = format!("{area} at {}", self.second);
+        let request = v1::PermissionRequest { request_id, area: area.into(), step_id: 1, plan_revision: 1 };
+        let answer = || Some(Answer { after: Duration::ZERO, verdict: verdict? });
+        self.passes(|it| it.ledger.request(now, &mut it.numbers, &request, fresh, answer))
+    }
+
+    /// Somebody decides, and a second passes.
+    fn rule(&mut self, area: &str, ruling: Ruling) -> Result<(), Refusal> {
+        let now = self.now();
+        self.passes(|it| it.ledger.rule(now, &mut it.numbers, area, ruling, false))
+    }
+
+    fn deny(&mut self, area: &str) -> Result<(), Refusal> {
+        self.rule(area, Ruling::Deny { reason: "closed".into() })
+    }
+
+    /// For a moment, which is over when the next thing happens.
+    fn grant(&mut self, area: &str) -> Result<(), Refusal> {
+        let expiry = self.until(1);
+        self.rule(area, Ruling::Grant { expiry })
+    }
+
+    fn passes<T>(&mut self, happens: impl FnOnce(&mut Tower) -> T) -> T {
+        let happened = happens(self);
+        let (now, fresh) = (self.now(), self.until(900));
+        self.ledger.advance(now, &mut self.numbers, fresh);
+        self.second += 1;
+        happened
+    }
+
+    /// Another process goes on with what this one knew.
+    fn restarted(self) -> Tower {
+        let memory = persisted::to_memory(&"uav1".into(), &self.ledger);
+        let mut ledgers = persisted::restored(self.now(), Pace::REAL_TIME, &[memory]).unwrap();
+        Tower { ledger: ledgers.pop_first().unwrap().1, numbers: Numbers::after(self.numbers.last()), ..self }
+    }
+
+    fn state(&self, area: &str) -> Option<&Standing> {
+        self.ledger.permissions.get(area).map(|it| &it.line.standing)
+    }
+
+    fn has(&self, area: &str) -> bool {
+        self.state(area).is_some()
+    }
+}
+
+#[test]
+fn decisions_about_names_that_there_are_not_leave_room_for_the_vehicle() {
+    #[track_caller]
+    fn check(decide: fn(&mut Tower, &str) -> Result<(), Refusal>, restarts: bool, expected: Result<(), Refusal>) {
+        let mut tower = Tower::default();
+        tower.deny("closed by hand").unwrap();
+        let made_up: Vec<_> = (0..2 * MAX_AREAS).map(|n| decide(&mut tower, &format!("made up {n}"))).collect();
+        assert_eq!(made_up.last(), Some(&expected));
+        if restarts {
+            tower = tower.restarted();
+        }
+        let last = tower.numbers.last();
+        for n in 0..MAX_UNASKED {
+            assert_eq!(tower.ask(&format!("area {n}"), Some(Verdict::Grant)), Ok(()), "area {n}");
+            assert!(matches!(tower.state(&format!("area {n}")), Some(Standing::Granted { .. })), "area {n}");
+        }
+        assert!(last < tower.ledger.permissions["area 0"].line.decision, "numbers go on");
+        assert!(tower.ledger.permissions.len() <= MAX_AREAS);
+        assert!(matches!(tower.state("closed by hand"), Some(Standing::Denied { by: By::Operator, .. })));
+        assert_eq!(tower.deny("area 0"), Ok(()), "what the vehicle has asked for can be decided about");
+    }
+    for restarts in [false, true] {
+        check(Tower::grant, restarts, Ok(()));
+        check(Tower::deny, restarts, Err(Refusal::TooManyUnasked));
+    }
+}
+
+#[test]
+fn what_holds_no_more_makes_room_and_nothing_else_does() {
+    #[track_caller]
+    fn check(name: &str, known: fn(&mut Tower, &str) -> Result<(), Refusal>, makes_room: bool) {
+        let mut tower = Tower::default();
+        known(&mut tower, "known").unwrap();
+        for n in 1..MAX_AREAS {
+            tower.ask(&format!("open {n}"), None).unwrap();
+        }
+        let expected = if makes_room { Ok(()) } else { Err(Refusal::TooManyAreas) };
+        assert_eq!(tower.ask("another", None), expected, "{name}");
+        assert_eq!(tower.has("known"), !makes_room, "{name}");
+    }
+    check("a request without an answer", |tower, area| tower.ask(area, None), false);
+    check("a grant", |tower, area| tower.ask(area, Some(Verdict::Grant)), false);
+    check("a denial by the policy", |tower, area| tower.ask(area, Some(Verdict::Deny { reason: "".into() })), true);
+    check("a denial by hand", Tower::deny, false);
+    check("an expired grant", Tower::grant, true);
+    check(
+        "an expired grant of an area that was denied by hand",
+        |tower, area| {
+            tower.deny(area)?;
+            tower.grant(area)
+        },
+        true,
+    );
+    check(
+        "a revocation",
+        |tower, area| {
+            tower.ask(area, Some(Verdict::Grant))?;
+            tower.rule(area, Ruling::Revoke { reason: "".into() })
+        },
+        false,
+    );
+}
+
+#[test]
+fn what_the_vehicle_never_asked_for_goes_first_and_then_what_was_decided_longest_ago() {
+    let mut tower = Tower::default();
+    for area in ["asked first", "asked second"] {
+        tower.ask(area, None).unwrap();
+        tower.grant(area).unwrap();
+    }
+    tower.grant("made up").unwrap();
+    for n in 3..MAX_AREAS {
+        tower.ask(&format!("open {n}"), None).unwrap();
+    }
+    for (n, forgotten) in ["made up", "asked first", "asked second"].into_iter().enumerate() {
+        assert!(tower.has(forgotten));
+        assert_eq!(tower.ask(&format!("another {n}"), None), Ok(()));
+        assert!(!tower.has(forgotten));
+    }
+    assert_eq!(tower.ask("one too many", None), Err(Refusal::TooManyAreas));
+}
+
+#[test]
+fn a_denial_of_an_area_that_the_vehicle_does_not_know_yet_finds_room_again_as_the_refusal_says() {
+    let mut tower = Tower::default();
+    for n in 0..MAX_UNASKED {
+        tower.deny(&format!("made up {n}")).unwrap();
+    }
+    assert_eq!(tower.deny("closed"), Err(Refusal::TooManyUnasked));
+    let nothing = Err(Refusal::NotGranted(NotGranted));
+    assert_eq!(tower.rule("closed", Ruling::Revoke { reason: "".into() }), nothing, "what is refused takes no room");
+    tower.grant("made up 7").unwrap();
+    assert_eq!(tower.deny("closed"), Ok(()));
+    assert!(tower.has("closed") && !tower.has("made up 7"));
+}
+
+#[test]
+fn a_repeated_request_for_what_was_forgotten_is_answered_anew() {
+    let mut ledger = Ledger::default();
+    let deny = || Some(Answer { after: Duration::ZERO, verdict: Verdict::Deny { reason: "".into() } });
+    let request =
+        |n: usize| v1::PermissionRequest { request_id: n.to_string(), area: format!("area {n}"), ..Default::default() };
+    let mut numbers = Numbers::default();
+    let fresh = Expiry::after(Now::default(), Duration::from_secs(900), Pace::REAL_TIME);
+    for n in (0..=MAX_AREAS).chain([0]) {
+        assert_eq!(ledger.request(Now::default(), &mut numbers, &request(n), fresh, deny), Ok(()));
+        ledger.advance(Now::default(), &mut numbers, fresh);
+    }
+    assert!(ledger.permissions.contains_key("area 0") && !ledger.permissions.contains_key("area 1"));
+}
+
+#[test]
+fn a_repeated_request_changes_nothing() {
+    let mut ledger = Ledger::default();
+    assert_eq!(ask(&mut ledger, "1", "a"), Ok(()));
+    assert!(ledger.take_changed());
+    assert_eq!(ask(&mut ledger, "1", "a"), Ok(()));
+    assert!(!ledger.take_changed());
+}
+
+#[test]
+fn invalid_requests_are_refused_with_the_reason() {
+    let mut ledger = Ledger::default();
+    assert_eq!(ask(&mut ledger, "", "a"), Err(Refusal::NoRequestId));
+    assert_eq!(ask(&mut ledger, "1", ""), Err(Refusal::NoArea));
+    ask(&mut ledger, "1", "a").unwrap();
+    let refusal = ask(&mut ledger, "1", "b").unwrap_err();
+    assert_eq!(refusal.to_string(), "request `1` asked for area `a` before, and asks for `b` now");
+}
+
+#[test]
+fn the_ledger_does_not_grow_without_end() {
+    let mut ledger = Ledger::default();
+    for n in 0..2 * REMEMBERED_REQUESTS {
+        let expected = if n < MAX_AREAS { Ok(()) } else { Err(Refusal::TooManyAreas) };
+        assert_eq!(ask(&mut ledger, &format!("new {n}"), &format!("area {n}")), expected);
+        assert_eq!(ask(&mut ledger, &format!("again {n}"), "area 0"), Ok(()));
+    }
+    assert_eq!(ledger.requests.len(), REMEMBERED_REQUESTS);
+}
+
+#[test]
+fn a_grant_is_not_shown_before_it_is_given_for_good_and_everything_else_at_once() {
+    let mut ledger = Ledger::default();
+    let mut numbers = Numbers::default();
+    let now = Now::default();
+    let expiry = |s| Expiry::after(now, Duration::from_secs(s), Pace::REAL_TIME);
+    let shown = |ledger: &Ledger| {
+        let lines = ledger.to_wire(now.time).into_iter();
+        lines.map(|it| (it.state().as_str_name().to_owned(), it.valid_for_s, it.decision)).collect::<Vec<_>>()
+    };
+    let mut rule = |ledger: &mut Ledger, ruling, stored: u64| {
+        ledger.rule(now, &mut numbers, "a", ruling, false).unwrap();
+        ledger.settle(|number| number <= stored);
+    };
+    rule(&mut ledger, Ruling::Grant { expiry: expiry(60) }, 0);
+    assert_eq!(shown(&ledger), []);
+    ledger.settle(|number| number <= 1);
+    assert_eq!(shown(&ledger), [("PERMISSION_STATE_GRANTED".to_owned(), 60.0, 1)]);
+    rule(&mut ledger, Ruling::Grant { expiry: expiry(90) }, 1);
+    assert_eq!(shown(&ledger), [("PERMISSION_STATE_GRANTED".to_owned(), 60.0, 1)], "the one before holds");
+    rule(&mut ledger, Ruling::Revoke { reason: String::new() }, 1);
+    assert_eq!(shown(&ledger), [("PERMISSION_STATE_REVOKED".to_owned(), 0.0, 3)]);
+}
+
+#[test]
+fn expiry_is_published_in_utc_of_the_wall_clock() {
+    let now = Now { time: Time::after(Duration::from_secs(100)), utc_ms: 1_000_000 };
+    let expiry = Expiry::after(now, Duration::from_secs(900), Pace::new(20.0).unwrap());
+    assert_eq!(expiry.at, Time::after(Duration::from_secs(1000)));
+    assert_eq!(expiry.utc_ms, 1_045_000);
+}
