@@ -1,6 +1,6 @@
 //! The audit trail of a real gateway: clients that hang up, a gateway that is killed, strangers, and hands in the files.
 
-use std::io::{Read as _, Write as _};
+use std::io::{ErrorKind, Read as _, Write as _};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -29,6 +29,15 @@ fn send(address: &str, token: &str, path: &str, key: &str) -> TcpStream {
     );
     stream.write_all(head.as_bytes()).expect("the gateway takes a request");
     stream
+}
+
+/// Waits until the gateway has heard every service of the vehicle: an order that it reads before that is refused.
+fn wait_until_ready(address: &str) {
+    wait_for("the gateway to hear the vehicle's services", || {
+        let mut stream = TcpStream::connect(address).ok()?;
+        stream.write_all(b"GET /readyz HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n").ok()?;
+        (answer(&mut stream).status == 200).then_some(())
+    });
 }
 
 /// The records in the folder's files, as far as their lines are whole.
@@ -68,11 +77,7 @@ fn every_order_that_is_obeyed_is_on_record_and_the_record_survives_kills_strange
     let system = System::up(&["--access", people.folder(), "--speed", "1"], &[]);
     let address = address(&system);
     system.wait_for("step 1 of 5");
-    // Refused in every phase, since nothing is paused: an order that ended the flight would take the rest its meaning.
-    wait_for("the gateway to know the mission manager", || {
-        let answer = answer(&mut send(&address, "sam", "uav%31/resume", "first"));
-        (answer.status != 404 && answer.status != 503).then_some(())
-    });
+    wait_until_ready(&address);
     // Each client hangs up right after sending, until an order of one of them was read before that was noticed.
     let mut keys = Vec::new();
     let whole = ["AUDIT_STAGE_ASKED uav1 pause", "AUDIT_STAGE_ENDED uav1 pause"];
@@ -133,10 +138,7 @@ fn an_order_that_waited_while_the_gateway_stood_still_is_refused_and_obeyed_when
     let system = System::up(&["--config", &config, "--access", people.folder(), "--speed", "1"], &[]);
     let address = address(&system);
     system.wait_for("step 1 of 5");
-    wait_for("the gateway to know the mission manager", || {
-        let answer = answer(&mut send(&address, "sam", "uav1/resume", "first"));
-        (answer.status != 404 && answer.status != 503).then_some(())
-    });
+    wait_until_ready(&address);
     let gateway = system.process("gateway");
     gateway.signal(Signal::SIGSTOP);
     // On a busy machine its threads run on for some milliseconds, and what is read then did not wait.
@@ -147,7 +149,8 @@ fn an_order_that_waited_while_the_gateway_stood_still_is_refused_and_obeyed_when
     });
     let mut waiting = send(&address, "sam", "uav1/pause", "waited");
     waiting.set_read_timeout(Some(Duration::from_secs(3))).expect("a limit can be set");
-    assert!(waiting.read(&mut [0]).is_err(), "nobody answers for three seconds");
+    let silence = waiting.read(&mut [0]).expect_err("nobody answers for three seconds");
+    assert_eq!(silence.kind(), ErrorKind::WouldBlock, "{silence}");
     gateway.signal(Signal::SIGCONT);
     waiting.set_read_timeout(None).expect("a limit can be removed");
     let refused = answer(&mut waiting);

@@ -12,6 +12,7 @@ use tokio::runtime::{Builder, Runtime};
 use tokio::sync::oneshot;
 
 use crate::http::Api;
+use crate::http::standstill::since_boot;
 use crate::server::serve;
 use crate::{Gateway, sockets};
 
@@ -62,6 +63,8 @@ impl GatewayProcess {
         let listener = TcpListener::bind(address).map_err(|cause| StartError::Listen { address, cause })?;
         listener.set_nonblocking(true)?;
         sockets::bound(&listener)?;
+        // From here on a client's order may wait.
+        api.standstill.tick(since_boot());
         let room = sockets::make_room(api.config.max_connections.get().into())?;
         let room = u16::try_from(room).ok().and_then(NonZeroU16::new);
         api.config.max_connections = room.ok_or_else(|| io::Error::other("it allows too few open files"))?;
@@ -128,7 +131,25 @@ fn start_disk_threads(runtime: &Runtime) {
 
 #[cfg(test)]
 mod tests {
+    use std::net::Ipv4Addr;
+
+    use domain::time::Pace;
+
     use super::*;
+    use crate::AccessControl;
+    use crate::access::Tokens;
+    use crate::audit::Audit;
+
+    const CONFIG: &str = include_str!("../tests/world/config.toml");
+
+    #[test]
+    fn an_order_that_waits_for_a_gateway_that_starts_is_known() {
+        let access = AccessControl { tokens: Tokens::default(), audit: Audit::in_memory() };
+        let gateway = Gateway::new(&toml::from_str(CONFIG).unwrap(), Pace::REAL_TIME, access, &[], || {});
+        let process = GatewayProcess::bind(gateway, (Ipv4Addr::LOCALHOST, 0).into(), None).unwrap();
+        let later = since_boot() + Duration::from_secs(10);
+        assert!(process.api.standstill.may_have_waited(later, later).is_some());
+    }
 
     #[test]
     fn no_thread_is_started_for_the_disk_after_the_start() {
