@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use control_tower::policy::Policy;
 use kittiwake_proto::v1;
-use simulation::Simulation;
+use simulation::{Memory, Simulation};
 use v1::operator_command::Verb;
 
 const LIMIT: Duration = Duration::from_secs(1200);
@@ -113,6 +113,32 @@ fn a_failsafe_of_the_autopilot_is_left_alone_until_an_operator_resumes() {
     simulation.order(resume());
     let report = simulation.fly(LIMIT).expect("a report");
     assert_eq!(report.outcome(), v1::MissionOutcome::Success, "\n{}", simulation.decision_log());
+}
+
+#[test]
+fn a_failsafe_that_begins_while_processes_are_dead_is_left_alone_by_those_who_come_back() {
+    #[track_caller]
+    fn check(dead: &[&str]) {
+        let mut simulation = at("step 4 of 5", 5);
+        for process in dead {
+            simulation.restart(process, Duration::from_millis(400), Memory::Kept);
+        }
+        simulation.inject_fault("autopilot_failsafe", &["hold", "geofence"]);
+        simulation.pass(Duration::from_secs(10));
+        let held_at = simulation.position().unwrap();
+        simulation.pass(Duration::from_secs(60));
+        assert_eq!(simulation.responder(), "autopilot_preempts", "{dead:?}\n{}", simulation.decision_log());
+        let at = simulation.position().unwrap();
+        let moved_m = (at.north_m - held_at.north_m).hypot(at.east_m - held_at.east_m);
+        assert!(moved_m < 2.0, "{dead:?}: {moved_m} m\n{}", simulation.decision_log());
+    }
+    check(&["mcm"]);
+    check(&["monitor"]);
+    check(&["skill-manager"]);
+    check(&["planner", "skill-manager"]);
+    check(&["mcm", "monitor"]);
+    check(&["mcm", "monitor", "skill-manager"]);
+    check(&["mcm", "monitor", "planner", "skill-manager"]);
 }
 
 #[test]

@@ -26,7 +26,7 @@ pub(crate) struct Request {
     pub(crate) replaces: bool,
     /// The running skill that the caller has given up in any case.
     pub(crate) gave_up: Option<SkillId>,
-    /// An operator has ordered to take the vehicle back from somebody else.
+    /// An operator has ordered to take the vehicle back from somebody else, or from the autopilot's own failsafe.
     pub(crate) takes_control: bool,
 }
 
@@ -139,7 +139,10 @@ impl Executor {
         let id = SkillId(self.ids.next(now));
         let skill = skill_for(goal, &self.config, self.pace);
         let view = self.resource.view(now);
-        let run = SkillRun::new(id, request.id.clone(), request.gave_up, skill, &view, now.time);
+        let mut run = SkillRun::new(id, request.id.clone(), request.gave_up, skill, &view, now.time);
+        if request.takes_control {
+            run.take_control();
+        }
         self.resource.enqueue(run, now);
         Ok(id)
     }

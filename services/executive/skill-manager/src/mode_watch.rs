@@ -37,7 +37,7 @@ impl ModeWatch {
         let own = skill.mode();
         let afterwards = skill.mode_afterwards().filter(|_| self.seen);
         let is_own = |mode: Option<FlightMode>| mode == Some(own) || (mode.is_some() && afterwards == mode);
-        let because = if why.is_empty() { String::new() } else { format!(": {why}") };
+        let because = because(why);
         let FlightStatus { armed, intended, actual, .. } = status;
         if is_own(actual) && is_own(intended) {
             self.seen = true;
@@ -61,6 +61,16 @@ impl ModeWatch {
             None
         }
     }
+}
+
+/// How a skill ends that would be flown in place of a failsafe of the autopilot's own.
+pub(crate) fn left_to_autopilot(status: FlightStatus, why: &str) -> Ending {
+    let reason = format!("the autopilot flies {} by a failsafe of its own{}", in_words(status.actual), because(why));
+    Ending::because(SkillOutcome::Preempted, reason)
+}
+
+fn because(why: &str) -> String {
+    if why.is_empty() { String::new() } else { format!(": {why}") }
 }
 
 /// The mode as users read it.

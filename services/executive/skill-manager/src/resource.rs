@@ -263,7 +263,7 @@ impl Resource {
 
     /// Takes the candidate one command further; false if it waits for data.
     fn start(&mut self, mut candidate: SkillRun, now: Now) -> bool {
-        match candidate.start(&self.view(now), now.time, self.data_wait) {
+        match candidate.start(&self.view(now), self.vehicle.reason(), now.time, self.data_wait) {
             Start::Wait => {
                 self.slots.put(candidate);
                 return false;

@@ -10,7 +10,7 @@ use crate::catalog::{Ready, Skill};
 use crate::commands::Acknowledgement;
 use crate::fsm::{Action, Ending, Event, Processing, SkillId, SkillState};
 use crate::messages::{Feedback, SkillReport};
-use crate::mode_watch::ModeWatch;
+use crate::mode_watch::{ModeWatch, left_to_autopilot};
 use crate::vehicle::{FlightStatus, View};
 
 /// A request that was accepted, with everything known about it.
@@ -37,6 +37,8 @@ pub(crate) struct SkillRun {
     not_before: Option<Time>,
     /// When it sends its first command once more, or did.
     second_try: Option<Time>,
+    /// An operator has ordered it: it ends a failsafe of the autopilot's own.
+    takes_control: bool,
     /// Whether the vehicle still flies it.
     watch: ModeWatch,
     feedback_due: Time,
@@ -91,9 +93,15 @@ impl SkillRun {
             waits_since: None,
             not_before: None,
             second_try: None,
+            takes_control: false,
             watch: ModeWatch::new(now),
             feedback_due: now,
         }
+    }
+
+    /// It may end a failsafe of the autopilot's own.
+    pub(crate) fn take_control(&mut self) {
+        self.takes_control = true;
     }
 
     pub(crate) fn id(&self) -> SkillId {
@@ -150,15 +158,19 @@ impl SkillRun {
         }
     }
 
-    /// Its turn has come. `data_wait` is how long it may wait for data.
-    pub(crate) fn start(&mut self, view: &View, now: Time, data_wait: Duration) -> Start {
+    /// Its turn has come. `data_wait` is how long it may wait for data; `why` are the autopilot's own words about what it flies.
+    pub(crate) fn start(&mut self, view: &View, why: &str, now: Time, data_wait: Duration) -> Start {
         if self.state == SkillState::ProcessRequest(Processing::Waiting) {
             if self.second_try.is_some_and(|at| now < at) {
                 return Start::Wait;
             }
             let waited = self.waits_since.is_some_and(|since| since + data_wait <= now);
             self.not_before = None;
-            match self.skill.ready(view) {
+            let ready = match view.is_heard || self.ends_failsafe() {
+                true => self.skill.ready(view),
+                false => Ready::Await("vehicle status"),
+            };
+            match ready {
                 Ready::AlreadyTrue => return Start::Without(Event::AlreadyTrue),
                 Ready::NotBefore(at) => {
                     // Data that are missing later are waited for from then on.
@@ -175,6 +187,9 @@ impl SkillRun {
                 Ready::Await(_) | Ready::Require(_) | Ready::Refuse(_) if !waited => {
                     self.waits_since.get_or_insert(now);
                     return Start::Wait;
+                }
+                _ if let Some(status) = view.failsafe.filter(|_| !self.ends_failsafe()) => {
+                    return Start::Without(Event::Refused(left_to_autopilot(status, why)));
                 }
                 Ready::Command | Ready::Await(_) | Ready::Require(_) | Ready::Refuse(_) => {
                     self.waits_since = None;
@@ -291,6 +306,12 @@ impl SkillRun {
     pub(crate) fn take_neutral(&mut self) -> Option<Command> {
         let neutral = if self.has_only_armed() { Command::Disarm } else { Command::Loiter };
         std::mem::take(&mut self.wants_neutral).then_some(neutral)
+    }
+
+    /// Whether it may be flown in place of a failsafe of the autopilot's own: a landing where the vehicle is brings it down at once, and an
+    /// operator's order ends any. What is released is not flown.
+    fn ends_failsafe(&self) -> bool {
+        self.takes_control || matches!(self.skill.kind(), SkillKind::Land | SkillKind::Release)
     }
 
     /// Whether it has armed the vehicle, as far as is known, and has not taken off.

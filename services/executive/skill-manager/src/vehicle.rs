@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use domain::flight_state::{Evidence, FlightState, Motors, detector_limit};
-use domain::fmu::{Command, FlightMode, Gripper, LandDetected, LocalPosition, Status};
+use domain::fmu::{Command, FlightMode, Gripper, LandDetected, LocalPosition, PreEmption, Status};
 use domain::time::{Pace, Time};
 
 use crate::config::Config;
@@ -77,6 +77,7 @@ pub(crate) struct Vehicle {
     status: Option<(Time, FlightStatus)>,
     landed: Option<(Time, LandDetected)>,
     flight: FlightState,
+    pre_emption: PreEmption,
     pace: Pace,
     /// The status came after the newest command was settled.
     status_is_settled: bool,
@@ -107,6 +108,10 @@ pub(crate) struct View {
     pub(crate) vertical: Option<LocalPosition>,
     /// The status, if it is newer than the answer to the newest command.
     pub(crate) status: Option<FlightStatus>,
+    /// A status was heard since the start of this process.
+    pub(crate) is_heard: bool,
+    /// The status while one of the autopilot's own failsafes flies, for a reason of its own.
+    pub(crate) failsafe: Option<FlightStatus>,
     /// Whether the vehicle flies, by the rule that all processes share.
     pub(crate) flying: Option<bool>,
     /// It stands still on the ground, motors on or off.
@@ -133,6 +138,7 @@ impl Vehicle {
             status: None,
             landed: None,
             flight,
+            pre_emption: PreEmption::default(),
             pace,
             status_is_settled: false,
             reason: String::new(),
@@ -155,6 +161,7 @@ impl Vehicle {
     /// again: positions before and after it cannot be compared.
     pub(crate) fn reported(&mut self, status: &Status, command_in_flight: bool, now: Time) -> bool {
         let reason = &status.reason;
+        self.pre_emption.update(now, status.reported());
         let status = FlightStatus::from(status);
         let has_moved = self.status.is_some_and(|(_, before)| before.frame_epoch != status.frame_epoch);
         if has_moved {
@@ -220,10 +227,13 @@ impl Vehicle {
         let position = newer_than(self.limits.position, self.position, now);
         let status = newer_than(self.limits.status, self.status, now);
         let landed = newer_than(self.limits.landed, self.landed, now);
+        let failsafe = status.filter(|it| it.armed && it.failsafe && self.pre_emption.holds());
         View {
             motion: position.filter(|it| it.horizontal_valid && it.vertical_valid),
             vertical: position.filter(|it| it.vertical_valid && self.repetitions < POSITION_FROZEN_SAMPLES),
             status: status.filter(|_| self.status_is_settled),
+            is_heard: self.status.is_some(),
+            failsafe,
             flying: self.flight.flying(),
             stands_still: self.flight.stands_still(),
             landed_timestamp_us: landed.map_or(0, |it| it.timestamp_us),

@@ -158,8 +158,10 @@ impl Vehicle {
     /// Called once everything that arrived together was taken in, so that setpoints that waited in
     /// a queue count before they are missed.
     pub(crate) fn review(&mut self, now: Time) {
-        let cause = self.worst_cause().max(self.offboard_lost(now));
-        let other = pre_empt(self.intended, cause).or(self.others.failsafe()).filter(|_| self.arming.is_armed());
+        let pre_empted_for = |cause| pre_empt(self.intended, cause);
+        // Setpoints that are missed end no other failsafe: PX4 takes the most severe action.
+        let other = pre_empted_for(self.worst_cause()).or(self.others.failsafe());
+        let other = other.or_else(|| pre_empted_for(self.offboard_lost(now))).filter(|_| self.arming.is_armed());
         self.failsafe = other.is_some();
         self.pilot.set_mode(other.unwrap_or(self.intended), &self.estimate());
     }
@@ -187,8 +189,10 @@ impl Vehicle {
     /// Why it flies something else than was asked for, or would not arm; empty if neither is so.
     pub(crate) fn reason(&self, now: Time) -> String {
         let unfit = || self.situation(now).unfit.map(|it| it.to_string());
-        let cause = self.worst_cause().max(self.offboard_lost(now)).map(|it| it.to_string());
-        let flies = || cause.or_else(|| self.others.why().map(str::to_owned)).filter(|_| self.failsafe);
+        let in_words = |cause: Option<FailsafeCause>| cause.map(|it| it.to_string());
+        let other = || self.others.why().map(str::to_owned);
+        let missed = || in_words(self.offboard_lost(now));
+        let flies = || in_words(self.worst_cause()).or_else(other).or_else(missed).filter(|_| self.failsafe);
         let waits = || self.others.not_ready.clone().or_else(unfit);
         if self.arming.is_armed() { flies() } else { waits() }.unwrap_or_default()
     }

@@ -146,6 +146,8 @@ struct Mission {
     /// Latched: no nominal flight after it.
     over: Option<Over>,
     started: Option<Time>,
+    /// The mission's seconds by then, also where a manager before has started it.
+    started_s: Option<f64>,
     report: Option<MissionReport>,
     vehicle_name: String,
     /// The planner's epoch when it ended.

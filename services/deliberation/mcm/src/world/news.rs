@@ -89,7 +89,8 @@ impl News {
         let risen = flags.into_iter().filter(|it| !self.listed.contains(&it.name));
         self.flags.extend(risen.map(|it| news(it.name, true, it.reason, it.measured)));
         self.unlisted.retain(|name, _| !listed.contains(name));
-        let never_listed = self.unlisted.extract_if(.., |_, since| *since + limit <= now).map(|(name, _)| name);
+        let is_over = |name: &String, raised: &mut Time| *raised + limit <= now && is_judged(name);
+        let never_listed = self.unlisted.extract_if(.., is_over).map(|(name, _)| name);
         let (fallen, unjudged): (Vec<_>, Vec<_>) = self.listed.difference(&listed).cloned().partition(is_judged);
         let fallen = fallen.into_iter().chain(never_listed);
         self.flags.extend(fallen.map(|name| news(name, false, String::new(), None)));
@@ -160,6 +161,9 @@ mod tests {
         check(&[List(0, true), Start, List(100, false), List(2600, false)], &[true, false]);
         check(&[List(0, true), Start, List(100, false), List(2000, true), List(2600, false)], &[true, false]);
         check(&[List(0, true), Start, Event(50, false), List(100, false)], &[true, false]);
+        // The monitor died before it could list it.
+        check(&[Event(0, true), Start, List(100, false), List(2599, false)], &[true]);
+        check(&[Event(0, true), Start, List(100, false), List(2600, false)], &[true, false]);
     }
 
     #[test]

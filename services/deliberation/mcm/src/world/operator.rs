@@ -203,6 +203,7 @@ impl World {
             // Who takes the vehicle back must not be kept from it; the row of the frame then holds.
             self.accept_frame()?;
         }
+        let is_frame_forgotten = self.memory.own().loss.is_some() && self.is_flying();
         self.accept_loss()?;
         self.take_control_back(by);
         if self.is_paused() {
@@ -213,6 +214,11 @@ impl World {
             self.table.rows()[*row].clears == Clears::WithCondition && !holds
         };
         Ok(match self.responder().filter(|it| !is_over(it)) {
+            None if is_frame_forgotten => {
+                let unknown =
+                    "whether the local frame moved meanwhile is not known: see that the vehicle is where it is shown";
+                format!("goes on with a new plan; {unknown}")
+            }
             None => "goes on with a new plan".into(),
             Some(other) if self.over().is_some() => format!("no longer holds; {} goes on", self.what_it_does(other)),
             Some(other) if self.table.rows()[other].then != Then::Resume => {

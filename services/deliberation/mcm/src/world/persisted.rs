@@ -67,6 +67,7 @@ impl World {
             flying: self.was_flying,
             lands_by_plan: self.was_flying && (self.landed_by_plan || self.lands_by_plan()),
             frame: self.mission_frame().map(Into::into),
+            started_s: self.mission.started_s,
         }
     }
 
@@ -94,6 +95,7 @@ impl World {
         self.restore_frame(frame);
         (self.was_flying, self.landed_by_plan) = (memory.flying, memory.lands_by_plan);
         self.clock = MissionClock::of_mission_begun(memory.began_utc_ms);
+        self.mission.started_s = memory.started_s.filter(|it| it.is_finite());
         self.operator = Operator::restored(memory.started, landing_site, overriding);
         self.remembered_sites = sites;
         let why = Some(memory.unplanned_landing).filter(|it| !it.is_empty());

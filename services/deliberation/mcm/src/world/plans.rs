@@ -71,6 +71,7 @@ impl World {
             )
         {
             self.mission.started.get_or_insert(now);
+            self.mission.started_s.get_or_insert(self.clock.go_on(now.as_secs_f64()));
         }
         PlanProgress::Awaited(None)
     }

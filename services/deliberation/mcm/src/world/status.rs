@@ -81,13 +81,13 @@ impl World {
         }
         let Some(over) = self.mission.over.clone() else { return };
         self.note_ended_mission();
-        let started = self.mission.started.unwrap_or(self.now.time);
+        let now_s = self.clock.go_on(self.now.time.as_secs_f64());
         let objectives = self.planner.status().into_iter().flat_map(|it| &it.objectives);
         self.mission.report = Some(MissionReport {
             outcome: over.outcome,
             reason: over.reason,
             vehicle: self.mission.vehicle_name.clone(),
-            duration_s: (self.now.time - started).as_secs_f64(),
+            duration_s: self.mission.started_s.map_or(0.0, |it| (now_s - it).max(0.0)),
             objectives: objectives.map(objective).collect(),
         });
     }

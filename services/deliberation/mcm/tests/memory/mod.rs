@@ -79,7 +79,10 @@ fn in_the_air_it_holds_until_an_operator_resumes() {
     rig.wait(60.0);
     assert_eq!(rig.story(), "");
     let reply = rig.command(RESUME);
-    assert_eq!((reply.done, &*reply.text), (true, "goes on with a new plan"));
+    assert!(
+        reply.done && reply.text.starts_with("goes on with a new plan; whether the local frame moved"),
+        "{reply:?}"
+    );
     rig.wait(0.5);
     assert!(rig.story().starts_with("replan after 0 () []"));
 }

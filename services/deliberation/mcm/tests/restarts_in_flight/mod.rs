@@ -128,3 +128,17 @@ fn an_autopilot_that_holds_by_itself_is_left_alone_whatever_it_misses_by_then() 
     rig.wait(5.0);
     assert_eq!(rig.story(), "replan after 0 () []\nstart stop");
 }
+
+#[test]
+fn the_report_tells_the_time_of_the_whole_flight() {
+    let (mut rig, _) = under_way();
+    rig.wait(30.0);
+    let mut rig = rig.started_again();
+    assert!(rig.command(ABORT).done);
+    rig.execute();
+    rig.end_present(v1::SkillOutcome::Succeeded);
+    rig.vehicle(false, Land, (0.0, 50.0, 0.0));
+    rig.wait(1.0);
+    let report = rig.status().report.expect("the mission is over");
+    assert!((30.0..40.0).contains(&report.duration_s), "{report:?}");
+}

@@ -170,6 +170,51 @@ fn a_pre_empted_skill_ends_with_the_autopilots_own_words() {
     assert!(rig.ending(skill).is_some_and(|it| !it.flown_by_other));
 }
 
+/// It may have begun while nobody heard it: this process or its caller was just started again.
+#[test]
+fn a_failsafe_of_the_autopilots_own_is_ended_by_a_landing_and_by_an_operators_order_alone() {
+    let in_failsafe = || {
+        let mut rig = Rig::new(Autopilot::flying());
+        rig.autopilot.failsafe = Some(FlightMode::Return);
+        rig.autopilot.reason = "geofence breached";
+        rig.run(1.0);
+        rig
+    };
+    let velocity = NedVelocity::new(1.0, 0.0, 0.0);
+    for goal in [fly_to(50.0), Goal::Stop, Goal::Velocity { velocity, yaw_rate_rad_s: None, timeout_s: Some(1.0) }] {
+        let mut rig = in_failsafe();
+        let skill = rig.start(goal);
+        assert_eq!(rig.outcome(skill), Preempted, "{goal:?}");
+        assert!(rig.ending(skill).is_some_and(|it| !it.flown_by_other));
+        let reason = "the autopilot flies return by a failsafe of its own: geofence breached";
+        assert_eq!(rig.reason(skill), reason);
+        is_quiet(&mut rig);
+        let ordered = rig.take_back(goal);
+        rig.run(3.0);
+        assert_eq!(rig.autopilot.failsafe, None, "{goal:?}");
+        rig.outcome(ordered);
+    }
+    // Asked for before anything was heard.
+    let mut rig = Rig::silent(Autopilot::flying());
+    rig.autopilot.failsafe = Some(FlightMode::Return);
+    let hold = rig.start(Goal::Velocity { velocity, yaw_rate_rad_s: None, timeout_s: None });
+    assert_eq!(rig.outcome(hold), Preempted);
+    is_quiet(&mut rig);
+    let mut rig = in_failsafe();
+    let land = rig.start(Goal::Land);
+    assert_eq!(rig.outcome(land), Succeeded);
+}
+
+#[test]
+fn an_autopilot_that_only_misses_setpoints_flies_on_with_whoever_comes() {
+    let mut rig = Rig::new(Autopilot::flying());
+    rig.autopilot.intended = FlightMode::Offboard;
+    rig.run(1.0);
+    assert_eq!(rig.autopilot.failsafe, Some(FlightMode::Loiter));
+    let skill = rig.start(fly_to(50.0));
+    assert_eq!(rig.outcome(skill), Succeeded);
+}
+
 #[test]
 fn nothing_takes_off_while_the_autopilot_would_not_arm() {
     let mut rig = Rig::new(Autopilot::default());

@@ -51,6 +51,8 @@ pub(crate) struct Autopilot {
     opens: Option<Time>,
     /// The mode that is flown instead of the intended one.
     pub(crate) failsafe: Option<Mode>,
+    /// Offboard is intended, and no setpoints come.
+    misses_setpoints: bool,
     /// The mode was chosen by somebody else since the last command that sets one, or arms.
     pub(crate) other: bool,
     /// Its own words.
@@ -92,6 +94,7 @@ impl Default for Autopilot {
             gripper_stuck: false,
             opens: None,
             failsafe: None,
+            misses_setpoints: false,
             other: false,
             reason: "",
             can_arm: None,
@@ -221,6 +224,7 @@ impl Autopilot {
         if offboard_lost && self.failsafe.is_none() {
             self.failsafe = Some(Mode::Loiter);
         }
+        self.misses_setpoints = offboard_lost;
         let wanted = self.wanted_velocity(dt);
         self.velocity = if self.armed { wanted } else { NedVelocity::default() };
         self.position = Ned::new(
@@ -294,7 +298,11 @@ impl Autopilot {
                 intended_mode: self.intended as i32,
                 actual_mode: self.actual() as i32,
                 failsafe: self.failsafe.is_some(),
-                failures: Vec::new(),
+                failures: self
+                    .misses_setpoints
+                    .then_some(v1::FailureFlag::OffboardSignalLost.into())
+                    .into_iter()
+                    .collect(),
                 origin: None,
                 gripper: self.gripper as i32,
                 commanded_by_other: self.other,
