@@ -160,9 +160,21 @@ impl Project {
     /// Waits until the gateway has the mission's end, and returns its report.
     #[track_caller]
     pub fn wait_for_report(&self, vehicle: &str, token: &str) -> Value {
+        wait_for(&format!("the report of {vehicle}"), || report(&self.vehicle(vehicle, token)?))
+    }
+
+    /// The same, of a mission that an operator starts as often as it waits for that.
+    #[track_caller]
+    pub fn start_until_report(&self, vehicle: &str, token: &str) -> Value {
         wait_for(&format!("the report of {vehicle}"), || {
-            let report = self.vehicle(vehicle, token)?["report"].clone();
-            report["outcome"].is_string().then_some(report)
+            let seen = self.vehicle(vehicle, token)?;
+            if seen["operator"]["startAwaited"] == true {
+                // What is refused is ordered again: the next look shows it.
+                for order in ["command/take", "start"] {
+                    http::post(self.port, &format!("/api/v1/vehicles/{vehicle}/{order}"), token).ok()?;
+                }
+            }
+            report(&seen)
         })
     }
 
@@ -193,6 +205,11 @@ impl Project {
         let all = self.containers().into_iter().map(|(name, id)| (name, pid(&id)));
         all.filter(|(_, pid)| pid != "0").map(|(name, pid)| (name, Path::new("/proc").join(pid))).collect()
     }
+}
+
+/// The report of a vehicle's mission, if that is over.
+fn report(vehicle: &Value) -> Option<Value> {
+    Some(vehicle["report"].clone()).filter(|it| it["outcome"].is_string())
 }
 
 impl Drop for Project {
