@@ -175,16 +175,17 @@ impl System {
         self.launcher.id()
     }
 
-    /// Runs `kittiwake inject ..` against this system, until the process that it is for is seen: on a crowded machine that may take
-    /// longer than the command waits.
+    /// Runs `kittiwake inject ..` against this system, until the process that it is for is seen and answers: on a crowded machine that may
+    /// take longer than the command waits. One that was not answered in time may be injected twice.
     #[track_caller]
     pub fn inject(&self, args: &[&str]) -> Output {
         let pid = self.pid().to_string();
         let all = [&["inject"], args, &["--pid", &pid]].concat();
         wait_for("the receiver of an injection", || {
             let output = kittiwake(&all);
-            let is_seen = !String::from_utf8_lossy(&output.stderr).contains("unavailable: no ");
-            is_seen.then_some(output)
+            let said = String::from_utf8_lossy(&output.stderr);
+            let is_late = said.contains("unavailable: no ") || said.contains("unanswered: ");
+            (!is_late).then_some(output)
         })
     }
 
