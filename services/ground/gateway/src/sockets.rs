@@ -5,11 +5,14 @@ use std::net::TcpListener;
 use std::os::fd::AsFd;
 
 use nix::sys::resource::{Resource, getrlimit, setrlimit};
-use nix::sys::socket::{setsockopt, sockopt};
+use nix::sys::socket::{Backlog, listen, setsockopt, sockopt};
 
 /// Bytes that the system buffers for one client in each direction: a status event. It reserves twice this size, which counts
 /// as this process's memory in a container; its default would be megabytes for a client that does not read.
 const BUFFER: usize = 16 * 1024;
+/// Connections that wait to be accepted; the standard library has room for 128. Of more clients that come at once to a busy machine the system
+/// resets some after a minute. (Linux grants `net.core.somaxconn`, 4096, at most.)
+const WAITING: i32 = 1024;
 /// Files, and connections to the bus.
 const OTHERS: u64 = 256;
 
@@ -30,14 +33,16 @@ pub fn make_room(connections: u64) -> io::Result<u64> {
     Ok(wanted.max(soft).saturating_sub(OTHERS).min(connections))
 }
 
-/// Bounds the memory that the system holds for each client of `listener`.
+/// Bounds the memory that the system holds for each client of `listener`, and has it keep more clients waiting than usual.
 ///
 /// # Errors
-/// When the system does not take the option.
+/// When the system does not take an option.
 pub(crate) fn bound(listener: &TcpListener) -> io::Result<()> {
     // Accepted sockets inherit both.
     setsockopt(&listener.as_fd(), sockopt::SndBuf, &BUFFER)?;
-    Ok(setsockopt(&listener.as_fd(), sockopt::RcvBuf, &BUFFER)?)
+    setsockopt(&listener.as_fd(), sockopt::RcvBuf, &BUFFER)?;
+    // Once more, for the longer queue.
+    Ok(listen(listener, Backlog::new(WAITING)?)?)
 }
 
 #[cfg(test)]
