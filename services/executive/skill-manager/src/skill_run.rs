@@ -37,7 +37,7 @@ pub(crate) struct SkillRun {
     not_before: Option<Time>,
     /// When it sends its first command once more, or did.
     second_try: Option<Time>,
-    /// An operator has ordered it: it ends a failsafe of the autopilot's own.
+    /// An operator has ordered it, so it may override a failsafe of the autopilot.
     takes_control: bool,
     /// Whether the vehicle still flies it.
     watch: ModeWatch,
@@ -99,7 +99,7 @@ impl SkillRun {
         }
     }
 
-    /// It may end a failsafe of the autopilot's own.
+    /// From now on it may override a failsafe of the autopilot.
     pub(crate) fn take_control(&mut self) {
         self.takes_control = true;
     }
@@ -166,7 +166,7 @@ impl SkillRun {
             }
             let waited = self.waits_since.is_some_and(|since| since + data_wait <= now);
             self.not_before = None;
-            let ready = match view.is_heard || self.ends_failsafe() {
+            let ready = match view.is_heard || self.may_override_failsafe() {
                 true => self.skill.ready(view),
                 false => Ready::Await("vehicle status"),
             };
@@ -188,7 +188,7 @@ impl SkillRun {
                     self.waits_since.get_or_insert(now);
                     return Start::Wait;
                 }
-                _ if let Some(status) = view.failsafe.filter(|_| !self.ends_failsafe()) => {
+                _ if let Some(status) = view.failsafe.filter(|_| !self.may_override_failsafe()) => {
                     return Start::Without(Event::Refused(left_to_autopilot(status, why)));
                 }
                 Ready::Command | Ready::Await(_) | Ready::Require(_) | Ready::Refuse(_) => {
@@ -308,9 +308,9 @@ impl SkillRun {
         std::mem::take(&mut self.wants_neutral).then_some(neutral)
     }
 
-    /// Whether it may be flown in place of a failsafe of the autopilot's own: a landing where the vehicle is brings it down at once, and an
-    /// operator's order ends any. What is released is not flown.
-    fn ends_failsafe(&self) -> bool {
+    /// Whether it may start while the autopilot flies a failsafe of its own: a landing on the spot may, and anything that an operator
+    /// orders. A release does not change what is flown.
+    fn may_override_failsafe(&self) -> bool {
         self.takes_control || matches!(self.skill.kind(), SkillKind::Land | SkillKind::Release)
     }
 

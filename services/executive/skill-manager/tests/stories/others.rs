@@ -206,7 +206,7 @@ fn a_failsafe_of_the_autopilots_own_is_ended_by_a_landing_and_by_an_operators_or
 }
 
 #[test]
-fn an_autopilot_that_only_misses_setpoints_flies_on_with_whoever_comes() {
+fn an_autopilot_that_only_misses_setpoints_obeys_the_next_skill() {
     let mut rig = Rig::new(Autopilot::flying());
     rig.autopilot.intended = FlightMode::Offboard;
     rig.run(1.0);
