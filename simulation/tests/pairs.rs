@@ -23,7 +23,7 @@ const TROUBLES: [&str; 10] = [
     "landing blocked",
 ];
 /// Far longer than any way home with every try of every action.
-const LIMIT: Duration = Duration::from_secs(1500);
+const LIMIT: Duration = Duration::from_secs(900);
 
 fn happens(trouble: &str, simulation: &mut Simulation<'_>) {
     match trouble {
@@ -44,6 +44,8 @@ fn happens(trouble: &str, simulation: &mut Simulation<'_>) {
 fn check(first: &str, second: &str, gap: Duration) {
     let mut simulation = simulation(None, Policy::Grant);
     assert!(simulation.fly_until("step 4 of 5", LIMIT));
+    // A hold is ended by the battery: with a full one after twenty minutes, with this one after four.
+    simulation.inject_fault("battery", &["0.4"]);
     simulation.pass(Duration::from_secs(10));
     happens(first, &mut simulation);
     simulation.pass(gap);

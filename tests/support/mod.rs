@@ -213,6 +213,9 @@ impl System {
 
 impl Drop for System {
     fn drop(&mut self) {
+        if std::thread::panicking() {
+            eprintln!("the system of this failed story said:\n{}", self.said.text());
+        }
         // Its children end with it.
         let _ = self.launcher.kill();
         let _ = self.launcher.wait();

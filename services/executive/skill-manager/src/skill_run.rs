@@ -308,10 +308,9 @@ impl SkillRun {
         std::mem::take(&mut self.wants_neutral).then_some(neutral)
     }
 
-    /// Whether it may start while the autopilot flies a failsafe of its own: a landing on the spot may, and anything that an operator
-    /// orders. A release does not change what is flown.
+    /// Whether it may start while the autopilot flies a failsafe of its own: what an operator orders may, and what says so itself.
     fn may_override_failsafe(&self) -> bool {
-        self.takes_control || matches!(self.skill.kind(), SkillKind::Land | SkillKind::Release)
+        self.takes_control || self.skill.may_start_during_failsafe()
     }
 
     /// Whether it has armed the vehicle, as far as is known, and has not taken off.

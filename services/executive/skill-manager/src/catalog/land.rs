@@ -56,6 +56,11 @@ impl Skill for Land {
         true
     }
 
+    /// A landing on the spot is the most severe response: nothing safer is given up for it.
+    fn may_start_during_failsafe(&self) -> bool {
+        true
+    }
+
     fn execute(&mut self, now: Time) {
         self.descent.begin(now);
     }

@@ -52,6 +52,11 @@ pub(crate) trait Skill: std::fmt::Debug + Send {
         false
     }
 
+    /// Whether it may start while the autopilot flies a failsafe of its own, though no operator has ordered it.
+    fn may_start_during_failsafe(&self) -> bool {
+        false
+    }
+
     /// What is to be streamed while it executes.
     fn setpoint(&self) -> Option<Setpoint> {
         None

@@ -92,6 +92,11 @@ impl Skill for Release {
         true
     }
 
+    /// It does not change what is flown.
+    fn may_start_during_failsafe(&self) -> bool {
+        true
+    }
+
     fn execute(&mut self, now: Time) {
         self.deadline.set(now + self.limit);
     }
