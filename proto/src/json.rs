@@ -3,7 +3,9 @@
 use std::sync::LazyLock;
 
 use prost::{Message, Name};
-use prost_reflect::{DescriptorPool, DynamicMessage, MessageDescriptor, SerializeOptions};
+use prost_reflect::{DescriptorPool, DynamicMessage, FieldDescriptor, MessageDescriptor, SerializeOptions};
+
+use crate::v1;
 
 static POOL: LazyLock<DescriptorPool> = LazyLock::new(|| {
     let bytes = include_bytes!(concat!(env!("OUT_DIR"), "/descriptor.bin"));
@@ -39,13 +41,50 @@ pub fn wrong_member<M: Name>(json: &serde_json::Value) -> Option<String> {
     wrong_in(&POOL.get_message_by_name(&M::full_name())?, json)
 }
 
+/// The first coordinate in `json`, as a JSON pointer, that is not named or is no finite number: proto3 takes one that is left out for zero,
+/// and a place that nobody named is no place.
+pub fn wrong_coordinate<M: Name>(json: &serde_json::Value) -> Option<String> {
+    wrong_coordinate_in(&POOL.get_message_by_name(&M::full_name())?, json)
+}
+
+fn wrong_coordinate_in(message: &MessageDescriptor, json: &serde_json::Value) -> Option<String> {
+    let members = json.as_object()?;
+    let is_finite =
+        |it: &serde_json::Value| it.as_f64().or_else(|| it.as_str()?.parse().ok()).is_some_and(f64::is_finite);
+    if message.full_name() == v1::Ned::full_name() {
+        let is_named = |field: &FieldDescriptor| {
+            [field.json_name(), field.name()].iter().filter_map(|it| members.get(*it)).any(is_finite)
+        };
+        // Over ground: a height that is left out is that of the ground.
+        let fields = ["north_m", "east_m"].iter().filter_map(|it| message.get_field_by_name(it));
+        return fields.filter(|it| !is_named(it)).map(|it| member(it.json_name())).next();
+    }
+    members.iter().find_map(|(name, value)| {
+        let field = message.get_field_by_json_name(name).or_else(|| message.get_field_by_name(name))?;
+        let kind = field.kind();
+        let inner = kind.as_message().filter(|_| !field.is_map())?;
+        let within = match value.as_array().filter(|_| field.is_list()) {
+            Some(items) => items
+                .iter()
+                .enumerate()
+                .find_map(|(n, item)| wrong_coordinate_in(inner, item).map(|it| format!("/{n}{it}"))),
+            None => wrong_coordinate_in(inner, value),
+        };
+        Some(member(name) + &within?)
+    })
+}
+
+/// A member as a JSON pointer has it, its name escaped as in RFC 6901.
+fn member(name: &str) -> String {
+    format!("/{}", name.replace('~', "~0").replace('/', "~1"))
+}
+
 fn wrong_in(message: &MessageDescriptor, json: &serde_json::Value) -> Option<String> {
     use serde_json::{Value, json};
     let is_wrong =
         |name: &str, value: &Value| DynamicMessage::deserialize(message.clone(), json!({ name: value })).is_err();
     let (name, value) = json.as_object()?.iter().find(|(name, value)| is_wrong(name, value))?;
-    // The name as RFC 6901 escapes it.
-    let here = format!("/{}", name.replace('~', "~0").replace('/', "~1"));
+    let here = member(name);
     let field = message.get_field_by_json_name(name).or_else(|| message.get_field_by_name(name));
     let Some(field) = field.filter(|it| !it.is_map()) else { return Some(here) };
     let inner = |value: &Value| field.kind().as_message().and_then(|it| wrong_in(it, value)).unwrap_or_default();
@@ -92,7 +131,6 @@ pub(crate) fn pool() -> &'static DescriptorPool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::v1;
     use serde_json::json;
 
     #[test]
@@ -115,6 +153,27 @@ mod tests {
         assert_eq!(from_json(&to_json(&message)), Ok(message));
         let wrong = json!({ "revision": "3", "aprove": true });
         assert!(from_json::<v1::DecidePlan>(&wrong).unwrap_err().contains("aprove"));
+    }
+
+    #[test]
+    fn a_place_names_its_coordinates() {
+        let check = |position, expected: Option<&str>| {
+            let land_at = json!({ "position": position });
+            assert_eq!(wrong_coordinate::<v1::LandAt>(&land_at).as_deref(), expected, "{land_at}");
+            let insert = json!({ "index": 0, "objective": land_at });
+            let expected = expected.map(|it| format!("/objective{it}"));
+            assert_eq!(wrong_coordinate::<v1::InsertObjective>(&insert), expected, "{insert}");
+        };
+        check(json!({ "northM": 0, "eastM": -1.5 }), None);
+        check(json!({ "north_m": "1.5", "east_m": 2, "downM": -10 }), None);
+        check(json!({}), Some("/position/northM"));
+        check(json!({ "northM": 1 }), Some("/position/eastM"));
+        check(json!({ "northM": null, "eastM": 1 }), Some("/position/northM"));
+        check(json!({ "northM": "NaN", "eastM": 1 }), Some("/position/northM"));
+        check(json!({ "northM": 1, "eastM": "-Infinity" }), Some("/position/eastM"));
+        let survey = json!({ "corners": [{ "northM": 1, "eastM": 1 }, { "northM": 2 }] });
+        assert_eq!(wrong_coordinate::<v1::Survey>(&survey).as_deref(), Some("/corners/1/eastM"));
+        assert_eq!(wrong_coordinate::<v1::Survey>(&json!([])), None);
     }
 
     #[test]

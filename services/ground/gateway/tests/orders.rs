@@ -253,6 +253,15 @@ async fn invalid_bodies_are_refused() {
         let answer = world.send("POST", &land_at, "safety", "k", body).await;
         assert_eq!(answer.status.as_u16(), status, "{}", answer.text);
     }
+    // A coordinate that is not named is not zero.
+    for (body, pointer) in [
+        (r#"{"position":{}}"#, "/position/northM"),
+        (r#"{"position":{"northM":0}}"#, "/position/eastM"),
+        (r#"{"position":{"northM":"NaN","eastM":1}}"#, "/position/northM"),
+    ] {
+        let answer = world.send("POST", &land_at, "safety", "k", body).await;
+        assert!(answer.status == 400 && answer.text.contains(pointer), "{}", answer.text);
+    }
     // A body of unknown length.
     let chunks = (0..100).map(|_| Ok::<_, std::io::Error>("x".repeat(1000)));
     let request = Request::post(&land_at).header("authorization", "Bearer safety-token").header("idempotency-key", "k");

@@ -5,7 +5,7 @@
 use std::time::Instant;
 
 use axum::http::StatusCode;
-use kittiwake_proto::json::{from_json, wrong_member};
+use kittiwake_proto::json::{from_json, wrong_coordinate, wrong_member};
 use kittiwake_proto::topics::{Request, Response as Reply};
 use kittiwake_proto::v1;
 use node::CallError;
@@ -121,7 +121,11 @@ fn wire_id(request: &AuthorizedRequest) -> String {
 }
 
 pub(super) fn read<M: prost::Message + prost::Name + Default>(body: &Value) -> Result<M, Problem> {
-    from_json(body).map_err(|error| invalid_body(&error).with(|it| it.member = wrong_member::<M>(body)))
+    let read = from_json(body).map_err(|error| invalid_body(&error).with(|it| it.member = wrong_member::<M>(body)))?;
+    match wrong_coordinate::<M>(body) {
+        Some(pointer) => Err(invalid_member(&pointer, &format!("{pointer} is missing, or no finite number"))),
+        None => Ok(read),
+    }
 }
 
 /// Reads a body that may be left out.
