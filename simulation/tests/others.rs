@@ -108,8 +108,6 @@ fn a_failsafe_of_the_autopilot_is_left_alone_until_an_operator_resumes() {
     assert!(simulation.fly_until("geofence", Duration::from_secs(5)), "\n{}", simulation.decision_log());
     simulation.pass(Duration::from_secs(10));
     assert_eq!(simulation.responder(), "autopilot_preempts", "\n{}", simulation.decision_log());
-    simulation.inject_fault("autopilot_failsafe", &["off"]);
-    simulation.pass(Duration::from_secs(10));
     simulation.order(resume());
     let report = simulation.fly(LIMIT).expect("a report");
     assert_eq!(report.outcome(), v1::MissionOutcome::Success, "\n{}", simulation.decision_log());
@@ -139,6 +137,68 @@ fn a_failsafe_that_begins_while_processes_are_dead_is_left_alone_by_those_who_co
     check(&["mcm", "monitor"]);
     check(&["mcm", "monitor", "skill-manager"]);
     check(&["mcm", "monitor", "planner", "skill-manager"]);
+}
+
+/// The next thing that goes wrong, or an order from before, is no reason to end it.
+#[test]
+fn a_failsafe_that_begins_while_something_else_is_answered_is_left_alone_as_long_as_it_lasts() {
+    #[track_caller]
+    fn check(before: impl Fn(&mut Simulation<'_>), after_ms: u64) {
+        let mut simulation = at("step 4 of 5", 5);
+        before(&mut simulation);
+        simulation.pass(Duration::from_millis(after_ms));
+        simulation.inject_fault("autopilot_failsafe", &["hold", "geofence"]);
+        simulation.pass(Duration::from_secs(10));
+        let held_at = simulation.position().unwrap();
+        simulation.pass(Duration::from_secs(60));
+        let at = simulation.position().unwrap();
+        let moved_m = (at.north_m - held_at.north_m).hypot(at.east_m - held_at.east_m);
+        let log = || format!("{after_ms} ms\n{}", simulation.decision_log());
+        assert!(moved_m < 2.0, "{moved_m} m, {}", log());
+        assert!(simulation.is_up("autopilot_preempts"), "{}", log());
+        assert!(!simulation.is_on_ground(), "{}", log());
+    }
+    for after_ms in [0, 20, 100, 500, 1000, 2000, 3000, 5000] {
+        check(|it| it.inject_flag("obstacle"), after_ms);
+        check(|it| it.inject_flag("wind_too_strong"), after_ms);
+        check(|it| it.order(Verb::Pause(v1::PauseMission { overrides: false })), after_ms);
+        check(|it| it.order(Verb::Return(v1::ReturnHome { overrides: false })), after_ms);
+        check(
+            |it| {
+                it.order(Verb::Pause(v1::PauseMission { overrides: false }));
+                it.pass(Duration::from_secs(10));
+                it.order(resume());
+            },
+            after_ms,
+        );
+    }
+}
+
+/// However long it lasts: what is asked for, the mission or a response, is flown once it is over.
+#[test]
+fn what_a_failsafe_interrupts_is_flown_once_it_is_over() {
+    #[track_caller]
+    fn check(before: impl Fn(&mut Simulation<'_>), lasts_s: u64, outcome: v1::MissionOutcome) {
+        let mut simulation = at("step 4 of 5", 5);
+        before(&mut simulation);
+        simulation.pass(Duration::from_secs(2));
+        simulation.inject_fault("autopilot_failsafe", &["hold", "geofence"]);
+        simulation.pass(Duration::from_secs(lasts_s));
+        simulation.inject_fault("autopilot_failsafe", &["off"]);
+        let report = simulation.fly(LIMIT).expect("a report");
+        let log = || format!("{lasts_s} s\n{}", simulation.decision_log());
+        assert_eq!(report.outcome(), outcome, "{}", log());
+        let at = simulation.position().unwrap();
+        assert!(simulation.is_on_ground() && at.north_m.hypot(at.east_m) < 5.0, "{at:?}, {}", log());
+    }
+    use v1::MissionOutcome::{Emergency, Success};
+    for lasts_s in [1, 5, 30, 120] {
+        check(|_| (), lasts_s, Success);
+        check(|it| it.inject_flag("obstacle"), lasts_s, Success);
+        check(|it| it.inject_flag("wind_too_strong"), lasts_s, Emergency);
+        check(|it| it.inject_fault("battery", &["0.24"]), lasts_s, Emergency);
+        check(|it| it.order(Verb::Return(v1::ReturnHome { overrides: false })), lasts_s, Emergency);
+    }
 }
 
 #[test]

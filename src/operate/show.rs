@@ -76,7 +76,7 @@ pub fn vehicle(it: &Value) -> String {
             lines.push(vec![name.to_owned(), found]);
         }
     };
-    add("waits for", waits_for(&it["operator"]));
+    add("waits for", waits_for(it));
     add("holding", said(&mission["hold"]));
     let contingency = |it: &Value| {
         let seen = it["acknowledgedBy"].as_str().filter(|it| !it.is_empty());
@@ -179,7 +179,9 @@ fn energy(it: &Value) -> String {
     parts.join("; ")
 }
 
-fn waits_for(operator: &Value) -> String {
+fn waits_for(vehicle: &Value) -> String {
+    let operator = &vehicle["operator"];
+    let is_left_to_autopilot = each(&vehicle["contingencies"]["active"]).any(|it| it["flag"] == "autopilot_preempts");
     let approval = &operator["planApproval"];
     if operator["startAwaited"] == true {
         "the operator's start".to_owned()
@@ -192,6 +194,8 @@ fn waits_for(operator: &Value) -> String {
         )
     } else if operator["paused"] == true {
         "the operator to resume".to_owned()
+    } else if is_left_to_autopilot {
+        "the autopilot to end its own failsafe, or an operator's order".to_owned()
     } else {
         String::new()
     }

@@ -8,7 +8,7 @@ use std::time::Duration;
 use kittiwake_proto::v1;
 
 use crate::area::{Area, AreaKind};
-use crate::fmu::{FlightMode, Gripper};
+use crate::fmu::{FailsafeReason, FlightMode, Gripper};
 use crate::geometry::{Ned, NedVelocity};
 use crate::hours::WeeklyHours;
 use crate::site::{Site, SiteKind};
@@ -109,6 +109,15 @@ pub fn gripper(gripper: v1::Gripper) -> Option<Gripper> {
         v1::Gripper::Unspecified => None,
         v1::Gripper::Holding => Some(Gripper::Holding),
         v1::Gripper::Released => Some(Gripper::Released),
+    }
+}
+
+/// The reason of a failsafe in a field that may be unspecified; `None` if it is.
+pub fn failsafe_reason(reason: v1::FailsafeReason) -> Option<FailsafeReason> {
+    match reason {
+        v1::FailsafeReason::Unspecified => None,
+        v1::FailsafeReason::Setpoints => Some(FailsafeReason::Setpoints),
+        v1::FailsafeReason::Other => Some(FailsafeReason::Other),
     }
 }
 

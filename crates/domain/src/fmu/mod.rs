@@ -17,8 +17,8 @@ pub use command::{Command, CommandAck, CommandId, CommandResult, VehicleCommand}
 pub use offboard::{OffboardControl, Setpoint};
 pub use pre_emption::{PreEmption, Reported};
 pub use telemetry::{
-    Attitude, Battery, Failure, GlobalPosition, Gripper, LandDetected, LocalPosition, Status, TrafficKind,
-    TransponderReport, Wind, flown_by_other,
+    Attitude, Battery, FailsafeReason, Failure, GlobalPosition, Gripper, LandDetected, LocalPosition, Status,
+    TrafficKind, TransponderReport, Wind, flown_by_other,
 };
 
 /// A flight mode, intended or actual.

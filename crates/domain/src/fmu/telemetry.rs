@@ -38,6 +38,18 @@ pub struct Status {
     /// How much the frame shakes, as the standard deviation of the accelerometer's fast part in m/s2; `None` where it is not measured.
     /// (PX4: `accel_vibration_metric`; MAVLink: `VIBRATION`.)
     pub vibration_m_s2: Option<f64>,
+    /// Why a failsafe flies; `None` where the autopilot does not say. (PX4 keeps some failsafes until the mode is changed, though what
+    /// they were for is over: its flags do not tell.)
+    pub failsafe_reason: Option<FailsafeReason>,
+}
+
+/// Why one of the autopilot's own failsafes flies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FailsafeReason {
+    /// Offboard setpoints are missed, and nothing else.
+    Setpoints,
+    /// Another reason, whether or not setpoints are missed as well.
+    Other,
 }
 
 impl Status {
@@ -48,8 +60,9 @@ impl Status {
 
     /// What it says about who flies.
     pub fn reported(&self) -> Reported {
-        let Status { failsafe, intended, actual, .. } = *self;
-        Reported { failsafe, intended, actual, signal_lost: self.failures.contains(&Failure::OffboardSignalLost) }
+        let Status { failsafe, intended, actual, failsafe_reason: reason, .. } = *self;
+        let signal_lost = self.failures.contains(&Failure::OffboardSignalLost);
+        Reported { failsafe, intended, actual, signal_lost, reason }
     }
 }
 

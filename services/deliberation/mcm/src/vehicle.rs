@@ -9,7 +9,7 @@ use domain::geometry::{Ned, NedVelocity};
 use domain::quantity::Fraction;
 use domain::skill::{SkillEvent, SkillKind, SkillOutcome, SkillPhase};
 use domain::time::{Pace, Time};
-use domain::wire::{InvalidMessage, duration, flight_mode, gripper};
+use domain::wire::{InvalidMessage, duration, failsafe_reason, flight_mode, gripper};
 use kittiwake_proto::v1;
 
 use crate::config::Limits;
@@ -162,7 +162,9 @@ impl Vehicle {
             judge.state.frame_moved();
         }
         let signal_lost = status.failures().any(|it| it == v1::FailureFlag::OffboardSignalLost);
-        judge.pre_emption.update(now, Reported { failsafe: status.failsafe, intended, actual: mode, signal_lost });
+        let reason = failsafe_reason(status.failsafe_reason());
+        let reported = Reported { failsafe: status.failsafe, intended, actual: mode, signal_lost, reason };
+        judge.pre_emption.update(now, reported);
         let position = (age("ages.local_position_s", ages.local_position_s)?, place);
         let landed_age = age("ages.land_detected_s", ages.land_detected_s)?;
         let landed = land_detected.as_ref().map(|it| (landed_age, it.landed));

@@ -16,6 +16,7 @@ use crate::control::Control;
 use crate::fsm::{Action, Ending, Event, SkillId, SkillState};
 use crate::idle::{IdleCare, needs_loiter};
 use crate::messages::{Input, Output, SkillReport};
+use crate::mode_watch::left_to_autopilot;
 use crate::skill_run::{Aftermath, SkillRun, Start};
 use crate::slots::Slots;
 use crate::stream::SetpointStream;
@@ -80,7 +81,7 @@ impl Resource {
             // An acknowledgement may be lost on its way; what the vehicle does counts more.
             if self.vehicle.obeys(command.command) {
                 self.settled(command, &Acknowledgement::Answered(CommandResult::Accepted), now);
-            } else if !command.is_repeated() && self.is_wanted(command.purpose) {
+            } else if !command.is_repeated() && self.is_wanted(command.purpose) && self.may_send(command.purpose, now) {
                 self.vehicle.commanded(command.command, now.time);
                 self.outbox.push(Output::Command(self.commands.repeat(command, now)));
             } else {
@@ -232,7 +233,11 @@ impl Resource {
             if std::mem::take(&mut self.disarm_due) {
                 self.command(Command::Disarm, Purpose::UndoArming, now);
             } else if let Some((id, neutral)) = self.slots.take_neutral() {
-                self.command(neutral, Purpose::Cancel(id), now);
+                if self.may_send(Purpose::Cancel(id), now) {
+                    self.command(neutral, Purpose::Cancel(id), now);
+                } else {
+                    self.leave_to_autopilot(now);
+                }
             } else if let Some(candidate) = self.slots.take_candidate() {
                 if !self.start(candidate, now) {
                     return;
@@ -241,6 +246,26 @@ impl Resource {
                 return self.care_for_idle(now);
             }
         }
+    }
+
+    /// Whether a command may be sent for this purpose: while the autopilot flies a failsafe of its own, only those of a skill that may
+    /// override it, and one that disarms on the ground. To cancel what was flown is no reason to end a failsafe.
+    fn may_send(&self, purpose: Purpose, now: Now) -> bool {
+        let overrides = || match purpose {
+            Purpose::Start(id) => self.slots.candidate().is_some_and(|it| it.id() == id && it.may_override_failsafe()),
+            Purpose::UndoArming => true,
+            Purpose::Cancel(_) | Purpose::Idle | Purpose::Abandoned => false,
+        };
+        self.view(now).failsafe.is_none() || overrides()
+    }
+
+    /// The registered skill, which is being cancelled, ends without a command: the autopilot flies a failsafe of its own. One that cannot
+    /// be undone goes on to its own end.
+    fn leave_to_autopilot(&mut self, now: Now) {
+        let failsafe =
+            self.view(now).failsafe.filter(|_| !self.slots.registered().is_some_and(SkillRun::goes_on_when_cancelled));
+        let ending = failsafe.map(|status| left_to_autopilot(status, self.vehicle.reason()));
+        self.end_registered(ending, now);
     }
 
     fn command(&mut self, command: Command, purpose: Purpose, now: Now) {

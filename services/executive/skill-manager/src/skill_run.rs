@@ -188,8 +188,8 @@ impl SkillRun {
                     self.waits_since.get_or_insert(now);
                     return Start::Wait;
                 }
-                _ if let Some(status) = view.failsafe.filter(|_| !self.may_override_failsafe()) => {
-                    return Start::Without(Event::Refused(left_to_autopilot(status, why)));
+                _ if let Some(ending) = self.is_left_to_autopilot(view, why) => {
+                    return Start::Without(Event::Refused(ending));
                 }
                 Ready::Command | Ready::Await(_) | Ready::Require(_) | Ready::Refuse(_) => {
                     self.waits_since = None;
@@ -197,10 +197,17 @@ impl SkillRun {
                 }
             }
         }
-        match self.skill.command(self.accepted) {
-            Some(command) => Start::Command(command),
-            None => Start::Without(Event::Accepted),
+        match (self.skill.command(self.accepted), self.is_left_to_autopilot(view, why)) {
+            (Some(_), Some(ending)) => Start::Without(Event::Refused(ending)),
+            (Some(command), None) => Start::Command(command),
+            (None, _) => Start::Without(Event::Accepted),
         }
+    }
+
+    /// How it ends instead of being commanded, if the autopilot flies a failsafe of its own that it may not override.
+    fn is_left_to_autopilot(&self, view: &View, why: &str) -> Option<Ending> {
+        let status = view.failsafe.filter(|_| !self.may_override_failsafe())?;
+        Some(left_to_autopilot(status, why))
     }
 
     /// When it gives up waiting for data, may be commanded, or sends its first command once more.
@@ -309,7 +316,7 @@ impl SkillRun {
     }
 
     /// Whether it may start while the autopilot flies a failsafe of its own: what an operator orders may, and what says so itself.
-    fn may_override_failsafe(&self) -> bool {
+    pub(crate) fn may_override_failsafe(&self) -> bool {
         self.takes_control || self.skill.may_start_during_failsafe()
     }
 
@@ -324,7 +331,7 @@ impl SkillRun {
         match outcome {
             SkillOutcome::Aborted => Aftermath::Replaced,
             // Setpoints would silently take back what the autopilot has taken over.
-            SkillOutcome::Preempted => Aftermath::Released,
+            SkillOutcome::Preempted if self.flown => Aftermath::Released,
             SkillOutcome::Cancelled if self.flown => Aftermath::Released,
             // It has left the vehicle in loiter.
             SkillOutcome::Succeeded if self.skill.mode() == FlightMode::Loiter => Aftermath::Released,

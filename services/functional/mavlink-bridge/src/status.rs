@@ -107,6 +107,7 @@ impl Flown {
             can_arm: if problem.is_some() || vehicle.origin.is_none() { Some(false) } else { can_arm },
             frame_epoch: self.epoch.number(),
             vibration_m_s2: telemetry::vibration_m_s2(vehicle, personality.as_ref(), now),
+            failsafe_reason: None,
         }
     }
 

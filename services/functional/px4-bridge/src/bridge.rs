@@ -260,6 +260,7 @@ impl Bridge {
             can_arm,
             frame_epoch: self.frame.epoch(),
             vibration_m_s2: None,
+            failsafe_reason: None,
         };
         out.effects.push(Effect::publish(v1::VehicleStatus::from(status)));
     }

@@ -65,7 +65,7 @@ pub(crate) fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
         }
         Fault::LinkLoss(seconds) => {
             vehicle.link_lost_until = now + Duration::from_secs_f64(seconds);
-            format!("the ground link is lost for {seconds} s")
+            format!("the autopilot reports its own ground link as lost for {seconds} s; the link to the gateway stays")
         }
         Fault::BlockedLanding(on) => {
             vehicle.site_blocked = on;

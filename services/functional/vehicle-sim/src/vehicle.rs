@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 
-use domain::fmu::{Command, Failure};
+use domain::fmu::{Command, FailsafeReason, Failure};
 use domain::time::{Pace, Time};
 use nalgebra::Vector3;
 
@@ -158,10 +158,9 @@ impl Vehicle {
     /// Called once everything that arrived together was taken in, so that setpoints that waited in
     /// a queue count before they are missed.
     pub(crate) fn review(&mut self, now: Time) {
-        let pre_empted_for = |cause| pre_empt(self.intended, cause);
         // Setpoints that are missed end no other failsafe: PX4 takes the most severe action.
-        let other = pre_empted_for(self.worst_cause()).or(self.others.failsafe());
-        let other = other.or_else(|| pre_empted_for(self.offboard_lost(now))).filter(|_| self.arming.is_armed());
+        let misses = || pre_empt(self.intended, self.offboard_lost(now));
+        let other = self.failsafe_of_its_own().or_else(misses).filter(|_| self.arming.is_armed());
         self.failsafe = other.is_some();
         self.pilot.set_mode(other.unwrap_or(self.intended), &self.estimate());
     }
@@ -195,6 +194,17 @@ impl Vehicle {
         let flies = || in_words(self.worst_cause()).or_else(other).or_else(missed).filter(|_| self.failsafe);
         let waits = || self.others.not_ready.clone().or_else(unfit);
         if self.arming.is_armed() { flies() } else { waits() }.unwrap_or_default()
+    }
+
+    /// Why a failsafe flies, if one does.
+    pub(crate) fn failsafe_reason(&self) -> Option<FailsafeReason> {
+        let is_other = self.failsafe_of_its_own().is_some();
+        self.failsafe.then_some(if is_other { FailsafeReason::Other } else { FailsafeReason::Setpoints })
+    }
+
+    /// The mode that it flies in place of the intended one, whether or not setpoints are missed.
+    fn failsafe_of_its_own(&self) -> Option<Mode> {
+        pre_empt(self.intended, self.worst_cause()).or(self.others.failsafe())
     }
 
     /// Whether it would arm now.

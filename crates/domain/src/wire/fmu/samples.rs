@@ -5,9 +5,9 @@ use std::ops::Range;
 use proptest::prelude::*;
 
 use crate::fmu::{
-    Attitude, Battery, Command, CommandAck, CommandId, CommandResult, Failure, FlightMode, GlobalPosition, Gripper,
-    LandDetected, LocalPosition, OffboardControl, Setpoint, Status, TrafficKind, TransponderReport, VehicleCommand,
-    Wind,
+    Attitude, Battery, Command, CommandAck, CommandId, CommandResult, FailsafeReason, Failure, FlightMode,
+    GlobalPosition, Gripper, LandDetected, LocalPosition, OffboardControl, Setpoint, Status, TrafficKind,
+    TransponderReport, VehicleCommand, Wind,
 };
 use crate::geometry::{Ned, NedVelocity};
 
@@ -71,10 +71,12 @@ pub(super) fn status() -> impl Strategy<Value = Status> {
     let gripper = prop::option::of(prop::sample::select(vec![Gripper::Holding, Gripper::Released]));
     let known = (any::<bool>(), mode(), mode(), any::<bool>(), prop::collection::vec(failure, 0..4), origin, gripper);
     let told = (any::<bool>(), "[a-z ]{0,8}", any::<Option<bool>>(), any::<u64>(), prop::option::of(0.0..100.0));
-    (known, told).prop_map(
+    let reason = prop::option::of(prop::sample::select(vec![FailsafeReason::Setpoints, FailsafeReason::Other]));
+    (known, told, reason).prop_map(
         |(
             (armed, intended, actual, failsafe, failures, origin, gripper),
             (commanded_by_other, reason, can_arm, frame_epoch, vibration_m_s2),
+            failsafe_reason,
         )| Status {
             armed,
             intended,
@@ -88,6 +90,7 @@ pub(super) fn status() -> impl Strategy<Value = Status> {
             can_arm,
             frame_epoch,
             vibration_m_s2,
+            failsafe_reason,
         },
     )
 }

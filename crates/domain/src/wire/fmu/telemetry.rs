@@ -5,11 +5,11 @@ use std::ops::RangeInclusive;
 use kittiwake_proto::v1;
 
 use crate::fmu::{
-    Attitude, Battery, Failure, FlightMode, GlobalPosition, Gripper, LandDetected, LocalPosition, Status, TrafficKind,
-    TransponderReport, Wind,
+    Attitude, Battery, FailsafeReason, Failure, FlightMode, GlobalPosition, Gripper, LandDetected, LocalPosition,
+    Status, TrafficKind, TransponderReport, Wind,
 };
 use crate::geodesy::Origin;
-use crate::wire::{InvalidMessage, finite, flight_mode, gripper, out_of_range};
+use crate::wire::{InvalidMessage, failsafe_reason, finite, flight_mode, gripper, out_of_range};
 
 impl From<Status> for v1::VehicleStatus {
     fn from(status: Status) -> v1::VehicleStatus {
@@ -27,6 +27,7 @@ impl From<Status> for v1::VehicleStatus {
             can_arm: status.can_arm,
             frame_epoch: status.frame_epoch,
             vibration_m_s2: status.vibration_m_s2,
+            failsafe_reason: status.failsafe_reason.map_or(v1::FailsafeReason::Unspecified, Into::into) as i32,
         }
     }
 }
@@ -44,11 +45,21 @@ impl From<v1::VehicleStatus> for Status {
             origin: message.origin.and_then(|it| Origin::try_from(it).ok()),
             gripper: gripper(message.gripper()),
             commanded_by_other: message.commanded_by_other,
+            failsafe_reason: failsafe_reason(message.failsafe_reason()),
             can_arm: message.can_arm,
             frame_epoch: message.frame_epoch,
             reason: message.reason,
             // One that makes no sense is not known: it must not hide the rest of the status.
             vibration_m_s2: message.vibration_m_s2.filter(|it| it.is_finite() && 0.0 <= *it),
+        }
+    }
+}
+
+impl From<FailsafeReason> for v1::FailsafeReason {
+    fn from(reason: FailsafeReason) -> v1::FailsafeReason {
+        match reason {
+            FailsafeReason::Setpoints => v1::FailsafeReason::Setpoints,
+            FailsafeReason::Other => v1::FailsafeReason::Other,
         }
     }
 }

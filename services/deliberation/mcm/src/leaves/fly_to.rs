@@ -11,7 +11,7 @@ use domain::time::Time;
 use domain::way::{Found, MOST_LEGS};
 
 use super::skill_run::SkillRun;
-use crate::world::{Choice, ResponseWay, Stay, WayOut, WhatMayBeEntered, World};
+use crate::world::{Choice, OF_ITS_OWN, ResponseWay, Stay, WayOut, WhatMayBeEntered, World};
 
 /// The destination.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -221,6 +221,10 @@ impl FlyTo {
                 return Ok(Status::Failure);
             }
         };
+        if world.is_left_to_autopilot() && FlyTo::next_point(&way, vehicle.position, world).is_some() {
+            ports.explain(OF_ITS_OWN);
+            return Ok(Status::Failure);
+        }
         world.has_found_way();
         let destination = self.words(world, place.as_deref());
         let is_another = self.leg.as_ref().is_none_or(|leg| leg.waits.is_some() || leg.site != site);

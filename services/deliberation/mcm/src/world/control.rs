@@ -24,6 +24,9 @@ const SAME_ORIGIN_M: f64 = 1.0;
 /// Time from a command until the status shows that it was obeyed. (MAVLink: a mode is up to 1 s late in the heartbeat; ENG: three of them.)
 const OBEYS_WITHIN: Duration = Duration::from_secs(3);
 
+/// Why nothing is flown but a landing where the vehicle is.
+pub(crate) const OF_ITS_OWN: &str = "the autopilot flies a failsafe of its own";
+
 /// What is known about who flies.
 #[derive(Debug, Default)]
 pub(super) struct Control {
@@ -100,6 +103,12 @@ impl World {
     /// Whether a pilot or another ground station flies the vehicle.
     pub(crate) fn is_flown_by_other(&self) -> bool {
         self.flags.is_up(SOMEBODY_ELSE_FLIES)
+    }
+
+    /// Whether the autopilot flies a failsafe of its own, which nothing but a landing where the vehicle is, or an operator's order, may end:
+    /// the skill manager refuses everything else.
+    pub(crate) fn is_left_to_autopilot(&self) -> bool {
+        self.flags.is_up(AUTOPILOT_PREEMPTS) && self.vehicle.is_some_and(|it| it.flying)
     }
 
     /// How requests for skills are sent now.

@@ -60,6 +60,7 @@ pub(crate) use airspace::WhatMayBeEntered;
 use alternates::Alternates;
 pub(crate) use alternates::Choice;
 use control::Control;
+pub(crate) use control::OF_ITS_OWN;
 use ground::UnplannedLanding;
 use memory::Memory;
 use mission_clock::MissionClock;

@@ -10,6 +10,7 @@ use domain::mission::MissionOutcome;
 use domain::skill::Goal;
 use domain::time::Time;
 
+use super::control::OF_ITS_OWN;
 use super::operator::is_order;
 use super::{Stay, World};
 use crate::flags::age_s;
@@ -45,6 +46,8 @@ pub(super) struct ActiveResponse {
     flown: Option<Time>,
     /// Since when the action holds because there is no way that may be flown.
     waits_since: Option<Time>,
+    /// Since when its tries wait until a failsafe of the autopilot's own is over.
+    left_since: Option<Time>,
     /// Something was flown for the present try.
     has_flown: bool,
 }
@@ -162,6 +165,7 @@ impl World {
             not_before: self.now.time,
             flown: None,
             waits_since: None,
+            left_since: None,
             has_flown: false,
         });
         let phase = self.flight_phase();
@@ -261,13 +265,39 @@ impl World {
         }
         let since = *response.waits_since.get_or_insert(now);
         if since == now && !limit.is_zero() {
-            let (row, limit_s) = (response.row, limit.as_secs());
-            let text = format!("`{}` waits: {why}; holds for up to {limit_s} s", self.flags.name(row));
-            let tree = action.tree.clone();
-            let rejected = vec![Rejected { what: tree, why: why.to_owned() }];
-            let said = Said::new(CONTINGENCY, DecisionKind::ResponseWaits, text).about(row);
-            self.record(said.taking("holds", String::new()).rejecting(rejected));
+            let (row, tree) = (response.row, action.tree.clone());
+            self.say_it_waits(row, tree, why, limit);
             return true;
+        }
+        now - since < limit
+    }
+
+    fn say_it_waits(&mut self, row: usize, tree: String, why: &str, limit: Duration) {
+        let text = format!("`{}` waits: {why}; holds for up to {} s", self.flags.name(row), limit.as_secs());
+        let rejected = vec![Rejected { what: tree, why: why.to_owned() }];
+        let said = Said::new(CONTINGENCY, DecisionKind::ResponseWaits, text).about(row);
+        self.record(said.taking("holds", String::new()).rejecting(rejected));
+    }
+
+    /// Whether the next try waits because the autopilot flies a failsafe of its own, which no try may end: for as long as its action waits
+    /// for a way, in all. A try that fails at once says nothing of the action.
+    pub(crate) fn waits_for_autopilot(&mut self) -> bool {
+        let (now, is_left) = (self.now.time, self.is_left_to_autopilot());
+        let Some(response) = self.response.as_mut() else { return false };
+        if !is_left {
+            if let Some(since) = response.left_since.take() {
+                let waited_s = (now - since).as_secs();
+                self.say("contingency", format!("the autopilot's own failsafe is over after {waited_s} s"));
+            }
+            return false;
+        }
+        let row = response.row;
+        let Some(action) = self.table.rows()[row].actions.get(response.action) else { return false };
+        let limit = action.wait;
+        let (is_new, since) = (response.left_since.is_none(), *response.left_since.get_or_insert(now));
+        if is_new && !limit.is_zero() {
+            let tree = action.tree.clone();
+            self.say_it_waits(row, tree, OF_ITS_OWN, limit);
         }
         now - since < limit
     }

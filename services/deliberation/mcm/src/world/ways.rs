@@ -11,6 +11,7 @@ use domain::mission::unfit_landing_site;
 use domain::way::{self, Found, Leaving, MOST_LEGS};
 
 use super::World;
+use super::control::OF_ITS_OWN;
 use crate::journal::{Cause, Said};
 
 /// A landing where the vehicle is goes this far aside, in seconds of flight, to come down where no area forbids it. (ENG: 4 % of
@@ -109,12 +110,17 @@ impl World {
         let text = match (areas.is_empty(), flies_aside) {
             (true, true) => "no landing here: an area below is about to apply; flies aside first".to_owned(),
             (false, true) => format!("no landing here, in or over {areas}: flies aside first"),
-            (true, false) => format!("no free ground within {FREE_GROUND_LIMIT_S} s: lands where it is"),
-            (false, false) => {
-                format!("no free ground within {FREE_GROUND_LIMIT_S} s: lands where it is, in or over {areas}")
-            }
+            (true, false) => format!("{}: lands where it is", self.why_not_aside()),
+            (false, false) => format!("{}: lands where it is, in or over {areas}", self.why_not_aside()),
         };
         self.say("contingency", text);
+    }
+
+    fn why_not_aside(&self) -> String {
+        match self.is_left_to_autopilot() {
+            true => OF_ITS_OWN.to_owned(),
+            false => format!("no free ground within {FREE_GROUND_LIMIT_S} s"),
+        }
     }
 
     /// The permissions without which there is no way to `to`, if there is one with them.

@@ -205,6 +205,56 @@ fn a_failsafe_of_the_autopilots_own_is_ended_by_a_landing_and_by_an_operators_or
     assert_eq!(rig.outcome(land), Succeeded);
 }
 
+/// Loiter, by which a skill is cancelled, and a command that is sent once more would end it.
+#[test]
+fn what_is_cancelled_or_was_not_heard_when_a_failsafe_began_commands_nothing() {
+    let begins = |rig: &mut Rig, mode| {
+        rig.autopilot.failsafe = Some(mode);
+        rig.autopilot.reason = "geofence breached";
+        rig.run(0.1);
+    };
+    for mode in [FlightMode::Loiter, FlightMode::Return, FlightMode::Land] {
+        // A stop flies the mode that the failsafe may fly, too: nothing else shows that it is over.
+        let mut rig = Rig::new(Autopilot::flying());
+        rig.start(fly_to(500.0));
+        rig.run(3.0);
+        let stop = rig.start(Goal::Stop);
+        rig.run(0.2);
+        begins(&mut rig, mode);
+        // It may have ended by then.
+        let _ = rig.cancel(stop);
+        rig.outcome(stop);
+        is_quiet(&mut rig);
+        assert_eq!(rig.autopilot.failsafe, Some(mode));
+
+        let mut rig = Rig::new(Autopilot::flying());
+        rig.run(1.0).expect([Lose]);
+        let lost = rig.start(fly_to(500.0));
+        rig.run(0.1);
+        begins(&mut rig, mode);
+        rig.forget();
+        rig.outcome(lost);
+        // Nor is it a reason to loiter that the autopilot may have heard it.
+        rig.run(0.5);
+        assert_eq!(rig.autopilot.commands.len(), 0, "{mode:?}");
+        is_quiet(&mut rig);
+        assert_eq!(rig.autopilot.failsafe, Some(mode));
+    }
+}
+
+#[test]
+fn a_vehicle_that_was_armed_is_not_lifted_off_once_a_failsafe_has_begun() {
+    let mut rig = Rig::new(Autopilot::default());
+    rig.run(1.0).expect([ObeySilently]);
+    let takeoff = rig.start(Goal::Takeoff { climb_m: 10.0 });
+    rig.run(0.3);
+    assert!(rig.autopilot.armed);
+    rig.autopilot.failsafe = Some(FlightMode::Loiter);
+    assert_eq!(rig.outcome(takeoff), Preempted);
+    rig.run(1.0);
+    assert!(rig.autopilot.landed && !rig.autopilot.armed, "{:?}", rig.autopilot.commands);
+}
+
 #[test]
 fn an_autopilot_that_only_misses_setpoints_obeys_the_next_skill() {
     let mut rig = Rig::new(Autopilot::flying());

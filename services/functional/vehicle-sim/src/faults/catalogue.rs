@@ -103,7 +103,7 @@ const CATALOGUE: &[CatalogueEntry] = &[
     CatalogueEntry {
         name: "link_loss",
         arguments: "SECONDS",
-        effect: "the vehicle does not hear its ground station for SECONDS of mission time",
+        effect: "the autopilot reports for SECONDS of mission time that it does not hear its own ground station; the link to the gateway stays",
         parse: |it| Ok(Fault::LinkLoss(it.number("SECONDS", 0.0..=1e6)?)),
     },
     CatalogueEntry {
