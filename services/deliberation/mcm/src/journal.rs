@@ -85,6 +85,8 @@ impl Journal {
             add(now, Said::new(CONTINGENCY, DecisionKind::Note, text).led_to_by(Cause::Nothing));
         }
         for (at, decision) in pending.drain(..) {
+            // What a restored state has to say is said before there is a time.
+            let at = if at == Now::default() { now } else { at };
             let said = in_words(decision, flags, table);
             if said.topic != CONTINGENCY || repeats.is_said(at.time, &about(&said), &said.text) {
                 add(at, said);

@@ -45,7 +45,9 @@ impl Repeats {
         self.0.retain(|_, said| {
             let is_over = said.since + WINDOW <= now;
             if is_over && MOST < said.times {
-                counted.push(format!("{} ({} more times in {} s)", said.text, said.times - MOST, WINDOW.as_secs()));
+                let (more, window_s) = (said.times - MOST, WINDOW.as_secs());
+                let times = if more == 1 { "once more".to_owned() } else { format!("{more} more times") };
+                counted.push(format!("{} ({times} in {window_s} s)", said.text));
             }
             !is_over
         });
