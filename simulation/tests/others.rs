@@ -201,6 +201,69 @@ fn what_a_failsafe_interrupts_is_flown_once_it_is_over() {
     }
 }
 
+/// That it was interrupted is no failure of what is flown, however often that happens.
+#[test]
+fn failsafes_one_after_the_other_cost_a_response_time_and_nothing_else() {
+    #[track_caller]
+    fn check(before: impl Fn(&mut Simulation<'_>), gap_s: u64) {
+        let mut simulation = at("step 4 of 5", 10);
+        before(&mut simulation);
+        for _ in 0..5 {
+            simulation.pass(Duration::from_secs(gap_s));
+            simulation.inject_fault("autopilot_failsafe", &["hold", "geofence"]);
+            simulation.pass(Duration::from_secs(3));
+            simulation.inject_fault("autopilot_failsafe", &["off"]);
+        }
+        simulation.fly(LIMIT).expect("a report");
+        let at = simulation.position().unwrap();
+        let is_home = simulation.is_on_ground() && at.north_m.hypot(at.east_m) < 5.0;
+        assert!(is_home, "{gap_s} s: {at:?}\n{}", simulation.decision_log());
+    }
+    for gap_s in [1, 2, 4] {
+        check(|it| it.inject_flag("wind_too_strong"), gap_s);
+        check(|it| it.inject_fault("battery", &["0.24"]), gap_s);
+        check(|it| it.order(Verb::Return(v1::ReturnHome { overrides: false })), gap_s);
+    }
+}
+
+/// The reference mission with a crowd below, from 110 to 400 m to the east.
+const CROWD: &str = r#"
+    name = "crowd"
+    [[objective]]
+    name = "deliver"
+    north_m = 0.0
+    east_m = 500.0
+    height_m = 0.0
+    flying = false
+    [[area]]
+    name = "crowd"
+    kind = "no-landing"
+    corners_m = [[-60.0, 110.0], [60.0, 110.0], [60.0, 400.0], [-60.0, 400.0]]
+"#;
+
+#[test]
+fn a_landing_that_flies_aside_goes_on_aside_after_a_failsafe() {
+    let mission = crate::support::mission_file("crowd", CROWD);
+    let check = |before: fn(&mut Simulation<'_>), after_s: f64, lasts_s: f64| {
+        let mut simulation = crate::support::simulation(Some(&mission), Policy::Grant);
+        simulation.pass(Duration::from_secs(33));
+        before(&mut simulation);
+        simulation.pass(Duration::from_secs_f64(after_s));
+        simulation.inject_fault("autopilot_failsafe", &["hold", "geofence"]);
+        simulation.pass(Duration::from_secs_f64(lasts_s));
+        simulation.inject_fault("autopilot_failsafe", &["off"]);
+        simulation.fly(LIMIT).expect("a report");
+        let at = simulation.position().unwrap();
+        let is_aside = 60.0 < at.north_m.abs() || at.east_m < 110.0 || 400.0 < at.east_m;
+        let log = || format!("{after_s} s, {lasts_s} s: {at:?}\n{}", simulation.decision_log());
+        assert!(simulation.is_on_ground() && is_aside, "{}", log());
+    };
+    for (after_s, lasts_s) in [(0.2, 1.0), (1.0, 4.0), (2.0, 1.0), (3.0, 8.0), (5.0, 4.0)] {
+        check(|it| it.inject_fault("battery", &["0.09"]), after_s, lasts_s);
+        check(|it| it.order(Verb::Abort(v1::AbortMission { overrides: false })), after_s, lasts_s);
+    }
+}
+
 #[test]
 fn an_autopilot_that_returns_by_itself_is_left_alone_until_it_has_landed() {
     let mut simulation = at("step 4 of 5", 5);

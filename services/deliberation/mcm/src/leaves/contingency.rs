@@ -1,17 +1,11 @@
 //! The leaves of the contingency rows.
 
-use std::time::Duration;
-
 use behavior_tree::{BuildError, Leaf, LeafResult, NodeSpec, Ports, Status};
 use domain::contingency::Row;
 use domain::contingency::group::Group;
 
 use super::why;
 use crate::world::{Reset, World};
-
-/// While a try waits for the autopilot it is looked at again this often. (ENG: its failsafe is over when a status says so, ten times a
-/// second or more.)
-const LOOK_AGAIN: Duration = Duration::from_millis(100);
 
 /// Whether its row is the one that responds.
 pub(super) struct Responds {
@@ -76,8 +70,7 @@ impl Leaf<World> for BeginResponse {
     }
 }
 
-/// Waits until the next try of an action may begin: the first one at once, further ones after growing pauses, and none while the autopilot
-/// flies a failsafe of its own.
+/// Waits until the next try of an action may begin: the first one at once, further ones after growing pauses.
 pub(super) struct AwaitTry {
     action: usize,
 }
@@ -93,10 +86,6 @@ impl Leaf<World> for AwaitTry {
         let not_before = world.await_try(self.action);
         if world.now() < not_before {
             ports.tick_at(not_before.since_start());
-            return Ok(Status::Running);
-        }
-        if world.waits_for_autopilot() {
-            ports.tick_at((world.now() + LOOK_AGAIN).since_start());
             return Ok(Status::Running);
         }
         Ok(Status::Success)

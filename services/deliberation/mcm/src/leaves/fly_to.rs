@@ -76,6 +76,8 @@ const NO_WAY: &str = "no way there that may be flown";
 /// While there is no way it is looked for again this often, and whenever the airspace changes. (ENG: windows and
 /// permissions are seconds to minutes long.)
 const LOOK_AGAIN: Duration = Duration::from_secs(2);
+/// While it waits for the autopilot it looks again this often, and whenever something changes. (ENG: no flight is late by more.)
+const LOOK_AT_AUTOPILOT: Duration = Duration::from_millis(500);
 /// Two legs whose ends are nearer to each other than this are the same.
 const SAME_LEG_M: f64 = 1.0;
 
@@ -222,9 +224,14 @@ impl FlyTo {
             }
         };
         if world.is_left_to_autopilot() && FlyTo::next_point(&way, vehicle.position, world).is_some() {
+            if world.may_wait_for_autopilot() {
+                self.wait_for_autopilot(world, ports);
+                return Ok(Status::Running);
+            }
             ports.explain(OF_ITS_OWN);
             return Ok(Status::Failure);
         }
+        world.has_waited_for_autopilot();
         world.has_found_way();
         let destination = self.words(world, place.as_deref());
         let is_another = self.leg.as_ref().is_none_or(|leg| leg.waits.is_some() || leg.site != site);
@@ -280,6 +287,27 @@ impl FlyTo {
             Some(Leg { run, waits: Some(goal), target, speed_limit_m_s, site, is_last: false, chosen_by, look_again });
     }
 
+    /// Flies nothing until a failsafe of the autopilot's own is over.
+    fn wait_for_autopilot(&mut self, world: &mut World, ports: &mut Ports<'_>) {
+        self.halt(world, ports);
+        ports.tick_at((world.now() + LOOK_AT_AUTOPILOT).since_start());
+    }
+
+    /// Begins to fly, or to fly on; says of a landing that is not to be here whether it flies aside.
+    fn begin(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
+        let status = self.fly(world, ports)?;
+        let waits = status == Status::Running && self.leg.is_none();
+        if self.destination(world) == Destination::FreeGround
+            && status != Status::Success
+            && !waits
+            && world.position_is_missing().is_none()
+            && (status == Status::Running || world.why_land_elsewhere().is_none())
+        {
+            world.say_what_forbids_landing(status == Status::Running);
+        }
+        Ok(status)
+    }
+
     fn is_at_end(&self) -> bool {
         self.leg.as_ref().is_some_and(|leg| leg.is_last)
     }
@@ -309,15 +337,7 @@ impl Leaf<World> for FlyTo {
     fn start(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         self.leg = None;
         world.set_response_way(None);
-        let status = self.fly(world, ports)?;
-        if self.destination(world) == Destination::FreeGround
-            && status != Status::Success
-            && world.position_is_missing().is_none()
-            && (status == Status::Running || world.why_land_elsewhere().is_none())
-        {
-            world.say_what_forbids_landing(status == Status::Running);
-        }
-        Ok(status)
+        self.begin(world, ports)
     }
 
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
@@ -326,7 +346,7 @@ impl Leaf<World> for FlyTo {
             self.halt(world, ports);
             return Ok(Status::Failure);
         }
-        let Some(leg) = &self.leg else { return self.fly(world, ports) };
+        let Some(leg) = &self.leg else { return self.begin(world, ports) };
         match leg.run.poll(world, ports)? {
             // What holds the vehicle has come to rest.
             Status::Success if leg.waits.is_some() && !self.is_doubtful(world) => Ok(Status::Running),
@@ -344,6 +364,11 @@ impl Leaf<World> for FlyTo {
                     Ok(status)
                 }
             },
+            // That it was interrupted says nothing of the way.
+            Status::Failure if world.is_left_to_autopilot() && world.may_wait_for_autopilot() => {
+                self.wait_for_autopilot(world, ports);
+                Ok(Status::Running)
+            }
             Status::Failure => {
                 world.set_response_way(None);
                 Ok(Status::Failure)

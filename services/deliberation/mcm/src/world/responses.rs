@@ -46,7 +46,7 @@ pub(super) struct ActiveResponse {
     flown: Option<Time>,
     /// Since when the action holds because there is no way that may be flown.
     waits_since: Option<Time>,
-    /// Since when its tries wait until a failsafe of the autopilot's own is over.
+    /// Since when it waits until a failsafe of the autopilot's own is over.
     left_since: Option<Time>,
     /// Something was flown for the present try.
     has_flown: bool,
@@ -279,27 +279,39 @@ impl World {
         self.record(said.taking("holds", String::new()).rejecting(rejected));
     }
 
-    /// Whether the next try waits because the autopilot flies a failsafe of its own, which no try may end: for as long as its action waits
-    /// for a way, in all. A try that fails at once says nothing of the action.
-    pub(crate) fn waits_for_autopilot(&mut self) -> bool {
-        let (now, is_left) = (self.now.time, self.is_left_to_autopilot());
+    /// Whether a flight of the response, which is not begun or was interrupted, may wait until a failsafe of the autopilot's own is over: for
+    /// as long as its action waits for a way. Where the battery is so low that its row lands, only until the tower must have
+    /// answered, as for a way. What is interrupted is no try that has failed.
+    pub(crate) fn may_wait_for_autopilot(&mut self) -> bool {
+        let rows = self.table.rows();
+        let lands = |row: usize| rows[row].is_about_energy() && Severity::Land <= rows[row].severity();
+        let at_most = match self.flags.rows_up().any(lands) {
+            true => self.limits.permission_answer,
+            false => Duration::MAX,
+        };
+        let now = self.now.time;
         let Some(response) = self.response.as_mut() else { return false };
-        if !is_left {
-            if let Some(since) = response.left_since.take() {
-                let waited_s = (now - since).as_secs();
-                self.say("contingency", format!("the autopilot's own failsafe is over after {waited_s} s"));
-            }
-            return false;
-        }
         let row = response.row;
         let Some(action) = self.table.rows()[row].actions.get(response.action) else { return false };
-        let limit = action.wait;
+        let limit = action.wait.min(at_most);
         let (is_new, since) = (response.left_since.is_none(), *response.left_since.get_or_insert(now));
         if is_new && !limit.is_zero() {
             let tree = action.tree.clone();
             self.say_it_waits(row, tree, OF_ITS_OWN, limit);
         }
         now - since < limit
+    }
+
+    /// No failsafe of the autopilot is waited for any more.
+    pub(crate) fn has_waited_for_autopilot(&mut self) {
+        let since = self.response.as_mut().and_then(|it| Some((it.row, it.left_since.take()?)));
+        if let Some((row, since)) = since {
+            let (flag, waited_s) = (self.flags.name(row).clone(), (self.now.time - since).as_secs());
+            self.say(
+                "contingency",
+                format!("`{flag}` goes on after {waited_s} s: the autopilot's own failsafe is over"),
+            );
+        }
     }
 
     /// There is a way again.
