@@ -188,7 +188,7 @@ impl SkillRun {
                     self.waits_since.get_or_insert(now);
                     return Start::Wait;
                 }
-                _ if let Some(ending) = self.is_left_to_autopilot(view, why) => {
+                _ if let Some(ending) = self.left_to_autopilot(view, why) => {
                     return Start::Without(Event::Refused(ending));
                 }
                 Ready::Command | Ready::Await(_) | Ready::Require(_) | Ready::Refuse(_) => {
@@ -197,7 +197,7 @@ impl SkillRun {
                 }
             }
         }
-        match (self.skill.command(self.accepted), self.is_left_to_autopilot(view, why)) {
+        match (self.skill.command(self.accepted), self.left_to_autopilot(view, why)) {
             (Some(_), Some(ending)) => Start::Without(Event::Refused(ending)),
             (Some(command), None) => Start::Command(command),
             (None, _) => Start::Without(Event::Accepted),
@@ -205,7 +205,7 @@ impl SkillRun {
     }
 
     /// How it ends instead of being commanded, if the autopilot flies a failsafe of its own that it may not override.
-    fn is_left_to_autopilot(&self, view: &View, why: &str) -> Option<Ending> {
+    fn left_to_autopilot(&self, view: &View, why: &str) -> Option<Ending> {
         let status = view.failsafe.filter(|_| !self.may_override_failsafe())?;
         Some(left_to_autopilot(status, why))
     }
