@@ -32,6 +32,14 @@ fn is_quiet(simulation: &mut Simulation<'_>) {
     assert_eq!(simulation.breaches(), [], "\n{}", simulation.decision_log());
 }
 
+/// How far the vehicle is from here a minute later, over ground in metres.
+fn moves_in_a_minute(simulation: &mut Simulation<'_>) -> f64 {
+    let from = simulation.position().unwrap();
+    simulation.pass(Duration::from_secs(60));
+    let to = simulation.position().unwrap();
+    (to.north_m - from.north_m).hypot(to.east_m - from.east_m)
+}
+
 #[test]
 fn a_pilot_who_takes_over_in_any_phase_is_not_fought() {
     #[track_caller]
@@ -123,11 +131,8 @@ fn a_failsafe_that_begins_while_processes_are_dead_is_left_alone_by_those_who_co
         }
         simulation.inject_fault("autopilot_failsafe", &["hold", "geofence"]);
         simulation.pass(Duration::from_secs(10));
-        let held_at = simulation.position().unwrap();
-        simulation.pass(Duration::from_secs(60));
+        let moved_m = moves_in_a_minute(&mut simulation);
         assert_eq!(simulation.responder(), "autopilot_preempts", "{dead:?}\n{}", simulation.decision_log());
-        let at = simulation.position().unwrap();
-        let moved_m = (at.north_m - held_at.north_m).hypot(at.east_m - held_at.east_m);
         assert!(moved_m < 2.0, "{dead:?}: {moved_m} m\n{}", simulation.decision_log());
     }
     check(&["mcm"]);
@@ -149,10 +154,7 @@ fn a_failsafe_that_begins_while_something_else_is_answered_is_left_alone_as_long
         simulation.pass(Duration::from_millis(after_ms));
         simulation.inject_fault("autopilot_failsafe", &["hold", "geofence"]);
         simulation.pass(Duration::from_secs(10));
-        let held_at = simulation.position().unwrap();
-        simulation.pass(Duration::from_secs(60));
-        let at = simulation.position().unwrap();
-        let moved_m = (at.north_m - held_at.north_m).hypot(at.east_m - held_at.east_m);
+        let moved_m = moves_in_a_minute(&mut simulation);
         let log = || format!("{after_ms} ms\n{}", simulation.decision_log());
         assert!(moved_m < 2.0, "{moved_m} m, {}", log());
         assert!(simulation.is_up("autopilot_preempts"), "{}", log());

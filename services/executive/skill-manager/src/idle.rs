@@ -67,7 +67,7 @@ impl IdleCare {
 /// rejected at worst.
 pub(crate) fn needs_loiter(view: &View) -> bool {
     let loiters = view.status.is_some_and(|it| it.is_in(FlightMode::Loiter));
-    let autopilot_flies = view.failsafe.is_some() || view.status.is_some_and(|it| it.is_pre_empted());
+    let autopilot_flies = view.status.is_some_and(|it| it.is_pre_empted());
     !(view.at_rest_on_ground() == Some(true) || loiters || autopilot_flies)
 }
 

@@ -279,7 +279,7 @@ impl Resource {
         if !is_due || !self.slots.are_idle() {
             return;
         }
-        if needs_loiter(&self.view(now)) {
+        if needs_loiter(&self.view(now)) && self.may_send(Purpose::Idle, now) {
             self.command(Command::Loiter, Purpose::Idle, now);
         } else {
             self.release();

@@ -188,9 +188,6 @@ impl SkillRun {
                     self.waits_since.get_or_insert(now);
                     return Start::Wait;
                 }
-                _ if let Some(ending) = self.left_to_autopilot(view, why) => {
-                    return Start::Without(Event::Refused(ending));
-                }
                 Ready::Command | Ready::Await(_) | Ready::Require(_) | Ready::Refuse(_) => {
                     self.waits_since = None;
                     self.take(Event::Commanded);
