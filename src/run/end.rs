@@ -43,7 +43,8 @@ fn is_ignored(signal: i32) -> bool {
 }
 
 /// Stops on a signal and, if `with_parent`, when standard input ends: its other end is held by the
-/// launcher and by nobody else, so it ends even when the launcher is killed.
+/// launcher and by nobody else, so it ends even when the launcher is killed. One that is stopped (SIGSTOP) at that moment reads nothing: it
+/// is woken by the operating system, whoever inherits it.
 ///
 /// Every thread that the end needs is started here: a process at its limit of threads or memory gets no more of them, and must
 /// be able to end.
@@ -64,6 +65,7 @@ pub fn stop_on_end(stop: &Stop, with_parent: bool) -> std::io::Result<()> {
     });
     let on_parent = stop.clone();
     if with_parent {
+        nix::sys::prctl::set_pdeathsig(nix::sys::signal::Signal::SIGCONT)?;
         Builder::new().name("parent".into()).spawn(move || {
             let mut byte = [0];
             while std::io::stdin().read(&mut byte).is_ok_and(|it| it > 0) {}

@@ -2,8 +2,8 @@
 //!
 //! A child holds the reading end of a pipe whose other end only the launcher has, and ends when
 //! that end is closed, so no child survives the launcher. Each child has a process group of its
-//! own: Ctrl-C reaches only the launcher, which ends them in order; and a child that is frozen when
-//! the launcher dies is woken and hung up by the operating system, as orphaned groups are.
+//! own: Ctrl-C reaches only the launcher, which ends them in order. A child that is frozen when the
+//! launcher dies has asked the operating system to wake it then (`run/end.rs`).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;

@@ -13,8 +13,10 @@ use domain::geometry::Ned;
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
+use others::Others;
 
 pub mod modes;
+mod others;
 pub mod setpoints;
 pub mod true_time;
 
@@ -47,6 +49,12 @@ pub enum Breach {
         /// When.
         at: Time,
     },
+    /// A flight that the autopilot had begun by a failsafe of its own was ended by a command other than to land where the vehicle is, and
+    /// no operator had ordered that since.
+    EndedFailsafe {
+        /// When.
+        at: Time,
+    },
     /// The vehicle is in the air and nothing brings it down or anywhere.
     NoResponder {
         /// When.
@@ -64,6 +72,7 @@ impl Breach {
             | Breach::Stayed { at, .. }
             | Breach::TookOff { at }
             | Breach::Fought { at }
+            | Breach::EndedFailsafe { at }
             | Breach::NoResponder { at, .. } => *at,
         }
     }
@@ -77,6 +86,7 @@ impl Breach {
             Breach::Stayed { area, .. } => format!("it was still in area {area}"),
             Breach::TookOff { .. } => "it took off after the end or in answer to a flag".to_owned(),
             Breach::Fought { .. } => "it was commanded while somebody else flew it".to_owned(),
+            Breach::EndedFailsafe { .. } => "a failsafe of the autopilot was ended without an order".to_owned(),
             Breach::NoResponder { phase, .. } => format!("it flew and nothing responded, mission {phase:?}"),
         }
     }
@@ -104,7 +114,7 @@ pub struct Limits {
     pub without_response: Duration,
     /// In one place without a response, without a reason of the planner's and without an operator's pause: longer than the planner holds for a permission.
     pub hover: Duration,
-    /// From the status that shows it until whoever commands knows that somebody else flies, on a busy machine.
+    /// From the status that shows it until whoever commands knows that somebody else flies, or the autopilot by itself, on a busy machine.
     pub hears: Duration,
     /// Time to notice that an area must be left, on a busy machine.
     pub notice: Duration,
@@ -136,9 +146,7 @@ pub struct Witness {
     ended: bool,
     /// An operator has ordered the start of one since; it begins once the manager has no report any more.
     start_ordered: bool,
-    /// Somebody else flies since then, and no operator has ordered anything.
-    others_fly: Option<Time>,
-    is_flown_by_other: bool,
+    others: Others,
     /// A flag is answered since then.
     answering: Option<Time>,
     /// The mission is over, the vehicle flies and nothing responds, since then.
@@ -156,10 +164,6 @@ pub struct Witness {
     position: Option<Ned>,
     gripper: v1::Gripper,
     released: Vec<Ned>,
-}
-
-fn is_flown_by_other(status: &v1::VehicleStatus) -> bool {
-    domain::fmu::Status::from(status.clone()).is_flown_by_other()
 }
 
 /// How the vehicle is inside an area.
@@ -208,6 +212,8 @@ impl Witness {
     /// A message passes by at this time.
     pub fn take_in(&mut self, now: Now, message: &Message) {
         let at = now.time;
+        let commanded = self.others.take_in(at, message, self.flies(), self.limits.hears);
+        self.breaches.extend(commanded);
         match message {
             Message::PlannerStatus(it) => {
                 self.areas = it.areas.iter().cloned().filter_map(|it| it.try_into().ok()).collect();
@@ -227,15 +233,8 @@ impl Witness {
                 self.reported_airborne = !it.landed;
                 self.took_off(at);
             }
-            Message::VehicleCommand(_) | Message::TrajectorySetpoint(_) => self.commanded(at),
-            Message::DecisionRecord(it) if it.kind() == v1::DecisionKind::OrderAccepted => self.others_fly = None,
             Message::VehicleStatus(it) => {
                 self.armed = it.armed;
-                let before = self.is_flown_by_other;
-                self.is_flown_by_other = is_flown_by_other(it);
-                if self.is_flown_by_other != before {
-                    self.others_fly = self.is_flown_by_other.then_some(at);
-                }
                 self.took_off(at);
                 self.let_go(it.gripper());
             }
@@ -259,14 +258,6 @@ impl Witness {
         self.start_ordered = self.ended;
     }
 
-    /// Whoever commands has heard by now that somebody else flies.
-    fn commanded(&mut self, at: Time) {
-        if self.others_fly.is_some_and(|since| since + self.limits.hears < at) {
-            self.others_fly = None;
-            self.breaches.push(Breach::Fought { at });
-        }
-    }
-
     fn let_go(&mut self, gripper: v1::Gripper) {
         let held = std::mem::replace(&mut self.gripper, gripper) == v1::Gripper::Holding;
         if held && gripper == v1::Gripper::Released {
@@ -285,7 +276,7 @@ impl Witness {
         let answers = self.answering.is_some_and(|since| since + self.limits.under_way < at);
         // A detector that is stuck in the air, or fell silent there, says nothing about a takeoff.
         let lifts_off = !was_airborne && self.airborne && self.is_high;
-        if lifts_off && !self.is_flown_by_other && (self.ended || answers) {
+        if lifts_off && !self.others.fly() && (self.ended || answers) {
             self.breaches.push(Breach::TookOff { at });
         }
     }
@@ -318,7 +309,7 @@ impl Witness {
             let stands = match self.inside.get(&area.name) {
                 _ if permitted => Inside::Permitted,
                 // Where a pilot flies is the pilot's affair.
-                _ if self.is_flown_by_other => Inside::Reported,
+                _ if self.others.fly() => Inside::Reported,
                 None => {
                     let permission = permission.map(v1::Permission::state).unwrap_or_default();
                     self.breaches.push(Breach::Entered { at, area: area.name.clone(), permission });

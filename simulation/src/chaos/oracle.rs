@@ -97,7 +97,7 @@ pub fn judge(script: &Script, seen: &Evidence) -> Vec<Finding> {
         return findings;
     }
     // A vehicle that does not know where it is, or is blown away, does not choose where it flies.
-    let of_place = |it: &Breach| !matches!(it, Breach::NoResponder { .. } | Breach::Fought { .. });
+    let of_place = |it: &Breach| rule(it) != Rule::Response;
     for breach in seen.breaches.iter().filter(|it| script.knows_its_place() || !of_place(it)) {
         find(rule(breach), breach.at(), None, breach.what());
     }
@@ -133,7 +133,7 @@ fn rule(breach: &Breach) -> Rule {
         Breach::Entered { .. } | Breach::Stayed { .. } => Rule::Airspace,
         Breach::TookOff { .. } => Rule::Takeoff,
         // Whoever flies the vehicle responds.
-        Breach::NoResponder { .. } | Breach::Fought { .. } => Rule::Response,
+        Breach::NoResponder { .. } | Breach::Fought { .. } | Breach::EndedFailsafe { .. } => Rule::Response,
     }
 }
 
