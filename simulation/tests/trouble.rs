@@ -53,6 +53,28 @@ fn missions_that_nobody_designed_on_a_machine_with_too_much_to_do() {
     check(20, |seed| random(seed, busy(seed)));
 }
 
+#[test]
+fn nobody_ends_a_failsafe_of_the_autopilot_without_an_order_whatever_else_happens() {
+    check(20, |seed| with_failsafe(random(seed, if seed % 2 == 0 { Machine::Ideal } else { busy(seed) })));
+}
+
+/// The same flight, in which the autopilot once holds, returns or lands by itself, most often for a while.
+fn with_failsafe(script: Script) -> Script {
+    let number = |of: u64| (script.seed / of) as usize;
+    let mode = ["hold", "hold", "return", "land"][number(4) % 4];
+    let fault = |args: [&str; 2]| Trouble::Fault {
+        name: "autopilot_failsafe".into(),
+        args: args.into_iter().filter(|it| !it.is_empty()).map(str::to_owned).collect(),
+    };
+    let begins = Duration::from_secs(10 + script.seed * 37 % 290);
+    let lasts = [2, 8, 40, 200, 2000][number(1) % 5];
+    let mut troubles = script.troubles.clone();
+    troubles.push((begins, fault([mode, "geofence"])));
+    troubles.push((begins + Duration::from_secs(lasts), fault(["off", ""])));
+    troubles.sort_by_key(|(at, _)| *at);
+    script.with(troubles)
+}
+
 /// The reference mission, with these troubles.
 fn reference(seed: u64, troubles: Vec<(Duration, Trouble)>) -> Flight {
     let script = Script {

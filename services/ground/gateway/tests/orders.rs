@@ -310,6 +310,22 @@ async fn a_client_that_asks_too_often_has_to_wait_and_others_do_not() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn who_reads_too_often_can_still_order_and_not_without_end() {
+    let world = World::configured("requests_at_once = 1000.0", "requests_at_once = 5.0");
+    let order = async |number: usize| world.post(&format!("{UAV}/abort"), "safety", &format!("k{number}")).await.status;
+    for _ in 0..7 {
+        world.get(UAV, "safety").await;
+    }
+    assert_eq!(world.get(UAV, "safety").await.status, 429);
+    let mut statuses = Vec::new();
+    for number in 0..7 {
+        statuses.push(order(number).await.as_u16());
+    }
+    assert_eq!(statuses, [200, 200, 200, 200, 200, 429, 429]);
+    assert_eq!(world.heard().len(), 5);
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn the_simulator_lists_the_faults_that_can_be_injected() {
     let wind = v1::FaultKind { name: "wind".into(), arguments: "NORTH EAST [GUST]".into(), effect: "it blows".into() };
     let world = World::with(move |call, _| match call {

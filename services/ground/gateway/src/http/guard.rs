@@ -20,6 +20,7 @@ use serde_json::Value;
 use crate::access::{Identity, utc_ms_now};
 use crate::http::caller::Caller;
 use crate::http::idempotency::RequestId;
+use crate::http::limit::Budget;
 use crate::http::order;
 use crate::http::problem::{Kind, Problem};
 use crate::http::routes::{Access, Method, Route};
@@ -27,9 +28,6 @@ use crate::http::site::Site;
 use crate::http::standstill::since_boot;
 use crate::http::target::Target;
 use crate::http::unprintable;
-
-/// All requests without a valid token share one rate limit.
-const UNIDENTIFIED: &str = "";
 
 /// A request that its client may make.
 #[derive(Debug, Clone)]
@@ -67,7 +65,12 @@ pub(crate) async fn guard(site: Site, route: Route, request: Request, next: Next
     let (now, begun) = (Instant::now(), since_boot());
     let (mut parts, body) = request.into_parts();
     let (caller, who) = (Caller::of(&parts), identify(&site, &parts.headers));
-    if let Err(wait) = site.limiter.admit(who.as_ref().map_or(UNIDENTIFIED, |who| &who.name), now) {
+    let budget = match &who {
+        Err(_) => Budget::Strangers,
+        Ok(who) if route.method == Method::Get => Budget::Reads(who.name.clone()),
+        Ok(who) => Budget::Orders(who.name.clone()),
+    };
+    if let Err(wait) = site.limiter.admit(budget, now) {
         let problem = too_many(wait);
         // Only counted, so that a flood does not displace what is known of others.
         site.refused_too_many(&caller, &problem);
