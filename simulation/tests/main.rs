@@ -36,5 +36,6 @@ mod restart;
 mod rules;
 mod support;
 mod survey;
+mod touchdown;
 mod trouble;
 mod why;

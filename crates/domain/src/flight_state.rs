@@ -24,6 +24,9 @@ pub const AWAY_FROM_GROUND_M: f64 = 1.5;
 /// Nearer than this to the height at which it stood last, it may stand there again. (ENG: above the same error, and
 /// below the height at which a landing stops over something that is in the way.)
 pub const AT_GROUND_M: f64 = 1.0;
+/// A landing that is nearer than this to it touches the ground, or is about to. (ENG: what it sinks in a third of a second, at PX4's
+/// MPC_LAND_SPEED, 0.7 m/s.)
+const TOUCHES_M: f64 = 0.2;
 /// Slower than this it does not move. (ENG: half of PX4's MPC_LAND_SPEED, 0.7 m/s.)
 pub const AT_REST_M_S: f64 = 0.35;
 /// Time at rest in a landing after which it stands, by the detector's statement. (PX4: its detector takes 0.7 s.)
@@ -95,6 +98,8 @@ pub struct FlightState {
     /// The land detector has reported the air since the vehicle stood, and not the ground while it flew.
     noticed: bool,
     at_rest_since: Option<Time>,
+    /// It has stood, or a landing has touched the ground, and it has not been far above that since.
+    near_ground: bool,
     latest: Evidence,
 }
 
@@ -119,6 +124,13 @@ impl FlightState {
     /// Whether the vehicle flies; `None` while nothing shows it.
     pub fn flying(&self) -> Option<bool> {
         self.flying
+    }
+
+    /// Whether the vehicle stands or touches the ground, or has just lifted off: it has been nowhere higher than [`AT_GROUND_M`] above the
+    /// ground since it stood, or since a landing touched it. Between that and the detector's statement it may rest there, with its
+    /// motors on.
+    pub fn is_near_ground(&self) -> bool {
+        self.near_ground
     }
 
     /// Whether the land detector says the opposite; `None` while it says nothing.
@@ -151,6 +163,9 @@ impl FlightState {
         if let Some(height_m) = evidence.height_m.filter(|_| stands) {
             self.ground_m = Ground(Some(height_m));
         }
+        let is_below = |limit_m: f64| self.distance_m().is_some_and(|it| it < limit_m);
+        let comes_near = self.flying == Some(false) || (evidence.lands && is_below(TOUCHES_M));
+        self.near_ground = is_below(AT_GROUND_M) && (self.near_ground || comes_near);
     }
 
     fn judge(&self, now: Time) -> Option<bool> {

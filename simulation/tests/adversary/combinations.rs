@@ -99,15 +99,15 @@ fn a_new_grant_that_is_denied_is_asked_for_once_more_and_then_given_up() {
 }
 
 #[test]
-fn grants_that_are_always_too_short_for_the_way_home_are_given_up_on_the_ground() {
+fn where_no_grant_is_long_enough_to_fly_out_of_the_area_it_lands_again_and_waits_for_an_operator() {
     let config = config_with("adversary-always-short", &[("grant_valid_s", "100.0")]);
     // Home is far outside of an area that no grant outlasts.
     let parts = vec![ground("there", 0.0, 30.0), ground("home", 0.0, 1400.0)];
     let parts = with(parts, area("P", "permission", [-900.0, -900.0], [900.0, 1300.0], ""));
     let mut simulation = mission_with(&config, "always-short", &parts, Policy::Grant);
     let report = ends_as(&mut simulation, MissionOutcome::Failure);
-    assert!(report.reason.contains("holds for"), "{}", report.reason);
-    assert!(simulation.now() < at_s(600), "{}", brief(&simulation));
+    assert!(report.reason.contains("landed because of `area_breached`, and no operator resumed"), "{}", report.reason);
+    assert_eq!(count(&simulation, "takeoff by 10 m"), 2, "the plan's and the step's: {}", brief(&simulation));
 }
 
 #[test]

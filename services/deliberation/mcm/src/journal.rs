@@ -147,6 +147,7 @@ fn in_words(decision: Decision, flags: &Flags, table: &Contingencies) -> Said {
             let text = match waits {
                 Waits::Behind(other) => format!("`{flag}` waits behind `{}`", flags.name(other)),
                 Waits::Until(phase) => format!("`{flag}` does not count {phase}"),
+                Waits::ForTouchdown => format!("`{flag}` waits until the vehicle stands on the ground"),
             };
             said(DecisionKind::ContingencyWaits, text).about(row).led_to_by(Cause::Raised(row))
         }

@@ -23,6 +23,8 @@ pub(crate) struct Vehicle {
     pub(crate) position: Ned,
     pub(crate) velocity: NedVelocity,
     pub(crate) flying: bool,
+    /// It stands or touches the ground, or has just lifted off.
+    pub(crate) near_ground: bool,
     pub(crate) armed: bool,
     /// The actual mode; `None`: one that has no name here.
     pub(crate) mode: Option<FlightMode>,
@@ -174,6 +176,7 @@ impl Vehicle {
             position: place.position,
             velocity: place.velocity,
             flying,
+            near_ground: judge.state.is_near_ground(),
             armed: status.armed,
             mode,
             status_at: Time::after(now.since_start().saturating_sub(status_age)),

@@ -49,7 +49,8 @@ impl ModeWatch {
         }
         if !armed {
             // The mode of a landed vehicle means nothing: the land detector decides.
-            return (!skill.ends_disarmed()).then(|| Ending::because(SkillOutcome::Failed, "the vehicle was disarmed"));
+            return (!skill.ends_disarmed())
+                .then(|| Ending::because(SkillOutcome::Preempted, "the vehicle was disarmed"));
         }
         let preempted = |reason: String| Some(Ending::because(SkillOutcome::Preempted, reason));
         if !is_own(intended) {

@@ -38,6 +38,10 @@ pub(super) fn precondition(world: &mut World, ports: &mut Ports<'_>) -> Result<b
 
 pub(super) fn invariant(world: &mut World, ports: &mut Ports<'_>) -> Result<bool, LeafError> {
     let condition = ports.get::<Condition>("condition")?;
+    // Where it touches the ground it may as well stand.
+    if world.touches_down() {
+        return Ok(true);
+    }
     if let Some(unmet) = world.unmet_invariant(&condition.0) {
         ports.explain(format!("invariant not met: {unmet}"));
         return Ok(false);

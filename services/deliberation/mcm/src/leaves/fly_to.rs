@@ -52,6 +52,13 @@ struct Leg {
     look_again: Time,
 }
 
+impl Leg {
+    /// It is no leg, but a landing where the vehicle is.
+    fn lands(&self) -> bool {
+        self.waits == Some(Goal::Land)
+    }
+}
+
 /// Where to fly, and how.
 struct Chosen {
     /// The end, where that is a place to land at.
@@ -204,6 +211,9 @@ impl FlyTo {
             ports.explain(format!("lands where it is: it is not known where that is, `{flag}` is up"));
             return Ok(Status::Failure);
         }
+        if self.leg.as_ref().map_or_else(|| world.is_near_ground(), Leg::lands) {
+            return Ok(self.land_at_once(vehicle.position, world, ports));
+        }
         let Chosen { site, way, place } = match self.choose(vehicle.position, world) {
             Ok(chosen) => chosen,
             Err(NoWay::To(site, height_m)) if world.may_wait_for_way(site, height_m, NO_WAY) => {
@@ -259,6 +269,24 @@ impl FlyTo {
         let (chosen_by, look_again) = (world.what_may_be_entered(), world.next_look());
         self.leg = Some(Leg { run, waits: None, target, speed_limit_m_s, site, is_last, chosen_by, look_again });
         Ok(Status::Running)
+    }
+
+    /// So near the ground nothing is flown to but the ground: the vehicle may rest on it already, and a response lifts nothing off.
+    fn land_at_once(&mut self, here: Ned, world: &mut World, ports: &mut Ports<'_>) -> Status {
+        if world.is_left_to_autopilot() && world.may_wait_for_autopilot() {
+            self.wait_for_autopilot(world, ports);
+            return Status::Running;
+        }
+        if self.leg.is_none() {
+            world.say_it_lands_at_once();
+            let (run, waits) = (SkillRun::start(world, Goal::Land), Some(Goal::Land));
+            // Once it stands that is the end.
+            let (chosen_by, look_again) = (world.what_may_be_entered(), world.now());
+            let (target, speed_limit_m_s) = (here, world.flight_limits().speeds.cruise_m_s);
+            let (site, is_last) = (None, false);
+            self.leg = Some(Leg { run, waits, target, speed_limit_m_s, site, is_last, chosen_by, look_again });
+        }
+        Status::Running
     }
 
     /// Holds until there may be a way; out of an area in which the vehicle must not be.

@@ -36,6 +36,8 @@ pub(super) struct Control {
     words: String,
     /// When a skill was pre-empted by the autopilot: until a newer status shows otherwise it still is.
     pre_empted_at: Time,
+    /// The autopilot has last been seen, or heard, to fly by itself with its motors on.
+    flew_by_itself: bool,
     /// The local frame, and where it had its origin when positions could last be compared with those of the mission.
     frame: Option<Frame>,
     /// It is the frame of a mission that was under way before a restart; and whether it has not been compared with that of now.
@@ -90,7 +92,7 @@ impl World {
         if by_other {
             return self.somebody_else_flies(reason.to_owned());
         }
-        self.control.pre_empted_at = self.now.time;
+        (self.control.pre_empted_at, self.control.flew_by_itself) = (self.now.time, true);
         self.raise(AUTOPILOT_PREEMPTS, SELF, reason);
     }
 
@@ -149,11 +151,26 @@ impl World {
         } else if is_up && stands && self.has_settled() {
             self.leave_to_operator();
         }
+        self.leave_what_autopilot_ended(vehicle.pre_empted, stands);
         let is_pre_empted = vehicle.pre_empted || vehicle.status_at <= self.control.pre_empted_at;
         if !is_pre_empted && self.flags.is_up(AUTOPILOT_PREEMPTS) {
             self.flags.condition_gone(AUTOPILOT_PREEMPTS, SELF);
         }
         self.watch_frame();
+    }
+
+    /// The autopilot has switched the motors off after a failsafe of its own, before the takeoff or after a landing: nothing begins by
+    /// itself. (After a landing of its own the touchdown says so already.)
+    fn leave_what_autopilot_ended(&mut self, pre_empted: bool, stands: bool) {
+        let is_newer = self.vehicle.is_some_and(|it| self.control.pre_empted_at < it.status_at);
+        if !stands {
+            // What was heard of it counts until the status is newer.
+            self.control.flew_by_itself = pre_empted || (self.control.flew_by_itself && !is_newer);
+        } else if is_newer && std::mem::take(&mut self.control.flew_by_itself) && self.mission.over.is_none() {
+            let why = "the autopilot has ended a takeoff or a landing by itself".to_owned();
+            self.planner.withdraw(&why);
+            self.unplanned_landing.get_or_insert(UnplannedLanding { since: self.now.time, why });
+        }
     }
 
     /// Nobody flies any more, and nothing begins by itself.

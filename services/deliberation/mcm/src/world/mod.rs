@@ -275,6 +275,11 @@ impl World {
         self.vehicle.is_some_and(|it| it.flying)
     }
 
+    /// Whether the vehicle flies, and has hardly lifted off, or touches the ground at the end of a landing.
+    pub(crate) fn is_near_ground(&self) -> bool {
+        self.vehicle.is_some_and(|it| it.flying && it.near_ground)
+    }
+
     /// Whether the vehicle flies, or has not been heard since a restart and flew before.
     pub(crate) fn may_fly(&self) -> bool {
         self.vehicle.map_or(self.was_flying, |it| it.flying)

@@ -11,6 +11,7 @@ use domain::skill::Goal;
 use domain::time::Time;
 
 use super::control::OF_ITS_OWN;
+use super::ground::SAME_SITE_M;
 use super::operator::is_order;
 use super::{Stay, World};
 use crate::flags::age_s;
@@ -59,6 +60,8 @@ pub(crate) enum Waits {
     Behind(usize),
     /// It does not count in this phase.
     Until(Phase),
+    /// The vehicle is about to stand on the ground.
+    ForTouchdown,
 }
 
 /// What follows for a flag whose response has ended.
@@ -83,7 +86,10 @@ impl World {
             return self.responding().filter(|_| !self.has_settled());
         }
         let ends_landing = self.ends_landing();
-        let raised = self.raised().filter(|it| !(ends_landing && self.only_prevents_takeoff(it)));
+        let touches_down = self.touches_down();
+        let raised = self.raised().filter(|it| {
+            !(ends_landing && self.only_prevents_takeoff(it) || touches_down && self.waits_for_touchdown(it))
+        });
         responder(self.table.rows(), raised, self.flight_phase())
     }
 
@@ -92,6 +98,17 @@ impl World {
     fn ends_landing(&self) -> bool {
         let lands = || self.planner.step().is_some_and(|(step, ..)| step.nominal.goal == Goal::Land);
         self.is_on_ground() && self.mission.over.is_none() && self.unplanned_landing.is_none() && lands()
+    }
+
+    /// A landing touches the ground: it is flown to its end, whatever else is to be flown.
+    pub(crate) fn touches_down(&self) -> bool {
+        self.is_near_ground() && self.skills.present().is_some_and(|(goal, _)| goal == Goal::Land)
+    }
+
+    /// At a touchdown a response that flies elsewhere, or hovers, waits: nothing is as safe as to stand. What is answered then is a vehicle
+    /// on the ground, which lifts off for nothing.
+    fn waits_for_touchdown(&self, raised: &Raised) -> bool {
+        raised.under_way.is_none() && self.table.rows()[raised.row].severity() < Severity::Land
     }
 
     /// On the ground it does nothing but to prevent a takeoff. What an operator orders, and a response that is under way, go on.
@@ -305,12 +322,27 @@ impl World {
     /// No failsafe of the autopilot is waited for any more.
     pub(crate) fn has_waited_for_autopilot(&mut self) {
         let since = self.response.as_mut().and_then(|it| Some((it.row, it.left_since.take()?)));
-        if let Some((row, since)) = since {
+        // A wait that has ended in a landing where the vehicle is was ended by that.
+        let ended_it = |row: usize, since: Time| {
+            let wait =
+                self.response.as_ref().and_then(|it| self.table.rows()[row].actions.get(it.action)).map(|it| it.wait);
+            wait.is_some_and(|wait| wait <= self.now.time - since)
+        };
+        if let Some((row, since)) = since.filter(|(row, since)| !ended_it(*row, *since)) {
             let (flag, waited_s) = (self.flags.name(row).clone(), (self.now.time - since).as_secs());
             self.say(
                 "contingency",
                 format!("`{flag}` goes on after {waited_s} s: the autopilot's own failsafe is over"),
             );
+        }
+    }
+
+    /// The response lands where the vehicle is, instead of flying elsewhere.
+    pub(crate) fn say_it_lands_at_once(&mut self) {
+        if let Some(row) = self.response_row() {
+            let flag = self.flags.name(row).clone();
+            let text = format!("`{flag}`: lands where it is: it has hardly lifted off, or touches the ground");
+            self.record(Said::new(CONTINGENCY, DecisionKind::Note, text).about(row));
         }
     }
 
@@ -370,7 +402,8 @@ impl World {
     /// Takes down the flag whose response has ended, and ends the mission if its row does.
     fn flag_answered(&mut self, name: &str) {
         let (Some(number), Some(flag)) = (self.flags.number(name), self.flags.get(name)) else { return };
-        let (then, reason) = (self.table.rows()[number].then, format!("`{name}`: {}", flag.reason()));
+        let then = self.table.rows()[number].then;
+        let reason = format!("`{name}`: {}{}", flag.reason(), self.where_it_came_down(number));
         self.lower(name);
         match then {
             Then::Resume => {}
@@ -378,6 +411,20 @@ impl World {
             Then::Crashed => self.end_mission(MissionOutcome::Crash, reason),
         }
         self.record(cleared(number, format!("`{name}` is over")).ending_mission(then != Then::Resume));
+    }
+
+    /// Where the vehicle stands instead, if it did not come to the place to which the response of this row flies.
+    fn where_it_came_down(&self, number: usize) -> String {
+        let row = &self.table.rows()[number];
+        let Some(vehicle) = self.vehicle.filter(|it| !it.flying && row.severity() == Severity::Return) else {
+            return String::new();
+        };
+        let (place, words) = match self.landing_site().filter(|_| is_order(&row.flag)) {
+            Some(site) => (site, "the ordered place"),
+            None => (Ned::default(), "home"),
+        };
+        let away_m = vehicle.position.horizontal_distance_m(place);
+        if away_m < SAME_SITE_M { String::new() } else { format!("; came down {away_m:.0} m from {words}") }
     }
 
     /// Takes a flag down, independent of its row.
@@ -452,12 +499,13 @@ impl World {
             return;
         }
         let phase = if self.ends_landing() { Phase::Landing } else { self.flight_phase() };
-        let responder = self.responder();
+        let (responder, touches_down) = (self.responder(), self.touches_down());
         for row in 0..self.table.rows().len() {
             let waits = match responder {
                 _ if !self.flags.row_is_up(row) || self.table.rows()[row].only_slows() => None,
                 Some(other) if other == row => None,
                 Some(other) => Some(Waits::Behind(other)),
+                None if touches_down && self.table.rows()[row].phases.contains(&phase) => Some(Waits::ForTouchdown),
                 None => Some(Waits::Until(phase)),
             };
             let Some(waits) = waits else {

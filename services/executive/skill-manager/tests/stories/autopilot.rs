@@ -43,11 +43,11 @@ fn a_mode_that_was_accepted_and_never_flown_is_a_failure() {
 }
 
 #[test]
-fn a_vehicle_that_is_disarmed_by_somebody_else_fails_the_skill() {
+fn a_vehicle_that_is_disarmed_by_somebody_else_pre_empts_the_skill() {
     let mut rig = Rig::new(Autopilot::flying());
     let position = rig.start(fly_to(100.0));
     rig.run(5.0).autopilot.armed = false;
-    assert_eq!(rig.outcome(position), Failed);
+    assert_eq!(rig.outcome(position), Preempted);
     assert_eq!(rig.reason(position), "the vehicle was disarmed");
 }
 

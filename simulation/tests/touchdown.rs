@@ -1,0 +1,135 @@
+//! Between standing and flying: what happens while a landing touches the ground, or a takeoff has hardly left it, lifts nothing off.
+
+use std::time::Duration;
+
+use control_tower::policy::Policy;
+use kittiwake_proto::v1::mission_request::Request as Ask;
+use kittiwake_proto::v1::operator_command::Verb;
+use kittiwake_proto::v1::{self, Decision, MissionOutcome};
+use simulation::Simulation;
+
+use crate::support::{config, simulation};
+
+const LIMIT: Duration = Duration::from_secs(2400);
+const PAUSE: Verb = Verb::Pause(v1::PauseMission { overrides: false });
+const RETURN: Verb = Verb::Return(v1::ReturnHome { overrides: false });
+const REPLAN: Verb = Verb::Replan(v1::ReplanMission {});
+const RESUME: Verb = Verb::Resume(v1::ResumeMission {});
+
+/// The reference mission, from this step on when the vehicle is as high as `is_there` wants it.
+#[track_caller]
+fn when(step: &str, is_there: impl Fn(f64) -> bool) -> Simulation<'static> {
+    let mut simulation = simulation(None, Policy::Grant);
+    assert!(simulation.fly_until(step, LIMIT), "{}", simulation.decision_log());
+    while !simulation.position().is_some_and(|it| is_there(-it.down_m)) {
+        simulation.pass(Duration::from_millis(50));
+        assert!(simulation.now().as_secs_f64() < 900.0, "it never gets there:\n{}", simulation.decision_log());
+    }
+    simulation
+}
+
+/// The greatest height in this time.
+fn highest_m(simulation: &mut Simulation<'_>, time: Duration) -> f64 {
+    let end = simulation.now() + time;
+    let mut highest_m = f64::MIN;
+    while simulation.now() < end {
+        simulation.pass(Duration::from_millis(200));
+        highest_m = simulation.position().map_or(highest_m, |it| highest_m.max(-it.down_m));
+    }
+    highest_m
+}
+
+type Happens = fn(&mut Simulation<'_>);
+
+/// What calls for a flight elsewhere, or for a hover.
+const HAPPENINGS: [(&str, Happens); 9] = [
+    ("the area is closed", |it| it.decide("B", Decision::Revoke)),
+    ("a pause, and the area is closed", |it| {
+        it.order(PAUSE);
+        it.decide("B", Decision::Revoke);
+    }),
+    ("a pause, and the area is closed later", |it| {
+        it.order(PAUSE);
+        it.pass(Duration::from_secs(15));
+        it.decide("B", Decision::Revoke);
+    }),
+    ("a pause, and a low battery later", |it| {
+        it.order(PAUSE);
+        it.pass(Duration::from_secs(15));
+        it.inject_fault("battery", &["0.24"]);
+    }),
+    ("another plan, and the area is closed", |it| {
+        it.order(REPLAN);
+        it.decide("B", Decision::Revoke);
+    }),
+    ("another mission, and the area is closed", |it| {
+        let text = std::fs::read_to_string(config().join("missions/reference.toml")).unwrap();
+        it.ask(Ask::Upload(v1::MissionText { text, wind: None }));
+        it.decide("B", Decision::Revoke);
+    }),
+    ("a low battery", |it| it.inject_fault("battery", &["0.24"])),
+    ("too much wind", |it| it.inject_flag("wind_too_strong")),
+    ("an order to return", |it| it.order(RETURN)),
+];
+
+#[test]
+fn whatever_happens_at_a_touchdown_the_vehicle_stays_down() {
+    for (what, happens) in HAPPENINGS {
+        for height_m in [0.18, 0.05, -0.05] {
+            let mut simulation = when("step 5 of 5", |it| it < height_m);
+            happens(&mut simulation);
+            let highest_m = highest_m(&mut simulation, Duration::from_secs(30));
+            let log = || format!("{what} at {height_m} m\n{}", simulation.decision_log());
+            assert!(highest_m < 0.3 && simulation.is_on_ground(), "{highest_m} m high, {}", log());
+            assert_eq!(simulation.breaches(), [], "{}", log());
+        }
+    }
+}
+
+#[test]
+fn whatever_happens_in_the_first_metre_of_a_takeoff_the_vehicle_lands_again() {
+    let happenings: [(&str, Happens); 4] = [
+        ("the area is closed", |it| it.decide("B", Decision::Revoke)),
+        ("a low battery", |it| it.inject_flag("battery_low")),
+        ("too much wind", |it| it.inject_flag("wind_too_strong")),
+        ("an order to return", |it| it.order(RETURN)),
+    ];
+    for (what, happens) in happenings {
+        for height_m in [0.02, 0.4, 0.8] {
+            let mut simulation = when("step 1 of 3: takeoff", |it| height_m < it);
+            happens(&mut simulation);
+            let highest_m = highest_m(&mut simulation, Duration::from_secs(60));
+            let log = || format!("{what} at {height_m} m\n{}", simulation.decision_log());
+            assert!(highest_m < 1.8 && simulation.is_on_ground(), "{highest_m} m high, {}", log());
+        }
+    }
+}
+
+#[test]
+fn what_the_autopilot_ends_before_the_lift_off_or_at_a_touchdown_goes_on_by_an_order_alone() {
+    for (mode, begins_ms) in [("hold", 500), ("land", 1200), ("land", 2200), ("hold", 76_750), ("hold", 77_400)] {
+        let mut simulation = simulation(None, Policy::Grant);
+        simulation.pass(Duration::from_millis(begins_ms));
+        simulation.inject_fault("autopilot_failsafe", &[mode, "geofence"]);
+        let highest_m = highest_m(&mut simulation, Duration::from_secs(120));
+        let log = || format!("{mode} at {begins_ms} ms\n{}", simulation.decision_log());
+        assert!(highest_m < 0.5 && simulation.is_on_ground(), "{highest_m} m high, {}", log());
+        simulation.order(RESUME);
+        let report = simulation.fly(LIMIT).expect("a report");
+        assert_eq!(report.outcome(), MissionOutcome::Success, "{}", simulation.decision_log());
+    }
+}
+
+#[test]
+fn a_return_that_did_not_come_home_says_where_it_came_down() {
+    let mut simulation = simulation(None, Policy::Grant);
+    assert!(simulation.fly_until("step 4 of 5", LIMIT));
+    simulation.pass(Duration::from_secs(20));
+    simulation.order(RETURN);
+    simulation.pass(Duration::from_secs(2));
+    simulation.inject_fault("autopilot_failsafe", &["land", "geofence"]);
+    let report = simulation.fly(LIMIT).expect("a report");
+    let at = simulation.position().unwrap();
+    let away = format!("came down {:.0} m from home", at.north_m.hypot(at.east_m));
+    assert!(report.reason.contains(&away), "{away}, {}\n{}", report.reason, simulation.decision_log());
+}
