@@ -104,3 +104,26 @@ fn a_deck_at_another_height_is_ground_by_a_detector_that_noticed_the_flight() {
     check(&[&flight[..], &[(60, Evidence { lands: false, ..down })]].concat(), Some(true));
     check(&[&flight[..], &[(60, landing(30.0, Some(true), 0.7))]].concat(), Some(true));
 }
+
+#[test]
+fn near_the_ground_is_who_has_touched_it_or_has_hardly_left_it() {
+    #[track_caller]
+    fn near(seen: &[(u64, Evidence)], flying: bool, expected: bool) {
+        assert_eq!(check(seen, Some(flying)).is_near_ground(), expected, "{seen:?}");
+    }
+    let air = Some(false);
+    near(&[(1, PARKED)], false, true);
+    // A takeoff, as long as it is lower than a metre; what has been higher flies.
+    near(&[(1, PARKED), (1, ARMED), (1, at(0.9))], true, true);
+    near(&[(1, PARKED), (1, ARMED), (1, at(1.1))], true, false);
+    near(&[(1, PARKED), (5, at(10.0)), (1, at(0.5))], true, false);
+    // A landing that touches the ground, also if it is given up there, and not one that is stopped above it.
+    let flown = [(1, PARKED), (5, at(10.0))];
+    near(&[flown[0], flown[1], (1, landing(0.5, air, 0.7))], true, false);
+    near(&[flown[0], flown[1], (1, landing(0.5, air, 0.7)), (9, at(0.5))], true, false);
+    near(&[flown[0], flown[1], (1, landing(0.1, air, 0.7))], true, true);
+    near(&[flown[0], flown[1], (1, landing(0.1, air, 0.7)), (9, at(-0.1))], true, true);
+    near(&[flown[0], flown[1], (1, landing(0.1, air, 0.7)), (9, at(1.2)), (9, at(0.1))], true, false);
+    // A height that nobody knows says nothing.
+    near(&[flown[0], flown[1], (1, landing(0.1, air, 0.7)), (1, Evidence { height_m: None, ..at(0.1) })], true, false);
+}
