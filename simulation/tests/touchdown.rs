@@ -6,7 +6,7 @@ use control_tower::policy::Policy;
 use kittiwake_proto::v1::mission_request::Request as Ask;
 use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, Decision, MissionOutcome};
-use simulation::Simulation;
+use simulation::{Memory, Simulation};
 
 use crate::support::{config, simulation};
 
@@ -68,7 +68,10 @@ const HAPPENINGS: [(&str, Happens); 9] = [
         it.decide("B", Decision::Revoke);
     }),
     ("a low battery", |it| it.inject_fault("battery", &["0.24"])),
-    ("too much wind", |it| it.inject_flag("wind_too_strong")),
+    ("an order to land elsewhere", |it| {
+        let position = Some(v1::Ned { north_m: 0.0, east_m: 300.0, down_m: 0.0 });
+        it.order(Verb::LandAt(v1::LandAt { position, overrides: false }));
+    }),
     ("an order to return", |it| it.order(RETURN)),
 ];
 
@@ -81,8 +84,45 @@ fn whatever_happens_at_a_touchdown_the_vehicle_stays_down() {
             let highest_m = highest_m(&mut simulation, Duration::from_secs(30));
             let log = || format!("{what} at {height_m} m\n{}", simulation.decision_log());
             assert!(highest_m < 0.3 && simulation.is_on_ground(), "{highest_m} m high, {}", log());
+            assert!(!log().contains("step 1 of 3: takeoff"), "{}", log());
             assert_eq!(simulation.breaches(), [], "{}", log());
         }
+    }
+}
+
+#[test]
+fn a_landing_that_touches_the_ground_is_not_given_up_for_another_plan_or_mission() {
+    let text = || std::fs::read_to_string(config().join("missions/reference.toml")).unwrap();
+    use MissionOutcome::{Failure, Success};
+    let changes: [(&str, &dyn Fn(&mut Simulation<'_>), MissionOutcome); 3] = [
+        ("another plan", &|it| it.order(REPLAN), Success),
+        ("another mission", &|it| it.ask(Ask::Upload(v1::MissionText { text: text(), wind: None })), Success),
+        ("the objective is skipped", &|it| it.ask(Ask::Skip(v1::SkipObjective { name: "deliver".into() })), Failure),
+    ];
+    for (what, change, outcome) in changes {
+        let mut simulation = when("step 5 of 5", |it| it < 0.1);
+        change(&mut simulation);
+        // Neither a hover nor a flight: it comes down as it would have.
+        let highest_m = highest_m(&mut simulation, Duration::from_millis(1400));
+        let is_interrupted = simulation.decision_log().contains("transition");
+        assert!(highest_m < 0.3 && !is_interrupted, "{what}: {highest_m} m\n{}", simulation.decision_log());
+        let report = simulation.fly(LIMIT).expect("a report");
+        let log = || format!("{what}\n{}", simulation.decision_log());
+        assert_eq!(report.outcome(), outcome, "{}", log());
+        assert_eq!(simulation.breaches(), [], "{}", log());
+    }
+}
+
+#[test]
+fn a_takeoff_that_lands_again_does_so_also_if_the_mission_manager_dies() {
+    for after_ms in [0, 300, 600] {
+        let mut simulation = when("step 1 of 3: takeoff", |it| 0.3 < it);
+        simulation.order(RETURN);
+        simulation.pass(Duration::from_millis(after_ms));
+        simulation.restart("mcm", Duration::from_millis(300), Memory::Kept);
+        let highest_m = highest_m(&mut simulation, Duration::from_secs(60));
+        let log = || format!("after {after_ms} ms\n{}", simulation.decision_log());
+        assert!(highest_m < 1.8 && simulation.is_on_ground(), "{highest_m} m high, {}", log());
     }
 }
 
@@ -107,12 +147,27 @@ fn whatever_happens_in_the_first_metre_of_a_takeoff_the_vehicle_lands_again() {
 
 #[test]
 fn what_the_autopilot_ends_before_the_lift_off_or_at_a_touchdown_goes_on_by_an_order_alone() {
-    for (mode, begins_ms) in [("hold", 500), ("land", 1200), ("land", 2200), ("hold", 76_750), ("hold", 77_400)] {
+    // When it begins, and how long it lasts: until the motors are off, or not as long.
+    for (mode, begins_ms, lasts_ms) in [
+        ("hold", 500, 60_000),
+        ("land", 1200, 60_000),
+        ("land", 2200, 60_000),
+        ("hold", 76_750, 60_000),
+        ("hold", 77_400, 60_000),
+        ("land", 1000, 5000),
+        ("hold", 1900, 3000),
+        ("return", 300, 4000),
+        ("land", 76_300, 600),
+        ("land", 76_500, 1400),
+        ("land", 76_720, 1300),
+    ] {
         let mut simulation = simulation(None, Policy::Grant);
         simulation.pass(Duration::from_millis(begins_ms));
         simulation.inject_fault("autopilot_failsafe", &[mode, "geofence"]);
+        simulation.pass(Duration::from_millis(lasts_ms));
+        simulation.inject_fault("autopilot_failsafe", &["off"]);
         let highest_m = highest_m(&mut simulation, Duration::from_secs(120));
-        let log = || format!("{mode} at {begins_ms} ms\n{}", simulation.decision_log());
+        let log = || format!("{mode} at {begins_ms} ms for {lasts_ms} ms\n{}", simulation.decision_log());
         assert!(highest_m < 0.5 && simulation.is_on_ground(), "{highest_m} m high, {}", log());
         simulation.order(RESUME);
         let report = simulation.fly(LIMIT).expect("a report");

@@ -151,6 +151,8 @@ impl FlightState {
         self.at_rest_since = self.at_rest_since.or(Some(now)).filter(|_| rests);
         let was_flying = self.flying;
         self.flying = self.judge(now);
+        // Whoever sees it for the first time in a landing does not know whether that has touched the ground.
+        let is_first = was_flying.is_none();
         let may_lift_off = evidence.armed != Some(false);
         // One that reports the ground while the vehicle moves far above it is stuck.
         let is_away = self.distance_m().is_some_and(|it| AWAY_FROM_GROUND_M < it);
@@ -164,7 +166,7 @@ impl FlightState {
             self.ground_m = Ground(Some(height_m));
         }
         let is_below = |limit_m: f64| self.distance_m().is_some_and(|it| it < limit_m);
-        let comes_near = self.flying == Some(false) || (evidence.lands && is_below(TOUCHES_M));
+        let comes_near = self.flying == Some(false) || (evidence.lands && (is_first || is_below(TOUCHES_M)));
         self.near_ground = is_below(AT_GROUND_M) && (self.near_ground || comes_near);
     }
 

@@ -33,6 +33,8 @@ pub(crate) struct Resource {
     idle: IdleCare,
     /// A takeoff armed the vehicle and then did not take off.
     disarm_due: bool,
+    /// A failsafe of the autopilot's own has pre-empted a takeoff: once it is over the autopilot would go on with that.
+    pre_empted_takeoff: bool,
     /// How long a request waits for vehicle data.
     data_wait: Duration,
     /// From an acknowledgement until the status must show the mode.
@@ -53,6 +55,7 @@ impl Resource {
             stream: SetpointStream::new(pace.wall(config.setpoint_rate_hz.period())),
             idle: IdleCare::new(pace.limit(config.loiter_after_s.seconds()), config.loiter_tries),
             disarm_due: false,
+            pre_empted_takeoff: false,
             data_wait: at_wall_rate(pace, config.data_wait_s.seconds()),
             mode_limit: at_wall_rate(pace, config.mode_timeout_s.seconds()),
             feedback_period: pace.wall(config.feedback_rate_hz.period()),
@@ -127,6 +130,7 @@ impl Resource {
     /// Takes a new request. It displaces those that have commanded nothing yet.
     pub(crate) fn enqueue(&mut self, mut run: SkillRun, now: Now) {
         self.announce(&run, now);
+        self.pre_empted_takeoff = false;
         for displaced in self.slots.take_waiting() {
             run.inherit(&displaced);
             self.stream.stop_if_of(displaced.id());
@@ -190,7 +194,7 @@ impl Resource {
         for run in self.slots.take_those(|_| true) {
             self.end(run, ending.clone(), now);
         }
-        self.disarm_due = false;
+        (self.disarm_due, self.pre_empted_takeoff) = (false, false);
         self.release();
     }
 
@@ -229,6 +233,7 @@ impl Resource {
     /// Sends what comes first, if anything can be sent. Nothing queues commands: each is chosen when it
     /// can be sent, from the data of that moment.
     fn command_next(&mut self, now: Now) {
+        self.undo_pre_empted_takeoff(now);
         while !self.commands.is_busy() {
             if std::mem::take(&mut self.disarm_due) {
                 self.command(Command::Disarm, Purpose::UndoArming, now);
@@ -245,6 +250,17 @@ impl Resource {
             } else if !self.slots.promote() {
                 return self.care_for_idle(now);
             }
+        }
+    }
+
+    /// A takeoff that was pre-empted before the vehicle has left the ground does not go on by itself when the failsafe is over: whoever stands
+    /// beside it has seen the autopilot give it up.
+    fn undo_pre_empted_takeoff(&mut self, now: Now) {
+        let view = self.view(now);
+        self.pre_empted_takeoff &= view.flying != Some(true);
+        let is_over = view.status.is_some_and(|it| it.armed && !it.failsafe && !it.of_other);
+        if self.pre_empted_takeoff && view.flying == Some(false) && is_over {
+            (self.pre_empted_takeoff, self.disarm_due) = (false, true);
         }
     }
 
@@ -402,6 +418,7 @@ impl Resource {
     }
 
     fn ended(&mut self, run: &SkillRun, outcome: SkillOutcome, now: Now) {
+        self.pre_empted_takeoff |= outcome == SkillOutcome::Preempted && run.takes_off();
         match run.aftermath(outcome) {
             Aftermath::Replaced => {}
             Aftermath::Released => self.release(),

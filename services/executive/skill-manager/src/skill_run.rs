@@ -317,6 +317,11 @@ impl SkillRun {
         self.takes_control || self.skill.may_start_during_failsafe()
     }
 
+    /// Whether it is a takeoff.
+    pub(crate) fn takes_off(&self) -> bool {
+        self.skill.kind() == SkillKind::Takeoff
+    }
+
     /// Whether it has armed the vehicle, as far as is known, and has not taken off.
     pub(crate) fn has_only_armed(&self) -> bool {
         let arms = self.skill.command(0) == Some(Command::Arm);

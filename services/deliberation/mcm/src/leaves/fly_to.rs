@@ -328,6 +328,7 @@ impl FlyTo {
         if self.destination(world) == Destination::FreeGround
             && status != Status::Success
             && !waits
+            && !self.leg.as_ref().is_some_and(Leg::lands)
             && world.position_is_missing().is_none()
             && (status == Status::Running || world.why_land_elsewhere().is_none())
         {

@@ -16,7 +16,7 @@ use kittiwake_proto::v1;
 
 use super::{SELF, UnplannedLanding, World};
 use crate::clients::skills::Sending;
-use crate::vehicle::ConfirmedState;
+use crate::vehicle::{ConfirmedState, Vehicle};
 
 /// Origins nearer than this to each other are the same place. (ENG: less than the tolerance of any goal.)
 const SAME_ORIGIN_M: f64 = 1.0;
@@ -151,7 +151,7 @@ impl World {
         } else if is_up && stands && self.has_settled() {
             self.leave_to_operator();
         }
-        self.leave_what_autopilot_ended(vehicle.pre_empted, stands);
+        self.leave_what_autopilot_ended(&vehicle);
         let is_pre_empted = vehicle.pre_empted || vehicle.status_at <= self.control.pre_empted_at;
         if !is_pre_empted && self.flags.is_up(AUTOPILOT_PREEMPTS) {
             self.flags.condition_gone(AUTOPILOT_PREEMPTS, SELF);
@@ -159,15 +159,21 @@ impl World {
         self.watch_frame();
     }
 
-    /// The autopilot has switched the motors off after a failsafe of its own, before the takeoff or after a landing: nothing begins by
-    /// itself. (After a landing of its own the touchdown says so already.)
-    fn leave_what_autopilot_ended(&mut self, pre_empted: bool, stands: bool) {
-        let is_newer = self.vehicle.is_some_and(|it| self.control.pre_empted_at < it.status_at);
-        if !stands {
-            // What was heard of it counts until the status is newer.
-            self.control.flew_by_itself = pre_empted || (self.control.flew_by_itself && !is_newer);
-        } else if is_newer && std::mem::take(&mut self.control.flew_by_itself) && self.mission.over.is_none() {
+    /// The autopilot has ended a takeoff or a landing by a failsafe of its own, at the ground: nothing begins by itself, whether or not it has
+    /// switched the motors off. (After a landing of its own in flight the touchdown says so already.)
+    fn leave_what_autopilot_ended(&mut self, vehicle: &Vehicle) {
+        let is_newer = self.control.pre_empted_at < vehicle.status_at;
+        let flies_by_itself = vehicle.pre_empted && vehicle.armed;
+        if vehicle.flying && !vehicle.near_ground && is_newer {
+            // In the air what was interrupted goes on once it is over.
+            self.control.flew_by_itself = flies_by_itself;
+            return;
+        }
+        self.control.flew_by_itself |= flies_by_itself;
+        let is_left = !vehicle.flying && !flies_by_itself && is_newer;
+        if is_left && std::mem::take(&mut self.control.flew_by_itself) && self.mission.over.is_none() {
             let why = "the autopilot has ended a takeoff or a landing by itself".to_owned();
+            self.say("contingency", format!("waits for an operator: {why}"));
             self.planner.withdraw(&why);
             self.unplanned_landing.get_or_insert(UnplannedLanding { since: self.now.time, why });
         }

@@ -256,7 +256,15 @@ impl World {
         self.order(ABORT, order, &does)
     }
 
+    /// An order to come down elsewhere, to a vehicle that touches the ground or has hardly left it.
+    fn land_at_once(&mut self, order: Order) -> Outcome {
+        self.order(ABORT, order, "touches the ground, or has hardly left it: lands where it is, and ends the mission")
+    }
+
     fn return_home(&mut self, order: Order) -> Outcome {
+        if self.is_near_ground() {
+            return self.land_at_once(order);
+        }
         match self.vehicle.filter(|it| !it.flying) {
             Some(vehicle) => self.stay_down(vehicle.position, Ned::default(), order),
             // One that was not heard yet may be in the air; on the ground the order ends the mission there.
@@ -272,6 +280,9 @@ impl World {
         let vehicle = self.vehicle.ok_or("where the vehicle is, is not known")?;
         if !vehicle.flying {
             return self.stay_down(vehicle.position, site, order);
+        }
+        if self.is_near_ground() {
+            return self.land_at_once(order);
         }
         if let Some(why) = self.unfit_to_land(site) {
             return Err(format!("the place {why}"));

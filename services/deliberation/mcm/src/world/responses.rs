@@ -106,9 +106,10 @@ impl World {
     }
 
     /// At a touchdown a response that flies elsewhere, or hovers, waits: nothing is as safe as to stand. What is answered then is a vehicle
-    /// on the ground, which lifts off for nothing.
+    /// on the ground, which lifts off for nothing. One that ends the mission does so by landing here.
     fn waits_for_touchdown(&self, raised: &Raised) -> bool {
-        raised.under_way.is_none() && self.table.rows()[raised.row].severity() < Severity::Land
+        let row = &self.table.rows()[raised.row];
+        raised.under_way.is_none() && row.severity() < Severity::Land && row.then == Then::Resume
     }
 
     /// On the ground it does nothing but to prevent a takeoff. What an operator orders, and a response that is under way, go on.

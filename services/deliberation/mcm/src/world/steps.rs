@@ -38,9 +38,9 @@ impl World {
         Some(step)
     }
 
-    /// Why the present step is to be given up, if it is.
+    /// Why the present step is to be given up, if it is: not a landing that touches the ground.
     pub(crate) fn withdrawal(&self) -> Option<&str> {
-        self.planner.withdrawal()
+        self.planner.withdrawal().filter(|_| !self.touches_down())
     }
 
     /// The present step is given up because it was withdrawn.
