@@ -2,7 +2,7 @@
 
 use domain::geometry::{Ned, NedVelocity};
 use domain::skill::Goal;
-use kittiwake_proto::v1::{FlightMode, SkillOutcome::*, WhenBusy};
+use kittiwake_proto::v1::{self, FlightMode, SkillOutcome::*, WhenBusy};
 
 use crate::support::autopilot::Autopilot;
 use crate::support::autopilot::Reaction::*;
@@ -253,6 +253,28 @@ fn a_vehicle_that_was_armed_is_not_lifted_off_once_a_failsafe_has_begun() {
     assert_eq!(rig.outcome(takeoff), Preempted);
     rig.run(1.0);
     assert!(rig.autopilot.landed && !rig.autopilot.armed, "{:?}", rig.autopilot.commands);
+}
+
+/// The autopilot would go on with it as soon as the failsafe is over.
+#[test]
+fn a_takeoff_that_a_failsafe_has_pre_empted_on_the_ground_is_disarmed_once_that_is_over() {
+    let mut rig = Rig::new(Autopilot::default());
+    rig.run(1.0);
+    let takeoff = rig.start(Goal::Takeoff { climb_m: 10.0 });
+    rig.run(0.3);
+    // It spools up still.
+    rig.autopilot.position.down_m = 0.0;
+    rig.autopilot.failsafe = Some(FlightMode::Loiter);
+    rig.run(0.5);
+    let _ = rig.cancel(takeoff);
+    assert_eq!(rig.outcome(takeoff), Preempted);
+    rig.autopilot.commands.clear();
+    rig.run(1.0);
+    assert!(rig.autopilot.armed && rig.autopilot.commands.is_empty(), "{:?}", rig.autopilot.commands);
+    rig.autopilot.failsafe = None;
+    rig.run(0.5);
+    // This one is up at once, and refuses it; a real one spools up first.
+    assert_eq!(rig.autopilot.commands, [v1::vehicle_command::Command::Disarm(v1::Disarm {})]);
 }
 
 #[test]
