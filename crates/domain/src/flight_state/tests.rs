@@ -46,9 +46,20 @@ fn each_combination_of_what_may_be_known_is_a_majority_of_three() {
         (false, Some(false), 0.3, false),
         (false, None, 0.3, false),
     ] {
-        let last = Evidence { armed: Some(armed), landed, ..at(height_m) };
+        let last = Evidence { armed: Some(armed), landed, speed_m_s: Some(0.1), ..at(height_m) };
         check(&[flown[0], flown[1], (1, last)], Some(expected));
     }
+}
+
+#[test]
+fn a_detector_that_sticks_at_landed_in_a_takeoff_or_a_low_hover_ends_no_flight() {
+    let lifted = [(1, PARKED), (1, ARMED), (1, at(0.7))];
+    let stuck = |height_m, speed_m_s| Evidence { landed: Some(true), speed_m_s: Some(speed_m_s), ..at(height_m) };
+    check(&[lifted[0], lifted[1], lifted[2], (9, stuck(0.9, 2.0))], Some(true));
+    check(&[lifted[0], lifted[1], lifted[2], (9, stuck(1.3, 0.0))], Some(true));
+    // At rest as low as it stood it has landed, in whatever mode; in a landing at another height, too.
+    check(&[lifted[0], lifted[1], lifted[2], (1, stuck(0.4, 0.0))], Some(false));
+    check(&[lifted[0], lifted[1], (5, at(10.0)), (5, landing(1.3, Some(true), 0.0))], Some(false));
 }
 
 #[test]

@@ -257,11 +257,10 @@ impl Resource {
     /// beside it has seen the autopilot give it up.
     fn undo_pre_empted_takeoff(&mut self, now: Now) {
         let view = self.view(now);
-        self.pre_empted_takeoff &= view.flying != Some(true);
-        let is_over = view.status.is_some_and(|it| it.armed && !it.failsafe && !it.of_other);
-        if self.pre_empted_takeoff && view.flying == Some(false) && is_over {
-            (self.pre_empted_takeoff, self.disarm_due) = (false, true);
-        }
+        let Some(status) = view.status.filter(|_| self.pre_empted_takeoff) else { return };
+        self.pre_empted_takeoff = status.armed && !status.of_other && view.flying == Some(false);
+        // One that is rejected is sent again with the next status.
+        self.disarm_due |= self.pre_empted_takeoff && !status.failsafe;
     }
 
     /// Whether a command may be sent for this purpose: while the autopilot flies a failsafe of its own, only those of a skill that may

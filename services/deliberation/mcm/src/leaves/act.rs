@@ -111,6 +111,8 @@ impl Leaf<World> for Act {
                 self.flown = Some(Flown { run, step: Some(step) });
                 return Ok(Status::Running);
             }
+            // What touches the ground is not stopped in the last hand's breadth.
+            What::Fixed(domain::skill::Goal::Stop) if world.touches_in_landing() => domain::skill::Goal::Land,
             What::Fixed(goal) => *goal,
             What::HoldPosition => match world.vehicle() {
                 Some(vehicle) => domain::skill::Goal::Position {

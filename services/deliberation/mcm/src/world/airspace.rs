@@ -281,11 +281,15 @@ impl World {
     }
 
     /// The goal while there is no plan: in the direction of the step that failed, slower, and only as far as the next
-    /// border that may not be crossed; otherwise stop. `None` on the ground.
+    /// border that may not be crossed; otherwise stop. `None` on the ground, but for a takeoff that the autopilot has ended and would go on with.
     ///
     /// The position goal holds at its target, so that a transition never ends by itself.
     pub(crate) fn transition_goal(&self) -> Option<Goal> {
-        let here = self.vehicle.filter(|it| it.flying)?.position;
+        let vehicle = self.vehicle?;
+        if self.is_about_to_lift_off() || self.touches_in_landing() {
+            return Some(Goal::Land);
+        }
+        let here = Some(vehicle).filter(|it| it.flying)?.position;
         let Some(Goal::Position { target, speed_limit_m_s, yaw_rad, .. }) = self.planner.interrupted_goal() else {
             return Some(Goal::Stop);
         };

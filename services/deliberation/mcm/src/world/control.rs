@@ -162,8 +162,14 @@ impl World {
     /// The autopilot has ended a takeoff or a landing by a failsafe of its own, at the ground: nothing begins by itself, whether or not it has
     /// switched the motors off. (After a landing of its own in flight the touchdown says so already.)
     fn leave_what_autopilot_ended(&mut self, vehicle: &Vehicle) {
+        if self.control.taking.is_some() {
+            // An operator has just ordered to end it.
+            self.control.flew_by_itself = false;
+            return;
+        }
         let is_newer = self.control.pre_empted_at < vehicle.status_at;
-        let flies_by_itself = vehicle.pre_empted && vehicle.armed;
+        // For a moment each change of the mode looks like one.
+        let flies_by_itself = vehicle.pre_empted && vehicle.armed && self.flags.is_up(AUTOPILOT_PREEMPTS);
         if vehicle.flying && !vehicle.near_ground && is_newer {
             // In the air what was interrupted goes on once it is over.
             self.control.flew_by_itself = flies_by_itself;
