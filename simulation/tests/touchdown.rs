@@ -188,3 +188,70 @@ fn a_return_that_did_not_come_home_says_where_it_came_down() {
     let away = format!("came down {:.0} m from home", at.north_m.hypot(at.east_m));
     assert!(report.reason.contains(&away), "{away}, {}\n{}", report.reason, simulation.decision_log());
 }
+
+#[test]
+fn what_the_autopilot_has_ended_stays_ended_if_its_disarming_is_rejected_or_the_skill_manager_dies() {
+    let troubles: [(&str, Happens); 2] = [
+        ("rejected", |it| it.inject_fault("reject_acks", &["1"])),
+        ("killed", |it| it.restart("skill-manager", Duration::from_millis(300), Memory::Kept)),
+    ];
+    for (what, trouble) in troubles {
+        for (begins_ms, lasts_ms) in [(400, 700), (1000, 700), (1700, 1700)] {
+            let mut simulation = simulation(None, Policy::Grant);
+            simulation.pass(Duration::from_millis(begins_ms));
+            simulation.inject_fault("autopilot_failsafe", &["land", "geofence"]);
+            simulation.pass(Duration::from_millis(200));
+            trouble(&mut simulation);
+            simulation.pass(Duration::from_millis(lasts_ms));
+            simulation.inject_fault("autopilot_failsafe", &["off"]);
+            let highest_m = highest_m(&mut simulation, Duration::from_secs(120));
+            let log = || format!("{what}, {begins_ms} ms\n{}", simulation.decision_log());
+            assert!(highest_m < 0.5 && simulation.is_on_ground(), "{highest_m} m high, {}", log());
+        }
+    }
+}
+
+#[test]
+fn one_order_goes_on_also_while_the_failsafe_lasts() {
+    let mut simulation = simulation(None, Policy::Grant);
+    simulation.pass(Duration::from_millis(500));
+    simulation.inject_fault("autopilot_failsafe", &["hold", "geofence"]);
+    simulation.pass(Duration::from_secs(5));
+    simulation.order(RESUME);
+    let report = simulation.fly(LIMIT).expect("a report");
+    assert_eq!(report.outcome(), MissionOutcome::Success, "{}", simulation.decision_log());
+}
+
+#[test]
+fn a_pause_at_the_touchdown_of_a_return_holds_on_the_ground() {
+    let mut simulation = simulation(None, Policy::Grant);
+    simulation.pass(Duration::from_secs(20));
+    simulation.order(RETURN);
+    assert!(simulation.fly_until("`operator_return`: return_home", LIMIT), "{}", simulation.decision_log());
+    simulation.pass(Duration::from_secs(3));
+    while simulation.position().is_some_and(|it| 0.1 < -it.down_m) {
+        simulation.pass(Duration::from_millis(50));
+        assert!(simulation.now().as_secs_f64() < 900.0, "it never gets there:\n{}", simulation.decision_log());
+    }
+    simulation.order(PAUSE);
+    simulation.pass(Duration::from_secs(8));
+    assert!(simulation.is_on_ground(), "{}", simulation.decision_log());
+    simulation.pass(Duration::from_secs(60));
+    assert!(simulation.is_on_ground() && simulation.is_up("operator_pause"), "{}", simulation.decision_log());
+}
+
+#[test]
+fn a_land_detector_that_sticks_in_the_first_metres_leaves_no_vehicle_in_the_air() {
+    for begins_ms in [3200, 3600, 3900, 4200, 79_000] {
+        let mut simulation = simulation(None, Policy::Grant);
+        simulation.pass(Duration::from_millis(begins_ms));
+        simulation.inject_fault("land_detector", &["landed"]);
+        simulation.pass(Duration::from_secs(60));
+        simulation.inject_fault("clear", &[]);
+        simulation.fly(LIMIT).expect("a report");
+        simulation.pass(Duration::from_secs(30));
+        let log = || format!("{begins_ms} ms\n{}", simulation.decision_log());
+        assert!(simulation.is_on_ground(), "{}", log());
+        assert_eq!(simulation.breaches(), [], "{}", log());
+    }
+}
