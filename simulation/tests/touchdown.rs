@@ -41,6 +41,12 @@ fn highest_m(simulation: &mut Simulation<'_>, time: Duration) -> f64 {
 
 type Happens = fn(&mut Simulation<'_>);
 
+/// The same mission once more.
+fn upload(simulation: &mut Simulation<'_>) {
+    let text = std::fs::read_to_string(config().join("missions/reference.toml")).unwrap();
+    simulation.ask(Ask::Upload(v1::MissionText { text, wind: None }));
+}
+
 /// What calls for a flight elsewhere, or for a hover.
 const HAPPENINGS: [(&str, Happens); 9] = [
     ("the area is closed", |it| it.decide("B", Decision::Revoke)),
@@ -63,8 +69,7 @@ const HAPPENINGS: [(&str, Happens); 9] = [
         it.decide("B", Decision::Revoke);
     }),
     ("another mission, and the area is closed", |it| {
-        let text = std::fs::read_to_string(config().join("missions/reference.toml")).unwrap();
-        it.ask(Ask::Upload(v1::MissionText { text, wind: None }));
+        upload(it);
         it.decide("B", Decision::Revoke);
     }),
     ("a low battery", |it| it.inject_fault("battery", &["0.24"])),
@@ -92,12 +97,11 @@ fn whatever_happens_at_a_touchdown_the_vehicle_stays_down() {
 
 #[test]
 fn a_landing_that_touches_the_ground_is_not_given_up_for_another_plan_or_mission() {
-    let text = || std::fs::read_to_string(config().join("missions/reference.toml")).unwrap();
     use MissionOutcome::{Failure, Success};
-    let changes: [(&str, &dyn Fn(&mut Simulation<'_>), MissionOutcome); 3] = [
-        ("another plan", &|it| it.order(REPLAN), Success),
-        ("another mission", &|it| it.ask(Ask::Upload(v1::MissionText { text: text(), wind: None })), Success),
-        ("the objective is skipped", &|it| it.ask(Ask::Skip(v1::SkipObjective { name: "deliver".into() })), Failure),
+    let changes: [(&str, Happens, MissionOutcome); 3] = [
+        ("another plan", |it| it.order(REPLAN), Success),
+        ("another mission", upload, Success),
+        ("the objective is skipped", |it| it.ask(Ask::Skip(v1::SkipObjective { name: "deliver".into() })), Failure),
     ];
     for (what, change, outcome) in changes {
         let mut simulation = when("step 5 of 5", |it| it < 0.1);
