@@ -182,7 +182,7 @@ impl FlightState {
             // height is not known.
             (_, Some(true), _) if self.flying == Some(true) && !self.noticed => Some(!self.has_settled_here(now)),
             // One that is stuck while the vehicle climbs, or hovers at a metre, has noticed the flight as well.
-            (_, Some(true), _) if self.flying == Some(true) => Some(!self.may_have_landed(now)),
+            (_, Some(true), _) if self.flying == Some(true) => Some(!self.may_have_landed()),
             (_, Some(landed), _) => Some(!landed),
             (_, None, _) => self.flying,
         }
@@ -193,12 +193,12 @@ impl FlightState {
         self.noticed && self.latest.landed == Some(true) && self.rests_for(now, SETTLED)
     }
 
-    /// At rest at the height at which it stood before, in whatever mode, or in a landing elsewhere. What is not known of height and speed says
-    /// nothing against it.
-    fn may_have_landed(&self, now: Time) -> bool {
+    /// In a landing, or at rest at the height at which it stood before, in whatever mode. What is not known of height and speed says nothing
+    /// against it.
+    fn may_have_landed(&self) -> bool {
         let rests = self.latest.speed_m_s.is_none_or(|it| it < AT_REST_M_S);
         let is_low = self.distance_m().is_none_or(|it| it < AT_GROUND_M);
-        (rests && is_low) || self.has_settled_elsewhere(now)
+        self.latest.lands || (rests && is_low)
     }
 
     /// At rest in a landing at the height at which it stood before, as the detector says.
