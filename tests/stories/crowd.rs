@@ -45,6 +45,8 @@ fn files() -> Files {
         // On a busy machine a head waits as long for its turn as all the others take.
         ("head_timeout_s = 10.0", "head_timeout_s = 3600.0"),
         ("history_records = 4096", HISTORY),
+        // Nor does it have to read a body within four seconds.
+        ("request_timeout_s = 5.0", "request_timeout_s = 30.0"),
         // Nor is a gateway that a busy machine lets wait one that hangs: who is served would be cut off.
         ("hung_after_s = 3.0", "hung_after_s = 60.0"),
     ];

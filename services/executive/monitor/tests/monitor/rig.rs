@@ -240,6 +240,7 @@ impl Vehicle {
     /// It stands on the ground, by every source.
     pub(crate) fn touch_down(&mut self) {
         self.land_detected.landed = true;
+        self.local_position.velocity = Some(v1::NedVelocity::default());
         self.local_position.position = Some(v1::Ned { north_m: 30.0, east_m: 40.0, down_m: 0.0 });
     }
 
