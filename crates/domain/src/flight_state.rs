@@ -8,7 +8,8 @@
 //!
 //! - Armed and far from that height, the vehicle flies, whatever the detector says.
 //! - With its motors off it does not, unless detector and height both say so.
-//! - At that height, armed, the detector decides; without one, or by one that has not noticed the flight, what was known last.
+//! - At that height, armed, the detector decides; without one, or by one that has not noticed the flight, what was known last. That the
+//!   flight has ended it must say in a landing, or of a vehicle that rests no higher than a metre: one that sticks in a takeoff says nothing.
 //! - At the end of a landing an armed vehicle also stands if it no longer moves and either is back at the height at which it
 //!   stood before, or the detector says so that had noticed the beginning of the flight. That is how a landing on
 //!   a deck is seen, and a touchdown that the detector does not notice.
