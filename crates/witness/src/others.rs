@@ -86,6 +86,7 @@ mod tests {
                 armed: true,
                 failsafe,
                 failsafe_reason: if failsafe { reason as i32 } else { 0 },
+                intended_mode: v1::FlightMode::Offboard as i32,
                 ..Default::default()
             };
             let order = || v1::DecisionRecord { kind: v1::DecisionKind::OrderAccepted as i32, ..Default::default() };
