@@ -152,7 +152,7 @@ impl FlightState {
         self.at_rest_since = self.at_rest_since.or(Some(now)).filter(|_| rests);
         let was_flying = self.flying;
         self.flying = self.judge(now);
-        // Whoever sees it for the first time in a landing does not know whether that has touched the ground.
+        // A process that was just started does not know whether a landing that it finds has touched the ground.
         let is_first = was_flying.is_none();
         let may_lift_off = evidence.armed != Some(false);
         // One that reports the ground while the vehicle moves far above it is stuck.

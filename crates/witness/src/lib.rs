@@ -114,7 +114,7 @@ pub struct Limits {
     pub without_response: Duration,
     /// In one place without a response, without a reason of the planner's and without an operator's pause: longer than the planner holds for a permission.
     pub hover: Duration,
-    /// From the status that shows it until whoever commands knows that somebody else flies, or the autopilot by itself, on a busy machine.
+    /// How long after a status the skill manager may still not know that somebody else, or a failsafe, flies: on a busy machine.
     pub hears: Duration,
     /// Time to notice that an area must be left, on a busy machine.
     pub notice: Duration,

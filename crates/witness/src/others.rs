@@ -30,7 +30,7 @@ impl Flies {
         }
     }
 
-    /// Whether whoever commands must have heard of it by now, and commands without an order. That is told once.
+    /// Whether a command that is sent now ignores it: there was time to hear of it, and no operator has ordered anything. Told once.
     fn is_defied(&mut self, at: Time, hears: Duration) -> bool {
         self.unordered_since.take_if(|since| *since + hears < at).is_some()
     }

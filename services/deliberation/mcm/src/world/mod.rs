@@ -11,7 +11,6 @@ use domain::consumption::Consumption;
 use domain::contingency::Contingencies;
 use domain::contingency::narrowing::Narrowing;
 use domain::decision::DecisionKind;
-use domain::fmu::FlightMode;
 use domain::geometry::Ned;
 use domain::mission::{MissionOutcome, MissionReport};
 use domain::site::Site;
@@ -53,6 +52,7 @@ mod response_way;
 mod responses;
 mod status;
 mod steps;
+mod touchdown;
 mod unknown_flags;
 mod ways;
 
@@ -274,22 +274,6 @@ impl World {
     /// Whether the vehicle is known to fly.
     pub(crate) fn is_flying(&self) -> bool {
         self.vehicle.is_some_and(|it| it.flying)
-    }
-
-    /// Whether the vehicle flies, and has hardly lifted off, or touches the ground at the end of a landing.
-    pub(crate) fn is_near_ground(&self) -> bool {
-        self.vehicle.is_some_and(|it| it.flying && it.near_ground)
-    }
-
-    /// Whether a landing, whoever has ordered it, touches the ground: nothing else is to be commanded then.
-    pub(crate) fn touches_in_landing(&self) -> bool {
-        self.is_near_ground() && self.vehicle.is_some_and(|it| it.mode == Some(FlightMode::Land))
-    }
-
-    /// Whether the vehicle stands with its motors on in the takeoff mode, and must not take off before an operator says so.
-    fn is_about_to_lift_off(&self) -> bool {
-        let takes_off = |it: &Vehicle| !it.flying && it.armed && it.mode == Some(FlightMode::Takeoff);
-        self.unplanned_landing.is_some() && self.vehicle.as_ref().is_some_and(takes_off)
     }
 
     /// Whether the vehicle flies, or has not been heard since a restart and flew before.

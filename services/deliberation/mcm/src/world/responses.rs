@@ -100,18 +100,6 @@ impl World {
         self.is_on_ground() && self.mission.over.is_none() && self.unplanned_landing.is_none() && lands()
     }
 
-    /// A landing touches the ground: it is flown to its end, whatever else is to be flown.
-    pub(crate) fn touches_down(&self) -> bool {
-        self.is_near_ground() && self.skills.present().is_some_and(|(goal, _)| goal == Goal::Land)
-    }
-
-    /// At a touchdown a response that flies elsewhere, or hovers, waits: nothing is as safe as to stand. What is answered then is a vehicle
-    /// on the ground, which lifts off for nothing. One that ends the mission does so by landing here.
-    fn waits_for_touchdown(&self, raised: &Raised) -> bool {
-        let row = &self.table.rows()[raised.row];
-        raised.under_way.is_none() && row.severity() < Severity::Land && row.then == Then::Resume
-    }
-
     /// On the ground it does nothing but to prevent a takeoff. What an operator orders, and a response that is under way, go on.
     fn only_prevents_takeoff(&self, raised: &Raised) -> bool {
         let row = &self.table.rows()[raised.row];
@@ -335,15 +323,6 @@ impl World {
                 "contingency",
                 format!("`{flag}` goes on after {waited_s} s: the autopilot's own failsafe is over"),
             );
-        }
-    }
-
-    /// The response lands where the vehicle is, instead of flying elsewhere.
-    pub(crate) fn say_it_lands_at_once(&mut self) {
-        if let Some(row) = self.response_row() {
-            let flag = self.flags.name(row).clone();
-            let text = format!("`{flag}`: lands where it is: it has hardly lifted off, or touches the ground");
-            self.record(Said::new(CONTINGENCY, DecisionKind::Note, text).about(row));
         }
     }
 

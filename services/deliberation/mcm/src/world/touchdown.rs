@@ -1,0 +1,49 @@
+//! Between standing and flying: nothing is flown to but the ground (docs/decisions.md, "Near the ground there is one way to go").
+
+use domain::contingency::{Raised, Severity, Then};
+use domain::decision::DecisionKind;
+use domain::fmu::FlightMode;
+use domain::skill::Goal;
+
+use super::World;
+use crate::journal::{CONTINGENCY, Said};
+use crate::vehicle::Vehicle;
+
+impl World {
+    /// Whether the vehicle flies, and has hardly lifted off, or touches the ground at the end of a landing.
+    pub(crate) fn is_near_ground(&self) -> bool {
+        self.vehicle.is_some_and(|it| it.flying && it.near_ground)
+    }
+
+    /// Whether the vehicle touches the ground in landing mode, no matter which landing it is: nothing else may be commanded then.
+    pub(crate) fn touches_in_landing(&self) -> bool {
+        self.is_near_ground() && self.vehicle.is_some_and(|it| it.mode == Some(FlightMode::Land))
+    }
+
+    /// Whether the vehicle stands with its motors on in the takeoff mode, and must not take off before an operator says so.
+    pub(super) fn is_about_to_lift_off(&self) -> bool {
+        let takes_off = |it: &Vehicle| !it.flying && it.armed && it.mode == Some(FlightMode::Takeoff);
+        self.unplanned_landing.is_some() && self.vehicle.as_ref().is_some_and(takes_off)
+    }
+
+    /// A landing touches the ground: it is flown to its end, whatever else is to be flown.
+    pub(crate) fn touches_down(&self) -> bool {
+        self.is_near_ground() && self.skills.present().is_some_and(|(goal, _)| goal == Goal::Land)
+    }
+
+    /// At a touchdown a response that flies elsewhere, or hovers, waits: nothing is as safe as to stand. What is answered then is a vehicle
+    /// on the ground, which lifts off for nothing. One that ends the mission does so by landing here.
+    pub(super) fn waits_for_touchdown(&self, raised: &Raised) -> bool {
+        let row = &self.table.rows()[raised.row];
+        raised.under_way.is_none() && row.severity() < Severity::Land && row.then == Then::Resume
+    }
+
+    /// The response lands where the vehicle is, instead of flying elsewhere.
+    pub(crate) fn say_it_lands_at_once(&mut self) {
+        if let Some(row) = self.response_row() {
+            let flag = self.flags.name(row).clone();
+            let text = format!("`{flag}`: lands where it is: it has hardly lifted off, or touches the ground");
+            self.record(Said::new(CONTINGENCY, DecisionKind::Note, text).about(row));
+        }
+    }
+}
