@@ -67,6 +67,8 @@ struct Member<'a> {
     /// When its next turn is at the earliest.
     free_from: Time,
     next_heartbeat: Time,
+    /// The node's deadline since its last turn, which alone can move it: asked once, not before the turn of every other.
+    deadline: Option<Time>,
     handled: u64,
     has_ended: bool,
     /// Requests that it has taken in and not answered.
@@ -121,6 +123,7 @@ impl<'a> VirtualBus<'a> {
         let added = self.nodes.len();
         let member = Member {
             subscribed: node.subscriptions().iter().fold(0, |topics, topic| topics | bit(*topic)),
+            deadline: node.deadline(),
             node,
             scope,
             free_from: self.now,
@@ -252,8 +255,7 @@ impl<'a> VirtualBus<'a> {
         let expiry = self.calls.deadline().map(|at| (at, Turn::Expiry));
         let arrival = arrival.map(|(at, node)| (at, Turn::Events(node)));
         let present = || self.nodes.iter().enumerate().filter(|(_, it)| !it.has_ended);
-        let deadlines =
-            present().filter_map(|(index, it)| Some((it.node.deadline()?.max(it.free_from), Turn::Events(index))));
+        let deadlines = present().filter_map(|(index, it)| Some((it.deadline?.max(it.free_from), Turn::Events(index))));
         let heartbeats = present().map(|(index, it)| (it.next_heartbeat.max(it.free_from), Turn::Heartbeat(index)));
         let start = self.starting.iter().map(|it| (it.at, Turn::Start)).min_by_key(|(at, _)| *at);
         let others = start.into_iter().chain(deadlines).chain(heartbeats);
@@ -291,11 +293,11 @@ impl<'a> VirtualBus<'a> {
         for event in self.queue.take(index, self.now) {
             let member = &mut self.nodes[index];
             member.handled += 1;
-            if let Event::Request { token, request, .. } = &event {
+            if let Event::Request { token, request, .. } = event.as_ref() {
                 member.open.push((*token, request.service()));
             }
             let mut effects = Vec::new();
-            member.node.on(now, event, &mut effects);
+            member.node.on(now, *event, &mut effects);
             self.perform(index, effects);
         }
         let mut effects = Vec::new();
@@ -303,6 +305,7 @@ impl<'a> VirtualBus<'a> {
         self.perform(index, effects);
         self.fail_unanswered(index);
         self.nodes[index].free_from = self.now + self.delays.draw();
+        self.nodes[index].deadline = self.nodes[index].node.deadline();
         if self.nodes[index].node.is_over() {
             self.end(index);
         }

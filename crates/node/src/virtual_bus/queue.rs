@@ -34,7 +34,8 @@ struct Queued {
     /// Counts up over all lanes.
     number: u64,
     arrives: Time,
-    event: Event,
+    /// On the heap: it is moved from list to list, and some events are large.
+    event: Box<Event>,
 }
 
 /// Sender (`None`: from outside), receiver and class.
@@ -68,7 +69,7 @@ impl Queue {
         self.sent += 1;
         let lane = &mut self.lanes[to];
         lane.first_arrival = Some(lane.first_arrival.map_or(arrives, |first| first.min(arrives)));
-        lane.events.push(Queued { number: self.sent, arrives, event });
+        lane.events.push(Queued { number: self.sent, arrives, event: Box::new(event) });
     }
 
     /// When a node can next take in an event, and which node: none before its time in `free_from`. Of several nodes that can at the
@@ -87,12 +88,13 @@ impl Queue {
 
     /// Takes out what has arrived at `node`, as its mailbox has it: of each state only the newest, in the place of the
     /// first.
-    pub(super) fn take(&mut self, node: Index, now: Time) -> Vec<Event> {
+    #[expect(clippy::vec_box, reason = "events are moved from list to list as they are, and some are large")]
+    pub(super) fn take(&mut self, node: Index, now: Time) -> Vec<Box<Event>> {
         let Some(lane) = self.lanes.get_mut(node) else { return Vec::new() };
         let mut arrived: Vec<Queued> = lane.events.extract_if(.., |it| it.arrives <= now).collect();
         lane.first_arrival = lane.events.iter().map(|it| it.arrives).min();
         arrived.sort_by_key(|it| it.arrives);
-        let mut mailbox: Vec<Event> = Vec::new();
+        let mut mailbox: Vec<Box<Event>> = Vec::new();
         for Queued { event, .. } in arrived {
             let older = state(&event).and_then(|new| mailbox.iter().position(|old| state(old).as_ref() == Some(&new)));
             match older {
@@ -165,7 +167,7 @@ mod tests {
         Event::Peer { vehicle: "uav1".into(), service: "mcm".into(), instance: instance.into(), alive }
     }
 
-    fn texts(events: &[Event]) -> Vec<String> {
+    fn texts(events: &[Box<Event>]) -> Vec<String> {
         let text = |event: &Event| match event {
             Event::Message { message: Message::FlagEvent(flag), .. } => flag.name.clone(),
             Event::Message { vehicle, message: Message::BatteryStatus(battery) } => {
@@ -174,7 +176,7 @@ mod tests {
             Event::Peer { instance, alive, .. } => format!("{instance} {alive}"),
             other => format!("{other:?}"),
         };
-        events.iter().map(text).collect()
+        events.iter().map(|it| text(it)).collect()
     }
 
     #[test]

@@ -3,8 +3,9 @@
 //! The introspection, 100 times a second of wall time, holds the newest sample of each source with
 //! its age, the values derived from the samples, and the flags that are up. Which fact or expression raises which
 //! flag is the contingency table's business; expressions read a snapshot of fields
-//! ([`domain::contingency::snapshot`]). A flag that is raised or cleared goes out as an event of its own while the
-//! sample that caused it is handled, so that it does not vanish between two introspections.
+//! ([`domain::contingency::snapshot`]). Rules read together what arrives at one moment, and no sample is replaced by another before
+//! they have read it. A flag that is raised or cleared goes out at once, as an event of its own, so that it does not vanish between
+//! two introspections.
 //!
 //! A source that brings nothing new is one of three:
 //! - *silent*: nothing arrives, or nothing valid. The source ages, its last value stays. What is
@@ -65,6 +66,8 @@ pub struct Monitor {
     sources: Sources,
     /// In the order of the table, most urgent first.
     flags: Vec<Flag>,
+    /// Of which samples have arrived that no rule has read yet.
+    unread: Vec<Topic>,
     /// What the expressions read last, and when.
     snapshot: Snapshot,
     evaluated_at: Option<Time>,
@@ -77,6 +80,7 @@ impl Monitor {
         Monitor {
             sources: Sources::new(config, pace),
             flags: contingencies.rows().iter().map(|row| Flag::new(row, config, pace)).collect(),
+            unread: Vec::new(),
             snapshot: Snapshot::UNKNOWN,
             evaluated_at: None,
             schedule: Schedule::every(pace.wall(config.introspection_rate_hz.period())),
@@ -84,10 +88,13 @@ impl Monitor {
     }
 
     fn take(&mut self, now: Time, message: Message, effects: &mut Vec<Effect>) -> Result<(), InvalidMessage> {
-        if let Some(sample) = wire::sample(message)? {
-            self.sources.take(now, sample);
+        let topic = message.topic();
+        let Some(sample) = wire::sample(message)? else { return Ok(()) };
+        if self.unread.contains(&topic) {
             self.evaluate(now, Occasion::Sample, effects);
         }
+        self.sources.take(now, sample);
+        self.unread.push(topic);
         Ok(())
     }
 
@@ -99,8 +106,9 @@ impl Monitor {
     }
 
     fn evaluate(&mut self, now: Time, occasion: Occasion, effects: &mut Vec<Effect>) {
-        // Every sample is followed by the clock, mostly at once: then nothing is new but that silence counts.
-        let is_known = occasion == Occasion::Clock && self.evaluated_at == Some(now);
+        // What was read a moment ago is read again where nothing has arrived since: then nothing is new but that silence counts.
+        let is_known = self.unread.is_empty() && self.evaluated_at == Some(now);
+        self.unread.clear();
         let snapshot = if is_known { self.snapshot } else { snapshot::snapshot(&self.sources, now) };
         let changed = snapshot.differs_in(&self.snapshot);
         (self.snapshot, self.evaluated_at) = (snapshot, Some(now));
