@@ -131,6 +131,28 @@ fn a_takeoff_that_lands_again_does_so_also_if_the_mission_manager_dies() {
 }
 
 #[test]
+fn a_manager_that_has_lost_its_memory_at_a_touchdown_lands_and_lifts_nothing_off() {
+    let happenings: [(&str, Happens); 4] = [
+        ("nothing", |_| {}),
+        ("a low battery", |it| it.inject_fault("battery", &["0.2"])),
+        ("an order to return", |it| it.order(RETURN)),
+        ("the area is closed", |it| it.decide("B", Decision::Revoke)),
+    ];
+    for (what, happens) in happenings {
+        for (height_m, dead_ms) in [(0.18, 200), (0.06, 200), (0.06, 1000), (-0.05, 400)] {
+            let mut simulation = when("step 5 of 5", |it| it < height_m);
+            simulation.restart("mcm", Duration::from_millis(dead_ms), Memory::Lost);
+            simulation.pass(Duration::from_secs(8));
+            happens(&mut simulation);
+            let highest_m = highest_m(&mut simulation, Duration::from_secs(60));
+            let log = || format!("{what} at {height_m} m, {dead_ms} ms\n{}", simulation.decision_log());
+            assert!(highest_m < 0.3 && simulation.is_on_ground(), "{highest_m} m high, {}", log());
+            assert_eq!(simulation.breaches(), [], "{}", log());
+        }
+    }
+}
+
+#[test]
 fn whatever_happens_in_the_first_metre_of_a_takeoff_the_vehicle_lands_again() {
     let happenings: [(&str, Happens); 4] = [
         ("the area is closed", |it| it.decide("B", Decision::Revoke)),

@@ -128,8 +128,8 @@ impl FlightState {
     }
 
     /// Whether the vehicle stands or touches the ground, or has just lifted off: it has been nowhere higher than [`AT_GROUND_M`] above the
-    /// ground since it stood, or since a landing touched it. Between that and the detector's statement it may rest there, with its
-    /// motors on.
+    /// ground since it stood, since a landing touched it, or since it was first seen. Between that and the detector's statement it may rest
+    /// there, with its motors on.
     pub fn is_near_ground(&self) -> bool {
         self.near_ground
     }
@@ -152,7 +152,7 @@ impl FlightState {
         self.at_rest_since = self.at_rest_since.or(Some(now)).filter(|_| rests);
         let was_flying = self.flying;
         self.flying = self.judge(now);
-        // A process that was just started does not know whether a landing that it finds has touched the ground.
+        // A process that was just started does not know whether what it finds so low has touched the ground, or hardly left it.
         let is_first = was_flying.is_none();
         let may_lift_off = evidence.armed != Some(false);
         // One that reports the ground while the vehicle moves far above it is stuck.
@@ -167,7 +167,7 @@ impl FlightState {
             self.ground_m = Ground(Some(height_m));
         }
         let is_below = |limit_m: f64| self.distance_m().is_some_and(|it| it < limit_m);
-        let comes_near = self.flying == Some(false) || (evidence.lands && (is_first || is_below(TOUCHES_M)));
+        let comes_near = self.flying == Some(false) || is_first || (evidence.lands && is_below(TOUCHES_M));
         self.near_ground = is_below(AT_GROUND_M) && (self.near_ground || comes_near);
     }
 

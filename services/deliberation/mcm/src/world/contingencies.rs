@@ -53,7 +53,7 @@ impl World {
             Some(vehicle) if vehicle.flying => vehicle.seen_at,
             // Not heard since this process was started, and it flew before.
             None if self.was_flying => began,
-            _ => return None,
+            _ => return self.waits_for_first_sight(),
         };
         let lost_from = seen_at + self.limits.introspection;
         if self.now.time < lost_from {

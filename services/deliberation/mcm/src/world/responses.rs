@@ -86,9 +86,9 @@ impl World {
             return self.responding().filter(|_| !self.has_settled());
         }
         let ends_landing = self.ends_landing();
-        let touches_down = self.touches_down();
+        let waits_for_ground = self.touches_down() || self.waits_for_first_sight().is_some();
         let raised = self.raised().filter(|it| {
-            !(ends_landing && self.only_prevents_takeoff(it) || touches_down && self.waits_for_touchdown(it))
+            !(ends_landing && self.only_prevents_takeoff(it) || waits_for_ground && self.waits_for_touchdown(it))
         });
         responder(self.table.rows(), raised, self.flight_phase())
     }

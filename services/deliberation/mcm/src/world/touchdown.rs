@@ -4,6 +4,7 @@ use domain::contingency::{Raised, Severity, Then};
 use domain::decision::DecisionKind;
 use domain::fmu::FlightMode;
 use domain::skill::Goal;
+use domain::time::Time;
 
 use super::World;
 use crate::journal::{CONTINGENCY, Said};
@@ -29,6 +30,13 @@ impl World {
     /// A landing touches the ground: it is flown to its end, whatever else is to be flown.
     pub(crate) fn touches_down(&self) -> bool {
         self.is_near_ground() && self.skills.present().is_some_and(|(goal, _)| goal == Goal::Land)
+    }
+
+    /// A manager that was just started and has not seen the vehicle yet does not know whether it touches the ground. It looks first: until
+    /// then, or until the monitor counts as lost.
+    pub(super) fn waits_for_first_sight(&self) -> Option<Time> {
+        let until = self.watches_since? + self.limits.introspection;
+        (self.vehicle.is_none() && self.now.time < until).then_some(until)
     }
 
     /// At a touchdown a response that flies elsewhere, or hovers, waits: nothing is as safe as to stand. What is answered then is a vehicle

@@ -70,6 +70,21 @@ fn a_further_restart_forgets_neither_the_loss_nor_the_start() {
 }
 
 #[test]
+fn a_landing_that_touches_the_ground_is_not_stopped_before_it_is_seen() {
+    let mut rig = forgetful();
+    rig.silence(0.1);
+    assert_eq!(rig.story(), "");
+    rig.vehicle(true, Land, (0.0, 50.0, 0.05));
+    rig.wait(0.1);
+    assert_eq!(rig.story(), "start land");
+    // Where the monitor does not speak at all, the vehicle is stopped.
+    let mut rig = forgetful();
+    rig.silence(0.1);
+    rig.silence(0.5);
+    assert_eq!(rig.story(), "start stop");
+}
+
+#[test]
 fn in_the_air_it_holds_until_an_operator_resumes() {
     let mut rig = forgetful();
     rig.vehicle(true, Offboard, (0.0, 50.0, 10.0));

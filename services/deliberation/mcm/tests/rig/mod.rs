@@ -249,6 +249,7 @@ impl Rig {
                 position: Some(self.position),
                 velocity: Some(v1::NedVelocity::default()),
                 timestamp_us,
+                vertical_valid: true,
                 ..Default::default()
             }),
             land_detected: Some(v1::VehicleLandDetected { landed: !flying, timestamp_us, ..Default::default() }),
