@@ -66,6 +66,11 @@ impl Identity {
         roles.iter().any(|role| self.roles.contains(role))
     }
 
+    /// Whether it may do more than read.
+    pub(crate) fn may_order(&self) -> bool {
+        self.roles.iter().any(|role| *role != Role::Observer)
+    }
+
     /// The names of its roles.
     pub(crate) fn role_names(&self) -> Vec<String> {
         self.roles.iter().map(|role| role.name().to_owned()).collect()

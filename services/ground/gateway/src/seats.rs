@@ -1,5 +1,6 @@
 //! Who may keep a connection open. Connections without a valid token get few seats, and lose them to newcomers; those of
-//! token holders have seats of their own, so that no number of strangers keeps an operator out.
+//! token holders have seats of their own, so that no number of strangers keeps an operator out. Of those, some are for holders who may
+//! order, so that no number of those who only watch does.
 //!
 //! Every connection begins as a stranger's. A newcomer for whom there is no seat takes that of the oldest stranger at its own
 //! address, if that address has its full number, otherwise of the oldest at the address with the most: an address that floods
@@ -15,11 +16,16 @@ use crate::config::Clients;
 use crate::http::caller::Network;
 use crate::shares::{Share, Shares, Taken};
 
+/// One in so many of the holders' seats is kept for those who may order.
+const ONE_IN_FOR_ORDERS: usize = 16;
+
 /// All seats.
 #[derive(Debug)]
 pub(crate) struct Seats {
     strangers: Mutex<Strangers<oneshot::Sender<()>>>,
     holders: Arc<Shares>,
+    /// Of the holders' seats: for those who may order.
+    for_orders: usize,
 }
 
 /// The seat of one connection; given back with the value.
@@ -37,9 +43,10 @@ impl Seats {
     /// With room for `connections`, of which strangers get the configured number, and no more than half.
     pub(crate) fn new(connections: usize, limits: &Clients) -> Arc<Seats> {
         let strangers = usize::from(limits.strangers.get()).min(connections / 2);
-        let holders = Shares::new(connections - strangers, limits.connections_per_token.get().into());
+        let of_holders = connections - strangers;
+        let holders = Shares::new(of_holders, limits.connections_per_token.get().into());
         let strangers = Strangers::new(strangers, limits.strangers_per_address.get().into());
-        Arc::new(Seats { strangers: Mutex::new(strangers), holders })
+        Arc::new(Seats { strangers: Mutex::new(strangers), holders, for_orders: of_holders / ONE_IN_FOR_ORDERS })
     }
 
     /// A seat for a connection from `address`, which has to close when the receiver ends.
@@ -56,8 +63,8 @@ impl Seats {
 }
 
 impl Seat {
-    /// The client has shown that it is `who`.
-    pub(crate) fn claim(&self, who: &Arc<str>) -> Result<(), Taken> {
+    /// The client has shown that it is `who`, and whether that one may order something.
+    pub(crate) fn claim(&self, who: &Arc<str>, may_order: bool) -> Result<(), Taken> {
         let mut holder = self.holder.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         if holder.as_ref().is_some_and(|(share, _)| share.holder() == who) {
             return Ok(());
@@ -71,7 +78,8 @@ impl Seat {
                 None => return Ok(()),
             },
         };
-        let claimed = self.seats.holders.take(who);
+        let for_others = if may_order { 0 } else { self.seats.for_orders };
+        let claimed = self.seats.holders.take_leaving(who, for_others);
         match (claimed, before) {
             (Ok(share), _) => *holder = Some((share, stay)),
             (Err(taken), Some(before)) => {
@@ -188,19 +196,38 @@ mod tests {
         let here = [127, 0, 0, 1].into();
         let take = || seats.take(here);
         let ((first, mut first_closes), (second, _second_closes)) = (take(), take());
-        assert_eq!((first.claim(&anna), first.claim(&anna), second.claim(&anna)), (Ok(()), Ok(()), Ok(())));
+        assert_eq!(
+            (first.claim(&anna, true), first.claim(&anna, true), second.claim(&anna, true)),
+            (Ok(()), Ok(()), Ok(()))
+        );
         let (third, mut third_closes) = take();
-        assert_eq!(third.claim(&anna), Err(Taken::ByHolder(anna, 2)));
+        assert_eq!(third.claim(&anna, true), Err(Taken::ByHolder(anna, 2)));
         let (_fourth, mut fourth_closes) = take();
         let (_fifth, _fifth_closes) = take();
         let is_closed = |it: &mut oneshot::Receiver<()>| it.try_recv() == Err(oneshot::error::TryRecvError::Closed);
         assert!(is_closed(&mut third_closes) && !is_closed(&mut fourth_closes) && !is_closed(&mut first_closes));
         // Displaced in the moment in which it shows its token: nothing is left behind.
-        assert_eq!(third.claim(&ben), Ok(()));
-        assert_eq!(first.claim(&ben), Ok(()), "another token over the same connection");
+        assert_eq!(third.claim(&ben, true), Ok(()));
+        assert_eq!(first.claim(&ben, true), Ok(()), "another token over the same connection");
         drop((first, second, third));
         assert!(is_closed(&mut first_closes));
         let again: Vec<_> = (0..2).map(|_| take()).collect();
-        assert!(again.iter().all(|(seat, _)| seat.claim(&ben) == Ok(())));
+        assert!(again.iter().all(|(seat, _)| seat.claim(&ben, true) == Ok(())));
+    }
+
+    #[test]
+    fn those_who_only_watch_leave_seats_to_those_who_may_order() {
+        // One of sixteen.
+        let seats = seats(18, 2, 5);
+        let take = || seats.take([127, 0, 0, 1].into());
+        let sit = |number: usize| {
+            let (seat, closes) = take();
+            assert_eq!(seat.claim(&format!("watcher {}", number / 5).into(), false), Ok(()), "{number}");
+            (seat, closes)
+        };
+        let _watching: Vec<_> = (0..15).map(sit).collect();
+        let (one_more, _closes) = take();
+        assert_eq!(one_more.claim(&"watcher 9".into(), false), Err(Taken::ByAll(15)));
+        assert_eq!(one_more.claim(&"anna".into(), true), Ok(()));
     }
 }

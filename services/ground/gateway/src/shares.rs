@@ -44,12 +44,20 @@ impl Shares {
     /// # Errors
     /// When there is none left, or none left for this holder.
     pub(crate) fn take(self: &Arc<Shares>, who: &Arc<str>) -> Result<Share, Taken> {
-        let mut held = self.lock();
+        self.take_leaving(who, 0)
+    }
+
+    /// Takes one for `who`, unless no more than `rest` are left, which are for others.
+    ///
+    /// # Errors
+    /// When there is none left, or none left for this holder.
+    pub(crate) fn take_leaving(self: &Arc<Shares>, who: &Arc<str>, rest: usize) -> Result<Share, Taken> {
+        let (mut held, total) = (self.lock(), self.total.saturating_sub(rest));
         if held.get(who).is_some_and(|it| self.each <= *it) {
             return Err(Taken::ByHolder(who.clone(), self.each));
         }
-        if self.total <= held.values().sum() {
-            return Err(Taken::ByAll(self.total));
+        if total <= held.values().sum() {
+            return Err(Taken::ByAll(total));
         }
         *held.entry(who.clone()).or_default() += 1;
         Ok(Share { of: self.clone(), who: who.clone() })
@@ -111,6 +119,7 @@ mod tests {
         drop(first);
         let _fourth = shares.take(&ben).unwrap();
         drop(third);
+        assert_eq!(shares.take_leaving(&anna, 1).unwrap_err(), Taken::ByAll(2), "the last one is for others");
         let _fifth = shares.take(&anna).unwrap();
         assert_eq!(shares.lock().values().sum::<usize>(), 3);
     }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use axum::http::request::Parts;
 
+use crate::access::Identity;
 use crate::http::problem::Problem;
 use crate::seats::Seat;
 
@@ -37,9 +38,10 @@ impl Caller {
     /// The connection belongs to the holder of a token from now on.
     ///
     /// # Errors
-    /// When the holder has too many connections, or all that are kept for holders are taken.
-    pub(crate) fn identified_as(&self, who: &Arc<str>) -> Result<(), Problem> {
-        self.0.as_ref().map_or(Ok(()), |seat| seat.claim(who)).map_err(|taken| taken.problem("connections"))
+    /// When the holder has too many connections, or all that are kept for such holders are taken.
+    pub(crate) fn identified_as(&self, who: &Identity) -> Result<(), Problem> {
+        let claim = |seat: &Arc<Seat>| seat.claim(&who.name, who.may_order());
+        self.0.as_ref().map_or(Ok(()), claim).map_err(|taken| taken.problem("connections"))
     }
 }
 

@@ -116,7 +116,7 @@ async fn authorize(
     parts: &mut Parts,
     body: Body,
 ) -> Result<AuthorizedRequest, Problem> {
-    caller.identified_as(&who.name)?;
+    caller.identified_as(&who)?;
     let roles = route.access.roles();
     if !who.has_one_of(&roles) {
         let needs: Vec<String> = roles.iter().map(|role| role.name().to_owned()).collect();
