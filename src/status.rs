@@ -44,7 +44,10 @@ fn answer(url: &str, ca: Option<&Path>, token: &str) -> Result<String, String> {
     let until = Instant::now() + LIMIT;
     loop {
         let failure = match ask(&client, url, token) {
-            Ok((StatusCode::OK, body)) => return Ok(legible(body)),
+            Ok((StatusCode::OK, body)) => match state(&body) {
+                Some(state) => return Ok(state),
+                None => return Err("does not answer as a Kittiwake gateway".to_owned()),
+            },
             Ok((status, body)) => format!("answered {status}: {body}"),
             Err(cause) => format!("does not answer: {}", root_cause(&cause)),
         };
@@ -60,10 +63,21 @@ fn ask(client: &Client, url: &str, token: &str) -> reqwest::Result<(StatusCode, 
     Ok((response.status(), response.text()?))
 }
 
-/// JSON with a line for each value; anything else as it is.
-fn legible(body: String) -> String {
-    match serde_json::from_str::<serde_json::Value>(&body) {
-        Ok(json) => format!("{json:#}"),
-        Err(_) => body,
+/// A vehicle's state with a line for each value; `None` for anything else.
+fn state(body: &str) -> Option<String> {
+    let json: serde_json::Value = serde_json::from_str(body).ok()?;
+    json.is_object().then(|| format!("{json:#}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_an_object_is_a_state() {
+        assert_eq!(state(r#"{"vehicle":"uav1"}"#).as_deref(), Some("{\n  \"vehicle\": \"uav1\"\n}"));
+        for other in ["<html></html>", "null", "[[[[", "7", ""] {
+            assert_eq!(state(other), None, "{other}");
+        }
     }
 }

@@ -74,6 +74,28 @@ pub fn locator_of(path: &Path) -> String {
     format!("{PREFIX}{}", path.display())
 }
 
+/// A locator in a form that Zenoh takes, of the transports that are built in.
+///
+/// # Errors
+/// What is wrong with it, and what is expected.
+pub fn read_locator(text: &str) -> Result<String, String> {
+    let expected = "expected `unixsock-stream/PATH`, `tcp/HOST:PORT` or `tls/HOST:PORT`, such as `tcp/127.0.0.1:7447`";
+    if let Some(path) = path_in(text) {
+        let bytes = path.as_os_str().len();
+        return match bytes {
+            0 => Err(format!("no path; {expected}")),
+            1..=LONGEST => Ok(text.to_owned()),
+            _ => Err(InvalidSocket::TooLong { path: path.to_owned(), bytes }.to_string()),
+        };
+    }
+    let address = text.strip_prefix("tcp/").or_else(|| text.strip_prefix("tls/")).ok_or(expected)?;
+    let address = address.split(['?', '#']).next().unwrap_or_default();
+    match address.rsplit_once(':') {
+        Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok() => Ok(text.to_owned()),
+        _ => Err(format!("found `{address}`, which is no host and port from 0 to 65535; {expected}")),
+    }
+}
+
 /// The socket's path in a locator; `None` if it names none.
 pub(crate) fn path_in(locator: &str) -> Option<&Path> {
     let path = locator.strip_prefix(PREFIX)?;
@@ -230,6 +252,32 @@ mod tests {
         let path = PathBuf::from(format!("/tmp/{}/router.sock", "n".repeat(100)));
         refused(&path, "has 117 bytes, at most 107 are possible: choose a shorter folder");
         assert!(check_to_connect(&path).is_err());
+    }
+
+    #[test]
+    fn a_locator_that_nothing_can_listen_at_is_refused_with_what_is_expected() {
+        #[track_caller]
+        fn check(locator: &str, expected: Result<(), &str>) {
+            let found = read_locator(locator);
+            match (&found, expected) {
+                (Ok(it), Ok(())) => assert_eq!(it, locator),
+                (Err(found), Err(expected)) => assert!(found.starts_with(expected), "{found}"),
+                _ => panic!("{locator}: {found:?}"),
+            }
+        }
+        let forms = "expected `unixsock-stream/PATH`, `tcp/HOST:PORT` or `tls/HOST:PORT`";
+        for fine in
+            ["unixsock-stream//run/a.sock", "tcp/127.0.0.1:0", "tls/[::1]:7448", "tls/ground-router:7448#so_rcvbuf=1"]
+        {
+            check(fine, Ok(()));
+        }
+        check("foo", Err(forms));
+        check("udp/127.0.0.1:7447", Err(forms));
+        check("unixsock-stream/", Err("no path; expected"));
+        check(&format!("unixsock-stream//{}", "n".repeat(200)), Err("the socket's path /n"));
+        check("tcp/127.0.0.1:999999", Err("found `127.0.0.1:999999`, which is no host and port from 0 to 65535"));
+        check("tcp/:7447", Err("found `:7447`"));
+        check("tcp/7447", Err("found `7447`"));
     }
 
     #[test]
