@@ -143,10 +143,10 @@ impl Files {
         rates.vehicle_local_position = rate(10.0)?;
         rates.vehicle_global_position = rate(2.0)?;
         rates.battery_status = rate(4.0)?;
-        self.monitor.introspection_rate_hz = rate(10.0)?;
-        self.skill_manager.setpoint_rate_hz = rate(5.0)?;
+        self.monitor.introspection_rate_hz = 10.0.try_into()?;
+        self.skill_manager.setpoint_rate_hz = 5.0.try_into()?;
         self.skill_manager.feedback_rate_hz = rate(2.0)?;
-        self.mcm.tick_period_ms = rate(100.0)?;
+        self.mcm.tick_period_ms = 100.0.try_into()?;
         self.shows_tree = false;
         Ok(self)
     }

@@ -66,6 +66,34 @@ impl<const LEAST: u32, const MOST: u32> TryFrom<f64> for Seconds<LEAST, MOST> {
     }
 }
 
+/// A number, such as a rate, of at least `LEAST` and at most `MOST`: beyond them a process would do nothing, or nothing else.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Deserialize)]
+#[serde(try_from = "f64")]
+pub struct Number<const LEAST: u32, const MOST: u32>(f64);
+
+impl<const LEAST: u32, const MOST: u32> Number<LEAST, MOST> {
+    /// The number.
+    pub fn get(self) -> f64 {
+        self.0
+    }
+
+    /// The time from one to the next at this many a second.
+    pub fn period(self) -> Duration {
+        Duration::from_secs_f64(1.0 / self.0)
+    }
+}
+
+impl<const LEAST: u32, const MOST: u32> TryFrom<f64> for Number<LEAST, MOST> {
+    type Error = String;
+    fn try_from(it: f64) -> Result<Self, String> {
+        if f64::from(LEAST) <= it && it <= f64::from(MOST) {
+            Ok(Number(it))
+        } else {
+            Err(format!("found {}, expected a number from {LEAST} to {MOST}", readable(it)))
+        }
+    }
+}
+
 /// From 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Deserialize)]
 #[serde(try_from = "f64")]
@@ -109,6 +137,8 @@ mod tests {
         assert!(Fraction::try_from(1.5).is_err());
         assert!([0.0, 0.99, 60.01, f64::INFINITY, f64::NAN].iter().all(|it| Seconds::<1, 60>::try_from(*it).is_err()));
         assert!([1.0, 60.0].iter().all(|it| Seconds::<1, 60>::try_from(*it).is_ok()));
+        assert!([0.0, 1.99, 1000.5, f64::NAN].iter().all(|it| Number::<2, 1000>::try_from(*it).is_err()));
+        assert_eq!(Number::<2, 1000>::try_from(4.0).unwrap().period(), Duration::from_millis(250));
         for (value, found) in
             [(0.0, "0"), (-2.5, "-2.5"), (f64::NAN, "NaN"), (1e7, "10000000"), (1e308, "1e308"), (-5e-300, "-5e-300")]
         {

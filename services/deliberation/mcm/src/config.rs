@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use domain::energy::{EnergyModel, Wind};
-use domain::quantity::Positive;
+use domain::quantity::{Number, Positive, Seconds};
 use domain::route::TransitionLimits;
 use domain::speeds::Speeds;
 use domain::time::Pace;
@@ -16,15 +16,15 @@ use serde::Deserialize;
 pub struct Config {
     /// Longest time between two ticks of the running tree, in milliseconds of wall time. Events
     /// tick it at once. (The reference measured 10, 5 and 1 ms.)
-    pub tick_period_ms: Positive,
+    pub tick_period_ms: Number<1, 1000>,
     /// How long a request to the planner or the skill manager may take, in seconds, never less
     /// than one second of wall time. (ENG: a hundred round trips.)
     pub request_timeout_s: Positive,
     /// Silence after which the monitor counts as lost, in seconds. (ENG: 50 samples of its 100 Hz.)
-    pub introspection_limit_s: Positive,
+    pub introspection_limit_s: Seconds<0, 10>,
     /// Silence about a skill after which the skill manager is asked for its table, in seconds, never less than
     /// one second of wall time. (ENG: twenty feedbacks.)
-    pub skill_silence_s: Positive,
+    pub skill_silence_s: Seconds<0, 60>,
     /// How long an answer of the control tower is awaited, in mission seconds. (SPEC: 10 s.)
     pub permission_answer_s: Positive,
     /// How often a permission is asked for before silence counts as a denial. (SPEC: 3.)
@@ -176,7 +176,7 @@ impl Config {
     pub(crate) fn limits(&self, energy: EnergyModel, pace: Pace) -> Limits {
         Limits {
             energy,
-            tick_period: pace.wall(self.tick_period_ms.seconds() / 1000),
+            tick_period: pace.wall(Duration::from_secs_f64(self.tick_period_ms.get() / 1000.0)),
             request_timeout: pace.limit(self.request_timeout_s.seconds()),
             introspection: pace.limit(self.introspection_limit_s.seconds()),
             land_detector: pace.limit(LAND_DETECTOR),

@@ -2,7 +2,7 @@
 
 use std::num::NonZeroU32;
 
-use domain::quantity::Positive;
+use domain::quantity::{Number, Positive};
 use serde::Deserialize;
 
 /// The section `[monitor]`.
@@ -10,7 +10,7 @@ use serde::Deserialize;
 #[serde(deny_unknown_fields)]
 pub struct Config {
     /// Introspections per second of wall time. From the reference design: 100.
-    pub introspection_rate_hz: Positive,
+    pub introspection_rate_hz: Number<1, 1000>,
     /// Seconds from the first sample of any source until a source that was never heard counts as
     /// stale; never less than one second of wall time. Ours: longer than any process takes to start.
     pub absent_after_s: Positive,
