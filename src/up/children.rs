@@ -50,8 +50,13 @@ impl Children {
     }
 
     /// The router is to listen at `locator`, instead of on a socket that only this user can reach.
-    pub fn listen_at(&mut self, locator: &str) {
+    ///
+    /// # Errors
+    /// When it is a socket that is not to be used.
+    pub fn listen_at(&mut self, locator: &str) -> io::Result<()> {
+        bus::sockets::path_in(locator).map_or(Ok(()), bus::sockets::check_to_listen).map_err(io::Error::other)?;
         locator.clone_into(&mut self.listen);
+        Ok(())
     }
 
     /// From now on a gateway is started at this address, so that a restarted one keeps it.

@@ -114,7 +114,7 @@ impl<'a> Launcher<'a> {
             settings.tower_key = Some(files.keep_tower_key(&key).map_err(io::Error::other)?);
         }
         let mut children = Children::new(&settings, sender.clone())?;
-        args.listen.iter().for_each(|it| children.listen_at(it));
+        args.listen.iter().try_for_each(|it| children.listen_at(it))?;
         Ok(Launcher {
             args,
             backend,

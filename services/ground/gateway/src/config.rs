@@ -53,7 +53,7 @@ pub struct Config {
     pub clients: Clients,
     /// Wall seconds that a client may take for a TLS handshake, and for the head of a request. A
     /// connection without a request is closed after the same time. Ours.
-    pub head_timeout_s: Seconds<0, 600>,
+    pub head_timeout_s: Seconds<0, 86_400>,
     /// How missions are recorded.
     pub recording: crate::recording::config::Config,
 }
