@@ -128,8 +128,8 @@ impl FlightState {
     }
 
     /// Whether the vehicle stands or touches the ground, or has just lifted off: it has been nowhere higher than [`AT_GROUND_M`] above the
-    /// ground since it stood, since a landing touched it, or since it was first seen. Between that and the detector's statement it may rest
-    /// there, with its motors on.
+    /// ground since it stood, since a landing touched it, or since it was first seen, in a landing or at rest. Between that and the
+    /// detector's statement it may rest there, with its motors on.
     pub fn is_near_ground(&self) -> bool {
         self.near_ground
     }
@@ -148,11 +148,11 @@ impl FlightState {
     /// Takes in what is known now. To be called whenever anything changes, and at least once a second.
     pub fn update(&mut self, now: Time, evidence: Evidence) {
         self.latest = evidence;
-        let rests = evidence.speed_m_s.is_some_and(|it| it < AT_REST_M_S) && evidence.lands;
-        self.at_rest_since = self.at_rest_since.or(Some(now)).filter(|_| rests);
+        let is_slow = evidence.speed_m_s.is_some_and(|it| it < AT_REST_M_S);
+        self.at_rest_since = self.at_rest_since.or(Some(now)).filter(|_| is_slow && evidence.lands);
         let was_flying = self.flying;
         self.flying = self.judge(now);
-        // A process that was just started does not know whether what it finds so low has touched the ground, or hardly left it.
+        // A process that was just started does not know whether what it finds so low, in a landing or at rest, has touched the ground.
         let is_first = was_flying.is_none();
         let may_lift_off = evidence.armed != Some(false);
         // One that reports the ground while the vehicle moves far above it is stuck.
@@ -167,7 +167,8 @@ impl FlightState {
             self.ground_m = Ground(Some(height_m));
         }
         let is_below = |limit_m: f64| self.distance_m().is_some_and(|it| it < limit_m);
-        let comes_near = self.flying == Some(false) || is_first || (evidence.lands && is_below(TOUCHES_M));
+        let is_found_low = is_first && (evidence.lands || is_slow);
+        let comes_near = self.flying == Some(false) || is_found_low || (evidence.lands && is_below(TOUCHES_M));
         self.near_ground = is_below(AT_GROUND_M) && (self.near_ground || comes_near);
     }
 

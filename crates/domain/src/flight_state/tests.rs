@@ -135,9 +135,12 @@ fn near_the_ground_is_who_has_touched_it_or_has_hardly_left_it() {
     near(&[flown[0], flown[1], (1, landing(0.1, air, 0.7))], true, true);
     near(&[flown[0], flown[1], (1, landing(0.1, air, 0.7)), (9, at(-0.1))], true, true);
     near(&[flown[0], flown[1], (1, landing(0.1, air, 0.7)), (9, at(1.2)), (9, at(0.1))], true, false);
-    // What a process finds so low when it is started may rest there.
-    near(&[(1, at(0.9))], true, true);
-    near(&[(1, at(1.1)), (1, at(0.9))], true, false);
+    // What a process finds so low when it is started, and at rest or in a landing, may stand there.
+    let hovers = |height_m| Evidence { speed_m_s: Some(0.1), ..at(height_m) };
+    near(&[(1, hovers(0.9))], true, true);
+    near(&[(1, landing(0.9, air, 0.7))], true, true);
+    near(&[(1, at(0.9))], true, false);
+    near(&[(1, hovers(1.1)), (1, hovers(0.9))], true, false);
     // A height that nobody knows says nothing.
     near(&[flown[0], flown[1], (1, landing(0.1, air, 0.7)), (1, Evidence { height_m: None, ..at(0.1) })], true, false);
 }
