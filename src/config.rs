@@ -33,7 +33,7 @@ pub struct Config {
     /// Where the gateway listens.
     pub http: SocketAddr,
     /// Wall seconds for which a process tries to reach the router before it gives up.
-    pub connect_limit_s: Seconds<1, 600>,
+    pub connect_limit_s: Seconds<1000, 600_000>,
     /// Starting and supervising the processes.
     pub launcher: crate::up::Config,
     /// Where traces go.

@@ -2,7 +2,6 @@
 
 #![expect(clippy::disallowed_methods, reason = "somebody waits for the answer, and nothing tells when to ask again")]
 
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 use reqwest::StatusCode;
@@ -23,7 +22,7 @@ const PAUSE: Duration = Duration::from_millis(100);
 pub fn status(args: &StatusArgs) -> Outcome {
     let answer = Target::find(&args.target).and_then(|target| {
         let url = format!("{}/api/v1/vehicles/{}", target.http.trim_end_matches('/'), target.vehicle);
-        answer(&url, target.ca.as_deref(), &target.token).map_err(|cause| format!("unavailable: {url} {cause}"))
+        answer(&url, &target).map_err(|cause| format!("unavailable: {url} {cause}"))
     });
     match answer {
         Ok(body) => {
@@ -39,14 +38,15 @@ pub fn status(args: &StatusArgs) -> Outcome {
 
 /// The answer to a request that is repeated while a gateway that has just started may not know the
 /// vehicle yet, or is being started again.
-fn answer(url: &str, ca: Option<&Path>, token: &str) -> Result<String, String> {
-    let client = client(url, ca, Some(LIMIT))?;
+fn answer(url: &str, target: &Target) -> Result<String, String> {
+    let client = client(url, target.ca.as_deref(), Some(LIMIT))?;
     let until = Instant::now() + LIMIT;
     loop {
-        let failure = match ask(&client, url, token) {
-            Ok((StatusCode::OK, body)) => match state(&body) {
+        let failure = match ask(&client, url, &target.token) {
+            Ok((StatusCode::OK, body)) => match state(&body, &target.vehicle) {
                 Some(state) => return Ok(state),
-                None => return Err("does not answer as a Kittiwake gateway".to_owned()),
+                // A proxy's page, perhaps, while the gateway is being started again.
+                None => "does not answer as a Kittiwake gateway".to_owned(),
             },
             Ok((status, body)) => format!("answered {status}: {body}"),
             Err(cause) => format!("does not answer: {}", root_cause(&cause)),
@@ -63,10 +63,10 @@ fn ask(client: &Client, url: &str, token: &str) -> reqwest::Result<(StatusCode, 
     Ok((response.status(), response.text()?))
 }
 
-/// A vehicle's state with a line for each value; `None` for anything else.
-fn state(body: &str) -> Option<String> {
+/// The state of this vehicle with a line for each value; `None` for anything else.
+fn state(body: &str, vehicle: &str) -> Option<String> {
     let json: serde_json::Value = serde_json::from_str(body).ok()?;
-    json.is_object().then(|| format!("{json:#}"))
+    (json["vehicle"] == vehicle).then(|| format!("{json:#}"))
 }
 
 #[cfg(test)]
@@ -74,10 +74,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_an_object_is_a_state() {
-        assert_eq!(state(r#"{"vehicle":"uav1"}"#).as_deref(), Some("{\n  \"vehicle\": \"uav1\"\n}"));
-        for other in ["<html></html>", "null", "[[[[", "7", ""] {
-            assert_eq!(state(other), None, "{other}");
+    fn only_that_of_the_vehicle_is_a_state() {
+        assert_eq!(state(r#"{"vehicle":"uav1"}"#, "uav1").as_deref(), Some("{\n  \"vehicle\": \"uav1\"\n}"));
+        for other in ["<html></html>", "null", "[[[[", "7", "", r#"{"vehicle":"uav2"}"#, r#"{"status":"ok"}"#] {
+            assert_eq!(state(other, "uav1"), None, "{other}");
         }
     }
 }

@@ -139,13 +139,19 @@ fn a_manager_that_has_lost_its_memory_at_a_touchdown_lands_and_lifts_nothing_off
         ("the area is closed", |it| it.decide("B", Decision::Revoke)),
     ];
     for (what, happens) in happenings {
-        for (height_m, dead_ms) in [(0.18, 200), (0.06, 200), (0.06, 1000), (-0.05, 400)] {
+        // Alone, and with those with which it may share a process.
+        let (alone, onboard): (&[&str], &[&str]) = (&["mcm"], &["mcm", "skill-manager", "monitor", "planner"]);
+        for (killed, height_m, dead_ms) in
+            [(alone, 0.18, 200), (alone, 0.06, 200), (alone, -0.05, 400), (onboard, 0.18, 300), (onboard, 0.05, 150)]
+        {
             let mut simulation = when("step 5 of 5", |it| it < height_m);
-            simulation.restart("mcm", Duration::from_millis(dead_ms), Memory::Lost);
+            for process in killed {
+                simulation.restart(process, Duration::from_millis(dead_ms), Memory::Lost);
+            }
             simulation.pass(Duration::from_secs(8));
             happens(&mut simulation);
             let highest_m = highest_m(&mut simulation, Duration::from_secs(60));
-            let log = || format!("{what} at {height_m} m, {dead_ms} ms\n{}", simulation.decision_log());
+            let log = || format!("{what} at {height_m} m, {killed:?}, {dead_ms} ms\n{}", simulation.decision_log());
             assert!(highest_m < 0.3 && simulation.is_on_ground(), "{highest_m} m high, {}", log());
             assert_eq!(simulation.breaches(), [], "{}", log());
         }

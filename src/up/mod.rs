@@ -35,10 +35,10 @@ mod watch;
 pub struct Config {
     /// Wall seconds from the start within which every process must have been seen. One that hangs before it is seen is killed after half
     /// of them.
-    pub start_limit_s: Seconds<1, 600>,
+    pub start_limit_s: Seconds<1000, 600_000>,
     /// Wall seconds without a heartbeat after which a process hangs: it is killed, and started again. Whoever waits for less than four
     /// heartbeats kills what only is on a busy machine.
-    pub hung_after_s: Seconds<1, 60>,
+    pub hung_after_s: Seconds<1000, 60_000>,
     /// When a process that died is started again.
     pub restart: supervise::Policy,
 }

@@ -68,9 +68,9 @@ pub struct Policy(Keys);
 #[serde(deny_unknown_fields)]
 struct Keys {
     /// Delay after the first death; doubled with each further one in the window.
-    first_delay_s: Seconds<0, 60>,
+    first_delay_s: Seconds<0, 60_000>,
     /// The longest delay.
-    longest_delay_s: Seconds<0, 60>,
+    longest_delay_s: Seconds<0, 60_000>,
     /// Number of deaths in the window at which the system counts as not to be kept up.
     deaths: NonZeroU32,
     /// The length of the window.

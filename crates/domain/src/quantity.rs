@@ -38,12 +38,13 @@ impl TryFrom<f64> for Positive {
     }
 }
 
-/// Seconds of at least `LEAST` and at most `MOST`, where a value beyond them would leave a process dead or end one that lives.
+/// Seconds, of at least `LEAST_MS` and at most `MOST_MS` milliseconds: a value beyond them would leave a process dead, end one that lives, or
+/// let nothing that waits for it ever come or ever end.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Deserialize)]
 #[serde(try_from = "f64")]
-pub struct Seconds<const LEAST: u32, const MOST: u32>(f64);
+pub struct Seconds<const LEAST_MS: u32, const MOST_MS: u32>(f64);
 
-impl<const LEAST: u32, const MOST: u32> Seconds<LEAST, MOST> {
+impl<const LEAST_MS: u32, const MOST_MS: u32> Seconds<LEAST_MS, MOST_MS> {
     /// The number.
     pub fn get(self) -> f64 {
         self.0
@@ -55,13 +56,14 @@ impl<const LEAST: u32, const MOST: u32> Seconds<LEAST, MOST> {
     }
 }
 
-impl<const LEAST: u32, const MOST: u32> TryFrom<f64> for Seconds<LEAST, MOST> {
+impl<const LEAST_MS: u32, const MOST_MS: u32> TryFrom<f64> for Seconds<LEAST_MS, MOST_MS> {
     type Error = String;
     fn try_from(it: f64) -> Result<Self, String> {
-        if f64::from(LEAST) <= it && it <= f64::from(MOST) {
+        let (least, most) = (f64::from(LEAST_MS) / 1000.0, f64::from(MOST_MS) / 1000.0);
+        if least <= it && it <= most {
             Ok(Seconds(it))
         } else {
-            Err(format!("found {} s, expected {LEAST} s to {MOST} s", readable(it)))
+            Err(format!("found {} s, expected {least} s to {most} s", readable(it)))
         }
     }
 }
@@ -135,8 +137,12 @@ mod tests {
         assert!(Positive::try_from(0.0).is_err());
         assert!(Positive::try_from(f64::NAN).is_err());
         assert!(Fraction::try_from(1.5).is_err());
-        assert!([0.0, 0.99, 60.01, f64::INFINITY, f64::NAN].iter().all(|it| Seconds::<1, 60>::try_from(*it).is_err()));
-        assert!([1.0, 60.0].iter().all(|it| Seconds::<1, 60>::try_from(*it).is_ok()));
+        assert!(
+            [0.0, 0.99, 60.01, f64::INFINITY, f64::NAN]
+                .iter()
+                .all(|it| Seconds::<1000, 60_000>::try_from(*it).is_err())
+        );
+        assert!([1.0, 60.0].iter().all(|it| Seconds::<1000, 60_000>::try_from(*it).is_ok()));
         assert!([0.0, 1.99, 1000.5, f64::NAN].iter().all(|it| Number::<2, 1000>::try_from(*it).is_err()));
         assert_eq!(Number::<2, 1000>::try_from(4.0).unwrap().period(), Duration::from_millis(250));
         for (value, found) in

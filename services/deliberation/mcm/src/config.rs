@@ -21,10 +21,10 @@ pub struct Config {
     /// than one second of wall time. (ENG: a hundred round trips.)
     pub request_timeout_s: Positive,
     /// Silence after which the monitor counts as lost, in seconds. (ENG: 50 samples of its 100 Hz.)
-    pub introspection_limit_s: Seconds<0, 10>,
+    pub introspection_limit_s: Seconds<50, 10_000>,
     /// Silence about a skill after which the skill manager is asked for its table, in seconds, never less than
     /// one second of wall time. (ENG: twenty feedbacks.)
-    pub skill_silence_s: Seconds<0, 60>,
+    pub skill_silence_s: Seconds<50, 60_000>,
     /// How long an answer of the control tower is awaited, in mission seconds. (SPEC: 10 s.)
     pub permission_answer_s: Positive,
     /// How often a permission is asked for before silence counts as a denial. (SPEC: 3.)

@@ -148,6 +148,7 @@ fn in_words(decision: Decision, flags: &Flags, table: &Contingencies) -> Said {
                 Waits::Behind(other) => format!("`{flag}` waits behind `{}`", flags.name(other)),
                 Waits::Until(phase) => format!("`{flag}` does not count {phase}"),
                 Waits::ForTouchdown => format!("`{flag}` waits until the vehicle stands on the ground"),
+                Waits::ForFirstSight => format!("`{flag}` waits until the vehicle is seen"),
             };
             said(DecisionKind::ContingencyWaits, text).about(row).led_to_by(Cause::Raised(row))
         }

@@ -14,7 +14,7 @@ pub struct Config {
     pub feedback_rate_hz: Positive,
     /// A command that is not acknowledged within this time counts as rejected. Guards the machine.
     /// Measured acknowledgements of a real autopilot take 1 to 20 ms, 390 ms at worst.
-    pub ack_timeout_s: Seconds<0, 60>,
+    pub ack_timeout_s: Seconds<50, 60_000>,
     /// A skill that ended in the air waits this long to be replaced before loiter is commanded.
     /// Guards the machine.
     pub loiter_after_s: Positive,
@@ -22,16 +22,16 @@ pub struct Config {
     pub loiter_tries: u32,
 
     /// Position and velocity older than this are not used. Guards the machine; 123 Hz nominal.
-    pub position_age_limit_s: Seconds<0, 10>,
+    pub position_age_limit_s: Seconds<50, 10_000>,
     /// A vehicle status older than this is not used; three periods of 2 Hz, which keeps to the
     /// wall clock, and so does this.
-    pub status_age_limit_s: Seconds<0, 10>,
+    pub status_age_limit_s: Seconds<50, 10_000>,
     /// How long a request waits for the data that it depends on, in wall time. After that a takeoff
     /// fails, and every other skill is commanded: the autopilot judges it.
     pub data_wait_s: Positive,
     /// After an acknowledgement the vehicle's status must show the commanded mode within this wall
     /// time, or the skill fails: an autopilot may accept first and reject later.
-    pub mode_timeout_s: Seconds<0, 60>,
+    pub mode_timeout_s: Seconds<50, 60_000>,
 
     /// Closer than this is "at the target". A position step of a real quadrotor overshoots 1.7 m,
     /// then settles well below 0.5 m.

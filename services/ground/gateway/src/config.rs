@@ -18,7 +18,7 @@ pub struct Config {
     pub status_rate_hz: Positive,
     /// Wall seconds without a heartbeat after which a process counts as stale. Heartbeats come at
     /// 2 Hz of wall time whatever the speed factor (`health.proto`); ours: four of them.
-    pub heartbeat_stale_s: Seconds<0, 60>,
+    pub heartbeat_stale_s: Seconds<50, 60_000>,
     /// Events kept for each vehicle. Ours: enough for several missions.
     pub history_records: NonZeroU16,
     /// Files of the audit trail: days on which something was ordered. Ours: a year.
@@ -26,7 +26,7 @@ pub struct Config {
     /// Event streams open at a time. Ours: far more than there are operators.
     pub max_event_streams: NonZeroU16,
     /// Wall seconds after which a request without an answer fails. Ours.
-    pub request_timeout_s: Seconds<0, 600>,
+    pub request_timeout_s: Seconds<50, 600_000>,
     /// The most bytes of a request's body. Ours: room for the text of a mission file.
     pub max_body_bytes: NonZeroU32,
     /// Requests per second of wall time that one token may make. Ours: ten times what a page in busy use needs.
@@ -53,7 +53,7 @@ pub struct Config {
     pub clients: Clients,
     /// Wall seconds that a client may take for a TLS handshake, and for the head of a request. A
     /// connection without a request is closed after the same time. Ours.
-    pub head_timeout_s: Seconds<0, 86_400>,
+    pub head_timeout_s: Seconds<50, 86_400_000>,
     /// How missions are recorded.
     pub recording: crate::recording::config::Config,
 }

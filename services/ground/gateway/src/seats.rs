@@ -44,9 +44,10 @@ impl Seats {
     pub(crate) fn new(connections: usize, limits: &Clients) -> Arc<Seats> {
         let strangers = usize::from(limits.strangers.get()).min(connections / 2);
         let of_holders = connections - strangers;
+        let for_orders = if of_holders < 2 { 0 } else { of_holders.div_ceil(ONE_IN_FOR_ORDERS) };
         let holders = Shares::new(of_holders, limits.connections_per_token.get().into());
         let strangers = Strangers::new(strangers, limits.strangers_per_address.get().into());
-        Arc::new(Seats { strangers: Mutex::new(strangers), holders, for_orders: of_holders / ONE_IN_FOR_ORDERS })
+        Arc::new(Seats { strangers: Mutex::new(strangers), holders, for_orders })
     }
 
     /// A seat for a connection from `address`, which has to close when the receiver ends.

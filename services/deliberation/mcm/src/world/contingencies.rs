@@ -49,11 +49,14 @@ impl World {
 
     fn watch_the_monitor(&mut self) -> Option<Time> {
         let began = *self.watches_since.get_or_insert(self.now.time);
+        if let Some(until) = self.looks_first_until() {
+            return Some(until);
+        }
         let seen_at = match self.vehicle {
             Some(vehicle) if vehicle.flying => vehicle.seen_at,
-            // Not heard since this process was started, and it flew before.
+            // Not seen since this process was started, and it flew before.
             None if self.was_flying => began,
-            _ => return self.waits_for_first_sight(),
+            _ => return None,
         };
         let lost_from = seen_at + self.limits.introspection;
         if self.now.time < lost_from {

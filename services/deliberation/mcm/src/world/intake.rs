@@ -42,6 +42,7 @@ impl World {
         let now = self.now.time;
         match message {
             Message::Introspection(introspection) => {
+                self.monitor_spoke = Some(now);
                 let vehicle = Vehicle::from_wire(now, &introspection, &mut self.flight);
                 let flags = introspection.flags.into_iter();
                 let raised_within = |name: &str| self.table.row(name).map_or(Duration::ZERO, Row::raised_within);

@@ -126,6 +126,8 @@ pub(crate) struct World {
     landed_by_plan: bool,
     /// Since when the monitor is waited for.
     watches_since: Option<Time>,
+    /// When an introspection arrived last, whatever it knew.
+    monitor_spoke: Option<Time>,
     /// Since when it is on the ground, with its motors on and with its motors off.
     armed_on_ground_since: Option<Time>,
     at_rest_since: Option<Time>,
@@ -206,6 +208,7 @@ impl World {
             was_flying: false,
             landed_by_plan: false,
             watches_since: None,
+            monitor_spoke: None,
             armed_on_ground_since: None,
             at_rest_since: None,
             unplanned_landing: None,

@@ -62,6 +62,8 @@ pub(crate) enum Waits {
     Until(Phase),
     /// The vehicle is about to stand on the ground.
     ForTouchdown,
+    /// The vehicle has not been seen yet.
+    ForFirstSight,
 }
 
 /// What follows for a flag whose response has ended.
@@ -86,7 +88,7 @@ impl World {
             return self.responding().filter(|_| !self.has_settled());
         }
         let ends_landing = self.ends_landing();
-        let waits_for_ground = self.touches_down() || self.waits_for_first_sight().is_some();
+        let waits_for_ground = self.touches_down() || self.looks_first_until().is_some();
         let raised = self.raised().filter(|it| {
             !(ends_landing && self.only_prevents_takeoff(it) || waits_for_ground && self.waits_for_touchdown(it))
         });
@@ -485,6 +487,7 @@ impl World {
                 _ if !self.flags.row_is_up(row) || self.table.rows()[row].only_slows() => None,
                 Some(other) if other == row => None,
                 Some(other) => Some(Waits::Behind(other)),
+                None if self.looks_first_until().is_some() => Some(Waits::ForFirstSight),
                 None if touches_down && self.table.rows()[row].phases.contains(&phase) => Some(Waits::ForTouchdown),
                 None => Some(Waits::Until(phase)),
             };

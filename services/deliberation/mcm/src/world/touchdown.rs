@@ -32,10 +32,13 @@ impl World {
         self.is_near_ground() && self.skills.present().is_some_and(|(goal, _)| goal == Goal::Land)
     }
 
-    /// A manager that was just started and has not seen the vehicle yet does not know whether it touches the ground. It looks first: until
-    /// then, or until the monitor counts as lost.
-    pub(super) fn waits_for_first_sight(&self) -> Option<Time> {
-        let until = self.watches_since? + self.limits.introspection;
+    /// A manager that was just started and has not seen the vehicle yet does not know whether it touches the ground. It looks first, until
+    /// the monitor counts as lost; where that speaks and does not know either, until its sources have had their time: a land detector
+    /// that waits for its turn is the slowest.
+    pub(super) fn looks_first_until(&self) -> Option<Time> {
+        let speaks = self.monitor_spoke.is_some_and(|at| self.now.time < at + self.limits.introspection);
+        let limit = if speaks { self.limits.land_detector } else { self.limits.introspection };
+        let until = self.watches_since? + limit;
         (self.vehicle.is_none() && self.now.time < until).then_some(until)
     }
 

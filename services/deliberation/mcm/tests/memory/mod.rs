@@ -77,7 +77,17 @@ fn a_landing_that_touches_the_ground_is_not_stopped_before_it_is_seen() {
     rig.vehicle(true, Land, (0.0, 50.0, 0.05));
     rig.wait(0.1);
     assert_eq!(rig.story(), "start land");
-    // Where the monitor does not speak at all, the vehicle is stopped.
+    // A monitor that was started with it speaks, and waits for the land detector itself.
+    let mut rig = forgetful();
+    let speaks = |rig: &mut Rig, times: u32| {
+        for _ in 0..times {
+            rig.silence(0.1);
+            rig.say(v1::Introspection::default());
+        }
+        rig.story()
+    };
+    assert_eq!((&*speaks(&mut rig, 28), &*speaks(&mut rig, 4)), ("", "start stop"));
+    // Where it does not speak at all, the vehicle is stopped.
     let mut rig = forgetful();
     rig.silence(0.1);
     rig.silence(0.5);

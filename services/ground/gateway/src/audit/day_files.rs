@@ -40,11 +40,11 @@ pub(crate) struct DayFiles {
 
 impl DayFiles {
     /// Goes on where the newest file ends; a line that was cut off there is closed, and followed by a record that says so.
-    /// `utc` is now, in RFC 3339.
+    /// `utc` is now, in RFC 3339; `given` is the number that was given last, which may be that of a record that is not there.
     ///
     /// # Errors
     /// The path of what cannot be read or written, and why.
-    pub(crate) fn open(folder: &Path, most: usize, utc: &str) -> Result<DayFiles, (PathBuf, io::Error)> {
+    pub(crate) fn open(folder: &Path, most: usize, utc: &str, given: u64) -> Result<DayFiles, (PathBuf, io::Error)> {
         let existing = list(folder).map_err(|cause| (folder.to_owned(), cause))?;
         let newest = existing.last().and_then(|it| day_of(it)).unwrap_or_else(|| utc[..DAY].to_owned());
         let (mut tip, mut last, mut begun) = (Tip::default(), Last::default(), Some(Begun::Day));
@@ -66,7 +66,7 @@ impl DayFiles {
         let file = file::append(&path).map_err(|cause| (path.clone(), cause))?;
         let (folder, lost) = (folder.to_owned(), None);
         let mut files = DayFiles { folder, most, day: newest, path, file, tip, begun, lost, is_unsure: false };
-        files.close(utc, last).map_err(|cause| (files.path.clone(), cause))?;
+        files.close(utc, last, given).map_err(|cause| (files.path.clone(), cause))?;
         Ok(files)
     }
 
@@ -99,7 +99,7 @@ impl DayFiles {
             self.begin_again()?;
         } else if self.is_unsure {
             // What was written of the last line counts as cut off, as after a restart.
-            let opened = DayFiles::open(&self.folder, self.most, &record.utc).map_err(|(_, cause)| cause)?;
+            let opened = DayFiles::open(&self.folder, self.most, &record.utc, 0).map_err(|(_, cause)| cause)?;
             *self = DayFiles { lost: self.lost.take(), ..opened };
         }
         let day = record.utc.get(..DAY).unwrap_or_default();
@@ -135,12 +135,12 @@ impl DayFiles {
     }
 
     /// Closes the last line, if it was cut off.
-    fn close(&mut self, utc: &str, last: Last) -> io::Result<()> {
+    fn close(&mut self, utc: &str, last: Last, given: u64) -> io::Result<()> {
         let feed = if last.has_feed { "" } else { "\n" };
         let Some(bytes) = last.part else { return self.file.write_all(feed.as_bytes()) };
         let record = AuditRecord {
             utc: utc.to_owned(),
-            number: self.tip.number + 1,
+            number: self.tip.number.max(given) + 1,
             stage: AuditStage::Torn.into(),
             outcome: format!("the line before was cut off after {bytes} bytes"),
             ..Default::default()

@@ -17,7 +17,7 @@ use std::time::SystemTime;
 use kittiwake_proto::v1::{AuditRecord, AuditStage};
 
 use crate::audit::day_files::DayFiles;
-use crate::audit::given::GivenNumber;
+use crate::audit::given::{Given, GivenNumber};
 use crate::audit::in_use::InUse;
 use crate::audit::refusals::Refusals;
 
@@ -97,7 +97,9 @@ impl Audit {
     /// That another process does already; or the path that cannot be read or written, and why.
     pub fn open(folder: &Path, most_files: usize) -> Result<Audit, OpenError> {
         let lock = in_use::lock(folder)?;
-        let files = DayFiles::open(folder, most_files, &utc())?;
+        // What cannot be read of it is told below.
+        let given = if let Ok(Given::Number(number)) = given::in_folder(folder) { number } else { 0 };
+        let files = DayFiles::open(folder, most_files, &utc(), given)?;
         let orders = Orders::of(Some(files), Some(GivenNumber::open(folder)?));
         let refusals = Refusals::open(folder)?;
         // One that waits is enough: what is asked for meanwhile is brought to the disk with it.
@@ -200,7 +202,9 @@ fn sync_each(orders: &Mutex<Orders>, asked: &Receiver<()>) {
 impl Orders {
     fn of(files: Option<DayFiles>, given: Option<(GivenNumber, u64)>) -> Arc<Mutex<Orders>> {
         let written = files.as_ref().map_or(0, DayFiles::newest_number);
-        let (given, number) = given.map_or((None, written), |(file, given)| (Some(file), given.max(written)));
+        let (mut given, number) = given.map_or((None, written), |(file, given)| (Some(file), given.max(written)));
+        // That a line was cut off is on record, under a number of its own.
+        let _ = given.as_mut().filter(|_| 0 < number).map(|it| it.set(number));
         Arc::new(Mutex::new(Orders { files, number, given, newest_last: VecDeque::new(), lost: 0, failing: None }))
     }
 

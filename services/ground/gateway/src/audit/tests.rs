@@ -17,7 +17,7 @@ fn written(days: &[&str], most: usize) -> tempfile::TempDir {
     for day in days {
         let utc = format!("{day}T12:00:00.000Z");
         // As a gateway that is started again each time.
-        let mut files = DayFiles::open(folder.path(), most, &utc).unwrap();
+        let mut files = DayFiles::open(folder.path(), most, &utc, 0).unwrap();
         number = number.max(files.newest_number()) + 1;
         files.append(&AuditRecord { utc, number, ..order("pause") }).unwrap();
     }
@@ -115,7 +115,7 @@ fn a_line_that_was_cut_off_is_told_and_the_chain_goes_on() {
         let is_cut = first < end && end < whole.len() - 1;
         assert_eq!(intact(folder.path()).unfinished.is_some(), is_cut, "at byte {end}");
         let utc = "2026-01-03T00:00:00.000Z".to_owned();
-        let mut files = DayFiles::open(folder.path(), 9, &utc).unwrap();
+        let mut files = DayFiles::open(folder.path(), 9, &utc, 0).unwrap();
         let number = files.newest_number() + 1;
         files.append(&AuditRecord { utc, number, ..order("resume") }).unwrap();
         let found = intact(folder.path());
@@ -135,7 +135,7 @@ fn bytes_that_are_no_text_count_as_cut_off() {
     // What a file system leaves after a power loss.
     std::fs::OpenOptions::new().append(true).open(&path).unwrap().write_all(&[0; 4096]).unwrap();
     assert_eq!(intact(folder.path()).unfinished.map(|it| (it.place.line, it.is_beginning)), Some((2, false)));
-    let mut files = DayFiles::open(folder.path(), 9, "2026-01-01T13:00:00.000Z").unwrap();
+    let mut files = DayFiles::open(folder.path(), 9, "2026-01-01T13:00:00.000Z", 0).unwrap();
     let (utc, number) = ("2026-01-01T13:00:00.000Z".into(), files.newest_number() + 1);
     files.append(&AuditRecord { utc, number, ..order("pause") }).unwrap();
     assert_eq!((intact(folder.path()).torn.len(), intact(folder.path()).last), (1, 3));
@@ -169,7 +169,7 @@ fn check_end(change: impl FnOnce(&str) -> String, expected: &str) {
     let fault = || verify(folder.path()).unwrap_err().to_string();
     assert!(fault().contains(expected), "{}", fault());
     let utc = "2026-01-01T13:00:00.000Z".to_owned();
-    let mut files = DayFiles::open(folder.path(), 9, &utc).unwrap();
+    let mut files = DayFiles::open(folder.path(), 9, &utc, 0).unwrap();
     let number = files.newest_number() + 1;
     files.append(&AuditRecord { utc, number, ..order("resume") }).unwrap();
     let again = verify(folder.path()).unwrap_err().to_string();
@@ -218,7 +218,7 @@ fn a_first_line_of_a_day_that_was_cut_off_keeps_the_numbers() {
     let text = std::fs::read_to_string(&path).unwrap();
     std::fs::write(&path, &text[..30]).unwrap();
     let utc = "2026-01-02T13:00:00.000Z".to_owned();
-    let mut files = DayFiles::open(folder.path(), 9, &utc).unwrap();
+    let mut files = DayFiles::open(folder.path(), 9, &utc, 0).unwrap();
     let number = files.newest_number() + 1;
     files.append(&AuditRecord { utc, number, ..order("resume") }).unwrap();
     assert_eq!((number, intact(folder.path()).last, intact(folder.path()).torn.len()), (4, 4, 1));
@@ -386,6 +386,24 @@ fn records_that_are_missing_from_the_end_are_counted_or_it_is_said_that_they_can
 }
 
 #[test]
+fn a_record_that_was_cut_off_is_missed_also_after_the_gateway_was_started_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let audit = Audit::open(folder.path(), 9).unwrap();
+    audit.asked(&order("pause"));
+    audit.asked(&order("abort"));
+    drop(audit);
+    let file = folder.path().join(&names(folder.path())[0]);
+    let text = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, &text[..text.len() - 3]).unwrap();
+    let said = |trail: &Path| (intact(trail).last, intact(trail).missing);
+    assert_eq!((said(folder.path()), said(&file)), ((1, 1), (1, 1)));
+    let audit = Audit::open(folder.path(), 9).unwrap();
+    assert_eq!((said(folder.path()), intact(folder.path()).open_end), ((3, 1), None));
+    assert_eq!(audit.asked(&order("land")), 4);
+    assert_eq!((said(folder.path()), intact(folder.path()).torn.len()), ((4, 1), 1));
+}
+
+#[test]
 fn a_file_with_the_name_of_another_day_than_its_records_is_named() {
     #[track_caller]
     fn check(from: &str, to: &str, expected: &[&str]) {
@@ -401,7 +419,7 @@ fn a_file_with_the_name_of_another_day_than_its_records_is_named() {
     let folder = written(&["2026-01-01"], 9);
     let path = folder.path().join("audit-2026-01-01.jsonl");
     std::fs::OpenOptions::new().append(true).open(&path).unwrap().write_all(b"{").unwrap();
-    DayFiles::open(folder.path(), 9, "2026-01-09T12:00:00.000Z").unwrap();
+    DayFiles::open(folder.path(), 9, "2026-01-09T12:00:00.000Z", 0).unwrap();
     assert_eq!(intact(folder.path()).misdated, []);
 }
 
