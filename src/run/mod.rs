@@ -9,6 +9,7 @@ pub(crate) mod px4_port;
 pub mod router;
 pub mod run_file;
 pub mod state_folder;
+mod supervisor;
 pub mod tower_key;
 pub mod watchdog;
 pub mod writer;

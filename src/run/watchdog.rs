@@ -10,11 +10,14 @@ use kittiwake_proto::topics::{Service, Topic};
 use node::{Effect, Event, Node, Token};
 use sd_notify::NotifyState;
 
+use crate::run::supervisor::Supervisor;
+
 /// Number of signs of life within the supervisor's limit.
 const SIGNS: u32 = 4;
 
 /// Sends the notifications as a loop runs.
 pub struct Watchdog {
+    supervisor: Option<Supervisor>,
     /// The longest time between two signs of life; `None` if the supervisor wants none.
     period: Option<Duration>,
     last_sign: Option<Instant>,
@@ -29,17 +32,24 @@ pub struct Watched<'a> {
 impl Watchdog {
     /// With the supervisor's settings, from the environment.
     pub fn from_environment() -> Watchdog {
-        Watchdog { period: sd_notify::watchdog_enabled().map(|it| it / SIGNS), last_sign: None }
+        let supervisor = Supervisor::from_environment().unwrap_or_else(|cause| {
+            tracing::warn!(%cause, "the supervisor cannot be notified");
+            None
+        });
+        Watchdog { supervisor, period: sd_notify::watchdog_enabled().map(|it| it / SIGNS), last_sign: None }
     }
 
     /// The loop has completed a turn.
     #[expect(clippy::disallowed_methods, reason = "the supervisor waits on the wall clock")]
     pub fn turned(&mut self) {
-        if let Some(sign) = self.sign(Instant::now())
+        let before = self.last_sign;
+        let (Some(sign), Some(supervisor)) = (self.sign(Instant::now()), &self.supervisor) else { return };
+        match supervisor.notify(&sign) {
+            Ok(true) => {}
+            // It reads none now. What it will have read by then says that the process lives; that it is ready is said again.
+            Ok(false) => self.last_sign = before.and(self.last_sign),
             // A supervisor that has ended cannot be notified.
-            && let Err(cause) = sd_notify::notify(&[sign])
-        {
-            tracing::warn!(%cause, "the supervisor cannot be notified");
+            Err(cause) => tracing::warn!(%cause, "the supervisor cannot be notified"),
         }
     }
 
@@ -106,7 +116,7 @@ mod tests {
     #[expect(clippy::disallowed_methods, reason = "any moment to begin with")]
     fn check(patience_ms: Option<u64>, turns_ms: &[u64], expected: &str) {
         let period = patience_ms.map(|it| Duration::from_millis(it) / SIGNS);
-        let mut watchdog = Watchdog { period, last_sign: None };
+        let mut watchdog = Watchdog { supervisor: None, period, last_sign: None };
         let start = Instant::now();
         let said = turns_ms.iter().map(|at| match watchdog.sign(start + Duration::from_millis(*at)) {
             Some(NotifyState::Ready) => 'R',
@@ -151,8 +161,10 @@ mod tests {
     #[test]
     fn a_turn_that_does_not_end_is_no_sign_of_life() {
         let mut stuck = Stuck(0);
-        let mut watched =
-            Watched { node: &mut stuck, watchdog: Watchdog { period: Some(Duration::ZERO), last_sign: None } };
+        let mut watched = Watched {
+            node: &mut stuck,
+            watchdog: Watchdog { supervisor: None, period: Some(Duration::ZERO), last_sign: None },
+        };
         let mut signs = Vec::new();
         for _ in 0..3 {
             let turn = std::panic::AssertUnwindSafe(|| watched.act(Now::default(), &mut Vec::new()));

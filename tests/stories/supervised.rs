@@ -102,6 +102,23 @@ fn each_process_says_that_it_is_ready_and_then_that_its_loop_turns() {
 }
 
 #[test]
+fn a_supervisor_that_reads_nothing_stops_nobody() {
+    let (_router, locator) = router();
+    let config = shipped().join("kittiwake.toml").to_string_lossy().into_owned();
+    let _planner = Supervised::start(&["planner", "--config", &config, "--connect", &locator]);
+    // The operating system keeps ten signs that nobody has read, or as many more as it is told: they are sent twice a second.
+    let kept = std::fs::read_to_string("/proc/sys/net/unix/max_dgram_qlen").expect("Linux says how many it keeps");
+    let kept: f64 = kept.trim().parse().expect("a number");
+    let long_s = kept.min(20.0) / 2.0 + 3.0;
+    wait_for("a planner that is up for longer", || {
+        let output = kittiwake(&["health", "--process", "planner", "--vehicle", "uav1", "--connect", &locator]);
+        let told = String::from_utf8_lossy(&output.stdout).into_owned();
+        let up_s: f64 = told.strip_prefix("planner: up for ")?.split(' ').next()?.parse().ok()?;
+        (long_s < up_s).then_some(())
+    });
+}
+
+#[test]
 fn of_two_managers_of_one_vehicle_the_older_one_ends_also_after_it_was_stopped() {
     let (_router, locator) = router();
     let config = shipped().join("kittiwake.toml").to_string_lossy().into_owned();
