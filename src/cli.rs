@@ -3,6 +3,7 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
+use bus::sockets::read_locator;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand};
 
@@ -125,7 +126,7 @@ pub struct UpArgs {
     pub backend: Option<Backend>,
     /// Where the router listens; without it on a socket that only this user can reach. With `tcp/127.0.0.1:0` every user of
     /// this machine can fly
-    #[arg(long, value_name = "LOCATOR", value_parser = bus::sockets::read_locator)]
+    #[arg(long, value_name = "LOCATOR", value_parser = read_locator)]
     pub listen: Option<String>,
     /// Run these nodes in one process in place of one for each, such as `mcm,skill-manager,monitor,planner`
     #[arg(long, value_name = "NODES")]
@@ -256,13 +257,19 @@ pub struct PlanArgs {
 pub struct RouterArgs {
     /// Where to listen: `unixsock-stream/PATH`, a socket in a folder that only this user may enter, or an address such as
     /// `tcp/127.0.0.1:7447`, where port 0 takes a free one. Every process that connects here is trusted
-    #[arg(long, value_name = "LOCATOR", value_parser = bus::sockets::read_locator, default_values_t = [run_file::router_locator()])]
+    #[arg(long, value_name = "LOCATOR", value_parser = read_locator, default_values_t = [run_file::router_locator()])]
     pub listen: Vec<String>,
     /// On the ground: listen for aircraft here, such as `tls/0.0.0.0:7448`
-    #[arg(long, value_name = "LOCATOR", value_parser = bus::sockets::read_locator, conflicts_with = "dial", requires_all = ["certificates", "vehicle"])]
+    #[arg(
+        long,
+        value_name = "LOCATOR",
+        value_parser = read_locator,
+        conflicts_with = "dial",
+        requires_all = ["certificates", "vehicle"]
+    )]
     pub accept: Option<String>,
     /// On board: call the ground here, such as `tls/ground-router:7448`, until it answers
-    #[arg(long, value_name = "LOCATOR", value_parser = bus::sockets::read_locator, requires_all = ["certificates", "vehicle"])]
+    #[arg(long, value_name = "LOCATOR", value_parser = read_locator, requires_all = ["certificates", "vehicle"])]
     pub dial: Option<String>,
     /// What crosses the link
     #[arg(long, value_name = "FILE", default_value = "config/zenoh/link.toml")]
@@ -395,7 +402,7 @@ pub struct ProcessArgs {
     #[command(flatten)]
     pub settings: Settings,
     /// The router's locator; the first that answers is used
-    #[arg(long, value_name = "LOCATOR", value_parser = bus::sockets::read_locator, default_values_t = [run_file::router_locator()])]
+    #[arg(long, value_name = "LOCATOR", value_parser = read_locator, default_values_t = [run_file::router_locator()])]
     pub connect: Vec<String>,
     /// The folder of the direct links: sockets between the processes on board, in addition to the router
     #[arg(long, value_name = "DIR")]
@@ -482,7 +489,13 @@ pub struct HealthArgs {
     #[arg(long, value_name = "NAME", value_parser = processes())]
     pub process: Option<String>,
     /// The locator of the router that the process is connected to
-    #[arg(long, value_name = "LOCATOR", value_parser = bus::sockets::read_locator, default_values_t = [run_file::router_locator()], requires = "process")]
+    #[arg(
+        long,
+        value_name = "LOCATOR",
+        value_parser = read_locator,
+        default_values_t = [run_file::router_locator()],
+        requires = "process"
+    )]
     pub connect: Vec<String>,
     /// The vehicle that the process belongs to
     #[arg(long, value_name = "NAME", requires = "process")]
@@ -506,7 +519,7 @@ pub struct TargetArgs {
     #[arg(long)]
     pub pid: Option<u32>,
     /// The router's locator
-    #[arg(long, value_name = "LOCATOR", value_parser = bus::sockets::read_locator)]
+    #[arg(long, value_name = "LOCATOR", value_parser = read_locator)]
     pub connect: Option<String>,
     /// The gateway's address, such as `http://127.0.0.1:8080`; else KITTIWAKE_URL, else the system that runs here
     #[arg(long = "url", alias = "http", value_name = "URL")]

@@ -3,13 +3,13 @@
 
 pub mod end;
 pub mod inputs;
+mod notify_socket;
 pub mod persisted;
 pub mod process;
 pub(crate) mod px4_port;
 pub mod router;
 pub mod run_file;
 pub mod state_folder;
-mod supervisor;
 pub mod tower_key;
 pub mod watchdog;
 pub mod writer;

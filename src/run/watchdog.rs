@@ -10,14 +10,15 @@ use kittiwake_proto::topics::{Service, Topic};
 use node::{Effect, Event, Node, Token};
 use sd_notify::NotifyState;
 
-use crate::run::supervisor::Supervisor;
+use crate::run::notify_socket::NotifySocket;
 
 /// Number of signs of life within the supervisor's limit.
 const SIGNS: u32 = 4;
 
 /// Sends the notifications as a loop runs.
 pub struct Watchdog {
-    supervisor: Option<Supervisor>,
+    /// `None` without a supervisor.
+    socket: Option<NotifySocket>,
     /// The longest time between two signs of life; `None` if the supervisor wants none.
     period: Option<Duration>,
     last_sign: Option<Instant>,
@@ -32,22 +33,22 @@ pub struct Watched<'a> {
 impl Watchdog {
     /// With the supervisor's settings, from the environment.
     pub fn from_environment() -> Watchdog {
-        let supervisor = Supervisor::from_environment().unwrap_or_else(|cause| {
+        let socket = NotifySocket::from_environment().unwrap_or_else(|cause| {
             tracing::warn!(%cause, "the supervisor cannot be notified");
             None
         });
-        Watchdog { supervisor, period: sd_notify::watchdog_enabled().map(|it| it / SIGNS), last_sign: None }
+        Watchdog { socket, period: sd_notify::watchdog_enabled().map(|it| it / SIGNS), last_sign: None }
     }
 
     /// The loop has completed a turn.
     #[expect(clippy::disallowed_methods, reason = "the supervisor waits on the wall clock")]
     pub fn turned(&mut self) {
-        let before = self.last_sign;
-        let (Some(sign), Some(supervisor)) = (self.sign(Instant::now()), &self.supervisor) else { return };
-        match supervisor.notify(&sign) {
-            Ok(true) => {}
-            // It reads none now. What it will have read by then says that the process lives; that it is ready is said again.
-            Ok(false) => self.last_sign = before.and(self.last_sign),
+        let is_ready_only_now = self.last_sign.is_none();
+        let (Some(sign), Some(socket)) = (self.sign(Instant::now()), &self.socket) else { return };
+        match socket.notify(&sign) {
+            // There was no room. A sign of life may be left out, but not that the process is ready: the next turn says it.
+            Ok(false) if is_ready_only_now => self.last_sign = None,
+            Ok(_) => {}
             // A supervisor that has ended cannot be notified.
             Err(cause) => tracing::warn!(%cause, "the supervisor cannot be notified"),
         }
@@ -116,7 +117,7 @@ mod tests {
     #[expect(clippy::disallowed_methods, reason = "any moment to begin with")]
     fn check(patience_ms: Option<u64>, turns_ms: &[u64], expected: &str) {
         let period = patience_ms.map(|it| Duration::from_millis(it) / SIGNS);
-        let mut watchdog = Watchdog { supervisor: None, period, last_sign: None };
+        let mut watchdog = Watchdog { socket: None, period, last_sign: None };
         let start = Instant::now();
         let said = turns_ms.iter().map(|at| match watchdog.sign(start + Duration::from_millis(*at)) {
             Some(NotifyState::Ready) => 'R',
@@ -136,6 +137,24 @@ mod tests {
     #[test]
     fn without_a_watchdog_only_readiness_is_notified() {
         check(None, &[0, 1000, 100_000], "R..");
+    }
+
+    #[test]
+    fn readiness_for_which_there_is_no_room_is_notified_later() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("notify");
+        let supervisor = std::os::unix::net::UnixDatagram::bind(&path).unwrap();
+        let socket = NotifySocket::at(path.as_os_str()).unwrap();
+        while socket.notify(&NotifyState::Watchdog).unwrap() {}
+        let mut watchdog = Watchdog { socket: Some(socket), period: None, last_sign: None };
+        watchdog.turned();
+        assert_eq!(watchdog.last_sign, None);
+        let mut bytes = [0; 64];
+        supervisor.set_nonblocking(true).unwrap();
+        while supervisor.recv(&mut bytes).is_ok() {}
+        watchdog.turned();
+        let length = supervisor.recv(&mut bytes).unwrap();
+        assert_eq!(str::from_utf8(&bytes[..length]).unwrap().trim(), "READY=1");
     }
 
     /// `act` of this node does not return from the third turn on, by its own clock.
@@ -163,7 +182,7 @@ mod tests {
         let mut stuck = Stuck(0);
         let mut watched = Watched {
             node: &mut stuck,
-            watchdog: Watchdog { supervisor: None, period: Some(Duration::ZERO), last_sign: None },
+            watchdog: Watchdog { socket: None, period: Some(Duration::ZERO), last_sign: None },
         };
         let mut signs = Vec::new();
         for _ in 0..3 {

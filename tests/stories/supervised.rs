@@ -106,7 +106,7 @@ fn a_supervisor_that_reads_nothing_stops_nobody() {
     let (_router, locator) = router();
     let config = shipped().join("kittiwake.toml").to_string_lossy().into_owned();
     let _planner = Supervised::start(&["planner", "--config", &config, "--connect", &locator]);
-    // The operating system keeps ten signs that nobody has read, or as many more as it is told: they are sent twice a second.
+    // Linux queues this many unread notifications; the planner sends two a second.
     let kept = std::fs::read_to_string("/proc/sys/net/unix/max_dgram_qlen").expect("Linux says how many it keeps");
     let kept: f64 = kept.trim().parse().expect("a number");
     let long_s = kept.min(20.0) / 2.0 + 3.0;

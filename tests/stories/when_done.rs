@@ -22,7 +22,7 @@ fn fault(system: &System, line: &str) {
     assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// Read from what the launcher says: to start a program that asks may take a busy machine longer than the landing does.
+/// Reads the launcher's lines: on a busy machine, starting a program that asks may take longer than the landing.
 #[track_caller]
 fn wait_for_landing(system: &System) {
     system.wait_for("step 1 of 1, land, at (");
@@ -57,7 +57,7 @@ fn a_land_detector_that_reports_the_air_for_ever_does_not_keep_the_system_up() {
 
 #[test]
 fn a_crash_is_told_by_the_exit_code() {
-    // It stays up for long enough that a busy machine injects the fault meanwhile.
+    // It hovers for long enough that the fault is injected in time, also on a busy machine.
     let (system, _files) = up_and_down(300);
     system.wait_for("step 1 succeeded");
     fault(&system, "motor_failure 2");

@@ -86,7 +86,7 @@ impl Publisher {
         for topic in ON_CHANGE {
             if !self.faults.contains_key(&topic) {
                 let messages = current(topic);
-                if self.last.get(&topic).is_none_or(|last| !say_the_same(last, &messages)) {
+                if self.last.get(&topic) != Some(&timeless(&messages)) {
                     self.send(topic, messages, effects);
                 }
             }
@@ -139,7 +139,7 @@ impl Publisher {
             Some(TopicFault::Frozen(held)) => effects.extend(held.iter().cloned().map(Effect::publish)),
             None => {
                 if topic == Topic::VehicleCommandAck || ON_CHANGE.contains(&topic) {
-                    self.last.insert(topic, messages.clone());
+                    self.last.insert(topic, timeless(&messages));
                 }
                 effects.extend(messages.into_iter().map(Effect::publish));
             }
@@ -147,13 +147,13 @@ impl Publisher {
     }
 }
 
-/// Whether these messages are alike but for their time: a newer time alone is no change.
-fn say_the_same(earlier: &[Message], later: &[Message]) -> bool {
-    let alike = |(earlier, later): (&Message, &Message)| match (earlier, later) {
-        (Message::VehicleLandDetected(earlier), Message::VehicleLandDetected(later)) => {
-            (earlier.landed, earlier.ground_contact) == (later.landed, later.ground_contact)
+/// The messages without their time, since a newer time alone is no change.
+fn timeless(messages: &[Message]) -> Vec<Message> {
+    let mut messages = messages.to_vec();
+    for message in &mut messages {
+        if let Message::VehicleLandDetected(it) = message {
+            it.timestamp_us = 0;
         }
-        _ => earlier == later,
-    };
-    earlier.len() == later.len() && earlier.iter().zip(later).all(alike)
+    }
+    messages
 }

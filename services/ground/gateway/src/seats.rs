@@ -1,6 +1,6 @@
 //! Who may keep a connection open. Connections without a valid token get few seats, and lose them to newcomers; those of
-//! token holders have seats of their own, so that no number of strangers keeps an operator out. Of those, some are for holders who may
-//! order, so that no number of those who only watch does.
+//! token holders have seats of their own, so that no number of strangers keeps an operator out. Some of those are reserved for holders who
+//! may give orders, so that no number of observers keeps an operator out either.
 //!
 //! Every connection begins as a stranger's. A newcomer for whom there is no seat takes that of the oldest stranger at its own
 //! address, if that address has its full number, otherwise of the oldest at the address with the most: an address that floods
@@ -16,8 +16,8 @@ use crate::config::Clients;
 use crate::http::caller::Network;
 use crate::shares::{Share, Shares, Taken};
 
-/// One in so many of the holders' seats is kept for those who may order.
-const ONE_IN_FOR_ORDERS: usize = 16;
+/// One in this many of the token holders' seats is reserved for those who may give orders.
+const RESERVED_ONE_IN: usize = 16;
 
 /// All seats.
 #[derive(Debug)]
@@ -44,7 +44,7 @@ impl Seats {
     pub(crate) fn new(connections: usize, limits: &Clients) -> Arc<Seats> {
         let strangers = usize::from(limits.strangers.get()).min(connections / 2);
         let of_holders = connections - strangers;
-        let for_orders = if of_holders < 2 { 0 } else { of_holders.div_ceil(ONE_IN_FOR_ORDERS) };
+        let for_orders = if of_holders < 2 { 0 } else { of_holders.div_ceil(RESERVED_ONE_IN) };
         let holders = Shares::new(of_holders, limits.connections_per_token.get().into());
         let strangers = Strangers::new(strangers, limits.strangers_per_address.get().into());
         Arc::new(Seats { strangers: Mutex::new(strangers), holders, for_orders })

@@ -88,9 +88,9 @@ impl World {
             return self.responding().filter(|_| !self.has_settled());
         }
         let ends_landing = self.ends_landing();
-        let waits_for_ground = self.touches_down() || self.looks_first_until().is_some();
+        let must_wait = self.touches_down() || self.looks_first_until().is_some();
         let raised = self.raised().filter(|it| {
-            !(ends_landing && self.only_prevents_takeoff(it) || waits_for_ground && self.waits_for_touchdown(it))
+            !(ends_landing && self.only_prevents_takeoff(it) || must_wait && self.waits_until_it_stands(it))
         });
         responder(self.table.rows(), raised, self.flight_phase())
     }

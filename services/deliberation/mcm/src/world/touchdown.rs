@@ -42,9 +42,9 @@ impl World {
         (self.vehicle.is_none() && self.now.time < until).then_some(until)
     }
 
-    /// At a touchdown a response that flies elsewhere, or hovers, waits: nothing is as safe as to stand. What is answered then is a vehicle
-    /// on the ground, which lifts off for nothing. One that ends the mission does so by landing here.
-    pub(super) fn waits_for_touchdown(&self, raised: &Raised) -> bool {
+    /// At a touchdown, and before the vehicle has been seen, a response that flies elsewhere, or hovers, waits: nothing is as safe as to stand.
+    /// What is answered then is a vehicle on the ground, which lifts off for nothing. One that ends the mission does so by landing here.
+    pub(super) fn waits_until_it_stands(&self, raised: &Raised) -> bool {
         let row = &self.table.rows()[raised.row];
         raised.under_way.is_none() && row.severity() < Severity::Land && row.then == Then::Resume
     }

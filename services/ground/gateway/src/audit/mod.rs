@@ -97,7 +97,7 @@ impl Audit {
     /// That another process does already; or the path that cannot be read or written, and why.
     pub fn open(folder: &Path, most_files: usize) -> Result<Audit, OpenError> {
         let lock = in_use::lock(folder)?;
-        // What cannot be read of it is told below.
+        // If it cannot be read, `GivenNumber::open` says so.
         let given = if let Ok(Given::Number(number)) = given::in_folder(folder) { number } else { 0 };
         let files = DayFiles::open(folder, most_files, &utc(), given)?;
         let orders = Orders::of(Some(files), Some(GivenNumber::open(folder)?));
@@ -202,9 +202,14 @@ fn sync_each(orders: &Mutex<Orders>, asked: &Receiver<()>) {
 impl Orders {
     fn of(files: Option<DayFiles>, given: Option<(GivenNumber, u64)>) -> Arc<Mutex<Orders>> {
         let written = files.as_ref().map_or(0, DayFiles::newest_number);
-        let (mut given, number) = given.map_or((None, written), |(file, given)| (Some(file), given.max(written)));
-        // That a line was cut off is on record, under a number of its own.
-        let _ = given.as_mut().filter(|_| 0 < number).map(|it| it.set(number));
+        let (given, number) = given.map_or((None, written), |(mut file, given)| {
+            if 0 < given && given < written {
+                // The record of a line that was cut off has just been written. A number that is missing or garbled stays so until the
+                // next order, for `verify` to find.
+                let _ = file.set(written);
+            }
+            (Some(file), given.max(written))
+        });
         Arc::new(Mutex::new(Orders { files, number, given, newest_last: VecDeque::new(), lost: 0, failing: None }))
     }
 

@@ -362,7 +362,7 @@ fn records_that_are_missing_from_the_end_are_counted_or_it_is_said_that_they_can
         std::fs::write(it.join("audit-2026-01-01.jsonl"), "").unwrap();
     };
     check(empty, 3, None);
-    // A line that was cut off is no record, whoever has cut it.
+    // A line that was cut off counts as a missing record, whoever cut it.
     let cut = |it: &Path, rest: &[u8]| {
         let text = std::fs::read(newest(it)).unwrap();
         std::fs::write(newest(it), [&text[..40], rest].concat()).unwrap();

@@ -1,7 +1,7 @@
-//! Where a supervisor such as systemd reads notifications (sd_notify(3): `NOTIFY_SOCKET`).
+//! The socket at which a supervisor such as systemd reads notifications (sd_notify(3): `NOTIFY_SOCKET`).
 //!
-//! Linux keeps as few as ten notifications that nobody has read (`net.unix.max_dgram_qlen`), and a send waits for room. So none does here: a
-//! supervisor that hangs must not stop the loop of what flies.
+//! Linux queues as few as ten unread notifications (`net.unix.max_dgram_qlen`), and then a send blocks, also in the library
+//! `sd-notify`. No send blocks here: a supervisor that hangs must not stop the loop of a process that flies.
 
 use std::ffi::OsStr;
 use std::io;
@@ -11,37 +11,41 @@ use std::os::unix::net::{SocketAddr, UnixDatagram};
 
 use sd_notify::NotifyState;
 
-/// The supervisor of this process.
+/// The supervisor's socket.
 #[derive(Debug)]
-pub(crate) struct Supervisor {
+pub(crate) struct NotifySocket {
     socket: UnixDatagram,
-    /// By its name, so that one that was started again is reached.
+    /// By its name, so that a supervisor that was started again is reached.
     address: SocketAddr,
 }
 
-impl Supervisor {
+impl NotifySocket {
     /// The one that the environment names; `None` without one.
     ///
     /// # Errors
     /// When there can be no such socket.
-    pub(crate) fn from_environment() -> io::Result<Option<Supervisor>> {
-        std::env::var_os("NOTIFY_SOCKET").map(|it| Supervisor::at(&it)).transpose()
+    pub(crate) fn from_environment() -> io::Result<Option<NotifySocket>> {
+        std::env::var_os("NOTIFY_SOCKET").map(|it| NotifySocket::at(&it)).transpose()
     }
 
-    fn at(name: &OsStr) -> io::Result<Supervisor> {
+    /// The one of this name: a path, or an abstract name after `@`.
+    ///
+    /// # Errors
+    /// When there can be no such socket.
+    pub(crate) fn at(name: &OsStr) -> io::Result<NotifySocket> {
         let address = match name.as_bytes().strip_prefix(b"@") {
             Some(name) => SocketAddr::from_abstract_name(name)?,
             None => SocketAddr::from_pathname(name)?,
         };
         let socket = UnixDatagram::unbound()?;
         socket.set_nonblocking(true)?;
-        Ok(Supervisor { socket, address })
+        Ok(NotifySocket { socket, address })
     }
 
-    /// Notifies it; returns whether there was room for that.
+    /// Notifies the supervisor; returns whether there was room for that.
     ///
     /// # Errors
-    /// When it cannot be reached, as one that has ended.
+    /// When the supervisor cannot be reached, for example because it has ended.
     pub(crate) fn notify(&self, state: &NotifyState<'_>) -> io::Result<bool> {
         match self.socket.send_to_addr(state.to_string().as_bytes(), &self.address) {
             Err(cause) if cause.kind() == io::ErrorKind::WouldBlock => Ok(false),
@@ -64,16 +68,16 @@ mod tests {
             (UnixDatagram::bind(&path).unwrap(), path.into_os_string()),
             (UnixDatagram::bind_addr(&abstract_name).unwrap(), format!("@{named}").into()),
         ] {
-            let supervisor = Supervisor::at(&name).unwrap();
-            assert!(supervisor.notify(&NotifyState::Ready).unwrap());
-            let has_room = (0..100_000).all(|_| supervisor.notify(&NotifyState::Watchdog).unwrap());
-            assert!(!has_room, "it keeps any number");
+            let socket = NotifySocket::at(&name).unwrap();
+            assert!(socket.notify(&NotifyState::Ready).unwrap());
+            let has_room = (0..100_000).all(|_| socket.notify(&NotifyState::Watchdog).unwrap());
+            assert!(!has_room, "the queue has no end");
             let mut bytes = [0; 64];
             let length = signs.recv(&mut bytes).unwrap();
             assert_eq!(str::from_utf8(&bytes[..length]).unwrap().trim(), "READY=1");
-            assert!(supervisor.notify(&NotifyState::Watchdog).unwrap(), "there is room again");
+            assert!(socket.notify(&NotifyState::Watchdog).unwrap(), "there is room again");
             drop(signs);
-            assert!(supervisor.notify(&NotifyState::Watchdog).is_err());
+            assert!(socket.notify(&NotifyState::Watchdog).is_err());
         }
     }
 }
