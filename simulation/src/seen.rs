@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use domain::contingency::OPERATOR_ABORT;
+use domain::fmu::Status;
 use domain::quantity::Fraction;
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::Message;
@@ -42,9 +43,9 @@ pub(crate) struct Seen {
     planner: v1::PlannerStatus,
     ordered: Vec<v1::Alternate>,
     landed: bool,
-    armed: bool,
-    /// When the status was heard last, and when anything was.
-    status_at: Time,
+    /// The newest status, and when it was heard first.
+    status: Option<(Time, Status)>,
+    /// When anything was heard last.
     now: Time,
     start_ordered: bool,
     abort_ordered: bool,
@@ -72,8 +73,7 @@ impl Seen {
             planner: v1::PlannerStatus::default(),
             ordered: Vec::new(),
             landed: false,
-            armed: false,
-            status_at: Time::ZERO,
+            status: None,
             now: Time::ZERO,
             start_ordered: false,
             abort_ordered: false,
@@ -115,7 +115,12 @@ impl Seen {
                 }
                 self.landed = it.landed;
             }
-            Message::VehicleStatus(it) => (self.armed, self.status_at) = (it.armed, time),
+            Message::VehicleStatus(it) => {
+                let status = Status::from(it.clone());
+                if self.status.as_ref().is_none_or(|(_, before)| !status.repeats(before)) {
+                    self.status = Some((time, status));
+                }
+            }
             Message::VehicleLocalPosition(it) => self.aircraft = Some(*it),
             Message::BatteryStatus(it) => self.charge = Some(it.remaining),
             Message::VehicleCommand(it) => {
@@ -145,11 +150,11 @@ impl Seen {
         }
     }
 
-    /// On the ground, disarmed. A status that has fallen silent says nothing of the motors: then both others must say so.
+    /// On the ground, disarmed. A status that has fallen silent, or is repeated, says nothing of the motors: then both others must say so.
     pub(crate) fn is_on_ground(&self) -> bool {
-        match STATUS_SILENT < self.now - self.status_at {
-            true => self.landed && self.is_low(),
-            false => !self.armed && self.is_down(),
+        match &self.status {
+            Some((heard, status)) if self.now - *heard <= STATUS_SILENT => !status.armed && self.is_down(),
+            _ => self.landed && self.is_low(),
         }
     }
 

@@ -6,9 +6,8 @@
 use std::time::Duration;
 
 use domain::flight_state::{Evidence, FlightState, Motors};
-use domain::fmu::{FlightMode, LocalPosition};
+use domain::fmu::{LocalPosition, Status};
 use domain::time::{Pace, Time};
-use domain::wire::flight_mode;
 use kittiwake_proto::topics::Message;
 
 /// What is older than this says nothing about the present. The autopilot speaks once a second at least.
@@ -21,7 +20,7 @@ const AGAIN: Duration = Duration::from_secs(30);
 /// What the aircraft says of itself, and what was said about it.
 #[derive(Debug, Default)]
 pub struct Aircraft {
-    status: Option<(Duration, Motors)>,
+    status: Option<(Duration, Status)>,
     landed: Option<(Duration, bool)>,
     position: Option<(Duration, LocalPosition)>,
     flight: FlightState,
@@ -63,8 +62,10 @@ impl Aircraft {
     pub fn on(&mut self, message: &Message, now: Duration) {
         match message {
             Message::VehicleStatus(status) => {
-                let lands = flight_mode(status.actual_mode()) == Some(FlightMode::Land);
-                self.status = Some((now, Motors { armed: status.armed, lands }));
+                let status = Status::from(status.clone());
+                if self.status.as_ref().is_none_or(|(_, before)| !status.repeats(before)) {
+                    self.status = Some((now, status));
+                }
             }
             Message::VehicleLandDetected(land) => self.landed = Some((now, land.landed)),
             Message::VehicleLocalPosition(position) => {
@@ -75,7 +76,8 @@ impl Aircraft {
         let age = |it: Duration| now.saturating_sub(it);
         let position = self.position.map(|(at, it)| (age(at), it));
         let landed = self.landed.map(|(at, it)| (age(at), it));
-        let evidence = Evidence::new(Pace::REAL_TIME, self.status.map(|it| it.1), position, landed);
+        let status = self.status.as_ref().map(|(at, it)| (age(*at), Motors::from(it)));
+        let evidence = Evidence::new(Pace::REAL_TIME, status, position, landed);
         self.flight.update(Time::after(now), evidence);
     }
 
@@ -83,7 +85,7 @@ impl Aircraft {
     pub fn state(&self, now: Duration) -> State {
         let is_fresh = |at: Option<Duration>| at.is_some_and(|at| now < at + STALE);
         let is_seen = is_fresh(self.landed.map(|it| it.0)) || is_fresh(self.position.map(|it| it.0));
-        let status = self.status.filter(|(at, _)| is_fresh(Some(*at)) && is_seen);
+        let status = self.status.as_ref().filter(|(at, _)| is_fresh(Some(*at)) && is_seen);
         match (self.flight.flying(), status.map(|(_, it)| it.armed)) {
             (None, _) | (_, None) => State::Unknown,
             (Some(true), Some(_)) => State::InTheAir,

@@ -13,10 +13,11 @@
 //! - At the end of a landing an armed vehicle also stands if it no longer moves and either is back at the height at which it
 //!   stood before, or the detector says so that had noticed the beginning of the flight. That is how a landing on
 //!   a deck is seen, and a touchdown that the detector does not notice.
+//! - Whose status is silent may be landing: the same holds for it where it stood before.
 
 use std::time::Duration;
 
-use crate::fmu::LocalPosition;
+use crate::fmu::{FlightMode, LocalPosition, Status};
 use crate::time::{Pace, Time};
 
 /// An armed vehicle farther than this from the height at which it stood last flies. (ENG: more than twice the error of PX4's
@@ -38,6 +39,8 @@ const SETTLED_UNNOTICED: Duration = Duration::from_secs(8);
 /// A statement of the land detector that is older than this is none; wall time at speed factors above 1. (ENG: three of
 /// the simulator's 1 Hz; PX4 sends it at 1 Hz or more.)
 const DETECTOR_SILENT: Duration = Duration::from_secs(3);
+/// A status that is older, in the same time, does not tell the mode of now. (ENG: six samples of 2 Hz, as for the flag `status_stale`.)
+const STATUS_SILENT: Duration = Duration::from_secs(3);
 /// The same for a position. (ENG: 60 samples of PX4's 123 Hz.)
 const POSITION_SILENT: Duration = Duration::from_millis(500);
 
@@ -53,6 +56,8 @@ pub struct Evidence {
     pub armed: Option<bool>,
     /// The autopilot flies its landing mode.
     pub lands: bool,
+    /// The status is silent, and the mode that it told last may be another one by now.
+    pub may_land: bool,
     /// Whether the land detector reports the ground.
     pub landed: Option<bool>,
     /// Height above the origin, in metres, if the estimator vouches for it.
@@ -61,7 +66,7 @@ pub struct Evidence {
     pub speed_m_s: Option<f64>,
 }
 
-/// What the status says: the motors and the mode count as they were reported last, however long ago.
+/// What the status says: the motors, and that a landing is flown, count as they were reported last, however long ago.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Motors {
     /// They may turn.
@@ -70,18 +75,25 @@ pub struct Motors {
     pub lands: bool,
 }
 
+impl From<&Status> for Motors {
+    fn from(status: &Status) -> Motors {
+        Motors { armed: status.armed, lands: status.actual == Some(FlightMode::Land) }
+    }
+}
+
 impl Evidence {
-    /// The newest of each source; for position and land detector with the age.
+    /// The newest of each source, with its age.
     pub fn new(
         pace: Pace,
-        status: Option<Motors>,
+        status: Option<(Duration, Motors)>,
         position: Option<(Duration, LocalPosition)>,
         landed: Option<(Duration, bool)>,
     ) -> Evidence {
         let position = position.filter(|(age, it)| it.vertical_valid && *age <= pace.limit(POSITION_SILENT));
         Evidence {
-            armed: status.map(|it| it.armed),
-            lands: status.is_some_and(|it| it.lands),
+            armed: status.map(|(_, it)| it.armed),
+            lands: status.is_some_and(|(_, it)| it.lands),
+            may_land: status.is_some_and(|(age, _)| STATUS_SILENT.max(pace.wall(STATUS_SILENT)) < age),
             landed: landed.filter(|(age, _)| *age <= detector_limit(pace)).map(|(_, landed)| landed),
             height_m: position.map(|(_, it)| it.position.height_m()),
             speed_m_s: position.map(|(_, it)| it.velocity.speed_m_s()),
@@ -149,7 +161,8 @@ impl FlightState {
     pub fn update(&mut self, now: Time, evidence: Evidence) {
         self.latest = evidence;
         let is_slow = evidence.speed_m_s.is_some_and(|it| it < AT_REST_M_S);
-        self.at_rest_since = self.at_rest_since.or(Some(now)).filter(|_| is_slow && evidence.lands);
+        let may_land = evidence.may_land && self.distance_m().is_some_and(|it| it < AT_GROUND_M);
+        self.at_rest_since = self.at_rest_since.or(Some(now)).filter(|_| is_slow && (evidence.lands || may_land));
         let was_flying = self.flying;
         self.flying = self.judge(now);
         // A process that was just started does not know whether what it finds so low, in a landing or at rest, has touched the ground.

@@ -332,3 +332,31 @@ fn a_status_that_freezes_for_good_ends_the_mission_on_the_ground() {
         assert!(-at.down_m < 0.5, "{moment}, {at:?}\n{}", brief(&simulation));
     }
 }
+
+/// What it says of its mode and its motors is what was once, and its land detector lies as well.
+#[test]
+fn an_abort_lands_also_with_a_status_that_is_frozen_and_a_land_detector_that_sticks() {
+    for (moment, stuck) in [("climb", "landed"), ("climb", "flying"), ("way", "landed"), ("way", "flying")] {
+        let mut simulation = mission("frozen-and-stuck", &out_and_back(), Policy::Grant);
+        match moment {
+            "climb" => until(&mut simulation, |it| 0.2 < -it.down_m),
+            _ => until(&mut simulation, |it| 150.0 < it.east_m),
+        }
+        simulation.inject_fault("freeze", &["vehicle_status"]);
+        simulation.pass(Duration::from_millis(200));
+        simulation.inject_fault("land_detector", &[stuck]);
+        simulation.pass(s(12));
+        simulation.order(ABORT);
+        let ordered = simulation.now();
+        let place = simulation.position().unwrap();
+        let report = simulation.fly(LIMIT);
+        simulation.pass(s(30));
+        let at = simulation.position().unwrap();
+        let story = brief(&simulation);
+        assert!(report.is_some(), "{moment}, {stuck}, {at:?}: no end\n{story}");
+        assert!(-at.down_m < 0.5, "{moment}, {stuck}, {at:?}\n{story}");
+        assert!(simulation.now() - ordered < s(100), "{moment}, {stuck}\n{story}");
+        let aside_m = (at.north_m - place.north_m).hypot(at.east_m - place.east_m);
+        assert!(aside_m < 20.0, "{moment}, {stuck}: {aside_m} m\n{story}");
+    }
+}

@@ -1,8 +1,14 @@
 use super::*;
 
 /// On the ground, disarmed.
-const PARKED: Evidence =
-    Evidence { armed: Some(false), lands: false, landed: Some(true), height_m: Some(0.0), speed_m_s: Some(0.0) };
+const PARKED: Evidence = Evidence {
+    armed: Some(false),
+    lands: false,
+    may_land: false,
+    landed: Some(true),
+    height_m: Some(0.0),
+    speed_m_s: Some(0.0),
+};
 const ARMED: Evidence = Evidence { armed: Some(true), ..PARKED };
 
 fn at(height_m: f64) -> Evidence {
@@ -89,6 +95,28 @@ fn a_detector_that_is_stuck_at_flying_hides_no_landing() {
     check(&[&flight[..], &[(60, landing(2.0, Some(false), 0.0))]].concat(), Some(true));
     check(&[&flight[..], &[(60, landing(0.4, Some(false), 0.7))]].concat(), Some(true));
     check(&[&flight[..], &[(60, Evidence { lands: false, ..landing(0.4, Some(false), 0.0) })]].concat(), Some(true));
+}
+
+/// Its mode is not known, and its detector has stuck since before it lifted off, or never notices the touchdown.
+#[test]
+fn who_rests_where_it_stood_before_has_landed_also_with_a_silent_status() {
+    for stuck in [true, false] {
+        let silent = |height_m, speed_m_s| Evidence {
+            may_land: true,
+            landed: Some(stuck),
+            speed_m_s: Some(speed_m_s),
+            ..at(height_m)
+        };
+        let flight =
+            [(1, PARKED), (1, ARMED), (5, Evidence { landed: Some(stuck), ..at(10.0) }), (5, silent(5.0, 0.7))];
+        check(&[&flight[..], &[(60, silent(0.1, 0.0))]].concat(), Some(false));
+        check(&[&flight[..], &[(60, Evidence { may_land: false, ..silent(0.1, 0.0) })]].concat(), Some(true));
+        // Not where it hovers, and not while it moves.
+        check(&[&flight[..], &[(60, silent(1.2, 0.0))]].concat(), Some(true));
+        check(&[&flight[..], &[(60, silent(10.0, 0.0))]].concat(), Some(true));
+        check(&[&flight[..], &[(60, silent(0.1, 0.7))]].concat(), Some(true));
+        check(&[&flight[..], &[(60, silent(10.0, 0.0)), (1, silent(0.5, 0.7))]].concat(), Some(true));
+    }
 }
 
 #[test]

@@ -41,6 +41,9 @@ pub struct Status {
     /// Why a failsafe flies; `None` where the autopilot does not say. (PX4 keeps some failsafes until the mode is changed, though what
     /// they were for is over: its flags do not tell.)
     pub failsafe_reason: Option<FailsafeReason>,
+    /// When the autopilot made this statement, in microseconds since its start; 0 where it does not say. (PX4: `timestamp` of
+    /// `vehicle_status`; a MAVLink `HEARTBEAT` has none.)
+    pub timestamp_us: u64,
 }
 
 /// Why one of the autopilot's own failsafes flies.
@@ -63,6 +66,11 @@ impl Status {
         let Status { failsafe, intended, actual, failsafe_reason: reason, .. } = *self;
         let signal_lost = self.failures.contains(&Failure::OffboardSignalLost);
         Reported { failsafe, intended, actual, signal_lost, reason }
+    }
+
+    /// Whether it is the `earlier` one once more, with its time. One of an autopilot that tells no time is always a new one.
+    pub fn repeats(&self, earlier: &Status) -> bool {
+        self.timestamp_us != 0 && self == earlier
     }
 }
 

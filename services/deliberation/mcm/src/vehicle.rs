@@ -170,7 +170,7 @@ impl Vehicle {
         let position = (age("ages.local_position_s", ages.local_position_s)?, place);
         let landed_age = age("ages.land_detected_s", ages.land_detected_s)?;
         let landed = land_detected.as_ref().map(|it| (landed_age, it.landed));
-        judge.state.update(now, Evidence::new(judge.pace, Some(motors), Some(position), landed));
+        judge.state.update(now, Evidence::new(judge.pace, Some((status_age, motors)), Some(position), landed));
         let Some(flying) = judge.state.flying() else { return Ok(None) };
         Ok(Some(Vehicle {
             position: place.position,

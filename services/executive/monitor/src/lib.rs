@@ -10,7 +10,8 @@
 //! A source that brings nothing new is one of three:
 //! - *silent*: nothing arrives, or nothing valid. The source ages, its last value stays. What is
 //!   invalid is refused.
-//! - *frozen*: the same value arrives again and again while the vehicle is armed. It ages as if silent.
+//! - *frozen*: the same value arrives again and again while the vehicle is armed, or the same status with the same time of the
+//!   autopilot's clock. It ages as if silent.
 //! - *absent*: never heard, so it has no value and no age. It counts as stale once others have been
 //!   heard for a while, and not before any was heard.
 //!

@@ -1,7 +1,7 @@
 //! The newest sample of each source, and when the source last brought something new.
 //!
 //! A source is silent when nothing arrives, and frozen when the same value arrives again and again
-//! while the vehicle is armed. In both cases its age counts from the last sample that was new. A
+//! while the vehicle is armed (a status: also when it is not). In both cases its age counts from the last sample that was new. A
 //! disarmed vehicle on the ground may stand still.
 
 use std::num::NonZeroU32;
@@ -10,8 +10,8 @@ use std::time::Duration;
 use domain::contingency::rule::DataSource;
 use domain::flight_state::{Evidence, FlightState, Motors};
 use domain::fmu::{
-    Attitude, Battery, FlightMode, GlobalPosition, LandDetected, LocalPosition, PreEmption, Status, TrafficKind,
-    TransponderReport, Wind,
+    Attitude, Battery, GlobalPosition, LandDetected, LocalPosition, PreEmption, Status, TrafficKind, TransponderReport,
+    Wind,
 };
 use domain::time::{Now, Pace, Time};
 
@@ -27,8 +27,9 @@ use crate::traffic::Traffic;
 /// A wind that was estimated longer ago, in wall time, is not known any more. (ENG: ten estimates at 1 Hz.)
 const WIND_SILENT: Duration = Duration::from_secs(10);
 
-/// A land detector that has told the same time this often is frozen. (ENG: three seconds at 1 Hz, as for one that contradicts.)
-const DETECTOR_FROZEN_SAMPLES: NonZeroU32 = NonZeroU32::new(3).unwrap();
+/// A status or a land detector that has told the same time this often again is frozen. (ENG: as often as a land detector at 1 Hz that
+/// contradicts for three seconds.)
+const STATES_FROZEN_SAMPLES: NonZeroU32 = NonZeroU32::new(3).unwrap();
 
 /// What arrives from a source, checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -108,7 +109,7 @@ impl<T> Source<T> {
         Source { freezing: Some(Freezing { after, repeats }), latest: None }
     }
 
-    /// Takes in a value that arrived while the vehicle was, or was not, `armed`.
+    /// Takes in a value that arrived while the vehicle was `armed`, and so never measures the same twice, or was not.
     fn take(&mut self, now: Time, value: T, armed: bool) {
         let repeats = |earlier: &T| self.freezing.as_ref().is_some_and(|it| (it.repeats)(earlier, &value));
         let (new_since, repetitions) = match &self.latest {
@@ -168,13 +169,13 @@ impl Sources {
     /// Nothing was heard yet.
     pub(crate) fn new(config: &Config, pace: Pace) -> Sources {
         Sources {
-            status: Source::of_states(),
+            // Its state lasts, but the time of it does not, where the autopilot tells one.
+            status: Source::of_measurements(STATES_FROZEN_SAMPLES, |a, b| b.repeats(a)),
             pre_emption: PreEmption::default(),
             attitude: Source::of_measurements(config.attitude_frozen_samples, |a, b| a == b),
             local_position: Source::of_measurements(config.position_frozen_samples, |a, b| b.repeats(a)),
             global_position: Source::of_measurements(config.position_frozen_samples, |a, b| place(a) == place(b)),
-            // Its state lasts, but the time of it does not, where the autopilot tells one.
-            land_detected: Source::of_measurements(DETECTOR_FROZEN_SAMPLES, tells_the_same_time),
+            land_detected: Source::of_measurements(STATES_FROZEN_SAMPLES, tells_the_same_time),
             // Without a current nothing in it need change: PX4's simulated battery stays at its lowest charge for good.
             battery: Source::of_measurements(config.battery_frozen_samples, |a, b| a.current_a.is_some() && a == b),
             // An average of some seconds of still air may stay as it is.
@@ -213,7 +214,8 @@ impl Sources {
                     self.flight.frame_moved();
                 }
                 self.pre_emption.update(now, it.reported());
-                self.status.take(now, it, armed);
+                // Its time goes on also on the ground.
+                self.status.take(now, it, true);
             }
             Sample::Attitude(it) => self.attitude.take(now, it, armed),
             Sample::LocalPosition(it) => {
@@ -250,9 +252,8 @@ impl Sources {
     }
 
     fn judge_flight(&mut self, now: Time) {
-        let lands = |it: &Status| it.actual == Some(FlightMode::Land);
-        let status = self.status.latest().map(|it| Motors { armed: it.armed, lands: lands(it) });
         let age = |update: Option<Update>| update.map_or(Duration::MAX, |it| now - it.at);
+        let status = self.status.latest().map(|it| (age(self.status.last_update()), Motors::from(it)));
         let position = self.local_position.latest().map(|it| (age(self.local_position.last_update()), *it));
         let landed = self.land_detected.latest().map(|it| (age(self.land_detected.last_update()), it.landed));
         self.flight.update(now, Evidence::new(self.pace, status, position, landed));
@@ -397,7 +398,7 @@ mod tests {
     fn a_land_detector_whose_time_stands_still_is_frozen_and_one_that_tells_none_is_not() {
         #[track_caller]
         fn check(timestamps_us: [u64; 4], expected: Update) {
-            let mut source = Source::of_measurements(DETECTOR_FROZEN_SAMPLES, tells_the_same_time);
+            let mut source = Source::of_measurements(STATES_FROZEN_SAMPLES, tells_the_same_time);
             for (n, timestamp_us) in timestamps_us.into_iter().enumerate() {
                 let sample = LandDetected { landed: false, ground_contact: false, timestamp_us };
                 source.take(at_ms(n as u64 * 1000), sample, true);

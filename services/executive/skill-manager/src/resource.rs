@@ -174,6 +174,9 @@ impl Resource {
     }
 
     fn reported(&mut self, status: &Status, now: Now) {
+        if self.vehicle.was_told(status) {
+            return;
+        }
         if self.vehicle.reported(status, self.commands.is_busy(), now.time) {
             self.frame_moved(now);
         }

@@ -81,8 +81,8 @@ pub(crate) struct Vehicle {
     pace: Pace,
     /// The status came after the newest command was settled.
     status_is_settled: bool,
-    /// Why the autopilot pre-empts, or would not arm, by the newest status; empty where it does not say.
-    reason: String,
+    /// The newest status, in full.
+    told: Option<Status>,
     /// The newest status that came while a command was in flight.
     during_command: Option<FlightStatus>,
     /// When a command to release the load was sent last.
@@ -141,7 +141,7 @@ impl Vehicle {
             pre_emption: PreEmption::default(),
             pace,
             status_is_settled: false,
-            reason: String::new(),
+            told: None,
             during_command: None,
             release_sent: None,
             release_limit: pace.limit(config.release_limit_s.seconds()),
@@ -157,19 +157,23 @@ impl Vehicle {
         self.judge_flight(now);
     }
 
+    /// Whether it is the newest status once more: that is none, and the newest one ages.
+    pub(crate) fn was_told(&self, status: &Status) -> bool {
+        self.told.as_ref().is_some_and(|before| status.repeats(before))
+    }
+
     /// A status has arrived, while a command was in flight or not. Returns whether the local frame moved, or the autopilot was started
     /// again: positions before and after it cannot be compared.
-    pub(crate) fn reported(&mut self, status: &Status, command_in_flight: bool, now: Time) -> bool {
-        let reason = &status.reason;
-        self.pre_emption.update(now, status.reported());
-        let status = FlightStatus::from(status);
+    pub(crate) fn reported(&mut self, told: &Status, command_in_flight: bool, now: Time) -> bool {
+        self.pre_emption.update(now, told.reported());
+        let status = FlightStatus::from(told);
         let has_moved = self.status.is_some_and(|(_, before)| before.frame_epoch != status.frame_epoch);
         if has_moved {
             // Until the next one comes.
             self.position = None;
             self.flight.frame_moved();
         }
-        self.reason.clone_from(reason);
+        self.told = Some(told.clone());
         self.status = Some((now, status));
         self.status_is_settled = !command_in_flight;
         self.during_command = Some(status).filter(|_| command_in_flight);
@@ -179,7 +183,7 @@ impl Vehicle {
 
     /// Why the autopilot pre-empts, or would not arm, in its own words; empty where it does not say.
     pub(crate) fn reason(&self) -> &str {
-        &self.reason
+        self.told.as_ref().map_or("", |it| &it.reason)
     }
 
     /// A statement of the land detector has arrived.
@@ -189,7 +193,8 @@ impl Vehicle {
     }
 
     fn judge_flight(&mut self, now: Time) {
-        let status = self.status.map(|(_, it)| Motors { armed: it.armed, lands: it.actual == Some(FlightMode::Land) });
+        let motors = |it: FlightStatus| Motors { armed: it.armed, lands: it.actual == Some(FlightMode::Land) };
+        let status = self.status.map(|(at, it)| (now - at, motors(it)));
         let position = self.position.map(|(at, it)| (now - at, it));
         let landed = self.landed.map(|(at, it)| (now - at, it.landed));
         self.flight.update(now, Evidence::new(self.pace, status, position, landed));

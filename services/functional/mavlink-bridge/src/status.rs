@@ -108,6 +108,8 @@ impl Flown {
             frame_epoch: self.epoch.number(),
             vibration_m_s2: telemetry::vibration_m_s2(vehicle, personality.as_ref(), now),
             failsafe_reason: None,
+            // A heartbeat has none.
+            timestamp_us: 0,
         }
     }
 

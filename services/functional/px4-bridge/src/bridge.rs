@@ -261,6 +261,7 @@ impl Bridge {
             frame_epoch: self.frame.epoch(),
             vibration_m_s2: None,
             failsafe_reason: None,
+            timestamp_us: self.clocks.0,
         };
         out.effects.push(Effect::publish(v1::VehicleStatus::from(status)));
     }

@@ -151,8 +151,10 @@ impl Publisher {
 fn timeless(messages: &[Message]) -> Vec<Message> {
     let mut messages = messages.to_vec();
     for message in &mut messages {
-        if let Message::VehicleLandDetected(it) = message {
-            it.timestamp_us = 0;
+        match message {
+            Message::VehicleLandDetected(it) => it.timestamp_us = 0,
+            Message::VehicleStatus(it) => it.timestamp_us = 0,
+            _ => {}
         }
     }
     messages

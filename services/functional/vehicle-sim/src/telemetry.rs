@@ -76,6 +76,7 @@ impl Telemetry {
             frame_epoch: vehicle.boot.epoch,
             vibration_m_s2: Some(USUAL_VIBRATION_M_S2 + vehicle.vibration_m_s2).filter(|_| vehicle.is_armed()),
             failsafe_reason: vehicle.failsafe_reason(),
+            timestamp_us: vehicle.boot.microseconds(now),
         }
     }
 

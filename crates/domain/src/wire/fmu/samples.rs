@@ -70,12 +70,13 @@ pub(super) fn status() -> impl Strategy<Value = Status> {
     let origin = prop::option::of(crate::wire::generators::origin());
     let gripper = prop::option::of(prop::sample::select(vec![Gripper::Holding, Gripper::Released]));
     let known = (any::<bool>(), mode(), mode(), any::<bool>(), prop::collection::vec(failure, 0..4), origin, gripper);
-    let told = (any::<bool>(), "[a-z ]{0,8}", any::<Option<bool>>(), any::<u64>(), prop::option::of(0.0..100.0));
+    let vibration_m_s2 = prop::option::of(0.0..100.0);
+    let told = (any::<bool>(), "[a-z ]{0,8}", any::<Option<bool>>(), any::<u64>(), vibration_m_s2, any::<u64>());
     let reason = prop::option::of(prop::sample::select(vec![FailsafeReason::Setpoints, FailsafeReason::Other]));
     (known, told, reason).prop_map(
         |(
             (armed, intended, actual, failsafe, failures, origin, gripper),
-            (commanded_by_other, reason, can_arm, frame_epoch, vibration_m_s2),
+            (commanded_by_other, reason, can_arm, frame_epoch, vibration_m_s2, timestamp_us),
             failsafe_reason,
         )| Status {
             armed,
@@ -91,6 +92,7 @@ pub(super) fn status() -> impl Strategy<Value = Status> {
             frame_epoch,
             vibration_m_s2,
             failsafe_reason,
+            timestamp_us,
         },
     )
 }

@@ -28,6 +28,7 @@ impl From<Status> for v1::VehicleStatus {
             frame_epoch: status.frame_epoch,
             vibration_m_s2: status.vibration_m_s2,
             failsafe_reason: status.failsafe_reason.map_or(v1::FailsafeReason::Unspecified, Into::into) as i32,
+            timestamp_us: status.timestamp_us,
         }
     }
 }
@@ -48,6 +49,7 @@ impl From<v1::VehicleStatus> for Status {
             failsafe_reason: failsafe_reason(message.failsafe_reason()),
             can_arm: message.can_arm,
             frame_epoch: message.frame_epoch,
+            timestamp_us: message.timestamp_us,
             reason: message.reason,
             // One that makes no sense is not known: it must not hide the rest of the status.
             vibration_m_s2: message.vibration_m_s2.filter(|it| it.is_finite() && 0.0 <= *it),

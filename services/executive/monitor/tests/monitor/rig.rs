@@ -166,7 +166,7 @@ pub(crate) struct Vehicle {
     pub(crate) traffic: Option<v1::TransponderReport>,
     /// These topics do not arrive.
     pub(crate) silent: Vec<Topic>,
-    /// These topics arrive without noise.
+    /// These topics arrive without noise, and a status with the time that it has.
     pub(crate) frozen: Vec<Topic>,
     /// These processes do not turn.
     pub(crate) hung: Vec<&'static str>,
@@ -183,7 +183,7 @@ impl Default for Vehicle {
     /// In the air, and all is well.
     fn default() -> Vehicle {
         Vehicle {
-            status: v1::VehicleStatus { armed: true, vibration_m_s2: Some(5.0), ..Default::default() },
+            status: v1::VehicleStatus { armed: true, vibration_m_s2: Some(5.0), timestamp_us: 1, ..Default::default() },
             attitude: v1::VehicleAttitude { q_w: 1.0, ..Default::default() },
             local_position: v1::VehicleLocalPosition {
                 position: Some(v1::Ned { north_m: 30.0, east_m: 40.0, down_m: -10.0 }),
@@ -254,6 +254,9 @@ impl Vehicle {
         self.drawn += 1;
         let drawn = f64::from(self.drawn);
         let noise = |topic| if self.frozen.contains(&topic) { 0.0 } else { 1e-9 * drawn };
+        if !self.frozen.contains(&Topic::VehicleStatus) {
+            self.status.timestamp_us = 10_000 * u64::from(self.drawn);
+        }
         let mut samples: Vec<Message> = vec![self.status.clone().into()];
         let roll_rate_rad_s = self.attitude.roll_rate_rad_s + noise(Topic::VehicleAttitude);
         samples.push(v1::VehicleAttitude { roll_rate_rad_s, ..self.attitude }.into());

@@ -148,7 +148,7 @@ fn a_battery_without_a_measured_current_may_stay_as_it_is() {
 }
 
 #[test]
-fn each_source_that_measures_can_be_found_frozen() {
+fn each_source_that_measures_or_tells_its_time_can_be_found_frozen() {
     #[track_caller]
     fn check(topic: Topic, age: fn(&v1::SourceAges) -> Option<f64>, expected: bool) {
         let mut rig = Rig::watching(POSITION_STALE);
@@ -160,8 +160,16 @@ fn each_source_that_measures_can_be_found_frozen() {
     check(Topic::VehicleLocalPosition, |it| it.local_position_s, true);
     check(Topic::VehicleGlobalPosition, |it| it.global_position_s, true);
     check(Topic::BatteryStatus, |it| it.battery_s, true);
-    check(Topic::VehicleStatus, |it| it.status_s, false);
+    check(Topic::VehicleStatus, |it| it.status_s, true);
     check(Topic::VehicleLandDetected, |it| it.land_detected_s, false);
+}
+
+#[test]
+fn a_status_that_tells_no_time_may_stay_as_it_is() {
+    let mut rig = Rig::watching(POSITION_STALE);
+    (rig.vehicle.frozen, rig.vehicle.status.timestamp_us) = (vec![Topic::VehicleStatus], 0);
+    rig.fly(3.0);
+    assert_eq!(rig.last().ages.unwrap().status_s, Some(0.01));
 }
 
 #[test]

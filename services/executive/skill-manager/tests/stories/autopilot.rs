@@ -2,7 +2,10 @@
 
 use domain::geometry::{Ned, NedVelocity};
 use domain::skill::Goal;
-use kittiwake_proto::v1::{self, FlightMode, SkillOutcome::*};
+use kittiwake_proto::v1::{
+    self, FlightMode,
+    SkillOutcome::{self, *},
+};
 
 use crate::support::autopilot::Reaction::*;
 use crate::support::autopilot::{Autopilot, Source};
@@ -137,6 +140,34 @@ fn a_flight_without_a_known_position_ends() {
     rig.run(2.0);
     assert_eq!(rig.outcome(position), TimedOut);
     assert_eq!(rig.reason(position), "the vehicle's position is not known");
+}
+
+/// What the autopilot still says is what it said before the command.
+#[test]
+fn a_status_that_is_repeated_with_its_time_is_none() {
+    #[track_caller]
+    fn check(timestamp_us: u64, expected: SkillOutcome) {
+        let mut rig = Rig::new(Autopilot::flying());
+        rig.autopilot.frozen.push(Source::Status);
+        let hover = v1::FlightMode::Loiter as i32;
+        let status = v1::VehicleStatus {
+            armed: true,
+            intended_mode: hover,
+            actual_mode: hover,
+            timestamp_us,
+            ..Default::default()
+        };
+        rig.deliver(status.clone().into());
+        let landing = rig.start(Goal::Land);
+        while rig.ending(landing).is_none() {
+            rig.run(0.5);
+            rig.deliver(status.clone().into());
+        }
+        assert_eq!(rig.outcome(landing), expected, "{}", rig.reason(landing));
+    }
+    check(7_000_000, Succeeded);
+    // Of one that tells no time nobody knows: it has not taken the mode up.
+    check(0, Failed);
 }
 
 #[test]

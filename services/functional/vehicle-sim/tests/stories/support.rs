@@ -278,7 +278,8 @@ impl Flight {
         match message {
             Message::VehicleCommandAck(it) => self.ack = Some(it),
             Message::VehicleStatus(it) => {
-                if it != self.status {
+                // Its time alone is no news.
+                if it != (v1::VehicleStatus { timestamp_us: it.timestamp_us, ..self.status.clone() }) {
                     self.note(&describe(&it));
                 }
                 self.status = it;
