@@ -13,7 +13,7 @@
 //! - At the end of a landing an armed vehicle also stands if it no longer moves and either is back at the height at which it
 //!   stood before, or the detector says so that had noticed the beginning of the flight. That is how a landing on
 //!   a deck is seen, and a touchdown that the detector does not notice.
-//! - Whose status is silent may be landing: the same holds for it where it stood before.
+//! - Whose status is silent may be landing: it also stands if it rests where it stood before and the detector says so, noticed or not.
 
 use std::time::Duration;
 
@@ -47,6 +47,11 @@ const POSITION_SILENT: Duration = Duration::from_millis(500);
 /// The age from which on a statement of the land detector counts as none, at this pace.
 pub fn detector_limit(pace: Pace) -> Duration {
     DETECTOR_SILENT.max(pace.wall(DETECTOR_SILENT))
+}
+
+/// The age from which on a status does not tell the mode of now, at this pace.
+pub fn status_limit(pace: Pace) -> Duration {
+    STATUS_SILENT.max(pace.wall(STATUS_SILENT))
 }
 
 /// What is known at one moment; `None` where nothing is, or nothing recent.
@@ -93,7 +98,7 @@ impl Evidence {
         Evidence {
             armed: status.map(|(_, it)| it.armed),
             lands: status.is_some_and(|(_, it)| it.lands),
-            may_land: status.is_some_and(|(age, _)| STATUS_SILENT.max(pace.wall(STATUS_SILENT)) < age),
+            may_land: status.is_some_and(|(age, _)| status_limit(pace) < age),
             landed: landed.filter(|(age, _)| *age <= detector_limit(pace)).map(|(_, landed)| landed),
             height_m: position.map(|(_, it)| it.position.height_m()),
             speed_m_s: position.map(|(_, it)| it.velocity.speed_m_s()),
@@ -111,6 +116,8 @@ pub struct FlightState {
     /// The land detector has reported the air since the vehicle stood, and not the ground while it flew.
     noticed: bool,
     at_rest_since: Option<Time>,
+    /// Since when it has rested where it stood before while its mode is not known.
+    low_since: Option<Time>,
     /// It has stood, or a landing has touched the ground, and it has not been far above that since.
     near_ground: bool,
     latest: Evidence,
@@ -162,7 +169,8 @@ impl FlightState {
         self.latest = evidence;
         let is_slow = evidence.speed_m_s.is_some_and(|it| it < AT_REST_M_S);
         let may_land = evidence.may_land && self.distance_m().is_some_and(|it| it < AT_GROUND_M);
-        self.at_rest_since = self.at_rest_since.or(Some(now)).filter(|_| is_slow && (evidence.lands || may_land));
+        self.at_rest_since = self.at_rest_since.or(Some(now)).filter(|_| is_slow && evidence.lands);
+        self.low_since = self.low_since.or(Some(now)).filter(|_| is_slow && may_land);
         let was_flying = self.flying;
         self.flying = self.judge(now);
         // A process that was just started does not know whether what it finds so low, in a landing or at rest, has touched the ground.
@@ -181,7 +189,8 @@ impl FlightState {
         }
         let is_below = |limit_m: f64| self.distance_m().is_some_and(|it| it < limit_m);
         let is_found_low = is_first && (evidence.lands || is_slow);
-        let comes_near = self.flying == Some(false) || is_found_low || (evidence.lands && is_below(TOUCHES_M));
+        let touches = (evidence.lands || evidence.may_land) && is_below(TOUCHES_M);
+        let comes_near = self.flying == Some(false) || is_found_low || touches;
         self.near_ground = is_below(AT_GROUND_M) && (self.near_ground || comes_near);
     }
 
@@ -216,9 +225,10 @@ impl FlightState {
         self.latest.lands || (rests && is_low)
     }
 
-    /// At rest in a landing at the height at which it stood before, as the detector says.
+    /// At rest in a landing at the height at which it stood before, as the detector says; or for longer, where the mode is not known.
     fn has_settled_here(&self, now: Time) -> bool {
-        self.distance_m().is_some_and(|it| it < AT_GROUND_M) && self.rests_for(now, SETTLED)
+        let has_rested_long = self.low_since.is_some_and(|since| SETTLED_UNNOTICED <= now - since);
+        has_rested_long || (self.distance_m().is_some_and(|it| it < AT_GROUND_M) && self.rests_for(now, SETTLED))
     }
 
     /// At rest in a landing at the height at which it stood before, although the detector does not say so.

@@ -44,11 +44,12 @@ pub struct Permission {
 /// As in a decision record.
 impl fmt::Display for Permission {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (area, reason) = (&self.area, &self.reason);
+        let area = &self.area;
+        let because = if self.reason.is_empty() { String::new() } else { format!(" ({})", self.reason) };
         match self.state {
             PermissionState::Granted => write!(f, "area {area}: granted"),
-            PermissionState::Denied => write!(f, "area {area}: denied ({reason})"),
-            PermissionState::Revoked => write!(f, "area {area}: revoked ({reason})"),
+            PermissionState::Denied => write!(f, "area {area}: denied{because}"),
+            PermissionState::Revoked => write!(f, "area {area}: revoked{because}"),
             PermissionState::Expired => write!(f, "area {area}: expired"),
             PermissionState::Requested => write!(f, "area {area}: requested"),
         }

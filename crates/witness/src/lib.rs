@@ -9,6 +9,7 @@ use std::fmt;
 use std::time::Duration;
 
 use domain::area::{Area, AreaKind};
+use domain::fmu::Status;
 use domain::geometry::Ned;
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::Message;
@@ -159,7 +160,9 @@ pub struct Witness {
     /// As the height says. The simulated ground is at height 0.
     is_high: bool,
     airborne: bool,
-    armed: bool,
+    status: Option<Status>,
+    /// The newest status is the one before once more: whether the vehicle is armed now is not known.
+    is_frozen: bool,
     /// Where the vehicle says it is.
     position: Option<Ned>,
     gripper: v1::Gripper,
@@ -234,7 +237,9 @@ impl Witness {
                 self.took_off(at);
             }
             Message::VehicleStatus(it) => {
-                self.armed = it.armed;
+                let status = Status::from(it.clone());
+                self.is_frozen = self.status.as_ref().is_some_and(|before| status.repeats(before));
+                self.status = Some(status);
                 self.took_off(at);
                 self.let_go(it.gripper());
             }
@@ -265,9 +270,12 @@ impl Witness {
         }
     }
 
-    /// Armed, and in the air by one of two witnesses: a land detector may be stuck, and a position too.
+    /// Armed, and in the air by one of two witnesses: a land detector may be stuck, and a position too. By both where it may have disarmed
+    /// since its status froze.
     fn flies(&self) -> bool {
-        self.armed && (self.reported_airborne || self.is_high)
+        let by_one = self.reported_airborne || self.is_high;
+        let by_both = self.reported_airborne && self.is_high;
+        self.status.as_ref().is_some_and(|it| it.armed) && if self.is_frozen { by_both } else { by_one }
     }
 
     fn took_off(&mut self, at: Time) {

@@ -97,25 +97,27 @@ fn a_detector_that_is_stuck_at_flying_hides_no_landing() {
     check(&[&flight[..], &[(60, Evidence { lands: false, ..landing(0.4, Some(false), 0.0) })]].concat(), Some(true));
 }
 
-/// Its mode is not known, and its detector has stuck since before it lifted off, or never notices the touchdown.
+/// Its mode is not known, and its detector has stuck since before it lifted off.
 #[test]
-fn who_rests_where_it_stood_before_has_landed_also_with_a_silent_status() {
-    for stuck in [true, false] {
-        let silent = |height_m, speed_m_s| Evidence {
-            may_land: true,
-            landed: Some(stuck),
-            speed_m_s: Some(speed_m_s),
-            ..at(height_m)
-        };
-        let flight =
-            [(1, PARKED), (1, ARMED), (5, Evidence { landed: Some(stuck), ..at(10.0) }), (5, silent(5.0, 0.7))];
-        check(&[&flight[..], &[(60, silent(0.1, 0.0))]].concat(), Some(false));
-        check(&[&flight[..], &[(60, Evidence { may_land: false, ..silent(0.1, 0.0) })]].concat(), Some(true));
-        // Not where it hovers, and not while it moves.
-        check(&[&flight[..], &[(60, silent(1.2, 0.0))]].concat(), Some(true));
-        check(&[&flight[..], &[(60, silent(10.0, 0.0))]].concat(), Some(true));
-        check(&[&flight[..], &[(60, silent(0.1, 0.7))]].concat(), Some(true));
-        check(&[&flight[..], &[(60, silent(10.0, 0.0)), (1, silent(0.5, 0.7))]].concat(), Some(true));
+fn who_rests_where_it_stood_before_has_landed_also_with_a_silent_status_if_the_detector_says_so() {
+    let silent =
+        |landed, height_m, speed_m_s| Evidence { may_land: true, landed, speed_m_s: Some(speed_m_s), ..at(height_m) };
+    let stuck = |height_m, speed_m_s| silent(Some(true), height_m, speed_m_s);
+    let flight = [(1, PARKED), (1, ARMED), (5, Evidence { landed: Some(true), ..at(10.0) }), (5, stuck(5.0, 0.7))];
+    check(&[&flight[..], &[(7, stuck(0.1, 0.0))]].concat(), Some(true));
+    check(&[&flight[..], &[(9, stuck(0.1, 0.0))]].concat(), Some(false));
+    check(&[&flight[..], &[(60, Evidence { may_land: false, ..stuck(0.1, 0.0) })]].concat(), Some(true));
+    // Not where it hovers, and not while it moves.
+    check(&[&flight[..], &[(60, stuck(1.2, 0.0))]].concat(), Some(true));
+    check(&[&flight[..], &[(60, stuck(10.0, 0.0))]].concat(), Some(true));
+    check(&[&flight[..], &[(60, stuck(0.1, 0.7))]].concat(), Some(true));
+    check(&[&flight[..], &[(60, stuck(10.0, 0.0)), (1, stuck(0.5, 0.7))]].concat(), Some(true));
+    // A detector that says otherwise, or nothing, may be right: it hovers as low, and may touch the ground.
+    for landed in [Some(false), None] {
+        let state = check(&[&flight[..], &[(60, silent(landed, 0.14, 0.0))]].concat(), Some(true));
+        assert!(state.is_near_ground());
+        let state = check(&[&flight[..], &[(60, silent(landed, 0.5, 0.0))]].concat(), Some(true));
+        assert!(!state.is_near_ground());
     }
 }
 

@@ -16,16 +16,11 @@ use crate::config::Clients;
 use crate::http::caller::Network;
 use crate::shares::{Share, Shares, Taken};
 
-/// One in this many of the token holders' seats is reserved for those who may give orders.
-const RESERVED_ONE_IN: usize = 16;
-
 /// All seats.
 #[derive(Debug)]
 pub(crate) struct Seats {
     strangers: Mutex<Strangers<oneshot::Sender<()>>>,
     holders: Arc<Shares>,
-    /// Of the holders' seats: for those who may order.
-    for_orders: usize,
 }
 
 /// The seat of one connection; given back with the value.
@@ -44,10 +39,9 @@ impl Seats {
     pub(crate) fn new(connections: usize, limits: &Clients) -> Arc<Seats> {
         let strangers = usize::from(limits.strangers.get()).min(connections / 2);
         let of_holders = connections - strangers;
-        let for_orders = if of_holders < 2 { 0 } else { of_holders.div_ceil(RESERVED_ONE_IN) };
         let holders = Shares::new(of_holders, limits.connections_per_token.get().into());
         let strangers = Strangers::new(strangers, limits.strangers_per_address.get().into());
-        Arc::new(Seats { strangers: Mutex::new(strangers), holders, for_orders })
+        Arc::new(Seats { strangers: Mutex::new(strangers), holders })
     }
 
     /// A seat for a connection from `address`, which has to close when the receiver ends.
@@ -79,12 +73,11 @@ impl Seat {
                 None => return Ok(()),
             },
         };
-        let for_others = if may_order { 0 } else { self.seats.for_orders };
-        let claimed = self.seats.holders.take_leaving(who, for_others);
+        let claimed = self.seats.holders.take(who, may_order);
         match (claimed, before) {
             (Ok(share), _) => *holder = Some((share, stay)),
             (Err(taken), Some(before)) => {
-                *holder = self.seats.holders.take(&before).ok().map(|share| (share, stay));
+                *holder = self.seats.holders.take(&before, true).ok().map(|share| (share, stay));
                 return Err(taken);
             }
             (Err(taken), None) => {

@@ -1,5 +1,6 @@
 //! Shares of something that there is a limited number of, such as event streams: at most a number for each holder of a
-//! token, so that none of them takes what the others need.
+//! token, so that none of them takes what the others need. Some are reserved for holders who may give orders, so that no number of
+//! observers takes what an operator needs.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -7,12 +8,18 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use axum::http::StatusCode;
 use axum::http::header::RETRY_AFTER;
 
+use crate::access::Identity;
 use crate::http::problem::Problem;
+
+/// One in this many is reserved for those who may give orders, if there is more than one.
+const RESERVED_ONE_IN: usize = 16;
 
 /// What there is, and who has it.
 #[derive(Debug)]
 pub(crate) struct Shares {
     total: usize,
+    /// Of them: for those who may give orders.
+    reserved: usize,
     each: usize,
     held: Mutex<BTreeMap<Arc<str>, usize>>,
 }
@@ -36,23 +43,24 @@ pub(crate) enum Taken {
 impl Shares {
     /// `total` of them, and at most `each` for one holder.
     pub(crate) fn new(total: usize, each: usize) -> Arc<Shares> {
-        Arc::new(Shares { total, each, held: Mutex::default() })
+        let reserved = if total < 2 { 0 } else { total.div_ceil(RESERVED_ONE_IN) };
+        Arc::new(Shares { total, reserved, each, held: Mutex::default() })
     }
 
-    /// Takes one for `who`.
+    /// Takes one for the client with this token.
     ///
     /// # Errors
     /// When there is none left, or none left for this holder.
-    pub(crate) fn take(self: &Arc<Shares>, who: &Arc<str>) -> Result<Share, Taken> {
-        self.take_leaving(who, 0)
+    pub(crate) fn take_for(self: &Arc<Shares>, client: &Identity) -> Result<Share, Taken> {
+        self.take(&client.name, client.may_order())
     }
 
-    /// Takes one for `who`, unless no more than `rest` are left, which are for others.
+    /// Takes one for `who`, who may give orders or not.
     ///
     /// # Errors
     /// When there is none left, or none left for this holder.
-    pub(crate) fn take_leaving(self: &Arc<Shares>, who: &Arc<str>, rest: usize) -> Result<Share, Taken> {
-        let (mut held, total) = (self.lock(), self.total.saturating_sub(rest));
+    pub(crate) fn take(self: &Arc<Shares>, who: &Arc<str>, may_order: bool) -> Result<Share, Taken> {
+        let (mut held, total) = (self.lock(), if may_order { self.total } else { self.total - self.reserved });
         if held.get(who).is_some_and(|it| self.each <= *it) {
             return Err(Taken::ByHolder(who.clone(), self.each));
         }
@@ -110,17 +118,17 @@ mod tests {
     fn one_holder_leaves_the_others_their_share_and_what_is_dropped_is_free_again() {
         let shares = Shares::new(3, 2);
         let (anna, ben): (Arc<str>, Arc<str>) = ("anna".into(), "ben".into());
-        let first = shares.take(&anna).unwrap();
-        let _second = shares.take(&anna).unwrap();
-        assert_eq!(shares.take(&anna).unwrap_err(), Taken::ByHolder(anna.clone(), 2));
-        let third = shares.take(&ben).unwrap();
+        let first = shares.take(&anna, true).unwrap();
+        let _second = shares.take(&anna, true).unwrap();
+        assert_eq!(shares.take(&anna, true).unwrap_err(), Taken::ByHolder(anna.clone(), 2));
+        let third = shares.take(&ben, true).unwrap();
         assert_eq!(third.holder(), &ben);
-        assert_eq!(shares.take(&ben).unwrap_err(), Taken::ByAll(3));
+        assert_eq!(shares.take(&ben, true).unwrap_err(), Taken::ByAll(3));
         drop(first);
-        let _fourth = shares.take(&ben).unwrap();
+        let _fourth = shares.take(&ben, true).unwrap();
         drop(third);
-        assert_eq!(shares.take_leaving(&anna, 1).unwrap_err(), Taken::ByAll(2), "the last one is for others");
-        let _fifth = shares.take(&anna).unwrap();
+        assert_eq!(shares.take(&anna, false).unwrap_err(), Taken::ByAll(2), "the last one is for those who may order");
+        let _fifth = shares.take(&anna, true).unwrap();
         assert_eq!(shares.lock().values().sum::<usize>(), 3);
     }
 }

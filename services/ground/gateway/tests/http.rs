@@ -32,7 +32,8 @@ mod restart;
 /// events that the test causes follow the first one.
 const CHANGES: [(&str, &str); 6] = [
     ("history_records = 100", "history_records = 8"),
-    ("max_event_streams = 2000", "max_event_streams = 2"),
+    // One of them is kept for those who may order.
+    ("max_event_streams = 2000", "max_event_streams = 3"),
     ("max_body_bytes = 10000", "max_body_bytes = 1000"),
     ("status_rate_hz = 2.0", "status_rate_hz = 0.001"),
     ("requests_per_s = 0.001", "requests_per_s = 1000.0"),
@@ -67,7 +68,7 @@ impl World {
     }
 
     fn of(config: &Config) -> World {
-        let text = entry("eve", &[Role::Observer], "secret");
+        let text = entry("eve", &[Role::Observer], "secret") + &entry("anna", &[Role::Operator], "order");
         let tokens = Tokens::parse(&Source { path: "tokens".into(), text }).unwrap();
         let access = AccessControl { tokens, audit: Audit::in_memory() };
         let (gateway, api) = Gateway::new(config, Pace::REAL_TIME, access, &[], || {});
@@ -112,7 +113,12 @@ impl World {
     }
 
     async fn events(&self, last_event_id: Option<&str>) -> Events {
-        let request = Request::get("/api/v1/vehicles/uav1/events").header("authorization", "Bearer secret");
+        self.events_for("secret", last_event_id).await
+    }
+
+    async fn events_for(&self, token: &str, last_event_id: Option<&str>) -> Events {
+        let authorization = format!("Bearer {token}");
+        let request = Request::get("/api/v1/vehicles/uav1/events").header("authorization", authorization);
         let request = last_event_id.into_iter().fold(request, |it, id| it.header("Last-Event-ID", id));
         let response = self.router.clone().oneshot(request.body(Body::empty()).unwrap()).await.unwrap();
         assert_eq!(response.status(), StatusCode::OK);
@@ -320,11 +326,12 @@ async fn a_client_that_reads_too_slowly_gets_a_resync() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn streams_are_counted_and_given_back() {
+async fn streams_are_counted_and_given_back_and_one_is_kept_for_those_who_may_order() {
     let world = World::with_vehicle();
     let first = world.events(None).await;
     let _second = world.events(None).await;
     world.get("/api/v1/vehicles/uav1/events").await.is_problem(503, "all 2 event streams are in use; try again");
+    world.events_for("order", None).await.expect(&["status"]).await;
     drop(first);
     world.events(None).await.expect(&["status"]).await;
 }

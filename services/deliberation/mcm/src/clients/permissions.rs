@@ -237,7 +237,8 @@ impl Permissions {
         let decided = self.belief.permission(area).filter(|permission| after_decision < permission.decision);
         let (kind, reason) = match decided.map(|permission| (permission.state, permission)) {
             Some((PermissionState::Denied | PermissionState::Revoked, permission)) => {
-                (DenialKind::Refused, permission.reason.clone())
+                let given = Some(&permission.reason).filter(|it| !it.is_empty());
+                (DenialKind::Refused, given.map_or("denied without a reason", String::as_str).to_owned())
             }
             Some((PermissionState::Granted, permission)) => {
                 let (given_s, needed_s) = (permission.valid_for.as_secs(), lasts.as_secs());

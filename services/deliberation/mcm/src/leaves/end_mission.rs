@@ -47,7 +47,13 @@ impl Leaf<World> for EndMission {
             if !run.is_over(world) {
                 return Ok(Status::Running);
             }
-            world.say("mission", "the vehicle is on the ground and still armed");
+            let told = match world.is_status_silent(&vehicle) {
+                true => {
+                    "the vehicle is on the ground; its status is silent, and whether it is still armed is not known"
+                }
+                false => "the vehicle is on the ground and still armed",
+            };
+            world.say("mission", told);
         }
         world.make_report();
         Ok(Status::Failure)

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 use std::time::Duration;
 
+use domain::flight_state::status_limit;
 use domain::mission::MissionOutcome;
 use domain::skill::Goal;
 use domain::time::Time;
@@ -11,6 +12,7 @@ use domain::geometry::Ned;
 
 use super::World;
 use crate::config::Start;
+use crate::vehicle::Vehicle;
 
 /// The autopilot disarms by itself after a landing (PX4: 2 s, COM_DISARM_LAND); longer than this is not waited for it.
 const DISARM_LIMIT: Duration = Duration::from_secs(10);
@@ -71,6 +73,11 @@ impl World {
     pub(crate) fn has_settled(&self) -> bool {
         let lasts = |since: Option<Time>, limit| since.is_some_and(|since| limit <= self.now.time - since);
         lasts(self.at_rest_since, self.limits.settle) || lasts(self.armed_on_ground_since, DISARM_LIMIT)
+    }
+
+    /// Whether the status of `vehicle` is so old that its motors and its mode may have changed since.
+    pub(crate) fn is_status_silent(&self, vehicle: &Vehicle) -> bool {
+        status_limit(self.limits.pace) < self.now.time - vehicle.status_at
     }
 
     fn touched_down(&mut self) {

@@ -202,7 +202,7 @@ async fn vehicle_events(
     Extension(request): Extension<AuthorizedRequest>,
     headers: HeaderMap,
 ) -> Answer {
-    let share = site.streams.take(&request.who.name).map_err(|taken| taken.problem("event streams"))?;
+    let share = site.streams.take_for(&request.who).map_err(|taken| taken.problem("event streams"))?;
     let id = headers.get("last-event-id").and_then(|it| it.to_str().ok());
     let client = Client {
         vehicle: request.vehicle()?.clone(),

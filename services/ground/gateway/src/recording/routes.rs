@@ -104,7 +104,7 @@ async fn file(
     downloads: Arc<Shares>,
 ) -> Answer {
     let (id, index) = (parse(id)?, site.api.recordings.index()?);
-    let share = downloads.take(&request.who.name).map_err(|taken| taken.problem("downloads"))?;
+    let share = downloads.take_for(&request.who).map_err(|taken| taken.problem("downloads"))?;
     let name = id.clone();
     let (file, bytes) = unblocked(move || index.file(&id)).await?.map_err(|cause| match cause.kind() {
         io::ErrorKind::NotFound => no_such_recording(&name),
