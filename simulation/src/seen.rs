@@ -117,9 +117,7 @@ impl Seen {
             }
             Message::VehicleStatus(it) => {
                 let status = Status::from(it.clone());
-                if self.status.as_ref().is_none_or(|(_, before)| !status.repeats(before)) {
-                    self.status = Some((time, status));
-                }
+                self.status = Some((status.known_since(time, self.status.as_ref()), status));
             }
             Message::VehicleLocalPosition(it) => self.aircraft = Some(*it),
             Message::BatteryStatus(it) => self.charge = Some(it.remaining),

@@ -38,7 +38,7 @@ pub enum State {
     Armed,
     /// In the air.
     InTheAir,
-    /// It is not heard.
+    /// It is not heard, or repeats its status.
     Unknown,
 }
 
@@ -50,8 +50,8 @@ impl State {
             State::Armed => "mission over, on the ground and still armed: waiting until it is disarmed",
             State::InTheAir => "mission over, still in the air: waiting for the landing",
             State::Unknown => {
-                "mission over, and the aircraft is not heard, so it may be in the air: the system stays up until it is seen \
-                 on the ground; Ctrl-C ends it"
+                "mission over, and the aircraft is not heard, or its status is frozen, so it may be in the air: the system stays up \
+                 until it is seen on the ground; Ctrl-C ends it"
             }
         }
     }
@@ -63,9 +63,7 @@ impl Aircraft {
         match message {
             Message::VehicleStatus(status) => {
                 let status = Status::from(status.clone());
-                if self.status.as_ref().is_none_or(|(_, before)| !status.repeats(before)) {
-                    self.status = Some((now, status));
-                }
+                self.status = Some((status.known_since(now, self.status.as_ref()), status));
             }
             Message::VehicleLandDetected(land) => self.landed = Some((now, land.landed)),
             Message::VehicleLocalPosition(position) => {
@@ -148,6 +146,16 @@ mod tests {
         check(true, true, 1, State::Armed);
         check(true, false, 1, State::InTheAir);
         check(false, true, 6, State::Unknown);
+    }
+
+    #[test]
+    fn a_status_that_is_frozen_says_nothing_of_now() {
+        let mut aircraft = Aircraft::default();
+        for second in 10..20 {
+            aircraft.on(&v1::VehicleStatus { timestamp_us: 7, ..Default::default() }.into(), s(second));
+            aircraft.on(&v1::VehicleLandDetected { landed: true, ..Default::default() }.into(), s(second));
+            assert_eq!(aircraft.state(s(second)), if second < 15 { State::AtRest } else { State::Unknown }, "{second}");
+        }
     }
 
     #[test]

@@ -13,7 +13,8 @@
 //! - At the end of a landing an armed vehicle also stands if it no longer moves and either is back at the height at which it
 //!   stood before, or the detector says so that had noticed the beginning of the flight. That is how a landing on
 //!   a deck is seen, and a touchdown that the detector does not notice.
-//! - Whose status is silent may be landing: it also stands if it rests where it stood before and the detector says so, noticed or not.
+//! - Whose status is silent may be landing: it also stands if the detector says so and it has rested for eight seconds, either where it
+//!   stood before, or anywhere if the detector had noticed the flight and noticed that it ended.
 
 use std::time::Duration;
 
@@ -34,7 +35,8 @@ pub const AT_REST_M_S: f64 = 0.35;
 /// Time at rest in a landing after which it stands, by the detector's statement. (PX4: its detector takes 0.7 s.)
 const SETTLED: Duration = Duration::from_secs(1);
 /// The same against its statement, or without one. (A real PX4 has rested for up to 5.4 s before its detector said so, and until
-/// then a takeoff is none to it. ENG: less than the time in which a landing must come down by half a metre, 10 s.)
+/// then a takeoff is none to it. ENG: less than the time in which a landing must come down by half a metre, 10 s.) The same if nobody knows
+/// whether it is a landing.
 const SETTLED_UNNOTICED: Duration = Duration::from_secs(8);
 /// A statement of the land detector that is older than this is none; wall time at speed factors above 1. (ENG: three of
 /// the simulator's 1 Hz; PX4 sends it at 1 Hz or more.)
@@ -116,9 +118,12 @@ pub struct FlightState {
     /// The land detector has reported the air since the vehicle stood, and not the ground while it flew.
     noticed: bool,
     at_rest_since: Option<Time>,
-    /// Since when it has rested where it stood before while its mode is not known.
-    low_since: Option<Time>,
-    /// It has stood, or a landing has touched the ground, and it has not been far above that since.
+    /// Since when it has rested while its mode is not known.
+    still_since: Option<Time>,
+    /// The land detector began to report the ground when it had just come to rest so.
+    touchdown_noticed: bool,
+    /// It has stood, or a landing has touched the ground, and it has not been far above that since. Where the mode is not known, what rests
+    /// as low as a landing that touches the ground counts as one.
     near_ground: bool,
     latest: Evidence,
 }
@@ -147,8 +152,8 @@ impl FlightState {
     }
 
     /// Whether the vehicle stands or touches the ground, or has just lifted off: it has been nowhere higher than [`AT_GROUND_M`] above the
-    /// ground since it stood, since a landing touched it, or since it was first seen, in a landing or at rest. Between that and the
-    /// detector's statement it may rest there, with its motors on.
+    /// ground since it stood, since a landing touched it, or what may be one because the status is silent, or since it was first seen, in a
+    /// landing or at rest. Between that and the detector's statement it may rest there, with its motors on.
     pub fn is_near_ground(&self) -> bool {
         self.near_ground
     }
@@ -166,11 +171,15 @@ impl FlightState {
 
     /// Takes in what is known now. To be called whenever anything changes, and at least once a second.
     pub fn update(&mut self, now: Time, evidence: Evidence) {
-        self.latest = evidence;
+        let before = std::mem::replace(&mut self.latest, evidence);
         let is_slow = evidence.speed_m_s.is_some_and(|it| it < AT_REST_M_S);
-        let may_land = evidence.may_land && self.distance_m().is_some_and(|it| it < AT_GROUND_M);
+        let may_rest = is_slow && evidence.may_land;
         self.at_rest_since = self.at_rest_since.or(Some(now)).filter(|_| is_slow && evidence.lands);
-        self.low_since = self.low_since.or(Some(now)).filter(|_| is_slow && may_land);
+        self.still_since = self.still_since.or(Some(now)).filter(|_| may_rest);
+        let begins_to_report = before.landed == Some(false) && evidence.landed == Some(true);
+        let notices_touchdown = begins_to_report && !self.has_been_still(now);
+        self.touchdown_noticed =
+            may_rest && evidence.landed == Some(true) && (self.touchdown_noticed || notices_touchdown);
         let was_flying = self.flying;
         self.flying = self.judge(now);
         // A process that was just started does not know whether what it finds so low, in a landing or at rest, has touched the ground.
@@ -189,7 +198,7 @@ impl FlightState {
         }
         let is_below = |limit_m: f64| self.distance_m().is_some_and(|it| it < limit_m);
         let is_found_low = is_first && (evidence.lands || is_slow);
-        let touches = (evidence.lands || evidence.may_land) && is_below(TOUCHES_M);
+        let touches = (evidence.lands || may_rest) && is_below(TOUCHES_M);
         let comes_near = self.flying == Some(false) || is_found_low || touches;
         self.near_ground = is_below(AT_GROUND_M) && (self.near_ground || comes_near);
     }
@@ -212,9 +221,16 @@ impl FlightState {
         }
     }
 
-    /// At rest in a landing at a height where it did not stand before, by a detector that has noticed the liftoff.
+    /// At rest in a landing at a height where it did not stand before, by a detector that has noticed the liftoff; where the mode is not
+    /// known, by one that has noticed the touchdown, too.
     fn has_settled_elsewhere(&self, now: Time) -> bool {
-        self.noticed && self.latest.landed == Some(true) && self.rests_for(now, SETTLED)
+        let has_rested = self.rests_for(now, SETTLED) || (self.touchdown_noticed && self.has_been_still(now));
+        self.noticed && self.latest.landed == Some(true) && has_rested
+    }
+
+    /// At rest for long, in whatever mode, which is not known.
+    fn has_been_still(&self, now: Time) -> bool {
+        self.still_since.is_some_and(|since| SETTLED_UNNOTICED <= now - since)
     }
 
     /// In a landing, or at rest at the height at which it stood before, in whatever mode. What is not known of height and speed says nothing
@@ -227,8 +243,8 @@ impl FlightState {
 
     /// At rest in a landing at the height at which it stood before, as the detector says; or for longer, where the mode is not known.
     fn has_settled_here(&self, now: Time) -> bool {
-        let has_rested_long = self.low_since.is_some_and(|since| SETTLED_UNNOTICED <= now - since);
-        has_rested_long || (self.distance_m().is_some_and(|it| it < AT_GROUND_M) && self.rests_for(now, SETTLED))
+        let has_rested = self.rests_for(now, SETTLED) || self.has_been_still(now);
+        self.distance_m().is_some_and(|it| it < AT_GROUND_M) && has_rested
     }
 
     /// At rest in a landing at the height at which it stood before, although the detector does not say so.

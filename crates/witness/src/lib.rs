@@ -163,8 +163,9 @@ pub struct Witness {
     status: Option<Status>,
     /// The newest status is the one before once more: whether the vehicle is armed now is not known.
     is_frozen: bool,
-    /// Where the vehicle says it is.
+    /// Where the vehicle says it is, and whether it said the same before: a real position is never without noise.
     position: Option<Ned>,
+    position_is_frozen: bool,
     gripper: v1::Gripper,
     released: Vec<Ned>,
 }
@@ -245,7 +246,7 @@ impl Witness {
             }
             Message::VehicleLocalPosition(it) => {
                 if let Some(Ok(position)) = it.position.map(Ned::try_from) {
-                    self.position = Some(position);
+                    self.position_is_frozen = self.position.replace(position) == Some(position);
                     // A height that wavers about the limit is no takeoff.
                     let limit_m = if self.is_high { HIGH_M / 2.0 } else { HIGH_M };
                     self.is_high = limit_m < position.height_m();
@@ -270,12 +271,16 @@ impl Witness {
         }
     }
 
-    /// Armed, and in the air by one of two witnesses: a land detector may be stuck, and a position too. By both where it may have disarmed
-    /// since its status froze.
+    /// Armed, and in the air by one of two witnesses: a land detector may be stuck, and a position too. Where the status is frozen it may
+    /// have disarmed since: then both decide, the detector alone if the position is frozen as well, and otherwise it is as it was.
     fn flies(&self) -> bool {
-        let by_one = self.reported_airborne || self.is_high;
-        let by_both = self.reported_airborne && self.is_high;
-        self.status.as_ref().is_some_and(|it| it.armed) && if self.is_frozen { by_both } else { by_one }
+        let is_armed = self.status.as_ref().is_some_and(|it| it.armed);
+        is_armed
+            && match (self.reported_airborne, self.is_high) {
+                (by_detector, by_height) if !self.is_frozen || by_detector == by_height => by_detector || by_height,
+                (by_detector, _) if self.position_is_frozen => by_detector,
+                _ => self.airborne,
+            }
     }
 
     fn took_off(&mut self, at: Time) {
@@ -428,5 +433,37 @@ mod tests {
             check(&[Granted, Requested, decided], decided);
             check(&[Granted, decided, Requested], Requested);
         }
+    }
+
+    #[test]
+    fn a_frozen_status_hides_no_flight_and_makes_none() {
+        #[track_caller]
+        fn check(lands: bool, detector: bool, freezes_position: bool, expected: bool) {
+            let mut witness = Witness::default();
+            let mut second = 0;
+            let mut see = |height_m: f64, landed: bool, timestamp_us: u64| {
+                second += 1;
+                let now = Now { time: Time::after(Duration::from_secs(second)), utc_ms: 0 };
+                // Its position is never without noise, unless it is frozen.
+                let north_m = if freezes_position && timestamp_us == 9 { 0.0 } else { 1e-6 * second as f64 };
+                let position = Some(v1::Ned { north_m, east_m: 0.0, down_m: -height_m });
+                witness.take_in(now, &v1::VehicleLandDetected { landed, ..Default::default() }.into());
+                witness.take_in(now, &v1::VehicleLocalPosition { position, ..Default::default() }.into());
+                witness.take_in(now, &v1::VehicleStatus { armed: true, timestamp_us, ..Default::default() }.into());
+                witness.is_airborne()
+            };
+            assert!(!see(0.0, true, 1));
+            assert!(see(5.0, false, 2));
+            let down_at_m = if lands && !freezes_position { 0.0 } else { 5.0 };
+            let flies = [9, 9, 9, 9].map(|frozen| see(down_at_m, detector, frozen));
+            assert_eq!(flies[3], expected, "{lands} {detector} {freezes_position}");
+        }
+        // It has landed, by both, or by the detector where the position is frozen.
+        check(true, true, false, false);
+        check(true, true, true, false);
+        // It flies, by both; one of them that is stuck changes nothing.
+        check(false, false, false, true);
+        check(false, true, false, true);
+        check(true, false, false, true);
     }
 }

@@ -374,6 +374,7 @@ fn who_hovers_low_with_a_silent_status_is_landed_by_an_abort_and_not_called_land
             simulation.inject_fault(fault, &["vehicle_status"]);
             simulation.pass(s(silent_for));
             let hovers_at = simulation.position().unwrap();
+            assert!((0.05..1.2).contains(&-hovers_at.down_m), "{hovers_at:?}");
             // An order would end the pause.
             simulation.inject_flag("operator_abort");
             while simulation.report().is_none() && simulation.now() < at_s(200) {

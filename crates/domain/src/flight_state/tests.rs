@@ -118,7 +118,24 @@ fn who_rests_where_it_stood_before_has_landed_also_with_a_silent_status_if_the_d
         assert!(state.is_near_ground());
         let state = check(&[&flight[..], &[(60, silent(landed, 0.5, 0.0))]].concat(), Some(true));
         assert!(!state.is_near_ground());
+        // Who passes by at that height, over lower ground, does not touch it.
+        let state = check(&[&flight[..], &[(60, silent(landed, 0.14, 0.7))]].concat(), Some(true));
+        assert!(!state.is_near_ground());
     }
+}
+
+#[test]
+fn a_deck_at_another_height_is_ground_also_with_a_silent_status_if_the_detector_notices_the_touchdown() {
+    let silent =
+        |height_m, landed, speed_m_s| Evidence { may_land: true, lands: false, ..landing(height_m, landed, speed_m_s) };
+    let (air, ground) = (Some(false), Some(true));
+    let flight = [(1, PARKED), (5, at(40.0)), (5, silent(35.0, air, 0.7))];
+    let rests = [(2, silent(30.0, air, 0.0)), (5, silent(30.0, ground, 0.0))];
+    check(&[&flight[..], &rests, &[(1, silent(30.0, ground, 0.0))]].concat(), Some(true));
+    check(&[&flight[..], &rests, &[(3, silent(30.0, ground, 0.0))]].concat(), Some(false));
+    // One that sticks in a hover, or on the way, has noticed no touchdown.
+    check(&[&flight[..], &[(9, silent(30.0, air, 0.0)), (60, silent(30.0, ground, 0.0))]].concat(), Some(true));
+    check(&[&flight[..], &[(1, silent(30.0, ground, 0.7)), (60, silent(30.0, ground, 0.0))]].concat(), Some(true));
 }
 
 #[test]

@@ -68,9 +68,16 @@ impl Status {
         Reported { failsafe, intended, actual, signal_lost, reason }
     }
 
-    /// Whether it is the `earlier` one once more, with its time. One of an autopilot that tells no time is always a new one.
+    /// Whether it says once more, with the same time, what the `earlier` one says of the motors and the mode. (A backend may have added to
+    /// the rest what it knows by itself.) One of an autopilot that tells no time is always a new one.
     pub fn repeats(&self, earlier: &Status) -> bool {
-        self.timestamp_us != 0 && self == earlier
+        let of_autopilot = |it: &Status| (it.timestamp_us, it.armed, it.intended, it.actual, it.failsafe);
+        self.timestamp_us != 0 && of_autopilot(self) == of_autopilot(earlier)
+    }
+
+    /// Since when this is known, if it is heard `now` and the newest one was `before`.
+    pub fn known_since<T: Copy>(&self, now: T, before: Option<&(T, Status)>) -> T {
+        before.filter(|(_, earlier)| self.repeats(earlier)).map_or(now, |(since, _)| *since)
     }
 }
 

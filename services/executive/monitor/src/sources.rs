@@ -1,7 +1,7 @@
 //! The newest sample of each source, and when the source last brought something new.
 //!
 //! A source is silent when nothing arrives, and frozen when the same value arrives again and again
-//! while the vehicle is armed (a status: also when it is not). In both cases its age counts from the last sample that was new. A
+//! while the vehicle is armed, or a status with the same time. In both cases its age counts from the last sample that was new. A
 //! disarmed vehicle on the ground may stand still.
 
 use std::num::NonZeroU32;
@@ -27,9 +27,8 @@ use crate::traffic::Traffic;
 /// A wind that was estimated longer ago, in wall time, is not known any more. (ENG: ten estimates at 1 Hz.)
 const WIND_SILENT: Duration = Duration::from_secs(10);
 
-/// A status or a land detector that has told the same time this often again is frozen. (ENG: as often as a land detector at 1 Hz that
-/// contradicts for three seconds.)
-const STATES_FROZEN_SAMPLES: NonZeroU32 = NonZeroU32::new(3).unwrap();
+/// A land detector that has told the same time this often is frozen. (ENG: three seconds at 1 Hz, as for one that contradicts.)
+const DETECTOR_FROZEN_SAMPLES: NonZeroU32 = NonZeroU32::new(3).unwrap();
 
 /// What arrives from a source, checked.
 #[derive(Debug, Clone, PartialEq)]
@@ -109,11 +108,13 @@ impl<T> Source<T> {
         Source { freezing: Some(Freezing { after, repeats }), latest: None }
     }
 
-    /// Takes in a value that arrived while the vehicle was `armed`, and so never measures the same twice, or was not.
-    fn take(&mut self, now: Time, value: T, armed: bool) {
+    /// Takes in a value. One that a sound source never repeats `must_change`: a measurement while the vehicle is armed, and a time.
+    fn take(&mut self, now: Time, value: T, must_change: bool) {
         let repeats = |earlier: &T| self.freezing.as_ref().is_some_and(|it| (it.repeats)(earlier, &value));
         let (new_since, repetitions) = match &self.latest {
-            Some(latest) if armed && repeats(&latest.value) => (latest.new_since, latest.repetitions.saturating_add(1)),
+            Some(latest) if must_change && repeats(&latest.value) => {
+                (latest.new_since, latest.repetitions.saturating_add(1))
+            }
             _ => (now, 0),
         };
         self.latest = Some(Latest { value, arrived: now, new_since, repetitions });
@@ -170,12 +171,12 @@ impl Sources {
     pub(crate) fn new(config: &Config, pace: Pace) -> Sources {
         Sources {
             // Its state lasts, but the time of it does not, where the autopilot tells one.
-            status: Source::of_measurements(STATES_FROZEN_SAMPLES, |a, b| b.repeats(a)),
+            status: Source::of_measurements(NonZeroU32::MIN, |a, b| b.repeats(a)),
             pre_emption: PreEmption::default(),
             attitude: Source::of_measurements(config.attitude_frozen_samples, |a, b| a == b),
             local_position: Source::of_measurements(config.position_frozen_samples, |a, b| b.repeats(a)),
             global_position: Source::of_measurements(config.position_frozen_samples, |a, b| place(a) == place(b)),
-            land_detected: Source::of_measurements(STATES_FROZEN_SAMPLES, tells_the_same_time),
+            land_detected: Source::of_measurements(DETECTOR_FROZEN_SAMPLES, tells_the_same_time),
             // Without a current nothing in it need change: PX4's simulated battery stays at its lowest charge for good.
             battery: Source::of_measurements(config.battery_frozen_samples, |a, b| a.current_a.is_some() && a == b),
             // An average of some seconds of still air may stay as it is.
@@ -398,7 +399,7 @@ mod tests {
     fn a_land_detector_whose_time_stands_still_is_frozen_and_one_that_tells_none_is_not() {
         #[track_caller]
         fn check(timestamps_us: [u64; 4], expected: Update) {
-            let mut source = Source::of_measurements(STATES_FROZEN_SAMPLES, tells_the_same_time);
+            let mut source = Source::of_measurements(DETECTOR_FROZEN_SAMPLES, tells_the_same_time);
             for (n, timestamp_us) in timestamps_us.into_iter().enumerate() {
                 let sample = LandDetected { landed: false, ground_contact: false, timestamp_us };
                 source.take(at_ms(n as u64 * 1000), sample, true);

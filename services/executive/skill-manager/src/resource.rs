@@ -174,7 +174,7 @@ impl Resource {
     }
 
     fn reported(&mut self, status: &Status, now: Now) {
-        if self.vehicle.was_told(status) {
+        if self.vehicle.is_repeated_by(status) {
             return;
         }
         if self.vehicle.reported(status, self.commands.is_busy(), now.time) {

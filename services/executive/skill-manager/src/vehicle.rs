@@ -157,9 +157,15 @@ impl Vehicle {
         self.judge_flight(now);
     }
 
-    /// Whether it is the newest status once more: that is none, and the newest one ages.
-    pub(crate) fn was_told(&self, status: &Status) -> bool {
-        self.told.as_ref().is_some_and(|before| status.repeats(before))
+    /// Whether a status repeats the newest one. That ages then, and shows nothing of what was commanded since; the autopilot's words, and
+    /// whether it would arm, may be new ones of the backend's.
+    pub(crate) fn is_repeated_by(&mut self, told: &Status) -> bool {
+        let repeats = self.told.as_ref().is_some_and(|before| told.repeats(before));
+        if let Some((_, status)) = self.status.as_mut().filter(|_| repeats) {
+            status.can_arm = told.can_arm;
+            self.told = Some(told.clone());
+        }
+        repeats
     }
 
     /// A status has arrived, while a command was in flight or not. Returns whether the local frame moved, or the autopilot was started
@@ -193,8 +199,8 @@ impl Vehicle {
     }
 
     fn judge_flight(&mut self, now: Time) {
-        let motors = |it: FlightStatus| Motors { armed: it.armed, lands: it.actual == Some(FlightMode::Land) };
-        let status = self.status.map(|(at, it)| (now - at, motors(it)));
+        let heard = self.status.map(|(at, _)| now - at);
+        let status = heard.zip(self.told.as_ref().map(Motors::from));
         let position = self.position.map(|(at, it)| (now - at, it));
         let landed = self.landed.map(|(at, it)| (now - at, it.landed));
         self.flight.update(now, Evidence::new(self.pace, status, position, landed));

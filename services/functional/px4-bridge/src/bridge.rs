@@ -115,7 +115,9 @@ impl Bridge {
                 };
                 let taken = Record::decode(&definition, payload).and_then(|it| self.take(key.topic, &it, now, out));
                 match taken {
-                    Ok(()) => self.watch.heard(key.topic, now),
+                    Ok(true) => self.watch.heard(key.topic, now),
+                    // The same statement once more is no sign of life.
+                    Ok(false) => {}
                     Err(cause) => {
                         out.effects.push(Effect::refused(what(key.topic), format!("`{}` of PX4: {cause}", key.topic)))
                     }
@@ -124,9 +126,10 @@ impl Bridge {
         }
     }
 
-    fn take(&mut self, topic: &str, sample: &Record<'_>, now: Time, out: &mut Out) -> Result<(), CdrError> {
+    /// Takes in a sample; false if it repeats the one before.
+    fn take(&mut self, topic: &str, sample: &Record<'_>, now: Time, out: &mut Out) -> Result<bool, CdrError> {
         match topic {
-            "vehicle_status" => self.take_status(sample, now, out)?,
+            "vehicle_status" => return self.take_status(sample, now, out),
             "vehicle_local_position" => {
                 let clock = sample.unsigned("timestamp")?;
                 self.look_for_restart(self.clocks.1, clock);
@@ -167,10 +170,10 @@ impl Bridge {
             }
             _ => {}
         }
-        Ok(())
+        Ok(true)
     }
 
-    fn take_status(&mut self, sample: &Record<'_>, now: Time, out: &mut Out) -> Result<(), CdrError> {
+    fn take_status(&mut self, sample: &Record<'_>, now: Time, out: &mut Out) -> Result<bool, CdrError> {
         /// `VehicleStatus.ARMING_STATE_ARMED`.
         const ARMED: u64 = 2;
         let clock = sample.unsigned("timestamp")?;
@@ -183,6 +186,9 @@ impl Bridge {
             checks_pass: sample.flag("pre_flight_checks_pass")?,
             target: (number("system_id")?, number("component_id")?),
         };
+        if clock != 0 && clock == self.clocks.0 && self.flies.is_some() {
+            return Ok(false);
+        }
         self.look_for_restart(self.clocks.0, clock);
         self.clocks.0 = clock;
         let before = self.flies.replace(flies);
@@ -194,7 +200,7 @@ impl Bridge {
         self.publish_status(now, out);
         self.arm_once_in_hold(now, out);
         self.hold_after_landing(now, out);
-        Ok(())
+        Ok(true)
     }
 
     fn look_for_restart(&mut self, before_us: u64, now_us: u64) {

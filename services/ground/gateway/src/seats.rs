@@ -66,7 +66,7 @@ impl Seat {
         }
         let (before, stay) = match holder.take() {
             // Its old share may be the last one.
-            Some((share, stay)) => (Some(share.holder().clone()), stay),
+            Some((share, stay)) => (Some((share.holder().clone(), share.may_order())), stay),
             None => match self.seats.lock().leave(self.number) {
                 Some(stay) => (None, stay),
                 // A newcomer has just displaced it: the connection is about to close.
@@ -76,8 +76,8 @@ impl Seat {
         let claimed = self.seats.holders.take(who, may_order);
         match (claimed, before) {
             (Ok(share), _) => *holder = Some((share, stay)),
-            (Err(taken), Some(before)) => {
-                *holder = self.seats.holders.take(&before, true).ok().map(|share| (share, stay));
+            (Err(taken), Some((before, may_order))) => {
+                *holder = self.seats.holders.take(&before, may_order).ok().map(|share| (share, stay));
                 return Err(taken);
             }
             (Err(taken), None) => {
@@ -195,7 +195,7 @@ mod tests {
             (Ok(()), Ok(()), Ok(()))
         );
         let (third, mut third_closes) = take();
-        assert_eq!(third.claim(&anna, true), Err(Taken::ByHolder(anna, 2)));
+        assert_eq!(third.claim(&anna, true), Err(Taken::TooManyOfOne(anna, 2)));
         let (_fourth, mut fourth_closes) = take();
         let (_fifth, _fifth_closes) = take();
         let is_closed = |it: &mut oneshot::Receiver<()>| it.try_recv() == Err(oneshot::error::TryRecvError::Closed);
@@ -221,7 +221,7 @@ mod tests {
         };
         let _watching: Vec<_> = (0..15).map(sit).collect();
         let (one_more, _closes) = take();
-        assert_eq!(one_more.claim(&"watcher 9".into(), false), Err(Taken::ByAll(15)));
+        assert_eq!(one_more.claim(&"watcher 9".into(), false), Err(Taken::AllForWatchers(15)));
         assert_eq!(one_more.claim(&"anna".into(), true), Ok(()));
     }
 }

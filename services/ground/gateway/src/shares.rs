@@ -21,7 +21,14 @@ pub(crate) struct Shares {
     /// Of them: for those who may give orders.
     reserved: usize,
     each: usize,
-    held: Mutex<BTreeMap<Arc<str>, usize>>,
+    held: Mutex<Held>,
+}
+
+/// How many each holder has, and how many of them are held by those who only watch.
+#[derive(Debug, Default)]
+struct Held {
+    by_holder: BTreeMap<Arc<str>, usize>,
+    by_watchers: usize,
 }
 
 /// One of them; given back with the value.
@@ -29,15 +36,18 @@ pub(crate) struct Shares {
 pub(crate) struct Share {
     of: Arc<Shares>,
     who: Arc<str>,
+    may_order: bool,
 }
 
 /// Why there is none.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Taken {
     /// This holder has as many as one may have.
-    ByHolder(Arc<str>, usize),
+    TooManyOfOne(Arc<str>, usize),
     /// All holders together have all that there are.
-    ByAll(usize),
+    All(usize),
+    /// Those who only watch have all that they may have.
+    AllForWatchers(usize),
 }
 
 impl Shares {
@@ -60,19 +70,23 @@ impl Shares {
     /// # Errors
     /// When there is none left, or none left for this holder.
     pub(crate) fn take(self: &Arc<Shares>, who: &Arc<str>, may_order: bool) -> Result<Share, Taken> {
-        let (mut held, total) = (self.lock(), if may_order { self.total } else { self.total - self.reserved });
-        if held.get(who).is_some_and(|it| self.each <= *it) {
-            return Err(Taken::ByHolder(who.clone(), self.each));
+        let (mut held, for_watchers) = (self.lock(), self.total - self.reserved);
+        if held.by_holder.get(who).is_some_and(|it| self.each <= *it) {
+            return Err(Taken::TooManyOfOne(who.clone(), self.each));
         }
-        if total <= held.values().sum() {
-            return Err(Taken::ByAll(total));
+        if self.total <= held.by_holder.values().sum() {
+            return Err(Taken::All(self.total));
         }
-        *held.entry(who.clone()).or_default() += 1;
-        Ok(Share { of: self.clone(), who: who.clone() })
+        if !may_order && for_watchers <= held.by_watchers {
+            return Err(Taken::AllForWatchers(for_watchers));
+        }
+        *held.by_holder.entry(who.clone()).or_default() += 1;
+        held.by_watchers += usize::from(!may_order);
+        Ok(Share { of: self.clone(), who: who.clone(), may_order })
     }
 
     /// The data are whole even if a thread panicked while it held the lock.
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<Arc<str>, usize>> {
+    fn lock(&self) -> MutexGuard<'_, Held> {
         self.held.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 }
@@ -82,15 +96,21 @@ impl Share {
     pub(crate) fn holder(&self) -> &Arc<str> {
         &self.who
     }
+
+    /// Whether that one may give orders.
+    pub(crate) fn may_order(&self) -> bool {
+        self.may_order
+    }
 }
 
 impl Drop for Share {
     fn drop(&mut self) {
         let mut held = self.of.lock();
-        if let Some(count) = held.get_mut(&self.who) {
+        held.by_watchers -= usize::from(!self.may_order);
+        if let Some(count) = held.by_holder.get_mut(&self.who) {
             *count -= 1;
             if *count == 0 {
-                held.remove(&self.who);
+                held.by_holder.remove(&self.who);
             }
         }
     }
@@ -100,11 +120,14 @@ impl Taken {
     /// The answer to who wanted one of `what`, such as `event streams`.
     pub(crate) fn problem(self, what: &str) -> Problem {
         let problem = match self {
-            Taken::ByHolder(who, each) => Problem::new(
+            Taken::TooManyOfOne(who, each) => Problem::new(
                 StatusCode::TOO_MANY_REQUESTS,
                 format!("{who} has {each} {what} open, the most that one token may have; close one of them"),
             ),
-            Taken::ByAll(total) => Problem::unavailable(format!("all {total} {what} are in use; try again")),
+            Taken::All(total) => Problem::unavailable(format!("all {total} {what} are in use; try again")),
+            Taken::AllForWatchers(part) => Problem::unavailable(format!(
+                "all {part} {what} for those who only watch are in use, and the rest is kept for those who may order; try again"
+            )),
         };
         problem.with_header(RETRY_AFTER, "1")
     }
@@ -120,15 +143,26 @@ mod tests {
         let (anna, ben): (Arc<str>, Arc<str>) = ("anna".into(), "ben".into());
         let first = shares.take(&anna, true).unwrap();
         let _second = shares.take(&anna, true).unwrap();
-        assert_eq!(shares.take(&anna, true).unwrap_err(), Taken::ByHolder(anna.clone(), 2));
+        assert_eq!(shares.take(&anna, true).unwrap_err(), Taken::TooManyOfOne(anna.clone(), 2));
         let third = shares.take(&ben, true).unwrap();
         assert_eq!(third.holder(), &ben);
-        assert_eq!(shares.take(&ben, true).unwrap_err(), Taken::ByAll(3));
+        assert_eq!(shares.take(&ben, true).unwrap_err(), Taken::All(3));
         drop(first);
         let _fourth = shares.take(&ben, true).unwrap();
         drop(third);
-        assert_eq!(shares.take(&anna, false).unwrap_err(), Taken::ByAll(2), "the last one is for those who may order");
         let _fifth = shares.take(&anna, true).unwrap();
-        assert_eq!(shares.lock().values().sum::<usize>(), 3);
+        assert_eq!(shares.lock().by_holder.values().sum::<usize>(), 3);
+    }
+
+    #[test]
+    fn those_who_only_watch_leave_one_for_those_who_may_order() {
+        let (shares, eve, anna): (_, Arc<str>, Arc<str>) = (Shares::new(4, 4), "eve".into(), "anna".into());
+        // What others have who may order counts for the whole, and not for the part of those who watch.
+        let _orders = shares.take(&anna, true).unwrap();
+        let _watched = [(); 3].map(|()| shares.take(&eve, false).unwrap());
+        assert_eq!(shares.take(&anna, true).unwrap_err(), Taken::All(4));
+        drop(_orders);
+        assert_eq!(shares.take(&eve, false).unwrap_err(), Taken::AllForWatchers(3));
+        shares.take(&anna, true).unwrap();
     }
 }

@@ -330,7 +330,7 @@ async fn streams_are_counted_and_given_back_and_one_is_kept_for_those_who_may_or
     let world = World::with_vehicle();
     let first = world.events(None).await;
     let _second = world.events(None).await;
-    world.get("/api/v1/vehicles/uav1/events").await.is_problem(503, "all 2 event streams are in use; try again");
+    world.get("/api/v1/vehicles/uav1/events").await.is_problem(503, "all 2 event streams for those who only watch are in use, and the rest is kept for those who may order; try again");
     world.events_for("order", None).await.expect(&["status"]).await;
     drop(first);
     world.events(None).await.expect(&["status"]).await;

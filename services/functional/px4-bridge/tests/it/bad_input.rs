@@ -43,9 +43,14 @@ const POSITION: [(&str, f64); 4] =
 const POSITION_FLAGS: [&str; 6] = ["xy_valid", "z_valid", "v_xy_valid", "v_z_valid", "xy_global", "z_global"];
 
 fn status(rig: &mut Rig, mode: u8, arming: u8, passes: bool) -> Vec<Message> {
+    status_of(rig, 0.0, mode, arming, passes)
+}
+
+/// One that PX4 has made so many microseconds after its start; 0: it does not say.
+fn status_of(rig: &mut Rig, timestamp_us: f64, mode: u8, arming: u8, passes: bool) -> Vec<Message> {
     let mode = f64::from(mode);
     let numbers = [("arming_state", f64::from(arming)), ("nav_state", mode), ("nav_state_user_intention", mode)];
-    let numbers = [&numbers[..], &[("system_id", 1.0), ("component_id", 1.0)]].concat();
+    let numbers = [&numbers[..], &[("system_id", 1.0), ("component_id", 1.0), ("timestamp", timestamp_us)]].concat();
     rig.sample("vehicle_status", &numbers, if passes { &["pre_flight_checks_pass"] } else { &[] })
 }
 
@@ -107,6 +112,30 @@ fn a_takeoff_is_to_a_height_above_the_origin() {
     ready(&mut rig);
     rig.told(command(8, Command::Takeoff(v1::TakeoffCommand { altitude_m: 12.0 })));
     assert_eq!(rig.sent(&["command", "param7"]), [("vehicle_command".to_owned(), vec![22.0, 502.0])]);
+}
+
+#[test]
+fn a_status_that_px4_repeats_with_its_time_is_no_sign_of_life() {
+    #[track_caller]
+    fn check(second_us: f64, messages: usize, expected: Option<&str>) {
+        let mut rig = Rig::new();
+        ready(&mut rig);
+        assert_eq!(status_of(&mut rig, 1e6, 4, 1, true).len(), 1);
+        rig.at_ms(2000);
+        attitude(&mut rig);
+        for topic in ["vehicle_land_detected", "battery_status"] {
+            rig.sample(topic, &[("timestamp", 2e6)], &[]);
+        }
+        rig.sample("failsafe_flags", &[], &["gcs_connection_lost"]);
+        rig.sample("vehicle_local_position", &POSITION, &POSITION_FLAGS);
+        assert_eq!(status_of(&mut rig, second_us, 4, 1, true).len(), messages);
+        match expected {
+            Some(expected) => assert_eq!(refusal(&mut rig, ARM), expected),
+            None => assert_eq!(rig.told(command(7, ARM)), [], "the answer is PX4's"),
+        }
+    }
+    check(1e6, 0, Some("no PX4 is heard at tcp/127.0.0.1:7447"));
+    check(2e6, 1, None);
 }
 
 #[test]

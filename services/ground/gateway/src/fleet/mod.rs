@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
+use domain::fmu::Status;
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
@@ -190,7 +191,10 @@ impl VehicleState {
             self.heard = Some(now);
         }
         match message {
-            Message::VehicleStatus(status) => self.status = seen(now, status),
+            Message::VehicleStatus(status) => {
+                let before = self.status.as_ref().map(|it| (it.at, Status::from(it.message.as_ref().clone())));
+                self.status = seen(Status::from(status.clone()).known_since(now, before.as_ref()), status);
+            }
             Message::Introspection(introspection) => {
                 self.flags.on_listed(now, &introspection.flags);
                 self.add_to_track(now, &introspection);
