@@ -9,7 +9,8 @@
 //! - Armed and far from that height, the vehicle flies, whatever the detector says.
 //! - With its motors off it does not, unless detector and height both say so.
 //! - At that height, armed, the detector decides; without one, or by one that has not noticed the flight, what was known last. That the
-//!   flight has ended it must say in a landing, or of a vehicle that rests no higher than a metre: one that sticks in a takeoff says nothing.
+//!   flight has ended it must say of a vehicle that rests, in a landing or no higher than a metre: one that speaks too early, or sticks in a
+//!   takeoff, says nothing.
 //! - At the end of a landing an armed vehicle also stands if it no longer moves and either is back at the height at which it
 //!   stood before, or the detector says so that had noticed the beginning of the flight. That is how a landing on
 //!   a deck is seen, and a touchdown that the detector does not notice.
@@ -233,12 +234,12 @@ impl FlightState {
         self.still_since.is_some_and(|since| SETTLED_UNNOTICED <= now - since)
     }
 
-    /// In a landing, or at rest at the height at which it stood before, in whatever mode. What is not known of height and speed says nothing
+    /// At rest in a landing, or at the height at which it stood before in whatever mode. What is not known of height and speed says nothing
     /// against it.
     fn may_have_landed(&self) -> bool {
         let rests = self.latest.speed_m_s.is_none_or(|it| it < AT_REST_M_S);
         let is_low = self.distance_m().is_none_or(|it| it < AT_GROUND_M);
-        self.latest.lands || (rests && is_low)
+        rests && (self.latest.lands || is_low)
     }
 
     /// At rest in a landing at the height at which it stood before, as the detector says; or for longer, where the mode is not known.

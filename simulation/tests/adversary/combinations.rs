@@ -388,3 +388,20 @@ fn who_hovers_low_with_a_silent_status_is_landed_by_an_abort_and_not_called_land
         }
     }
 }
+
+/// It speaks half a second or more too early, and sticks.
+#[test]
+fn a_land_detector_that_speaks_in_the_descent_ends_no_landing_above_the_ground() {
+    for height_m in [0.9, 0.6, 0.4, 0.2] {
+        let mut simulation = simulation(None, Policy::Grant);
+        assert!(simulation.fly_until("step 5 of 5: land", LIMIT), "{}", brief(&simulation));
+        until(&mut simulation, |it| -it.down_m < height_m);
+        simulation.inject_fault("land_detector", &["landed"]);
+        while !simulation.decisions().iter().any(|it| it.1.text == "step 5 succeeded") && simulation.now() < at_s(300) {
+            simulation.pass(Duration::from_millis(20));
+        }
+        let at = simulation.position().unwrap();
+        assert!(-at.down_m < 0.15, "{height_m}, {at:?}\n{}", brief(&simulation));
+        ends_as(&mut simulation, MissionOutcome::Success);
+    }
+}

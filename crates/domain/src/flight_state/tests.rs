@@ -97,6 +97,19 @@ fn a_detector_that_is_stuck_at_flying_hides_no_landing() {
     check(&[&flight[..], &[(60, Evidence { lands: false, ..landing(0.4, Some(false), 0.0) })]].concat(), Some(true));
 }
 
+#[test]
+fn a_detector_that_speaks_in_a_descent_ends_no_landing_before_the_vehicle_rests() {
+    let flight = [(1, PARKED), (5, at(10.0)), (5, landing(5.0, Some(false), 0.7))];
+    check(&[&flight[..], &[(1, landing(0.5, Some(true), 0.7))]].concat(), Some(true));
+    check(
+        &[&flight[..], &[(1, landing(0.5, Some(true), 0.7)), (1, landing(0.1, Some(true), 0.0))]].concat(),
+        Some(false),
+    );
+    // How fast it comes down is not known.
+    let unseen = Evidence { height_m: None, speed_m_s: None, ..landing(0.5, Some(true), 0.0) };
+    check(&[&flight[..], &[(1, unseen)]].concat(), Some(false));
+}
+
 /// Its mode is not known, and its detector has stuck since before it lifted off.
 #[test]
 fn who_rests_where_it_stood_before_has_landed_also_with_a_silent_status_if_the_detector_says_so() {

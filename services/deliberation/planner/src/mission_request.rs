@@ -98,6 +98,9 @@ pub(crate) fn answer(
         MissionRequest::Insert(..) if !end.why.is_empty() => {
             Err(Refusal::new(format!("{}: nobody would fly it", end.why)))
         }
+        MissionRequest::Remove(_) | MissionRequest::Skip { .. } if !end.why.is_empty() => {
+            Err(Refusal::new(format!("{}: nothing is left to leave out", end.why)))
+        }
         MissionRequest::Read => Ok(Done::new("the mission as it stands")),
         MissionRequest::Validate(text, wind) => validate(planner, &text, wind, state, now).map(|(_, done)| done),
         MissionRequest::Upload(text) => upload(planner, &text, state, now),

@@ -201,7 +201,9 @@ impl Vehicle {
     fn judge_flight(&mut self, now: Time) {
         let heard = self.status.map(|(at, _)| now - at);
         let status = heard.zip(self.told.as_ref().map(Motors::from));
-        let position = self.position.map(|(at, it)| (now - at, it));
+        // One that is frozen shows neither height nor speed.
+        let position = self.position.filter(|_| self.repetitions < POSITION_FROZEN_SAMPLES);
+        let position = position.map(|(at, it)| (now - at, it));
         let landed = self.landed.map(|(at, it)| (now - at, it.landed));
         self.flight.update(now, Evidence::new(self.pace, status, position, landed));
     }

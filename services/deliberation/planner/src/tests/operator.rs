@@ -196,9 +196,9 @@ fn until_the_end_is_reported_the_mission_is_the_one_that_was_flown() {
     #[track_caller]
     fn check(ends: &str, start_awaited: bool, is_reported: bool, expected: &str) {
         let mut story = Story::of(REFERENCE);
+        assert!(story.ask(skip("deliver")).accepted && story.ask(skip("return")).accepted);
         let report = is_reported.then(v1::MissionReport::default);
         story.hear_manager(v1::McmStatus { ends: ends.to_owned(), start_awaited, report, ..v1::McmStatus::default() });
-        assert!(story.ask(skip("deliver")).accepted && story.ask(skip("return")).accepted);
         assert_eq!(story.ask(Ask::Upload(text(KEEP_OUT))).text, expected, "{ends} {start_awaited} {is_reported}");
     }
     let taken = "`keep-out` waits for an operator's start";
@@ -210,6 +210,16 @@ fn until_the_end_is_reported_the_mission_is_the_one_that_was_flown() {
     // Nothing has begun, or the next one waits.
     check("", true, false, taken);
     check("ordered by anna", true, true, taken);
+}
+
+#[test]
+fn nothing_is_left_out_of_a_mission_that_ends() {
+    for leave_out in [skip, remove] {
+        let mut story = Story::of(REFERENCE);
+        story.hear_manager(v1::McmStatus { ends: "ordered by anna".into(), ..v1::McmStatus::default() });
+        let reply = story.ask(leave_out("deliver"));
+        assert_eq!((reply.accepted, reply.text.as_str()), (false, "ordered by anna: nothing is left to leave out"));
+    }
 }
 
 /// Each change in each state of a mission, in the order of [`CHANGES`].
