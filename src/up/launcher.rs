@@ -320,7 +320,7 @@ impl<'a> Launcher<'a> {
         let start_limit = self.config.launcher.start_limit_s.seconds();
         if self.run_file.is_some() || start_limit <= self.now() {
             let limit = start_limit / 2;
-            for child in self.supervisor.overdue(self.now(), limit) {
+            for (child, limit) in self.supervisor.overdue(self.now(), limit) {
                 self.screen
                     .log(&format!("{child} is not seen {limit:?} after it was started: killed, to be started again"));
                 self.children.kill(child);

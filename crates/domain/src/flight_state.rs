@@ -9,8 +9,8 @@
 //! - Armed and far from that height, the vehicle flies, whatever the detector says.
 //! - With its motors off it does not, unless detector and height both say so.
 //! - At that height, armed, the detector decides; without one, or by one that has not noticed the flight, what was known last. That the
-//!   flight has ended it must say of a vehicle that rests, in a landing or no higher than a metre: one that speaks too early, or sticks in a
-//!   takeoff, says nothing.
+//!   flight has ended it must say in a landing that no longer comes down, or of a vehicle that rests no higher than a metre: one that speaks
+//!   too early, or sticks in a takeoff, says nothing.
 //! - At the end of a landing an armed vehicle also stands if it no longer moves and either is back at the height at which it
 //!   stood before, or the detector says so that had noticed the beginning of the flight. That is how a landing on
 //!   a deck is seen, and a touchdown that the detector does not notice.
@@ -72,6 +72,8 @@ pub struct Evidence {
     pub height_m: Option<f64>,
     /// Speed in any direction, in metres per second.
     pub speed_m_s: Option<f64>,
+    /// Speed up or down, in metres per second.
+    pub vertical_m_s: Option<f64>,
 }
 
 /// What the status says: the motors, and that a landing is flown, count as they were reported last, however long ago.
@@ -105,6 +107,7 @@ impl Evidence {
             landed: landed.filter(|(age, _)| *age <= detector_limit(pace)).map(|(_, landed)| landed),
             height_m: position.map(|(_, it)| it.position.height_m()),
             speed_m_s: position.map(|(_, it)| it.velocity.speed_m_s()),
+            vertical_m_s: position.map(|(_, it)| it.velocity.climb_rate_m_s().abs()),
         }
     }
 }
@@ -234,12 +237,13 @@ impl FlightState {
         self.still_since.is_some_and(|since| SETTLED_UNNOTICED <= now - since)
     }
 
-    /// At rest in a landing, or at the height at which it stood before in whatever mode. What is not known of height and speed says nothing
-    /// against it.
+    /// In a landing that no longer comes down, whatever an estimate that drifts says of its way; or at rest at the height at which it stood
+    /// before, in whatever mode. What is not known of height and speed says nothing against it.
     fn may_have_landed(&self) -> bool {
-        let rests = self.latest.speed_m_s.is_none_or(|it| it < AT_REST_M_S);
+        let is_slow = |speed: Option<f64>| speed.is_none_or(|it| it < AT_REST_M_S);
         let is_low = self.distance_m().is_none_or(|it| it < AT_GROUND_M);
-        rests && (self.latest.lands || is_low)
+        let is_down = self.latest.lands && is_slow(self.latest.vertical_m_s);
+        is_down || (is_slow(self.latest.speed_m_s) && is_low)
     }
 
     /// At rest in a landing at the height at which it stood before, as the detector says; or for longer, where the mode is not known.

@@ -8,16 +8,17 @@ const PARKED: Evidence = Evidence {
     landed: Some(true),
     height_m: Some(0.0),
     speed_m_s: Some(0.0),
+    vertical_m_s: Some(0.0),
 };
 const ARMED: Evidence = Evidence { armed: Some(true), ..PARKED };
 
 fn at(height_m: f64) -> Evidence {
-    Evidence { landed: Some(false), height_m: Some(height_m), speed_m_s: Some(2.0), ..ARMED }
+    Evidence { landed: Some(false), height_m: Some(height_m), speed_m_s: Some(2.0), vertical_m_s: Some(2.0), ..ARMED }
 }
 
 /// Moves or rests in the landing mode at this height.
 fn landing(height_m: f64, landed: Option<bool>, speed_m_s: f64) -> Evidence {
-    Evidence { lands: true, landed, speed_m_s: Some(speed_m_s), ..at(height_m) }
+    Evidence { lands: true, landed, speed_m_s: Some(speed_m_s), vertical_m_s: Some(speed_m_s), ..at(height_m) }
 }
 
 /// What is seen, each for so many seconds, and whether the vehicle flies at the end.
@@ -106,8 +107,11 @@ fn a_detector_that_speaks_in_a_descent_ends_no_landing_before_the_vehicle_rests(
         Some(false),
     );
     // How fast it comes down is not known.
-    let unseen = Evidence { height_m: None, speed_m_s: None, ..landing(0.5, Some(true), 0.0) };
+    let unseen = Evidence { height_m: None, speed_m_s: None, vertical_m_s: None, ..landing(0.5, Some(true), 0.0) };
     check(&[&flight[..], &[(1, unseen)]].concat(), Some(false));
+    // Its estimate drifts along the ground.
+    let drifts = Evidence { speed_m_s: Some(1.0), ..landing(0.1, Some(true), 0.0) };
+    check(&[&flight[..], &[(1, drifts)]].concat(), Some(false));
 }
 
 /// Its mode is not known, and its detector has stuck since before it lifted off.
