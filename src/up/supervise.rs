@@ -181,6 +181,7 @@ impl Supervisor {
     /// The router listens: the children that waited for it are due.
     pub fn router_listens(&mut self, now: Duration) {
         self.states.insert(Child::Router, State::Seen);
+        self.unseen.remove(&Child::Router);
         for state in self.states.values_mut() {
             match state {
                 State::Blocked => *state = State::Due(now),
@@ -322,9 +323,13 @@ mod tests {
         assert_eq!(supervisor.overdue(at(77_000), limit), [(PLANNER, 2 * limit)]);
         supervisor.seen(PLANNER);
         assert_eq!(supervisor.overdue(at(90_000), limit), []);
+        // Who was seen meanwhile has the same time as at first.
         supervisor.ended(PLANNER, KILLED, at(91_000), true);
         assert_eq!(supervisor.due(at(92_000)), [PLANNER]);
         assert_eq!(supervisor.overdue(at(93_000), limit), [(PLANNER, limit)]);
+        supervisor.ended(Child::Router, KILLED, at(94_000), true);
+        assert_eq!(supervisor.due(at(95_000)), [Child::Router]);
+        assert_eq!(supervisor.overdue(at(96_000), limit), [(Child::Router, limit)]);
     }
 
     #[test]

@@ -219,7 +219,9 @@ impl FlightState {
             // height is not known.
             (_, Some(true), _) if self.flying == Some(true) && !self.noticed => Some(!self.has_settled_here(now)),
             // One that is stuck while the vehicle climbs, or hovers at a metre, has noticed the flight as well.
-            (_, Some(true), _) if self.flying == Some(true) => Some(!self.may_have_landed()),
+            (_, Some(true), _) if self.flying == Some(true) => {
+                Some(!self.may_have_landed() && !self.has_settled_elsewhere(now))
+            }
             (_, Some(landed), _) => Some(!landed),
             (_, None, _) => self.flying,
         }

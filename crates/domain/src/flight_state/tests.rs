@@ -150,6 +150,10 @@ fn a_deck_at_another_height_is_ground_also_with_a_silent_status_if_the_detector_
     let rests = [(2, silent(30.0, air, 0.0)), (5, silent(30.0, ground, 0.0))];
     check(&[&flight[..], &rests, &[(1, silent(30.0, ground, 0.0))]].concat(), Some(true));
     check(&[&flight[..], &rests, &[(3, silent(30.0, ground, 0.0))]].concat(), Some(false));
+    // So it is on ground that is hardly higher than where it stood, neither here nor far away.
+    let low = [(2, silent(1.2, air, 0.0)), (5, silent(1.2, ground, 0.0))];
+    check(&[&flight[..], &low, &[(1, silent(1.2, ground, 0.0))]].concat(), Some(true));
+    check(&[&flight[..], &low, &[(3, silent(1.2, ground, 0.0))]].concat(), Some(false));
     // One that sticks in a hover, or on the way, has noticed no touchdown.
     check(&[&flight[..], &[(9, silent(30.0, air, 0.0)), (60, silent(30.0, ground, 0.0))]].concat(), Some(true));
     check(&[&flight[..], &[(1, silent(30.0, ground, 0.7)), (60, silent(30.0, ground, 0.0))]].concat(), Some(true));

@@ -221,7 +221,8 @@ impl Node for Planner {
             Event::Request { token, request, .. } => (token, request),
             Event::Message { message: Message::McmStatus(status), .. } => {
                 let is_flown = status.report.is_none() && !status.start_awaited;
-                self.end = mission_request::End { why: status.ends, is_flown };
+                let next_waits = status.start_awaited;
+                self.end = mission_request::End { why: status.ends, is_flown, next_waits };
                 return;
             }
             Event::Message { message: Message::VehicleStatus(status), .. } => {

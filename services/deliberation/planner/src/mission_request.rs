@@ -81,6 +81,15 @@ pub(crate) struct End {
     pub(crate) why: String,
     /// It has begun, and what its objectives came to is not reported yet.
     pub(crate) is_flown: bool,
+    /// The mission of the next flight waits for its start: the end is that of the one before.
+    pub(crate) next_waits: bool,
+}
+
+impl End {
+    /// Whether nothing of the planner's mission is flown any more.
+    fn is_of_this_mission(&self) -> bool {
+        !self.why.is_empty() && !self.next_waits
+    }
 }
 
 /// Answers `request` for a vehicle in `state`.
@@ -95,10 +104,10 @@ pub(crate) fn answer(
         MissionRequest::Upload(text) if !end.why.is_empty() || planner.is_over() => {
             upload_for_next_flight(planner, &text, state, end, now)
         }
-        MissionRequest::Insert(..) if !end.why.is_empty() => {
+        MissionRequest::Insert(..) if end.is_of_this_mission() => {
             Err(Refusal::new(format!("{}: nobody would fly it", end.why)))
         }
-        MissionRequest::Remove(_) | MissionRequest::Skip { .. } if !end.why.is_empty() => {
+        MissionRequest::Remove(_) | MissionRequest::Skip { .. } if end.is_of_this_mission() => {
             Err(Refusal::new(format!("{}: nothing is left to leave out", end.why)))
         }
         MissionRequest::Read => Ok(Done::new("the mission as it stands")),

@@ -219,6 +219,10 @@ fn nothing_is_left_out_of_a_mission_that_ends() {
         story.hear_manager(v1::McmStatus { ends: "ordered by anna".into(), ..v1::McmStatus::default() });
         let reply = story.ask(leave_out("deliver"));
         assert_eq!((reply.accepted, reply.text.as_str()), (false, "ordered by anna: nothing is left to leave out"));
+        // The end of the last flight is none of the next one's.
+        let waits = v1::McmStatus { ends: "ordered by anna".into(), start_awaited: true, ..v1::McmStatus::default() };
+        story.hear_manager(waits);
+        assert!(story.ask(leave_out("deliver")).accepted);
     }
 }
 
