@@ -55,3 +55,29 @@ impl fmt::Display for Permission {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_decision_without_a_reason_has_no_empty_brackets() {
+        #[track_caller]
+        fn check(state: PermissionState, reason: &str, expected: &str) {
+            let permission = Permission {
+                area: "A".into(),
+                state,
+                reason: reason.into(),
+                expires_utc_ms: 0,
+                valid_for: Duration::ZERO,
+                request_id: String::new(),
+                decision: 1,
+                plan_revision: 0,
+                signature: Vec::new(),
+            };
+            assert_eq!(permission.to_string(), expected);
+        }
+        check(PermissionState::Denied, "", "area A: denied");
+        check(PermissionState::Revoked, "a crane", "area A: revoked (a crane)");
+    }
+}

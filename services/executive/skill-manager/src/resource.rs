@@ -174,7 +174,7 @@ impl Resource {
     }
 
     fn reported(&mut self, status: &Status, now: Now) {
-        if self.vehicle.is_repeated_by(status) {
+        if self.vehicle.take_repetition(status) {
             return;
         }
         if self.vehicle.reported(status, self.commands.is_busy(), now.time) {

@@ -157,9 +157,9 @@ impl Vehicle {
         self.judge_flight(now);
     }
 
-    /// Whether a status repeats the newest one. That ages then, and shows nothing of what was commanded since; the autopilot's words, and
-    /// whether it would arm, may be new ones of the backend's.
-    pub(crate) fn is_repeated_by(&mut self, told: &Status) -> bool {
+    /// Takes in a status that repeats the newest one; returns whether it does. The newest one keeps its age, and shows nothing of what was
+    /// commanded since; only the reason and whether the vehicle would arm may have changed, since a backend adds those.
+    pub(crate) fn take_repetition(&mut self, told: &Status) -> bool {
         let repeats = self.told.as_ref().is_some_and(|before| told.repeats(before));
         if let Some((_, status)) = self.status.as_mut().filter(|_| repeats) {
             status.can_arm = told.can_arm;

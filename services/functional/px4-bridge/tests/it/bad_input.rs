@@ -46,7 +46,7 @@ fn status(rig: &mut Rig, mode: u8, arming: u8, passes: bool) -> Vec<Message> {
     status_of(rig, 0.0, mode, arming, passes)
 }
 
-/// One that PX4 has made so many microseconds after its start; 0: it does not say.
+/// A status with this timestamp of PX4; 0 is none.
 fn status_of(rig: &mut Rig, timestamp_us: f64, mode: u8, arming: u8, passes: bool) -> Vec<Message> {
     let mode = f64::from(mode);
     let numbers = [("arming_state", f64::from(arming)), ("nav_state", mode), ("nav_state_user_intention", mode)];

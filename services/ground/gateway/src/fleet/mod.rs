@@ -281,6 +281,24 @@ mod tests {
     }
 
     #[test]
+    fn an_autopilots_status_that_is_repeated_with_its_time_keeps_its_age() {
+        #[track_caller]
+        fn check(timestamps_us: [u64; 2], known_since_s: u64) {
+            let mut fleet = FleetState::default();
+            for (timestamp_us, second) in timestamps_us.into_iter().zip([1, 9]) {
+                let message = v1::VehicleStatus { timestamp_us, ..Default::default() }.into();
+                let now = Now { time: Time::after(Duration::from_secs(second)), ..Now::default() };
+                fleet.fold(now, Event::Message { vehicle: "uav1".into(), message }, &mut Vec::new());
+            }
+            let status = fleet.vehicles.values().next().and_then(|it| it.status.as_ref()).unwrap();
+            assert_eq!(status.at, Time::after(Duration::from_secs(known_since_s)), "{timestamps_us:?}");
+        }
+        check([7, 7], 1);
+        check([7, 8], 9);
+        check([0, 0], 9);
+    }
+
+    #[test]
     fn a_status_that_is_only_repeated_is_no_event() {
         use v1::ObjectiveState::{Success, Waiting};
         use v1::PermissionState::{Granted, Requested};
