@@ -239,7 +239,10 @@ impl<'a> Launcher<'a> {
 
     fn on_event(&mut self, event: Event) {
         match event {
-            Event::Peer { service, alive: true, .. } => {
+            // Ground processes are there for no vehicle; those of another one are not the launcher's.
+            Event::Peer { vehicle, service, alive: true, .. }
+                if vehicle.is_empty() || *vehicle == *self.config.vehicle.as_str() =>
+            {
                 if let Some(child) = self.supervisor.child(&service) {
                     self.supervisor.seen(child);
                     self.children.seen(child);
@@ -248,7 +251,7 @@ impl<'a> Launcher<'a> {
             }
             Event::Message { message: Message::Heartbeat(heartbeat), .. } => {
                 let child = self.supervisor.child(&heartbeat.service);
-                // Not that of a child that has been started again since, nor of another system's.
+                // Not that of a child that has been started again since, nor of another system's, nor of another vehicle's.
                 if let Some(child) = child.filter(|it| self.children.is_process(*it, heartbeat.pid)) {
                     self.liveness.heard(child, self.now());
                 }

@@ -1,6 +1,5 @@
 //! A memory that cannot be used: nothing takes off by itself, everybody sees why, and the operator's `start` begins.
 
-use std::cell::Cell;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -18,7 +17,6 @@ struct Flight {
     system: System,
     http: Http,
     state: PathBuf,
-    aborts: Cell<u32>,
     _folder: tempfile::TempDir,
     _files: Files,
 }
@@ -50,7 +48,7 @@ impl Flight {
         let readable = |it: &'_ Path| it.to_str().expect("a readable path").to_owned();
         let system = System::up(&["--config", &readable(&config), "--speed", "5", "--state", &readable(&state)], &[]);
         let http = system.http();
-        Flight { system, http, state, aborts: Cell::new(0), _folder: folder, _files: files }
+        Flight { system, http, state, _folder: folder, _files: files }
     }
 
     /// Gives an order; what was said, and whether it was obeyed.
@@ -87,11 +85,7 @@ impl Flight {
     #[track_caller]
     fn abort(&self) {
         self.wait_for_flight();
-        // No program is started for it: on a machine with too much to do the vehicle would be at its goal meanwhile.
-        let key = self.aborts.replace(self.aborts.get() + 1);
-        let more = format!("Idempotency-Key: abort-{key}\r\nContent-Length: 0\r\n");
-        let answer = self.http.send(&self.http.head("POST", "/api/v1/vehicles/uav1/abort", &more));
-        assert_eq!(answer.status, 200, "{}", String::from_utf8_lossy(&answer.body));
+        self.http.order("/api/v1/vehicles/uav1/abort", "");
         self.wait_until("the end", |it| !it["report"].is_null() && !is_armed(it));
     }
 

@@ -17,9 +17,10 @@ fn up_and_down(stays_s: u32) -> (System, Files) {
 
 #[track_caller]
 fn fault(system: &System, line: &str) {
-    let words: Vec<_> = ["fault"].into_iter().chain(line.split(' ')).collect();
-    let output = system.inject(&words);
-    assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+    let (name, args) = line.split_once(' ').unwrap_or((line, ""));
+    let args: Vec<_> = args.split_whitespace().collect();
+    let fault = serde_json::json!({ "name": name, "args": args });
+    system.http().order("/api/v1/vehicles/uav1/simulation/faults", &fault.to_string());
 }
 
 /// Reads the launcher's lines: on a busy machine, starting a program that asks may take longer than the landing.
@@ -51,7 +52,8 @@ fn a_land_detector_that_reports_the_air_for_ever_does_not_keep_the_system_up() {
     if system.wait_for_any(&[over, answered]) == over {
         return system.end().expect(0, &["SUCCESS", "SUCCESS"]);
     }
-    assert!(system.inject(&["flag", "operator_abort"]).status.success());
+    let abort = serde_json::json!({ "name": "operator_abort", "raised": true, "reason": "by the story" });
+    system.http().order("/api/v1/vehicles/uav1/simulation/flags", &abort.to_string());
     assert_eq!(system.end().code, Some(4), "an emergency");
 }
 

@@ -2,6 +2,7 @@
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use serde_json::Value;
 
@@ -51,6 +52,18 @@ impl Http {
             "{method} {path} HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer {}\r\nConnection: close\r\n{more}\r\n",
             self.token
         )
+    }
+
+    /// Gives an order, with `body` or without, and expects that it is carried out. No program is started for it: on a machine with too much
+    /// to do that may take longer than what the order is for.
+    #[track_caller]
+    pub fn order(&self, path: &str, body: &str) {
+        static NUMBER: AtomicU32 = AtomicU32::new(0);
+        let key = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let of_body = format!("Content-Type: application/json\r\nContent-Length: {}\r\n", body.len());
+        let head = self.head("POST", path, &format!("Idempotency-Key: story-{key}\r\n{of_body}"));
+        let answer = self.send(&(head + body));
+        assert_eq!(answer.status, 200, "{path}: {}", String::from_utf8_lossy(&answer.body));
     }
 
     /// Sends a request as it stands and reads the answer to its end.

@@ -22,6 +22,10 @@ const WINDOW: Duration = Duration::from_secs(5);
 /// A clock that jumps back by more than any heartbeat is late has started again with its machine.
 const RESTARTED: Duration = Duration::from_secs(10);
 
+/// Clocks that are kept at once; names of vehicles come from whoever is on the bus. (ENG: as many as the gateway shows vehicles, several
+/// times over.)
+const MOST_CLOCKS: usize = 256;
+
 /// The clocks of vehicles, as heard here.
 #[derive(Debug, Default)]
 pub(crate) struct Clocks(HashMap<VehicleId, Clock>);
@@ -42,6 +46,12 @@ impl Clocks {
         let ahead = i128::from(theirs) - i128::from(ours);
         let fresh = Clock { present: ahead, last: None, since_ns: ours, heard_ns: ours };
         let window = WINDOW.as_nanos() as u64;
+        if MOST_CLOCKS <= self.0.len() && !self.0.contains_key(vehicle) {
+            self.0.retain(|_, it| ours.saturating_sub(it.heard_ns) <= 2 * window);
+            if MOST_CLOCKS <= self.0.len() {
+                return;
+            }
+        }
         let clock = self.0.entry(vehicle.clone()).or_insert(fresh);
         let silent = 2 * window < ours.saturating_sub(clock.heard_ns);
         if silent || ahead + (RESTARTED.as_nanos() as i128) < clock.best() {
@@ -126,6 +136,22 @@ mod tests {
         assert_eq!(clocks.theirs(&vehicle, 2 * S, 2 * S), Some(20 * S));
         assert_eq!(clocks.theirs(&vehicle, 2 * S, 13 * S), None, "not heard for eleven seconds");
         assert_eq!(clocks.theirs(&"uav2".into(), 2 * S, 2 * S), None);
+    }
+
+    #[test]
+    fn no_more_clocks_are_kept_than_there_is_room_for_and_those_that_speak_keep_theirs() {
+        let (known, mut clocks): (VehicleId, _) = ("uav1".into(), Clocks::default());
+        let heard = |clocks: &mut Clocks, vehicle: &VehicleId, now: u64| clocks.heard(vehicle, 1000 * S + now, now);
+        heard(&mut clocks, &known, S);
+        (0..10 * MOST_CLOCKS).for_each(|it| heard(&mut clocks, &format!("stranger-{it}").as_str().into(), S));
+        assert_eq!(clocks.0.len(), MOST_CLOCKS);
+        let late: VehicleId = "uav2".into();
+        heard(&mut clocks, &late, 2 * S);
+        assert_eq!(clocks.theirs(&late, 2 * S, 2 * S), None, "there is no room");
+        heard(&mut clocks, &known, 9 * S);
+        heard(&mut clocks, &late, 12 * S);
+        assert_eq!(clocks.theirs(&known, 12 * S, 12 * S), Some(1012 * S));
+        assert_eq!(clocks.theirs(&late, 12 * S, 12 * S), Some(1012 * S), "the strangers have fallen silent");
     }
 
     #[test]

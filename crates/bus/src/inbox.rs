@@ -155,7 +155,9 @@ pub(crate) fn watch_peers(session: &Session, scope: &Scope, mailboxes: &[Mailbox
                         Slot::Peer { vehicle: vehicle.clone(), service: service.clone(), instance: instance.clone() };
                     let event = Event::Peer { vehicle, service, instance, alive };
                     for mailbox in &mailboxes {
-                        mailbox.push_newest(slot.clone(), Mail::Event(event.clone(), None));
+                        if !mailbox.push_newest(slot.clone(), Mail::Event(event.clone(), None)) {
+                            dropped(mailbox, key);
+                        }
                     }
                 }
             })
@@ -258,7 +260,7 @@ impl Inbox {
         }
         let vehicle = self.scope.vehicle_of(key);
         if topic.qos().keeps_newest_only() {
-            return self.keep_newest(vehicle, message);
+            return self.keep_newest(key, vehicle, message);
         }
         if let Err(late) = in_time(&self.scope, attachment.said_receiver_monotonic_ns) {
             return self.refuse_late(key, late);
@@ -290,7 +292,7 @@ impl Inbox {
     pub(crate) fn message_of_neighbour(&self, vehicle: VehicleId, message: Message, traceparent: &str) {
         let topic = message.topic();
         if topic.qos().keeps_newest_only() {
-            return self.keep_newest(vehicle, message);
+            return self.keep_newest(topic.key(), vehicle, message);
         }
         let parent = Some(traceparent.to_owned()).filter(|it| !it.is_empty());
         if !self.mailbox.push_from(topic.key(), Mail::Event(Event::Message { vehicle, message }, parent)) {
@@ -298,9 +300,11 @@ impl Inbox {
         }
     }
 
-    fn keep_newest(&self, vehicle: VehicleId, message: Message) {
+    fn keep_newest(&self, key: &str, vehicle: VehicleId, message: Message) {
         let slot = Slot::Sample(vehicle.clone(), message.topic());
-        self.mailbox.push_newest(slot, Mail::Event(Event::Message { vehicle, message }, None));
+        if !self.mailbox.push_newest(slot, Mail::Event(Event::Message { vehicle, message }, None)) {
+            self.dropped(key);
+        }
     }
 
     /// A message has arrived over a direct link. After one that did not (the link was full, or is new) it is left to the router, which
@@ -309,7 +313,7 @@ impl Inbox {
         let Some(it) = trace::read(attachment) else { return };
         let last =
             self.last.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).get(&(topic, it.publisher)).copied();
-        if it.sequence <= last.unwrap_or(0) + 1 {
+        if it.sequence.saturating_sub(1) <= last.unwrap_or(0) {
             self.message(topic, key, payload, Some(attachment));
         }
     }
@@ -398,13 +402,18 @@ impl Inbox {
     }
 
     fn dropped(&self, key: &str) {
-        if let Some(it) = self.mailbox.lose(Loss::Dropped, key) {
-            tracing::error!(
-                key = it.sender,
-                count = it.count,
-                "too many at once: dropped; further ones are counted for a while"
-            );
-        }
+        dropped(&self.mailbox, key);
+    }
+}
+
+/// Counts what there is no room for.
+fn dropped(mailbox: &Mailbox, key: &str) {
+    if let Some(it) = mailbox.lose(Loss::Dropped, key) {
+        tracing::error!(
+            key = it.sender,
+            count = it.count,
+            "too many at once: dropped; further ones are counted for a while"
+        );
     }
 }
 
@@ -458,6 +467,26 @@ mod tests {
         check("kw/uav1/skill/cancel", Some("it was said under kw/uav1/skill/cancel"));
         check("kw/uav2/mcm/command", Some("it was said under kw/uav2/mcm/command"));
         check("mcm/command", Some("it was said under mcm/command"));
+    }
+
+    #[test]
+    fn a_number_of_any_size_leaves_a_publisher_heard() {
+        let mailbox = Mailbox::new(&Wake::new().unwrap());
+        let inbox = Inbox::new(&Scope::Vehicle("uav1".into()), mailbox.clone());
+        let (topic, key) = (Topic::FlagEvent, Topic::FlagEvent.key());
+        let payload = v1::FlagEvent { name: "battery_low".into(), ..Default::default() }.encode_to_vec();
+        let numbered =
+            |sequence| Attachment { publisher: 7, sequence, ..Default::default() }.encode_to_vec();
+        let heard = |sequence| {
+            inbox.direct_message(topic, key, &payload, &numbered(sequence));
+            let mut batch = Vec::new();
+            mailbox.take(&mut batch);
+            batch.len()
+        };
+        assert_eq!([1, 3, 2].map(heard), [1, 0, 1], "after a gap the router brings it");
+        inbox.message(topic, key, &payload, Some(&numbered(u64::MAX)));
+        mailbox.take(&mut Vec::new());
+        assert_eq!([3, 4, u64::MAX].map(heard), [1, 1, 0], "each once");
     }
 
     #[test]

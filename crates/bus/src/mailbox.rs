@@ -21,6 +21,9 @@ use crate::wake::Wake;
 const CAPACITY: usize = 4096;
 /// Part of it that one sender may take: a flood of one drops nothing of the others.
 const SHARE: usize = CAPACITY / 4;
+/// The most of what only the newest is kept of: names of vehicles and processes come from whoever is on the bus. Samples may take half of it,
+/// since liveliness is said once. (ENG: 64 vehicles with eight topics each twice over, and as many processes.)
+const MOST_NEWEST: usize = CAPACITY / 2;
 /// Large messages that may wait: with those of 8 MiB that bounds the memory.
 const MOST_LARGE: usize = 16;
 
@@ -63,7 +66,7 @@ enum Entry {
     Newest(Slot),
 }
 
-/// What only the newest is kept of. There are as many as topics and processes: no bound is needed.
+/// What only the newest is kept of.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(crate) enum Slot {
     /// Samples of a topic about a vehicle.
@@ -118,14 +121,22 @@ impl Mailbox {
         self.push_from(sender, mail)
     }
 
-    /// Keeps `mail` as the newest of `slot`, in place of an unread older one.
-    pub(crate) fn push_newest(&self, slot: Slot, mail: Mail) {
+    /// Keeps `mail` as the newest of `slot`, in place of an unread older one; false if there is no room for one more slot.
+    pub(crate) fn push_newest(&self, slot: Slot, mail: Mail) -> bool {
         let mut inner = self.lock();
+        let most = match slot {
+            Slot::Sample(..) => MOST_NEWEST / 2,
+            Slot::Peer { .. } => MOST_NEWEST,
+        };
+        if most <= inner.newest.len() && !inner.newest.contains_key(&slot) {
+            return false;
+        }
         if inner.newest.insert(slot.clone(), mail).is_none() {
             inner.queue.push_back(Entry::Newest(slot));
             drop(inner);
             self.0.wake.wake();
         }
+        true
     }
 
     /// Counts something of `sender` that does not get through; with what is to be logged about it, if anything.
@@ -251,6 +262,23 @@ mod tests {
         mailbox.push_newest(instance("1"), peer("who is there"));
         mailbox.push_newest(battery("uav1"), peer("sample"));
         assert_eq!(names(&mailbox)[CAPACITY..], ["who is there", "sample"]);
+    }
+
+    #[test]
+    fn invented_names_take_no_more_than_their_room_and_leave_some_for_who_is_there() {
+        let mailbox = mailbox();
+        let taken = |slots: &mut dyn Iterator<Item = Slot>| {
+            slots.filter(|it| mailbox.push_newest(it.clone(), peer("x"))).count()
+        };
+        assert_eq!(taken(&mut (0..2 * MOST_NEWEST).map(|it| battery(&it.to_string()))), MOST_NEWEST / 2);
+        assert_eq!(taken(&mut (0..2 * MOST_NEWEST).map(|it| instance(&it.to_string()))), MOST_NEWEST / 2);
+        assert_eq!(
+            taken(&mut [battery("0"), instance("0"), battery("another")].into_iter()),
+            2,
+            "newer ones of the same"
+        );
+        assert_eq!(names(&mailbox).len(), MOST_NEWEST);
+        assert_eq!(taken(&mut [battery("another")].into_iter()), 1, "what was taken out leaves room");
     }
 
     #[test]

@@ -82,5 +82,23 @@ impl Frame {
 
 /// Whether a clock that showed `before` and shows `now` was started again in between.
 pub(crate) fn is_restart(before_us: u64, now_us: u64) -> bool {
-    now_us + RESTART_US < before_us
+    now_us.saturating_add(RESTART_US) < before_us
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clock_that_goes_back_by_far_was_started_again_whatever_it_shows() {
+        #[track_caller]
+        fn check(before_us: u64, now_us: u64, expected: bool) {
+            assert_eq!(is_restart(before_us, now_us), expected, "{before_us}, {now_us}");
+        }
+        check(10_000_000, 9_500_000, false);
+        check(10_000_000, 9_499_999, true);
+        check(u64::MAX, u64::MAX - 1, false);
+        check(10_000_000, u64::MAX, false);
+        check(u64::MAX, 0, true);
+    }
 }
