@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use signed_permissions::key::{InvalidKey, NoRandomNumbers, PublicKey, SecretKey};
 
-use crate::run::run_file::{private_folder, write_private};
+use crate::run::run_file::private_folder;
 
 /// The key, which only its owner may read, in the tower's folder.
 pub const SECRET: &str = "control-tower.key";
@@ -83,8 +83,8 @@ pub fn of_tower(named: Option<&Path>, state: Option<&Path>) -> Result<Option<Sec
     named.map(read_secret).or_else(|| state.map(in_folder)).transpose()
 }
 
-/// The key in the tower's state folder, made at the first start together with its public half. A key that is there and cannot
-/// be used is never replaced: vehicles go by it.
+/// The key in the tower's state folder, made at the first start. A key that is there and cannot be used is never replaced: vehicles go by
+/// it. Its public half is written whenever it is not there as it should be.
 ///
 /// # Errors
 /// If it cannot be used or made.
@@ -94,10 +94,7 @@ pub fn in_folder(folder: &Path) -> Result<SecretKey, Failure> {
         Err(Failure::Read { cause, .. }) if cause.kind() == ErrorKind::NotFound => make(folder)?,
         other => other?,
     };
-    let public = folder.join(PUBLIC);
-    if !public.exists() {
-        write_whole(&public, &key.public().to_string())?;
-    }
+    write_public(folder, key.public())?;
     Ok(key)
 }
 
@@ -108,23 +105,30 @@ pub fn in_folder(folder: &Path) -> Result<SecretKey, Failure> {
 pub fn in_folders(secret: &Path, public: &Path) -> Result<(), Failure> {
     let key = in_folder(secret)?;
     private_folder(public).map_err(|cause| Failure::Write { path: public.to_owned(), cause })?;
-    write_whole(&public.join(PUBLIC), &key.public().to_string())
+    write_public(public, key.public())
 }
 
-/// Makes a key and its public half.
+/// Makes a key.
 fn make(folder: &Path) -> Result<SecretKey, Failure> {
     let key = SecretKey::generate()?;
     private_folder(folder).map_err(|cause| Failure::Write { path: folder.to_owned(), cause })?;
     write_whole(&folder.join(SECRET), &key.to_text())?;
-    write_whole(&folder.join(PUBLIC), &key.public().to_string())?;
     Ok(key)
 }
 
-/// A reader finds all of it or nothing.
+/// Leaves a file alone that holds this key. One that holds another, or nothing, was left behind by a start that was killed, or belongs to
+/// a key that was removed since: a vehicle that goes by it would refuse every permission of this tower.
+fn write_public(folder: &Path, key: PublicKey) -> Result<(), Failure> {
+    let path = folder.join(PUBLIC);
+    match read_public(&path) {
+        Ok(there) if there == key => Ok(()),
+        _ => write_whole(&path, &key.to_string()),
+    }
+}
+
+/// A reader finds all of it or nothing, also after a power loss: a tower that finds half a key does not start.
 fn write_whole(path: &Path, line: &str) -> Result<(), Failure> {
-    let unfinished = path.with_added_extension("part");
-    let written = write_private(&unfinished, format!("{line}\n").as_bytes());
-    let written = written.and_then(|()| std::fs::rename(&unfinished, path));
+    let written = credentials::file::replace(path, 0o600, format!("{line}\n").as_bytes());
     written.map_err(|cause| Failure::Write { path: path.to_owned(), cause })
 }
 
@@ -136,6 +140,7 @@ fn read<K: FromStr<Err = InvalidKey>>(path: &Path) -> Result<K, Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::run::run_file::write_private;
     use std::os::unix::fs::PermissionsExt;
 
     fn mode(path: &Path) -> u32 {
@@ -149,9 +154,40 @@ mod tests {
         let made = in_folder(&folder).unwrap().public();
         assert_eq!(mode(&folder.join(SECRET)), 0o600);
         assert_eq!(in_folder(&folder).unwrap().public(), made);
-        std::fs::remove_file(folder.join(PUBLIC)).unwrap();
-        in_folder(&folder).unwrap();
-        assert_eq!(read_public(&folder.join(PUBLIC)).unwrap(), made);
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2, "the key and its public half");
+    }
+
+    #[test]
+    fn the_public_half_is_written_again_unless_it_is_that_of_the_key() {
+        #[track_caller]
+        fn check(spoil: impl FnOnce(&Path)) {
+            let folder = tempfile::tempdir().unwrap();
+            let (state, public) = (folder.path().join("state"), folder.path().join("for-vehicles"));
+            let made = in_folder(&state).unwrap().public();
+            spoil(&state.join(PUBLIC));
+            in_folders(&state, &public).unwrap();
+            for it in [state, public] {
+                assert_eq!(read_public(&it.join(PUBLIC)).unwrap(), made);
+                assert_eq!(mode(&it.join(PUBLIC)), 0o600);
+            }
+        }
+        check(|_| ());
+        check(|path| std::fs::remove_file(path).unwrap());
+        check(|path| std::fs::write(path, "").unwrap());
+        check(|path| std::fs::write(path, "kittiwake-tower-public").unwrap());
+        check(|path| std::fs::write(path, format!("{}\n", SecretKey::generate().unwrap().public())).unwrap());
+        check(|path| std::fs::write(path.with_added_extension("part"), "left behind").unwrap());
+    }
+
+    #[test]
+    fn a_public_half_that_is_right_is_left_alone() {
+        use std::os::unix::fs::MetadataExt;
+        let folder = tempfile::tempdir().unwrap();
+        let file = || std::fs::metadata(folder.path().join(PUBLIC)).unwrap().ino();
+        in_folder(folder.path()).unwrap();
+        let before = file();
+        in_folder(folder.path()).unwrap();
+        assert_eq!(file(), before);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use bus::crossing::aircraft_name;
 use bus::link_credentials::{AUTHORITY, CERTIFICATE, KEY};
+use credentials::file;
 use rcgen::{
     BasicConstraints, CertificateParams, DnType, ExtendedKeyUsagePurpose, IsCa, Issuer, KeyPair, KeyUsagePurpose,
 };
@@ -21,6 +22,10 @@ use crate::run::tower_key;
 use authority::Authority;
 
 mod authority;
+mod issued;
+mod one_at_a_time;
+#[cfg(test)]
+mod tests;
 
 /// The authority's own folder.
 const AUTHORITY_FOLDER: &str = "authority";
@@ -45,6 +50,10 @@ enum Failure {
     Unknown { name: String, root: PathBuf, known: String },
     #[error("`{name}` has no certificate but the present one: renew it first, or leave out --former")]
     NoFormer { name: String },
+    #[error(
+        "which certificate `{name}` has now is not known, as {path} holds none: put it back, or leave out --former"
+    )]
+    NoPresent { name: String, path: PathBuf },
     #[error("cannot write {path}: {cause}")]
     Write { path: PathBuf, cause: std::io::Error },
     #[error(transparent)]
@@ -108,7 +117,7 @@ fn make(root: &Path, args: &CertsArgs) -> Result<Vec<PathBuf>, Failure> {
         write(folder, AUTHORITY, 0o644, &authority)?;
         write(folder, CERTIFICATE, 0o644, &certificate)?;
         write(folder, KEY, 0o600, &key)?;
-        authority::keep(&authority_folder, &certificate)?;
+        issued::keep(&authority_folder, &certificate)?;
     }
     tower_key::in_folders(&towers[0], &towers[1])?;
     Ok([vec![authority_folder], folders, towers.into()].concat())
@@ -117,13 +126,17 @@ fn make(root: &Path, args: &CertsArgs) -> Result<Vec<PathBuf>, Failure> {
 /// Has a router cut off, and anybody else who has one of its certificates and the key to it.
 fn revoke(args: &RevokeArgs) -> Result<Vec<PathBuf>, Failure> {
     let authority = Authority::open(&args.folder)?;
-    let mut certificates = authority.issued_to(&args.name)?;
-    if args.former {
-        let current = authority.current(&args.name)?;
-        certificates.retain(|it| *it != current);
-        if certificates.is_empty() {
-            return Err(Failure::NoFormer { name: args.name.clone() });
-        }
+    let found = authority.issued_to(&args.name)?;
+    for unusable in &found.unusable {
+        output::error_line(format_args!("certs: warning: {unusable}: skipped, and what was in it is not revoked"));
+    }
+    let name = args.name.clone();
+    let mut certificates = found.former;
+    match (args.former, found.present) {
+        (true, None) => return Err(Failure::NoPresent { path: args.folder.join(&name).join(CERTIFICATE), name }),
+        (true, Some(_)) if certificates.is_empty() => return Err(Failure::NoFormer { name }),
+        (true, Some(_)) => {}
+        (false, present) => certificates.extend(present),
     }
     authority.revoke(&certificates)
 }
@@ -131,11 +144,14 @@ fn revoke(args: &RevokeArgs) -> Result<Vec<PathBuf>, Failure> {
 /// Renews a router's certificate and key, for the same name and hosts.
 fn renew(args: &RenewArgs) -> Result<Vec<PathBuf>, Failure> {
     let authority = Authority::open(&args.folder)?;
-    let current = authority.current(&args.name)?;
-    let router = Router { name: current.name, hosts: current.hosts };
+    let found = authority.issued_to(&args.name)?;
+    // Its folder may have been moved to its machine, or be spoiled: all its certificates are for the same hosts.
+    let known = found.present.into_iter().chain(found.former).next().ok_or_else(|| authority.unknown(&args.name))?;
+    let router = Router { name: known.name, hosts: known.hosts };
     let (certificate, key) = signed(&router, args.days, &authority.issuer)?;
     authority.keep(&certificate)?;
     let folder = args.folder.join(&args.name);
+    authority.give_list(&folder)?;
     // A router that reads in between finds a key of another certificate, and goes on with the ones of before.
     replace(&folder.join(KEY), 0o600, &key)?;
     replace(&folder.join(CERTIFICATE), 0o644, &certificate)?;
@@ -183,171 +199,18 @@ fn params(name: &str, hosts: &[String], days: f64) -> Result<CertificateParams, 
 fn write(folder: &Path, name: &str, mode: u32, text: &str) -> Result<(), Failure> {
     let path = folder.join(name);
     let failed = |cause| Failure::Write { path: path.clone(), cause };
-    std::fs::DirBuilder::new().recursive(true).mode(0o700).create(folder).map_err(failed)?;
-    let file = std::fs::OpenOptions::new().write(true).create_new(true).mode(mode).open(&path);
-    file.and_then(|mut it| it.write_all(text.as_bytes())).map_err(failed)
+    private_folder(folder).map_err(failed)?;
+    let made = std::fs::OpenOptions::new().write(true).create_new(true).mode(mode).open(&path);
+    made.and_then(|mut it| it.write_all(text.as_bytes())).map_err(failed)
 }
 
-/// Replaces a file at once: a reader finds the old one or the new one.
+/// Replaces a file at once and for good: success is reported only when a power loss takes nothing back.
 fn replace(path: &Path, mode: u32, text: &str) -> Result<(), Failure> {
-    let failed = |cause| Failure::Write { path: path.to_owned(), cause };
-    let (folder, name) = (path.parent().unwrap_or(Path::new(".")), path.file_name().unwrap_or_default());
-    let unfinished = format!("{}.part", name.to_string_lossy());
-    // Left behind by a command that was killed.
-    let _ = std::fs::remove_file(folder.join(&unfinished));
-    write(folder, &unfinished, mode, text)?;
-    std::fs::rename(folder.join(unfinished), path).map_err(failed)
+    let made = path.parent().map_or(Ok(()), private_folder);
+    let replaced = made.and_then(|()| file::replace(path, mode, text.as_bytes()));
+    replaced.map_err(|cause| Failure::Write { path: path.to_owned(), cause })
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::cli::{Cli, Command};
-    use bus::crossing::Side;
-    use bus::link_credentials::REVOKED;
-    use bus::link_credentials::check;
-    use clap::Parser;
-
-    fn run(folder: &Path, more: &[&str]) -> Result<Vec<PathBuf>, Failure> {
-        let folder = folder.to_string_lossy();
-        let args = [&["kittiwake", "certs", &folder, "--vehicle", "uav1", "--vehicle", "uav2"], more].concat();
-        let Some(Command::Certs(args)) = Cli::parse_from(args).command else { panic!("not `certs`") };
-        make(args.folder.as_deref().unwrap(), &args)
-    }
-
-    /// `kittiwake certs revoke` or `renew` with this folder and these further arguments.
-    fn change(command: &str, folder: &Path, more: &[&str]) -> Result<Vec<PathBuf>, Failure> {
-        let folder = folder.to_string_lossy();
-        let Some(Command::Certs(args)) =
-            Cli::parse_from([&["kittiwake", "certs", command, &folder], more].concat()).command
-        else {
-            panic!("not `certs`")
-        };
-        match args.command.unwrap() {
-            CertsCommand::Revoke(it) => revoke(&it),
-            CertsCommand::Renew(it) => renew(&it),
-        }
-    }
-
-    #[test]
-    fn a_revoked_router_is_refused_until_it_is_renewed() {
-        let root = tempfile::tempdir().unwrap();
-        let root = root.path();
-        run(root, &["--ground-host", "ground.example", "--ground-host", "10.0.0.1", "--ground-host", "2001:db8::1"])
-            .unwrap();
-        let accepted = |name: &str, side| check(&root.join(name), name, side).map_err(|it| it.to_string());
-        for (name, other, side, other_side) in [
-            ("uav1-router", "ground-router", Side::Aircraft, Side::Ground),
-            ("ground-router", "uav1-router", Side::Ground, Side::Aircraft),
-        ] {
-            // Twice renewed: all three are revoked together.
-            change("renew", root, &[name]).unwrap();
-            let former = std::fs::read(root.join(name).join(CERTIFICATE)).unwrap();
-            change("renew", root, &[name]).unwrap();
-            accepted(name, side).unwrap();
-            let lists = change("revoke", root, &[name]).unwrap();
-            assert_eq!(lists.len(), 4, "the authority's and three routers': {lists:?}");
-            let refusal = accepted(name, side).unwrap_err();
-            assert!(refusal.contains("is revoked"), "{refusal}");
-            accepted(other, other_side).unwrap();
-            change("renew", root, &[name, "--days", "3"]).unwrap();
-            accepted(name, side).unwrap();
-            change("revoke", root, &[name, "--former"]).unwrap();
-            accepted(name, side).unwrap();
-            std::fs::write(root.join(name).join("old.pem"), former).unwrap();
-            assert_eq!(Authority::open(root).unwrap().issued_to(name).unwrap().len(), 4);
-        }
-        let hosts = Authority::open(root).unwrap().current("ground-router").unwrap().hosts;
-        let expected = ["ground-router", "localhost", "127.0.0.1", "ground.example", "10.0.0.1", "2001:db8::1"];
-        assert_eq!(hosts, expected, "a renewed certificate is for the same hosts");
-    }
-
-    #[test]
-    fn what_cannot_be_revoked_or_renewed_is_said() {
-        #[track_caller]
-        fn refused(result: Result<Vec<PathBuf>, Failure>, said: &str) {
-            let refusal = result.unwrap_err().to_string();
-            assert!(refusal.contains(said), "{refusal}");
-        }
-        let root = tempfile::tempdir().unwrap();
-        refused(change("revoke", root.path(), &["uav1-router"]), "cannot read");
-        run(root.path(), &[]).unwrap();
-        for name in ["uav9-router", "authority", "../authority", "", "."] {
-            refused(change("revoke", root.path(), &[name]), "there are: ground-router, uav1-router, uav2-router");
-            refused(change("renew", root.path(), &[name]), "there are: ground-router");
-        }
-        refused(change("revoke", root.path(), &["uav1-router", "--former"]), "renew it first");
-        std::fs::write(root.path().join("authority").join(REVOKED), "garbage").unwrap();
-        refused(change("revoke", root.path(), &["uav1-router"]), "holds no revocation list");
-    }
-
-    #[test]
-    fn each_router_gets_credentials_that_it_may_use() {
-        let folder = tempfile::tempdir().unwrap();
-        run(folder.path(), &[]).unwrap();
-        for (name, side) in
-            [("ground-router", Side::Ground), ("uav1-router", Side::Aircraft), ("uav2-router", Side::Aircraft)]
-        {
-            check(&folder.path().join(name), name, side).unwrap_or_else(|bad| panic!("{bad}"));
-        }
-        let before = std::fs::read(folder.path().join("uav1-router/key.pem")).unwrap();
-        assert!(run(folder.path(), &[]).unwrap_err().to_string().contains("is there already"));
-        run(folder.path(), &["--keep"]).unwrap();
-        assert_eq!(std::fs::read(folder.path().join("uav1-router/key.pem")).unwrap(), before);
-        std::fs::remove_file(folder.path().join("uav2-router/key.pem")).unwrap();
-        assert!(
-            run(folder.path(), &["--keep"]).unwrap_err().to_string().contains("is there already"),
-            "it is not whole"
-        );
-    }
-
-    #[test]
-    fn empty_folders_are_filled() {
-        let folder = tempfile::tempdir().unwrap();
-        for name in ["authority", "ground-router", "uav1-router", "uav2-router"] {
-            std::fs::create_dir(folder.path().join(name)).unwrap();
-        }
-        run(folder.path(), &["--keep"]).unwrap();
-        check(&folder.path().join("uav2-router"), "uav2-router", Side::Aircraft).unwrap_or_else(|bad| panic!("{bad}"));
-    }
-
-    #[test]
-    fn credentials_that_would_fail_at_the_link_are_refused_at_once() {
-        /// Makes credentials, damages them, and expects a refusal.
-        #[track_caller]
-        fn spoiled(more: &[&str], spoil: impl FnOnce(&Path), said: &str) {
-            let folder = tempfile::tempdir().unwrap();
-            run(folder.path(), more).unwrap();
-            spoil(folder.path());
-            let refused = check(&folder.path().join("uav1-router"), "uav1-router", Side::Aircraft).unwrap_err();
-            assert!(refused.to_string().contains(said), "{refused}");
-        }
-        let copy = |from: &'static str, to: &'static str| {
-            move |folder: &Path| {
-                std::fs::copy(folder.join(from), folder.join(to)).unwrap();
-            }
-        };
-        let text = |file: &'static str| move |folder: &Path| std::fs::write(folder.join(file), "nonsense").unwrap();
-        spoiled(&[], |folder| std::fs::remove_file(folder.join("uav1-router/key.pem")).unwrap(), "cannot read");
-        spoiled(&[], text("uav1-router/certificate.pem"), "holds no certificate");
-        spoiled(&[], text("uav1-router/authority.pem"), "holds no certificate");
-        spoiled(&[], text("uav1-router/key.pem"), "holds no private key");
-        spoiled(&[], copy("uav2-router/key.pem", "uav1-router/key.pem"), "is not the key");
-        let other = copy("uav2-router/certificate.pem", "uav1-router/certificate.pem");
-        spoiled(&[], other, "is the certificate of `uav2-router`, expected that of `uav1-router`");
-        spoiled(&["--days=-1"], |_| (), "is valid from");
-        let open = |folder: &Path| {
-            use std::os::unix::fs::PermissionsExt;
-            let mode = std::fs::Permissions::from_mode(0o644);
-            std::fs::set_permissions(folder.join("uav1-router/key.pem"), mode).unwrap();
-        };
-        spoiled(&[], open, "may be read by others");
-        let foreign = |folder: &Path| {
-            let elsewhere = tempfile::tempdir().unwrap();
-            run(elsewhere.path(), &[]).unwrap();
-            std::fs::copy(elsewhere.path().join("uav1-router/authority.pem"), folder.join("uav1-router/authority.pem"))
-                .unwrap();
-        };
-        spoiled(&[], foreign, "has not signed it");
-    }
+fn private_folder(folder: &Path) -> std::io::Result<()> {
+    std::fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)
 }

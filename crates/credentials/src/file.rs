@@ -3,7 +3,7 @@
 //! a pipe waits for somebody at its other end, and a device may never end.
 
 use std::fs::{File, OpenOptions};
-use std::io::{Error, ErrorKind, Read as _, Result};
+use std::io::{Error, ErrorKind, Read as _, Result, Write as _};
 use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::Path;
 
@@ -45,6 +45,32 @@ fn make(path: &Path, options: &mut OpenOptions) -> Result<File> {
     options.create(true).mode(0o600).open(path)
 }
 
+/// Replaces a file at once and for good: a reader finds the old one or the new one, also after a power loss. It is written beside it,
+/// as `NAME.part`.
+///
+/// # Errors
+/// If it cannot be written; the old one is then as it was, or the new one is there and a power loss may take it back.
+pub fn replace(path: &Path, mode: u32, bytes: &[u8]) -> Result<()> {
+    let unfinished = path.with_added_extension("part");
+    // Left behind by a process that was killed, or lost its disk.
+    let _ = std::fs::remove_file(&unfinished);
+    let written = write_synced(&unfinished, mode, bytes).and_then(|()| std::fs::rename(&unfinished, path));
+    if let Err(cause) = written {
+        // A disk that is full gets back the little that it took.
+        let _ = std::fs::remove_file(&unfinished);
+        return Err(cause);
+    }
+    let folder = path.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    File::open(folder)?.sync_all()
+}
+
+fn write_synced(path: &Path, mode: u32, bytes: &[u8]) -> Result<()> {
+    let mut file = File::options().write(true).create_new(true).mode(mode).open(path)?;
+    file.write_all(bytes)?;
+    // Before it gets its name: else a power loss could leave the name with an empty file.
+    file.sync_all()
+}
+
 fn irregular() -> Error {
     Error::new(ErrorKind::InvalidInput, "is no regular file")
 }
@@ -74,6 +100,24 @@ pub fn read_text(path: &Path) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_file_is_replaced_whatever_an_earlier_attempt_left() {
+        use std::os::unix::fs::PermissionsExt as _;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("key.pem");
+        let unfinished = folder.path().join("key.pem.part");
+        std::fs::write(&unfinished, "half").unwrap();
+        for text in ["first", "second"] {
+            replace(&path, 0o600, text.as_bytes()).unwrap();
+            assert_eq!(read_text(&path).unwrap(), text);
+            assert_eq!(std::fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o600);
+        }
+        let taken = folder.path().join("taken");
+        std::fs::create_dir(&taken).unwrap();
+        replace(&taken, 0o600, b"a file where a folder is").unwrap_err();
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "nothing unfinished is left");
+    }
 
     #[test]
     fn only_regular_files_of_a_bounded_size_are_read() {

@@ -1,19 +1,18 @@
-//! The authority of a folder that `kittiwake certs` has made: what it has issued, and what it has revoked.
+//! The authority of a folder that `kittiwake certs` has made: whom it knows, and what it has revoked.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use bus::link_credentials::{AUTHORITY, CERTIFICATE, KEY, REVOKED};
 use rcgen::{CertificateRevocationListParams, Issuer, KeyIdMethod, KeyPair, RevokedCertParams, SerialNumber};
+use rustls::pki_types::CertificateRevocationListDer;
 use rustls::pki_types::pem::PemObject;
-use rustls::pki_types::{CertificateDer, CertificateRevocationListDer};
 use time::{Duration, OffsetDateTime};
-use x509_parser::prelude::{CertificateRevocationList, FromDer, GeneralName, X509Certificate};
+use x509_parser::prelude::{CertificateRevocationList, FromDer};
 
-use super::{AUTHORITY_FOLDER, CLOCK_SLACK, Failure, replace};
-
-/// In the authority's folder: a copy of each certificate that it has issued, so that all of them can be revoked.
-const ISSUED: &str = "issued";
+use super::issued::{self, Issued};
+use super::{AUTHORITY_FOLDER, CLOCK_SLACK, Failure, one_at_a_time, replace};
 
 /// A list says until when there will be a newer one. Routers do not mind an older one.
 const NEXT_LIST: Duration = Duration::days(3650);
@@ -25,57 +24,82 @@ pub(super) struct Authority {
     pub(super) issuer: Issuer<'static, KeyPair>,
     /// Its certificate.
     pub(super) pem: String,
+    /// No other command changes the same folder until this is dropped.
+    _lock: File,
 }
 
-/// A certificate that was issued.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Issued {
-    pub(super) name: String,
-    /// Host names and addresses under which it is valid.
-    pub(super) hosts: Vec<String>,
-    pub(super) serial: Vec<u8>,
+/// The certificates of a router.
+#[derive(Debug)]
+pub(super) struct OfRouter {
+    /// The one in its folder, if that is still there: it may have been moved to its machine.
+    pub(super) present: Option<Issued>,
+    /// All others; with no present one, that one is among them.
+    pub(super) former: Vec<Issued>,
+    /// Why files that must be its certificates are none.
+    pub(super) unusable: Vec<Failure>,
 }
 
 impl Authority {
-    /// That of the folder `root`.
+    /// That of the folder `root`. Waits until no other command uses it.
     pub(super) fn open(root: &Path) -> Result<Authority, Failure> {
         let folder = root.join(AUTHORITY_FOLDER);
         let pem = read(&folder.join(CERTIFICATE))?;
         let key = KeyPair::from_pem(&read(&folder.join(KEY))?)?;
         let issuer = Issuer::from_ca_cert_pem(&pem, key)?;
-        Ok(Authority { root: root.to_owned(), issuer, pem })
+        Ok(Authority { root: root.to_owned(), issuer, pem, _lock: one_at_a_time::lock(&folder)? })
     }
 
-    /// The certificate that the router `name` has now.
-    pub(super) fn current(&self, name: &str) -> Result<Issued, Failure> {
+    fn folder(&self) -> PathBuf {
+        self.root.join(AUTHORITY_FOLDER)
+    }
+
+    /// The certificates that the router `name` has had. What a command that was killed has left behind keeps none of them from being
+    /// found.
+    ///
+    /// # Errors
+    /// If there are none.
+    pub(super) fn issued_to(&self, name: &str) -> Result<OfRouter, Failure> {
+        let (mut former, mut unusable) = (Vec::new(), Vec::new());
+        let present = self.present(name).unwrap_or_else(|bad| {
+            unusable.push(bad);
+            None
+        });
+        for (path, copy) in issued::copies(&self.folder())? {
+            match copy {
+                Ok(it) if it.name == name && Some(&it) != present.as_ref() => former.push(it),
+                Err(bad) if issued::is_named_for(&path, name) => unusable.push(bad),
+                Ok(_) | Err(_) => {}
+            }
+        }
+        if present.is_none() && former.is_empty() {
+            return Err(unusable.into_iter().next().unwrap_or_else(|| self.unknown(name)));
+        }
+        Ok(OfRouter { present, former, unusable })
+    }
+
+    /// The certificate that the router `name` has now, if its folder is here.
+    fn present(&self, name: &str) -> Result<Option<Issued>, Failure> {
         // A name is one part of a path: it comes from a command line.
         let plain = !name.is_empty() && !name.starts_with('.') && !name.contains('/');
         let path = self.root.join(name).join(CERTIFICATE);
-        let known =
-            || Failure::Unknown { name: name.to_owned(), root: self.root.clone(), known: self.routers().join(", ") };
         if !plain || name == AUTHORITY_FOLDER || !path.exists() {
-            return Err(known());
+            return Ok(None);
         }
-        issued(&path)
+        issued::of_file(&path).map(Some)
     }
 
-    /// Those that were issued to the router `name`, the present one among them.
-    pub(super) fn issued_to(&self, name: &str) -> Result<Vec<Issued>, Failure> {
-        let mut found = vec![self.current(name)?];
-        let folder = self.root.join(AUTHORITY_FOLDER).join(ISSUED);
-        // Sets that were made before there were copies have no such folder.
-        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
-            let it = issued(&entry.path())?;
-            if it.name == name && !found.contains(&it) {
-                found.push(it);
-            }
-        }
-        Ok(found)
+    /// That there is no router `name`, and which there are.
+    pub(super) fn unknown(&self, name: &str) -> Failure {
+        let copies = issued::copies(&self.folder()).unwrap_or_default();
+        let without_folder = copies.into_iter().filter_map(|(_, copy)| Some(copy.ok()?.name));
+        let known: BTreeSet<String> = self.routers().into_iter().chain(without_folder).collect();
+        let known = known.into_iter().collect::<Vec<_>>().join(", ");
+        Failure::Unknown { name: name.to_owned(), root: self.root.clone(), known }
     }
 
     /// Keeps a copy of a certificate that it has just issued.
     pub(super) fn keep(&self, certificate: &str) -> Result<(), Failure> {
-        keep(&self.root.join(AUTHORITY_FOLDER), certificate)
+        issued::keep(&self.folder(), certificate)
     }
 
     /// The names of the routers that have a folder.
@@ -87,9 +111,20 @@ impl Authority {
         names
     }
 
+    /// Puts the list of what is revoked into a router's folder that has none: without it the router would count nothing as revoked.
+    pub(super) fn give_list(&self, router: &Path) -> Result<(), Failure> {
+        let (own, given) = (self.folder().join(REVOKED), router.join(REVOKED));
+        if given.exists() || !own.exists() {
+            return Ok(());
+        }
+        // A router does not start with a file that holds no list.
+        revoked_so_far(&own)?;
+        replace(&given, 0o644, &read(&own)?)
+    }
+
     /// Adds these to the list of what is revoked, and writes it beside each router's certificate; the files.
     pub(super) fn revoke(&self, certificates: &[Issued]) -> Result<Vec<PathBuf>, Failure> {
-        let own = self.root.join(AUTHORITY_FOLDER).join(REVOKED);
+        let own = self.folder().join(REVOKED);
         let (mut revoked, number) = revoked_so_far(&own)?;
         let now = OffsetDateTime::now_utc();
         for it in certificates {
@@ -117,42 +152,8 @@ impl Authority {
     }
 }
 
-/// Keeps a copy of a certificate in the folder of the authority that has issued it.
-pub(super) fn keep(authority: &Path, certificate: &str) -> Result<(), Failure> {
-    let path = authority.join(ISSUED).join("new");
-    let it = parsed(&path, certificate)?;
-    let serial: String = it.serial.iter().map(|byte| format!("{byte:02x}")).collect();
-    replace(&path.with_file_name(format!("{}-{serial}.pem", it.name)), 0o644, certificate)
-}
-
-fn read(path: &Path) -> Result<String, Failure> {
+pub(super) fn read(path: &Path) -> Result<String, Failure> {
     credentials::file::read_text(path).map_err(|cause| Failure::Read { path: path.to_owned(), cause })
-}
-
-fn issued(path: &Path) -> Result<Issued, Failure> {
-    parsed(path, &read(path)?)
-}
-
-fn parsed(path: &Path, pem: &str) -> Result<Issued, Failure> {
-    let malformed = || Failure::Malformed { path: path.to_owned(), expected: "certificate" };
-    let der = CertificateDer::from_pem_slice(pem.as_bytes()).map_err(|_| malformed())?;
-    let (_, it) = X509Certificate::from_der(&der).map_err(|_| malformed())?;
-    let name = it.subject().iter_common_name().next().and_then(|it| it.as_str().ok()).ok_or_else(malformed)?.to_owned();
-    let names = it.subject_alternative_name().map_err(|_| malformed())?;
-    let names = names.map(|it| it.value.general_names.as_slice()).unwrap_or_default();
-    Ok(Issued { name, hosts: names.iter().filter_map(host).collect(), serial: it.raw_serial().to_vec() })
-}
-
-fn host(name: &GeneralName) -> Option<String> {
-    match name {
-        GeneralName::DNSName(name) => Some((*name).to_owned()),
-        GeneralName::IPAddress(bytes) => match (<[u8; 4]>::try_from(*bytes), <[u8; 16]>::try_from(*bytes)) {
-            (Ok(it), _) => Some(std::net::IpAddr::from(it).to_string()),
-            (_, Ok(it)) => Some(std::net::IpAddr::from(it).to_string()),
-            _ => None,
-        },
-        _ => None,
-    }
 }
 
 /// Serial numbers with the time of their revocation, and the number of the list; an authority without a list has revoked

@@ -49,15 +49,20 @@ struct FileState {
 /// The data of a recording that decide about its removal.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Stored {
-    /// Earlier recordings have smaller ids.
+    /// Its place among those that this gateway has begun since its start; `None`: it was there before, or is another gateway's.
+    begun: Option<usize>,
+    /// Earlier recordings have smaller ids, as far as the clock was right.
     id: RecordingId,
     bytes: u64,
     is_live: bool,
 }
 
 /// The recordings to remove, oldest first, so that the others are within the limits.
+///
+/// What this gateway has begun itself is newer than all else, whatever its name says: a machine without a clock that runs on while it is
+/// switched off names its flights by a time long past, and each would be removed as the oldest when the next one begins.
 fn surplus(mut stored: Vec<Stored>, limits: Limits) -> Vec<RecordingId> {
-    stored.sort_by(|a, b| a.id.cmp(&b.id));
+    stored.sort_by(|a, b| (a.begun, &a.id).cmp(&(b.begun, &b.id)));
     let (mut count, mut total) = (stored.len(), stored.iter().map(|recording| recording.bytes).sum::<u64>());
     let mut surplus = Vec::new();
     for recording in stored.into_iter().filter(|recording| !recording.is_live) {
@@ -70,22 +75,36 @@ fn surplus(mut stored: Vec<Stored>, limits: Limits) -> Vec<RecordingId> {
     surplus
 }
 
-/// Removes what is beyond the limits in `folder`.
+/// Removes what is beyond the limits in `folder`; `begun` are the recordings that this gateway has begun, in this order.
 ///
 /// # Errors
-/// If the folder cannot be read, or a file in it not be removed.
-pub(crate) fn make_room(folder: &Path, limits: Limits) -> io::Result<()> {
+/// If the folder cannot be read, or a file in it not be removed; then all others are removed nevertheless.
+pub(crate) fn make_room(folder: &Path, limits: Limits, begun: &[RecordingId]) -> io::Result<()> {
     let ours = files(folder)?.into_iter().filter(|id| id.is_ours());
     // A file that has gone in the meantime needs no removal.
     let stored = ours.filter_map(|id| {
         let file = File::open(id.path_in(folder)).ok()?;
         let FileState { bytes, is_live, .. } = FileState::of(&file).ok()?;
-        Some(Stored { id, bytes, is_live })
+        Some(Stored { begun: begun.iter().position(|own| *own == id), id, bytes, is_live })
     });
-    for id in surplus(stored.collect(), limits) {
-        std::fs::remove_file(id.path_in(folder))?;
+    remove_each(surplus(stored.collect(), limits), |id| std::fs::remove_file(id.path_in(folder)))
+}
+
+/// Removes all that can be removed: one that cannot (`chattr +i`, another user's) must not let the others fill the disk.
+///
+/// # Errors
+/// The first.
+fn remove_each(ids: Vec<RecordingId>, mut remove: impl FnMut(&RecordingId) -> io::Result<()>) -> io::Result<()> {
+    let mut first = Ok(());
+    for id in ids {
+        match remove(&id) {
+            // Another gateway with the same folder was quicker.
+            Err(cause) if cause.kind() == io::ErrorKind::NotFound => {}
+            Err(cause) => first = first.and(Err(io::Error::new(cause.kind(), format!("{}: {cause}", id.file_name())))),
+            Ok(()) => {}
+        }
     }
-    Ok(())
+    first
 }
 
 /// The recordings in `folder`, by their names; none if there is no folder yet.
@@ -222,14 +241,18 @@ fn overview(id: &RecordingId, file: FileState, reading: &Reading) -> v1::Recordi
 mod tests {
     use super::*;
 
+    fn id(day: i32) -> RecordingId {
+        format!("202601{:02}T000000000Z-uav1", day.abs()).parse().unwrap()
+    }
+
     #[test]
     fn the_oldest_are_removed_and_never_one_that_is_being_written() {
         /// Recordings as (day, bytes); a negative day is being written.
         #[track_caller]
         fn check(stored: &[(i32, u64)], files: usize, total: u64, expected: &[i32]) {
-            let id = |day: i32| format!("202601{:02}T000000000Z-uav1", day.abs()).parse::<RecordingId>().unwrap();
-            let stored = stored.iter().map(|&(day, bytes)| Stored { id: id(day), bytes, is_live: day < 0 }).collect();
-            let removed = surplus(stored, Limits { files, total, each: 1 });
+            let stored =
+                stored.iter().map(|&(day, bytes)| Stored { begun: None, id: id(day), bytes, is_live: day < 0 });
+            let removed = surplus(stored.collect(), Limits { files, total, each: 1 });
             assert_eq!(removed, expected.iter().map(|day| id(*day)).collect::<Vec<_>>());
         }
         check(&[], 1, 10, &[]);
@@ -239,5 +262,46 @@ mod tests {
         check(&[(-1, 6), (2, 6), (3, 6)], 9, 12, &[2]);
         check(&[(-1, 20), (2, 6), (3, 6)], 9, 12, &[2, 3]);
         check(&[(1, 1), (-2, 1)], 0, 9, &[1]);
+    }
+
+    #[test]
+    fn what_this_gateway_began_is_newest_whatever_the_clock_says() {
+        /// The days of recordings that were there before, and of those that this gateway began, in this order.
+        #[track_caller]
+        fn check(before: &[i32], begun: &[i32], files: usize, expected: &[i32]) {
+            let before = before.iter().map(|day| (None, *day));
+            let begun = begun.iter().enumerate().map(|(place, day)| (Some(place), *day));
+            let stored =
+                begun.chain(before).map(|(begun, day)| Stored { begun, id: id(day), bytes: 1, is_live: false });
+            let removed = surplus(stored.collect(), Limits { files, total: 99, each: 1 });
+            assert_eq!(removed, expected.iter().map(|day| id(*day)).collect::<Vec<_>>());
+        }
+        check(&[21, 20], &[1, 2], 2, &[20, 21]);
+        check(&[20, 21], &[1], 2, &[20]);
+        // The clock was set back, or right, between two flights.
+        check(&[20], &[25, 1, 2], 2, &[20, 25]);
+    }
+
+    #[test]
+    fn one_that_cannot_be_removed_keeps_none_of_the_others() {
+        /// The days that cannot be removed and why; the days that are, and what is said.
+        #[track_caller]
+        fn check(fails: &[(i32, io::ErrorKind)], removed: &[i32], said: Option<&str>) {
+            let mut gone = Vec::new();
+            let result = remove_each((1..=4).map(id).collect(), |removing| {
+                if let Some((_, kind)) = fails.iter().find(|(day, _)| id(*day) == *removing) {
+                    return Err((*kind).into());
+                }
+                gone.push(removing.clone());
+                Ok(())
+            });
+            assert_eq!(gone, removed.iter().map(|day| id(*day)).collect::<Vec<_>>());
+            assert_eq!(result.map_err(|cause| cause.to_string()).err().as_deref(), said);
+        }
+        use io::ErrorKind::{NotFound, PermissionDenied, ReadOnlyFilesystem};
+        check(&[], &[1, 2, 3, 4], None);
+        check(&[(2, NotFound)], &[1, 3, 4], None);
+        let first = Some("20260101T000000000Z-uav1.mcap: permission denied");
+        check(&[(1, PermissionDenied), (3, ReadOnlyFilesystem)], &[2, 4], first);
     }
 }

@@ -1,7 +1,8 @@
 //! Writes recordings into files. [`Writer`] does one job, [`run`] is the loop around it.
 //!
-//! What cannot be written is counted, reported and tried again after a while. A disk that is full, or hangs, affects
-//! recordings only.
+//! What cannot be written is counted, reported and tried again after a while. Nobody waits for this thread: a disk that is full, or
+//! hangs, costs recordings, and delays the end of the process by a second. What else lies on that disk, such as the audit trail, has to
+//! deal with it by itself.
 
 #![expect(clippy::disallowed_methods, reason = "the disk is written to on the wall clock")]
 
@@ -42,6 +43,8 @@ pub(crate) struct Writer {
     flush_period: Duration,
     status: Arc<WriterStatus>,
     open: BTreeMap<u64, OpenRecording>,
+    /// The recordings in the folder that were begun since the start, in this order.
+    begun: Vec<RecordingId>,
     /// Recordings that take no messages, and until when; `None`: for good.
     suspended: BTreeMap<u64, Option<Instant>>,
     /// Bytes written since the folder's limits were checked.
@@ -82,8 +85,8 @@ pub(crate) fn run(mut writer: Writer, jobs: &Receiver<WriteJob>) {
 impl Writer {
     /// No recording is open yet, and the folder need not exist.
     pub(crate) fn new(folder: PathBuf, limits: Limits, flush_period: Duration, status: Arc<WriterStatus>) -> Writer {
-        let (open, suspended) = (BTreeMap::new(), BTreeMap::new());
-        Writer { folder, limits, flush_period, status, open, suspended, unchecked: 0 }
+        let (open, begun, suspended) = (BTreeMap::new(), Vec::new(), BTreeMap::new());
+        Writer { folder, limits, flush_period, status, open, begun, suspended, unchecked: 0 }
     }
 
     /// Does a job.
@@ -130,6 +133,10 @@ impl Writer {
         earlier.into_iter().for_each(|number| self.end(number, now));
         match self.begin(header, now) {
             Ok(open) => {
+                let begun = RecordingId::of_file(&open.path);
+                // A name is given again after its file was removed.
+                self.begun.retain(|id| Some(id) != begun.as_ref());
+                self.begun.extend(begun);
                 self.open.insert(header.number, open);
                 self.check_limits();
                 true
@@ -262,11 +269,12 @@ impl Writer {
 
     fn check_limits(&mut self) {
         self.unchecked = 0;
-        if let Err(cause) = index::make_room(&self.folder, self.limits)
+        if let Err(cause) = index::make_room(&self.folder, self.limits, &self.begun)
             && self.status.failed(&cause.to_string())
         {
             tracing::error!(folder = %self.folder.display(), %cause, "old recordings cannot be removed");
         }
+        self.begun.retain(|id| id.path_in(&self.folder).exists());
     }
 }
 

@@ -108,6 +108,21 @@ fn the_folder_stays_within_its_limits_and_files_of_others_stay() {
 }
 
 #[test]
+fn a_flight_that_has_just_ended_outlasts_older_ones_although_the_clock_stands_in_the_past() {
+    let folder = tempfile::tempdir().unwrap();
+    for earlier in ["20300101T000000000Z-uav1.mcap", "20310101T000000000Z-uav1.mcap"] {
+        std::fs::write(folder.path().join(earlier), "flown while the clock was right").unwrap();
+    }
+    let (mut writer, _) = writer(folder.path(), Limits { files: 2, ..NO_LIMITS });
+    for number in 1..=3 {
+        writer.on(decision(&header(number), "x"), Instant::now());
+        writer.on(WriteJob::End(header(number)), Instant::now());
+    }
+    check(folder.path(), &[("03", "complete", Value::Null), ("02", "complete", Value::Null)]);
+    assert_eq!(writer.begun.len(), 2, "those that were removed are forgotten");
+}
+
+#[test]
 fn a_recording_that_is_too_long_ends_and_takes_no_more_messages() {
     let folder = tempfile::tempdir().unwrap();
     // The descriptions of the messages alone take 50,000 bytes, and stand once more at the end of the file.

@@ -1,0 +1,92 @@
+//! The certificates that an authority has issued. It keeps a copy of each, so that all of them can be revoked: also those whose router
+//! is gone with its folder.
+
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use rustls::pki_types::CertificateDer;
+use rustls::pki_types::pem::PemObject;
+use x509_parser::prelude::{FromDer, GeneralName, X509Certificate};
+
+use super::authority::read;
+use super::{Failure, replace};
+
+/// In the authority's folder: the copies, as `NAME-SERIAL.pem`.
+const ISSUED: &str = "issued";
+const SUFFIX: &str = "pem";
+/// A copy that was not finished, because its command was killed or the disk was full. No router was given that certificate.
+const UNFINISHED: &str = "part";
+
+/// A certificate that was issued.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Issued {
+    pub(super) name: String,
+    /// Host names and addresses under which it is valid.
+    pub(super) hosts: Vec<String>,
+    pub(super) serial: Vec<u8>,
+}
+
+/// Keeps a copy of a certificate in the folder of the authority that has issued it, and clears away unfinished ones.
+pub(super) fn keep(authority: &Path, certificate: &str) -> Result<(), Failure> {
+    let folder = authority.join(ISSUED);
+    for unfinished in files(&folder, UNFINISHED)? {
+        // One that stays does no harm.
+        let _ = std::fs::remove_file(unfinished);
+    }
+    let it = parsed(&folder, certificate)?;
+    let serial: String = it.serial.iter().map(|byte| format!("{byte:02x}")).collect();
+    replace(&folder.join(format!("{}-{serial}.{SUFFIX}", it.name)), 0o644, certificate)
+}
+
+/// Each copy, or why its file holds no certificate.
+///
+/// # Errors
+/// If the folder cannot be read: nobody knows then what is missing.
+pub(super) fn copies(authority: &Path) -> Result<Vec<(PathBuf, Result<Issued, Failure>)>, Failure> {
+    let files = files(&authority.join(ISSUED), SUFFIX)?.into_iter();
+    Ok(files.map(|path| (path.clone(), of_file(&path))).collect())
+}
+
+/// Whether the file was named for a copy of a certificate of the router `name`, whatever it holds.
+pub(super) fn is_named_for(path: &Path, name: &str) -> bool {
+    let stem = path.file_stem().and_then(|it| it.to_str());
+    stem.and_then(|it| it.rsplit_once('-')).is_some_and(|(of, _)| of == name)
+}
+
+/// Those with this extension. Sets that were made before there were copies have no such folder.
+fn files(folder: &Path, extension: &str) -> Result<Vec<PathBuf>, Failure> {
+    let failed = |cause| Failure::Read { path: folder.to_owned(), cause };
+    let entries = match std::fs::read_dir(folder) {
+        Err(cause) if cause.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+        entries => entries.map_err(failed)?,
+    };
+    let paths = entries.map(|it| it.map(|it| it.path())).collect::<Result<Vec<_>, _>>().map_err(failed)?;
+    Ok(paths.into_iter().filter(|it| it.extension().is_some_and(|it| it == extension)).collect())
+}
+
+/// The certificate in a file.
+pub(super) fn of_file(path: &Path) -> Result<Issued, Failure> {
+    parsed(path, &read(path)?)
+}
+
+fn parsed(path: &Path, pem: &str) -> Result<Issued, Failure> {
+    let malformed = || Failure::Malformed { path: path.to_owned(), expected: "certificate" };
+    let der = CertificateDer::from_pem_slice(pem.as_bytes()).map_err(|_| malformed())?;
+    let (_, it) = X509Certificate::from_der(&der).map_err(|_| malformed())?;
+    let name = it.subject().iter_common_name().next().and_then(|it| it.as_str().ok()).ok_or_else(malformed)?.to_owned();
+    let names = it.subject_alternative_name().map_err(|_| malformed())?;
+    let names = names.map(|it| it.value.general_names.as_slice()).unwrap_or_default();
+    Ok(Issued { name, hosts: names.iter().filter_map(host).collect(), serial: it.raw_serial().to_vec() })
+}
+
+fn host(name: &GeneralName) -> Option<String> {
+    match name {
+        GeneralName::DNSName(name) => Some((*name).to_owned()),
+        GeneralName::IPAddress(bytes) => match (<[u8; 4]>::try_from(*bytes), <[u8; 16]>::try_from(*bytes)) {
+            (Ok(it), _) => Some(std::net::IpAddr::from(it).to_string()),
+            (_, Ok(it)) => Some(std::net::IpAddr::from(it).to_string()),
+            _ => None,
+        },
+        _ => None,
+    }
+}

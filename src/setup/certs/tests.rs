@@ -1,0 +1,251 @@
+//! What `kittiwake certs` writes, and whether routers accept it.
+
+use super::*;
+use crate::cli::{Cli, Command};
+use bus::crossing::Side;
+use bus::link_credentials::REVOKED;
+use bus::link_credentials::check;
+use clap::Parser;
+
+fn run(folder: &Path, more: &[&str]) -> Result<Vec<PathBuf>, Failure> {
+    let folder = folder.to_string_lossy();
+    let args = [&["kittiwake", "certs", &folder, "--vehicle", "uav1", "--vehicle", "uav2"], more].concat();
+    let Some(Command::Certs(args)) = Cli::parse_from(args).command else { panic!("not `certs`") };
+    make(args.folder.as_deref().unwrap(), &args)
+}
+
+/// `kittiwake certs revoke` or `renew` with this folder and these further arguments.
+fn change(command: &str, folder: &Path, more: &[&str]) -> Result<Vec<PathBuf>, Failure> {
+    let folder = folder.to_string_lossy();
+    let Some(Command::Certs(args)) =
+        Cli::parse_from([&["kittiwake", "certs", command, &folder], more].concat()).command
+    else {
+        panic!("not `certs`")
+    };
+    match args.command.unwrap() {
+        CertsCommand::Revoke(it) => revoke(&it),
+        CertsCommand::Renew(it) => renew(&it),
+    }
+}
+
+#[test]
+fn a_revoked_router_is_refused_until_it_is_renewed() {
+    let root = tempfile::tempdir().unwrap();
+    let root = root.path();
+    run(root, &["--ground-host", "ground.example", "--ground-host", "10.0.0.1", "--ground-host", "2001:db8::1"])
+        .unwrap();
+    let accepted = |name: &str, side| check(&root.join(name), name, side).map_err(|it| it.to_string());
+    for (name, other, side, other_side) in [
+        ("uav1-router", "ground-router", Side::Aircraft, Side::Ground),
+        ("ground-router", "uav1-router", Side::Ground, Side::Aircraft),
+    ] {
+        // Twice renewed: all three are revoked together.
+        change("renew", root, &[name]).unwrap();
+        let former = std::fs::read(root.join(name).join(CERTIFICATE)).unwrap();
+        change("renew", root, &[name]).unwrap();
+        accepted(name, side).unwrap();
+        let lists = change("revoke", root, &[name]).unwrap();
+        assert_eq!(lists.len(), 4, "the authority's and three routers': {lists:?}");
+        let refusal = accepted(name, side).unwrap_err();
+        assert!(refusal.contains("is revoked"), "{refusal}");
+        accepted(other, other_side).unwrap();
+        change("renew", root, &[name, "--days", "3"]).unwrap();
+        accepted(name, side).unwrap();
+        change("revoke", root, &[name, "--former"]).unwrap();
+        accepted(name, side).unwrap();
+        std::fs::write(root.join(name).join("old.pem"), former).unwrap();
+        let found = Authority::open(root).unwrap().issued_to(name).unwrap();
+        assert_eq!((found.present.is_some(), found.former.len(), found.unusable.len()), (true, 3, 0));
+    }
+    let hosts = Authority::open(root).unwrap().issued_to("ground-router").unwrap().present.unwrap().hosts;
+    let expected = ["ground-router", "localhost", "127.0.0.1", "ground.example", "10.0.0.1", "2001:db8::1"];
+    assert_eq!(hosts, expected, "a renewed certificate is for the same hosts");
+}
+
+#[test]
+fn what_cannot_be_revoked_or_renewed_is_said() {
+    #[track_caller]
+    fn refused(result: Result<Vec<PathBuf>, Failure>, said: &str) {
+        let refusal = result.unwrap_err().to_string();
+        assert!(refusal.contains(said), "{refusal}");
+    }
+    let root = tempfile::tempdir().unwrap();
+    refused(change("revoke", root.path(), &["uav1-router"]), "cannot read");
+    run(root.path(), &[]).unwrap();
+    for name in ["uav9-router", "authority", "../authority", "", "."] {
+        refused(change("revoke", root.path(), &[name]), "there are: ground-router, uav1-router, uav2-router");
+        refused(change("renew", root.path(), &[name]), "there are: ground-router");
+    }
+    refused(change("revoke", root.path(), &["uav1-router", "--former"]), "renew it first");
+    std::fs::write(root.path().join("authority").join(REVOKED), "garbage").unwrap();
+    refused(change("revoke", root.path(), &["uav1-router"]), "holds no revocation list");
+}
+
+/// Makes certificates, renews that of uav1 once, and keeps a copy of its folder, as on the aircraft, elsewhere.
+fn flown(root: &Path) -> tempfile::TempDir {
+    let aircraft = tempfile::tempdir().unwrap();
+    run(root, &[]).unwrap();
+    change("renew", root, &["uav1-router"]).unwrap();
+    for file in [CERTIFICATE, KEY, AUTHORITY] {
+        std::fs::copy(root.join("uav1-router").join(file), aircraft.path().join(file)).unwrap();
+    }
+    aircraft
+}
+
+/// Whether the router whose credentials these are counts as revoked for somebody with the lists in `root`.
+#[track_caller]
+fn is_revoked(root: &Path, credentials: &Path, name: &str) -> bool {
+    std::fs::copy(root.join("authority").join(REVOKED), credentials.join(REVOKED)).unwrap();
+    let checked = check(credentials, name, Side::Aircraft).map_err(|it| it.to_string());
+    checked.is_err_and(|refusal| refusal.contains("is revoked"))
+}
+
+#[test]
+fn a_router_is_revoked_whatever_a_killed_command_has_left_behind() {
+    #[track_caller]
+    fn case(leave: impl FnOnce(&Path), unusable: usize) {
+        let root = tempfile::tempdir().unwrap();
+        let root = root.path();
+        let aircraft = flown(root);
+        leave(&root.join("authority/issued"));
+        let found = Authority::open(root).unwrap().issued_to("uav1-router").unwrap();
+        assert_eq!((found.former.len(), found.unusable.len()), (1, unusable), "{:?}", found.unusable);
+        change("revoke", root, &["uav1-router"]).unwrap();
+        assert!(is_revoked(root, aircraft.path(), "uav1-router"));
+        change("renew", root, &["uav1-router"]).unwrap();
+        let entries = || std::fs::read_dir(root.join("authority/issued")).unwrap().map(|it| it.unwrap().path());
+        assert!(entries().all(|it| it.extension().unwrap() == "pem"), "{:?}", entries().collect::<Vec<_>>());
+    }
+    case(|_| (), 0);
+    case(|issued| std::fs::write(issued.join("uav1-router-0a.pem.part"), "").unwrap(), 0);
+    case(|issued| std::fs::write(issued.join("uav2-router-0a.pem.part"), "-----BEGIN CERT").unwrap(), 0);
+    case(|issued| std::fs::write(issued.join("uav1-router-0a.pem"), "").unwrap(), 1);
+    case(|issued| std::fs::create_dir(issued.join("uav1-router-0a.pem")).unwrap(), 1);
+    case(|issued| std::fs::write(issued.join("uav2-router-0a.pem"), "").unwrap(), 0);
+}
+
+#[test]
+fn a_router_is_revoked_and_renewed_without_its_folder() {
+    #[track_caller]
+    fn case(spoil: impl FnOnce(&Path), unusable: usize) {
+        let root = tempfile::tempdir().unwrap();
+        let root = root.path();
+        let aircraft = flown(root);
+        spoil(&root.join("uav1-router"));
+        let found = Authority::open(root).unwrap().issued_to("uav1-router").unwrap();
+        assert_eq!((found.present, found.former.len(), found.unusable.len()), (None, 2, unusable));
+        let refusal = change("revoke", root, &["uav1-router", "--former"]).unwrap_err().to_string();
+        assert!(refusal.contains("which certificate `uav1-router` has now is not known"), "{refusal}");
+        let refusal = change("revoke", root, &["uav9-router"]).unwrap_err().to_string();
+        assert!(refusal.contains("there are: ground-router, uav1-router, uav2-router"), "{refusal}");
+        change("revoke", root, &["uav1-router"]).unwrap();
+        assert!(is_revoked(root, aircraft.path(), "uav1-router"));
+        change("renew", root, &["uav1-router"]).unwrap();
+        let folder = root.join("uav1-router");
+        check(&folder, "uav1-router", Side::Aircraft).unwrap_or_else(|bad| panic!("{bad}"));
+        assert!(folder.join(REVOKED).exists(), "what was revoked before counts for it too");
+    }
+    case(|folder| std::fs::remove_dir_all(folder).unwrap(), 0);
+    case(|folder| std::fs::remove_file(folder.join(CERTIFICATE)).unwrap(), 0);
+    case(|folder| std::fs::write(folder.join(CERTIFICATE), "").unwrap(), 1);
+}
+
+#[test]
+fn a_router_of_which_nothing_can_be_read_is_not_said_to_be_unknown() {
+    let root = tempfile::tempdir().unwrap();
+    let root = root.path();
+    run(root, &[]).unwrap();
+    std::fs::remove_dir_all(root.join("authority/issued")).unwrap();
+    std::fs::write(root.join("uav1-router").join(CERTIFICATE), "").unwrap();
+    let refusal = change("revoke", root, &["uav1-router"]).unwrap_err().to_string();
+    assert!(refusal.ends_with("uav1-router/certificate.pem holds no certificate in PEM form"), "{refusal}");
+}
+
+#[test]
+fn routers_that_are_revoked_at_once_are_all_revoked() {
+    let root = tempfile::tempdir().unwrap();
+    let root = root.path();
+    let vehicles: Vec<String> = (3..=8).map(|number| format!("--vehicle=uav{number}")).collect();
+    run(root, &vehicles.iter().map(String::as_str).collect::<Vec<_>>()).unwrap();
+    let names: Vec<String> = (1..=8).map(|number| format!("uav{number}-router")).collect();
+    // None begins before all are ready.
+    let start = std::sync::Barrier::new(names.len());
+    std::thread::scope(|scope| {
+        for name in &names {
+            scope.spawn(|| {
+                start.wait();
+                change("revoke", root, &[name]).unwrap();
+            });
+        }
+    });
+    for name in &names {
+        assert!(is_revoked(root, &root.join(name), name), "{name}");
+    }
+}
+
+#[test]
+fn each_router_gets_credentials_that_it_may_use() {
+    let folder = tempfile::tempdir().unwrap();
+    run(folder.path(), &[]).unwrap();
+    for (name, side) in
+        [("ground-router", Side::Ground), ("uav1-router", Side::Aircraft), ("uav2-router", Side::Aircraft)]
+    {
+        check(&folder.path().join(name), name, side).unwrap_or_else(|bad| panic!("{bad}"));
+    }
+    let before = std::fs::read(folder.path().join("uav1-router/key.pem")).unwrap();
+    assert!(run(folder.path(), &[]).unwrap_err().to_string().contains("is there already"));
+    run(folder.path(), &["--keep"]).unwrap();
+    assert_eq!(std::fs::read(folder.path().join("uav1-router/key.pem")).unwrap(), before);
+    std::fs::remove_file(folder.path().join("uav2-router/key.pem")).unwrap();
+    assert!(run(folder.path(), &["--keep"]).unwrap_err().to_string().contains("is there already"), "it is not whole");
+}
+
+#[test]
+fn empty_folders_are_filled() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["authority", "ground-router", "uav1-router", "uav2-router"] {
+        std::fs::create_dir(folder.path().join(name)).unwrap();
+    }
+    run(folder.path(), &["--keep"]).unwrap();
+    check(&folder.path().join("uav2-router"), "uav2-router", Side::Aircraft).unwrap_or_else(|bad| panic!("{bad}"));
+}
+
+#[test]
+fn credentials_that_would_fail_at_the_link_are_refused_at_once() {
+    /// Makes credentials, damages them, and expects a refusal.
+    #[track_caller]
+    fn spoiled(more: &[&str], spoil: impl FnOnce(&Path), said: &str) {
+        let folder = tempfile::tempdir().unwrap();
+        run(folder.path(), more).unwrap();
+        spoil(folder.path());
+        let refused = check(&folder.path().join("uav1-router"), "uav1-router", Side::Aircraft).unwrap_err();
+        assert!(refused.to_string().contains(said), "{refused}");
+    }
+    let copy = |from: &'static str, to: &'static str| {
+        move |folder: &Path| {
+            std::fs::copy(folder.join(from), folder.join(to)).unwrap();
+        }
+    };
+    let text = |file: &'static str| move |folder: &Path| std::fs::write(folder.join(file), "nonsense").unwrap();
+    spoiled(&[], |folder| std::fs::remove_file(folder.join("uav1-router/key.pem")).unwrap(), "cannot read");
+    spoiled(&[], text("uav1-router/certificate.pem"), "holds no certificate");
+    spoiled(&[], text("uav1-router/authority.pem"), "holds no certificate");
+    spoiled(&[], text("uav1-router/key.pem"), "holds no private key");
+    spoiled(&[], copy("uav2-router/key.pem", "uav1-router/key.pem"), "is not the key");
+    let other = copy("uav2-router/certificate.pem", "uav1-router/certificate.pem");
+    spoiled(&[], other, "is the certificate of `uav2-router`, expected that of `uav1-router`");
+    spoiled(&["--days=-1"], |_| (), "is valid from");
+    let open = |folder: &Path| {
+        use std::os::unix::fs::PermissionsExt;
+        let mode = std::fs::Permissions::from_mode(0o644);
+        std::fs::set_permissions(folder.join("uav1-router/key.pem"), mode).unwrap();
+    };
+    spoiled(&[], open, "may be read by others");
+    let foreign = |folder: &Path| {
+        let elsewhere = tempfile::tempdir().unwrap();
+        run(elsewhere.path(), &[]).unwrap();
+        std::fs::copy(elsewhere.path().join("uav1-router/authority.pem"), folder.join("uav1-router/authority.pem"))
+            .unwrap();
+    };
+    spoiled(&[], foreign, "has not signed it");
+}
