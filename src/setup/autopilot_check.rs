@@ -21,6 +21,8 @@ use crate::{output, signing_key};
 
 /// How often it looks whether something is due.
 const PERIOD: Duration = Duration::from_millis(50);
+/// As much of what arrives is taken in before it looks again: whoever sends without an end does not keep it.
+const AT_ONCE: usize = 256;
 
 /// Reads the parameters over the link, and changes them if that is asked for.
 pub fn autopilot_check(args: &AutopilotCheckArgs) -> Outcome {
@@ -50,7 +52,8 @@ fn run(mut link: Box<dyn Link>, arrivals: &Receiver<()>, writes: bool, limit: Du
     let (start, mut check, mut framer) = (Instant::now(), Check::new(writes), Framer::default());
     while !check.is_over() && (check.findings().0.is_some() || start.elapsed() < limit) {
         let now = Time::after(start.elapsed());
-        while let Some(bytes) = link.receive(now) {
+        for _ in 0..AT_ONCE {
+            let Some(bytes) = link.receive(now) else { break };
             let found = if link.is_datagram() { Framer::datagram(&bytes) } else { framer.push(&bytes) };
             for it in found {
                 if let Found::Frame(frame) = it {

@@ -27,6 +27,7 @@ pub mod frame;
 mod grooming;
 pub mod ground;
 pub mod heard;
+mod intake;
 pub mod link;
 mod order;
 mod peers;
@@ -46,29 +47,27 @@ mod vehicle;
 
 use bridge::Bridge;
 use config::Config;
-use frame::{Found, Framer};
+use frame::Found;
 use ground::Ground;
+use intake::Intake;
 use link::Link;
 
 /// The bridge as a service.
 #[derive(Debug)]
 pub struct MavlinkBridge<L> {
     bridge: Bridge,
-    framer: Framer,
     link: L,
+    intake: Intake,
     /// The ground stations that watch, if any may.
     ground: Option<Ground>,
     /// Frames of MAVLink 1 that were heard.
     version_1: u64,
 }
 
-/// As many pieces are taken in before the layers above are listened to again.
-const AT_ONCE: usize = 256;
-
 impl<L: Link> MavlinkBridge<L> {
     /// A bridge over `link`; nobody was heard.
     pub fn new(config: &Config, link: L) -> MavlinkBridge<L> {
-        MavlinkBridge { bridge: Bridge::new(config), framer: Framer::default(), link, ground: None, version_1: 0 }
+        MavlinkBridge { bridge: Bridge::new(config), link, intake: Intake::default(), ground: None, version_1: 0 }
     }
 
     /// The same, with ground stations behind `link`: see [`ground`].
@@ -78,12 +77,8 @@ impl<L: Link> MavlinkBridge<L> {
     }
 
     fn receive(&mut self, now: Now, effects: &mut Vec<Effect>) {
-        for _ in 0..AT_ONCE {
-            let Some(bytes) = self.link.receive(now.time) else { break };
-            let found = match self.link.is_datagram() {
-                true => Framer::datagram(&bytes),
-                false => self.framer.push(&bytes),
-            };
+        self.intake.begin_turn();
+        while let Some(found) = self.intake.next(&mut self.link, now.time) {
             for it in found {
                 match it {
                     Found::Frame(frame) => {
@@ -134,7 +129,7 @@ impl<L: Link> MavlinkBridge<L> {
     fn serve_ground(&mut self, now: Time) {
         let Some(ground) = &mut self.ground else { return };
         let system = self.bridge.system();
-        for frame in ground.take_from_ground(system, AT_ONCE, now) {
+        for frame in ground.take_from_ground(system, now) {
             self.link.send(frame.bytes(), now);
         }
         ground.act(system, now);
@@ -175,6 +170,6 @@ impl<L: Link> Node for MavlinkBridge<L> {
 
     fn deadline(&self) -> Option<Time> {
         let ground = self.ground.as_ref().and_then(Ground::deadline);
-        [self.link.arrival(), self.bridge.deadline(), ground].into_iter().flatten().min()
+        [self.link.arrival(), self.intake.deadline(), self.bridge.deadline(), ground].into_iter().flatten().min()
     }
 }

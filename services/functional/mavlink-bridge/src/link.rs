@@ -2,9 +2,14 @@
 
 use domain::time::Time;
 
+/// A longer datagram is dropped where it arrives. MAVLink puts frames of at most 293 bytes together up to what a packet of the network
+/// holds: 1500 bytes, or 9000 of a large one.
+pub(crate) const LONGEST_DATAGRAM: usize = 9_000;
+
 /// The way to the autopilot as the node sees it; it never waits.
 pub trait Link: std::fmt::Debug {
-    /// The next bytes that have arrived: a datagram, or a piece of a stream.
+    /// The next bytes that have arrived: a datagram, or a piece of a stream. They are none where nothing in that is believed: it has been
+    /// looked at all the same, and there may be more.
     fn receive(&mut self, now: Time) -> Option<Vec<u8>>;
 
     /// Sends a frame, or drops it if it cannot be sent at once.
@@ -16,6 +21,18 @@ pub trait Link: std::fmt::Debug {
     /// Why something that has arrived was not believed, if anything was.
     fn refused(&self) -> Option<String> {
         None
+    }
+
+    /// How many bytes of what was received last were not believed and so not handed on: looking at them took its time, too.
+    fn not_believed(&self) -> usize {
+        0
+    }
+
+    /// Whether the sender of what was received last is listened to; `speaks`: in it was something believed that ground stations say. Where
+    /// many can send, only a few are listened to, and those are chosen by this.
+    fn admit(&mut self, speaks: bool) -> bool {
+        let _ = speaks;
+        true
     }
 
     /// When something arrives, if that is known: only on a simulated link.
@@ -39,6 +56,14 @@ impl Link for Box<dyn Link> {
 
     fn refused(&self) -> Option<String> {
         (**self).refused()
+    }
+
+    fn not_believed(&self) -> usize {
+        (**self).not_believed()
+    }
+
+    fn admit(&mut self, speaks: bool) -> bool {
+        (**self).admit(speaks)
     }
 
     fn arrival(&self) -> Option<Time> {

@@ -80,7 +80,7 @@ const UNITS_PER_MS: i64 = 100;
 /// A stream that begins may be this much behind.
 const MINUTE: u64 = 60_000 * UNITS_PER_MS as u64;
 /// RADIO_STATUS is made by the radio, which has no key.
-const RADIO_STATUS: u32 = 109;
+pub(crate) const RADIO_STATUS: u32 = 109;
 
 impl Signing {
     /// With this key, as the sender of this link: each link of one component needs an id of its own.
@@ -145,12 +145,21 @@ pub struct SignedLink<L> {
     signing: Signing,
     utc_ms: Box<dyn FnMut() -> i64>,
     refused: Option<Refused>,
+    /// Bytes of the piece that was received last.
+    not_believed: usize,
 }
 
 impl<L: Link> SignedLink<L> {
     /// Over `link`, by the wall clock `utc_ms`.
     pub fn new(link: L, signing: Signing, utc_ms: impl FnMut() -> i64 + 'static) -> SignedLink<L> {
-        SignedLink { link, framer: Framer::default(), signing, utc_ms: Box::new(utc_ms), refused: None }
+        SignedLink {
+            link,
+            framer: Framer::default(),
+            signing,
+            utc_ms: Box::new(utc_ms),
+            refused: None,
+            not_believed: 0,
+        }
     }
 
     fn believed(&mut self, found: Found) -> Option<Frame> {
@@ -176,15 +185,14 @@ impl<L: Link> fmt::Debug for SignedLink<L> {
 }
 
 impl<L: Link> Link for SignedLink<L> {
+    /// One piece and no more: a stranger may send faster than his frames are checked.
     fn receive(&mut self, now: Time) -> Option<Vec<u8>> {
-        loop {
-            let bytes = self.link.receive(now)?;
-            let found = if self.link.is_datagram() { Framer::datagram(&bytes) } else { self.framer.push(&bytes) };
-            let frames: Vec<Frame> = found.into_iter().filter_map(|it| self.believed(it)).collect();
-            if !frames.is_empty() {
-                return Some(frames.iter().flat_map(|it| it.bytes()).copied().collect());
-            }
-        }
+        let bytes = self.link.receive(now)?;
+        let found = if self.link.is_datagram() { Framer::datagram(&bytes) } else { self.framer.push(&bytes) };
+        let frames: Vec<Frame> = found.into_iter().filter_map(|it| self.believed(it)).collect();
+        let believed: Vec<u8> = frames.iter().flat_map(|it| it.bytes()).copied().collect();
+        self.not_believed = bytes.len().saturating_sub(believed.len());
+        Some(believed)
     }
 
     fn send(&mut self, frame: &[u8], now: Time) {
@@ -206,6 +214,14 @@ impl<L: Link> Link for SignedLink<L> {
 
     fn refused(&self) -> Option<String> {
         self.refused.map(|it| format!("frames arrive {it}"))
+    }
+
+    fn not_believed(&self) -> usize {
+        self.not_believed
+    }
+
+    fn admit(&mut self, speaks: bool) -> bool {
+        self.link.admit(speaks)
     }
 }
 

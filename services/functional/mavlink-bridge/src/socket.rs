@@ -20,7 +20,7 @@ use serde::Deserialize;
 
 use crate::frame::{Found, Framer};
 use crate::heard::{Heard, heard};
-use crate::link::Link;
+use crate::link::{LONGEST_DATAGRAM, Link};
 
 /// Where the autopilot is.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
@@ -171,10 +171,14 @@ fn udp(socket: UdpSocket, arrived: Arrived, outgoing: Receiver<Vec<u8>>) -> io::
     let peer = Peer::default();
     let (sender, to) = (socket.try_clone()?, peer.clone());
     thread::spawn(move || {
-        let mut buffer = [0; 65_536];
+        // What is longer fills it, and is dropped.
+        let mut buffer = [0; LONGEST_DATAGRAM + 1];
         loop {
             // An error is that of a former send: nobody listens there, which the silence shows.
             let Ok((length, from)) = socket.recv_from(&mut buffer) else { continue };
+            if LONGEST_DATAGRAM < length {
+                continue;
+            }
             note_peer(&peer, from, &buffer[..length]);
             if !arrived.take(&buffer[..length]) {
                 return;

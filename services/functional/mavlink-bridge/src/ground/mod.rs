@@ -10,10 +10,13 @@ use std::time::Duration;
 use domain::time::Time;
 use kittiwake_proto::v1::DecisionRecord;
 
-use crate::frame::{Found, Frame, Framer};
+use crate::frame::{Found, Frame};
+use crate::intake::Intake;
 use crate::link::Link;
 use crate::said::OUR_COMPONENT;
+use crate::signing::RADIO_STATUS;
 
+mod arrivals;
 mod endpoint;
 mod socket;
 mod words;
@@ -32,7 +35,7 @@ const MOST_SENDERS: usize = 256;
 #[derive(Debug)]
 pub(crate) struct Ground {
     link: Box<dyn Link>,
-    framer: Framer,
+    intake: Intake,
     /// Of our frames on this link.
     sequence: u8,
     next_heartbeat: Time,
@@ -48,7 +51,7 @@ impl Ground {
     pub(crate) fn new(link: Box<dyn Link>) -> Ground {
         Ground {
             link,
-            framer: Framer::default(),
+            intake: Intake::default(),
             sequence: 0,
             next_heartbeat: Time::ZERO,
             text_id: 0,
@@ -67,11 +70,14 @@ impl Ground {
     }
 
     /// The frames that have arrived from the ground and go on to the vehicle, which is this system. A few at a time.
-    pub(crate) fn take_from_ground(&mut self, system: Option<u8>, at_once: usize, now: Time) -> Vec<Frame> {
+    pub(crate) fn take_from_ground(&mut self, system: Option<u8>, now: Time) -> Vec<Frame> {
         let mut onward = Vec::new();
-        for _ in 0..at_once {
-            let Some(bytes) = self.link.receive(now) else { break };
-            let found = if self.link.is_datagram() { Framer::datagram(&bytes) } else { self.framer.push(&bytes) };
+        self.intake.begin_turn();
+        while let Some(found) = self.intake.next(&mut self.link, now) {
+            let speaks = found.iter().any(is_of_a_station);
+            if !self.link.admit(speaks) {
+                continue;
+            }
             for it in found {
                 // One of MAVLink 1 goes no further: the bridge speaks MAVLink 2 alone.
                 if let Found::Frame(frame) = it {
@@ -120,7 +126,7 @@ impl Ground {
 
     /// When something is due.
     pub(crate) fn deadline(&self) -> Option<Time> {
-        [self.link.arrival(), Some(self.next_heartbeat)].into_iter().flatten().min()
+        [self.link.arrival(), self.intake.deadline(), Some(self.next_heartbeat)].into_iter().flatten().min()
     }
 
     fn say(&mut self, system: u8, id: u32, payload: &[u8], now: Time) {
@@ -130,9 +136,16 @@ impl Ground {
     }
 }
 
+/// Whether it shows that a ground station speaks: a whole message, which on a link that is signed is believed. RADIO_STATUS, which needs no
+/// signature there, does not.
+fn is_of_a_station(found: &Found) -> bool {
+    matches!(found, Found::Frame(frame) if frame.is_known() && frame.id() != RADIO_STATUS)
+}
+
 fn note(senders: &mut BTreeSet<(u8, u8)>, frame: &Frame) -> (u8, u8) {
     let sender = (frame.system(), frame.component());
-    if senders.len() < MOST_SENDERS {
+    // Without a signature anybody may say that one in a ground station's name, whose frames would then go no further.
+    if senders.len() < MOST_SENDERS && frame.id() != RADIO_STATUS {
         senders.insert(sender);
     }
     sender

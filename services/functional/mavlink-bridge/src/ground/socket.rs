@@ -3,35 +3,31 @@
 #![expect(clippy::disallowed_methods, reason = "only the age of addresses on the wire, of which no decision depends")]
 
 use std::io;
-use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::net::{Ipv4Addr, Ipv6Addr, UdpSocket};
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use domain::time::Time;
 
 use super::GroundEndpoint;
-use crate::frame::{Found, Framer};
-use crate::link::Link;
+use super::arrivals::Arrivals;
+use crate::link::{LONGEST_DATAGRAM, Link};
 
-/// Datagrams in the queue of what has arrived, and frames in that of what is sent: a second of full rates.
+/// Frames in the queue of what is sent: a second of full rates.
 const QUEUE: usize = 512;
-/// Ground stations that are sent to at once.
-const MOST_STATIONS: usize = 4;
-/// After this silence a ground station is no longer sent to: it says at least once a second that it is there.
-const STATION_GONE: Duration = Duration::from_secs(30);
 
 /// The way to ground stations.
 #[derive(Debug)]
 pub struct GroundSocket {
-    incoming: Receiver<Vec<u8>>,
+    arrivals: Shared,
     outgoing: SyncSender<Vec<u8>>,
 }
 
-/// Who has spoken, and when.
-#[derive(Debug, Default, Clone)]
-struct Stations(Arc<Mutex<Vec<(SocketAddr, Instant)>>>);
+/// What has arrived, and since when the socket is open.
+#[derive(Debug, Clone)]
+struct Shared(Arc<Mutex<Arrivals>>, Instant);
 
 impl GroundSocket {
     /// Opens it; `wake` is called whenever something has arrived.
@@ -48,63 +44,48 @@ impl GroundSocket {
         };
         let socket = UdpSocket::bind(local).map_err(told)?;
         let sender = socket.try_clone().map_err(told)?;
-        let (arrived, incoming) = sync_channel(QUEUE);
         let (outgoing, frames) = sync_channel::<Vec<u8>>(QUEUE);
-        let stations = Stations::default();
-        let heard = stations.clone();
+        let arrivals = only.map_or_else(Arrivals::of_any, Arrivals::of_only);
+        let arrivals = Shared(Arc::new(Mutex::new(arrivals)), Instant::now());
+        let (arrived, present) = (Arc::downgrade(&arrivals.0), arrivals.clone());
         thread::spawn(move || {
-            let mut buffer = [0; 65_536];
+            // What is longer fills it, and is dropped.
+            let mut buffer = [0; LONGEST_DATAGRAM + 1];
             loop {
                 // An error is that of a former send: nobody listens there yet.
                 let Ok((length, from)) = socket.recv_from(&mut buffer) else { continue };
-                let is_wanted = only.is_none_or(|it| it == from) && heard.note(from, &buffer[..length]);
-                if is_wanted {
-                    if let Err(TrySendError::Disconnected(_)) = arrived.try_send(buffer[..length].to_vec()) {
-                        return;
-                    }
+                // Nobody takes it any more.
+                let Some(arrived) = arrived.upgrade() else { return };
+                if length <= LONGEST_DATAGRAM && lock(&arrived).put(from, &buffer[..length]) {
                     wake();
                 }
             }
         });
         thread::spawn(move || {
             for frame in frames {
-                let to = only.map_or_else(|| stations.present(), |it| vec![it]);
+                let to = lock(&present.0).present(present.now());
                 // What a ground station misses is said again.
                 to.into_iter().for_each(|it| drop(sender.send_to(&frame, it)));
             }
         });
-        Ok(GroundSocket { incoming, outgoing })
+        Ok(GroundSocket { arrivals, outgoing })
     }
 }
 
-impl Stations {
-    /// Something has arrived from this address; whether it is one of those that count.
-    fn note(&self, from: SocketAddr, bytes: &[u8]) -> bool {
-        let mut stations = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let now = Instant::now();
-        stations.retain(|(_, heard)| now - *heard < STATION_GONE);
-        if let Some((_, heard)) = stations.iter_mut().find(|(known, _)| *known == from) {
-            *heard = now;
-            return true;
-        }
-        let speaks = Framer::datagram(bytes).iter().any(|it| matches!(it, Found::Frame(frame) if frame.is_known()));
-        let is_taken = speaks && stations.len() < MOST_STATIONS;
-        if is_taken {
-            stations.push((from, now));
-        }
-        is_taken
+impl Shared {
+    fn now(&self) -> Time {
+        Time::after(self.1.elapsed())
     }
+}
 
-    fn present(&self) -> Vec<SocketAddr> {
-        let stations = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let now = Instant::now();
-        stations.iter().filter(|(_, heard)| now - *heard < STATION_GONE).map(|(address, _)| *address).collect()
-    }
+/// The data are whole even if a thread panicked while it held the lock.
+fn lock(arrivals: &Mutex<Arrivals>) -> MutexGuard<'_, Arrivals> {
+    arrivals.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Link for GroundSocket {
     fn receive(&mut self, _now: Time) -> Option<Vec<u8>> {
-        self.incoming.try_recv().ok()
+        lock(&self.arrivals.0).take()
     }
 
     fn send(&mut self, frame: &[u8], _now: Time) {
@@ -115,20 +96,35 @@ impl Link for GroundSocket {
     fn is_datagram(&self) -> bool {
         true
     }
+
+    fn admit(&mut self, speaks: bool) -> bool {
+        lock(&self.arrivals.0).admit(speaks, self.arrivals.now())
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::frame::Frame;
-    use std::sync::mpsc::channel;
+    use crate::ground::Ground;
+    use crate::signing::{Key, RADIO_STATUS, SignedLink, Signing};
+    use std::net::SocketAddr;
+    use std::sync::mpsc::{Receiver, channel};
+    use std::time::Duration;
 
     const PATIENCE: Duration = Duration::from_secs(60);
+    /// 2026-01-01.
+    const UTC_MS: i64 = 1_767_225_600_000;
 
     fn station() -> UdpSocket {
         let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
         socket.set_read_timeout(Some(PATIENCE)).unwrap();
         socket
+    }
+
+    /// A ground station's.
+    fn heartbeat(sequence: u8) -> Frame {
+        Frame::new(sequence, 255, 190, 0, &[0, 0, 0, 0, 6, 8, 0, 4, 3])
     }
 
     #[test]
@@ -137,30 +133,83 @@ mod tests {
         let (woken, wake) = channel();
         let endpoint = GroundEndpoint::UdpOut(station.local_addr().unwrap());
         let mut socket = GroundSocket::open(&endpoint, move || woken.send(()).unwrap_or(())).unwrap();
-        let frame = Frame::new(1, 255, 190, 0, &[0, 0, 0, 0, 6, 8, 0, 4, 3]);
+        let frame = heartbeat(1);
         socket.send(frame.bytes(), Time::ZERO);
         let mut buffer = [0; 300];
         let (length, bridge) = station.recv_from(&mut buffer).unwrap();
         assert_eq!(&buffer[..length], frame.bytes());
         let bridge = SocketAddr::from((Ipv4Addr::LOCALHOST, bridge.port()));
         stranger.send_to(frame.bytes(), bridge).unwrap();
-        let other = Frame::new(2, 255, 190, 0, &[0, 0, 0, 0, 6, 8, 0, 4, 3]);
+        let other = heartbeat(2);
         station.send_to(other.bytes(), bridge).unwrap();
         wake.recv_timeout(PATIENCE).unwrap();
         assert_eq!(socket.receive(Time::ZERO).as_deref(), Some(other.bytes()));
         assert_eq!(socket.receive(Time::ZERO), None);
     }
 
-    #[test]
-    fn a_few_stations_that_speak_mavlink_are_sent_to() {
-        let stations = Stations::default();
-        let address = |port: u16| SocketAddr::from((Ipv4Addr::LOCALHOST, port));
-        let frame = Frame::new(1, 255, 190, 0, &[0, 0, 0, 0, 6, 8, 0, 4, 3]);
-        assert!(!stations.note(address(1), b"GET / HTTP/1.1"));
-        for port in 2..10 {
-            let is_taken = stations.note(address(port), frame.bytes());
-            assert_eq!(is_taken, usize::from(port) < 2 + MOST_STATIONS, "{port}");
+    /// A bridge that listens for ground stations behind `link`, and where that is.
+    fn listening(key: Option<&Key>) -> (Ground, SocketAddr, Receiver<()>) {
+        let (woken, wake) = channel();
+        let free = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+        let socket = GroundSocket::open(&GroundEndpoint::UdpIn(free), move || woken.send(()).unwrap_or(())).unwrap();
+        let link: Box<dyn Link> = Box::new(socket);
+        let link: Box<dyn Link> = match key {
+            Some(key) => Box::new(SignedLink::new(link, Signing::new(key.clone(), 1), || UTC_MS)),
+            None => link,
+        };
+        (Ground::new(link), free, wake)
+    }
+
+    /// Takes in what arrives until a frame goes on to the vehicle.
+    #[track_caller]
+    fn onward(ground: &mut Ground, wake: &Receiver<()>) -> Vec<Frame> {
+        loop {
+            wake.recv_timeout(PATIENCE).unwrap();
+            let onward = ground.take_from_ground(Some(1), Time::ZERO);
+            if !onward.is_empty() {
+                return onward;
+            }
         }
-        assert_eq!(stations.present(), (2..6).map(address).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn four_strangers_do_not_keep_out_a_station_that_signs() {
+        let key: Key = "11".repeat(32).parse().unwrap();
+        let (mut ground, bridge, wake) = listening(Some(&key));
+        // What a radio says needs no signature, and gives no place either.
+        let radio = Frame::new(1, 51, 68, RADIO_STATUS, &[1; 9]);
+        let strangers = [(); 8].map(|()| station());
+        for stranger in &strangers {
+            stranger.send_to(heartbeat(1).bytes(), bridge).unwrap();
+            stranger.send_to(radio.bytes(), bridge).unwrap();
+        }
+        let station = station();
+        let signed = Signing::new(key, 0).sign(heartbeat(2), UTC_MS);
+        station.send_to(signed.bytes(), bridge).unwrap();
+        assert_eq!(onward(&mut ground, &wake), [signed]);
+        ground.act(Some(1), Time::ZERO);
+        station.recv_from(&mut [0; 300]).unwrap();
+        // The frame to the station was sent after what would have gone to them.
+        for stranger in &strangers {
+            stranger.set_nonblocking(true).unwrap();
+            assert!(stranger.recv_from(&mut [0; 300]).is_err());
+        }
+    }
+
+    #[test]
+    fn a_datagram_that_is_longer_than_any_of_mavlink_is_dropped() {
+        let (mut ground, bridge, wake) = listening(None);
+        let station = station();
+        let padded = |sequence: u8, length: usize| {
+            let mut datagram = heartbeat(sequence).bytes().to_vec();
+            datagram.resize(length, 0);
+            datagram
+        };
+        for datagram in [padded(1, LONGEST_DATAGRAM + 1), padded(2, LONGEST_DATAGRAM), padded(3, 65_000)] {
+            station.send_to(&datagram, bridge).unwrap();
+        }
+        assert_eq!(onward(&mut ground, &wake), [heartbeat(2)]);
+        station.send_to(heartbeat(4).bytes(), bridge).unwrap();
+        assert_eq!(onward(&mut ground, &wake), [heartbeat(4)]);
     }
 }

@@ -7,6 +7,7 @@ use mavlink::dialects::ardupilotmega::MavMessage;
 use mavlink::{MavlinkVersion, Message as _};
 
 use super::*;
+use crate::frame::Framer;
 
 /// The ground station's end of a link.
 #[derive(Debug, Default, Clone)]
@@ -65,22 +66,31 @@ fn frames_go_on_as_they_came_and_never_back() {
     assert_eq!(station.heard(), [heartbeat(1, 1), heartbeat(1, 154)]);
     for frame in [heartbeat(255, 190), command(1, 1), command(1, 154), command(0, 0)] {
         station.says(&frame);
-        assert_eq!(ground.take_from_ground(SYSTEM, 10, Time::ZERO), [frame]);
+        assert_eq!(ground.take_from_ground(SYSTEM, Time::ZERO), [frame]);
     }
     // Whose frame has come round is not sent round again: the autopilot's, ours, the ground station's.
     for frame in [heartbeat(1, 1), heartbeat(1, OUR_COMPONENT)] {
         station.says(&frame);
-        assert_eq!(ground.take_from_ground(SYSTEM, 10, Time::ZERO), []);
+        assert_eq!(ground.take_from_ground(SYSTEM, Time::ZERO), []);
     }
     ground.forward_to_ground(&heartbeat(255, 190), Time::ZERO);
     assert_eq!(station.heard(), []);
 }
 
 #[test]
+fn what_needs_no_signature_keeps_nobody_out() {
+    let (station, mut ground) = rig();
+    // A stranger on the vehicle's side in the name of the ground station.
+    ground.forward_to_ground(&Frame::new(1, 255, 190, RADIO_STATUS, &[1; 9]), Time::ZERO);
+    station.says(&heartbeat(255, 190));
+    assert_eq!(ground.take_from_ground(SYSTEM, Time::ZERO), [heartbeat(255, 190)]);
+}
+
+#[test]
 fn what_is_for_us_goes_no_further_and_a_command_is_answered() {
     let (station, mut ground) = rig();
     station.says(&command(1, OUR_COMPONENT));
-    assert_eq!(ground.take_from_ground(SYSTEM, 10, Time::ZERO), []);
+    assert_eq!(ground.take_from_ground(SYSTEM, Time::ZERO), []);
     let heard = station.heard();
     let [ack] = &heard[..] else { panic!("{heard:?}") };
     let MavMessage::COMMAND_ACK(it) = MavMessage::parse(MavlinkVersion::V2, ack.id(), ack.payload()).unwrap() else {

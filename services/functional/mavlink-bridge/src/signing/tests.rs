@@ -102,9 +102,17 @@ fn a_link_hands_on_what_is_signed_and_says_why_it_does_not() {
     let (head, tail) = signed.bytes().split_at(11);
     let pieces = vec![heartbeat(0).bytes().to_vec(), head.to_vec(), tail.to_vec(), signed.bytes().to_vec()];
     let mut link = SignedLink::new(Pipe(pieces, Vec::new()), Signing::new(key(7), 0), || NOW_MS);
-    assert_eq!(link.receive(Time::ZERO).as_deref(), Some(signed.bytes()));
-    assert!(link.refused().is_some_and(|it| it.contains("set the key of `signing_key` in the autopilot too")));
-    assert_eq!(link.receive(Time::ZERO), None);
+    // One piece a call, also where nothing in it is believed.
+    let mut receive = || {
+        let bytes = link.receive(Time::ZERO)?;
+        Some((bytes, link.not_believed()))
+    };
+    let nothing_of = |piece: &[u8]| Some((Vec::new(), piece.len()));
+    assert_eq!(receive(), nothing_of(heartbeat(0).bytes()));
+    assert_eq!(receive(), nothing_of(head));
+    assert_eq!(receive(), Some((signed.bytes().to_vec(), 0)));
+    assert_eq!(receive(), nothing_of(signed.bytes()));
+    assert_eq!(receive(), None);
     assert!(link.refused().is_some_and(|it| it.contains("of a time that has passed")));
     link.send(heartbeat(3).bytes(), Time::ZERO);
     link.send(signed.bytes(), Time::ZERO);

@@ -134,6 +134,62 @@ fn an_autopilot_that_does_not_sign_with_our_key_is_not_believed() {
     assert!(!outgoing.is_empty() && outgoing.iter().all(|it| it[2] & 1 == 1), "everything that is sent is signed");
 }
 
+/// Who always has one more datagram, which is not signed.
+#[derive(Debug, Clone, Default)]
+struct Flood(Rc<RefCell<usize>>);
+
+impl Link for Flood {
+    fn receive(&mut self, _now: Time) -> Option<Vec<u8>> {
+        *self.0.borrow_mut() += 1;
+        Some(Frame::new(0, 1, 1, 0, &PX4).bytes().to_vec())
+    }
+
+    fn send(&mut self, _frame: &[u8], _now: Time) {}
+
+    fn is_datagram(&self) -> bool {
+        true
+    }
+}
+
+#[test]
+fn who_sends_without_the_key_faster_than_it_is_checked_does_not_keep_the_loop() {
+    let key = || Signing::new("11".repeat(32).parse().unwrap(), 0);
+    let (vehicle, ground) = (Flood::default(), Flood::default());
+    let mut bridge = MavlinkBridge::new(&config(), SignedLink::new(vehicle.clone(), key(), || UTC_MS))
+        .seen_from_the_ground(SignedLink::new(ground.clone(), key(), || UTC_MS));
+    for turn in 1..4 {
+        bridge.act(at(Duration::ZERO), &mut Vec::new());
+        for flood in [&vehicle, &ground] {
+            assert_eq!(*flood.0.borrow(), turn * 256);
+        }
+        assert_eq!(bridge.deadline(), Some(Time::ZERO), "it goes on at once");
+    }
+}
+
+#[test]
+fn behind_a_flood_that_is_not_believed_the_autopilot_is_heard_without_another_datagram() {
+    let key: Key = "11".repeat(32).parse().unwrap();
+    let check = |flood: &[u8], number: usize, most_turns: usize| {
+        let mut rig = Rig::signing_with(key.clone());
+        (0..number).for_each(|_| rig.raw(flood.to_vec()));
+        rig.raw(Signing::new(key.clone(), 0).sign(Frame::new(1, 1, 1, 0, &PX4), UTC_MS).bytes().to_vec());
+        let now = at(Duration::from_millis(20));
+        let mut turns = 0;
+        while turns == 0 || rig.bridge.deadline().is_some_and(|it| it <= now.time) {
+            rig.bridge.act(now, &mut Vec::new());
+            turns += 1;
+        }
+        assert!(1 < turns && turns <= most_turns, "{turns}");
+        // What asks the autopilot for its messages.
+        assert!(!rig.script.outgoing.borrow().is_empty());
+    };
+    check(Frame::new(1, 1, 1, 0, &PX4).bytes(), 1_000, 6);
+    let foreign = Signing::new("22".repeat(32).parse().unwrap(), 0).sign(Frame::new(1, 1, 1, 0, &PX4), UTC_MS);
+    check(foreign.bytes(), 1_000, 6);
+    // As many beginnings of long frames as fit a datagram.
+    check(&[0xFD, 0xFF, 0, 0].repeat(2_250), 100, 10);
+}
+
 #[test]
 fn no_autopilot() {
     let mut rig = Rig::new();
