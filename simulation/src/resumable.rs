@@ -27,7 +27,7 @@ pub trait Resumable: Node {
     /// The outcome of the newest attempt to save; `loss` names the loss that a failure is, as long as none has succeeded.
     fn memory_written(&mut self, outcome: Result<(), String>, loss: Option<u64>);
 
-    /// This state, the newest, is on the disk.
+    /// This state is on the disk.
     fn memory_saved(&mut self, memory: &Self::Memory) {
         let _ = memory;
     }

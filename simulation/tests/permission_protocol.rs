@@ -2,7 +2,8 @@
 //! reorders, delays, misdirects and changes messages, while both ends are killed and started again.
 //!
 //! Whatever happens, a vehicle believes no grant but one that the tower has given for that area, vehicle, window and plan, and
-//! none about which it has heard a later decision. And a tower that is started again knows every grant that is out.
+//! none about which it has heard a later decision. And a tower that is started again knows every grant that is out, and one that has
+//! lost everything, its clock as well, can still take it back.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -160,18 +161,7 @@ impl Model {
 
     fn take(&mut self, step: &Step) {
         match step {
-            Step::Ask { vehicle, area } => {
-                self.requests += 1;
-                self.send(
-                    *vehicle,
-                    Request::Permission(v1::PermissionRequest {
-                        request_id: self.requests.to_string(),
-                        area: AREAS[*area].into(),
-                        step_id: 1,
-                        plan_revision: self.plans[*vehicle],
-                    }),
-                );
-            }
+            Step::Ask { vehicle, area } => self.ask(*vehicle, AREAS[*area].into()),
             Step::Decide { vehicle, area, decision } => {
                 let (area, decision) = (AREAS[*area].into(), *decision);
                 self.send(*vehicle, Request::Decide(v1::DecideRequest { area, decision, ..Default::default() }));
@@ -215,6 +205,18 @@ impl Model {
         self.tower.on(self.now, event, &mut Vec::new());
     }
 
+    fn ask(&mut self, vehicle: usize, area: String) {
+        self.requests += 1;
+        let request = v1::PermissionRequest {
+            request_id: self.requests.to_string(),
+            area,
+            step_id: 1,
+            plan_revision: self.plans[vehicle],
+            latest_decision: self.beliefs[vehicle].highest(),
+        };
+        self.send(vehicle, Request::Permission(request));
+    }
+
     fn pass(&mut self, s: u64) {
         let time = self.now.time + Duration::from_secs(s);
         self.now = Now { time, utc_ms: self.now.utc_ms + 1000 * s as i64 };
@@ -245,7 +247,8 @@ impl Model {
             };
             for it in ledger.permissions.iter().filter(|it| it.state() == v1::PermissionState::Granted) {
                 let (area, number) = (it.area.clone(), it.decision);
-                let stored = self.disk.as_ref().map_or(0, |it| it.last_decision);
+                let of_vehicle = |it: &v1::TowerMemory| it.ledgers.iter().find(|it| *it.vehicle == *vehicle).cloned();
+                let stored = self.disk.as_ref().and_then(of_vehicle).map_or(0, |it| it.last_decision);
                 assert!(number <= stored, "grant {number} is out, and the disk knows those up to {stored}");
                 self.given.insert((vehicle.to_string(), area, number, it.expires_utc_ms, it.plan_revision));
             }
@@ -262,7 +265,8 @@ impl Model {
             None => {}
         }
         let (now, plan) = (self.now, self.plans[vehicle]);
-        self.beliefs[vehicle].take(now, Pace::REAL_TIME, plan, lines);
+        let taken = self.beliefs[vehicle].take(now, Pace::REAL_TIME, plan, lines);
+        taken.outdated.into_iter().for_each(|(area, _)| self.ask(vehicle, area));
     }
 
     fn note_refusals(&mut self, vehicle: &str, lines: &[Permission]) {
@@ -357,4 +361,48 @@ fn without_an_adversary_a_grant_is_believed_until_it_is_revoked_over_restarts_of
     let late = |message| Step::Deliver { message, vehicle: 0, change: None };
     assert!(!held_after(&[Step::KillVehicle { vehicle: 0 }, late(1), late(2), late(3)]));
     assert!(0 < model.believed);
+}
+
+/// Hears the newest ledger.
+const DELIVER: Step = Step::Deliver { message: 0, vehicle: 0, change: None };
+const ASK: Step = Step::Ask { vehicle: 0, area: 0 };
+
+impl Model {
+    /// Whether the vehicle holds area A after this.
+    fn holds_after(&mut self, steps: &[Step]) -> bool {
+        steps.iter().for_each(|it| self.take(it));
+        self.check().unwrap();
+        self.beliefs[0].remaining("A", self.now.time).is_some()
+    }
+}
+
+#[test]
+fn a_tower_that_has_lost_its_numbers_and_whose_clock_was_set_back_takes_a_grant_back() {
+    #[track_caller]
+    fn check(is_noticed: bool, decision: v1::Decision) {
+        let mut model = Model::new();
+        assert!(model.holds_after(&[ASK, Step::Store, DELIVER]));
+        model.now.utc_ms -= 7_200_000;
+        let says_no = Step::Decide { vehicle: 0, area: 0, decision: decision as i32 };
+        assert!(model.holds_after(&[Step::LoseLedger { is_noticed }, says_no, DELIVER]), "it looks like a recording");
+        assert!(!model.holds_after(&[DELIVER]), "the vehicle has asked, and this is the answer");
+        let grant = Step::Decide { vehicle: 0, area: 0, decision: v1::Decision::Grant as i32 };
+        assert!(model.holds_after(&[Step::AcceptLoss, grant, Step::Store, DELIVER]), "later grants are believed");
+    }
+    check(true, v1::Decision::Revoke);
+    check(true, v1::Decision::Deny);
+    check(false, v1::Decision::Deny);
+}
+
+#[test]
+fn a_recording_of_an_old_denial_takes_nothing_back() {
+    let mut model = Model::new();
+    let decide = |decision: v1::Decision| Step::Decide { vehicle: 0, area: 0, decision: decision as i32 };
+    assert!(!model.holds_after(&[decide(v1::Decision::Deny), DELIVER]));
+    assert!(model.holds_after(&[decide(v1::Decision::Grant), Step::Store, DELIVER]));
+    let denied = |it: &(String, v1::PermissionLedger)| it.1.permissions[0].state() == v1::PermissionState::Denied;
+    let is_denial = |(_, ledger): &&(String, v1::PermissionLedger)| !ledger.permissions.is_empty();
+    let message = model.published.iter().rev().filter(is_denial).position(denied).expect("it was published");
+    assert!(model.holds_after(&[Step::Deliver { message, vehicle: 0, change: None }]));
+    assert!(model.holds_after(&[Step::Store, DELIVER]));
 }

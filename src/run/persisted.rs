@@ -20,7 +20,7 @@ use simulation::resumable::{Resumable, Resumed};
 use store::{InUse, Loaded, Medium, State, Store};
 
 use crate::output;
-use crate::run::writer::{Progress, Writer};
+use crate::run::writer::{HandedOver, Progress, Writer};
 
 /// Format of the stored states, for [`Store::open`].
 pub const VERSION: u32 = 1;
@@ -47,9 +47,9 @@ pub enum StartError {
 pub struct Persisted<N: Resumable> {
     service: N,
     writer: Writer,
-    /// As it was handed over last, and its number.
-    handed_over: Option<N::Memory>,
-    number: u64,
+    /// By number, as it was handed over: the newest state, and before it the one that is being saved, if that is another. A service
+    /// that changes as fast as the disk saves hears of that one.
+    handed_over: Vec<(u64, N::Memory)>,
     /// The number of the newest state of which the service knows that it is on the disk.
     known_saved: u64,
     /// Names the loss that it is if nothing can be saved from the start.
@@ -85,10 +85,9 @@ impl<N: Resumable> Persisted<N> {
             output::error_line(format_args!("{}: {why}", service.name()));
             service.memory_lost(MemoryLoss { id: loss, why });
         }
-        let (handed_over, waiting) = (None, BTreeMap::new());
-        let (number, known_saved, has_saved, outcome) = (0, 0, false, None);
-        let mut persisted =
-            Persisted { service, writer, handed_over, number, known_saved, loss, has_saved, outcome, waiting };
+        let (handed_over, waiting) = (Vec::new(), BTreeMap::new());
+        let (known_saved, has_saved, outcome) = (0, false, None);
+        let mut persisted = Persisted { service, writer, handed_over, known_saved, loss, has_saved, outcome, waiting };
         persisted.hand_over();
         let progress = persisted.writer.first_progress(DISK_LIMIT);
         persisted.hear_of(progress);
@@ -98,21 +97,34 @@ impl<N: Resumable> Persisted<N> {
     /// Has the state saved if it has changed.
     fn hand_over(&mut self) {
         let memory = self.service.memory();
-        if self.handed_over.as_ref() != Some(&memory) {
-            self.number = self.writer.save(to_json(&memory).to_string().into_bytes());
-            self.handed_over = Some(memory);
+        if self.handed_over.last().is_some_and(|(_, newest)| *newest == memory) {
+            return;
         }
+        let HandedOver { number, replaces_one } = self.writer.save(to_json(&memory).to_string().into_bytes());
+        if replaces_one {
+            self.handed_over.pop();
+        }
+        self.handed_over.push((number, memory));
+    }
+
+    /// The number of the newest state; 0 before the first.
+    fn number(&self) -> u64 {
+        self.handed_over.last().map_or(0, |(number, _)| *number)
     }
 
     /// The service hears how the newest attempt has ended, if that is news to it.
     fn hear_of(&mut self, progress: Progress) {
-        if let (Some(Ok(())), Some(memory)) = (&progress.outcome, &self.handed_over)
-            && progress.done == self.number
-            && self.known_saved < self.number
+        let done = progress.done;
+        let attempted = self.handed_over.iter().find(|(number, _)| *number == done);
+        if let (Some(Ok(())), Some((_, memory))) = (&progress.outcome, attempted)
+            && self.known_saved < done
         {
-            self.known_saved = self.number;
+            self.known_saved = done;
             self.service.memory_saved(memory);
         }
+        // One that has failed is tried again.
+        let (newest, known_saved) = (self.number(), self.known_saved);
+        self.handed_over.retain(|(number, _)| *number == newest || done <= *number && known_saved < *number);
         let waited = progress.since.map_or(Duration::ZERO, |it| it.elapsed());
         let limit = if waited < LOSS_LIMIT { DISK_LIMIT } else { LOSS_LIMIT };
         let (outcome, is_certain) = match progress.outcome {
@@ -139,7 +151,7 @@ impl<N: Resumable> Persisted<N> {
 
     /// The answer to `token` waits for the newest state.
     fn expect(&mut self, token: Token, limit: Duration) {
-        let wait = Wait { number: self.number, since: Instant::now(), limit, reply: None };
+        let wait = Wait { number: self.number(), since: Instant::now(), limit, reply: None };
         self.waiting.insert(token, wait);
     }
 

@@ -21,6 +21,15 @@ pub struct Writer {
     running: Receiver<()>,
 }
 
+/// A state that waits for its turn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct HandedOver {
+    /// Its number, from 1.
+    pub number: u64,
+    /// The one before it still waited, and is not written.
+    pub replaces_one: bool,
+}
+
 /// How far the thread has come.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Progress {
@@ -73,14 +82,14 @@ impl Writer {
         Ok((Writer { shared, running }, loaded))
     }
 
-    /// Has `state` saved, in place of one that still waits; returns its number, from 1.
-    pub fn save(&self, state: Vec<u8>) -> u64 {
+    /// Has `state` saved, in place of one that still waits.
+    pub fn save(&self, state: Vec<u8>) -> HandedOver {
         let mut jobs = self.shared.lock();
         jobs.number += 1;
-        jobs.newest = Some(state);
+        let replaces_one = jobs.newest.replace(state).is_some();
         jobs.progress.since.get_or_insert_with(Instant::now);
         self.shared.changed.notify_all();
-        jobs.number
+        HandedOver { number: jobs.number, replaces_one }
     }
 
     /// How far it has come.

@@ -7,6 +7,11 @@
 //! A restart forgets no grant: it is believed until its end, or until the tower is heard. What remains of it is reckoned by the wall
 //! clock then, since no other goes on between two processes; a clock that was set meanwhile is wrong only until the tower is heard.
 //!
+//! A denial or revocation with a lower number than is known is not believed either: it may be a recording, and the later grant holds.
+//! But where a grant is held, it may also be the word of a tower that has lost its numbers and whose clock was set back. It is reported as
+//! outdated, and the vehicle asks the tower again, naming the highest number that it knows: what the tower answers is above that, and a
+//! recording has achieved nothing but a question.
+//!
 //! Without a key nothing is verified; the order of decisions counts all the same.
 //!
 //! Where there is no room for another area, the one that was decided about longest ago and is not granted is forgotten. Numbers
@@ -96,6 +101,14 @@ pub enum Refusal {
         /// The newest revision.
         newest: u64,
     },
+    /// A denial or revocation of what is granted, with a lower number than the grant has.
+    #[error("number {found} says no, and a later decision is known: {latest}; the tower is asked again")]
+    Outdated {
+        /// Its number.
+        found: u64,
+        /// The highest one that is known.
+        latest: u64,
+    },
     /// The areas of this vehicle are too many to be kept.
     #[error("{MAX_AREAS} areas are granted already")]
     TooMany,
@@ -108,6 +121,8 @@ pub struct Taken {
     pub decided: Vec<Permission>,
     /// Areas whose line was refused.
     pub refused: Vec<(String, Refusal)>,
+    /// Areas whose grant holds although a line says no: the tower is to be asked again.
+    pub outdated: Vec<(String, Refusal)>,
 }
 
 impl Belief {
@@ -131,6 +146,11 @@ impl Belief {
     /// The highest number of a decision by area: to be stored, and restored at the next start.
     pub fn latest(&self) -> &BTreeMap<String, u64> {
         &self.latest
+    }
+
+    /// The highest number of a decision about any area; zero before the first.
+    pub fn highest(&self) -> u64 {
+        self.latest.values().copied().chain(self.forgotten).max().unwrap_or_default()
     }
 
     /// The grant for `area`, if there is one: to be stored, and restored at the next start.
@@ -181,7 +201,7 @@ impl Belief {
         let mut taken = Taken::default();
         for permission in ledger {
             match self.judge(now, newest_plan, &permission) {
-                Ok(Judgement::Old) => {}
+                Ok(Judgement::Old) => taken.outdated.extend(self.outdated(now, &permission)),
                 Ok(Judgement::Believed) => taken.decided.extend(self.believe(now, pace, permission)),
                 Err(refusal) => taken.refused.push((permission.area, refusal)),
             }
@@ -242,6 +262,15 @@ impl Belief {
             }
         }
         Ok(Judgement::Believed)
+    }
+
+    /// Whether the line says no to what is granted, with a lower number.
+    fn outdated(&self, now: Now, permission: &Permission) -> Option<(String, Refusal)> {
+        let Permission { area, state, decision: found, .. } = permission;
+        let latest = self.latest.get(area).copied().filter(|it| found < it)?;
+        let says_no = matches!(state, PermissionState::Denied | PermissionState::Revoked);
+        let is_granted = self.remaining(area, now.time).is_some();
+        (says_no && is_granted).then(|| (area.clone(), Refusal::Outdated { found: *found, latest }))
     }
 
     /// The area that was decided about longest ago of those that are not granted.

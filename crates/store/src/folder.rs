@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::Medium;
 
-/// A state is some kilobytes; what is longer is not one, and is not read.
+/// A state is some kilobytes; what is longer is not one, and neither written nor read.
 const LONGEST: u64 = 16 << 20;
 
 /// A folder that only its owner may read.
@@ -73,6 +73,10 @@ impl Medium for Folder {
     }
 
     fn write(&mut self, name: &str, bytes: &[u8]) -> io::Result<()> {
+        if LONGEST < bytes.len() as u64 {
+            let why = format!("{} bytes, more than the {LONGEST} that are read back", bytes.len());
+            return Err(io::Error::new(io::ErrorKind::InvalidData, why));
+        }
         let path = self.path(name);
         match std::fs::remove_file(&path) {
             Err(cause) if cause.kind() != io::ErrorKind::NotFound => return Err(cause),

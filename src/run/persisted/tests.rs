@@ -3,6 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, Sender, SyncSender};
 
+use control_tower::ControlTower;
+use control_tower::policy::Policy;
+use domain::time::Pace;
+use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
 use planner::Planner;
 use v1::mission_request::Request as Ask;
@@ -103,16 +107,16 @@ impl Medium for Gate {
     }
 }
 
-/// A planner over a gate, through which the first state has gone.
-fn gated() -> (Persisted<Planner>, Sender<io::Result<()>>, Receiver<()>) {
+/// A service over a gate, through which the first state has gone.
+fn gated<N: Resumable>(service: N) -> (Persisted<N>, Sender<io::Result<()>>, Receiver<()>) {
     #[expect(clippy::disallowed_methods, reason = "a handful of verdicts")]
     let (verdicts, gate) = mpsc::channel();
     let (wake, woken): (SyncSender<()>, _) = mpsc::sync_channel(1);
     // The first state is written twice.
     verdicts.send(Ok(())).unwrap();
     verdicts.send(Ok(())).unwrap();
-    let open = || Store::over(Gate(gate), "planner", "uav1", VERSION);
-    let persisted = Persisted::new(planner(), 1, open, move || _ = wake.try_send(())).unwrap();
+    let open = || Store::over(Gate(gate), "service", "uav1", VERSION);
+    let persisted = Persisted::new(service, 1, open, move || _ = wake.try_send(())).unwrap();
     assert_eq!(persisted.outcome, Some(Ok(())));
     (persisted, verdicts, woken)
 }
@@ -175,7 +179,7 @@ fn a_second_process_does_not_start() {
 
 #[test]
 fn an_answer_waits_until_what_it_depends_on_is_written() {
-    let (mut persisted, verdicts, woken) = gated();
+    let (mut persisted, verdicts, woken) = gated(planner());
     assert_eq!(upload(&mut persisted), 0);
     assert!(persisted.answers_later(Token(1)));
     verdicts.send(Ok(())).unwrap();
@@ -187,7 +191,7 @@ fn an_answer_waits_until_what_it_depends_on_is_written() {
 #[test]
 fn an_answer_does_not_wait_for_a_disk_that_fails_or_hangs() {
     for fails in [true, false] {
-        let (mut persisted, verdicts, woken) = gated();
+        let (mut persisted, verdicts, woken) = gated(planner());
         assert_eq!(upload(&mut persisted), 0);
         if fails {
             verdicts.send(Err(io::ErrorKind::StorageFull.into())).unwrap();
@@ -204,4 +208,46 @@ fn an_answer_does_not_wait_for_a_disk_that_fails_or_hangs() {
             let _ = woken.recv_timeout(Duration::from_millis(20));
         }
     }
+}
+
+/// A tower over a gate, through which the first state has gone.
+fn gated_tower() -> (Persisted<ControlTower>, Sender<io::Result<()>>, Receiver<()>) {
+    let settings = Settings::of_file(&Path::new(env!("CARGO_MANIFEST_DIR")).join("config/kittiwake.toml"));
+    let config = check_inputs::read(&settings).unwrap().config.control_tower;
+    let tower = ControlTower::new(&config, Policy::Grant, 1, Pace::REAL_TIME, 1).that_is_stored();
+    gated(tower)
+}
+
+#[test]
+fn grants_are_published_although_each_state_that_is_saved_is_outdated_by_then() {
+    let (mut persisted, verdicts, woken) = gated_tower();
+    let mut published = std::collections::BTreeSet::new();
+    for n in 0..30 {
+        // The disk saves one state while the next ones arrive.
+        for (vehicle, part) in [("uav1", "first"), ("uav1", "second"), ("uav2", "only")] {
+            if vehicle == "uav2" && 0 < n {
+                continue;
+            }
+            let (request_id, area) = (format!("{part} {n}"), "A".to_owned());
+            let request = Request::Permission(v1::PermissionRequest { request_id, area, ..Default::default() });
+            let event = Event::Request { vehicle: vehicle.into(), token: Token(n), request };
+            persisted.on(Now::default(), event, &mut Vec::new());
+            let mut effects = Vec::new();
+            persisted.act(Now::default(), &mut effects);
+            published.extend(effects.into_iter().filter_map(granted_to));
+        }
+        assert!(persisted.handed_over.len() <= 3, "no more are kept than are under way");
+        assert!(persisted.writer.progress().done < persisted.number(), "the newest still waits");
+        verdicts.send(Ok(())).unwrap();
+        woken.recv().unwrap();
+    }
+    assert_eq!(published.into_iter().collect::<Vec<_>>(), ["uav1", "uav2"]);
+    drop(verdicts);
+}
+
+/// The vehicle that hears of a grant.
+fn granted_to(effect: Effect) -> Option<String> {
+    let Effect::Publish { vehicle, message: Message::PermissionLedger(ledger) } = effect else { return None };
+    let is_granted = ledger.permissions.iter().any(|it| it.state() == v1::PermissionState::Granted);
+    vehicle.filter(|_| is_granted).map(|it| it.to_string())
 }

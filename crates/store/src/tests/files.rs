@@ -236,3 +236,14 @@ proptest! {
         prop_assert!(is_fine, "{:?}", loaded);
     }
 }
+
+#[test]
+fn a_state_that_could_not_be_read_back_is_not_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = open(folder.path()).0;
+    store.save(b"old").unwrap();
+    let trouble = store.save(&vec![b' '; 16 << 20]).unwrap_err().to_string();
+    assert!(trouble.contains("more than the 16777216 that are read back"), "{trouble}");
+    drop(store);
+    assert!(matches!(open(folder.path()).1, Loaded::Behind(it, _) if it == state("old")), "and the next process knows");
+}

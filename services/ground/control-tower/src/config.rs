@@ -1,7 +1,10 @@
 //! The control tower's parameters.
 
 use domain::quantity::{Fraction, Positive};
-use serde::Deserialize;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer};
+
+use crate::texts::MAX_REASON_BYTES;
 
 /// The section `[control_tower]`.
 #[derive(Debug, Clone, Deserialize)]
@@ -14,10 +17,22 @@ pub struct Config {
     /// Ours: one half exercises both equally.
     pub random_denial: Fraction,
     /// The reason given when a policy denies.
+    #[serde(deserialize_with = "reason")]
     pub denial_reason: String,
     /// Mission seconds for which a grant is valid. Ours: several times the reference mission's legs.
     pub grant_valid_s: Positive,
     /// Publications of each ledger per second of wall time, besides one on every change. From the
     /// contract (`permission.proto`): 1.
     pub ledger_rate_hz: Positive,
+}
+
+fn reason<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
+    let reason = String::deserialize(deserializer)?;
+    if MAX_REASON_BYTES < reason.len() {
+        return Err(D::Error::custom(format!(
+            "{} bytes, more than the {MAX_REASON_BYTES} that reach a vehicle",
+            reason.len()
+        )));
+    }
+    Ok(reason)
 }

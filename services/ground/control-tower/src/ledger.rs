@@ -6,13 +6,17 @@
 //! denied or revoked by hand stays so.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
 
 use domain::time::{Now, Time};
 use kittiwake_proto::v1;
 
-use crate::numbers::Numbers;
+use crate::numbers::{Numbers, TooHigh};
 use crate::permission::{self, By, Expiry, Next, NotGranted, Ruling, Standing};
 use crate::policy::Answer;
+use crate::texts::{MAX_AREA_BYTES, MAX_REASON_BYTES, MAX_REQUEST_ID_BYTES};
+
+mod parts;
 
 /// More areas than any mission has; no more are kept, so that they do not fill the memory.
 const MAX_AREAS: usize = 256;
@@ -22,9 +26,6 @@ const MAX_UNASKED: usize = MAX_AREAS / 2;
 /// Requests remembered, so that a repeated one is recognised: far more than can still be repeated.
 const REMEMBERED_REQUESTS: usize = 1024;
 
-/// Longer names than any mission has; they come from the network and are stored.
-const MAX_AREA_BYTES: usize = 256;
-
 /// The permissions of one vehicle.
 #[derive(Debug, Default)]
 pub(crate) struct Ledger {
@@ -32,15 +33,32 @@ pub(crate) struct Ledger {
     permissions: BTreeMap<String, Permission>,
     /// Oldest first: request id and area.
     requests: VecDeque<(String, String)>,
-    changed: bool,
+    /// A line is gone since the last publication.
+    has_forgotten: bool,
 }
 
 /// What is known about one area, and what of it the vehicle may know.
 #[derive(Debug)]
 struct Permission {
     line: Line,
-    /// As it was published last; a grant is published only once it is given for good, see [`Ledger::settle`].
-    shown: Option<Line>,
+    /// A grant that is not given for good yet. `line` may be a later one: a vehicle that asks faster than can be stored gets this one.
+    waiting: Option<Line>,
+    /// As it is published; a grant is published only once it is given for good, see [`Ledger::settle`].
+    shown: Option<Shown>,
+}
+
+/// What is published about an area.
+#[derive(Debug)]
+struct Shown {
+    line: Line,
+    /// Since when it is this.
+    since: Time,
+    /// How often it was published since.
+    said: u32,
+    /// When it was published last.
+    said_at: Time,
+    /// It has expired, and no vehicle needs to hear that any more: it is not published.
+    is_over: bool,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -66,6 +84,12 @@ pub(crate) enum Refusal {
     /// Its name is too long to be kept.
     #[error("`area` has {bytes} bytes, more than the {MAX_AREA_BYTES} that are served")]
     LongName { bytes: usize },
+    /// Its id is too long for a ledger.
+    #[error("`request_id` has {bytes} bytes, more than the {MAX_REQUEST_ID_BYTES} that are served")]
+    LongRequestId { bytes: usize },
+    /// The reason is too long for a ledger.
+    #[error("`reason` has {bytes} bytes, more than the {MAX_REASON_BYTES} that reach a vehicle: say it shorter")]
+    LongReason { bytes: usize },
     /// None of the areas that are kept can be forgotten.
     #[error(
         "there is no room for another area: {MAX_AREAS} are kept for the vehicle, and each is requested, granted, or denied or \
@@ -81,6 +105,8 @@ pub(crate) enum Refusal {
     TooManyUnasked,
     #[error(transparent)]
     NotGranted(#[from] NotGranted),
+    #[error(transparent)]
+    TooHigh(#[from] TooHigh),
 }
 
 impl Ledger {
@@ -98,7 +124,11 @@ impl Ledger {
         if request_id.is_empty() {
             return Err(Refusal::NoRequestId);
         }
+        if MAX_REQUEST_ID_BYTES < request_id.len() {
+            return Err(Refusal::LongRequestId { bytes: request_id.len() });
+        }
         check_name(area)?;
+        numbers.go_on_above(request.latest_decision)?;
         if let Some((_, first)) = self.requests.iter().find(|(id, _)| id == request_id) {
             return if first == area {
                 Ok(())
@@ -129,6 +159,7 @@ impl Ledger {
         may_be_granted: bool,
     ) -> Result<(), Refusal> {
         check_name(area)?;
+        check_reason(&ruling)?;
         let before = self.permissions.get(area).map(|it| &it.line.standing);
         let next = permission::on_ruling(before, ruling, may_be_granted)?;
         self.make_room(area, By::Operator, now.time)?;
@@ -155,13 +186,24 @@ impl Ledger {
     }
 
     /// Publishes with the next ledger what has been decided, but of the grants only those whose number `is_for_good`: the
-    /// vehicle goes by what it was given before until then.
-    pub(crate) fn settle(&mut self, is_for_good: impl Fn(u64) -> bool) {
-        for Permission { line, shown } in self.permissions.values_mut() {
-            let is_grant = matches!(line.standing, Standing::Granted { .. });
-            if shown.as_ref() != Some(line) && (!is_grant || is_for_good(line.decision)) {
-                *shown = Some(line.clone());
-                self.changed = true;
+    /// vehicle goes by what it was given before until then. Leaves out what has expired `expired_for` ago.
+    pub(crate) fn settle(&mut self, now: Time, expired_for: Duration, is_for_good: impl Fn(u64) -> bool) {
+        for permission in self.permissions.values_mut() {
+            let is_grant = matches!(permission.line.standing, Standing::Granted { .. });
+            let settled = if !is_grant || is_for_good(permission.line.decision) {
+                permission.waiting = None;
+                Some(permission.line.clone())
+            } else {
+                let settled = permission.waiting.take_if(|it| is_for_good(it.decision));
+                permission.waiting.get_or_insert_with(|| permission.line.clone());
+                settled
+            };
+            let is_news = |it: &Line| permission.shown.as_ref().is_none_or(|shown| shown.line != *it);
+            if let Some(line) = settled.filter(is_news) {
+                permission.shown = Some(Shown { line, since: now, said: 0, said_at: Time::ZERO, is_over: false });
+            }
+            if let Some(shown) = &mut permission.shown {
+                shown.is_over = shown.line.standing == Standing::Expired && shown.since + expired_for <= now;
             }
         }
     }
@@ -173,7 +215,7 @@ impl Ledger {
 
     /// As a process before knew it.
     pub(crate) fn of_lines(lines: impl IntoIterator<Item = (String, Line)>) -> Ledger {
-        let permissions = lines.into_iter().map(|(area, line)| (area, Permission { line, shown: None }));
+        let permissions = lines.into_iter().map(|(area, line)| (area, Permission { line, waiting: None, shown: None }));
         Ledger { permissions: permissions.collect(), ..Ledger::default() }
     }
 
@@ -185,17 +227,6 @@ impl Ledger {
     /// Whether no area was ever requested or decided about.
     pub(crate) fn is_empty(&self) -> bool {
         self.permissions.is_empty()
-    }
-
-    /// Whether something has changed since the last call.
-    pub(crate) fn take_changed(&mut self) -> bool {
-        std::mem::take(&mut self.changed)
-    }
-
-    /// What may be published, as it is sent at `now`.
-    pub(crate) fn to_wire(&self, now: Time) -> Vec<v1::Permission> {
-        let shown = self.permissions.iter().filter_map(|(area, it)| Some((area, it.shown.as_ref()?)));
-        shown.map(|(area, line)| line.to_wire(area, now)).collect()
     }
 
     /// Makes room for `area`, about which nothing is known: forgets what holds no more. What the vehicle has never asked for goes
@@ -217,7 +248,7 @@ impl Ledger {
         self.permissions.remove(&forgotten);
         // Its answer may not have arrived: a repeated request gets another one.
         self.requests.retain(|(_, area)| *area != forgotten);
-        self.changed = true;
+        self.has_forgotten = true;
         Ok(())
     }
 
@@ -225,7 +256,7 @@ impl Ledger {
         let unknown = || {
             let standing = Standing::Requested { due: None };
             let line = Line { standing, request_id: String::new(), plan_revision: 0, decision: 0 };
-            Permission { line, shown: None }
+            Permission { line, waiting: None, shown: None }
         };
         &mut self.permissions.entry(area.to_owned()).or_insert_with(unknown).line
     }
@@ -237,6 +268,16 @@ fn check_name(area: &str) -> Result<(), Refusal> {
         0 => Err(Refusal::NoArea),
         bytes if MAX_AREA_BYTES < bytes => Err(Refusal::LongName { bytes }),
         _ => Ok(()),
+    }
+}
+
+/// Whether it can be published.
+fn check_reason(ruling: &Ruling) -> Result<(), Refusal> {
+    match ruling {
+        Ruling::Deny { reason } | Ruling::Revoke { reason } if MAX_REASON_BYTES < reason.len() => {
+            Err(Refusal::LongReason { bytes: reason.len() })
+        }
+        Ruling::Grant { .. } | Ruling::Deny { .. } | Ruling::Revoke { .. } => Ok(()),
     }
 }
 

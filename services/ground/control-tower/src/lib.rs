@@ -1,7 +1,8 @@
 //! Grants, denies, ignores and revokes permissions to enter areas.
 //!
 //! A request gets a receipt at once. The decision arrives with the ledger, which is published on every
-//! change and repeated, so that a message lost on the link delays a decision and never loses it.
+//! change and repeated, so that a message lost on the link delays a decision and never loses it. What is too long for the link
+//! is refused, and a ledger that is too large is published in parts, so that what was accepted arrives.
 //! Decisions come from a [`Policy`] or from an operator, and the operator's wins: what an operator has
 //! denied or revoked is denied to every later request until an operator grants it, and the expiry that an
 //! operator has set is not moved by another request.
@@ -14,7 +15,7 @@
 
 use std::collections::BTreeMap;
 
-use domain::memory::MemoryLoss;
+use domain::memory::{MemoryHealth, MemoryLoss};
 use domain::permission::Permission;
 use domain::quantity::Positive;
 use domain::time::{Now, Pace, Time};
@@ -32,6 +33,8 @@ use crate::numbers::Numbers;
 use crate::permission::{Expiry, Ruling};
 use crate::policy::Policy;
 use crate::stored::Stored;
+use crate::texts::{MAX_TROUBLE_BYTES, shortened};
+use crate::vehicle::{Rhythm, Vehicle};
 
 pub mod config;
 mod ledger;
@@ -40,6 +43,8 @@ mod permission;
 mod persisted;
 pub mod policy;
 mod stored;
+mod texts;
+mod vehicle;
 
 /// More vehicles than one tower is meant for; the names come from the network.
 const MAX_VEHICLES: usize = 64;
@@ -47,12 +52,12 @@ const MAX_VEHICLES: usize = 64;
 /// The control tower of a fleet.
 pub struct ControlTower {
     config: Config,
+    rhythm: Rhythm,
     policy: Policy,
     chance: ChaCha8Rng,
     pace: Pace,
     /// Differs at each start.
     start: u64,
-    numbers: Numbers,
     stored: Stored,
     /// Signs what is published.
     key: Option<SecretKey>,
@@ -61,22 +66,16 @@ pub struct ControlTower {
     vehicles: BTreeMap<VehicleId, Vehicle>,
 }
 
-/// A vehicle's ledger, and when it is published next even if nothing changes.
-struct Vehicle {
-    ledger: Ledger,
-    publish_at: Time,
-}
-
 impl ControlTower {
     /// A tower that has decided nothing yet. `seed` drives [`Policy::Random`]; `start` differs at each start.
     pub fn new(config: &Config, policy: Policy, seed: u64, pace: Pace, start: u64) -> ControlTower {
         ControlTower {
             config: config.clone(),
+            rhythm: Rhythm::new(config, pace),
             policy,
             chance: ChaCha8Rng::seed_from_u64(seed),
             pace,
             start,
-            numbers: Numbers::default(),
             stored: Stored::default(),
             key: None,
             restored: None,
@@ -99,21 +98,22 @@ impl ControlTower {
     /// The persisted state, with which another process can continue.
     pub fn memory(&self) -> v1::TowerMemory {
         let present = || self.vehicles.iter().filter(|(_, it)| !it.ledger.is_empty());
-        let present = || present().map(|(id, it)| persisted::to_memory(id, &it.ledger)).collect();
-        v1::TowerMemory {
-            ledgers: self.restored.clone().unwrap_or_else(present),
-            last_decision: self.numbers.last(),
-            loss: self.stored.health().loss.clone().map(Into::into),
-        }
+        let present = || present().map(|(id, it)| persisted::to_memory(id, &it.ledger, &it.numbers)).collect();
+        let ledgers: Vec<_> = self.restored.clone().unwrap_or_else(present);
+        let last_decision = ledgers.iter().map(|it| it.last_decision).max().unwrap_or_default();
+        v1::TowerMemory { ledgers, last_decision, loss: self.stored.health().loss.clone().map(Into::into) }
     }
 
     /// Continues from `memory`; to be called before anything else.
     ///
     /// # Errors
     /// Why the state cannot be used; nothing is changed then.
-    pub fn resume(&mut self, memory: v1::TowerMemory) -> Result<(), InvalidMessage> {
+    pub fn resume(&mut self, mut memory: v1::TowerMemory) -> Result<(), InvalidMessage> {
         persisted::restored(Now::default(), self.pace, &memory.ledgers)?;
-        self.numbers = Numbers::after(memory.last_decision);
+        // A tower of before had the same numbers for all vehicles.
+        for ledger in memory.ledgers.iter_mut().filter(|it| it.last_decision == 0) {
+            ledger.last_decision = memory.last_decision;
+        }
         self.restored = Some(memory.ledgers);
         if let Some(loss) = memory.loss {
             self.stored.lost(loss.into());
@@ -133,15 +133,15 @@ impl ControlTower {
 
     /// This state is on the disk.
     pub fn memory_saved(&mut self, memory: &v1::TowerMemory) {
-        self.stored.saved(memory.last_decision);
+        self.stored.saved(&memory.ledgers);
     }
 
     /// Takes up what a process before has decided. The policy decides again what was not decided.
     fn wake(&mut self, now: Now) {
         let Some(ledgers) = self.restored.take() else { return };
         // It made sense when the tower was made to continue from it, so it still does.
-        for (id, ledger) in persisted::restored(now, self.pace, &ledgers).unwrap_or_default() {
-            self.vehicles.insert(id, Vehicle { ledger, publish_at: now.time });
+        for (id, (ledger, numbers)) in persisted::restored(now, self.pace, &ledgers).unwrap_or_default() {
+            self.vehicles.insert(id, Vehicle::new(now, ledger, numbers));
         }
         self.ask_policy_again(now);
     }
@@ -161,10 +161,10 @@ impl ControlTower {
         let (config, policy, chance) = (&self.config, self.policy, &mut self.chance);
         let knows_all = self.stored.health().loss.is_none();
         let answer = || if knows_all { policy.answer(config, chance) } else { None };
-        let numbers = &mut self.numbers;
         let was_known = self.vehicles.contains_key(id);
-        let taken = vehicle(&mut self.vehicles, now, id)
-            .and_then(|it| it.ledger.request(now, numbers, request, fresh, answer).map_err(|it| it.to_string()));
+        let taken = vehicle(&mut self.vehicles, now, id).and_then(|Vehicle { ledger, numbers, .. }| {
+            ledger.request(now, numbers, request, fresh, answer).map_err(|it| it.to_string())
+        });
         self.forget_if_empty(id, was_known);
         v1::PermissionReceipt { received: taken.is_ok(), refusal: taken.err().unwrap_or_default() }
     }
@@ -173,8 +173,7 @@ impl ControlTower {
         let may_be_granted = self.stored.health().loss.is_some();
         let was_known = self.vehicles.contains_key(id);
         let decided = self.ruling(now, id, request).and_then(|ruling| {
-            let numbers = &mut self.numbers;
-            let ledger = &mut vehicle(&mut self.vehicles, now, id)?.ledger;
+            let Vehicle { ledger, numbers, .. } = vehicle(&mut self.vehicles, now, id)?;
             ledger.rule(now, numbers, &request.area, ruling, may_be_granted).map_err(|it| it.to_string())
         });
         self.forget_if_empty(id, was_known);
@@ -191,7 +190,7 @@ impl ControlTower {
         let accepted = self.stored.accept_loss();
         if accepted.is_ok() {
             self.ask_policy_again(now);
-            self.vehicles.values_mut().for_each(|it| it.publish_at = now.time);
+            self.vehicles.values_mut().for_each(|it| it.repeat_all(now));
         }
         v1::AcceptLossReply { accepted: accepted.is_ok(), refusal: accepted.err().unwrap_or_default() }
     }
@@ -229,7 +228,14 @@ fn vehicle<'a>(
             return Err(format!("{MAX_VEHICLES} vehicles have asked already, the most that are served"));
         }
     }
-    Ok(vehicles.entry(id.clone()).or_insert_with(|| Vehicle { ledger: Ledger::default(), publish_at: now.time }))
+    Ok(vehicles.entry(id.clone()).or_insert_with(|| Vehicle::new(now, Ledger::default(), Numbers::default())))
+}
+
+/// A path may be longer than what can be published.
+fn published(health: &MemoryHealth) -> v1::MemoryHealth {
+    let MemoryHealth { loss, failing } = health.clone();
+    let loss = loss.map(|it| MemoryLoss { why: shortened(&it.why, MAX_TROUBLE_BYTES), ..it });
+    MemoryHealth { loss, failing: failing.map(|it| shortened(&it, MAX_TROUBLE_BYTES)) }.into()
 }
 
 fn sign(key: &SecretKey, vehicle: &VehicleId, permission: &mut v1::Permission) {
@@ -257,9 +263,13 @@ impl Node for ControlTower {
         let (vehicle, token, request) = match event {
             Event::Request { vehicle, token, request } => (vehicle, token, request),
             // It hears from the tower before it asks for anything, so that it knows which tower there is.
-            Event::Peer { vehicle: id, alive: true, .. } if !id.is_empty() => {
+            Event::Peer { vehicle: id, service, alive: true, .. } if !id.is_empty() => {
                 // One too many is served once it asks, if there is room by then.
-                let _ = vehicle(&mut self.vehicles, now, &id);
+                if let Ok(vehicle) = vehicle(&mut self.vehicles, now, &id)
+                    && service == "mcm"
+                {
+                    vehicle.repeat_parts(now);
+                }
                 return;
             }
             Event::Peer { .. } | Event::Message { .. } | Event::Reply { .. } => return,
@@ -277,22 +287,20 @@ impl Node for ControlTower {
         self.wake(now);
         let fresh = Expiry::after(now, self.config.grant_valid_s.seconds(), self.pace);
         for (id, vehicle) in &mut self.vehicles {
-            vehicle.ledger.advance(now, &mut self.numbers, fresh);
-            vehicle.ledger.settle(|decision| self.stored.has(decision));
-            if vehicle.ledger.take_changed() || vehicle.publish_at <= now.time {
-                vehicle.publish_at = now.time + self.pace.wall(self.config.ledger_rate_hz.period());
-                let mut permissions = vehicle.ledger.to_wire(now.time);
+            vehicle.ledger.advance(now, &mut vehicle.numbers, fresh);
+            vehicle.ledger.settle(now.time, self.rhythm.expired_for, |decision| self.stored.has(id, decision));
+            while let Some(mut part) = vehicle.next_part(now, self.rhythm) {
                 if let Some(key) = &self.key {
-                    permissions.iter_mut().for_each(|it| sign(key, id, it));
+                    part.permissions.iter_mut().for_each(|it| sign(key, id, it));
                 }
-                let memory = self.stored.health().clone().into();
-                let ledger = v1::PermissionLedger { permissions, tower_start: self.start, memory: Some(memory) };
-                effects.push(Effect::publish_to(id, ledger));
+                part.tower_start = self.start;
+                part.memory = Some(published(self.stored.health()));
+                effects.push(Effect::publish_to(id, part));
             }
         }
     }
 
     fn deadline(&self) -> Option<Time> {
-        self.vehicles.values().flat_map(|it| [Some(it.publish_at), it.ledger.deadline()]).flatten().min()
+        self.vehicles.values().map(|it| it.deadline(self.rhythm)).min()
     }
 }

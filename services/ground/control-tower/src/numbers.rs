@@ -1,13 +1,25 @@
-//! The numbers of decisions.
+//! The numbers of decisions about one vehicle.
 
 use domain::time::Now;
 
-/// Gives out numbers that never come twice, also not where everything that was stored is lost: each is the time, in
-/// milliseconds since the Unix epoch, or one more than the number before.
+/// The end of the year 9999 in milliseconds since the Unix epoch: no clock gives a higher number, and above it there are more
+/// numbers left than can be given out. A vehicle that names a higher one is wrong.
+const HIGHEST_NAMED: u64 = 253_402_300_799_999;
+
+/// Gives out numbers that rise: each is the time, in milliseconds since the Unix epoch, or one more than the number before.
+///
+/// Where what was stored is lost they still rise, unless the clock was set back as well; then the vehicle names its highest
+/// number with its next request, and they go on above that. Each vehicle has numbers of its own, so that none moves those of
+/// another one.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Numbers {
     last: u64,
 }
+
+/// A number that no tower has given out.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("`latest_decision` is {0}, higher than any number of a decision: the highest is {HIGHEST_NAMED}")]
+pub(crate) struct TooHigh(u64);
 
 impl Numbers {
     /// After `last`, the highest number that was given out before.
@@ -17,6 +29,15 @@ impl Numbers {
 
     pub(crate) fn last(&self) -> u64 {
         self.last
+    }
+
+    /// The vehicle knows a decision of this number; the next one is higher.
+    pub(crate) fn go_on_above(&mut self, named: u64) -> Result<(), TooHigh> {
+        if HIGHEST_NAMED < named {
+            return Err(TooHigh(named));
+        }
+        self.last = self.last.max(named);
+        Ok(())
     }
 
     pub(crate) fn next(&mut self, now: Now) -> u64 {
@@ -43,5 +64,21 @@ mod tests {
         let last = (0..50).map(|_| before.next(Now { utc_ms: 1000, ..Now::default() })).max().unwrap();
         let first = Numbers::default().next(Now { utc_ms: 2000, ..Now::default() });
         assert!(last < first, "{last}, then {first}");
+    }
+
+    #[test]
+    fn numbers_go_on_above_what_the_vehicle_names_and_it_cannot_use_them_up() {
+        #[track_caller]
+        fn check(named: u64, expected: Result<(), TooHigh>, next: u64) {
+            let mut numbers = Numbers::after(50);
+            assert_eq!(numbers.go_on_above(named), expected);
+            assert_eq!(numbers.next(Now { utc_ms: 100, ..Now::default() }), next);
+        }
+        check(0, Ok(()), 100);
+        check(70, Ok(()), 100);
+        check(7000, Ok(()), 7001);
+        check(HIGHEST_NAMED, Ok(()), HIGHEST_NAMED + 1);
+        check(HIGHEST_NAMED + 1, Err(TooHigh(HIGHEST_NAMED + 1)), 100);
+        check(u64::MAX, Err(TooHigh(u64::MAX)), 100);
     }
 }

@@ -12,12 +12,14 @@ use kittiwake_proto::v1;
 use node::VehicleId;
 
 use crate::ledger::{Ledger, Line};
+use crate::numbers::Numbers;
 use crate::permission::{By, Expiry, Standing};
+use crate::texts::{MAX_REASON_BYTES, MAX_REQUEST_ID_BYTES, shortened};
 
 /// The ledger of a vehicle as it is stored.
-pub(crate) fn to_memory(vehicle: &VehicleId, ledger: &Ledger) -> v1::LedgerMemory {
+pub(crate) fn to_memory(vehicle: &VehicleId, ledger: &Ledger, numbers: &Numbers) -> v1::LedgerMemory {
     let permissions = ledger.lines().map(|(area, line)| line_to_memory(area, line)).collect();
-    v1::LedgerMemory { vehicle: vehicle.to_string(), permissions }
+    v1::LedgerMemory { vehicle: vehicle.to_string(), permissions, last_decision: numbers.last() }
 }
 
 fn line_to_memory(area: &str, line: &Line) -> v1::PermissionMemory {
@@ -44,10 +46,11 @@ pub(crate) fn restored(
     now: Now,
     pace: Pace,
     ledgers: &[v1::LedgerMemory],
-) -> Result<BTreeMap<VehicleId, Ledger>, InvalidMessage> {
+) -> Result<BTreeMap<VehicleId, (Ledger, Numbers)>, InvalidMessage> {
     let ledger = |it: &v1::LedgerMemory| {
         let lines: Result<Vec<_>, _> = it.permissions.iter().map(|it| line(now, pace, it)).collect();
-        Ok((not_empty("vehicle", it.vehicle.clone())?.into(), Ledger::of_lines(lines?)))
+        let known = (Ledger::of_lines(lines?), Numbers::after(it.last_decision));
+        Ok((not_empty("vehicle", it.vehicle.clone())?.into(), known))
     };
     ledgers.iter().map(ledger).collect()
 }
@@ -57,14 +60,17 @@ fn line(now: Now, pace: Pace, memory: &v1::PermissionMemory) -> Result<(String, 
     let it = memory.permission.as_ref().ok_or(InvalidMessage::Missing("permission"))?;
     let by = if memory.by_operator { By::Operator } else { By::Policy };
     let granted_for = duration("granted_for_s", memory.granted_for_s)?;
+    // A tower of before took longer texts, which it could not publish.
+    let reason = || shortened(&it.reason, MAX_REASON_BYTES);
+    let request_id = shortened(&it.request_id, MAX_REQUEST_ID_BYTES);
     let standing = match it.state() {
         S::Unspecified => return Err(InvalidMessage::Missing("state")),
         S::Requested => Standing::Requested { due: None },
         S::Granted => Standing::Granted { expiry: Expiry::restored(now, it.expires_utc_ms, granted_for, pace), by },
-        S::Denied => Standing::Denied { reason: it.reason.clone(), by },
-        S::Revoked => Standing::Revoked { reason: it.reason.clone() },
+        S::Denied => Standing::Denied { reason: reason(), by },
+        S::Revoked => Standing::Revoked { reason: reason() },
         S::Expired => Standing::Expired,
     };
-    let (request_id, plan_revision, decision) = (it.request_id.clone(), it.plan_revision, it.decision);
+    let (plan_revision, decision) = (it.plan_revision, it.decision);
     Ok((not_empty("area", it.area.clone())?, Line { standing, request_id, plan_revision, decision }))
 }

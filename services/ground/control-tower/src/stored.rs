@@ -1,19 +1,23 @@
 //! What of the decisions is on the disk, and so which grants may be published.
 
+use std::collections::BTreeMap;
+
 use domain::memory::{MemoryHealth, MemoryLoss};
+use kittiwake_proto::v1;
+use node::VehicleId;
 
 /// How far the tower's memory can be relied on.
 #[derive(Debug, Default)]
 pub(crate) struct Stored {
     health: MemoryHealth,
-    /// The highest number of a decision that is on the disk; `None` where nothing is stored.
-    through: Option<u64>,
+    /// The highest number of a decision about each vehicle that is on the disk; `None` where nothing is stored.
+    through: Option<BTreeMap<VehicleId, u64>>,
 }
 
 impl Stored {
     /// Decisions are stored from now on.
     pub(crate) fn begin(&mut self) {
-        self.through = Some(0);
+        self.through = Some(BTreeMap::new());
     }
 
     pub(crate) fn health(&self) -> &MemoryHealth {
@@ -30,15 +34,17 @@ impl Stored {
         self.health.written(outcome, loss);
     }
 
-    /// Decisions up to this number are on the disk.
-    pub(crate) fn saved(&mut self, last_decision: u64) {
-        self.through = Some(last_decision);
+    /// These decisions are on the disk.
+    pub(crate) fn saved(&mut self, ledgers: &[v1::LedgerMemory]) {
+        let through = |it: &v1::LedgerMemory| (it.vehicle.as_str().into(), it.last_decision);
+        self.through = Some(ledgers.iter().map(through).collect());
     }
 
     /// Whether the grant of this number is given for good: no tower that is started again has forgotten it, nor a decision
     /// before it.
-    pub(crate) fn has(&self, decision: u64) -> bool {
-        self.health.loss.is_none() && self.through.is_none_or(|it| decision <= it)
+    pub(crate) fn has(&self, vehicle: &VehicleId, decision: u64) -> bool {
+        let is_saved = |through: &BTreeMap<_, _>| through.get(vehicle).is_some_and(|last| decision <= *last);
+        self.health.loss.is_none() && self.through.as_ref().is_none_or(is_saved)
     }
 
     /// Whether an operator may grant.
@@ -86,23 +92,28 @@ mod tests {
         fn check(prepare: impl Fn(&mut Stored), expected: bool) {
             let mut stored = Stored::default();
             prepare(&mut stored);
-            assert_eq!(stored.has(5), expected);
+            assert_eq!(stored.has(&"uav1".into(), 5), expected);
+        }
+        fn saved(stored: &mut Stored, vehicle: &str, last_decision: u64) {
+            let vehicle = vehicle.to_owned();
+            stored.saved(&[v1::LedgerMemory { vehicle, last_decision, ..Default::default() }]);
         }
         let loss = || MemoryLoss { id: 1, why: "it is garbled".into() };
         check(|_| {}, true);
         check(Stored::begin, false);
-        check(|it| it.saved(4), false);
-        check(|it| it.saved(5), true);
+        check(|it| saved(it, "uav1", 4), false);
+        check(|it| saved(it, "uav1", 5), true);
+        check(|it| saved(it, "uav2", 5), false);
         check(
             |it| {
-                it.saved(5);
+                saved(it, "uav1", 5);
                 it.lost(loss());
             },
             false,
         );
         check(
             |it| {
-                it.saved(5);
+                saved(it, "uav1", 5);
                 it.lost(loss());
                 it.accept_loss().unwrap();
             },

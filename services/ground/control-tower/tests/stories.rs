@@ -50,7 +50,13 @@ impl Story {
 
     /// The vehicle asks for an area.
     fn ask(mut self, id: &str, area: &str) -> Story {
-        let request = v1::PermissionRequest { request_id: id.into(), area: area.into(), step_id: 1, plan_revision: 1 };
+        let request = v1::PermissionRequest {
+            request_id: id.into(),
+            area: area.into(),
+            step_id: 1,
+            plan_revision: 1,
+            latest_decision: 0,
+        };
         self.send("uav1", Request::Permission(request));
         self
     }
@@ -317,7 +323,13 @@ fn an_invalid_request_is_refused_with_the_reason() {
 #[test]
 fn vehicles_beyond_the_limit_are_refused_with_the_reason() {
     let mut story = Story::of(Policy::Grant);
-    let request = || v1::PermissionRequest { request_id: "1".into(), area: "a".into(), step_id: 1, plan_revision: 1 };
+    let request = || v1::PermissionRequest {
+        request_id: "1".into(),
+        area: "a".into(),
+        step_id: 1,
+        plan_revision: 1,
+        latest_decision: 0,
+    };
     for n in 0..65 {
         story.send(&format!("uav{n}"), Request::Permission(request()));
     }
@@ -331,7 +343,13 @@ fn vehicles_beyond_the_limit_are_refused_with_the_reason() {
 #[test]
 fn each_vehicle_has_its_own_ledger() {
     let mut story = Story::of(Policy::Grant).ask("1", "a");
-    let request = v1::PermissionRequest { request_id: "1".into(), area: "b".into(), step_id: 1, plan_revision: 1 };
+    let request = v1::PermissionRequest {
+        request_id: "1".into(),
+        area: "b".into(),
+        step_id: 1,
+        plan_revision: 1,
+        latest_decision: 0,
+    };
     story.send("uav2", Request::Permission(request));
     let request = v1::DecideRequest { vehicle: "uav1".into(), area: "b".into(), decision: 2, ..Default::default() };
     story.send("uav2", Request::Decide(request));

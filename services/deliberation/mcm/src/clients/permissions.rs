@@ -178,6 +178,11 @@ impl Permissions {
         self.of_former_tower.contains(area)
     }
 
+    /// All that the tower knows was heard. After a part of it, permissions in others are not known to be missing yet.
+    pub(crate) fn on_whole_ledger(&mut self) {
+        self.has_heard = true;
+    }
+
     /// Hears which tower there is; returns whether it is another one than before, which may know less.
     pub(crate) fn on_tower(&mut self, now: Time, start: u64) -> bool {
         let before = std::mem::replace(&mut self.tower_start, start);
@@ -191,7 +196,6 @@ impl Permissions {
     /// Takes in a ledger. Returns the tower's decisions since the last one, and what is not believed. `newest_plan` is the
     /// revision of the plan that was adopted last.
     pub(crate) fn on_ledger(&mut self, now: Now, pace: Pace, newest_plan: u64, ledger: Vec<Permission>) -> Taken {
-        self.has_heard = true;
         let taken = self.belief.take(now, pace, newest_plan, ledger);
         self.revision += taken.decided.len() as u64;
         taken
@@ -212,7 +216,7 @@ impl Permissions {
         self.send_if_overdue(now, area, limits, outbox);
     }
 
-    /// Asks again for `area`, whose permission is held and will expire, or is of a tower that is gone; returns whether a request was sent. Answers are
+    /// Asks again for `area`, whose permission is held and will expire, or is of a tower that is gone or says no with a lower number; returns whether a request was sent. Answers are
     /// overdue as for any other request, but silence is no denial here: the flight reacts to the expiry itself.
     pub(crate) fn renew(&mut self, now: Time, area: &str, by: NeededBy, limits: &Limits, outbox: &mut Outbox) -> bool {
         if self.requests.contains_key(area) || self.renewals.get(area).is_some_and(|until| now < *until) {
@@ -334,7 +338,9 @@ impl Permissions {
         self.last_request += 1;
         let request_id = format!("mcm-{:x}-p{}", self.instance, self.last_request);
         let NeededBy { step, plan_revision } = by;
-        let request = v1::PermissionRequest { request_id, area: area.to_owned(), step_id: step.0, plan_revision };
+        let (area_name, latest_decision) = (area.to_owned(), self.belief.highest());
+        let request =
+            v1::PermissionRequest { request_id, area: area_name, step_id: step.0, plan_revision, latest_decision };
         outbox.call(Purpose::Permission(area.to_owned()), Request::Permission(request), limits.permission_answer);
     }
 }

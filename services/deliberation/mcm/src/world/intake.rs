@@ -78,13 +78,17 @@ impl World {
             }
             Message::PermissionLedger(ledger) => {
                 let tower_start = ledger.tower_start;
+                let is_whole = ledger.after_area.is_empty() && ledger.through_area.is_empty();
                 let ledger: Vec<Permission> = permission::ledger(ledger)?;
                 if self.permissions.on_tower(now, tower_start) {
                     self.airspace_watch.invalidate();
                     self.say("permission", "the control tower was started again".to_owned());
                 }
                 let (pace, plan) = (self.limits.pace, self.planner.revision());
-                let Taken { decided, refused } = self.permissions.on_ledger(self.now, pace, plan, ledger);
+                let Taken { decided, refused, outdated } = self.permissions.on_ledger(self.now, pace, plan, ledger);
+                if is_whole {
+                    self.permissions.on_whole_ledger();
+                }
                 for decided in decided {
                     self.airspace_watch.invalidate();
                     let said = Said::new("permission", DecisionKind::PermissionDecided, decided.to_string());
@@ -95,6 +99,13 @@ impl World {
                     self.outbox.refuse(Topic::PermissionLedger, format_args!("area {area}: {refusal}"));
                     if self.permissions.is_news(&area, &refusal) {
                         self.say("permission", format!("area {area}: a permission is not believed: {refusal}"));
+                    }
+                }
+                for (area, refusal) in outdated {
+                    let by = self.needed_by();
+                    self.permissions.renew(self.now.time, &area, by, &self.limits, &mut self.outbox);
+                    if self.permissions.is_news(&area, &refusal) {
+                        self.say("permission", format!("area {area}: a decision is not believed: {refusal}"));
                     }
                 }
             }

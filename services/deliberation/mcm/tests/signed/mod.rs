@@ -87,3 +87,18 @@ fn a_grant_before_a_revocation_is_not_believed_after_a_restart_either() {
     say(&mut rig, signed(&tower(), "uav1", line(Granted, 7)));
     assert!(rig.decisions.join("\n").contains("area A: granted"), "{:?}", rig.decisions);
 }
+
+#[test]
+fn a_revocation_with_a_lower_number_than_the_grant_makes_the_vehicle_ask_and_is_recorded_once() {
+    use PermissionState::{Granted, Revoked};
+    let mut rig = before_a();
+    say(&mut rig, signed(&tower(), "uav1", line(Granted, 5)));
+    rig.story();
+    rig.decisions.clear();
+    for _ in 0..3 {
+        say(&mut rig, signed(&tower(), "uav1", line(Revoked, 4)));
+    }
+    let said = "area A: a decision is not believed: number 4 says no, and a later decision is known: 5; the tower is asked again";
+    assert_eq!(rig.decisions, [said]);
+    assert_eq!(rig.story(), "ask A");
+}

@@ -3,15 +3,30 @@
 use super::*;
 use crate::persisted;
 use crate::policy::Verdict;
+use crate::vehicle::Rhythm;
 use domain::time::Pace;
-use std::time::Duration;
+use std::collections::BTreeSet;
+
+const CONFIG: &str = "
+    delay_s = 5.0
+    random_denial = 0.5
+    denial_reason = 'closed'
+    grant_valid_s = 900.0
+    ledger_rate_hz = 1.0
+";
 
 fn ask(ledger: &mut Ledger, id: &str, area: &str) -> Result<(), Refusal> {
-    let request = v1::PermissionRequest { request_id: id.into(), area: area.into(), step_id: 1, plan_revision: 1 };
+    let request = v1::PermissionRequest {
+        request_id: id.into(),
+        area: area.into(),
+        step_id: 1,
+        plan_revision: 1,
+        latest_decision: 0,
+    };
     let fresh = Expiry::after(Now::default(), Duration::from_secs(900), Pace::REAL_TIME);
     let answer = || Some(Answer { after: Duration::ZERO, verdict: Verdict::Grant });
     let taken = ledger.request(Now::default(), &mut Numbers::default(), &request, fresh, answer);
-    ledger.settle(|_| true);
+    ledger.settle(Time::ZERO, Duration::MAX, |_| true);
     taken
 }
 
@@ -37,7 +52,8 @@ impl Tower {
     fn ask(&mut self, area: &str, verdict: Option<Verdict>) -> Result<(), Refusal> {
         let (now, fresh) = (self.now(), self.until(900));
         let request_id = format!("{area} at {}", self.second);
-        let request = v1::PermissionRequest { request_id, area: area.into(), step_id: 1, plan_revision: 1 };
+        let request =
+            v1::PermissionRequest { request_id, area: area.into(), step_id: 1, plan_revision: 1, latest_decision: 0 };
         let answer = || Some(Answer { after: Duration::ZERO, verdict: verdict? });
         self.passes(|it| it.ledger.request(now, &mut it.numbers, &request, fresh, answer))
     }
@@ -68,9 +84,10 @@ impl Tower {
 
     /// Another process goes on with what this one knew.
     fn restarted(self) -> Tower {
-        let memory = persisted::to_memory(&"uav1".into(), &self.ledger);
+        let memory = persisted::to_memory(&"uav1".into(), &self.ledger, &self.numbers);
         let mut ledgers = persisted::restored(self.now(), Pace::REAL_TIME, &[memory]).unwrap();
-        Tower { ledger: ledgers.pop_first().unwrap().1, numbers: Numbers::after(self.numbers.last()), ..self }
+        let (ledger, numbers) = ledgers.pop_first().unwrap().1;
+        Tower { ledger, numbers, ..self }
     }
 
     fn state(&self, area: &str) -> Option<&Standing> {
@@ -193,13 +210,20 @@ fn a_repeated_request_for_what_was_forgotten_is_answered_anew() {
     assert!(ledger.permissions.contains_key("area 0") && !ledger.permissions.contains_key("area 1"));
 }
 
+fn is_changed(ledger: &Ledger) -> bool {
+    let rhythm = Rhythm::new(&toml::from_str(CONFIG).unwrap(), Pace::REAL_TIME);
+    ledger.changed_part(&ledger.parts(), Time::ZERO, rhythm).is_some()
+}
+
 #[test]
 fn a_repeated_request_changes_nothing() {
     let mut ledger = Ledger::default();
     assert_eq!(ask(&mut ledger, "1", "a"), Ok(()));
-    assert!(ledger.take_changed());
+    assert!(is_changed(&ledger));
+    let parts = ledger.parts();
+    ledger.say(&parts[0], Time::ZERO);
     assert_eq!(ask(&mut ledger, "1", "a"), Ok(()));
-    assert!(!ledger.take_changed());
+    assert!(!is_changed(&ledger));
 }
 
 #[test]
@@ -229,22 +253,54 @@ fn a_grant_is_not_shown_before_it_is_given_for_good_and_everything_else_at_once(
     let mut numbers = Numbers::default();
     let now = Now::default();
     let expiry = |s| Expiry::after(now, Duration::from_secs(s), Pace::REAL_TIME);
-    let shown = |ledger: &Ledger| {
-        let lines = ledger.to_wire(now.time).into_iter();
+    let shown = |ledger: &mut Ledger| {
+        let parts = ledger.parts();
+        let lines = ledger.say(&parts[0], now.time).permissions.into_iter();
         lines.map(|it| (it.state().as_str_name().to_owned(), it.valid_for_s, it.decision)).collect::<Vec<_>>()
     };
     let mut rule = |ledger: &mut Ledger, ruling, stored: u64| {
         ledger.rule(now, &mut numbers, "a", ruling, false).unwrap();
-        ledger.settle(|number| number <= stored);
+        ledger.settle(now.time, Duration::MAX, |number| number <= stored);
     };
     rule(&mut ledger, Ruling::Grant { expiry: expiry(60) }, 0);
-    assert_eq!(shown(&ledger), []);
-    ledger.settle(|number| number <= 1);
-    assert_eq!(shown(&ledger), [("PERMISSION_STATE_GRANTED".to_owned(), 60.0, 1)]);
+    assert_eq!(shown(&mut ledger), []);
+    ledger.settle(now.time, Duration::MAX, |number| number <= 1);
+    assert_eq!(shown(&mut ledger), [("PERMISSION_STATE_GRANTED".to_owned(), 60.0, 1)]);
     rule(&mut ledger, Ruling::Grant { expiry: expiry(90) }, 1);
-    assert_eq!(shown(&ledger), [("PERMISSION_STATE_GRANTED".to_owned(), 60.0, 1)], "the one before holds");
+    assert_eq!(shown(&mut ledger), [("PERMISSION_STATE_GRANTED".to_owned(), 60.0, 1)], "the one before holds");
     rule(&mut ledger, Ruling::Revoke { reason: String::new() }, 1);
-    assert_eq!(shown(&ledger), [("PERMISSION_STATE_REVOKED".to_owned(), 0.0, 3)]);
+    assert_eq!(shown(&mut ledger), [("PERMISSION_STATE_REVOKED".to_owned(), 0.0, 3)]);
+}
+
+#[test]
+fn of_grants_that_come_faster_than_they_are_stored_some_are_shown() {
+    let (mut ledger, mut numbers) = (Ledger::default(), Numbers::default());
+    let mut shown = BTreeSet::new();
+    for n in 1..20 {
+        let now = Now { time: Time::after(Duration::from_secs(n)), ..Now::default() };
+        let expiry = Expiry::after(now, Duration::from_secs(60), Pace::REAL_TIME);
+        ledger.rule(now, &mut numbers, "a", Ruling::Grant { expiry }, false).unwrap();
+        // The newest is never stored.
+        ledger.settle(now.time, Duration::MAX, |number| number < n);
+        let parts = ledger.parts();
+        shown.extend(ledger.say(&parts[0], now.time).permissions.first().map(|it| it.decision));
+    }
+    assert!(5 < shown.len() && shown.last() == Some(&18), "{shown:?}");
+}
+
+#[test]
+fn what_a_ledger_cannot_say_is_refused_with_the_limit() {
+    #[track_caller]
+    fn check(happens: impl Fn(&mut Tower) -> Result<(), Refusal>, expected: Result<(), &str>) {
+        let happened = happens(&mut Tower::default()).map_err(|it| it.to_string());
+        assert_eq!(happened, expected.map_err(str::to_owned));
+    }
+    let deny = |bytes| move |tower: &mut Tower| tower.rule("a", Ruling::Deny { reason: "x".repeat(bytes) });
+    let ask = |bytes| move |tower: &mut Tower| ask(&mut tower.ledger, &"x".repeat(bytes), "a");
+    check(deny(256), Ok(()));
+    check(deny(257), Err("`reason` has 257 bytes, more than the 256 that reach a vehicle: say it shorter"));
+    check(ask(64), Ok(()));
+    check(ask(65), Err("`request_id` has 65 bytes, more than the 64 that are served"));
 }
 
 #[test]

@@ -23,6 +23,7 @@ use crate::fleet::track::Track;
 
 pub(crate) mod decisions;
 pub(crate) mod flags;
+pub(crate) mod ledger;
 pub(crate) mod occurrence;
 pub(crate) mod processes;
 pub(crate) mod skills;
@@ -210,6 +211,8 @@ impl VehicleState {
                 occurred(Occurrence::Flag(event));
             }
             Message::PermissionLedger(ledger) => {
+                let before = self.ledger.as_ref().map(|it| (&*it.message, now - it.at));
+                let ledger = ledger::with_part(before, ledger);
                 occurrence::permissions(message_of(&self.ledger), &ledger).for_each(&mut occurred);
                 self.ledger = seen(now, ledger);
             }

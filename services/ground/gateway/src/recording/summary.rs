@@ -2,6 +2,7 @@
 //! how it ended. Its size is bounded, whatever the recording holds.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use domain::wire::decision::sentence;
 use kittiwake_proto::topics::{Message, Topic};
@@ -9,6 +10,7 @@ use kittiwake_proto::v1;
 use kittiwake_proto::v1::recording as doc;
 
 use crate::fleet::occurrence::{self, Occurrence};
+use crate::fleet::ledger::with_part;
 use crate::view;
 
 /// The most lines of each list; a mission has dozens.
@@ -102,6 +104,9 @@ impl Summary {
     }
 
     fn on_ledger(&mut self, utc_ms: i64, ledger: v1::PermissionLedger) {
+        // What remains of a permission is not told here.
+        let before = self.ledger.as_ref().map(|it| (it, Duration::ZERO));
+        let ledger = with_part(before, ledger);
         let before = self.ledger.replace(ledger.clone());
         for changed in occurrence::permissions(before.as_ref(), &ledger) {
             if let Occurrence::Permission(v1::Permission { area, state, reason, .. }) = changed
@@ -214,6 +219,20 @@ mod tests {
             |it: &&str| v1::ActiveContingency { flag: it.to_string(), action: "hold".into(), ..Default::default() };
         let contingencies = flags.iter().map(contingency).collect();
         v1::McmStatus { contingencies, acting: acting.into(), ..Default::default() }.into()
+    }
+
+    #[test]
+    fn a_ledger_in_parts_tells_of_each_permission_once() {
+        let part = |area: &str, [after, through]: [&str; 2]| {
+            let state = v1::PermissionState::Granted.into();
+            let permissions = vec![v1::Permission { area: area.into(), state, ..Default::default() }];
+            let (after_area, through_area) = (after.into(), through.into());
+            Message::from(v1::PermissionLedger { permissions, after_area, through_area, ..Default::default() })
+        };
+        let round = || [part("A", ["", "A"]), part("B", ["A", ""])];
+        let summary = json_of(&fold([round(), round()].concat()));
+        let areas: Vec<_> = summary["permissions"].as_array().unwrap().iter().map(|it| &it["area"]).collect();
+        assert_eq!(areas, ["A", "B"]);
     }
 
     #[test]
