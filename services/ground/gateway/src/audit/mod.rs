@@ -3,48 +3,55 @@
 //! An order leaves two lines in a file of its day: one before it is sent, so that no order is without a trace, and one with
 //! its outcome. Each line carries the hash of the one before (`chain`); [`verify`] checks that. In memory the newest orders
 //! are kept for clients. Requests that were refused go to `refusals`, so that nobody without a token can displace a record.
+//!
+//! No request accesses a disk here, for one that hangs would hold up every order: records are queued (`orders`), and a
+//! thread writes them (`writer`). An order waits for its line, but not for long.
 
-#![expect(clippy::disallowed_methods, reason = "audit records carry UTC")]
+#![expect(clippy::disallowed_methods, reason = "audit records carry UTC, and a disk is waited for on the wall clock")]
 
-use std::collections::VecDeque;
-use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex, MutexGuard};
-use std::time::SystemTime;
+use std::time::{Duration, Instant, SystemTime};
 
 use kittiwake_proto::v1::{AuditRecord, AuditStage};
+use tokio::time::timeout_at;
 
 use crate::audit::day_files::DayFiles;
 use crate::audit::given::{Given, GivenNumber};
 use crate::audit::in_use::InUse;
+use crate::audit::orders::{Orders, Writing};
 use crate::audit::refusals::Refusals;
 
+mod bounded_file;
 mod chain;
 mod day_files;
 pub mod found;
+#[cfg(test)]
+mod full_pipe;
 mod given;
 pub mod in_use;
+mod orders;
 pub(crate) mod refusals;
 #[cfg(test)]
 mod tests;
 pub mod verify;
+mod writer;
 
-/// The most orders in memory.
-const MAX_ORDERS: usize = 1000;
+/// How long the end of the gateway waits for records that are not written yet: a disk that works takes milliseconds, and one
+/// that hangs may do so for ever.
+const END_LIMIT: Duration = Duration::from_secs(1);
 
 /// The audit trail and the refusals, shared by every request.
 #[derive(Debug)]
 pub struct Audit {
     orders: Arc<Mutex<Orders>>,
-    /// Asks the thread that brings records to the disk to do so; absent where nothing is kept. It is started with the gateway:
-    /// where the system gives no more threads, orders are carried out and recorded all the same.
-    sync: Option<SyncSender<()>>,
+    /// Disconnected when the thread that writes has ended; absent where nothing is kept. The threads are started with the gateway:
+    /// where the system gives no more, orders are carried out and recorded all the same.
+    writer_ended: Option<Mutex<Receiver<()>>>,
     /// Requests that are no orders.
     pub(crate) refusals: Refusals,
-    /// Keeps other gateways away from the files.
-    _lock: Option<File>,
 }
 
 /// Why there is no audit trail.
@@ -64,24 +71,10 @@ impl From<(PathBuf, io::Error)> for OpenError {
     }
 }
 
-#[derive(Debug)]
-struct Orders {
-    /// Absent where nothing is kept.
-    files: Option<DayFiles>,
-    /// The number of the newest record, and where it outlives the gateway.
-    number: u64,
-    given: Option<GivenNumber>,
-    newest_last: VecDeque<AuditRecord>,
-    /// Records that could not be written.
-    lost: u64,
-    /// Why the last record could not be written, or not be brought to the disk.
-    failing: Option<String>,
-}
-
 impl Audit {
     /// In memory only.
     pub fn in_memory() -> Audit {
-        Audit { orders: Orders::of(None, None), sync: None, refusals: Refusals::in_memory(), _lock: None }
+        Audit { orders: Arc::default(), writer_ended: None, refusals: Refusals::in_memory() }
     }
 
     /// In memory only, because the files cannot be used: that is told, and every record counts as lost.
@@ -100,34 +93,39 @@ impl Audit {
         // If it cannot be read, `GivenNumber::open` says so.
         let given = if let Ok(Given::Number(number)) = given::in_folder(folder) { number } else { 0 };
         let files = DayFiles::open(folder, most_files, &utc(), given)?;
-        let orders = Orders::of(Some(files), Some(GivenNumber::open(folder)?));
+        let given = GivenNumber::open(folder)?;
         let refusals = Refusals::open(folder)?;
-        // One that waits is enough: what is asked for meanwhile is brought to the disk with it.
-        let (sync, asked) = sync_channel(1);
-        let of_thread = orders.clone();
-        let thread = std::thread::Builder::new().name("audit".into()).spawn(move || sync_each(&of_thread, &asked));
-        thread.map_err(|cause| (folder.to_owned(), cause))?;
         // Only now: in a folder that cannot be written, the lock is not what matters.
         let lock = lock.inspect_err(|why| {
             let folder = folder.display();
             tracing::warn!("{folder}: a second gateway could write here too, for it cannot be locked: {why}");
         });
-        Ok(Audit { orders, sync: Some(sync), refusals, _lock: lock.ok() })
+        let started = writer::start(files, given, lock.ok());
+        let (orders, ended) = started.map_err(|cause| (folder.to_owned(), cause))?;
+        Ok(Audit { orders, writer_ended: Some(Mutex::new(ended)), refusals })
     }
 
-    /// Records that an order is about to be carried out, and returns the record's number. A record that cannot be written
-    /// does not stop the order: an aircraft is not left without orders because a disk is full.
-    pub(crate) fn asked(&self, order: &AuditRecord) -> u64 {
+    /// Records that an order is about to be carried out, and returns the record's number. A record that cannot be written,
+    /// or not soon, does not stop the order: an aircraft is not left without orders because a disk is full or hangs.
+    pub(crate) async fn asked(&self, order: &AuditRecord) -> u64 {
         let stage = AuditStage::Asked.into();
-        self.lock().add(AuditRecord { stage, ..order.clone() })
+        self.add(AuditRecord { stage, ..order.clone() }).await.number
     }
 
-    /// Records what came of the order whose first record has the number `asked`, and returns the record.
-    pub(crate) fn ended(&self, asked: u64, order: AuditRecord) -> AuditRecord {
-        let mut orders = self.lock();
-        let record = AuditRecord { stage: AuditStage::Ended.into(), asked: Some(asked), ..order };
-        orders.add(record);
-        orders.newest_last.back().cloned().unwrap_or_default()
+    /// Records what came of the order whose first record has the number `asked`, and returns the record. Who has waited for
+    /// it finds it in its file, unless the disk hangs or takes nothing; it is brought to the disk soon.
+    pub(crate) async fn ended(&self, asked: u64, order: AuditRecord) -> AuditRecord {
+        self.add(AuditRecord { stage: AuditStage::Ended.into(), asked: Some(asked), ..order }).await
+    }
+
+    async fn add(&self, record: AuditRecord) -> AuditRecord {
+        let (record, writing) = self.lock().add(record, Instant::now());
+        if let Some(Writing { done, until }) = writing
+            && timeout_at(until.into(), done).await.is_err()
+        {
+            self.lock().gave_up();
+        }
+        record
     }
 
     /// One record for each of the newest orders, at most `count`, newest last.
@@ -142,40 +140,30 @@ impl Audit {
         self.lock().lost
     }
 
-    /// `ok` or `failing`: also where the file is gone that the next record belongs into.
+    /// `ok` or `failing`: also where the file is gone that the next record belongs into, or the disk does not answer.
     pub(crate) fn state(&self) -> &'static str {
-        let orders = self.lock();
-        let is_gone = orders.files.as_ref().is_some_and(|it| !it.is_in_place());
-        if orders.failing.is_some() || is_gone { "failing" } else { "ok" }
+        if self.lock().is_failing(Instant::now()) { "failing" } else { "ok" }
     }
 
     /// What an operator should know of the files: that nothing can be written to them now, and what happened to them since the
     /// gateway was started.
     pub fn problems(&self) -> Vec<String> {
-        let orders = self.lock();
-        let failing = orders.failing.as_ref().map(|cause| {
-            let lost = orders.lost;
-            format!("gateway: orders are carried out without a record: {cause} (audit records lost so far: {lost})")
-        });
-        let Some(files) = &orders.files else { return failing.into_iter().collect() };
-        let is_gone = failing.is_none() && !files.is_in_place();
-        let gone = is_gone.then(|| {
-            format!("gateway: {} is gone, which the next order is to be recorded in", files.newest_path().display())
-        });
-        let lost = files.lost().map(|lost| {
-            let lost = lost.display();
-            format!(
-                "gateway: {lost} was removed, renamed or replaced while orders were recorded in it; its records are \
-                 missing there unless it was renamed, the chain goes on in a new file"
-            )
-        });
-        failing.into_iter().chain(gone).chain(lost).collect()
+        self.lock().problems(Instant::now())
     }
 
-    /// Has what was recorded brought to the disk soon, without waiting for it.
-    pub(crate) fn sync(&self) {
-        // Full: the thread does it soon anyway. It ends only with the gateway.
-        let _ = self.sync.as_ref().map(|it| it.try_send(()));
+    /// Has the records written that wait, for as long as that may take at the end of a gateway; there are none afterwards.
+    pub(crate) fn close(&self) {
+        let Some(ended) = &self.writer_ended else { return };
+        let queue = self.lock().queue.take();
+        if queue.is_none() {
+            return;
+        }
+        drop(queue);
+        let ended = ended.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        if let Err(RecvTimeoutError::Timeout) = ended.recv_timeout(END_LIMIT) {
+            let waiting = self.lock().waiting.len();
+            tracing::error!("the disk of the audit trail does not answer: {waiting} audit records may not be written");
+        }
     }
 
     fn lock(&self) -> MutexGuard<'_, Orders> {
@@ -183,62 +171,15 @@ impl Audit {
     }
 }
 
+impl Drop for Audit {
+    fn drop(&mut self) {
+        self.close();
+    }
+}
+
 /// The data are whole even if a thread panicked while it held the lock.
 fn lock(orders: &Mutex<Orders>) -> MutexGuard<'_, Orders> {
     orders.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
-}
-
-/// Brings the newest file to the disk whenever that is asked for. It may take long, and holds up nothing.
-fn sync_each(orders: &Mutex<Orders>, asked: &Receiver<()>) {
-    while asked.recv().is_ok() {
-        let file = lock(orders).files.as_ref().map(DayFiles::newest_file);
-        let synced = file.transpose().and_then(|it| it.as_ref().map_or(Ok(()), File::sync_data));
-        if let Err(cause) = synced {
-            lock(orders).failing = Some(cause.to_string());
-        }
-    }
-}
-
-impl Orders {
-    fn of(files: Option<DayFiles>, given: Option<(GivenNumber, u64)>) -> Arc<Mutex<Orders>> {
-        let written = files.as_ref().map_or(0, DayFiles::newest_number);
-        let (given, number) = given.map_or((None, written), |(mut file, given)| {
-            if 0 < given && given < written {
-                // The record of a line that was cut off has just been written. A number that is missing or garbled stays so until the
-                // next order, for `verify` to find.
-                let _ = file.set(written);
-            }
-            (Some(file), given.max(written))
-        });
-        Arc::new(Mutex::new(Orders { files, number, given, newest_last: VecDeque::new(), lost: 0, failing: None }))
-    }
-
-    fn add(&mut self, record: AuditRecord) -> u64 {
-        self.number += 1;
-        let record = AuditRecord { utc: utc(), number: self.number, ..record };
-        // Where that fails the record below fails as well, or says the number itself.
-        let _ = self.given.as_mut().map(|it| it.set(self.number));
-        if let Some(files) = &mut self.files {
-            let written = files.append(&record);
-            if let Err(cause) = &written
-                && self.failing.is_none()
-            {
-                tracing::error!("audit records cannot be written: {cause}; orders are carried out all the same");
-            }
-            self.lost += u64::from(written.is_err());
-            self.failing = written.err().map(|cause| cause.to_string());
-        } else if self.failing.is_some() {
-            self.lost += 1;
-        }
-        // Of an order that has ended, only its end.
-        let asked = self.newest_last.iter().rposition(|it| Some(it.number) == record.asked);
-        asked.map(|at| self.newest_last.remove(at));
-        if self.newest_last.len() == MAX_ORDERS {
-            self.newest_last.pop_front();
-        }
-        self.newest_last.push_back(record);
-        self.number
-    }
 }
 
 /// Now, in RFC 3339 with milliseconds.

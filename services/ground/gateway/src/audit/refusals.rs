@@ -1,24 +1,24 @@
 //! Requests that were refused: the newest in memory and in a file of its own, and their number for each reason and address.
 //!
 //! Everything here is bounded whatever strangers send: texts are cut, the file is replaced when it reaches its limit, and
-//! beyond a number of addresses the rest are counted together.
+//! beyond a number of addresses the rest are counted together. No request waits for the file: a thread of its own writes it,
+//! and what that does not keep up with is missing there.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::fs::File;
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Mutex, MutexGuard};
+use std::thread::Builder;
 
-use credentials::file;
-use kittiwake_proto::json::to_json;
 use kittiwake_proto::v1::{RefusalCount, RefusalLog, RefusalRecord};
 
+use crate::audit::bounded_file::BoundedFile;
 use crate::audit::utc;
-use crate::in_place::is_at;
 
 const FILE: &str = "refusals.jsonl";
-/// Bytes at which the file is renamed, in place of the one that was renamed before.
-const MAX_BYTES: u64 = 1024 * 1024;
+/// The most records that wait for the disk; more are in memory only.
+const MAX_WAITING: usize = 256;
 /// The most records in memory.
 const MAX_RECORDS: usize = 200;
 /// The most counters; more addresses are counted together.
@@ -34,17 +34,11 @@ pub(crate) struct Refusals(Mutex<Log>);
 
 #[derive(Debug, Default)]
 struct Log {
-    file: Option<BoundedFile>,
+    /// To the thread that writes the file; absent where nothing is kept.
+    queue: Option<SyncSender<RefusalRecord>>,
     newest_last: VecDeque<RefusalRecord>,
     /// By reason and address.
     counts: BTreeMap<(String, String), (u64, String)>,
-}
-
-#[derive(Debug)]
-struct BoundedFile {
-    path: PathBuf,
-    file: File,
-    bytes: u64,
 }
 
 impl Refusals {
@@ -56,9 +50,19 @@ impl Refusals {
     /// Appends to the file in `folder`.
     pub(crate) fn open(folder: &Path) -> Result<Refusals, (PathBuf, io::Error)> {
         let path = folder.join(FILE);
-        let opened = file::append(&path).and_then(|file| Ok((file.metadata()?.len(), file)));
-        let (bytes, file) = opened.map_err(|cause| (path.clone(), cause))?;
-        Ok(Refusals(Mutex::new(Log { file: Some(BoundedFile { path, file, bytes }), ..Log::default() })))
+        let file = BoundedFile::open(path.clone());
+        file.and_then(Refusals::writing).map_err(|cause| (path, cause))
+    }
+
+    fn writing(mut file: BoundedFile) -> io::Result<Refusals> {
+        let (queue, refusals) = sync_channel(MAX_WAITING);
+        Builder::new().name("refusals".into()).spawn(move || {
+            for refusal in refusals {
+                // What strangers sent and what became of it is no reason to stop, or to report that the audit trail has a gap.
+                let _ = file.write(&refusal);
+            }
+        })?;
+        Ok(Refusals(Mutex::new(Log { queue: Some(queue), ..Log::default() })))
     }
 
     /// Counts a refusal and records it.
@@ -73,9 +77,9 @@ impl Refusals {
             ..refusal
         };
         log.count(&refusal.reason, &refusal.address, &refusal.utc);
-        // What strangers sent and what became of it is no reason to stop, or to report that the audit trail has a gap.
-        if let Some(file) = &mut log.file {
-            let _ = file.write(&refusal);
+        if let Some(queue) = &log.queue {
+            // Full while the disk hangs, or strangers are faster than it is.
+            let _ = queue.try_send(refusal.clone());
         }
         if log.newest_last.len() == MAX_RECORDS {
             log.newest_last.pop_front();
@@ -126,22 +130,6 @@ impl Log {
     }
 }
 
-impl BoundedFile {
-    fn write(&mut self, refusal: &RefusalRecord) -> io::Result<()> {
-        let line = format!("{}\n", to_json(refusal));
-        if !is_at(&self.file, &self.path) {
-            self.file = file::append(&self.path)?;
-            self.bytes = self.file.metadata()?.len();
-        }
-        if MAX_BYTES < self.bytes + line.len() as u64 {
-            std::fs::rename(&self.path, self.path.with_extension("1.jsonl"))?;
-            (self.file, self.bytes) = (file::append(&self.path)?, 0);
-        }
-        self.bytes += line.len() as u64;
-        self.file.write_all(line.as_bytes())
-    }
-}
-
 /// A text of at most `most` characters; a longer one ends with `…`.
 pub(crate) fn cut(text: &str, most: usize) -> String {
     match text.char_indices().nth(most) {
@@ -153,6 +141,7 @@ pub(crate) fn cut(text: &str, most: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::audit::full_pipe::{FullPipe, wait_for};
 
     fn refusal(reason: &str, address: &str, what: String) -> RefusalRecord {
         let (reason, address) = (reason.to_owned(), address.to_owned());
@@ -176,8 +165,33 @@ mod tests {
             BTreeMap::from([("Too Many Requests".into(), 1), ("Unauthorized".into(), 10_000)])
         );
         assert_eq!(log.records[0].what, "x".repeat(MAX_TEXT) + "…");
-        let bytes = |name: &str| std::fs::metadata(folder.path().join(name)).unwrap().len();
-        assert!(bytes(FILE) <= MAX_BYTES && bytes("refusals.1.jsonl") <= MAX_BYTES);
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+    }
+
+    #[test]
+    fn a_refusal_is_written_into_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let refusals = Refusals::open(folder.path()).unwrap();
+        refusals.record(refusal("Unauthorized", "10.0.0.1", "GET /".into()));
+        let read = || std::fs::read_to_string(folder.path().join(FILE)).unwrap();
+        wait_for("the line", || read().ends_with('\n').then_some(()));
+        assert!(read().contains("10.0.0.1") && read().lines().count() == 1, "{}", read());
+    }
+
+    #[test]
+    fn a_disk_that_hangs_holds_no_refusal_up() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut pipe = FullPipe::new(folder.path());
+        let refusals = Refusals::writing(BoundedFile::of(pipe.path.clone(), pipe.writer())).unwrap();
+        for n in 0..2 * MAX_WAITING {
+            refusals.record(refusal("Unauthorized", "10.0.0.1", n.to_string()));
+        }
+        assert_eq!(
+            (refusals.by_reason()["Unauthorized"], refusals.newest(9).records.len()),
+            (2 * MAX_WAITING as u64, 9)
+        );
+        // The disk takes bytes again: those that waited are there, in order, and the rest are in memory only.
+        for (n, line) in pipe.lines(MAX_WAITING).iter().enumerate() {
+            assert_eq!(line["what"], n.to_string());
+        }
     }
 }

@@ -1,13 +1,47 @@
 //! The audit trail over days, restarts, a full disk and hands that change it.
 
+use std::future::Future;
 use std::io::Write as _;
+use std::sync::mpsc::sync_channel;
 
 use super::found::{Fault, Trail};
+use super::full_pipe::wait_for;
+use super::orders::MAX_ORDERS;
 use super::verify::verify;
+use super::writer::Job;
 use super::*;
+
+mod hanging_disk;
 
 fn order(what: &str) -> AuditRecord {
     AuditRecord { who: Some("anna".into()), what: what.into(), ..Default::default() }
+}
+
+fn block_on<T>(it: impl Future<Output = T>) -> T {
+    tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap().block_on(it)
+}
+
+impl Audit {
+    /// Records an order, and waits until that is in its file.
+    fn ask(&self, what: &str) -> u64 {
+        let number = block_on(self.asked(&order(what)));
+        self.change_files(|_| ());
+        number
+    }
+
+    /// Records the end of an order, and waits until that is in its file.
+    fn end(&self, asked: u64, order: AuditRecord) {
+        block_on(self.ended(asked, order));
+        self.change_files(|_| ());
+    }
+
+    /// Does something with the files, and waits until everything before is done and they have been looked at.
+    fn change_files(&self, change: impl FnOnce(&mut DayFiles) + Send + 'static) {
+        let Some(queue) = self.lock().queue.clone() else { return };
+        let (done, is_done) = sync_channel(1);
+        queue.send(Job::Change(Box::new(change), done)).unwrap_or_else(|_| panic!("the writer has ended"));
+        is_done.recv().unwrap();
+    }
 }
 
 /// A folder with files of one line for each of `days`.
@@ -58,10 +92,10 @@ fn one_record_for_each_order_stays_in_memory() {
     let audit = Audit::in_memory();
     let count = MAX_ORDERS + 5;
     for n in 0..count {
-        let asked = audit.asked(&order(&n.to_string()));
-        audit.ended(asked, AuditRecord { status: 200, ..order(&n.to_string()) });
+        let asked = audit.ask(&n.to_string());
+        audit.end(asked, AuditRecord { status: 200, ..order(&n.to_string()) });
     }
-    let under_way = audit.asked(&order("abort"));
+    let under_way = audit.ask("abort");
     let newest = audit.newest(2);
     let facts: Vec<_> = newest.iter().map(|it| (it.what.as_str(), it.stage(), it.asked)).collect();
     let last = (count - 1).to_string();
@@ -95,8 +129,8 @@ fn how_much_is_written_in_a_day_removes_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let audit = Audit::open(folder.path(), 1).unwrap();
     for _ in 0..5000 {
-        let asked = audit.asked(&order("pause"));
-        audit.ended(asked, order("pause"));
+        let asked = audit.ask("pause");
+        audit.end(asked, order("pause"));
     }
     assert_eq!((intact(folder.path()).first, intact(folder.path()).last), (1, 10_000));
     assert_eq!((audit.lost(), audit.state()), (0, "ok"));
@@ -233,15 +267,16 @@ fn a_file_that_is_gone_is_begun_again_with_the_chain_of_before_and_that_is_said(
     fn check(change: impl FnOnce(&Path), after: (u64, &str), verified: Result<(u64, usize), &str>) {
         let folder = tempfile::tempdir().unwrap();
         let audit = Audit::open(folder.path(), 9).unwrap();
-        audit.asked(&order("pause"));
-        audit.asked(&order("resume"));
+        audit.ask("pause");
+        audit.ask("resume");
         assert_eq!((audit.state(), audit.problems()), ("ok", vec![]));
         let file = folder.path().join(&names(folder.path())[0]);
         change(&file);
+        audit.change_files(|_| ());
         assert_eq!(audit.state(), "failing", "it is known before the next order");
         let gone = format!("gateway: {} is gone, which the next order is to be recorded in", file.display());
         assert_eq!(audit.problems(), [gone]);
-        assert_eq!(audit.asked(&order("abort")), 3);
+        assert_eq!(audit.ask("abort"), 3);
         assert_eq!((audit.lost(), audit.state()), after);
         // Either it has gone on elsewhere, or it cannot: one problem in both cases.
         let problems = audit.problems();
@@ -304,16 +339,16 @@ fn a_folder_that_cannot_be_written_is_named_at_the_start_and_orders_go_on_afterw
     assert_eq!(unusable(&gone), gone);
     std::fs::create_dir(&gone).unwrap();
     let audit = Audit::open(&gone, 9).unwrap();
-    assert_eq!(audit.asked(&order("pause")), 1);
+    assert_eq!(audit.ask("pause"), 1);
     assert_eq!((audit.lost(), audit.state()), (0, "ok"));
     // Every write to this device fails as on a full disk.
-    audit.lock().files.as_mut().unwrap().write_to("/dev/full");
-    let asked = audit.asked(&order("abort"));
+    audit.change_files(|files| files.write_to("/dev/full"));
+    let asked = audit.ask("abort");
     assert_eq!((audit.lost(), audit.state(), audit.newest(1)[0].what.as_str()), (1, "failing", "abort"));
     let problem = "gateway: orders are carried out without a record: No space left on device (os error 28) (audit records lost so far: 1)";
     assert_eq!(audit.problems(), [problem]);
     // There is room again: the chain has a gap in its numbers and no break.
-    audit.ended(asked, order("abort"));
+    audit.end(asked, order("abort"));
     assert_eq!((audit.lost(), audit.state(), audit.problems()), (1, "ok", vec![]));
     assert_eq!((intact(&gone).last, intact(&gone).missing), (3, 1));
 }
@@ -322,14 +357,14 @@ fn a_folder_that_cannot_be_written_is_named_at_the_start_and_orders_go_on_afterw
 fn what_a_full_disk_kept_out_is_missed_also_after_the_gateway_was_killed() {
     let folder = tempfile::tempdir().unwrap();
     let audit = Audit::open(folder.path(), 9).unwrap();
-    audit.asked(&order("pause"));
-    audit.lock().files.as_mut().unwrap().write_to("/dev/full");
-    audit.asked(&order("abort"));
+    audit.ask("pause");
+    audit.change_files(|files| files.write_to("/dev/full"));
+    audit.ask("abort");
     drop(audit);
     let said = |found: Trail| (found.first, found.last, found.missing);
     assert_eq!(said(intact(folder.path())), (1, 1, 1));
     let audit = Audit::open(folder.path(), 9).unwrap();
-    assert_eq!(audit.asked(&order("land")), 3);
+    assert_eq!(audit.ask("land"), 3);
     assert_eq!(said(intact(folder.path())), (1, 3, 1));
     drop(audit);
     assert!(!intact(folder.path()).is_intact());
@@ -389,8 +424,8 @@ fn records_that_are_missing_from_the_end_are_counted_or_it_is_said_that_they_can
 fn a_record_that_was_cut_off_is_missed_also_after_the_gateway_was_started_again() {
     let folder = tempfile::tempdir().unwrap();
     let audit = Audit::open(folder.path(), 9).unwrap();
-    audit.asked(&order("pause"));
-    audit.asked(&order("abort"));
+    audit.ask("pause");
+    audit.ask("abort");
     drop(audit);
     let file = folder.path().join(&names(folder.path())[0]);
     let text = std::fs::read_to_string(&file).unwrap();
@@ -399,7 +434,7 @@ fn a_record_that_was_cut_off_is_missed_also_after_the_gateway_was_started_again(
     assert_eq!((said(folder.path()), said(&file)), ((1, 1), (1, 1)));
     let audit = Audit::open(folder.path(), 9).unwrap();
     assert_eq!((said(folder.path()), intact(folder.path()).open_end), ((3, 1), None));
-    assert_eq!(audit.asked(&order("land")), 4);
+    assert_eq!(audit.ask("land"), 4);
     assert_eq!((said(folder.path()), intact(folder.path()).torn.len()), ((4, 1), 1));
 }
 
@@ -427,7 +462,7 @@ fn a_file_with_the_name_of_another_day_than_its_records_is_named() {
 fn one_gateway_at_a_time_writes_a_trail() {
     let folder = tempfile::tempdir().unwrap();
     let first = Audit::open(folder.path(), 9).unwrap();
-    first.asked(&order("pause"));
+    first.ask("pause");
     let refusal = Audit::open(folder.path(), 9).unwrap_err();
     assert!(matches!(refusal, OpenError::InUse(_)), "{refusal}");
     let said = format!(
@@ -439,7 +474,7 @@ fn one_gateway_at_a_time_writes_a_trail() {
     assert_eq!(intact(folder.path()).last, 1);
     drop(first);
     let second = Audit::open(folder.path(), 9).unwrap();
-    assert_eq!(second.asked(&order("resume")), 2);
+    assert_eq!(second.ask("resume"), 2);
     assert_eq!(intact(folder.path()).last, 2);
 }
 
@@ -448,6 +483,15 @@ fn a_trail_that_cannot_be_locked_is_written_all_the_same() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::create_dir(folder.path().join("audit.lock")).unwrap();
     let audit = Audit::open(folder.path(), 9).unwrap();
-    assert_eq!(audit.asked(&order("pause")), 1);
+    assert_eq!(audit.ask("pause"), 1);
     assert_eq!((audit.state(), intact(folder.path()).last), ("ok", 1));
+}
+
+#[test]
+fn the_writer_notices_by_itself_that_a_file_is_gone() {
+    let folder = tempfile::tempdir().unwrap();
+    let audit = Audit::open(folder.path(), 9).unwrap();
+    assert_eq!(audit.state(), "ok");
+    std::fs::remove_file(folder.path().join(&names(folder.path())[0])).unwrap();
+    wait_for("the trail to fail", || (audit.state() == "failing").then_some(()));
 }

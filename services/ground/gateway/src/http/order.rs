@@ -14,6 +14,7 @@ use tracing::Instrument;
 use crate::http::guard::AuthorizedRequest;
 use crate::http::idempotency::Fingerprint;
 use crate::http::problem::{Kind, Problem};
+use crate::http::record::with_outcome;
 use crate::http::routes::{Access, Route};
 use crate::http::site::Site;
 use crate::http::standstill::since_boot;
@@ -34,7 +35,8 @@ pub(crate) async fn carry_out(
     }
     let task = tokio::spawn(async move {
         let record = authorized.record();
-        let (asked, since) = (site.api.audit.asked(&record), Instant::now());
+        let asked = site.api.audit.asked(&record).await;
+        let since = Instant::now();
         let answering = answer(&site, route, authorized.clone(), fingerprint, parts, next);
         let response = match tokio::time::timeout(site.api.config.request_timeout_s.seconds(), answering).await {
             Ok(response) => response,
@@ -44,7 +46,8 @@ pub(crate) async fn carry_out(
             }
         };
         site.latencies.ended(&route, response.status().as_u16(), since.elapsed());
-        site.ended(asked, record, &authorized, &response);
+        let record = with_outcome(record, &response);
+        site.ended(asked, record, &authorized).await;
         response
     });
     // Dropped with its client, the handle leaves the task alone.

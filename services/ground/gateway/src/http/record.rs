@@ -37,16 +37,11 @@ impl AuthorizedRequest {
 
 impl Site {
     /// Records what came of an order, also in the journal of its vehicle.
-    pub(crate) fn ended(&self, asked: u64, record: AuditRecord, order: &AuthorizedRequest, response: &Response) {
-        let outcome = response.extensions().get::<Outcome>();
-        let (status, outcome) = (response.status().as_u16().into(), outcome.map(|it| it.0.to_string()));
-        let outcome = outcome.unwrap_or_default();
-        let record = self.api.audit.ended(asked, AuditRecord { status, outcome, ..record });
+    pub(crate) async fn ended(&self, asked: u64, record: AuditRecord, order: &AuthorizedRequest) {
+        let record = self.api.audit.ended(asked, record).await;
         if let Some(vehicle) = order.target.vehicle.clone() {
             self.api.orders.send(Order::Journal { vehicle, occurrence: Occurrence::Audit(record) });
         }
-        // The client need not wait until the disk has it.
-        self.api.audit.sync();
     }
 
     /// Records a request that was refused before anything was asked.
@@ -65,6 +60,12 @@ impl Site {
     pub(crate) fn refused_too_many(&self, caller: &Caller, problem: &Problem) {
         self.api.audit.refusals.count(problem.title(), &caller.network());
     }
+}
+
+/// The record of an order with its answer.
+pub(crate) fn with_outcome(record: AuditRecord, response: &Response) -> AuditRecord {
+    let outcome = response.extensions().get::<Outcome>().map(|it| it.0.to_string()).unwrap_or_default();
+    AuditRecord { status: response.status().as_u16().into(), outcome, ..record }
 }
 
 fn bounded(arguments: &Value) -> Value {

@@ -1,0 +1,159 @@
+//! The thread that writes the audit trail: the only one that accesses its files once the gateway runs, but for the one that
+//! has them brought to the disk.
+//!
+//! Either may stand still for as long as a disk does. What is recorded meanwhile waits in memory, in order.
+
+use std::fs::File;
+use std::io;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex};
+use std::thread::Builder;
+use std::time::{Duration, Instant};
+
+use kittiwake_proto::v1::{AuditRecord, AuditStage};
+use tokio::sync::oneshot;
+
+use super::day_files::DayFiles;
+use super::given::GivenNumber;
+use super::lock;
+use super::orders::{MAX_WAITING, Orders, Seen};
+
+/// Where there is nothing to write, the files are looked at this often: whether they are gone is known before the next order.
+const LOOK_PERIOD: Duration = Duration::from_secs(1);
+
+/// What the writer has to do.
+pub(super) enum Job {
+    /// Write a record, and say when that is done.
+    Write(AuditRecord, oneshot::Sender<()>),
+    /// Do something with the files, and say when that is done.
+    #[cfg(test)]
+    Change(Box<dyn FnOnce(&mut DayFiles) + Send>, SyncSender<()>),
+}
+
+/// The files of the audit trail.
+pub(super) struct Writer {
+    orders: Arc<Mutex<Orders>>,
+    files: DayFiles,
+    given: GivenNumber,
+    /// The number that `given` has.
+    given_number: u64,
+    /// The newest file goes here to be brought to the disk.
+    to_sync: SyncSender<io::Result<File>>,
+    /// An order has ended since.
+    is_unsynced: bool,
+    /// Keeps other gateways away: also from files that a writer hangs in whose gateway has ended.
+    _lock_file: Option<File>,
+}
+
+/// Starts the threads for files that were opened; with the end of the writer's.
+///
+/// # Errors
+/// When the system gives no threads.
+pub(super) fn start(
+    files: DayFiles,
+    (mut given, given_number): (GivenNumber, u64),
+    lock_file: Option<File>,
+) -> io::Result<(Arc<Mutex<Orders>>, Receiver<()>)> {
+    let written = files.newest_number();
+    if 0 < given_number && given_number < written {
+        // The record of a line that was cut off has just been written. A number that is missing or garbled stays so until the
+        // next order, for `verify` to find.
+        let _ = given.set(written);
+    }
+    let (queue, jobs) = sync_channel(MAX_WAITING);
+    let number = given_number.max(written);
+    let orders = Arc::new(Mutex::new(Orders { queue: Some(queue), number, ..Orders::default() }));
+    // One that waits is enough: what is written meanwhile is brought to the disk with it.
+    let (to_sync, unsynced) = sync_channel(1);
+    let of_sync = orders.clone();
+    Builder::new().name("audit-sync".into()).spawn(move || sync_each(&of_sync, &unsynced))?;
+    let (alive, ended) = sync_channel(0);
+    let writer = Writer {
+        orders: orders.clone(),
+        files,
+        given,
+        given_number: number,
+        to_sync,
+        is_unsynced: false,
+        _lock_file: lock_file,
+    };
+    Builder::new().name("audit".into()).spawn(move || {
+        writer.run(&jobs);
+        drop::<SyncSender<()>>(alive);
+    })?;
+    Ok((orders, ended))
+}
+
+impl Writer {
+    /// Writes until there are no more records to come.
+    fn run(mut self, jobs: &Receiver<Job>) {
+        loop {
+            match jobs.recv_timeout(LOOK_PERIOD) {
+                Ok(Job::Write(record, written)) => {
+                    self.write(&record);
+                    // Its order may have gone on.
+                    let _ = written.send(());
+                    self.is_unsynced |= record.stage() == AuditStage::Ended;
+                    self.sync();
+                }
+                #[cfg(test)]
+                Ok(Job::Change(change, done)) => {
+                    change(&mut self.files);
+                    self.look();
+                    let _ = done.send(());
+                }
+                Err(RecvTimeoutError::Timeout) => {
+                    self.look();
+                    self.sync();
+                }
+                Err(RecvTimeoutError::Disconnected) => return self.sync(),
+            }
+        }
+    }
+
+    fn write(&mut self, record: &AuditRecord) {
+        // Where that fails the record below fails as well, or says the number itself.
+        let _ = self.given.set(record.number);
+        self.given_number = record.number;
+        let written = self.files.append(record).map_err(|cause| cause.to_string());
+        let seen = self.seen();
+        lock(&self.orders).written(written, seen);
+    }
+
+    fn look(&mut self) {
+        let number = {
+            let mut orders = lock(&self.orders);
+            orders.looking_since = Some(Instant::now());
+            orders.number
+        };
+        // Those in between had no room in the queue. After the end of the trail, nothing else would say that they are missing.
+        if self.given_number < number && self.given.set(number).is_ok() {
+            self.given_number = number;
+        }
+        let seen = self.seen();
+        let mut orders = lock(&self.orders);
+        (orders.looking_since, orders.seen) = (None, seen);
+    }
+
+    fn seen(&self) -> Seen {
+        let gone = (!self.files.is_in_place()).then(|| self.files.newest_path().to_owned());
+        Seen { gone, replaced: self.files.lost().map(ToOwned::to_owned) }
+    }
+
+    /// Has what was recorded brought to the disk soon, without waiting for it.
+    fn sync(&mut self) {
+        // Full: the next look tries again.
+        if self.is_unsynced && self.to_sync.try_send(self.files.newest_file()).is_ok() {
+            self.is_unsynced = false;
+        }
+    }
+}
+
+/// Brings each file to the disk. It may take long, and holds up nothing.
+fn sync_each(orders: &Mutex<Orders>, unsynced: &Receiver<io::Result<File>>) {
+    for file in unsynced {
+        if let Err(cause) = file.and_then(|it| it.sync_data()) {
+            lock(orders).failing = Some(cause.to_string());
+        }
+    }
+}
