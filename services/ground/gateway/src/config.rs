@@ -17,7 +17,7 @@ pub struct Config {
     /// arrives. Ours: the rate of the mission manager's own status.
     pub status_rate_hz: Positive,
     /// Wall seconds without a heartbeat after which a process counts as stale. Heartbeats come at
-    /// 2 Hz of wall time whatever the speed factor (`health.proto`); ours: four of them.
+    /// 4 Hz of wall time whatever the speed factor (`health.proto`); ours: eight of them.
     pub heartbeat_stale_s: Seconds<50, 60_000>,
     /// Events kept for each vehicle. Ours: enough for several missions.
     pub history_records: NonZeroU16,
@@ -29,9 +29,10 @@ pub struct Config {
     pub request_timeout_s: Seconds<50, 600_000>,
     /// The most bytes of a request's body. Ours: room for the text of a mission file.
     pub max_body_bytes: NonZeroU32,
-    /// Requests per second of wall time that one token may make. Ours: ten times what a page in busy use needs.
+    /// Requests per second of wall time that one token may make, and of all clients together that have none. `/`, `/docs`, `/page/*`,
+    /// `/openapi.json`, `/healthz` and `/readyz` are not limited. Ours: ten times what a page in busy use needs.
     pub requests_per_s: Positive,
-    /// Requests that one token may make at once before that rate applies.
+    /// Requests that may be made at once, of the same, before that rate applies.
     pub requests_at_once: Number<1, 1_000_000>,
     /// Wall seconds without a request of its holder after which command of a vehicle lapses. An open
     /// event stream counts as a request. Ours: longer than a page takes to be reloaded.
@@ -71,7 +72,7 @@ pub struct Clients {
     pub connections_per_token: NonZeroU16,
     /// Event streams of one token.
     pub streams_per_token: NonZeroU16,
-    /// Downloads of recordings of one token at a time, of 16 in all.
+    /// Downloads of recordings of one token at a time, of 16 in all; and apart from them as many lists and recordings that are read.
     pub downloads_per_token: NonZeroU16,
     /// Wall seconds after which a client that takes no byte of what waits for it is disconnected. Ours: a network that
     /// changes over; a page then connects again and goes on where it was.

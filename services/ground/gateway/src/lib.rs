@@ -51,6 +51,7 @@ pub mod server;
 mod shares;
 pub mod sockets;
 pub mod tls;
+mod token_watch;
 mod view;
 
 /// The half that listens to the fleet.
@@ -67,6 +68,8 @@ pub struct Gateway {
     contacts: GroundContacts,
     recorder: Recorder,
     refill: Refill,
+    /// What waits to be recorded is written before the gateway ends, which ends the threads that answer requests first.
+    audit: Arc<Audit>,
 }
 
 /// Who may do what, and where orders are recorded.
@@ -113,6 +116,7 @@ impl Gateway {
             contacts: GroundContacts::new(pace),
             recorder,
             refill,
+            audit: Arc::new(access.audit),
         };
         let api = Api {
             config: config.clone(),
@@ -122,7 +126,7 @@ impl Gateway {
             snapshot: snapshots,
             journals: histories,
             tokens: Arc::new(CurrentTokens::new(access.tokens)),
-            audit: Arc::new(access.audit),
+            audit: gateway.audit.clone(),
             authorities: Arc::new(CommandAuthorities::new(config.command_lease_s.seconds())),
             orders: sender,
             recordings,
@@ -151,6 +155,12 @@ impl Gateway {
     fn due(&self) -> Time {
         let period = if self.changed { self.busy_period } else { self.idle_period };
         self.last_snapshot.map_or(Time::ZERO, |last| last + period)
+    }
+}
+
+impl Drop for Gateway {
+    fn drop(&mut self) {
+        self.audit.close();
     }
 }
 

@@ -14,11 +14,13 @@ use tokio::sync::oneshot;
 use crate::http::Api;
 use crate::http::standstill::since_boot;
 use crate::server::serve;
+use crate::token_watch::TokenWatch;
 use crate::{Gateway, sockets};
 
 /// Threads that answer requests: one is not held up by a document that the other makes.
 const THREADS: usize = 2;
-/// Threads that wait for the disk, for lists and downloads of recordings. All are started with the gateway and none later: at
+/// Threads that wait for the disk, for lists and downloads of recordings. What waits for them has a share (`recording::routes`), and
+/// whatever may not wait for that long has a thread of its own (`token_watch`). All are started with the gateway and none later: at
 /// its limit of threads or memory it could not, and tokio would panic.
 const DISK_THREADS: usize = 4;
 /// How long they are waited for at the start.
@@ -87,6 +89,7 @@ impl GatewayProcess {
     pub fn run<T>(mut self, run_node: impl FnOnce(&mut Gateway) -> T) -> Result<T, StartError> {
         let runtime = runtime()?;
         start_disk_threads(&runtime);
+        let _watch = TokenWatch::start(self.api.tokens.clone(), self.api.authorities.clone())?;
         let _entered = runtime.enter();
         let listener = tokio::net::TcpListener::from_std(self.listener)?;
         let (end, ended) = oneshot::channel::<()>();
@@ -130,14 +133,16 @@ fn start_disk_threads(runtime: &Runtime) {
 }
 
 #[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "a test waits for what another thread does, up to a limit")]
 mod tests {
     use std::net::Ipv4Addr;
+    use std::os::unix::fs::PermissionsExt as _;
 
     use domain::time::Pace;
 
     use super::*;
     use crate::AccessControl;
-    use crate::access::Tokens;
+    use crate::access::{Role, Tokens, entry};
     use crate::audit::Audit;
 
     const CONFIG: &str = include_str!("../tests/world/config.toml");
@@ -174,5 +179,36 @@ mod tests {
         for _ in 0..DISK_THREADS {
             assert!(seen.contains(&format!("{:?}", starts.recv_timeout(START_LIMIT).unwrap())));
         }
+    }
+
+    #[test]
+    fn a_token_that_is_removed_is_noticed_although_all_threads_for_the_disk_are_busy() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("tokens.toml");
+        let [anna, ben] = ["anna", "ben"].map(|it| entry(it, &[Role::Operator], it));
+        std::fs::write(&path, anna + &ben).unwrap();
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o600)).unwrap();
+        let access = AccessControl { tokens: Tokens::read(&path).unwrap(), audit: Audit::in_memory() };
+        let gateway = Gateway::new(&toml::from_str(CONFIG).unwrap(), Pace::REAL_TIME, access, &[], || {});
+        let process = GatewayProcess::bind(gateway, (Ipv4Addr::LOCALHOST, 0).into(), None).unwrap();
+        let (tokens, authorities) = (process.api.tokens.clone(), process.api.authorities.clone());
+        let now = std::time::Instant::now();
+        authorities.take("uav1", &"anna".into(), now).unwrap();
+        process
+            .run(|_| {
+                let gate = Arc::new(RwLock::new(()));
+                let _held = gate.write().unwrap();
+                for _ in 0..2 * DISK_THREADS {
+                    let gate = gate.clone();
+                    tokio::task::spawn_blocking(move || drop(gate.read()));
+                }
+                std::fs::write(&path, ben).unwrap();
+                let has_command = || authorities.of("uav1", now).holder.is_some();
+                while tokens.get().identify("anna", 0).is_some() || has_command() {
+                    assert!(now.elapsed() < Duration::from_secs(20), "the token is still valid");
+                    std::thread::yield_now();
+                }
+            })
+            .unwrap();
     }
 }

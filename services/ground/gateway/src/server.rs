@@ -2,7 +2,8 @@
 //! handshake or the head of a request takes too long.
 //!
 //! The content of a request is not read here; the guard decides what the request may do. The memory of a connection is
-//! bounded: what waits for a client that does not read is some kilobytes of its own, and texts that all share.
+//! bounded: what waits for a client that does not read is some kilobytes of its own, texts that all share, and answers that
+//! `answer_memory` counts.
 
 use std::future::Future;
 use std::io;
@@ -24,10 +25,8 @@ use tokio::task::JoinSet;
 use tokio::time::{MissedTickBehavior, interval};
 use tower_service::Service;
 
-use crate::access::{CurrentTokens, LOOK_PERIOD, utc_ms_now};
 use crate::connection::Connection;
 use crate::http::caller::Caller;
-use crate::http::command_authority::CommandAuthorities;
 use crate::http::standstill::{Standstill, TICK, since_boot};
 use crate::http::{self, Api};
 use crate::seats::Seats;
@@ -38,7 +37,7 @@ const GRACE_PERIOD: Duration = Duration::from_secs(1);
 const BUFFER: usize = 16 * 1024;
 
 /// Answers on `listener` until `shutdown` completes; open event streams are then ended. Connections are
-/// encrypted with `tls`, if there is any.
+/// encrypted with `tls`, if there is any. Whether tokens are taken away is for others to notice (`token_watch`).
 ///
 /// # Errors
 /// When the listener fails for good.
@@ -55,7 +54,6 @@ pub async fn serve(
     let (close, closing) = watch::channel(());
     // Ends with this function.
     let mut beside = JoinSet::new();
-    beside.spawn(follow_tokens(api.tokens.clone(), api.authorities.clone()));
     beside.spawn(tick(api.standstill.clone()));
     let router = http::router(api, closing);
     let shutdown = async move {
@@ -78,21 +76,6 @@ async fn tick(standstill: Standstill) {
     loop {
         ticks.tick().await;
         standstill.tick(since_boot());
-    }
-}
-
-/// Looks at the file of the tokens again and again, in a thread for the disk: one that hangs delays no request. Who may not command any more
-/// has command of no vehicle, so that nobody is locked out by somebody who can neither give an order nor hand over.
-async fn follow_tokens(tokens: Arc<CurrentTokens>, authorities: Arc<CommandAuthorities>) {
-    let mut look = interval(LOOK_PERIOD);
-    look.set_missed_tick_behavior(MissedTickBehavior::Delay);
-    loop {
-        look.tick().await;
-        let looked_at = tokens.clone();
-        // Fails only if looking panics, and the next look may not.
-        let _ = tokio::task::spawn_blocking(move || looked_at.look()).await;
-        let (valid, utc_ms) = (tokens.get(), utc_ms_now());
-        authorities.keep(|holder| valid.let_command(holder, utc_ms));
     }
 }
 

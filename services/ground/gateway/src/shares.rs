@@ -1,4 +1,4 @@
-//! Shares of something that there is a limited number of, such as event streams: at most a number for each holder of a
+//! Shares of something that there is a limited number of, such as event streams or bytes of memory: at most a number for each holder of a
 //! token, so that none of them takes what the others need. Some are reserved for holders who may give orders, so that no number of
 //! observers takes what an operator needs.
 
@@ -31,12 +31,13 @@ struct Held {
     by_watchers: usize,
 }
 
-/// One of them; given back with the value.
+/// One of them, or several; given back with the value.
 #[derive(Debug)]
 pub(crate) struct Share {
     of: Arc<Shares>,
     who: Arc<str>,
     may_order: bool,
+    count: usize,
 }
 
 /// Why there is none.
@@ -70,19 +71,32 @@ impl Shares {
     /// # Errors
     /// When there is none left, or none left for this holder.
     pub(crate) fn take(self: &Arc<Shares>, who: &Arc<str>, may_order: bool) -> Result<Share, Taken> {
+        self.take_several(1, who, may_order)
+    }
+
+    /// Takes `count` for `who`, who may give orders or not.
+    ///
+    /// # Errors
+    /// When there are not as many left, or not as many left for this holder.
+    pub(crate) fn take_several(
+        self: &Arc<Shares>,
+        count: usize,
+        who: &Arc<str>,
+        may_order: bool,
+    ) -> Result<Share, Taken> {
         let (mut held, for_watchers) = (self.lock(), self.total - self.reserved);
-        if held.by_holder.get(who).is_some_and(|it| self.each <= *it) {
+        if self.each < held.by_holder.get(who).copied().unwrap_or_default() + count {
             return Err(Taken::TooManyOfOne(who.clone(), self.each));
         }
-        if self.total <= held.by_holder.values().sum() {
+        if self.total < held.by_holder.values().sum::<usize>() + count {
             return Err(Taken::All(self.total));
         }
-        if !may_order && for_watchers <= held.by_watchers {
+        if !may_order && for_watchers < held.by_watchers + count {
             return Err(Taken::AllForWatchers(for_watchers));
         }
-        *held.by_holder.entry(who.clone()).or_default() += 1;
-        held.by_watchers += usize::from(!may_order);
-        Ok(Share { of: self.clone(), who: who.clone(), may_order })
+        *held.by_holder.entry(who.clone()).or_default() += count;
+        held.by_watchers += if may_order { 0 } else { count };
+        Ok(Share { of: self.clone(), who: who.clone(), may_order, count })
     }
 
     /// The data are whole even if a thread panicked while it held the lock.
@@ -106,9 +120,9 @@ impl Share {
 impl Drop for Share {
     fn drop(&mut self) {
         let mut held = self.of.lock();
-        held.by_watchers -= usize::from(!self.may_order);
+        held.by_watchers -= if self.may_order { 0 } else { self.count };
         if let Some(count) = held.by_holder.get_mut(&self.who) {
-            *count -= 1;
+            *count -= self.count;
             if *count == 0 {
                 held.by_holder.remove(&self.who);
             }
@@ -122,7 +136,7 @@ impl Taken {
         let problem = match self {
             Taken::TooManyOfOne(who, each) => Problem::new(
                 StatusCode::TOO_MANY_REQUESTS,
-                format!("{who} has {each} {what} open, the most that one token may have; close one of them"),
+                format!("{who} has {each} {what} open, the most that one token may have; close one of them or wait"),
             ),
             Taken::All(total) => Problem::unavailable(format!("all {total} {what} are in use; try again")),
             Taken::AllForWatchers(part) => Problem::unavailable(format!(
@@ -164,5 +178,18 @@ mod tests {
         drop(_orders);
         assert_eq!(shares.take(&eve, false).unwrap_err(), Taken::AllForWatchers(3));
         shares.take(&anna, true).unwrap();
+    }
+
+    #[test]
+    fn several_are_taken_together_or_not_at_all() {
+        let (shares, anna): (_, Arc<str>) = (Shares::new(32, 20), "anna".into());
+        let first = shares.take_several(15, &anna, false).unwrap();
+        assert_eq!(shares.take_several(6, &anna, false).unwrap_err(), Taken::TooManyOfOne(anna.clone(), 20));
+        assert_eq!(shares.take_several(16, &"eve".into(), false).unwrap_err(), Taken::AllForWatchers(30));
+        let _second = shares.take_several(17, &"ben".into(), true).unwrap();
+        assert_eq!(shares.take(&"eve".into(), true).unwrap_err(), Taken::All(32));
+        drop(first);
+        assert_eq!(shares.lock().by_watchers, 0);
+        shares.take_several(15, &anna, false).unwrap();
     }
 }

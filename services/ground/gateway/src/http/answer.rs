@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use axum::Json;
-use axum::http::header::CACHE_CONTROL;
+use axum::body::Bytes;
+use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use kittiwake_proto::json::to_json;
 use prost::{Message, Name};
@@ -37,5 +37,7 @@ pub(crate) fn with_outcome(mut response: Response, text: &str) -> Response {
 }
 
 fn json_document(json: Value) -> Response {
-    ([(CACHE_CONTROL, "no-store")], Json(json)).into_response()
+    // Boxed: without the room for more that a text that grew has, and that nobody would count.
+    let text = json.to_string().into_boxed_str().into_boxed_bytes();
+    ([(CACHE_CONTROL, "no-store"), (CONTENT_TYPE, "application/json")], Bytes::from(text)).into_response()
 }

@@ -84,7 +84,7 @@ pub(crate) async fn guard(site: Site, route: Route, request: Request, next: Next
         Ok(who) => authorize(&site, route, (who, begun), &caller, &mut parts, body).await,
         Err(problem) => Err(problem),
     };
-    match authorized {
+    let mut response = match authorized {
         Err(problem) => {
             site.refused(known.as_ref(), &caller, &parts, &problem);
             problem.into_response()
@@ -94,7 +94,10 @@ pub(crate) async fn guard(site: Site, route: Route, request: Request, next: Next
             next.run(Request::from_parts(parts, Body::empty())).await
         }
         Ok(authorized) => order::carry_out(site, route, authorized, parts, next).await,
-    }
+    };
+    // Whose memory the answer takes.
+    known.map(|who| response.extensions_mut().insert(who));
+    response
 }
 
 fn identify(site: &Site, headers: &HeaderMap) -> Result<Identity, Problem> {

@@ -21,6 +21,7 @@ use crate::audit::Audit;
 use crate::config::Config;
 use crate::fleet::Snapshot;
 use crate::http::answer::{Answer, document};
+use crate::http::answer_memory::{AnswerMemory, within_memory};
 use crate::http::command_authority::CommandAuthorities;
 use crate::http::events::{Client, EVENT_STREAM};
 use crate::http::guard::AuthorizedRequest;
@@ -39,6 +40,7 @@ use crate::shares::Shares;
 use crate::view::{self, Ages};
 
 pub(crate) mod answer;
+pub(crate) mod answer_memory;
 pub(crate) mod caller;
 pub(crate) mod command_authority;
 mod commands;
@@ -92,6 +94,7 @@ pub fn router(api: Api, closing: watch::Receiver<()>) -> Router {
         streams: Shares::new(config.max_event_streams.get().into(), config.clients.streams_per_token.get().into()),
         limiter: Arc::new(RateLimiter::new(config.requests_per_s.get(), config.requests_at_once.get())),
         answers: Arc::default(),
+        memory: AnswerMemory::default(),
         latencies: Latencies::default(),
         api,
     };
@@ -102,6 +105,7 @@ pub fn router(api: Api, closing: watch::Receiver<()>) -> Router {
         .fallback(no_such_route)
         .method_not_allowed_fallback(method_not_allowed)
         .layer(from_fn_with_state(site.clone(), within_limits))
+        .layer(from_fn_with_state(site.clone(), within_memory))
         .with_state(site)
 }
 

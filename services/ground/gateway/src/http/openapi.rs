@@ -11,6 +11,13 @@ use crate::http::routes::{Access, Reply, Route};
 /// The schema of the two members that `Reply::Stamped` adds.
 const STAMP: &str = "Stamp";
 
+/// What a key does, and what it does not.
+const REPEATED: &str = "Chosen by the client. Once an order was carried out or refused for good, the gateway repeats that answer under the \
+    same key and does nothing else, for the newest 512 such answers. While the first request is under way, after `outcome-unknown` and after 512 \
+    other answers, the order is sent again: the mission manager and the planner recognise its key, so that it has no second effect. A decision \
+    about a permission, `permissions/accept-loss`, `simulation/flags` and `simulation/faults` reach nobody who recognises a key: they are \
+    carried out again.";
+
 /// Describes every route of `table`.
 pub(crate) fn document<'a>(table: impl Iterator<Item = &'a Route> + Clone) -> Value {
     let mut paths: Map<String, Value> = Map::new();
@@ -51,7 +58,7 @@ fn operation(route: &Route) -> Value {
     if route.access.needs_key() {
         parameters.push(json!({
             "name": "Idempotency-Key", "in": "header", "required": true,
-            "description": "Chosen by the client: a request repeated with the same key gets the same answer and has no second effect.",
+            "description": REPEATED,
             "schema": { "type": "string", "minLength": 1, "maxLength": 64 },
         }));
     }

@@ -2,6 +2,7 @@
 //! OpenAPI document all come from this table, so that none of them can lack a route.
 
 use axum::Router;
+use axum::body::Bytes;
 use axum::handler::Handler;
 use axum::http::header::CONTENT_TYPE;
 use axum::middleware::from_fn;
@@ -141,7 +142,8 @@ impl Routes {
     pub(crate) fn finish(self) -> Router<Site> {
         let reply = Reply::Media("application/json");
         let route = Route::read("/openapi.json", Access::Anyone, "The description of every route", reply);
-        let document = openapi::document(self.table.iter().chain([&route])).to_string();
+        // One text, which all answers share.
+        let document = Bytes::from(openapi::document(self.table.iter().chain([&route])).to_string());
         self.add(route, async move || ([(CONTENT_TYPE, "application/json")], document)).router
     }
 }

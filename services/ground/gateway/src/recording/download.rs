@@ -81,14 +81,15 @@ fn pieces(
     permit: impl Send + 'static,
 ) -> impl Stream<Item = io::Result<Bytes>> {
     futures_util::stream::try_unfold((file, range, permit), |(file, range, permit)| async move {
+        // With the permit: a client that leaves does not end what waits for a thread.
         let read = move || {
             let mut file = file;
             file.seek(SeekFrom::Start(range.start))?;
             let mut piece = Vec::new();
             let length = file.by_ref().take((range.end - range.start).min(PIECE as u64)).read_to_end(&mut piece)?;
-            Ok::<_, io::Error>((piece, file, range.start + length as u64..range.end))
+            Ok::<_, io::Error>((piece, file, range.start + length as u64..range.end, permit))
         };
-        let (piece, file, rest) = tokio::task::spawn_blocking(read).await.map_err(io::Error::other)??;
+        let (piece, file, rest, permit) = tokio::task::spawn_blocking(read).await.map_err(io::Error::other)??;
         Ok((!piece.is_empty()).then_some((Bytes::from(piece), (file, rest, permit))))
     })
 }

@@ -19,21 +19,28 @@ use crate::recording::Recordings;
 use crate::recording::download::{self, MEDIA_TYPE};
 use crate::recording::id::RecordingId;
 use crate::recording::index::RecordingIndex;
-use crate::shares::Shares;
+use crate::shares::{Share, Shares};
 
 /// Downloads at a time: each holds a file open until its client has it.
 const MAX_DOWNLOADS: usize = 16;
+/// Lists and recordings that are read at a time, those included that wait for a thread.
+const MAX_READINGS: usize = 16;
 
 /// The name in a path, which may not decode.
 type Id = Result<Path<String>, PathRejection>;
 
-/// Adds the routes; a token may have `per_token` downloads at a time.
+/// Adds the routes; a token may have `per_token` downloads at a time, and as many recordings read.
 pub(crate) fn add_to(routes: Routes, per_token: usize) -> Routes {
     let downloads = Shares::new(MAX_DOWNLOADS, per_token);
+    let readings = Shares::new(MAX_READINGS, per_token);
+    let of_list = readings.clone();
     let list_of = Reply::Document(v1::RecordingList::NAME);
     let one = Reply::Document(v1::Recording::NAME);
     routes
-        .add(Route::read("/api/v1/recordings", READERS, "Recorded missions, newest first", list_of), list)
+        .add(
+            Route::read("/api/v1/recordings", READERS, "Recorded missions, newest first", list_of),
+            move |site: State<Site>, request: Extension<AuthorizedRequest>| list(site, request, of_list.clone()),
+        )
         .add(
             Route::read(
                 "/api/v1/recordings/{recording}",
@@ -41,7 +48,9 @@ pub(crate) fn add_to(routes: Routes, per_token: usize) -> Routes {
                 "A recorded mission: what was to be done, what was decided and how it ended",
                 one,
             ),
-            recording,
+            move |site: State<Site>, request: Extension<AuthorizedRequest>, id: Id| {
+                recording(site, request, id, readings.clone())
+            },
         )
         .add(
             Route::read(
@@ -73,11 +82,19 @@ impl Recordings {
     }
 }
 
-async fn list(State(site): State<Site>) -> Answer {
+async fn list(
+    State(site): State<Site>,
+    Extension(request): Extension<AuthorizedRequest>,
+    readings: Arc<Shares>,
+) -> Answer {
     let Recordings { writer, index } = &site.api.recordings;
     let recordings = match index.clone() {
         None => Vec::new(),
-        Some(index) => unblocked(move || index.list()).await?.map_err(|cause| unreadable(&cause))?,
+        Some(index) => {
+            let share = share_of(&readings, &request, "readings of recordings")?;
+            let (listed, _) = unblocked(share, move || index.list()).await?;
+            listed.map_err(|cause| unreadable(&cause))?
+        }
     };
     let dropped = writer.as_ref().map_or(0, |writer| writer.dropped());
     Ok(document(&v1::RecordingList {
@@ -89,10 +106,16 @@ async fn list(State(site): State<Site>) -> Answer {
     }))
 }
 
-async fn recording(State(site): State<Site>, id: Id) -> Answer {
+async fn recording(
+    State(site): State<Site>,
+    Extension(request): Extension<AuthorizedRequest>,
+    id: Id,
+    readings: Arc<Shares>,
+) -> Answer {
     let (id, index) = (parse(id)?, site.api.recordings.index()?);
+    let share = share_of(&readings, &request, "readings of recordings")?;
     let name = id.clone();
-    let found = unblocked(move || index.recording(&id)).await?;
+    let (found, _) = unblocked(share, move || index.recording(&id)).await?;
     found.map(|recording| document(&recording)).ok_or_else(|| no_such_recording(&name))
 }
 
@@ -104,19 +127,28 @@ async fn file(
     downloads: Arc<Shares>,
 ) -> Answer {
     let (id, index) = (parse(id)?, site.api.recordings.index()?);
-    let share = downloads.take_for(&request.who).map_err(|taken| taken.problem("downloads"))?;
+    let share = share_of(&downloads, &request, "downloads")?;
     let name = id.clone();
-    let (file, bytes) = unblocked(move || index.file(&id)).await?.map_err(|cause| match cause.kind() {
+    let (found, share) = unblocked(share, move || index.file(&id)).await?;
+    let (file, bytes) = found.map_err(|cause| match cause.kind() {
         io::ErrorKind::NotFound => no_such_recording(&name),
         _ => unreadable(&cause),
     })?;
     Ok(download::answer(file, bytes, &name.file_name(), &headers, share))
 }
 
-/// Work that waits for a disk is done beside the threads that answer.
-async fn unblocked<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T, Problem> {
+fn share_of(shares: &Arc<Shares>, request: &AuthorizedRequest, what: &str) -> Result<Share, Problem> {
+    shares.take_for(&request.who).map_err(|taken| taken.problem(what))
+}
+
+/// Work that waits for a disk is done beside the threads that answer. It has the share for as long as it waits and works: a client
+/// that leaves, or whose request takes too long, does not end it, so that more would be waiting than there are shares.
+async fn unblocked<T: Send + 'static>(
+    share: Share,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Result<(T, Share), Problem> {
     let failed = |_| Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "the recordings could not be read");
-    tokio::task::spawn_blocking(work).await.map_err(failed)
+    tokio::task::spawn_blocking(move || (work(), share)).await.map_err(failed)
 }
 
 fn parse(id: Id) -> Result<RecordingId, Problem> {

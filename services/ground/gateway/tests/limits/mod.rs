@@ -2,8 +2,8 @@
 
 #![expect(clippy::disallowed_methods, reason = "a test waits for what other threads do, up to a limit")]
 
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::TcpStream;
+use kittiwake_proto::v1;
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::task::JoinSet;
 
 use crate::world::{self, World};
@@ -19,7 +19,7 @@ fn with_limits(limits: &[(&str, &str)]) -> World {
 }
 
 /// An answer to a request on a connection that stays open: what has arrived once `part` is in it, or the end.
-async fn ask(stream: &mut TcpStream, path: &str, token: &str, part: &str) -> String {
+async fn ask(stream: &mut (impl AsyncRead + AsyncWrite + Unpin), path: &str, token: &str, part: &str) -> String {
     let request = format!("GET {path} HTTP/1.1\r\nhost: x\r\nauthorization: Bearer {token}\r\n\r\n");
     let _ = stream.write_all(request.as_bytes()).await;
     let mut seen = Vec::new();
@@ -152,6 +152,49 @@ async fn a_client_that_takes_nothing_of_what_is_sent_is_disconnected() {
             }
             assert!(start.elapsed() < LIMIT, "a client that takes nothing keeps its download");
             // More requests in a row than the gateway lets one token make would be refused for that.
+            tokio::time::sleep(ASK_AGAIN).await;
+        }
+    }
+}
+
+/// Clients that ask for much and read nothing keep a part of the memory, and leave the rest to others.
+#[tokio::test(flavor = "multi_thread")]
+async fn answers_that_nobody_reads_are_limited_and_others_get_theirs() {
+    const DECISIONS: &str = "/api/v1/vehicles/uav1/decisions";
+    const STATUS_LINE: &str = "\r\n";
+    for encrypted in [false, true] {
+        let world = with_limits(&[("max_connections = 10", "max_connections = 40")]);
+        // As JSON it is many times as long.
+        world.say(v1::DecisionRecord { text: "\u{1}".repeat(300_000), ..Default::default() });
+        let served = Served::start(world, encrypted).await;
+        let start = std::time::Instant::now();
+        let length = loop {
+            let length = served.world.get(DECISIONS, "operator").await.text.len();
+            if 300_000 < length {
+                break length;
+            }
+            assert!(start.elapsed() < LIMIT, "the decision does not arrive");
+            tokio::time::sleep(ASK_AGAIN).await;
+        };
+        assert!((2 << 20..4 << 20).contains(&length), "{length}");
+        let mut idle = Vec::new();
+        loop {
+            let mut stream = served.connect().await;
+            let answer = ask(&mut stream, DECISIONS, "observer-token", STATUS_LINE).await;
+            if answer.starts_with("HTTP/1.1 429") {
+                break;
+            }
+            assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
+            idle.push(stream);
+        }
+        assert_eq!(idle.len(), (8 << 20) / length, "of eight megabytes");
+        let mut stream = served.connect().await;
+        assert!(ask(&mut stream, VEHICLE, "observer-token", "}").await.contains("200 OK"), "small answers always come");
+        let mut operator = served.connect().await;
+        assert!(ask(&mut operator, DECISIONS, "operator-token", "]").await.contains("200 OK"));
+        drop(idle);
+        while !ask(&mut served.connect().await, DECISIONS, "observer-token", STATUS_LINE).await.contains("200 OK") {
+            assert!(start.elapsed() < LIMIT, "answers of closed connections still count");
             tokio::time::sleep(ASK_AGAIN).await;
         }
     }

@@ -126,3 +126,27 @@ async fn a_folder_that_cannot_be_written_shows_in_health_and_metrics_and_stops_n
     assert_eq!(world.get("/api/v1/vehicles/uav1", "observer").await.status, 200);
     std::fs::remove_file(folder).unwrap();
 }
+
+/// Whoever asks, leaves and asks again has no more readings waiting for the disk than there are for one token.
+#[test]
+fn readings_that_wait_for_the_disk_are_limited_although_their_clients_have_left() {
+    let runtime = tokio::runtime::Builder::new_multi_thread().max_blocking_threads(1).enable_all().build().unwrap();
+    runtime.block_on(async {
+        let world = World::new();
+        let path = format!("/api/v1/recordings/{RECORDING}");
+        let (free, is_free) = std::sync::mpsc::sync_channel::<()>(0);
+        let busy = tokio::task::spawn_blocking(move || is_free.recv());
+        for path in ["/api/v1/recordings", &path] {
+            let left = tokio::time::timeout(Duration::ZERO, world.get(path, "observer")).await;
+            assert!(left.is_err(), "the disk is busy");
+        }
+        for path in ["/api/v1/recordings", &path] {
+            let refused = world.get(path, "observer").await;
+            let why = "observer has 2 readings of recordings open, the most that one token may have; close one of them or wait";
+            assert_eq!((refused.status.as_u16(), &refused.body["detail"]), (429, &json!(why)));
+        }
+        drop(free);
+        assert!(busy.await.unwrap().is_err());
+        assert_eq!(answer_once(&world, &path, |it| it.status == 200).await.status, 200);
+    });
+}
