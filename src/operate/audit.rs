@@ -31,7 +31,10 @@ pub fn audit(args: &AuditArgs) -> Outcome {
 fn text(found: &Trail) -> Vec<String> {
     let torn = |it: &CutOff| {
         let (place, more) = (&it.place, remains(it));
-        format!("{place}: cut off when the gateway ended; the next line says so and the chain goes on{more}")
+        format!(
+            "{place}: cut off when the gateway ended, or when the disk took only a part of it; the next line says so and \
+             the chain goes on{more}"
+        )
     };
     let mut lines: Vec<_> = found.torn.iter().map(torn).collect();
     if let Some(it) = &found.unfinished {
@@ -97,7 +100,7 @@ mod tests {
         found.misdated = vec![Misdated { place: place(6), day: "2026-01-03".into() }];
         found.open_end = Some("is no number".into());
         let expected = [
-            "audit-2026-01-01.jsonl:4: cut off when the gateway ended; the next line says so and the chain goes on",
+            "audit-2026-01-01.jsonl:4: cut off when the gateway ended, or when the disk took only a part of it; the next line says so and the chain goes on",
             "audit-2026-01-01.jsonl:7: the last line is cut off; the gateway goes on after it when it starts again; it is not the \
              beginning of a record: a power loss leaves such bytes, or somebody wrote them",
             "audit-2026-01-01.jsonl:5: begun because the file before was removed, renamed or replaced while the gateway wrote to it",

@@ -100,8 +100,12 @@ fn every_order_that_is_obeyed_is_on_record_and_the_record_survives_kills_strange
     }
     let of_strangers = |it: &Value| it.to_string().contains("acknowledge");
     assert!(!records(folder).iter().any(of_strangers), "{:?}", records(folder));
-    let refused = std::fs::read_to_string(folder.join("refusals.jsonl")).expect("refusals have a file of their own");
-    assert!(30 <= refused.lines().count() && refused.lines().all(|it| it.len() < 1000), "{refused}");
+    // They are written a moment later.
+    let refused = wait_for("30 refusals in a file of their own", || {
+        let text = std::fs::read_to_string(folder.join("refusals.jsonl")).ok()?;
+        (30 <= text.lines().count()).then_some(text)
+    });
+    assert!(refused.lines().all(|it| it.len() < 1000), "{refused}");
 
     // Killed in the middle of a line.
     system.process("gateway").signal(Signal::SIGKILL);

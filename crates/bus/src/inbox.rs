@@ -475,8 +475,7 @@ mod tests {
         let inbox = Inbox::new(&Scope::Vehicle("uav1".into()), mailbox.clone());
         let (topic, key) = (Topic::FlagEvent, Topic::FlagEvent.key());
         let payload = v1::FlagEvent { name: "battery_low".into(), ..Default::default() }.encode_to_vec();
-        let numbered =
-            |sequence| Attachment { publisher: 7, sequence, ..Default::default() }.encode_to_vec();
+        let numbered = |sequence| Attachment { publisher: 7, sequence, ..Default::default() }.encode_to_vec();
         let heard = |sequence| {
             inbox.direct_message(topic, key, &payload, &numbered(sequence));
             let mut batch = Vec::new();

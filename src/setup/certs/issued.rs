@@ -38,11 +38,14 @@ pub(super) fn keep(authority: &Path, certificate: &str) -> Result<(), Failure> {
     replace(&folder.join(format!("{}-{serial}.{SUFFIX}", it.name)), 0o644, certificate)
 }
 
-/// Each copy, or why its file holds no certificate.
+/// A copy's file, and what it holds, or why that is no certificate.
+pub(super) type Found = (PathBuf, Result<Issued, Failure>);
+
+/// Each copy.
 ///
 /// # Errors
 /// If the folder cannot be read: nobody knows then what is missing.
-pub(super) fn copies(authority: &Path) -> Result<Vec<(PathBuf, Result<Issued, Failure>)>, Failure> {
+pub(super) fn copies(authority: &Path) -> Result<Vec<Found>, Failure> {
     let files = files(&authority.join(ISSUED), SUFFIX)?.into_iter();
     Ok(files.map(|path| (path.clone(), of_file(&path))).collect())
 }

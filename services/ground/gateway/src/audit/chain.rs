@@ -72,6 +72,8 @@ pub(crate) struct Link {
     pub(crate) previous: Hash,
     /// Whether it says that the line before was cut off.
     pub(crate) after_torn: bool,
+    /// It has the number of a record that was lost.
+    pub(crate) in_place_of_lost: bool,
     /// Only in the first record of a file.
     pub(crate) begun: Option<Begun>,
     /// The UTC day of the record.
@@ -107,9 +109,10 @@ fn link(line: &[u8], document: &Value) -> Option<Link> {
     let number = document["number"].as_str()?.parse().ok()?;
     let previous = from_hex(document[PREVIOUS].as_str()?)?;
     let after_torn = document["stage"] == AuditStage::Torn.as_str_name();
+    let in_place_of_lost = after_torn && document["asked"] == document["number"];
     let begun = Begun::ALL.into_iter().find(|(_, name)| document[BEGUN] == *name).map(|(begun, _)| begun);
     let day = document["utc"].as_str().and_then(|it| it.get(..DAY)).unwrap_or_default().to_owned();
-    Some(Link { number, previous, after_torn, begun, day, is_unchanged: is_unchanged(line) })
+    Some(Link { number, previous, after_torn, in_place_of_lost, begun, day, is_unchanged: is_unchanged(line) })
 }
 
 fn is_unchanged(line: &[u8]) -> bool {
@@ -135,7 +138,8 @@ mod tests {
             let text = line(&record, &[9; 32], begun);
             assert!(!text.contains('\n'));
             let day = "2026-01-31".to_owned();
-            let link = Link { number: 7, previous: [9; 32], after_torn: true, begun, day, is_unchanged: true };
+            let (previous, after_torn, in_place_of_lost) = ([9; 32], true, false);
+            let link = Link { number: 7, previous, after_torn, in_place_of_lost, begun, day, is_unchanged: true };
             assert_eq!(read(text.as_bytes()), Line::Record(link));
             for end in 0..text.len() {
                 let part = &text.as_bytes()[..end];

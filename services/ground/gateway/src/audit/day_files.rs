@@ -45,6 +45,10 @@ impl DayFiles {
     /// # Errors
     /// The path of what cannot be read or written, and why.
     pub(crate) fn open(folder: &Path, most: usize, utc: &str, given: u64) -> Result<DayFiles, (PathBuf, io::Error)> {
+        DayFiles::open_after(folder, most, utc, CutOffAt::Start { given })
+    }
+
+    fn open_after(folder: &Path, most: usize, utc: &str, lost_of: CutOffAt) -> Result<DayFiles, (PathBuf, io::Error)> {
         let existing = list(folder).map_err(|cause| (folder.to_owned(), cause))?;
         let newest = existing.last().and_then(|it| day_of(it)).unwrap_or_else(|| utc[..DAY].to_owned());
         let (mut tip, mut last, mut begun) = (Tip::default(), Last::default(), Some(Begun::Day));
@@ -66,7 +70,7 @@ impl DayFiles {
         let file = file::append(&path).map_err(|cause| (path.clone(), cause))?;
         let (folder, lost) = (folder.to_owned(), None);
         let mut files = DayFiles { folder, most, day: newest, path, file, tip, begun, lost, is_unsure: false };
-        files.close(utc, last, given).map_err(|cause| (files.path.clone(), cause))?;
+        files.close(utc, last, lost_of).map_err(|cause| (files.path.clone(), cause))?;
         Ok(files)
     }
 
@@ -99,12 +103,15 @@ impl DayFiles {
             self.begin_again()?;
         } else if self.is_unsure {
             // What was written of the last line counts as cut off, as after a restart.
-            let opened = DayFiles::open(&self.folder, self.most, &record.utc, 0).map_err(|(_, cause)| cause)?;
+            let at = CutOffAt::Write { next: record.number };
+            let opened = DayFiles::open_after(&self.folder, self.most, &record.utc, at).map_err(|(_, cause)| cause)?;
             *self = DayFiles { lost: self.lost.take(), ..opened };
         }
         let day = record.utc.get(..DAY).unwrap_or_default();
         if self.day.as_str() < day {
             let path = path_of(&self.folder, day);
+            // Nobody has the former file brought to the disk any more. Of one that fails, what was written counts.
+            let _ = self.file.sync_data();
             (self.file, self.path, self.day) = (file::append(&path)?, path, day.to_owned());
             self.begun = Some(self.begun.unwrap_or(Begun::Day));
             self.remove_oldest();
@@ -135,13 +142,18 @@ impl DayFiles {
     }
 
     /// Closes the last line, if it was cut off.
-    fn close(&mut self, utc: &str, last: Last, given: u64) -> io::Result<()> {
+    fn close(&mut self, utc: &str, last: Last, at: CutOffAt) -> io::Result<()> {
         let feed = if last.has_feed { "" } else { "\n" };
         let Some(bytes) = last.part else { return self.file.write_all(feed.as_bytes()) };
+        let (number, asked) = match at {
+            CutOffAt::Start { given } => (self.tip.number.max(given) + 1, None),
+            CutOffAt::Write { next } => (next - 1, Some(next - 1)),
+        };
         let record = AuditRecord {
             utc: utc.to_owned(),
-            number: self.tip.number.max(given) + 1,
+            number,
             stage: AuditStage::Torn.into(),
+            asked,
             outcome: format!("the line before was cut off after {bytes} bytes"),
             ..Default::default()
         };
@@ -171,6 +183,22 @@ impl DayFiles {
             }
         }
     }
+}
+
+/// When a line was found to be cut off, by which its record gets a number.
+#[derive(Debug, Clone, Copy)]
+enum CutOffAt {
+    /// The gateway starts: a new number after the one that was given last.
+    Start {
+        /// It.
+        given: u64,
+    },
+    /// It could not write a record, nor take back what it had written of it: all numbers since are given, so it takes that of the last record
+    /// that was lost, and says so.
+    Write {
+        /// The number of the record that is written now.
+        next: u64,
+    },
 }
 
 /// The last line of a file.
@@ -247,6 +275,12 @@ fn path_of(folder: &Path, day: &str) -> PathBuf {
 
 #[cfg(test)]
 impl DayFiles {
+    /// As after a record of which the disk took only this part, and did not let it be taken back.
+    pub(crate) fn leave_part(&mut self, part: &str) {
+        self.file.write_all(part.as_bytes()).expect("it can be written");
+        self.is_unsure = true;
+    }
+
     /// From now on it writes to another file.
     pub(crate) fn write_to(&mut self, path: &str) {
         self.path = path.into();

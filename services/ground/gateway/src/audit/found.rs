@@ -18,7 +18,7 @@ pub struct Trail {
     pub missing: u64,
     /// First records of files that were begun because the file before was gone while the gateway wrote to it.
     pub lost: Vec<Place>,
-    /// Lines that were cut off when the gateway ended, each followed by a record that says so.
+    /// Lines that were cut off when the gateway ended, or when the disk took only a part of them, each followed by a record that says so.
     pub torn: Vec<CutOff>,
     /// The last line, if it is cut off: the gateway, when it starts again, goes on after it.
     pub unfinished: Option<CutOff>,

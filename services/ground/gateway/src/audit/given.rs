@@ -48,6 +48,14 @@ impl GivenNumber {
         Ok((GivenNumber { path, file }, number))
     }
 
+    /// The file, to wait until the disk has it.
+    ///
+    /// # Errors
+    /// When the system has no more file descriptors.
+    pub(crate) fn file(&self) -> io::Result<File> {
+        self.file.try_clone()
+    }
+
     /// Writes the number that is given now.
     ///
     /// # Errors

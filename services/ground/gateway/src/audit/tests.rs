@@ -439,6 +439,24 @@ fn a_record_that_was_cut_off_is_missed_also_after_the_gateway_was_started_again(
 }
 
 #[test]
+fn records_that_were_lost_while_the_gateway_wrote_are_missing() {
+    #[track_caller]
+    fn check(next: u64, expected_missing: u64) {
+        let folder = written(&["2026-01-01", "2026-01-01"], 9);
+        let utc = "2026-01-01T13:00:00.000Z".to_owned();
+        let mut files = DayFiles::open(folder.path(), 9, &utc, 2).unwrap();
+        files.leave_part("{\"number\":\"3");
+        for number in [next, next + 1] {
+            files.append(&AuditRecord { utc: utc.clone(), number, ..order("land") }).unwrap();
+        }
+        let found = intact(folder.path());
+        assert_eq!((found.last, found.missing, found.torn.len()), (next + 1, expected_missing, 1));
+    }
+    check(4, 1);
+    check(7, 4);
+}
+
+#[test]
 fn a_file_with_the_name_of_another_day_than_its_records_is_named() {
     #[track_caller]
     fn check(from: &str, to: &str, expected: &[&str]) {

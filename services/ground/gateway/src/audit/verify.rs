@@ -129,6 +129,7 @@ impl Reading {
         } else {
             self.found.missing += link.number - self.found.last - 1;
         }
+        self.found.missing += u64::from(link.in_place_of_lost);
         self.compare_day(&place, &link);
         if link.begun == Some(Begun::Lost) {
             self.found.lost.push(place);

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::Builder;
 use std::time::{Duration, Instant};
 
-use kittiwake_proto::v1::{AuditRecord, AuditStage};
+use kittiwake_proto::v1::AuditRecord;
 use tokio::sync::oneshot;
 
 use super::day_files::DayFiles;
@@ -37,9 +37,9 @@ pub(super) struct Writer {
     given: GivenNumber,
     /// The number that `given` has.
     given_number: u64,
-    /// The newest file goes here to be brought to the disk.
-    to_sync: SyncSender<io::Result<File>>,
-    /// An order has ended since.
+    /// The number's file and the newest one go here to be brought to the disk.
+    to_sync: SyncSender<io::Result<[File; 2]>>,
+    /// A record was written since.
     is_unsynced: bool,
     /// Keeps other gateways away: also from files that a writer hangs in whose gateway has ended.
     _lock_file: Option<File>,
@@ -93,7 +93,7 @@ impl Writer {
                     self.write(&record);
                     // Its order may have gone on.
                     let _ = written.send(());
-                    self.is_unsynced |= record.stage() == AuditStage::Ended;
+                    self.is_unsynced = true;
                     self.sync();
                 }
                 #[cfg(test)]
@@ -143,16 +143,21 @@ impl Writer {
     /// Has what was recorded brought to the disk soon, without waiting for it.
     fn sync(&mut self) {
         // Full: the next look tries again.
-        if self.is_unsynced && self.to_sync.try_send(self.files.newest_file()).is_ok() {
-            self.is_unsynced = false;
+        if self.is_unsynced {
+            // The number first: of a record that a loss of power takes it says that it is missing.
+            let files = self.given.file().and_then(|given| Ok([given, self.files.newest_file()?]));
+            self.is_unsynced = self.to_sync.try_send(files).is_err();
         }
     }
 }
 
-/// Brings each file to the disk. It may take long, and holds up nothing.
-fn sync_each(orders: &Mutex<Orders>, unsynced: &Receiver<io::Result<File>>) {
-    for file in unsynced {
-        if let Err(cause) = file.and_then(|it| it.sync_data()) {
+/// Brings the files to the disk. It may take long, and holds up nothing.
+fn sync_each(orders: &Mutex<Orders>, unsynced: &Receiver<io::Result<[File; 2]>>) {
+    for files in unsynced {
+        let synced = files.and_then(|it| it.iter().try_for_each(File::sync_data));
+        // EINVAL: there is no disk beneath it.
+        if let Err(cause) = synced.or_else(|it| if it.kind() == io::ErrorKind::InvalidInput { Ok(()) } else { Err(it) })
+        {
             lock(orders).failing = Some(cause.to_string());
         }
     }

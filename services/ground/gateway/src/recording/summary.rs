@@ -9,8 +9,8 @@ use kittiwake_proto::topics::{Message, Topic};
 use kittiwake_proto::v1;
 use kittiwake_proto::v1::recording as doc;
 
-use crate::fleet::occurrence::{self, Occurrence};
 use crate::fleet::ledger::with_part;
+use crate::fleet::occurrence::{self, Occurrence};
 use crate::view;
 
 /// The most lines of each list; a mission has dozens.

@@ -125,7 +125,9 @@ impl Kind {
             Kind::NoSuchRange => ("no-such-range", "The recording is shorter than the range that is asked for"),
             Kind::InvalidMission => ("invalid-mission", "The mission has `mistakes`, each with its line and column"),
             Kind::KeyReused => ("key-reused", "The idempotency key was used for another order: choose another key"),
-            Kind::TooMany => ("too-many", "Too many requests, streams, downloads or unread answers: wait as Retry-After says"),
+            Kind::TooMany => {
+                ("too-many", "Too many requests, streams, downloads or unread answers: wait as Retry-After says")
+            }
             Kind::Internal => ("internal", "A mistake of the gateway: see its log"),
             Kind::InvalidReply => ("invalid-reply", "A service answers what was not asked: see the versions"),
             Kind::Unavailable => ("unavailable", "Nothing was done: repeat it later, an order with the same key"),
