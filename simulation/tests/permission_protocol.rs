@@ -266,7 +266,7 @@ impl Model {
         }
         let (now, plan) = (self.now, self.plans[vehicle]);
         let taken = self.beliefs[vehicle].take(now, Pace::REAL_TIME, plan, lines);
-        taken.outdated.into_iter().for_each(|(area, _)| self.ask(vehicle, area));
+        taken.outdated.into_iter().for_each(|it| self.ask(vehicle, it.area));
     }
 
     fn note_refusals(&mut self, vehicle: &str, lines: &[Permission]) {

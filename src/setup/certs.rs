@@ -3,8 +3,8 @@
 //! One folder for each machine, to be copied there whole. The authority's key stays where it was made: it can sign a
 //! certificate for any of them. Routers notice files that are replaced, so nothing is started again.
 
-use std::io::Write;
-use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::fs::File;
+use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 
 use bus::crossing::aircraft_name;
@@ -26,6 +26,7 @@ mod issued;
 mod one_at_a_time;
 #[cfg(test)]
 mod tests;
+mod whole;
 
 /// The authority's own folder.
 const AUTHORITY_FOLDER: &str = "authority";
@@ -42,6 +43,8 @@ const AUTHORITY_DAYS: f64 = 3650.0;
 enum Failure {
     #[error("{path} is there already: nothing was changed; name another folder, or remove it")]
     Exists { path: PathBuf },
+    #[error("not a whole set, so nothing was kept or changed: {wrong}: {remedy}")]
+    NotWhole { wrong: String, remedy: String },
     #[error("cannot read {path}: {cause}")]
     Read { path: PathBuf, cause: std::io::Error },
     #[error("{path} holds no {expected} in PEM form")]
@@ -99,46 +102,63 @@ fn make(root: &Path, args: &CertsArgs) -> Result<Vec<PathBuf>, Failure> {
     let authority_folder = root.join(AUTHORITY_FOLDER);
     let towers = [root.join(TOWER_FOLDER), root.join(FOR_VEHICLES)];
     let files = all_files(&authority_folder, &folders);
-    let missing = files.iter().filter(|it| !it.exists()).count();
-    if args.keep && missing == 0 {
-        // A set that was made before there was such a key gets one.
-        tower_key::in_folders(&towers[0], &towers[1])?;
-        return Ok([vec![authority_folder], folders, towers.into()].concat());
-    }
+    let there = || files.iter().find(|it| it.exists()).cloned();
     // An empty folder is accepted: it may be a volume that was mounted for it.
-    if let Some(path) = files.into_iter().find(|it| it.exists()) {
+    if let (false, Some(path)) = (args.keep, there()) {
         return Err(Failure::Exists { path });
     }
-    let (authority, issuer, key) = authority()?;
-    write(&authority_folder, CERTIFICATE, 0o644, &authority)?;
-    write(&authority_folder, KEY, 0o600, &key)?;
-    for (router, folder) in routers.iter().zip(&folders) {
-        let (certificate, key) = signed(router, args.days, &issuer)?;
-        write(folder, AUTHORITY, 0o644, &authority)?;
-        write(folder, CERTIFICATE, 0o644, &certificate)?;
-        write(folder, KEY, 0o600, &key)?;
-        issued::keep(&authority_folder, &certificate)?;
+    private_folder(&authority_folder).map_err(|cause| Failure::Write { path: authority_folder.clone(), cause })?;
+    // Of two that make a set at once, the second finds that of the first.
+    let _lock = one_at_a_time::lock(&authority_folder)?;
+    match there() {
+        Some(path) if !args.keep => return Err(Failure::Exists { path }),
+        Some(_) => whole::check(root, &routers)?,
+        None => make_all(&authority_folder, &routers, &folders, args.days)?,
     }
+    // A set that was made before there was such a key gets one.
     tower_key::in_folders(&towers[0], &towers[1])?;
     Ok([vec![authority_folder], folders, towers.into()].concat())
+}
+
+/// Each file is on the disk before the next one is begun: a power loss leaves whole files, and at worst not all of them.
+fn make_all(authority_folder: &Path, routers: &[Router], folders: &[PathBuf], days: f64) -> Result<(), Failure> {
+    let (authority, issuer, key) = authority()?;
+    replace(&authority_folder.join(KEY), 0o600, &key)?;
+    replace(&authority_folder.join(CERTIFICATE), 0o644, &authority)?;
+    for (router, folder) in routers.iter().zip(folders) {
+        let (certificate, key) = signed(router, days, &issuer)?;
+        // First, as when it is renewed: what has no copy is not revoked later.
+        issued::keep(authority_folder, &certificate)?;
+        replace(&folder.join(AUTHORITY), 0o644, &authority)?;
+        replace(&folder.join(KEY), 0o600, &key)?;
+        replace(&folder.join(CERTIFICATE), 0o644, &certificate)?;
+    }
+    Ok(())
 }
 
 /// Has a router cut off, and anybody else who has one of its certificates and the key to it.
 fn revoke(args: &RevokeArgs) -> Result<Vec<PathBuf>, Failure> {
     let authority = Authority::open(&args.folder)?;
     let found = authority.issued_to(&args.name)?;
+    for (unreadable, serial) in &found.unreadable {
+        let serial = issued::digits(serial);
+        output::error_line(format_args!(
+            "certs: warning: {unreadable}: the serial number in its name is taken, {serial}"
+        ));
+    }
     for unusable in &found.unusable {
         output::error_line(format_args!("certs: warning: {unusable}: skipped, and what was in it is not revoked"));
     }
     let name = args.name.clone();
-    let mut certificates = found.former;
+    let former = found.former.into_iter().map(|it| it.serial);
+    let mut serials: Vec<_> = former.chain(found.unreadable.into_iter().map(|(_, serial)| serial)).collect();
     match (args.former, found.present) {
         (true, None) => return Err(Failure::NoPresent { path: args.folder.join(&name).join(CERTIFICATE), name }),
-        (true, Some(_)) if certificates.is_empty() => return Err(Failure::NoFormer { name }),
+        (true, Some(_)) if serials.is_empty() => return Err(Failure::NoFormer { name }),
         (true, Some(_)) => {}
-        (false, present) => certificates.extend(present),
+        (false, present) => serials.extend(present.map(|it| it.serial)),
     }
-    authority.revoke(&certificates)
+    authority.revoke(serials)
 }
 
 /// Renews a router's certificate and key, for the same name and hosts.
@@ -146,7 +166,10 @@ fn renew(args: &RenewArgs) -> Result<Vec<PathBuf>, Failure> {
     let authority = Authority::open(&args.folder)?;
     let found = authority.issued_to(&args.name)?;
     // Its folder may have been moved to its machine, or be spoiled: all its certificates are for the same hosts.
-    let known = found.present.into_iter().chain(found.former).next().ok_or_else(|| authority.unknown(&args.name))?;
+    let known = found.present.into_iter().chain(found.former).next().ok_or_else(|| {
+        let why = found.unreadable.into_iter().map(|(why, _)| why).chain(found.unusable).next();
+        why.unwrap_or_else(|| authority.unknown(&args.name))
+    })?;
     let router = Router { name: known.name, hosts: known.hosts };
     let (certificate, key) = signed(&router, args.days, &authority.issuer)?;
     authority.keep(&certificate)?;
@@ -196,14 +219,6 @@ fn params(name: &str, hosts: &[String], days: f64) -> Result<CertificateParams, 
     Ok(params)
 }
 
-fn write(folder: &Path, name: &str, mode: u32, text: &str) -> Result<(), Failure> {
-    let path = folder.join(name);
-    let failed = |cause| Failure::Write { path: path.clone(), cause };
-    private_folder(folder).map_err(failed)?;
-    let made = std::fs::OpenOptions::new().write(true).create_new(true).mode(mode).open(&path);
-    made.and_then(|mut it| it.write_all(text.as_bytes())).map_err(failed)
-}
-
 /// Replaces a file at once and for good: success is reported only when a power loss takes nothing back.
 fn replace(path: &Path, mode: u32, text: &str) -> Result<(), Failure> {
     let made = path.parent().map_or(Ok(()), private_folder);
@@ -211,6 +226,14 @@ fn replace(path: &Path, mode: u32, text: &str) -> Result<(), Failure> {
     replaced.map_err(|cause| Failure::Write { path: path.to_owned(), cause })
 }
 
+/// Makes a folder, and those above it, for good: a power loss could take a folder away whose own files are on the disk.
 fn private_folder(folder: &Path) -> std::io::Result<()> {
-    std::fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)
+    if folder.as_os_str().is_empty() || folder.is_dir() {
+        return Ok(());
+    }
+    let above = folder.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    private_folder(above)?;
+    // Recursive, as it may have been made meanwhile.
+    std::fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
+    File::open(above)?.sync_all()
 }

@@ -9,8 +9,8 @@
 //!
 //! A denial or revocation with a lower number than is known is not believed either: it may be a recording, and the later grant holds.
 //! But where a grant is held, it may also be the word of a tower that has lost its numbers and whose clock was set back. It is reported as
-//! outdated, and the vehicle asks the tower again, naming the highest number that it knows: what the tower answers is above that, and a
-//! recording has achieved nothing but a question.
+//! outdated, and the vehicle asks the tower again, a few times, naming the highest number that it knows: what the tower answers is above
+//! that. A recording achieves a question, and an answer that may renew the grant.
 //!
 //! Without a key nothing is verified; the order of decisions counts all the same.
 //!
@@ -101,14 +101,6 @@ pub enum Refusal {
         /// The newest revision.
         newest: u64,
     },
-    /// A denial or revocation of what is granted, with a lower number than the grant has.
-    #[error("number {found} says no, and a later decision is known: {latest}; the tower is asked again")]
-    Outdated {
-        /// Its number.
-        found: u64,
-        /// The highest one that is known.
-        latest: u64,
-    },
     /// The areas of this vehicle are too many to be kept.
     #[error("{MAX_AREAS} areas are granted already")]
     TooMany,
@@ -122,7 +114,18 @@ pub struct Taken {
     /// Areas whose line was refused.
     pub refused: Vec<(String, Refusal)>,
     /// Areas whose grant holds although a line says no: the tower is to be asked again.
-    pub outdated: Vec<(String, Refusal)>,
+    pub outdated: Vec<Outdated>,
+}
+
+/// A denial or revocation of what is granted, with a lower number than the grant has.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Outdated {
+    /// The area.
+    pub area: String,
+    /// The number of the line.
+    pub found: u64,
+    /// The highest one that is known about the area.
+    pub latest: u64,
 }
 
 impl Belief {
@@ -265,12 +268,12 @@ impl Belief {
     }
 
     /// Whether the line says no to what is granted, with a lower number.
-    fn outdated(&self, now: Now, permission: &Permission) -> Option<(String, Refusal)> {
+    fn outdated(&self, now: Now, permission: &Permission) -> Option<Outdated> {
         let Permission { area, state, decision: found, .. } = permission;
         let latest = self.latest.get(area).copied().filter(|it| found < it)?;
         let says_no = matches!(state, PermissionState::Denied | PermissionState::Revoked);
         let is_granted = self.remaining(area, now.time).is_some();
-        (says_no && is_granted).then(|| (area.clone(), Refusal::Outdated { found: *found, latest }))
+        (says_no && is_granted).then(|| Outdated { area: area.clone(), found: *found, latest })
     }
 
     /// The area that was decided about longest ago of those that are not granted.

@@ -35,7 +35,9 @@ pub(super) struct OfRouter {
     pub(super) present: Option<Issued>,
     /// All others; with no present one, that one is among them.
     pub(super) former: Vec<Issued>,
-    /// Why files that must be its certificates are none.
+    /// The serial numbers of others, by the names of the files that must hold them, and why these do not.
+    pub(super) unreadable: Vec<(Failure, Vec<u8>)>,
+    /// Why other files that must be its certificates are none.
     pub(super) unusable: Vec<Failure>,
 }
 
@@ -59,7 +61,7 @@ impl Authority {
     /// # Errors
     /// If there are none.
     pub(super) fn issued_to(&self, name: &str) -> Result<OfRouter, Failure> {
-        let (mut former, mut unusable) = (Vec::new(), Vec::new());
+        let (mut former, mut unreadable, mut unusable) = (Vec::new(), Vec::new(), Vec::new());
         let present = self.present(name).unwrap_or_else(|bad| {
             unusable.push(bad);
             None
@@ -67,14 +69,20 @@ impl Authority {
         for (path, copy) in issued::copies(&self.folder())? {
             match copy {
                 Ok(it) if it.name == name && Some(&it) != present.as_ref() => former.push(it),
-                Err(bad) if issued::is_named_for(&path, name) => unusable.push(bad),
-                Ok(_) | Err(_) => {}
+                Ok(_) => {}
+                Err(bad) => match issued::named_for(&path, name) {
+                    // It is known what is in the copy of the present one.
+                    Some(Some(serial)) if present.as_ref().is_some_and(|it| it.serial == serial) => {}
+                    Some(Some(serial)) => unreadable.push((bad, serial)),
+                    Some(None) => unusable.push(bad),
+                    None => {}
+                },
             }
         }
-        if present.is_none() && former.is_empty() {
+        if present.is_none() && former.is_empty() && unreadable.is_empty() {
             return Err(unusable.into_iter().next().unwrap_or_else(|| self.unknown(name)));
         }
-        Ok(OfRouter { present, former, unusable })
+        Ok(OfRouter { present, former, unreadable, unusable })
     }
 
     /// The certificate that the router `name` has now, if its folder is here.
@@ -122,13 +130,13 @@ impl Authority {
         replace(&given, 0o644, &read(&own)?)
     }
 
-    /// Adds these to the list of what is revoked, and writes it beside each router's certificate; the files.
-    pub(super) fn revoke(&self, certificates: &[Issued]) -> Result<Vec<PathBuf>, Failure> {
+    /// Adds the certificates with these serial numbers to the list of what is revoked, and writes it beside each router's certificate; the files.
+    pub(super) fn revoke(&self, serials: Vec<Vec<u8>>) -> Result<Vec<PathBuf>, Failure> {
         let own = self.folder().join(REVOKED);
         let (mut revoked, number) = revoked_so_far(&own)?;
         let now = OffsetDateTime::now_utc();
-        for it in certificates {
-            revoked.entry(it.serial.clone()).or_insert(now);
+        for serial in serials {
+            revoked.entry(serial).or_insert(now);
         }
         let entry = |(serial, time): (Vec<u8>, OffsetDateTime)| RevokedCertParams {
             serial_number: SerialNumber::from(serial),

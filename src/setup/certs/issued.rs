@@ -17,6 +17,9 @@ const SUFFIX: &str = "pem";
 /// A copy that was not finished, because its command was killed or the disk was full. No router was given that certificate.
 const UNFINISHED: &str = "part";
 
+/// The most bytes of a serial number (RFC 5280).
+const LARGEST_SERIAL: usize = 20;
+
 /// A certificate that was issued.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Issued {
@@ -34,7 +37,7 @@ pub(super) fn keep(authority: &Path, certificate: &str) -> Result<(), Failure> {
         let _ = std::fs::remove_file(unfinished);
     }
     let it = parsed(&folder, certificate)?;
-    let serial: String = it.serial.iter().map(|byte| format!("{byte:02x}")).collect();
+    let serial = digits(&it.serial);
     replace(&folder.join(format!("{}-{serial}.{SUFFIX}", it.name)), 0o644, certificate)
 }
 
@@ -50,10 +53,24 @@ pub(super) fn copies(authority: &Path) -> Result<Vec<Found>, Failure> {
     Ok(files.map(|path| (path.clone(), of_file(&path))).collect())
 }
 
-/// Whether the file was named for a copy of a certificate of the router `name`, whatever it holds.
-pub(super) fn is_named_for(path: &Path, name: &str) -> bool {
-    let stem = path.file_stem().and_then(|it| it.to_str());
-    stem.and_then(|it| it.rsplit_once('-')).is_some_and(|(of, _)| of == name)
+/// A serial number as in the name of a copy.
+pub(super) fn digits(serial: &[u8]) -> String {
+    serial.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Whether the file was named for a copy of a certificate of the router `name`, whatever it holds, and the serial number in its name.
+/// Names of routers have dashes too.
+pub(super) fn named_for(path: &Path, name: &str) -> Option<Option<Vec<u8>>> {
+    let stem = path.file_stem()?.to_str()?;
+    stem.rsplit_once('-').filter(|(of, _)| *of == name).map(|(_, digits)| serial(digits))
+}
+
+fn serial(digits: &str) -> Option<Vec<u8>> {
+    // With a number that no certificate can have, routers could refuse the whole list.
+    let plain = digits.bytes().all(|it| it.is_ascii_hexdigit()) && digits.len().is_multiple_of(2);
+    let fits = (1..=LARGEST_SERIAL).contains(&(digits.len() / 2));
+    let byte = |at: usize| u8::from_str_radix(&digits[at..at + 2], 16).ok();
+    (plain && fits).then(|| (0..digits.len()).step_by(2).map(byte).collect()).flatten()
 }
 
 /// Those with this extension. Sets that were made before there were copies have no such folder.

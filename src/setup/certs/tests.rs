@@ -103,13 +103,14 @@ fn is_revoked(root: &Path, credentials: &Path, name: &str) -> bool {
 #[test]
 fn a_router_is_revoked_whatever_a_killed_command_has_left_behind() {
     #[track_caller]
-    fn case(leave: impl FnOnce(&Path), unusable: usize) {
+    fn case(leave: impl FnOnce(&Path), unreadable: usize) {
         let root = tempfile::tempdir().unwrap();
         let root = root.path();
         let aircraft = flown(root);
         leave(&root.join("authority/issued"));
         let found = Authority::open(root).unwrap().issued_to("uav1-router").unwrap();
-        assert_eq!((found.former.len(), found.unusable.len()), (1, unusable), "{:?}", found.unusable);
+        assert_eq!((found.former.len(), found.unreadable.len()), (1, unreadable), "{:?}", found.unreadable);
+        assert!(found.unusable.is_empty(), "{:?}", found.unusable);
         change("revoke", root, &["uav1-router"]).unwrap();
         assert!(is_revoked(root, aircraft.path(), "uav1-router"));
         change("renew", root, &["uav1-router"]).unwrap();
@@ -122,6 +123,59 @@ fn a_router_is_revoked_whatever_a_killed_command_has_left_behind() {
     case(|issued| std::fs::write(issued.join("uav1-router-0a.pem"), "").unwrap(), 1);
     case(|issued| std::fs::create_dir(issued.join("uav1-router-0a.pem")).unwrap(), 1);
     case(|issued| std::fs::write(issued.join("uav2-router-0a.pem"), "").unwrap(), 0);
+}
+
+#[test]
+fn a_certificate_whose_copy_cannot_be_read_is_revoked_by_the_serial_number_in_the_name_of_its_file() {
+    #[track_caller]
+    fn case(spoil: impl Fn(&Path)) {
+        let root = tempfile::tempdir().unwrap();
+        let root = root.path();
+        let aircraft = flown(root);
+        // The aircraft has kept its files of before a renewal that never reached it.
+        change("renew", root, &["uav1-router"]).unwrap();
+        let flown = issued::of_file(&aircraft.path().join(CERTIFICATE)).unwrap().serial;
+        spoil(&root.join("authority/issued").join(format!("uav1-router-{}.pem", issued::digits(&flown))));
+        change("revoke", root, &["uav1-router", "--former"]).unwrap();
+        assert!(is_revoked(root, aircraft.path(), "uav1-router"));
+        assert!(!is_revoked(root, &root.join("uav1-router"), "uav1-router"), "its present one is none of the former");
+    }
+    case(|copy| std::fs::write(copy, "").unwrap());
+    case(|copy| std::fs::write(copy, b"\xff\0garbage").unwrap());
+    case(|copy| {
+        std::fs::remove_file(copy).unwrap();
+        std::fs::create_dir(copy).unwrap();
+    });
+}
+
+#[test]
+fn a_router_of_which_only_names_of_copies_are_left_is_revoked_and_not_renewed() {
+    let root = tempfile::tempdir().unwrap();
+    let root = root.path();
+    let aircraft = flown(root);
+    std::fs::remove_dir_all(root.join("uav1-router")).unwrap();
+    for (path, copy) in issued::copies(&root.join("authority")).unwrap() {
+        if copy.unwrap().name == "uav1-router" {
+            std::fs::write(path, "").unwrap();
+        }
+    }
+    let refusal = change("renew", root, &["uav1-router"]).unwrap_err().to_string();
+    assert!(refusal.ends_with(".pem holds no certificate in PEM form"), "its hosts are not known: {refusal}");
+    change("revoke", root, &["uav1-router"]).unwrap();
+    assert!(is_revoked(root, aircraft.path(), "uav1-router"));
+}
+
+#[test]
+fn only_the_name_of_a_copy_says_which_certificate_it_was() {
+    let named = |file: &str| issued::named_for(&Path::new("issued").join(file), "uav1-router");
+    assert_eq!(named("uav1-router-0aff.pem"), Some(Some(vec![0x0a, 0xff])));
+    assert_eq!(named(&format!("uav1-router-{}.pem", "1f".repeat(20))), Some(Some(vec![0x1f; 20])));
+    for other in ["uav1-0a.pem", "uav1-router-2-0a.pem", "router-0a.pem", "0a.pem"] {
+        assert_eq!(named(other), None, "{other}");
+    }
+    for none in ["", "0", "0a0", "old", "+f", "0a (1)", "\u{e4}\u{e4}", &"1f".repeat(21)] {
+        assert_eq!(named(&format!("uav1-router-{none}.pem")), Some(None), "{none}");
+    }
 }
 
 #[test]
@@ -196,8 +250,93 @@ fn each_router_gets_credentials_that_it_may_use() {
     assert!(run(folder.path(), &[]).unwrap_err().to_string().contains("is there already"));
     run(folder.path(), &["--keep"]).unwrap();
     assert_eq!(std::fs::read(folder.path().join("uav1-router/key.pem")).unwrap(), before);
-    std::fs::remove_file(folder.path().join("uav2-router/key.pem")).unwrap();
-    assert!(run(folder.path(), &["--keep"]).unwrap_err().to_string().contains("is there already"), "it is not whole");
+}
+
+#[test]
+fn a_set_that_is_not_whole_is_not_kept_and_what_to_do_makes_it_whole() {
+    #[track_caller]
+    fn case(spoil: impl FnOnce(&Path), wrong: &[&str], renewed: &[&str]) {
+        let root = tempfile::tempdir().unwrap();
+        let root = root.path();
+        run(root, &[]).unwrap();
+        spoil(root);
+        let refusal = run(root, &["--keep"]).unwrap_err().to_string();
+        for wrong in wrong {
+            assert!(refusal.contains(wrong), "expected `{wrong}`: {refusal}");
+        }
+        for name in renewed {
+            let command = format!("`kittiwake certs renew {} {name}`", root.display());
+            assert!(refusal.contains(&command), "expected `{command}`: {refusal}");
+            change("renew", root, &[name]).unwrap();
+        }
+        if renewed.is_empty() {
+            assert!(
+                refusal.contains("remove what is in the folders of the authority and of the routers in"),
+                "{refusal}"
+            );
+            for name in ["authority", "ground-router", "uav1-router", "uav2-router"] {
+                let _ = std::fs::remove_dir_all(root.join(name));
+            }
+        }
+        run(root, &["--keep"]).unwrap();
+        for name in ["uav1-router", "uav2-router"] {
+            check(&root.join(name), name, Side::Aircraft).unwrap_or_else(|bad| panic!("{bad}"));
+        }
+    }
+    let empty = |file: &'static str| move |root: &Path| std::fs::write(root.join(file), "").unwrap();
+    let gone = |file: &'static str| move |root: &Path| std::fs::remove_file(root.join(file)).unwrap();
+    let uav1 = &["uav1-router"];
+    case(empty("uav1-router/key.pem"), &["uav1-router/key.pem holds no private key"], uav1);
+    case(empty("uav1-router/certificate.pem"), &["uav1-router/certificate.pem holds no certificate"], uav1);
+    case(empty("uav1-router/authority.pem"), &["uav1-router/authority.pem holds no certificate"], uav1);
+    case(gone("uav1-router/key.pem"), &["cannot read", "uav1-router/key.pem: No such file"], uav1);
+    case(|root| std::fs::remove_dir_all(root.join("uav1-router")).unwrap(), &["uav1-router/key.pem: No such"], uav1);
+    let zeros = |root: &Path| std::fs::write(root.join("uav1-router/key.pem"), [0; 241]).unwrap();
+    case(zeros, &["uav1-router/key.pem holds no private key"], uav1);
+    let both = |root: &Path| {
+        empty("uav2-router/key.pem")(root);
+        gone("uav1-router/certificate.pem")(root);
+    };
+    case(both, &["uav1-router/certificate.pem: No", "uav2-router/key.pem holds"], &["uav1-router", "uav2-router"]);
+    let other = |root: &Path| {
+        std::fs::copy(root.join("uav2-router/key.pem"), root.join("uav1-router/key.pem")).unwrap();
+    };
+    case(other, &["uav1-router/key.pem is not the key to the certificate beside it"], uav1);
+    case(empty("authority/key.pem"), &["authority/key.pem holds no private key"], &[]);
+    case(gone("authority/certificate.pem"), &["authority/certificate.pem: No such file"], &[]);
+    // The first start lost its power before the last router's turn.
+    let cut_short = |root: &Path| {
+        std::fs::remove_dir_all(root.join("uav2-router")).unwrap();
+        let copies = issued::copies(&root.join("authority")).unwrap();
+        let of_it = copies.into_iter().find(|(_, copy)| copy.as_ref().unwrap().name == "uav2-router");
+        std::fs::remove_file(of_it.unwrap().0).unwrap();
+    };
+    case(cut_short, &["uav2-router/key.pem: No such file"], &[]);
+}
+
+#[test]
+fn what_time_does_to_a_set_is_no_reason_not_to_keep_it() {
+    let root = tempfile::tempdir().unwrap();
+    run(root.path(), &["--days=-1"]).unwrap();
+    change("revoke", root.path(), &["uav1-router"]).unwrap();
+    run(root.path(), &["--keep"]).unwrap();
+}
+
+#[test]
+fn of_commands_that_make_a_set_at_once_one_makes_it() {
+    let root = tempfile::tempdir().unwrap();
+    let root = root.path();
+    let start = std::sync::Barrier::new(4);
+    std::thread::scope(|scope| {
+        for _ in 0..4 {
+            scope.spawn(|| {
+                start.wait();
+                run(root, &["--keep"]).unwrap();
+            });
+        }
+    });
+    assert_eq!(issued::copies(&root.join("authority")).unwrap().len(), 3, "one for each router");
+    check(&root.join("uav1-router"), "uav1-router", Side::Aircraft).unwrap_or_else(|bad| panic!("{bad}"));
 }
 
 #[test]

@@ -132,6 +132,9 @@ impl<L: Link> MavlinkBridge<L> {
         for frame in ground.take_from_ground(system, now) {
             self.link.send(frame.bytes(), now);
         }
+        if let Some(why) = ground.tell_refused() {
+            tracing::warn!("{why}");
+        }
         ground.act(system, now);
     }
 

@@ -6,6 +6,17 @@ use domain::time::Time;
 /// holds: 1500 bytes, or 9000 of a large one.
 pub(crate) const LONGEST_DATAGRAM: usize = 9_000;
 
+/// What a datagram shows of its sender: the most that one of its frames shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Voice {
+    /// Nothing: noise, or what needs no signature.
+    Unknown,
+    /// The key, by a signature whose time has passed: it is behind, or repeats what somebody else has said.
+    Late,
+    /// Something that is believed.
+    Believed,
+}
+
 /// The way to the autopilot as the node sees it; it never waits.
 pub trait Link: std::fmt::Debug {
     /// The next bytes that have arrived: a datagram, or a piece of a stream. They are none where nothing in that is believed: it has been
@@ -28,10 +39,10 @@ pub trait Link: std::fmt::Debug {
         0
     }
 
-    /// Whether the sender of what was received last is listened to; `speaks`: in it was something believed that ground stations say. Where
-    /// many can send, only a few are listened to, and those are chosen by this.
-    fn admit(&mut self, speaks: bool) -> bool {
-        let _ = speaks;
+    /// Whether the sender of what was received last is listened to; `voice` is what was found in that. Where many can send, only a few are
+    /// listened to and sent to, and those are chosen by this.
+    fn admit(&mut self, voice: Voice) -> bool {
+        let _ = voice;
         true
     }
 
@@ -62,8 +73,8 @@ impl Link for Box<dyn Link> {
         (**self).not_believed()
     }
 
-    fn admit(&mut self, speaks: bool) -> bool {
-        (**self).admit(speaks)
+    fn admit(&mut self, voice: Voice) -> bool {
+        (**self).admit(voice)
     }
 
     fn arrival(&self) -> Option<Time> {

@@ -11,7 +11,7 @@ use domain::time::Time;
 use sha2::{Digest, Sha256};
 
 use crate::frame::{Found, Frame, Framer};
-use crate::link::Link;
+use crate::link::{Link, Voice};
 
 /// The key that both sides know.
 #[derive(Clone, PartialEq, Eq)]
@@ -56,7 +56,7 @@ pub enum Refused {
 impl fmt::Display for Refused {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Refused::Unsigned => "without a signature: set the key of `signing_key` in the autopilot too",
+            Refused::Unsigned => "without a signature: set the key of `signing_key` there, too",
             Refused::Wrong => "signed with another key than that of `signing_key`",
             Refused::Old => "with signatures of a time that has passed: they are repeated, or a clock is wrong",
         })
@@ -81,6 +81,11 @@ const UNITS_PER_MS: i64 = 100;
 const MINUTE: u64 = 60_000 * UNITS_PER_MS as u64;
 /// RADIO_STATUS is made by the radio, which has no key.
 pub(crate) const RADIO_STATUS: u32 = 109;
+
+/// Whether a frame shows that somebody speaks who may have a place: a whole message, and none that needs no signature.
+pub(crate) fn shows_a_speaker(frame: &Frame) -> bool {
+    frame.is_known() && frame.id() != RADIO_STATUS
+}
 
 impl Signing {
     /// With this key, as the sender of this link: each link of one component needs an id of its own.
@@ -147,6 +152,8 @@ pub struct SignedLink<L> {
     refused: Option<Refused>,
     /// Bytes of the piece that was received last.
     not_believed: usize,
+    /// In that piece somebody spoke who knows the key and is behind.
+    is_late: bool,
 }
 
 impl<L: Link> SignedLink<L> {
@@ -159,6 +166,7 @@ impl<L: Link> SignedLink<L> {
             utc_ms: Box::new(utc_ms),
             refused: None,
             not_believed: 0,
+            is_late: false,
         }
     }
 
@@ -172,6 +180,7 @@ impl<L: Link> SignedLink<L> {
             Ok(()) => Some(frame),
             Err(why) => {
                 self.refused = Some(why);
+                self.is_late |= why == Refused::Old && shows_a_speaker(&frame);
                 None
             }
         }
@@ -188,6 +197,7 @@ impl<L: Link> Link for SignedLink<L> {
     /// One piece and no more: a stranger may send faster than his frames are checked.
     fn receive(&mut self, now: Time) -> Option<Vec<u8>> {
         let bytes = self.link.receive(now)?;
+        self.is_late = false;
         let found = if self.link.is_datagram() { Framer::datagram(&bytes) } else { self.framer.push(&bytes) };
         let frames: Vec<Frame> = found.into_iter().filter_map(|it| self.believed(it)).collect();
         let believed: Vec<u8> = frames.iter().flat_map(|it| it.bytes()).copied().collect();
@@ -220,8 +230,9 @@ impl<L: Link> Link for SignedLink<L> {
         self.not_believed
     }
 
-    fn admit(&mut self, speaks: bool) -> bool {
-        self.link.admit(speaks)
+    fn admit(&mut self, voice: Voice) -> bool {
+        // What is late is not handed on: whoever listens behind this link does not know of it.
+        self.link.admit(if self.is_late { voice.max(Voice::Late) } else { voice })
     }
 }
 

@@ -6,12 +6,11 @@
 //! denied or revoked by hand stays so.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::time::Duration;
 
 use domain::time::{Now, Time};
 use kittiwake_proto::v1;
 
-use crate::numbers::{Numbers, TooHigh};
+use crate::numbers::Numbers;
 use crate::permission::{self, By, Expiry, Next, NotGranted, Ruling, Standing};
 use crate::policy::Answer;
 use crate::texts::{MAX_AREA_BYTES, MAX_REASON_BYTES, MAX_REQUEST_ID_BYTES};
@@ -51,14 +50,12 @@ struct Permission {
 #[derive(Debug)]
 struct Shown {
     line: Line,
-    /// Since when it is this.
+    /// Since when it is this, and was not said.
     since: Time,
     /// How often it was published since.
     said: u32,
-    /// When it was published last.
+    /// When anything about its area was published last; before that, when there was something to say.
     said_at: Time,
-    /// It has expired, and no vehicle needs to hear that any more: it is not published.
-    is_over: bool,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -105,8 +102,6 @@ pub(crate) enum Refusal {
     TooManyUnasked,
     #[error(transparent)]
     NotGranted(#[from] NotGranted),
-    #[error(transparent)]
-    TooHigh(#[from] TooHigh),
 }
 
 impl Ledger {
@@ -128,7 +123,7 @@ impl Ledger {
             return Err(Refusal::LongRequestId { bytes: request_id.len() });
         }
         check_name(area)?;
-        numbers.go_on_above(request.latest_decision)?;
+        numbers.go_on_above(request.latest_decision);
         if let Some((_, first)) = self.requests.iter().find(|(id, _)| id == request_id) {
             return if first == area {
                 Ok(())
@@ -186,8 +181,8 @@ impl Ledger {
     }
 
     /// Publishes with the next ledger what has been decided, but of the grants only those whose number `is_for_good`: the
-    /// vehicle goes by what it was given before until then. Leaves out what has expired `expired_for` ago.
-    pub(crate) fn settle(&mut self, now: Time, expired_for: Duration, is_for_good: impl Fn(u64) -> bool) {
+    /// vehicle goes by what it was given before until then.
+    pub(crate) fn settle(&mut self, now: Time, is_for_good: impl Fn(u64) -> bool) {
         for permission in self.permissions.values_mut() {
             let is_grant = matches!(permission.line.standing, Standing::Granted { .. });
             let settled = if !is_grant || is_for_good(permission.line.decision) {
@@ -200,10 +195,11 @@ impl Ledger {
             };
             let is_news = |it: &Line| permission.shown.as_ref().is_none_or(|shown| shown.line != *it);
             if let Some(line) = settled.filter(is_news) {
-                permission.shown = Some(Shown { line, since: now, said: 0, said_at: Time::ZERO, is_over: false });
-            }
-            if let Some(shown) = &mut permission.shown {
-                shown.is_over = shown.line.standing == Standing::Expired && shown.since + expired_for <= now;
+                // Its turn is that of its area: a change that follows another one takes nobody else's.
+                let before = permission.shown.as_ref();
+                let since = before.filter(|it| it.said == 0).map_or(now, |it| it.since);
+                let said_at = before.map_or(now, |it| it.said_at);
+                permission.shown = Some(Shown { line, since, said: 0, said_at });
             }
         }
     }

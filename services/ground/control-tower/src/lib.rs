@@ -288,7 +288,7 @@ impl Node for ControlTower {
         let fresh = Expiry::after(now, self.config.grant_valid_s.seconds(), self.pace);
         for (id, vehicle) in &mut self.vehicles {
             vehicle.ledger.advance(now, &mut vehicle.numbers, fresh);
-            vehicle.ledger.settle(now.time, self.rhythm.expired_for, |decision| self.stored.has(id, decision));
+            vehicle.ledger.settle(now.time, |decision| self.stored.has(id, decision));
             while let Some(mut part) = vehicle.next_part(now, self.rhythm) {
                 if let Some(key) = &self.key {
                     part.permissions.iter_mut().for_each(|it| sign(key, id, it));

@@ -2,8 +2,8 @@
 
 use domain::time::Now;
 
-/// The end of the year 9999 in milliseconds since the Unix epoch: no clock gives a higher number, and above it there are more
-/// numbers left than can be given out. A vehicle that names a higher one is wrong.
+/// The end of the year 9999 in milliseconds since the Unix epoch: no clock gives a higher number. Above it there are more numbers left than can
+/// be given out, and a tower that was led there goes on; but nobody leads it further.
 const HIGHEST_NAMED: u64 = 253_402_300_799_999;
 
 /// Gives out numbers that rise: each is the time, in milliseconds since the Unix epoch, or one more than the number before.
@@ -16,11 +16,6 @@ pub(crate) struct Numbers {
     last: u64,
 }
 
-/// A number that no tower has given out.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`latest_decision` is {0}, higher than any number of a decision: the highest is {HIGHEST_NAMED}")]
-pub(crate) struct TooHigh(u64);
-
 impl Numbers {
     /// After `last`, the highest number that was given out before.
     pub(crate) fn after(last: u64) -> Numbers {
@@ -31,13 +26,11 @@ impl Numbers {
         self.last
     }
 
-    /// The vehicle knows a decision of this number; the next one is higher.
-    pub(crate) fn go_on_above(&mut self, named: u64) -> Result<(), TooHigh> {
-        if HIGHEST_NAMED < named {
-            return Err(TooHigh(named));
+    /// The vehicle knows a decision of this number; the next one is higher, unless the number is one that no tower gives out.
+    pub(crate) fn go_on_above(&mut self, named: u64) {
+        if named <= HIGHEST_NAMED {
+            self.last = self.last.max(named);
         }
-        self.last = self.last.max(named);
-        Ok(())
     }
 
     pub(crate) fn next(&mut self, now: Now) -> u64 {
@@ -69,16 +62,16 @@ mod tests {
     #[test]
     fn numbers_go_on_above_what_the_vehicle_names_and_it_cannot_use_them_up() {
         #[track_caller]
-        fn check(named: u64, expected: Result<(), TooHigh>, next: u64) {
+        fn check(named: u64, next: u64) {
             let mut numbers = Numbers::after(50);
-            assert_eq!(numbers.go_on_above(named), expected);
+            numbers.go_on_above(named);
             assert_eq!(numbers.next(Now { utc_ms: 100, ..Now::default() }), next);
         }
-        check(0, Ok(()), 100);
-        check(70, Ok(()), 100);
-        check(7000, Ok(()), 7001);
-        check(HIGHEST_NAMED, Ok(()), HIGHEST_NAMED + 1);
-        check(HIGHEST_NAMED + 1, Err(TooHigh(HIGHEST_NAMED + 1)), 100);
-        check(u64::MAX, Err(TooHigh(u64::MAX)), 100);
+        check(0, 100);
+        check(70, 100);
+        check(7000, 7001);
+        check(HIGHEST_NAMED, HIGHEST_NAMED + 1);
+        check(HIGHEST_NAMED + 1, 100);
+        check(u64::MAX, 100);
     }
 }

@@ -1,7 +1,8 @@
 //! When which part of a vehicle's ledger is published.
 //!
 //! A part is due once a second, each in its turn. A change does not wait for its turn, and is said twice more a second after the other, since
-//! the link may lose one. Where the ledger has several parts, changes in them follow one another so slowly that the link takes them.
+//! the link may lose one. Where the ledger has several parts, changes in them follow one another so slowly that the link takes them, the
+//! oldest first.
 
 use std::time::Duration;
 
@@ -11,13 +12,6 @@ use kittiwake_proto::v1;
 use crate::config::Config;
 use crate::ledger::Ledger;
 use crate::numbers::Numbers;
-
-/// Parts with changes that are published in the time of one turn. (ENG: four of 4 kB a second are 128 kbit/s; a narrower link takes
-/// two at once and loses some of the rest, which is said again.)
-const CHANGES_A_TURN: u32 = 4;
-/// Wall time for which an expired grant is published; the vehicle has ended it by itself. (ENG: an operator's page that was away
-/// meanwhile still shows it.)
-const EXPIRED_FOR: Duration = Duration::from_secs(600);
 
 /// A vehicle's ledger, and when it is published.
 pub(crate) struct Vehicle {
@@ -32,18 +26,13 @@ pub(crate) struct Vehicle {
 /// The times between publications, in mission time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rhythm {
-    /// From a turn to the next.
+    /// From a turn to the next; and from a part with a change to the next one, so that no more than two parts are published in that time.
     pub(crate) turn: Duration,
-    /// From a part with a change to the next one.
-    between_changes: Duration,
-    /// For how long what has expired is published.
-    pub(crate) expired_for: Duration,
 }
 
 impl Rhythm {
     pub(crate) fn new(config: &Config, pace: Pace) -> Rhythm {
-        let turn = pace.wall(config.ledger_rate_hz.period());
-        Rhythm { turn, between_changes: turn / CHANGES_A_TURN, expired_for: pace.wall(EXPIRED_FOR) }
+        Rhythm { turn: pace.wall(config.ledger_rate_hz.period()) }
     }
 }
 
@@ -73,11 +62,12 @@ impl Vehicle {
         let changed = self.ledger.changed_part(&parts, now.time, rhythm).filter(|_| self.change_at <= now.time);
         let is_due = self.publish_at <= now.time;
         let index = changed.or(is_due.then_some(turn))?;
-        if index == turn {
+        // The only part has its turn with each change.
+        if changed.is_none() || parts.len() == 1 {
             self.publish_at = now.time + rhythm.turn;
         }
         if changed.is_some() && 1 < parts.len() {
-            self.change_at = now.time + rhythm.between_changes;
+            self.change_at = now.time + rhythm.turn;
         }
         Some(self.ledger.say(&parts[index], now.time))
     }

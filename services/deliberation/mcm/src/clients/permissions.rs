@@ -48,6 +48,8 @@ pub(crate) struct Permissions {
     has_heard: bool,
     /// Areas with why a line of the ledger was refused: each is said once.
     refused: BTreeSet<(String, Refusal)>,
+    /// Areas that are held although a line said no: the highest number of such a line, and how often the tower was asked about it.
+    doubted: BTreeMap<String, (u64, u32)>,
     /// Makes request ids unique among starts of this process.
     instance: u64,
     revision: u64,
@@ -95,6 +97,7 @@ impl Permissions {
             silent_until: None,
             has_heard: false,
             refused: BTreeSet::new(),
+            doubted: BTreeMap::new(),
             instance,
             revision: 0,
         }
@@ -216,8 +219,28 @@ impl Permissions {
         self.send_if_overdue(now, area, limits, outbox);
     }
 
-    /// Asks again for `area`, whose permission is held and will expire, or is of a tower that is gone or says no with a lower number; returns whether a request was sent. Answers are
-    /// overdue as for any other request, but silence is no denial here: the flight reacts to the expiry itself.
+    /// Asks the tower about `area`, which is held although a line of this number says no; returns whether that is new. A few requests are
+    /// enough: what is only a recording comes again and again.
+    pub(crate) fn doubt(
+        &mut self,
+        now: Time,
+        area: &str,
+        found: u64,
+        by: NeededBy,
+        limits: &Limits,
+        outbox: &mut Outbox,
+    ) -> bool {
+        let (highest, tries) = self.doubted.get(area).copied().unwrap_or_default();
+        let tries = if highest < found { 0 } else { tries };
+        if found < highest || limits.permission_tries <= tries || !self.renew(now, area, by, limits, outbox) {
+            return false;
+        }
+        self.doubted.insert(area.to_owned(), (found, tries + 1));
+        tries == 0
+    }
+
+    /// Asks again for `area`, whose permission is held and will expire, or is of a tower that is gone, or doubted; returns whether a request
+    /// was sent. Answers are overdue as for any other request, but silence is no denial here: the flight reacts to the expiry itself.
     pub(crate) fn renew(&mut self, now: Time, area: &str, by: NeededBy, limits: &Limits, outbox: &mut Outbox) -> bool {
         if self.requests.contains_key(area) || self.renewals.get(area).is_some_and(|until| now < *until) {
             return false;

@@ -12,7 +12,7 @@ use domain::wire::{InvalidMessage, decision, finite, permission};
 use kittiwake_proto::topics::{Message, Response, Service, Topic};
 use kittiwake_proto::v1;
 use node::{CallError, CallId};
-use signed_permissions::belief::Taken;
+use signed_permissions::belief::{Outdated, Taken};
 
 use super::World;
 use super::news::{FlagNews, ListedFlag};
@@ -101,11 +101,13 @@ impl World {
                         self.say("permission", format!("area {area}: a permission is not believed: {refusal}"));
                     }
                 }
-                for (area, refusal) in outdated {
-                    let by = self.needed_by();
-                    self.permissions.renew(self.now.time, &area, by, &self.limits, &mut self.outbox);
-                    if self.permissions.is_news(&area, &refusal) {
-                        self.say("permission", format!("area {area}: a decision is not believed: {refusal}"));
+                for Outdated { area, found, latest } in outdated {
+                    let (now, by) = (self.now.time, self.needed_by());
+                    if self.permissions.doubt(now, &area, found, by, &self.limits, &mut self.outbox) {
+                        let why = format!(
+                            "number {found} says no, and a later decision is known: {latest}; the tower is asked again"
+                        );
+                        self.say("permission", format!("area {area}: a decision is not believed: {why}"));
                     }
                 }
             }

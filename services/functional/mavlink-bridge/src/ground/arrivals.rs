@@ -1,8 +1,9 @@
 //! What has arrived at a socket from whom, and who of those are the ground stations that are sent to.
 //!
-//! There are a few places. One is given by something that is believed, and kept as long as that goes on: see [`Arrivals::admit`]. What
-//! arrives from each place waits by itself, and what arrives from all others in a small queue of its own; they are taken in turn, so that
-//! nobody's datagrams keep another one's out, or wait behind them for long.
+//! There are a few places. One is given by something that is believed, and kept as long as that goes on: see [`Arrivals::admit`]. Whoever
+//! knows the key and is behind is let in where a place is free: only so it hears the time that it has to sign with. What arrives from each
+//! place waits by itself, and what arrives from all others in a small queue of its own; they are taken in turn, so that nobody's datagrams
+//! keep another one's out, or wait behind them for long.
 //!
 //! Where somebody has to leave for a newcomer, it is one of the address that has the most (as with the seats of the gateway): a stranger with
 //! many ports displaces himself. Addresses can be made up, so that this is no protection without signatures.
@@ -14,10 +15,14 @@ use std::time::Duration;
 
 use domain::time::Time;
 
+use crate::link::Voice;
+
 /// Ground stations that are sent to at once.
 const MOST_STATIONS: usize = 4;
 /// After this silence a ground station is no longer sent to: it says at least once a second that it is there.
 const STATION_GONE: Duration = Duration::from_secs(30);
+/// After this silence, a few of its heartbeats, it leaves for a newcomer of its own address: those who speak do not displace each other.
+const STATION_SILENT: Duration = Duration::from_secs(3);
 /// Datagrams of one station that wait: a quarter of a second of full rates.
 const MOST_OF_ONE: usize = 128;
 /// Datagrams that wait of all who have no place.
@@ -40,6 +45,8 @@ pub(super) struct Arrivals {
 struct Station {
     address: SocketAddr,
     heard: Time,
+    /// Otherwise it is only let in to hear, and what it says goes no further.
+    is_believed: bool,
     waiting: VecDeque<Vec<u8>>,
 }
 
@@ -51,7 +58,7 @@ impl Arrivals {
 
     /// This is the only station, whether it speaks or not.
     pub(super) fn of_only(address: SocketAddr) -> Arrivals {
-        let station = Station { address, heard: Time::ZERO, waiting: VecDeque::new() };
+        let station = Station { address, heard: Time::ZERO, is_believed: true, waiting: VecDeque::new() };
         Arrivals { stations: vec![station], is_open: false, ..Arrivals::of_any() }
     }
 
@@ -92,29 +99,51 @@ impl Arrivals {
         None
     }
 
-    /// Whether the sender of the datagram that was taken last is listened to; `speaks`: something in it is believed, which is what gives
-    /// a place and keeps it.
-    pub(super) fn admit(&mut self, speaks: bool, now: Time) -> bool {
+    /// Whether the sender of the datagram that was taken last is listened to. A place is given and kept by what is believed; what is late
+    /// gives one only to hear, and keeps no other.
+    pub(super) fn admit(&mut self, voice: Voice, now: Time) -> bool {
         let Some(from) = self.last else { return false };
         if self.is_open {
             self.stations.retain(|it| it.is_present(now));
         }
         if let Some(station) = self.stations.iter_mut().find(|it| it.address == from) {
-            if speaks {
-                station.heard = now;
-            }
-            return true;
+            station.speaks(voice, now);
+            return station.is_believed;
         }
-        if !speaks || !self.is_open {
+        if voice == Voice::Unknown || !self.is_open || !self.has_room(from, voice, now) {
             return false;
         }
-        if MOST_STATIONS <= self.stations.len() {
-            let seated: Vec<_> = self.stations.iter().map(|it| (host(it.address), it.heard)).collect();
-            let Some(displaced) = displaced(&seated, host(from)) else { return false };
-            self.stations.remove(displaced);
+        let is_believed = voice == Voice::Believed;
+        // What of it waits among the others would be overtaken there, and then be too old to be believed.
+        let (own, others): (VecDeque<_>, _) = self.others.drain(..).partition(|(address, _)| *address == from);
+        self.others = others;
+        let waiting = own.into_iter().map(|(_, bytes)| bytes).collect();
+        self.stations.push(Station { address: from, heard: now, is_believed, waiting });
+        is_believed
+    }
+
+    /// Whether a place is free for a newcomer, or is now, since somebody has left for it.
+    fn has_room(&mut self, newcomer: SocketAddr, voice: Voice, now: Time) -> bool {
+        if self.stations.len() < MOST_STATIONS {
+            return true;
         }
-        self.stations.push(Station { address: from, heard: now, waiting: VecDeque::new() });
-        true
+        let leaves = match voice {
+            Voice::Believed => self.only_let_in().or_else(|| self.displaced_by(newcomer, now)),
+            _ => self.displaced_by(newcomer, now).filter(|it| host(self.stations[*it].address) == host(newcomer)),
+        };
+        leaves.map(|it| self.stations.remove(it)).is_some()
+    }
+
+    /// The first to leave for who is believed.
+    fn only_let_in(&self) -> Option<usize> {
+        let let_in = self.stations.iter().enumerate().filter(|(_, it)| !it.is_believed);
+        let_in.min_by_key(|(_, it)| it.heard).map(|(index, _)| index)
+    }
+
+    fn displaced_by(&self, newcomer: SocketAddr, now: Time) -> Option<usize> {
+        let seated: Vec<_> = self.stations.iter().map(|it| (host(it.address), (it.is_believed, it.heard))).collect();
+        let is_free_for = |it: &Station| host(it.address) != host(newcomer) || STATION_SILENT <= now - it.heard;
+        displaced(&seated, host(newcomer)).filter(|it| is_free_for(&self.stations[*it]))
     }
 
     /// Who is sent to.
@@ -125,6 +154,14 @@ impl Arrivals {
 }
 
 impl Station {
+    fn speaks(&mut self, voice: Voice, now: Time) {
+        // Who repeats what a station said, in its name, does not keep its place.
+        if voice == Voice::Believed || (voice == Voice::Late && !self.is_believed) {
+            self.heard = now;
+        }
+        self.is_believed |= voice == Voice::Believed;
+    }
+
     fn is_present(&self, now: Time) -> bool {
         now - self.heard < STATION_GONE
     }

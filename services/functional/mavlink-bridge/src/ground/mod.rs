@@ -12,9 +12,9 @@ use kittiwake_proto::v1::DecisionRecord;
 
 use crate::frame::{Found, Frame};
 use crate::intake::Intake;
-use crate::link::Link;
+use crate::link::{Link, Voice};
 use crate::said::OUR_COMPONENT;
-use crate::signing::RADIO_STATUS;
+use crate::signing::{RADIO_STATUS, shows_a_speaker};
 
 mod arrivals;
 mod endpoint;
@@ -44,6 +44,8 @@ pub(crate) struct Ground {
     /// Who was heard on which side: system and component.
     on_ground: BTreeSet<(u8, u8)>,
     on_vehicle: BTreeSet<(u8, u8)>,
+    /// Why frames were not believed, as far as it was told.
+    told_refused: Vec<String>,
 }
 
 impl Ground {
@@ -57,6 +59,7 @@ impl Ground {
             text_id: 0,
             on_ground: BTreeSet::new(),
             on_vehicle: BTreeSet::new(),
+            told_refused: Vec::new(),
         }
     }
 
@@ -74,8 +77,7 @@ impl Ground {
         let mut onward = Vec::new();
         self.intake.begin_turn();
         while let Some(found) = self.intake.next(&mut self.link, now) {
-            let speaks = found.iter().any(is_of_a_station);
-            if !self.link.admit(speaks) {
+            if !self.link.admit(voice_in(&found)) {
                 continue;
             }
             for it in found {
@@ -124,6 +126,13 @@ impl Ground {
         }
     }
 
+    /// Why something that has arrived is not believed. Each reason is told once: a stranger cannot fill the log.
+    pub(crate) fn tell_refused(&mut self) -> Option<String> {
+        let why = self.link.refused().filter(|it| !self.told_refused.contains(it))?;
+        self.told_refused.push(why.clone());
+        Some(format!("a ground station is not believed: {why}"))
+    }
+
     /// When something is due.
     pub(crate) fn deadline(&self) -> Option<Time> {
         [self.link.arrival(), self.intake.deadline(), Some(self.next_heartbeat)].into_iter().flatten().min()
@@ -136,10 +145,10 @@ impl Ground {
     }
 }
 
-/// Whether it shows that a ground station speaks: a whole message, which on a link that is signed is believed. RADIO_STATUS, which needs no
-/// signature there, does not.
-fn is_of_a_station(found: &Found) -> bool {
-    matches!(found, Found::Frame(frame) if frame.is_known() && frame.id() != RADIO_STATUS)
+/// What is handed on by a link that is signed is believed there.
+fn voice_in(found: &[Found]) -> Voice {
+    let speaks = found.iter().any(|it| matches!(it, Found::Frame(frame) if shows_a_speaker(frame)));
+    if speaks { Voice::Believed } else { Voice::Unknown }
 }
 
 fn note(senders: &mut BTreeSet<(u8, u8)>, frame: &Frame) -> (u8, u8) {

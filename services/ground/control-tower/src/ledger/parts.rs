@@ -1,7 +1,5 @@
 //! What of a ledger is published together: parts, none of which is too large for the link.
 
-use std::cmp::Reverse;
-
 use domain::time::Time;
 use kittiwake_proto::v1;
 
@@ -10,7 +8,7 @@ use crate::permission::Standing;
 use crate::vehicle::Rhythm;
 
 /// Of the lines of one part: far below the 12,000 bytes of a message that cross (`config/zenoh/link.toml`), and two of them fit into what may
-/// wait for the link. (ENG: half a second at 64 kbit/s, for once a second.)
+/// wait for the link. (ENG: it crosses twice, over both connections: a full one takes a second of 64 kbit/s.)
 const MAX_LINES_BYTES: usize = 4096;
 /// Of a line without its texts: at most six numbers of 11 bytes, the signature, and the lengths.
 const REST_OF_LINE_BYTES: usize = 160;
@@ -49,10 +47,10 @@ impl Ledger {
         self.first_by(parts, |it| Some(it.said_at)).unwrap_or_default()
     }
 
-    /// The part with the change that was said least often, and of those with the newest.
+    /// The part with the change that was said least often, and of those with the oldest.
     pub(crate) fn changed_part(&self, parts: &[Part], now: Time, rhythm: Rhythm) -> Option<usize> {
         let is_due = |it: &Shown| it.change_due(rhythm).is_some_and(|due| due <= now);
-        let first = self.first_by(parts, |it| is_due(it).then_some((it.said, Reverse(it.since))));
+        let first = self.first_by(parts, |it| is_due(it).then_some((it.said, it.since)));
         first.or_else(|| self.has_forgotten.then(|| self.turn(parts)))
     }
 
@@ -76,14 +74,14 @@ impl Ledger {
         v1::PermissionLedger { permissions, after_area, through_area, ..Default::default() }
     }
 
-    /// All of it counts as a change.
+    /// All of it is said once more without waiting for its turn, but after what was never said.
     pub(crate) fn repeat_all(&mut self) {
-        self.permissions.values_mut().filter_map(|it| it.shown.as_mut()).for_each(|it| it.said = 0);
+        let said = self.permissions.values_mut().filter_map(|it| it.shown.as_mut());
+        said.for_each(|it| it.said = it.said.min(TIMES_SAID - 1));
     }
 
     fn shown(&self) -> impl Iterator<Item = (&String, &Shown)> {
-        let shown = self.permissions.iter().filter_map(|(area, it)| Some((area, it.shown.as_ref()?)));
-        shown.filter(|(_, it)| !it.is_over)
+        self.permissions.iter().filter_map(|(area, it)| Some((area, it.shown.as_ref()?)))
     }
 
     /// The part with the line that comes first by `key`, of those that have one.

@@ -6,6 +6,7 @@ use crate::policy::Verdict;
 use crate::vehicle::Rhythm;
 use domain::time::Pace;
 use std::collections::BTreeSet;
+use std::time::Duration;
 
 const CONFIG: &str = "
     delay_s = 5.0
@@ -26,7 +27,7 @@ fn ask(ledger: &mut Ledger, id: &str, area: &str) -> Result<(), Refusal> {
     let fresh = Expiry::after(Now::default(), Duration::from_secs(900), Pace::REAL_TIME);
     let answer = || Some(Answer { after: Duration::ZERO, verdict: Verdict::Grant });
     let taken = ledger.request(Now::default(), &mut Numbers::default(), &request, fresh, answer);
-    ledger.settle(Time::ZERO, Duration::MAX, |_| true);
+    ledger.settle(Time::ZERO, |_| true);
     taken
 }
 
@@ -260,11 +261,11 @@ fn a_grant_is_not_shown_before_it_is_given_for_good_and_everything_else_at_once(
     };
     let mut rule = |ledger: &mut Ledger, ruling, stored: u64| {
         ledger.rule(now, &mut numbers, "a", ruling, false).unwrap();
-        ledger.settle(now.time, Duration::MAX, |number| number <= stored);
+        ledger.settle(now.time, |number| number <= stored);
     };
     rule(&mut ledger, Ruling::Grant { expiry: expiry(60) }, 0);
     assert_eq!(shown(&mut ledger), []);
-    ledger.settle(now.time, Duration::MAX, |number| number <= 1);
+    ledger.settle(now.time, |number| number <= 1);
     assert_eq!(shown(&mut ledger), [("PERMISSION_STATE_GRANTED".to_owned(), 60.0, 1)]);
     rule(&mut ledger, Ruling::Grant { expiry: expiry(90) }, 1);
     assert_eq!(shown(&mut ledger), [("PERMISSION_STATE_GRANTED".to_owned(), 60.0, 1)], "the one before holds");
@@ -281,7 +282,7 @@ fn of_grants_that_come_faster_than_they_are_stored_some_are_shown() {
         let expiry = Expiry::after(now, Duration::from_secs(60), Pace::REAL_TIME);
         ledger.rule(now, &mut numbers, "a", Ruling::Grant { expiry }, false).unwrap();
         // The newest is never stored.
-        ledger.settle(now.time, Duration::MAX, |number| number < n);
+        ledger.settle(now.time, |number| number < n);
         let parts = ledger.parts();
         shown.extend(ledger.say(&parts[0], now.time).permissions.first().map(|it| it.decision));
     }

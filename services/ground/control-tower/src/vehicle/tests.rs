@@ -56,8 +56,12 @@ impl Rig {
     }
 
     /// Publishes what is due until `s` seconds; `passes`: whether the link lets this one pass.
-    fn until(&mut self, s: u64, mut passes: impl FnMut(&v1::PermissionLedger) -> bool) {
-        let end = Time::after(Duration::from_secs(s));
+    fn until(&mut self, s: u64, passes: impl FnMut(&v1::PermissionLedger) -> bool) {
+        self.until_ms(1000 * s, passes);
+    }
+
+    fn until_ms(&mut self, ms: u64, mut passes: impl FnMut(&v1::PermissionLedger) -> bool) {
+        let end = Time::after(Duration::from_millis(ms));
         loop {
             let mut effects = Vec::new();
             self.tower.act(self.now, &mut effects);
@@ -108,7 +112,7 @@ fn the_largest_ledger_arrives_in_parts_that_the_link_lets_pass() {
     assert!(rig.heard[0].1.memory.as_ref().unwrap().failing.ends_with('…'));
     for (second, _) in &rig.heard {
         let within = rig.heard.iter().filter(|(other, _)| (0.0..1.0).contains(&(other - second))).count();
-        assert!(within <= 6, "{within} parts in the second from {second}");
+        assert!(within <= 3, "{within} parts in the second from {second}");
     }
 }
 
@@ -136,24 +140,34 @@ fn a_revocation_among_256_areas_arrives_at_once_and_again_if_the_link_loses_it()
 }
 
 #[test]
-fn every_area_has_its_turn_also_while_another_one_changes_all_the_time() {
-    let mut rig = Rig::with(short_names());
-    rig.until(60, |_| true);
-    rig.heard.clear();
-    for n in 0..40 {
-        let (request_id, area) = (format!("again {n}"), "area 000".into());
-        rig.send(Request::Permission(v1::PermissionRequest {
-            request_id,
-            area,
-            plan_revision: 1,
-            ..Default::default()
-        }));
-        rig.until(61 + n, |_| true);
+fn every_area_has_its_turn_and_a_revocation_arrives_also_while_another_one_changes_all_the_time() {
+    #[track_caller]
+    fn check(period_ms: u64) {
+        let mut rig = Rig::with(short_names());
+        rig.until(60, |_| true);
+        rig.heard.clear();
+        for n in 0..40_000 / period_ms {
+            if n == 5 {
+                rig.revoke("area 200");
+            }
+            let (request_id, area) = (format!("again {n}"), "area 000".into());
+            rig.send(Request::Permission(v1::PermissionRequest {
+                request_id,
+                area,
+                plan_revision: 1,
+                ..Default::default()
+            }));
+            rig.until_ms(60_000 + (n + 1) * period_ms, |_| true);
+            if (n + 1) * period_ms == 10_000 {
+                assert_eq!(rig.state("area 200"), Some(Revoked), "every {period_ms} ms");
+            }
+        }
+        for area in short_names() {
+            let said = rig.heard.iter().filter(|(_, part)| part.permissions.iter().any(|it| it.area == area)).count();
+            assert!(2 <= said, "{area} was said {said} times in 40 s, with a change every {period_ms} ms");
+        }
     }
-    for area in short_names() {
-        let said = rig.heard.iter().filter(|(_, part)| part.permissions.iter().any(|it| it.area == area)).count();
-        assert!(2 <= said, "{area} was said {said} times in 40 s");
-    }
+    [1000, 500, 200, 50].into_iter().for_each(check);
 }
 
 #[test]
@@ -163,19 +177,18 @@ fn a_mission_manager_that_is_started_hears_of_every_area_within_seconds() {
     rig.heard.clear();
     let (vehicle, service, instance) = ("uav1".into(), "mcm".into(), "2".into());
     rig.tower.on(rig.now, Event::Peer { vehicle, service, instance, alive: true }, &mut Vec::new());
-    rig.until(65, |_| true);
+    rig.until(70, |_| true);
     let said = |area: &String| rig.heard.iter().any(|(_, part)| part.permissions.iter().any(|it| it.area == *area));
     assert!(short_names().all(|area| said(&area)));
 }
 
 #[test]
-fn what_has_expired_is_said_for_ten_minutes() {
+fn what_has_expired_is_said_as_long_as_it_is_known() {
+    // A vehicle that comes back with a clock that was set back believes in what it remembers until it hears that it is over.
     let mut rig = Rig::with(["area".to_owned()].into_iter());
-    let mut lines_at = |s| {
-        rig.until(s, |_| true);
-        rig.heard.last().unwrap().1.permissions.len()
-    };
-    assert_eq!([lines_at(890), lines_at(1490), lines_at(1510)], [1, 1, 0]);
+    rig.until(10_000, |_| true);
+    let last = &rig.heard.last().unwrap().1.permissions;
+    assert_eq!(last.iter().map(v1::Permission::state).collect::<Vec<_>>(), [v1::PermissionState::Expired]);
 }
 
 #[test]

@@ -40,8 +40,8 @@ pub mod verify;
 mod writer;
 
 /// How long the end of the gateway waits for records that are not written yet: a disk that works takes milliseconds, and one
-/// that hangs may do so for ever.
-const END_LIMIT: Duration = Duration::from_secs(1);
+/// that hangs may do so for ever. The recorder waits after it, and the whole must end within two seconds (`run/end.rs`).
+const END_LIMIT: Duration = Duration::from_millis(500);
 
 /// The audit trail and the refusals, shared by every request.
 #[derive(Debug)]

@@ -106,15 +106,19 @@ impl Writer {
                     self.look();
                     self.sync();
                 }
-                Err(RecvTimeoutError::Disconnected) => return self.sync(),
+                Err(RecvTimeoutError::Disconnected) => {
+                    self.look();
+                    return self.sync();
+                }
             }
         }
     }
 
     fn write(&mut self, record: &AuditRecord) {
-        // Where that fails the record below fails as well, or says the number itself.
-        let _ = self.given.set(record.number);
-        self.given_number = record.number;
+        // Where that fails the record below fails as well, or says the number itself; or a later look tries again.
+        if self.given.set(record.number).is_ok() {
+            self.given_number = record.number;
+        }
         let written = self.files.append(record).map_err(|cause| cause.to_string());
         let seen = self.seen();
         lock(&self.orders).written(written, seen);
@@ -126,7 +130,8 @@ impl Writer {
             orders.looking_since = Some(Instant::now());
             orders.number
         };
-        // Those in between had no room in the queue. After the end of the trail, nothing else would say that they are missing.
+        // Those in between had no room in the queue, or the disk did not take them. After the end of the trail, nothing else would say that they
+        // are missing.
         if self.given_number < number && self.given.set(number).is_ok() {
             self.given_number = number;
         }
