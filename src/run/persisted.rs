@@ -47,8 +47,8 @@ pub enum StartError {
 pub struct Persisted<N: Resumable> {
     service: N,
     writer: Writer,
-    /// By number, as it was handed over: the newest state, and before it the one that is being saved, if that is another. A service
-    /// that changes as fast as the disk saves hears of that one.
+    /// By number, as they were handed over, at most three: the newest state, before it the one that is being saved, and before that the
+    /// one whose outcome was not heard of yet, or that has failed. A service that changes as fast as the disk saves hears of those.
     handed_over: Vec<(u64, N::Memory)>,
     /// The number of the newest state of which the service knows that it is on the disk.
     known_saved: u64,

@@ -58,8 +58,8 @@ pub(super) fn digits(serial: &[u8]) -> String {
     serial.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Whether the file was named for a copy of a certificate of the router `name`, whatever it holds, and the serial number in its name.
-/// Names of routers have dashes too.
+/// What the name of a file says, whatever it holds. `None`: it is not named for a copy of a certificate of the router `name`; otherwise
+/// the serial number in it, or `Some(None)` if that is none that a certificate can have. Names of routers have dashes too.
 pub(super) fn named_for(path: &Path, name: &str) -> Option<Option<Vec<u8>>> {
     let stem = path.file_stem()?.to_str()?;
     stem.rsplit_once('-').filter(|(of, _)| *of == name).map(|(_, digits)| serial(digits))

@@ -14,8 +14,10 @@ use rustls::pki_types::pem::PemObject;
 use super::authority::read;
 use super::{AUTHORITY_FOLDER, Failure, Router, issued};
 
+/// Checks that the set in `root` has all files of the authority and of these routers, and that each can be used.
+///
 /// # Errors
-/// If it is not: what is wrong with which files, and what to do.
+/// If it is not whole: what is wrong with which files, and what to do.
 pub(super) fn check(root: &Path, routers: &[Router]) -> Result<(), Failure> {
     let folder = root.join(AUTHORITY_FOLDER);
     let of_authority = said([certificate(&folder.join(CERTIFICATE)), key(&folder.join(KEY))]);

@@ -2,7 +2,7 @@
 
 use domain::time::Time;
 
-/// A longer datagram is dropped where it arrives. MAVLink puts frames of at most 293 bytes together up to what a packet of the network
+/// A longer datagram is dropped where it arrives. MAVLink puts frames of at most 280 bytes together up to what a packet of the network
 /// holds: 1500 bytes, or 9000 of a large one.
 pub(crate) const LONGEST_DATAGRAM: usize = 9_000;
 

@@ -21,8 +21,8 @@ pub struct Config {
     pub denial_reason: String,
     /// Mission seconds for which a grant is valid. Ours: several times the reference mission's legs.
     pub grant_valid_s: Positive,
-    /// Publications of each ledger per second of wall time, besides one on every change. From the
-    /// contract (`permission.proto`): 1.
+    /// Publications of each ledger, or of one part of a large one, per second of wall time, besides those of changes. From
+    /// the contract (`permission.proto`): 1.
     pub ledger_rate_hz: Positive,
 }
 

@@ -50,7 +50,7 @@ struct Permission {
 #[derive(Debug)]
 struct Shown {
     line: Line,
-    /// Since when it is this, and was not said.
+    /// Since when there is a change of its area that was not said.
     since: Time,
     /// How often it was published since.
     said: u32,

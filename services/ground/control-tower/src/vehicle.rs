@@ -1,6 +1,6 @@
 //! When which part of a vehicle's ledger is published.
 //!
-//! A part is due once a second, each in its turn. A change does not wait for its turn, and is said twice more a second after the other, since
+//! A part is due once a second, each in its turn. A change does not wait for its turn, and is said twice more, a second apart, since
 //! the link may lose one. Where the ledger has several parts, changes in them follow one another so slowly that the link takes them, the
 //! oldest first.
 
@@ -23,10 +23,11 @@ pub(crate) struct Vehicle {
     change_at: Time,
 }
 
-/// The times between publications, in mission time.
+/// The time between publications, in mission time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rhythm {
-    /// From a turn to the next; and from a part with a change to the next one, so that no more than two parts are published in that time.
+    /// From a turn to the next; and from a part with a change to the next one. So no more than two parts are published in that time, and
+    /// one more where [`Vehicle::repeat_all`] brings the turn forward.
     pub(crate) turn: Duration,
 }
 

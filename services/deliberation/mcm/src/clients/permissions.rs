@@ -45,6 +45,7 @@ pub(crate) struct Permissions {
     of_former_tower: BTreeSet<String>,
     /// Until when the first ledger is awaited; `None` before the first moment.
     silent_until: Option<Time>,
+    /// A ledger in one part was heard.
     has_heard: bool,
     /// Areas with why a line of the ledger was refused: each is said once.
     refused: BTreeSet<(String, Refusal)>,
@@ -181,7 +182,8 @@ impl Permissions {
         self.of_former_tower.contains(area)
     }
 
-    /// All that the tower knows was heard. After a part of it, permissions in others are not known to be missing yet.
+    /// A ledger in one part was heard, which is all that the tower knows. Where it comes in several parts this is never called, and
+    /// [`FIRST_LEDGER`] alone ends the wait for it.
     pub(crate) fn on_whole_ledger(&mut self) {
         self.has_heard = true;
     }

@@ -10,7 +10,7 @@ use crate::vehicle::Rhythm;
 /// Of the lines of one part: far below the 12,000 bytes of a message that cross (`config/zenoh/link.toml`), and two of them fit into what may
 /// wait for the link. (ENG: it crosses twice, over both connections: a full one takes a second of 64 kbit/s.)
 const MAX_LINES_BYTES: usize = 4096;
-/// Of a line without its texts: at most six numbers of 11 bytes, the signature, and the lengths.
+/// Of a line without its texts: five numbers of at most 11 bytes, the signature, and the lengths.
 const REST_OF_LINE_BYTES: usize = 160;
 /// Publications of a change that do not wait for their turn: the link loses two in a row only if it is down.
 const TIMES_SAID: u32 = 3;

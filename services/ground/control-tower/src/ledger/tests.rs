@@ -8,14 +8,6 @@ use domain::time::Pace;
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-const CONFIG: &str = "
-    delay_s = 5.0
-    random_denial = 0.5
-    denial_reason = 'closed'
-    grant_valid_s = 900.0
-    ledger_rate_hz = 1.0
-";
-
 fn ask(ledger: &mut Ledger, id: &str, area: &str) -> Result<(), Refusal> {
     let request = v1::PermissionRequest {
         request_id: id.into(),
@@ -212,7 +204,7 @@ fn a_repeated_request_for_what_was_forgotten_is_answered_anew() {
 }
 
 fn is_changed(ledger: &Ledger) -> bool {
-    let rhythm = Rhythm::new(&toml::from_str(CONFIG).unwrap(), Pace::REAL_TIME);
+    let rhythm = Rhythm { turn: Duration::from_secs(1) };
     ledger.changed_part(&ledger.parts(), Time::ZERO, rhythm).is_some()
 }
 

@@ -60,7 +60,7 @@ pub enum OpenError {
     /// Another gateway writes it.
     #[error(transparent)]
     InUse(#[from] InUse),
-    /// This path cannot be read or written.
+    /// This path cannot be read or written, or the system gives no thread that would write there.
     #[error("{path}: {1}", path = .0.display())]
     Unusable(PathBuf, io::Error),
 }
@@ -87,7 +87,7 @@ impl Audit {
     /// Goes on with the files in `folder`, of which the newest `most_files` are kept. No other process can, for as long as the value lives.
     ///
     /// # Errors
-    /// That another process does already; or the path that cannot be read or written, and why.
+    /// That another process does already; or the path that cannot be read or written, and why; or that there are no threads for it.
     pub fn open(folder: &Path, most_files: usize) -> Result<Audit, OpenError> {
         let lock = in_use::lock(folder)?;
         // If it cannot be read, `GivenNumber::open` says so.
@@ -151,7 +151,7 @@ impl Audit {
         self.lock().problems(Instant::now())
     }
 
-    /// Has the records written that wait, for as long as that may take at the end of a gateway; there are none afterwards.
+    /// Has the records written that wait, and waits [`END_LIMIT`] for that. What is recorded afterwards is in memory only.
     pub(crate) fn close(&self) {
         let Some(ended) = &self.writer_ended else { return };
         let queue = self.lock().queue.take();

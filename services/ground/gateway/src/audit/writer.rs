@@ -35,7 +35,8 @@ pub(super) struct Writer {
     orders: Arc<Mutex<Orders>>,
     files: DayFiles,
     given: GivenNumber,
-    /// The number that `given` has.
+    /// The number that `given` has. After the start it is the newest one, also if `given` has none: that stays so until the next
+    /// record.
     given_number: u64,
     /// The number's file and the newest one go here to be brought to the disk.
     to_sync: SyncSender<io::Result<[File; 2]>>,
@@ -45,7 +46,8 @@ pub(super) struct Writer {
     _lock_file: Option<File>,
 }
 
-/// Starts the threads for files that were opened; with the end of the writer's.
+/// Starts the threads for files that were opened. Returns what requests use, and a receiver that is disconnected when the writer's
+/// thread has ended.
 ///
 /// # Errors
 /// When the system gives no threads.
@@ -78,8 +80,9 @@ pub(super) fn start(
         _lock_file: lock_file,
     };
     Builder::new().name("audit".into()).spawn(move || {
+        // Dropped when the thread ends, also by a panic.
+        let _alive: SyncSender<()> = alive;
         writer.run(&jobs);
-        drop::<SyncSender<()>>(alive);
     })?;
     Ok((orders, ended))
 }

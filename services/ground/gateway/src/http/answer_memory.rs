@@ -23,7 +23,7 @@ use crate::shares::{Share, Shares, Taken};
 /// Bytes of all unread answers: a fifth of what the gateway may have (`deploy/kittiwake@.service`). One part in sixteen is reserved for
 /// those who may order.
 const TOTAL: usize = 20 * MB;
-/// Bytes of one token's, or of all clients' together that have none: ten long flights. A page asks for one at a time.
+/// Bytes of one token's, or of all clients' together that have none. (ENG: ten tracks of half an hour; a page asks for one at a time.)
 const EACH: usize = 8 * MB;
 /// Answers up to this size are not counted, so that a status is never refused: a connection has buffers of that size anyway.
 const FREE: u64 = 16 * 1024;
@@ -36,7 +36,8 @@ const STRANGERS: &str = "clients without a token";
 #[derive(Debug, Clone)]
 pub(crate) struct AnswerMemory(Arc<Shares>);
 
-/// An answer that is given back with its last byte: the bytes outlive the body, which ends when they wait to be sent.
+/// The bytes of an answer, with the share of memory that they take. It is given back when the last of them is dropped, which is later
+/// than the end of the body: that has ended once they wait to be sent.
 struct Counted {
     bytes: Bytes,
     _share: Share,
@@ -54,7 +55,7 @@ impl Default for AnswerMemory {
     }
 }
 
-/// Answers, unless too many answers are unread. The guard leaves with the answer whose it is.
+/// Answers, unless too many answers are unread. Whose an answer is stands in its extensions, where `guard` has put the [`Identity`].
 pub(crate) async fn within_memory(State(site): State<Site>, request: Request, next: Next) -> Response {
     let is_order = !matches!(*request.method(), Method::GET | Method::HEAD);
     let response = next.run(request).await;

@@ -1,4 +1,5 @@
-//! An order that is repeated under the same key gets the same answer and is carried out once.
+//! An order that is repeated under the same key gets the answer that is kept for it, and is not carried out again. Only the newest final
+//! answers are kept: `openapi` tells clients what else is sent again, and who recognises the key then.
 
 use std::collections::VecDeque;
 use std::fmt;

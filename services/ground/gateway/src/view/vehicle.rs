@@ -13,7 +13,7 @@ use crate::view::{Ages, contact, utc};
 /// Wall time after which the reported wind and traffic are out of date: five periods of a receiver's reports.
 const REPORT_LIFETIME: Duration = Duration::from_secs(5);
 
-/// Wall seconds for which the control tower's ledger may be silent: it is repeated at 1 Hz, and one may be lost.
+/// Wall seconds for which the control tower may be silent: a ledger, or a part of one, comes at 1 Hz, and one may be lost.
 const LEDGER_LATE_S: f64 = 2.5;
 
 /// Everything about one vehicle; `None` if it was never seen.

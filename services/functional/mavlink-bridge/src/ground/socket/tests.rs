@@ -67,7 +67,7 @@ fn onward(ground: &mut Ground, wake: &Receiver<()>) -> Vec<Frame> {
 }
 
 #[test]
-fn four_strangers_do_not_keep_out_a_station_that_signs() {
+fn strangers_do_not_keep_out_a_station_that_signs() {
     let key: Key = "11".repeat(32).parse().unwrap();
     let (mut ground, bridge, wake) = listening(Some(&key));
     // What a radio says needs no signature, and gives no place either.
