@@ -22,8 +22,8 @@ const WINDOW: Duration = Duration::from_secs(5);
 /// A clock that jumps back by more than any heartbeat is late has started again with its machine.
 const RESTARTED: Duration = Duration::from_secs(10);
 
-/// Clocks that are kept at once; names of vehicles come from whoever is on the bus. (ENG: as many as the gateway shows vehicles, several
-/// times over.)
+/// The most clocks that are kept, since anybody on the bus can make up names of vehicles. (ENG: four times as many as the gateway shows
+/// vehicles.)
 const MOST_CLOCKS: usize = 256;
 
 /// The clocks of vehicles, as heard here.

@@ -21,8 +21,8 @@ use crate::wake::Wake;
 const CAPACITY: usize = 4096;
 /// Part of it that one sender may take: a flood of one drops nothing of the others.
 const SHARE: usize = CAPACITY / 4;
-/// The most of what only the newest is kept of: names of vehicles and processes come from whoever is on the bus. Samples may take half of it,
-/// since liveliness is said once. (ENG: 64 vehicles with eight topics each twice over, and as many processes.)
+/// The most slots with unread mail, since anybody on the bus can make up names of vehicles and processes. Samples may take half of them,
+/// so that there is room for liveliness, which is said only once. (ENG: twice the samples of 64 vehicles with eight topics each.)
 const MOST_NEWEST: usize = CAPACITY / 2;
 /// Large messages that may wait: with those of 8 MiB that bounds the memory.
 const MOST_LARGE: usize = 16;

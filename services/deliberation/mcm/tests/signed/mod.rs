@@ -101,4 +101,12 @@ fn a_revocation_with_a_lower_number_than_the_grant_makes_the_vehicle_ask_and_is_
     let said = "area A: a decision is not believed: number 4 says no, and a later decision is known: 5; the tower is asked again";
     assert_eq!(rig.decisions, [said]);
     assert_eq!(rig.story(), "ask A");
+    // A recording comes again and again; a tower that has lost its numbers would have answered by now.
+    let mut asked = 1;
+    for _ in 0..10 {
+        rig.wait(11.0);
+        say(&mut rig, signed(&tower(), "uav1", line(Revoked, 4)));
+        asked += rig.story().matches("ask A").count();
+    }
+    assert_eq!((asked, rig.decisions.len()), (3, 1), "asked as often as any request is sent");
 }
