@@ -12,17 +12,27 @@ static POOL: LazyLock<DescriptorPool> = LazyLock::new(|| {
     DescriptorPool::decode(bytes.as_slice()).expect("the descriptor set was written by this crate's build script")
 });
 
+/// How deep JSON may be nested in a field of a message: so many arrays and objects within one another. Each of them is two messages on
+/// the wire, and whoever decodes a message refuses more than a hundred within one another.
+pub const MAX_DEPTH: usize = 16;
+
 /// The message as canonical proto3 JSON: lowerCamelCase names, enums by name, 64-bit integers as
 /// strings. Fields at their default are written too, so that a reader sees `false` and `0`; a field
 /// with presence that is not set is left out.
 pub fn to_json<M: Message + Name>(message: &M) -> serde_json::Value {
+    try_to_json(message).expect("a message nests few others, and JSON in it no more than `any` lets in")
+}
+
+/// The same of a message that may hold JSON from elsewhere than [`any`].
+///
+/// # Errors
+/// That more messages are nested in it than a reader takes.
+pub fn try_to_json<M: Message + Name>(message: &M) -> Result<serde_json::Value, String> {
     let descriptor = POOL.get_message_by_name(&M::full_name()).expect("every compiled message is in the pool");
     let mut dynamic = DynamicMessage::new(descriptor);
-    dynamic.transcode_from(message).expect("a message transcodes into its own descriptor");
+    dynamic.transcode_from(message).map_err(|error| error.to_string())?;
     let options = SerializeOptions::new().skip_default_fields(false);
-    dynamic
-        .serialize_with_options(serde_json::value::Serializer, &options)
-        .expect("a message of known fields serialises")
+    dynamic.serialize_with_options(serde_json::value::Serializer, &options).map_err(|error| error.to_string())
 }
 
 /// The message in canonical proto3 JSON; an unknown field is an error.
@@ -98,8 +108,22 @@ fn wrong_in(message: &MessageDescriptor, json: &serde_json::Value) -> Option<Str
     Some(here + &within)
 }
 
-/// Any JSON as a field of a message.
-pub fn any(json: &serde_json::Value) -> prost_types::Value {
+/// Any JSON as a field of a message; `None` if it is nested deeper than [`MAX_DEPTH`], which nobody could read again.
+pub fn any(json: &serde_json::Value) -> Option<prost_types::Value> {
+    (depth(json) <= MAX_DEPTH).then(|| value_of(json))
+}
+
+/// How many arrays and objects are within one another at the deepest place.
+pub fn depth(json: &serde_json::Value) -> usize {
+    use serde_json::Value;
+    match json {
+        Value::Array(values) => 1 + values.iter().map(depth).max().unwrap_or_default(),
+        Value::Object(fields) => 1 + fields.values().map(depth).max().unwrap_or_default(),
+        Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) => 0,
+    }
+}
+
+fn value_of(json: &serde_json::Value) -> prost_types::Value {
     use serde_json::Value;
     match json {
         Value::Null => {
@@ -109,10 +133,10 @@ pub fn any(json: &serde_json::Value) -> prost_types::Value {
         Value::Bool(value) => (*value).into(),
         Value::Number(value) => value.as_f64().unwrap_or(f64::NAN).into(),
         Value::String(value) => value.clone().into(),
-        Value::Array(values) => values.iter().map(any).collect::<Vec<_>>().into(),
+        Value::Array(values) => values.iter().map(value_of).collect::<Vec<_>>().into(),
         Value::Object(fields) => fields
             .iter()
-            .map(|(name, value)| (name.clone(), any(value)))
+            .map(|(name, value)| (name.clone(), value_of(value)))
             .collect::<std::collections::BTreeMap<_, _>>()
             .into(),
     }
@@ -206,8 +230,49 @@ mod tests {
     #[test]
     fn any_json_survives_as_a_field() {
         for arguments in [json!(null), json!([1.5, "a", true]), json!({ "a": { "b": [] }, "c": null })] {
-            let record = v1::AuditRecord { arguments: Some(any(&arguments)), ..Default::default() };
+            let record = v1::AuditRecord { arguments: any(&arguments), ..Default::default() };
             assert_eq!(to_json(&record)["arguments"], arguments);
+        }
+    }
+
+    #[test]
+    fn json_that_is_nested_too_deep_is_no_field() {
+        type Wrap = fn(serde_json::Value) -> serde_json::Value;
+        let wraps: [Wrap; 2] = [|it| json!([it]), |it| json!({ "a": it })];
+        for wrap in wraps {
+            let nested = |levels| (1..levels).fold(wrap(json!(true)), |it, _| wrap(it));
+            for levels in [1, MAX_DEPTH - 1, MAX_DEPTH, MAX_DEPTH + 1, 49, 50, 51, 127] {
+                let arguments = nested(levels);
+                assert_eq!(depth(&arguments), levels);
+                let field = any(&arguments);
+                assert_eq!(field.is_some(), levels <= MAX_DEPTH, "{levels}");
+                let record = v1::AuditRecord { arguments: field, ..Default::default() };
+                let log = to_json(&v1::AuditLog { records: vec![record] });
+                let expected = (levels <= MAX_DEPTH).then_some(&arguments);
+                assert_eq!(log["records"][0].get("arguments"), expected, "{levels}");
+            }
+            let too_deep = Some(value_of(&nested(60)));
+            assert!(try_to_json(&v1::AuditRecord { arguments: too_deep, ..Default::default() }).is_err());
+        }
+    }
+
+    /// How many messages are within one another in `message` at most; `above` are those that it is in.
+    fn nested(message: &MessageDescriptor, above: &[String]) -> usize {
+        let name = message.full_name().to_owned();
+        if name.starts_with("google.protobuf.") {
+            return 2 * MAX_DEPTH + 1;
+        }
+        assert!(!above.contains(&name), "{name} may be in itself: nothing bounds its depth");
+        let above = [above, &[name]].concat();
+        let fields: Vec<_> = message.fields().map(|it| it.kind()).collect();
+        let inner = fields.iter().filter_map(|it| it.as_message()).map(|it| nested(it, &above)).max();
+        1 + inner.unwrap_or_default()
+    }
+
+    #[test]
+    fn no_message_of_the_contract_nests_more_than_a_reader_takes() {
+        for message in POOL.all_messages() {
+            assert!(nested(&message, &[]) < 100, "{}", message.full_name());
         }
     }
 }

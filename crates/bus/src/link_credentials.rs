@@ -87,7 +87,7 @@ pub enum InvalidLinkCredentials {
 /// Checks the credentials in `folder` of the router called `name`, which stands on `side`.
 ///
 /// # Errors
-/// With what is wrong first.
+/// With what is wrong first; what forbids no link only if nothing else is wrong.
 pub fn check(folder: &Path, name: &str, side: Side) -> Result<(), InvalidLinkCredentials> {
     let credentials = in_folder(folder);
     let path = credentials.certificate.clone();
@@ -108,14 +108,24 @@ pub fn check(folder: &Path, name: &str, side: Side) -> Result<(), InvalidLinkCre
             InvalidLinkCredentials::Revoked { path: path.clone() }
         }
         other => refused(words(&other)),
-    })
+    })?;
+    // Last: it forbids no link, and must not hide what does.
+    check_mode(&credentials.key)
 }
 
 impl InvalidLinkCredentials {
-    /// Whether this comes about, or passes, with time alone and without anybody's mistake. A router that is started again
-    /// with such credentials serves its own side, as it did before; only the link is down.
-    pub fn comes_with_time(&self) -> bool {
-        matches!(self, InvalidLinkCredentials::OutOfDate { .. } | InvalidLinkCredentials::Revoked { .. })
+    /// Whether a router on `side` does not start with such credentials. One on board always starts: whether it is started again in
+    /// flight nobody can tell it, and while files are copied, or after that went wrong, those on board must have their bus. On the ground
+    /// only what comes about, or passes, with time alone and without anybody's mistake keeps it from nothing.
+    pub fn refuses(&self, side: Side) -> bool {
+        let comes_with_time =
+            matches!(self, InvalidLinkCredentials::OutOfDate { .. } | InvalidLinkCredentials::Revoked { .. });
+        side == Side::Ground && !comes_with_time
+    }
+
+    /// Whether no link can be made with them for now, as far as this end can tell.
+    pub fn forbids_link(&self) -> bool {
+        !matches!(self, InvalidLinkCredentials::OpenKey { .. })
     }
 }
 
@@ -158,15 +168,19 @@ fn check_name_and_time(path: &Path, der: &CertificateDer, name: &str) -> Result<
 fn check_key(credentials: &Credentials, chain: &[CertificateDer<'static>]) -> Result<(), InvalidLinkCredentials> {
     let path = &credentials.key;
     let key = credentials.private_key()?;
-    let mode = std::fs::metadata(path).map(|it| it.mode() & 0o777);
-    let mode = mode.map_err(|source| InvalidCredentials::Unreadable { path: path.to_owned(), source })?;
-    if mode & 0o077 != 0 {
-        return Err(InvalidLinkCredentials::OpenKey { path: path.to_owned(), mode });
-    }
     let no_key = |_| InvalidCredentials::Malformed { path: path.to_owned(), expected: "private key" };
     let key = provider().key_provider.load_private_key(key).map_err(no_key)?;
     let certified = CertifiedKey::new(chain.to_vec(), key);
     certified.keys_match().map_err(|_| InvalidLinkCredentials::OtherKey { path: path.to_owned() })
+}
+
+fn check_mode(path: &Path) -> Result<(), InvalidLinkCredentials> {
+    let mode = std::fs::metadata(path).map(|it| it.mode() & 0o777);
+    let mode = mode.map_err(|source| InvalidCredentials::Unreadable { path: path.to_owned(), source })?;
+    match mode & 0o077 {
+        0 => Ok(()),
+        _ => Err(InvalidLinkCredentials::OpenKey { path: path.to_owned(), mode }),
+    }
 }
 
 fn words(error: &rustls::Error) -> String {

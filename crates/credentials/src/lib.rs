@@ -6,8 +6,10 @@
 //! for how long, is for the bus to decide; this crate knows files and TLS only.
 
 pub mod file;
+mod seen;
 
-use std::os::unix::fs::MetadataExt;
+pub use seen::{Seen, Stamp};
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -38,6 +40,9 @@ pub struct Credentials {
 /// as an aircraft far out, keeps its link.
 pub const REVOKED: &str = "revoked.pem";
 
+/// In the endpoint that zenoh calls: the common name of who calls. With the certificate of another one no call is made.
+pub const CALLER: &str = "caller";
+
 /// Which end of a connection shows a certificate.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum End {
@@ -46,10 +51,6 @@ pub enum End {
     /// The one that was called, by this name.
     Called(ServerName<'static>),
 }
-
-/// What the files were like when they were looked at. Another one means that a file has been replaced.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Stamp([Option<(u64, u64, i64, i64)>; 4]);
 
 /// Why credentials cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -78,6 +79,17 @@ pub enum InvalidCredentials {
         /// What the TLS library said.
         cause: String,
     },
+}
+
+/// The name, or the address, that whoever is called at `HOST:PORT` must show a certificate for. An address of IPv6 stands in brackets
+/// there, and without them in the certificate.
+///
+/// # Errors
+/// With the host, if it is neither a name nor an address.
+pub fn called_at(address: &str) -> Result<ServerName<'static>, String> {
+    let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
+    let bare = host.strip_prefix('[').and_then(|it| it.strip_suffix(']')).unwrap_or(host);
+    ServerName::try_from(bare.to_owned()).map_err(|_| format!("`{host}` is no host name"))
 }
 
 /// The one crypto provider of the program.
@@ -121,11 +133,7 @@ impl Credentials {
 
     /// What the files are like now.
     pub fn stamp(&self) -> Stamp {
-        let of = |path: &Path| {
-            let it = std::fs::metadata(path).ok()?;
-            Some((it.ino(), it.size(), it.mtime(), it.mtime_nsec()))
-        };
-        Stamp([of(&self.authority), of(&self.certificate), of(&self.key), of(&self.revoked())])
+        Stamp::of([&self.authority, &self.certificate, &self.key, &self.revoked()])
     }
 
     /// Whether `chain`, shown by that end, is accepted now: signed by the authority, in date and not revoked.
@@ -150,11 +158,19 @@ impl Credentials {
     /// # Errors
     /// If a file cannot be used.
     pub fn client(&self) -> Result<ClientConfig, InvalidCredentials> {
+        self.client_with(self.chain()?)
+    }
+
+    /// The same with this chain, which was looked at after it was read: the file may be another one by now.
+    ///
+    /// # Errors
+    /// If a file cannot be used.
+    pub fn client_with(&self, chain: Vec<CertificateDer<'static>>) -> Result<ClientConfig, InvalidCredentials> {
         ClientConfig::builder_with_provider(provider())
             .with_protocol_versions(&[&TLS13])
             .map_err(|cause| unusable(&self.certificate, cause))?
             .with_webpki_verifier(self.called()?)
-            .with_client_auth_cert(self.chain()?, self.private_key()?)
+            .with_client_auth_cert(chain, self.private_key()?)
             .map_err(|cause| unusable(&self.certificate, cause))
     }
 
@@ -319,6 +335,21 @@ mod tests {
         }
         check(true);
         check(false);
+    }
+
+    #[test]
+    fn who_is_called_shows_a_certificate_for_the_host_alone() {
+        #[track_caller]
+        fn check(address: &str, expected: Result<&str, &str>) {
+            let found = called_at(address).map(|it| it.to_str().into_owned());
+            assert_eq!(found.as_deref().map_err(String::as_str), expected);
+        }
+        check("ground.example:7448", Ok("ground.example"));
+        check("10.0.0.1:7448", Ok("10.0.0.1"));
+        check("[::1]:7448", Ok("::1"));
+        check("[fe80::2]:7448", Ok("fe80::2"));
+        check("no host:7448", Err("`no host` is no host name"));
+        check("[ground]x:7448", Err("`[ground]x` is no host name"));
     }
 
     #[test]

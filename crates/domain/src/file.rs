@@ -5,7 +5,12 @@ use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+mod known_names;
+mod limits;
 mod parsing;
+
+pub use known_names::did_you_mean;
+pub use limits::MOST_MISTAKES;
 
 /// A file's text and its path.
 #[derive(Debug, Clone)]
@@ -67,7 +72,7 @@ impl Source {
         })
     }
 
-    /// A mistake at a place in this file, by byte range.
+    /// A mistake at a place in this file, by byte range. Long texts and long lines are shortened.
     pub fn mistake(&self, span: Option<Range<usize>>, message: impl Into<String>, help: impl Into<String>) -> Mistake {
         let place = span.map(|span| {
             let start = span.start.min(self.text.len());
@@ -76,10 +81,11 @@ impl Source {
             Place {
                 line: before.matches('\n').count() + 1,
                 column: before[line_start..].chars().count() + 1,
-                text: self.text[line_start..].lines().next().unwrap_or_default().to_owned(),
+                text: limits::excerpt(self.text[line_start..].lines().next().unwrap_or_default(), start - line_start),
             }
         });
-        Mistake { path: self.path.clone(), place, message: message.into(), help: help.into() }
+        let (message, help) = (limits::told(message.into()), limits::told(help.into()));
+        Mistake { path: self.path.clone(), place, message, help }
     }
 }
 
@@ -109,7 +115,7 @@ pub struct Place {
     pub line: usize,
     /// The character's number in the line.
     pub column: usize,
-    /// The line itself.
+    /// The line itself; of a long one the part around the character, with `…` where something is left out.
     pub text: String,
 }
 
@@ -119,8 +125,8 @@ impl fmt::Display for Mistake {
             None => write!(f, "{}: {}", self.path.display(), self.message)?,
             Some(Place { line, column, text }) => {
                 let margin = " ".repeat(line.to_string().len());
-                let indent: String =
-                    text.chars().take(column - 1).map(|it| if it == '\t' { '\t' } else { ' ' }).collect();
+                let before = limits::before_in_excerpt(text, column - 1);
+                let indent: String = text.chars().take(before).map(|it| if it == '\t' { '\t' } else { ' ' }).collect();
                 write!(f, "{}:{line}:{column}: {}", self.path.display(), self.message)?;
                 write!(f, "\n{margin} |\n{line} | {text}\n{margin} | {indent}^")?;
             }
@@ -134,6 +140,18 @@ impl fmt::Display for Mistake {
 pub struct Mistakes(pub Vec<Mistake>);
 
 impl Mistakes {
+    /// One more, up to [`MOST_MISTAKES`]; any further one is dropped.
+    pub fn push(&mut self, mistake: Mistake) {
+        if !self.is_full() {
+            self.0.push(mistake);
+        }
+    }
+
+    /// No further one is taken: it need not be looked for.
+    pub fn is_full(&self) -> bool {
+        MOST_MISTAKES <= self.0.len()
+    }
+
     /// `value` if there are no mistakes.
     pub fn or<T>(self, value: T) -> Result<T, Mistakes> {
         if self.0.is_empty() { Ok(value) } else { Err(self) }
@@ -153,15 +171,6 @@ impl fmt::Display for Mistakes {
 }
 
 impl std::error::Error for Mistakes {}
-
-/// The entry of `known` that is closest to `found`, as a help text.
-pub fn did_you_mean(found: &str, known: &[&str]) -> String {
-    let nearest = known.iter().min_by_key(|it| strsim::levenshtein(found, it));
-    match nearest {
-        Some(it) if strsim::levenshtein(found, it) <= 3 => format!("did you mean `{it}`?"),
-        _ => format!("known: {}", known.join(", ")),
-    }
-}
 
 #[cfg(test)]
 mod tests {
@@ -195,8 +204,26 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_name_is_offered() {
-        assert_eq!(did_you_mean("lnad", &["land", "stop"]), "did you mean `land`?");
-        assert_eq!(did_you_mean("fly", &["return_home", "takeoff"]), "known: return_home, takeoff");
+    fn the_mark_stands_below_the_mistake_in_a_line_that_is_cut() {
+        let text = format!("a = [{}7]\n", "1, ".repeat(1_000));
+        let source = Source { path: "x".into(), text };
+        let told = source.mistake(Some(3_005..3_006), "found 7", "").to_string();
+        let lines: Vec<&str> = told.lines().collect();
+        assert_eq!(lines[0], "x:1:3006: found 7");
+        let mark = lines[3].chars().position(|it| it == '^').unwrap();
+        assert_eq!(lines[2].chars().nth(mark), Some('7'), "{told}");
+        assert!(lines.iter().all(|it| it.chars().count() < 220), "{told}");
+    }
+
+    #[test]
+    fn further_mistakes_are_dropped() {
+        let source = Source { path: "x".into(), text: String::new() };
+        let mut mistakes = Mistakes::default();
+        for number in 0..2 * MOST_MISTAKES {
+            assert_eq!(mistakes.is_full(), MOST_MISTAKES <= number);
+            mistakes.push(source.mistake(None, number.to_string(), ""));
+        }
+        assert_eq!(mistakes.0.len(), MOST_MISTAKES);
+        assert_eq!(mistakes.0[MOST_MISTAKES - 1].message, (MOST_MISTAKES - 1).to_string());
     }
 }

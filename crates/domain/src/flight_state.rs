@@ -33,6 +33,8 @@ pub const AT_GROUND_M: f64 = 1.0;
 const TOUCHES_M: f64 = 0.2;
 /// Slower than this it does not move. (ENG: half of PX4's MPC_LAND_SPEED, 0.7 m/s.)
 pub const AT_REST_M_S: f64 = 0.35;
+/// A height that is estimated may drift by this much within minutes. (A barometer: 8 m for each hectopascal of the weather.)
+const DRIFTS_M: f64 = 10.0;
 /// Time at rest in a landing after which it stands, by the detector's statement. (PX4: its detector takes 0.7 s.)
 const SETTLED: Duration = Duration::from_secs(1);
 /// The same against its statement, or without one. (A real PX4 has rested for up to 5.4 s before its detector said so, and until
@@ -160,6 +162,15 @@ impl FlightState {
     /// landing or at rest. Between that and the detector's statement it may rest there, with its motors on.
     pub fn is_near_ground(&self) -> bool {
         self.near_ground
+    }
+
+    /// Whether it may stand, although it counts as flying: the land detector says the ground, nothing moves, and the height is no farther
+    /// from that of the ground than an estimate drifts.
+    pub fn may_have_drifted(&self) -> bool {
+        let Evidence { landed, speed_m_s, .. } = self.latest;
+        let is_slow = speed_m_s.is_some_and(|it| it < AT_REST_M_S);
+        let is_within = self.distance_m().is_some_and(|it| it <= DRIFTS_M);
+        self.flying == Some(true) && landed == Some(true) && is_slow && is_within
     }
 
     /// Whether the land detector says the opposite; `None` while it says nothing.

@@ -16,7 +16,7 @@ use sha2::{Digest as _, Sha256};
 use toml::Spanned;
 
 use crate::area::{Area, AreaKind, NO_LANDING_TO_M};
-use crate::file::{Mistake, Mistakes, Source};
+use crate::file::{MOST_MISTAKES, Mistakes, Source};
 use crate::geodesy::{LocalFrame, Origin};
 use crate::geometry::Ned;
 use crate::site::Site;
@@ -243,8 +243,8 @@ impl Mission {
         hash.iter().take(16).map(|byte| format!("{byte:02x}")).collect()
     }
 
-    /// Parses and checks a mission file; every mistake that can be found is reported at once. One beyond the [`bounds`] is not
-    /// looked at any further.
+    /// Parses and checks a mission file; every mistake that can be found is reported at once, up to [`MOST_MISTAKES`]. One beyond
+    /// the [`bounds`] is not looked at any further.
     ///
     /// A mission may end in the air: the table of contingencies must have a row that brings it down then.
     ///
@@ -252,10 +252,10 @@ impl Mission {
     /// The mistakes, each with its place.
     pub fn read(source: &Source) -> Result<Mission, Mistakes> {
         let file: MissionFile = source.parse()?;
-        let mut check = Checker { source, mistakes: Vec::new(), frame: None };
+        let mut check = Checker { source, mistakes: Mistakes::default(), frame: None };
         check.bounds(&file);
-        if !check.mistakes.is_empty() {
-            return Err(Mistakes(check.mistakes));
+        if !check.mistakes.0.is_empty() {
+            return Err(check.mistakes);
         }
         let origin = file.origin.as_ref().and_then(|it| check.origin(it));
         let objectives: Vec<_> = file.objective.iter().map(|it| check.objective(it)).collect();
@@ -276,12 +276,12 @@ impl Mission {
             check.say(None, "a mission without objectives", "add an [[objective]]");
         }
         check.precedence(file.order, &file.objective);
-        if check.mistakes.is_empty() {
+        if check.mistakes.0.is_empty() {
             check.sites(&file, &objectives, &areas, &spans);
             check.alternates_among(&file.site, &alternates, &areas);
         }
         let mission = Mission { name: file.name, objectives, areas, order: file.order, sites: alternates, origin };
-        Mistakes(check.mistakes).or(mission)
+        check.mistakes.or(mission)
     }
 
     /// Why `objective`, which is to be inserted, as the last one or not, cannot be flown to: too high, or by an area of this
@@ -296,8 +296,8 @@ impl Mission {
         Some(format!("objective `{}` {}", objective.name, unfit.in_words()))
     }
 
-    /// The places of this mission that a wind of `wind_m_s` brings too near to a border, a sentence for each. They are no
-    /// mistakes: the wind need not blow.
+    /// The places of this mission that a wind of `wind_m_s` brings too near to a border, a sentence for each of the first
+    /// [`MOST_MISTAKES`]. They are no mistakes: the wind need not blow.
     pub fn too_near_in_wind(&self, wind_m_s: f64) -> Vec<String> {
         let start = ("the take-off point".to_owned(), Place::to_end_at(Ned::default()));
         let objectives = self.objectives.iter().map(|it| {
@@ -318,7 +318,10 @@ impl Mission {
             };
             self.areas.iter().filter_map(near).collect::<Vec<_>>()
         };
-        std::iter::once(vec![start]).chain(objectives).chain(sites).flat_map(near).collect()
+        let mut all = std::iter::once(vec![start]).chain(objectives).chain(sites).flat_map(near);
+        let first: Vec<String> = all.by_ref().take(MOST_MISTAKES).collect();
+        let more = all.next().map(|_| "more places lie as near to a border".to_owned());
+        first.into_iter().chain(more).collect()
     }
 }
 
@@ -397,14 +400,16 @@ enum Kind {
 
 struct Checker<'a> {
     source: &'a Source,
-    mistakes: Vec<Mistake>,
+    mistakes: Mistakes,
     /// Where the mission's origin is on Earth, if the file says so.
     frame: Option<LocalFrame>,
 }
 
 impl Checker<'_> {
     fn say(&mut self, span: Option<Range<usize>>, message: impl Into<String>, help: &str) {
-        self.mistakes.push(self.source.mistake(span, message, help));
+        if !self.mistakes.is_full() {
+            self.mistakes.push(self.source.mistake(span, message, help));
+        }
     }
 
     fn objective(&mut self, it: &ObjectiveEntry) -> Objective {
@@ -523,6 +528,10 @@ impl Checker<'_> {
         for (index, (entry, objective)) in file.objective.iter().zip(objectives).enumerate() {
             // In a free order any of them may be the last.
             let is_last = file.order == Order::Free || index + 1 == objectives.len();
+            // As many areas as objectives make very many pairs.
+            if self.mistakes.is_full() {
+                return;
+            }
             for area in areas.iter().filter(|it| it.always_applies()) {
                 let site = |position| {
                     let is_end = is_last && position == objective.position;

@@ -46,6 +46,9 @@ impl Sub for Time {
     }
 }
 
+/// The longest flight that is believed. (ENG: 115 days, far beyond any flight, and small enough that sums do not overflow.)
+pub const LONGEST_FLIGHT: Duration = Duration::from_secs(10_000_000);
+
 /// The time that a core gets: mission time for every decision, UTC for time windows of areas and for
 /// expiry dates that leave the process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

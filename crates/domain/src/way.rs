@@ -39,6 +39,8 @@ pub struct FlightLimits {
 /// Directions that are tried in addition to the shortest one to each side: in a corner between two
 /// areas no direction to a side may work.
 const DIRECTIONS: u32 = 32;
+/// Directions to sides that are tried, the nearest sides first: each takes time with every corner around, and a coastline has thousands.
+const MOST_SIDES: usize = 64;
 /// Distance to a floor or a ceiling, beyond the vertical margin, at which the vehicle flies over or under an area, in
 /// metres.
 const HEIGHT_STEP_M: f64 = 1.0;
@@ -143,7 +145,7 @@ fn over_and_under(from: Ned, areas: &[&Area], airspace: &Airspace, limits: &Flig
     heights.map(|height_m| vec![from.at_height(height_m)]).collect()
 }
 
-/// Unit vectors `(north, east)`: perpendicular to each side, then all round.
+/// Unit vectors `(north, east)`: perpendicular to each of the nearest sides, then all round.
 fn directions(from: Ned, areas: &[&Area]) -> Vec<(f64, f64)> {
     let here = Point::new(from.east_m, from.north_m);
     let sides = areas.iter().flat_map(|it| it.polygon().exterior().lines().collect::<Vec<_>>());
@@ -151,10 +153,13 @@ fn directions(from: Ned, areas: &[&Area]) -> Vec<(f64, f64)> {
         Closest::SinglePoint(it) | Closest::Intersection(it) => {
             let (north_m, east_m) = (it.y() - from.north_m, it.x() - from.east_m);
             let length_m = north_m.hypot(east_m);
-            (length_m > 0.0).then(|| (north_m / length_m, east_m / length_m))
+            (length_m > 0.0).then(|| (length_m, (north_m / length_m, east_m / length_m)))
         }
         Closest::Indeterminate => None,
     });
+    let mut square: Vec<_> = square.collect();
+    square.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let square = square.into_iter().take(MOST_SIDES).map(|(_, direction)| direction);
     let all_round = (0..DIRECTIONS).map(|it| (TAU * f64::from(it) / f64::from(DIRECTIONS)).sin_cos());
     square.chain(all_round).collect()
 }
@@ -394,6 +399,22 @@ mod tests {
         let high = || Area { floor_m: Some(12.0), ..endless() };
         check(high(), at(0.0, 200.0, 13.0), Some(&[(0.0, 200.0, 9.0)]));
         check(high(), at(0.0, 105.0, 60.0), Some(&[(0.0, 80.0, 60.0)]));
+    }
+
+    #[test]
+    fn no_more_directions_are_tried_however_many_sides_there_are() {
+        // A circle of 200 m, with the vehicle nearest to its west.
+        let corner = |it: u32| {
+            let (sin, cos) = (TAU * f64::from(it) / 4000.0).sin_cos();
+            (200.0 * sin, 200.0 + 200.0 * cos)
+        };
+        let corners: Vec<_> = (0..4000).map(corner).collect();
+        let coast = Area { ceiling_m: None, ..area("A", AreaKind::Permission, &corners) };
+        let here = at(0.0, 50.0, 10.0);
+        let directions = directions(here, &[&coast]);
+        assert_eq!(directions.len(), MOST_SIDES + DIRECTIONS as usize);
+        let (areas, grants) = ([coast], Grants::new());
+        assert_eq!(rounded(way_out(here, &airspace(&areas, &grants), &LIMITS)), Some(vec![(0.0, -20.0, 10.0)]));
     }
 
     #[test]

@@ -2,9 +2,10 @@
 //!
 //! A line is believed if its signature is the tower's under this vehicle's name, if no later decision about its area was heard
 //! (also before a restart), if its window has not ended, and if it was not given for a plan that this vehicle has never made.
-//! A grant never lasts longer than its signed window, nor longer than any earlier sending of it said.
+//! A grant never lasts longer than its signed window, by the wall clock as it was when the grant was heard first, nor longer than any
+//! earlier sending of it said.
 //!
-//! A restart forgets no grant: it is believed until its end, or until the tower is heard. What remains of it is reckoned by the wall
+//! A restart forgets no grant: it is believed until its end, or until the tower is heard, which [`Belief::is_remembered`] tells. What remains of it is reckoned by the wall
 //! clock then, since no other goes on between two processes; a clock that was set meanwhile is wrong only until the tower is heard.
 //!
 //! A denial or revocation with a lower number than is known is not believed either: it may be a recording, and the later grant holds.
@@ -162,6 +163,11 @@ impl Belief {
         line.map(|it| it.stored).or_else(|| self.stored.get(area).copied())
     }
 
+    /// Whether what is known about `area` is from before a restart, and was not heard since.
+    pub fn is_remembered(&self, area: &str) -> bool {
+        self.lines.get(area).is_some_and(|it| it.is_remembered)
+    }
+
     /// Continues after a restart.
     pub fn restore(&mut self, latest: impl IntoIterator<Item = (String, u64)>) {
         self.latest = latest.into_iter().take(MAX_AREAS).collect();
@@ -297,13 +303,14 @@ impl Belief {
         // What is only remembered limits nothing: its end is reckoned by a clock that may have been set since.
         let before = self.lines.get(&permission.area).filter(|it| !it.is_remembered);
         let mut expires = now.time + permission.valid_for;
-        if self.key.is_some() {
-            let left_ms = u64::try_from(permission.expires_utc_ms.saturating_sub(now.utc_ms)).unwrap_or_default();
-            expires = expires.min(now.time + pace.wall(Duration::from_millis(left_ms)));
-        }
         let same = before.filter(|it| it.was_granted() && it.permission.decision == permission.decision);
         if let Some(same) = same {
+            // The window was reckoned with when it was heard first. From then on the clock of this process counts, which goes on evenly:
+            // a wall clock that is wrong for a moment cuts no grant.
             expires = expires.min(same.expires);
+        } else if self.key.is_some() {
+            let left_ms = u64::try_from(permission.expires_utc_ms.saturating_sub(now.utc_ms)).unwrap_or_default();
+            expires = expires.min(now.time + pace.wall(Duration::from_millis(left_ms)));
         }
         let stored = stored(now, pace, permission.decision, expires, same.map(|it| it.stored));
         let state = |it: &Permission| (it.state, it.decision);

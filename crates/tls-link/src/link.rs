@@ -6,7 +6,7 @@ use std::net::{Shutdown, SocketAddr};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, SystemTime};
 
-use credentials::{Credentials, End, Stamp};
+use credentials::{Credentials, End, Seen, Stamp};
 use rustls::pki_types::CertificateDer;
 use socket2::{SockRef, Socket};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, ReadHalf, WriteHalf};
@@ -72,24 +72,19 @@ impl TlsLink {
     /// Closes the link as soon as its other end, `end`, would not be let in any more, by `credentials` as they are from now
     /// on; `seen` is what they were like before the handshake. Files that cannot be used change nothing: what is being copied
     /// is not whole for a moment, and a link in flight must not end by that.
-    pub(crate) fn keep_checking(self: &Arc<TlsLink>, credentials: Credentials, mut seen: Stamp, end: End) {
-        let link = Arc::downgrade(self);
+    pub(crate) fn keep_checking(self: &Arc<TlsLink>, credentials: Credentials, seen: Stamp, end: End) {
+        let (link, mut seen) = (Arc::downgrade(self), Seen::new(seen));
         tokio::spawn(async move {
             loop {
                 tokio::time::sleep(LOOK).await;
                 let Some(link) = link.upgrade() else { return };
-                let stamp = credentials.stamp();
-                if stamp == seen {
-                    continue;
-                }
-                match credentials.accepts(&link.chain, &end) {
-                    Ok(Ok(())) => {}
-                    Ok(Err(refusal)) => return link.reject(&refusal),
-                    Err(unusable) => {
+                match seen.look(credentials.stamp(), || credentials.accepts(&link.chain, &end)) {
+                    None | Some(Ok(Ok(()))) => {}
+                    Some(Ok(Err(refusal))) => return link.reject(&refusal),
+                    Some(Err(unusable)) => {
                         tracing::warn!(target: LOG, %unusable, "the link goes on with the credentials of before");
                     }
                 }
-                seen = stamp;
             }
         });
     }
@@ -195,7 +190,7 @@ fn parsed<'a>(certificate: &'a CertificateDer) -> ZResult<X509Certificate<'a>> {
     Ok(parsed)
 }
 
-fn common_name(certificate: &CertificateDer) -> ZResult<String> {
+pub(crate) fn common_name(certificate: &CertificateDer) -> ZResult<String> {
     let certificate = parsed(certificate)?;
     let name = certificate.subject().iter_common_name().next().and_then(|it| it.as_str().ok());
     Ok(name.ok_or_else(|| zerror!("a certificate without a common name"))?.to_owned())

@@ -9,9 +9,8 @@ use std::net::SocketAddr;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use credentials::{Credentials, End, InvalidCredentials, Stamp};
+use credentials::{Credentials, End, InvalidCredentials, Seen, Stamp, called_at};
 use rustls::ClientConfig;
-use rustls::pki_types::ServerName;
 use tokio::net::{TcpListener, TcpStream};
 use tokio_rustls::{TlsAcceptor, TlsConnector};
 use tokio_util::sync::CancellationToken;
@@ -26,7 +25,7 @@ use zenoh_result::{ZResult, zerror};
 use crate::LOG;
 use crate::callers::{Callers, Refusals};
 use crate::link::TlsLink;
-use crate::settings::{self, socket};
+use crate::settings::{self, Caller, socket};
 
 /// A caller that takes longer to show its certificate is hung up on.
 const HANDSHAKE_LIMIT: Duration = Duration::from_secs(10);
@@ -53,18 +52,17 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
     /// Calls, for as long as zenoh waits for it.
     async fn new_link(&self, endpoint: EndPoint) -> ZResult<LinkUnicast> {
         let config = endpoint.config();
-        let credentials = settings::of_caller(&config)?;
+        let caller = settings::of_caller(&config)?;
         // Before they are read: what is replaced from here on is noticed.
-        let stamp = credentials.stamp();
-        let client = self.calling(&credentials, &stamp).map_err(|invalid| zerror!("{invalid}"))?;
+        let stamp = caller.credentials.stamp();
+        let (client, stamp) = self.calling(&caller, stamp).map_err(|invalid| zerror!("{invalid}"))?;
         let connector = TlsConnector::from(client);
-        let name =
-            ServerName::try_from(host_of(&endpoint.address())?.to_owned()).map_err(|cause| zerror!("{cause}"))?;
+        let name = called_at(endpoint.address().as_str()).map_err(|cause| zerror!("{cause}"))?;
         let addresses = get_tcp_addrs(endpoint.address()).await?;
         let (tcp, own, other) = socket(&config)?.new_link_first_reachable(addresses).await?;
         let stream = connector.connect(name.clone(), tcp).await.map_err(|cause| zerror!("{endpoint}: {cause}"))?;
         let link = Arc::new(TlsLink::over(stream.into(), own, other)?);
-        link.keep_checking(credentials, stamp, End::Called(name));
+        link.keep_checking(caller.credentials, stamp, End::Called(name));
         Ok(LinkUnicast::from(link as Arc<dyn LinkUnicastTrait>))
     }
 
@@ -99,69 +97,63 @@ impl LinkManagerUnicastTrait for LinkManagerUnicastTls {
 }
 
 impl LinkManagerUnicastTls {
-    /// What to call with: the files as they are now, or, where they cannot be used, as they were when they could. What is being
-    /// copied is not whole for a moment, and a link that broke must come back then as well.
-    fn calling(&self, credentials: &Credentials, stamp: &Stamp) -> Result<Arc<ClientConfig>, InvalidCredentials> {
+    /// What to call with, and what the files were like that it comes from: those of now, which are like `stamp`, or, where they cannot be
+    /// used, those of before. What is being copied is not whole for a moment, and a link that broke must come back then as well.
+    fn calling(&self, caller: &Caller, stamp: Stamp) -> Result<(Arc<ClientConfig>, Stamp), InvalidCredentials> {
         let mut callings = self.callings.lock().unwrap_or_else(|it| it.into_inner());
-        let known = callings.iter_mut().find(|it| it.credentials == *credentials);
-        match (credentials.client(), known) {
-            (Ok(client), known) => {
-                let client = Arc::new(client);
-                let calling = Calling { credentials: credentials.clone(), refused: None, client: client.clone() };
-                match known {
-                    Some(known) => *known = calling,
-                    None => callings.push(calling),
-                }
-                Ok(client)
+        let Some(known) = callings.iter_mut().find(|it| it.caller == *caller) else {
+            let client = Arc::new(caller.client()?);
+            let (caller, seen) = (caller.clone(), Seen::new(stamp.clone()));
+            callings.push(Calling { caller, seen, client: client.clone(), used: stamp.clone() });
+            return Ok((client, stamp));
+        };
+        match known.seen.look(stamp.clone(), || caller.client()) {
+            None => {}
+            Some(Ok(client)) => (known.client, known.used) = (Arc::new(client), stamp),
+            Some(Err(unusable)) => {
+                tracing::warn!(target: LOG, %unusable, "calls are made with the credentials of before");
             }
-            (Err(unusable), Some(known)) => {
-                // Said once for each state of the files: calls are repeated every few seconds.
-                if known.refused.as_ref() != Some(stamp) {
-                    tracing::warn!(target: LOG, %unusable, "calls are made with the credentials of before");
-                }
-                known.refused = Some(stamp.clone());
-                Ok(known.client.clone())
-            }
-            (Err(unusable), None) => Err(unusable),
         }
+        Ok((known.client.clone(), known.used.clone()))
     }
 }
 
 /// What calls are made with.
 struct Calling {
-    credentials: Credentials,
-    /// What the files were like when they could not be used.
-    refused: Option<Stamp>,
+    caller: Caller,
+    seen: Seen,
     client: Arc<ClientConfig>,
+    /// What the files were like that it comes from.
+    used: Stamp,
 }
 
 /// What callers are let in by: the files as they are when a call comes.
 struct Entrance {
     credentials: Credentials,
-    stamp: Stamp,
+    seen: Seen,
     acceptor: TlsAcceptor,
+    /// What the files were like that it comes from.
+    used: Stamp,
 }
 
 impl Entrance {
     fn open(credentials: Credentials) -> ZResult<Entrance> {
-        let stamp = credentials.stamp();
+        let used = credentials.stamp();
         let server = credentials.server().map_err(|invalid| zerror!("{invalid}"))?;
-        Ok(Entrance { credentials, stamp, acceptor: TlsAcceptor::from(Arc::new(server)) })
+        let (acceptor, seen) = (TlsAcceptor::from(Arc::new(server)), Seen::new(used.clone()));
+        Ok(Entrance { credentials, seen, acceptor, used })
     }
 
-    /// Takes over files that have been replaced. Those that cannot be used change nothing, until they are replaced again.
+    /// Takes over files that have been replaced. Those that cannot be used change nothing.
     fn renew(&mut self) {
         let stamp = self.credentials.stamp();
-        if stamp == self.stamp {
-            return;
-        }
-        match self.credentials.server() {
-            Ok(server) => self.acceptor = TlsAcceptor::from(Arc::new(server)),
-            Err(unusable) => {
+        match self.seen.look(stamp.clone(), || self.credentials.server()) {
+            None => {}
+            Some(Ok(server)) => (self.acceptor, self.used) = (TlsAcceptor::from(Arc::new(server)), stamp),
+            Some(Err(unusable)) => {
                 tracing::warn!(target: LOG, %unusable, "callers are let in by the credentials of before");
             }
         }
-        self.stamp = stamp;
     }
 }
 
@@ -182,12 +174,12 @@ async fn accept(
         match call {
             Ok((tcp, other)) => {
                 entrance.renew();
-                let Entrance { credentials, stamp, acceptor } = &entrance;
+                let Entrance { credentials, acceptor, used, .. } = &entrance;
                 let greeting = Greeting {
                     other,
                     acceptor: acceptor.clone(),
                     credentials: credentials.clone(),
-                    stamp: stamp.clone(),
+                    used: used.clone(),
                     incoming: incoming.clone(),
                 };
                 let refusals = refusals.clone();
@@ -213,7 +205,8 @@ struct Greeting {
     other: SocketAddr,
     acceptor: TlsAcceptor,
     credentials: Credentials,
-    stamp: Stamp,
+    /// What the files were like that the acceptor comes from.
+    used: Stamp,
     incoming: NewLinkChannelSender,
 }
 
@@ -222,7 +215,7 @@ impl Greeting {
         let own = tcp.local_addr()?;
         let stream = tokio::time::timeout(HANDSHAKE_LIMIT, self.acceptor.accept(tcp)).await??;
         let link = Arc::new(TlsLink::over(stream.into(), own, self.other)?);
-        link.keep_checking(self.credentials, self.stamp, End::Caller);
+        link.keep_checking(self.credentials, self.used, End::Caller);
         Ok(self.incoming.send_async(LinkUnicast::from(link as Arc<dyn LinkUnicastTrait>)).await?)
     }
 }

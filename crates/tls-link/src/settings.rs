@@ -2,12 +2,15 @@
 
 use std::path::PathBuf;
 
-use credentials::Credentials;
+use credentials::{CALLER, Credentials, InvalidCredentials};
+use rustls::ClientConfig;
 use zenoh_link_commons::tcp::TcpSocketConfig;
 use zenoh_link_commons::tls::config::*;
 use zenoh_link_commons::{ConfigurationInspector, TCP_SO_RCV_BUF, TCP_SO_SND_BUF};
 use zenoh_protocol::core::{endpoint, parameters};
 use zenoh_result::{ZResult, bail, zerror};
+
+use crate::link::common_name;
 
 /// Takes from zenoh's configuration what every locator of this link gets to know.
 #[derive(Debug, Default, Clone, Copy)]
@@ -63,9 +66,34 @@ pub(crate) fn of_listener(config: &endpoint::Config) -> ZResult<Credentials> {
     named(config, TLS_LISTEN_CERTIFICATE_FILE, TLS_LISTEN_PRIVATE_KEY_FILE)
 }
 
-/// The credentials of the end that calls.
-pub(crate) fn of_caller(config: &endpoint::Config) -> ZResult<Credentials> {
-    named(config, TLS_CONNECT_CERTIFICATE_FILE, TLS_CONNECT_PRIVATE_KEY_FILE)
+/// The end that calls.
+pub(crate) fn of_caller(config: &endpoint::Config) -> ZResult<Caller> {
+    let credentials = named(config, TLS_CONNECT_CERTIFICATE_FILE, TLS_CONNECT_PRIVATE_KEY_FILE)?;
+    Ok(Caller { credentials, name: config.get(CALLER).map(str::to_owned) })
+}
+
+/// Who calls.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Caller {
+    pub(crate) credentials: Credentials,
+    /// What its certificate must bear; anything without.
+    name: Option<String>,
+}
+
+impl Caller {
+    /// TLS by the files as they are now. The certificate of another one is refused here, where it would be shown: at any earlier
+    /// moment it may not be there yet, and with it this end would pass for the other one.
+    pub(crate) fn client(&self) -> Result<ClientConfig, InvalidCredentials> {
+        let chain = self.credentials.chain()?;
+        let found = chain.first().and_then(|it| common_name(it).ok()).unwrap_or_default();
+        match &self.name {
+            Some(expected) if found != *expected => Err(InvalidCredentials::Unusable {
+                path: self.credentials.certificate.clone(),
+                cause: format!("it is the certificate of `{found}`, expected that of `{expected}`"),
+            }),
+            _ => self.credentials.client_with(chain),
+        }
+    }
 }
 
 fn named(config: &endpoint::Config, certificate: &str, key: &str) -> ZResult<Credentials> {

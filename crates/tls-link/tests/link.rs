@@ -46,7 +46,7 @@ impl Authority {
 
     /// Makes the certificate of `name` in its files, with this common name and valid up to then.
     fn issue(&self, name: &str, common_name: &str, until: Option<Duration>) {
-        let mut params = CertificateParams::new(vec!["localhost".to_owned()]).unwrap();
+        let mut params = CertificateParams::new(["localhost", "::1"].map(String::from)).unwrap();
         params.distinguished_name.push(DnType::CommonName, common_name);
         let serial = {
             let mut serials = self.serials.lock().unwrap();
@@ -124,9 +124,13 @@ struct Ground {
 
 impl Ground {
     async fn listen(authority: &Authority, until: Option<Duration>) -> Ground {
+        Ground::listen_at("tls/localhost:0", authority, until).await
+    }
+
+    async fn listen_at(locator: &str, authority: &Authority, until: Option<Duration>) -> Ground {
         let (sender, callers) = flume::unbounded();
         let manager = LinkManagerUnicastTls::new(sender);
-        let locator = manager.new_listener(authority.endpoint("tls/localhost:0", "ground", until)).await.unwrap();
+        let locator = manager.new_listener(authority.endpoint(locator, "ground", until)).await.unwrap();
         Ground { manager, callers, locator: locator.to_string() }
     }
 
@@ -196,6 +200,19 @@ async fn each_end_knows_the_others_name() {
         ground.manager.get_locators().await.iter().map(ToString::to_string).collect::<Vec<_>>(),
         [ground.locator]
     );
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_host_may_be_an_address_of_ipv6() {
+    if std::net::TcpListener::bind("[::1]:0").is_err() {
+        // This machine has no IPv6.
+        return;
+    }
+    let authority = Authority::new();
+    let ground = Ground::listen_at("tls/[::1]:0", &authority, None).await;
+    let (one, other) = ground.called_by(&authority, "uav1").await;
+    say(one, 3).await;
+    hear(other, 3).await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -377,6 +394,41 @@ async fn a_renewed_certificate_is_used_for_the_next_connection() {
     assert_eq!(one.get_auth_id().get_cert_common_name(), Some("uav1, renewed"));
     assert_eq!(other.get_auth_id().get_cert_common_name(), Some("ground, renewed"));
     assert_eq!(before.get_auth_id().get_cert_common_name(), Some("uav1"), "the link of before is as it was");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_has_the_certificate_of_another_one_does_not_call() {
+    let authority = Authority::new();
+    let ground = Ground::listen(&authority, None).await;
+    let as_uav1 = |endpoint: EndPoint| format!("{endpoint};{}=uav1", credentials::CALLER).parse::<EndPoint>().unwrap();
+    let endpoint = as_uav1(authority.endpoint(&ground.locator, "uav1", None));
+    let copy = |name: &str, file: &str| {
+        std::fs::copy(authority.path(&format!("uav2.{file}")), authority.path(&format!("{name}.{file}")))
+    };
+    authority.issue("uav2", "uav2", None);
+    let whole = authority.path("authority.pem");
+    let away = authority.path("away");
+    // The set of another one, while it is copied and when it is there.
+    std::fs::rename(&whole, &away).unwrap();
+    for file in ["pem", "key"] {
+        copy("uav1", file).unwrap();
+    }
+    let caller = LinkManagerUnicastTls::new(flume::unbounded().0);
+    let calls =
+        || async { timeout(LIMIT, caller.new_link(endpoint.clone())).await.unwrap().map_err(|it| it.to_string()) };
+    assert!(calls().await.is_err());
+    std::fs::rename(&away, &whole).unwrap();
+    let refusal = calls().await.unwrap_err();
+    assert!(refusal.contains("it is the certificate of `uav2`, expected that of `uav1`"), "{refusal}");
+    assert!(ground.callers.is_empty());
+    // Its own ones count without a new start, and go on to count when those of another one come.
+    authority.issue("uav1", "uav1", None);
+    for _ in 0..2 {
+        let _held = calls().await.unwrap();
+        let one = timeout(LIMIT, ground.callers.recv_async()).await.unwrap().unwrap();
+        assert_eq!(one.get_auth_id().get_cert_common_name(), Some("uav1"));
+        authority.issue("uav1", "uav2", None);
+    }
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use credentials::CALLER;
 use zenoh::sample::SampleKind;
 use zenoh::{Config, Session, Wait};
 
@@ -75,7 +76,9 @@ pub(super) fn set_up(config: &mut Config, link: &LinkEnd) -> Result<(), BusError
         set_value(config, key, &value)?;
     }
     if let Way::Dial { locator, .. } = &link.way {
-        set(config, "connect/endpoints", &quoted(std::slice::from_ref(locator)))?;
+        // Not with the certificate of another aircraft: it would be that one for the ground, and take its link.
+        let named = format!("{locator}#{CALLER}={}", link.name());
+        set(config, "connect/endpoints", &quoted(&[named]))?;
         set(config, "connect/timeout_ms", "-1")?;
         set(config, "connect/exit_on_failure", "false")?;
         set(config, "connect/retry", "{ period_init_ms: 100, period_max_ms: 200, period_increase_factor: 2 }")?;

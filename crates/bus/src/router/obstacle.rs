@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
-use rustls::pki_types::ServerName;
+use credentials::called_at;
 use rustls::{ClientConnection, Stream};
 
 use crate::crossing::Side;
@@ -63,13 +63,21 @@ impl Inquiry {
 
     fn obstacle(&self) -> Option<String> {
         let invalid = link_credentials::check(&self.credentials, &self.name, self.side).err();
-        invalid.map(|it| it.to_string()).or_else(|| self.call(self.address.as_deref()?).err())
+        if let Some(invalid) = invalid.as_ref().filter(|it| it.forbids_link()) {
+            return Some(invalid.to_string());
+        }
+        let found = self.call(self.address.as_deref()?).err()?;
+        // What forbids no link is not the reason, and is said beside it.
+        Some(match invalid {
+            Some(it) => format!("{found}; besides, {it}"),
+            None => found,
+        })
     }
 
     fn call(&self, address: &str) -> Result<(), String> {
         let until = Deadline::after(self.limit);
         let name = address.rsplit_once(':').map_or(address, |(host, _)| host);
-        let host = ServerName::try_from(name.to_owned()).map_err(|_| format!("`{name}` is no host name"))?;
+        let host = called_at(address)?;
         let target = resolve(&self.resolver, address, until)
             .map_err(|cause| match silent(&cause) {
                 true => format!("`{name}` is not found: the name server does not answer"),

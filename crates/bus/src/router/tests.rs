@@ -12,7 +12,7 @@ use zenoh::Wait;
 
 use super::News;
 use super::link::{LinkEnd, Way};
-use super::obstacle::Resolver;
+use super::obstacle::{Inquiry, Resolver};
 use super::watch::{Heard, Watch};
 use crate::crossing::Crossing;
 use crate::link_credentials::{AUTHORITY, CERTIFICATE, KEY};
@@ -36,16 +36,21 @@ fn credentials(folder: &Path) {
     std::fs::set_permissions(folder.join(KEY), std::fs::Permissions::from_mode(0o600)).unwrap();
 }
 
+/// The end of `uav1` whose ground is at `address`.
+fn link_to(address: &str, folder: &Path) -> LinkEnd {
+    let table = include_str!("../../../../config/zenoh/link.toml").to_owned();
+    let table = Crossing::read(&Source { path: "link.toml".into(), text: table }).unwrap();
+    let way = Way::Dial { locator: format!("tls/{address}"), vehicle: "uav1".into() };
+    LinkEnd { table, credentials: folder.to_owned(), way }
+}
+
 /// Runs the loop of an aircraft's router whose ground at `address` does not let it get anywhere. Once the inquiry has begun
 /// to wait, of which `waits` tells, the loop must turn several times; then it must say `said`.
 #[track_caller]
 fn check(address: &str, resolver: Resolver, waits: &mpsc::Receiver<()>, said: &str) {
     let folder = tempfile::tempdir().unwrap();
     credentials(folder.path());
-    let table = include_str!("../../../../config/zenoh/link.toml").to_owned();
-    let table = Crossing::read(&Source { path: "link.toml".into(), text: table }).unwrap();
-    let way = Way::Dial { locator: format!("tls/{address}"), vehicle: "uav1".into() };
-    let link = LinkEnd { table, credentials: folder.path().to_owned(), way };
+    let link = link_to(address, folder.path());
     let mut config = config("router").unwrap();
     set(&mut config, "listen/endpoints", "[\"tcp/127.0.0.1:0\"]").unwrap();
     set(&mut config, "scouting/delay", "0").unwrap();
@@ -68,6 +73,28 @@ fn check(address: &str, resolver: Resolver, waits: &mpsc::Receiver<()>, said: &s
     }
     let _ = sender.send(Heard::Stop);
     turning.join().unwrap().unwrap();
+}
+
+#[test]
+fn a_key_that_others_may_read_hides_nothing_that_stands_in_the_way() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().unwrap();
+    credentials(folder.path());
+    let key = folder.path().join(KEY);
+    std::fs::set_permissions(&key, std::fs::Permissions::from_mode(0o644)).unwrap();
+    // Where nobody listens.
+    let address = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
+    let inquiry = Inquiry::of(&link_to(&address, folder.path()));
+    let found = || {
+        let (sender, told) = mpsc::channel();
+        inquiry.start(move |why| sender.send(why).unwrap()).unwrap();
+        told.recv_timeout(LIMIT).unwrap()
+    };
+    heard(found(), "does not answer: ");
+    heard(found(), "; besides, ");
+    heard(found(), "may be read by others");
+    std::fs::write(&key, KeyPair::generate().unwrap().serialize_pem()).unwrap();
+    heard(found(), "is not the key to the certificate");
 }
 
 fn heard(why: Option<String>, said: &str) {

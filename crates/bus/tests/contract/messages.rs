@@ -29,14 +29,14 @@ fn command(id: u64) -> Effect {
     Effect::publish(v1::VehicleCommand { id, command: None })
 }
 
-/// The numbers of the samples of `vehicle`, in order.
-fn samples(seen: &Seen, vehicle: &str) -> Vec<u32> {
-    seen.pick(|event| match event {
+/// The number of a sample of `vehicle`.
+fn sample(event: &Event, vehicle: &str) -> Option<u32> {
+    match event {
         Event::Message { vehicle: found, message: Message::BatteryStatus(it) } if &**found == vehicle => {
             Some(it.remaining as u32)
         }
         _ => None,
-    })
+    }
 }
 
 /// Says zero until everybody has met, then everything in one turn, then the last again and again.
@@ -53,7 +53,8 @@ fn sampler(phase: &Phase) -> Probe {
     })
 }
 
-/// A node that is busy while samples come gets the newest of each vehicle, and hardly any other.
+/// A node that is busy while samples come gets the newest of each vehicle, and none of the others that have come by then. (How many have, only
+/// its mailbox knows: another node may have heard all of them long before.)
 pub fn newest_only(shell: &mut dyn Shell) {
     let (phase, gate) = (Phase::default(), shell.gate(&Scope::Fleet));
     let (told, kept) = (phase.clone(), gate.clone());
@@ -69,17 +70,18 @@ pub fn newest_only(shell: &mut dyn Shell) {
     for vehicle in vehicles {
         shell.add(Scope::Vehicle(vehicle.into()), sampler(&phase));
     }
-    let all_have = |seen: &Seen, number| vehicles.iter().all(|it| samples(seen, it).last() == Some(&number));
+    let all_have =
+        |seen: &Seen, number| vehicles.iter().all(|it| seen.pick(|event| sample(event, it)).last() == Some(&number));
     shell.wait_for("everybody to meet", &mut || all_have(&busy, 0) && all_have(&witness, 0));
     phase.set(HELD);
     shell.wait_for("the burst to have come by", &mut || all_have(&witness, BURST));
     gate.open();
     shell.wait_for("the newest of both", &mut || all_have(&busy, BURST));
     for vehicle in vehicles {
-        let mut found = samples(&busy, vehicle);
+        let found = busy.pick(|event| sample(event, vehicle));
         assert!(found.is_sorted(), "{vehicle}: an older sample after a newer one: {found:?}");
-        found.dedup();
-        assert!(found.len() < BURST as usize / 2, "{vehicle}: of {BURST} samples it got {}", found.len());
+        let most = busy.turns(|event| sample(event, vehicle)).iter().map(Vec::len).max();
+        assert_eq!(most, Some(1), "{vehicle}: samples that it got at once");
     }
 }
 

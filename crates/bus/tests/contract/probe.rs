@@ -13,17 +13,34 @@ pub const PERIOD: Duration = Duration::from_millis(5);
 
 /// What a probe has been given so far.
 #[derive(Clone, Default)]
-pub struct Seen(Arc<Mutex<Vec<Event>>>);
+pub struct Seen(Arc<Mutex<Given>>);
+
+/// Events in order, and where in them each turn has ended.
+#[derive(Default)]
+pub struct Given {
+    events: Vec<Event>,
+    ends: Vec<usize>,
+}
 
 impl Seen {
     /// The parts of it that `pick` picks, in order.
     pub fn pick<T>(&self, pick: impl FnMut(&Event) -> Option<T>) -> Vec<T> {
-        self.lock().iter().filter_map(pick).collect()
+        self.lock().events.iter().filter_map(pick).collect()
+    }
+
+    /// The same of each turn that is over: of what was there at once when the node looked.
+    pub fn turns<T>(&self, mut pick: impl FnMut(&Event) -> Option<T>) -> Vec<Vec<T>> {
+        let given = self.lock();
+        let starts = std::iter::once(0).chain(given.ends.iter().copied());
+        starts
+            .zip(&given.ends)
+            .map(|(start, end)| given.events[start..*end].iter().filter_map(&mut pick).collect())
+            .collect()
     }
 
     /// Whether any event is like this.
     pub fn any(&self, is_wanted: impl FnMut(&Event) -> bool) -> bool {
-        self.lock().iter().any(is_wanted)
+        self.lock().events.iter().any(is_wanted)
     }
 
     /// Whether it was last seen that a process of `service` is there, or that it is gone.
@@ -43,7 +60,7 @@ impl Seen {
         })
     }
 
-    fn lock(&self) -> MutexGuard<'_, Vec<Event>> {
+    fn lock(&self) -> MutexGuard<'_, Given> {
         self.0.lock().unwrap()
     }
 }
@@ -166,7 +183,7 @@ impl Node for Probe {
 
     fn on(&mut self, _: Now, event: Event, effects: &mut Vec<Effect>) {
         (self.script)(Some(&event), effects);
-        self.seen.lock().push(event);
+        self.seen.lock().events.push(event);
     }
 
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
@@ -174,6 +191,9 @@ impl Node for Probe {
             self.next = Some(now.time + PERIOD);
             (self.script)(None, effects);
         }
+        let mut given = self.seen.lock();
+        let end = given.events.len();
+        given.ends.push(end);
     }
 
     fn deadline(&self) -> Option<Time> {

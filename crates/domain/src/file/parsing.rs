@@ -8,8 +8,8 @@ use std::ops::Range;
 use serde::de::DeserializeOwned;
 use toml::de::{DeTable, Error};
 
-/// The most mistakes that are reported of one file: who has more mends those first.
-const MOST: usize = 20;
+use super::limits::MOST_MISTAKES;
+
 /// Of a longer text, in bytes, only the first mistake in a value is reported: it would be read again and again. Files written by hand are
 /// shorter.
 const LONGEST: usize = 256 * 1024;
@@ -45,14 +45,14 @@ pub(super) fn parse<T: DeserializeOwned>(text: &str) -> Result<T, Vec<Found>> {
     };
     let (_, of_form) = DeTable::parse_recoverable(text);
     if !of_form.is_empty() {
-        return Err(of_form.iter().take(MOST).map(found).collect());
+        return Err(of_form.iter().take(MOST_MISTAKES).map(found).collect());
     }
     Err(of_values::<T>(text.to_owned(), first))
 }
 
 fn of_values<T: DeserializeOwned>(mut text: String, mut error: Error) -> Vec<Found> {
     let (mut mistakes, mut replaced) = (Vec::new(), Vec::<Range<usize>>::new());
-    while mistakes.len() < MOST {
+    while mistakes.len() < MOST_MISTAKES {
         mistakes.push(found(&error));
         if LONGEST < text.len() {
             break;
@@ -238,6 +238,6 @@ mod tests {
             values: Vec<f64>,
         }
         let text = format!("values = [{}]", "true, ".repeat(100));
-        assert_eq!(parse::<Many>(&text).err().map(|it| it.len()), Some(MOST));
+        assert_eq!(parse::<Many>(&text).err().map(|it| it.len()), Some(MOST_MISTAKES));
     }
 }

@@ -3,8 +3,9 @@
 
 use toml::Spanned;
 
-use super::{AreaEntry, Checker, MissionFile};
+use super::{AreaEntry, Checker, MissionFile, ObjectiveEntry};
 use crate::control_character::is_control;
+use crate::site::MOST_SITES;
 
 /// The most objectives of a mission.
 pub const MOST_OBJECTIVES: usize = 500;
@@ -52,6 +53,12 @@ impl Checker<'_> {
             }
         }
         self.count("corners of areas", corners, MOST_CORNERS, first_beyond);
+        self.counts_of_after(&file.objective);
+        if let Some(first) = file.site.get(MOST_SITES) {
+            let message = format!("{} sites, expected at most {MOST_SITES}", file.site.len());
+            let help = "take some out: a vehicle needs those that it can reach from its way";
+            self.say(Some(first.name.span()), message, help);
+        }
         let objectives = file.objective.iter().map(|it| ("an objective", &it.name));
         let areas = file.area.iter().map(|it| ("an area", &it.name));
         let sites = file.site.iter().map(|it| ("a site", &it.name));
@@ -59,6 +66,19 @@ impl Checker<'_> {
             self.name(what, name.as_ref(), Some(name));
         }
         self.name("a mission", &file.name, None);
+    }
+
+    /// Whether no objective names more in `after` than there are.
+    fn counts_of_after(&mut self, objectives: &[ObjectiveEntry]) {
+        let most = objectives.len();
+        for it in objectives {
+            if let Some(first_beyond) = it.after.get(most) {
+                let (name, count) = (it.name.as_ref(), it.after.len());
+                let message =
+                    format!("objective `{name}` has {count} names in `after`, and the mission {most} objectives");
+                self.say(Some(first_beyond.span()), message, "name each that comes before it once");
+            }
+        }
     }
 
     fn count(&mut self, what: &str, count: usize, most: usize, first_beyond: Option<&Spanned<String>>) {
@@ -148,6 +168,20 @@ mod tests {
             &mission(1, &[4]).replace("\"m\"", &format!("\"{long}\"")),
             "m.toml: the name of a mission has 101 characters, at most 100 are allowed",
         );
+    }
+
+    #[test]
+    fn an_objective_names_no_more_in_after_than_there_are() {
+        #[track_caller]
+        fn check(after: &str, expected: &str) {
+            let text = mission(2, &[]).replacen("flying = true", &format!("flying = true\nafter = {after}"), 1);
+            let told = read(&text).unwrap_err().to_string();
+            assert!(told.starts_with(expected), "expected `{expected}`, got `{told}`");
+        }
+        check(r#"["", ""]"#, "m.toml:8:10: there is no objective ``");
+        let many = "m.toml:8:18: objective `o0` has 3 names in `after`, and the mission 2 objectives";
+        check(r#"["", "", ""]"#, many);
+        check(r#"["o1", "o1", "o1"]"#, &many.replace("8:18", "8:22"));
     }
 
     #[test]

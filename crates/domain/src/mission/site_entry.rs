@@ -6,7 +6,7 @@ use toml::Spanned;
 use super::place::Written;
 use super::{Checker, HIGHEST_M, sites};
 use crate::area::Area;
-use crate::site::{MOST_SITES, Site, SiteKind};
+use crate::site::{Site, SiteKind};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -37,11 +37,6 @@ impl SiteEntry {
 
 impl Checker<'_> {
     pub(super) fn alternates(&mut self, entries: &[SiteEntry]) -> Vec<Site> {
-        if let Some(first) = entries.get(MOST_SITES) {
-            let message = format!("{} sites, expected at most {MOST_SITES}", entries.len());
-            let help = "take some out: a vehicle needs those that it can reach from its way";
-            self.say(Some(first.name.span()), message, help);
-        }
         self.distinct("site", entries.iter().map(|it| &it.name));
         entries.iter().map(|it| self.alternate(it)).collect()
     }

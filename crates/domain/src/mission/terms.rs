@@ -1,6 +1,7 @@
 //! What a mission asks of its objectives besides their places: their order, which may be left out, until when, for how long
 //! the vehicle stays, and whether it releases its load.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use serde::Deserialize;
@@ -92,22 +93,29 @@ impl Checker<'_> {
     /// Whether every `after` names another objective, none leads in a circle, and a given order keeps to them.
     pub(super) fn precedence(&mut self, order: Order, entries: &[ObjectiveEntry]) {
         let names: Vec<&str> = entries.iter().map(|it| it.name.as_ref().as_str()).collect();
-        let place = |name: &str| names.iter().position(|it| *it == name);
-        let before: Vec<Vec<usize>> =
-            entries.iter().map(|it| it.after.iter().filter_map(|it| place(it.as_ref())).collect()).collect();
-        for (index, entry) in entries.iter().enumerate() {
+        // Of two with one name, the first.
+        let places: BTreeMap<&str, usize> =
+            names.iter().enumerate().rev().map(|(index, name)| (*name, index)).collect();
+        let place = |name: &str| places.get(name).copied();
+        let later = directly_later(entries.iter().map(|it| it.after.iter().filter_map(|it| place(it.as_ref()))));
+        for (index, entry) in entries.iter().enumerate().filter(|(_, it)| !it.after.is_empty()) {
+            let comes_later = all_later(&later, index);
             for after in &entry.after {
+                // The nearest of all names is not looked for in vain.
+                if self.mistakes.is_full() {
+                    return;
+                }
                 let (name, other) = (names[index], after.as_ref().as_str());
                 let said = match place(other) {
                     None => Some((format!("there is no objective `{other}`"), did_you_mean(other, &names))),
-                    Some(before) if before == index => {
+                    Some(other_index) if other_index == index => {
                         Some((format!("objective `{name}` comes after itself"), String::new()))
                     }
-                    Some(start) if leads_to(&before, start, index) => {
+                    Some(other_index) if comes_later[other_index] => {
                         let message = format!("objective `{name}` comes after `{other}`, which comes after `{name}`");
                         Some((message, "take one of them out: none of the circle could be first".into()))
                     }
-                    Some(start) if order == Order::Given && index < start => Some((
+                    Some(other_index) if order == Order::Given && index < other_index => Some((
                         format!("objective `{name}` comes after `{other}`, which is listed later"),
                         "list it later, or set `order = \"free\"` at the top".into(),
                     )),
@@ -121,15 +129,30 @@ impl Checker<'_> {
     }
 }
 
-/// Whether `goal` comes before `start`, however many others come between.
-fn leads_to(before: &[Vec<usize>], start: usize, goal: usize) -> bool {
-    let (mut seen, mut open) = (vec![false; before.len()], vec![start]);
-    while let Some(index) = open.pop() {
-        if !std::mem::replace(&mut seen[index], true) {
-            open.extend(&before[index]);
+/// Which objectives name each of them in their `after`, each once, of those that each names.
+fn directly_later(before: impl ExactSizeIterator<Item = impl Iterator<Item = usize>>) -> Vec<Vec<usize>> {
+    let mut later = vec![Vec::new(); before.len()];
+    for (index, before) in before.enumerate() {
+        for other in before {
+            if later[other].last() != Some(&index) {
+                later[other].push(index);
+            }
         }
     }
-    seen[goal]
+    later
+}
+
+/// Which objectives come after the one at `start`, however many others come between, by those that do so directly.
+fn all_later(later: &[Vec<usize>], start: usize) -> Vec<bool> {
+    let (mut seen, mut open) = (vec![false; later.len()], vec![start]);
+    while let Some(index) = open.pop() {
+        for &next in &later[index] {
+            if !std::mem::replace(&mut seen[next], true) {
+                open.push(next);
+            }
+        }
+    }
+    seen
 }
 
 #[cfg(test)]

@@ -153,6 +153,74 @@ fn a_place_that_wind_brings_too_near_to_a_border_is_told() {
 }
 
 #[test]
+fn of_many_places_that_wind_brings_too_near_the_first_are_told() {
+    let objective = |number| {
+        format!("[[objective]]\nname = \"o{number}\"\nnorth_m = 0\neast_m = 307\nheight_m = 0\nflying = false\n")
+    };
+    let with = |count| read(&format!("{GOOD}{}", (0..count).map(objective).collect::<String>())).unwrap();
+    assert_eq!(with(20).too_near_in_wind(8.0).len(), 20);
+    let told = with(21).too_near_in_wind(8.0);
+    assert_eq!((told.len(), told[20].as_str()), (21, "more places lie as near to a border"));
+}
+
+/// Objectives with the longest names, each with these further lines.
+fn many_objectives(count: usize, lines: &str) -> String {
+    let objective = |number| {
+        format!(
+            "[[objective]]\nname = \"{number:0>100}\"\nnorth_m = 0\neast_m = 500\nheight_m = 20\nflying = true\n{lines}\n"
+        )
+    };
+    (0..count).map(objective).collect()
+}
+
+#[test]
+fn whatever_is_wrong_with_a_mission_as_large_as_a_request_little_is_told_of_it() {
+    /// Reads a mission with this after its name.
+    #[track_caller]
+    fn check(text: &str) {
+        let mistakes = read(&format!("name = \"m\"\n{text}")).unwrap_err();
+        assert!((1..=MOST_MISTAKES).contains(&mistakes.0.len()), "{} mistakes", mistakes.0.len());
+        let told = mistakes.to_string();
+        assert!(told.len() < 100_000, "{} bytes: {told:.300}", told.len());
+    }
+    let long = "x".repeat(30_000);
+    let area = |lines: &str| {
+        format!("[[area]]\nname = \"A\"\nkind = \"keep-out\"\ncorners_m = [[-9, -9], [9, -9], [9, 9]]\n{lines}\n")
+    };
+    // Names that nothing has: very many of one objective, as many as there are of each, and a long one.
+    let very_many = format!("after = [{}]", "\"\",".repeat(12_000));
+    check(&format!("{}{}", many_objectives(200, ""), many_objectives(1, &very_many)));
+    check(&many_objectives(100, &format!("after = [{}]", "\"\",".repeat(100))));
+    check(&many_objectives(100, &format!("after = [{}]", format!("\"{}\",", "y".repeat(97)).repeat(5))));
+    check(&many_objectives(15, &format!("after = [\"{long}\", \"{long}\"]")));
+    // Long values, where a text is expected and where none is.
+    check(&many_objectives(30, &format!("reach_by_utc = \"{long}\"")));
+    check(&many_objectives(3, &format!("worth = \"{long}\"")));
+    check(&many_objectives(1, &format!("{long} = 1")));
+    check(&many_objectives(1, &format!("flying = [{}", "[".repeat(30_000))));
+    check(&many_objectives(1, &"= = =\n".repeat(10_000)));
+    check(&format!("{}{}", many_objectives(1, ""), area(&format!("hours_utc = [\"{long}\"]"))));
+    check(&format!("{}{}", many_objectives(1, ""), area("").replace("keep-out", &long)));
+    check(&format!("{}{}", many_objectives(1, ""), area("").replace("\"A\"", &format!("\"{long}\""))));
+    check(&format!("order = \"{long}\"\n{}", many_objectives(1, "")));
+    // Mistakes of every objective, area and site, and of every pair of them.
+    check(&many_objectives(500, "").replace("north_m = 0\n", ""));
+    check(&many_objectives(500, "dwell_s = -1\nworth = 1\ndrop = true").replace("height_m = 20", "height_m = 900"));
+    check(&many_objectives(1, &area("").repeat(600)));
+    let areas: String = (0..600).map(|number| area("").replace("\"A\"", &format!("\"{number}\""))).collect();
+    check(&format!("{}{areas}", many_objectives(300, "").replace("east_m = 500", "east_m = 10")));
+    let site = "[[site]]\nname = \"s\"\nkind = \"landing\"\n";
+    check(&format!("{}{}", many_objectives(1, ""), site.repeat(1_000)));
+    check(&format!("{}{}", many_objectives(1, ""), site.repeat(32)));
+    // Corners by the thousand, all of them wrong.
+    let corners = "[999, 999],".repeat(5_000);
+    check(&format!("volume = {{ corners_deg = [{corners}] }}\n{}", many_objectives(1, "")));
+    check(&format!("volume = {{ corners_m = [{corners}] }}\n{}", many_objectives(1, "")));
+    let survey = format!("survey = {{ corners_m = [{corners}], spacing_m = 30 }}");
+    check(&many_objectives(1, &survey).replace("north_m = 0\neast_m = 500\n", ""));
+}
+
+#[test]
 fn an_identity_is_that_of_the_content() {
     let mission = read(GOOD).unwrap();
     assert_eq!(mission.identity(), "f2e4b90e170ad2eabcdd96fc13d89c3a");

@@ -122,6 +122,24 @@ fn a_grant_ends_with_its_window_however_often_and_late_it_is_sent() {
 }
 
 #[test]
+fn a_clock_that_is_set_cuts_no_grant_that_is_held_and_prolongs_none() {
+    for set_s in [700, 3600, -700, -1_000_000] {
+        let mut belief = belief();
+        let left = |s: u64| signed(Permission { valid_for: Duration::from_secs(900 - s), ..grant(5) });
+        take(&mut belief, 100, left(100)).unwrap();
+        let wrong = Now { utc_ms: at(101).utc_ms + 1000 * set_s, ..at(101) };
+        let refused = belief.take(wrong, Pace::REAL_TIME, 3, vec![left(101)]).refused;
+        assert_eq!((refused, remaining_s(&belief, 101)), (Vec::new(), Some(799)), "set by {set_s} s");
+        // Nor does a repetition that claims more, while the clock is wrong.
+        belief.take(wrong, Pace::REAL_TIME, 3, vec![left(0)]);
+        assert_eq!(remaining_s(&belief, 101), Some(799), "set by {set_s} s");
+        take(&mut belief, 102, left(102)).unwrap();
+        assert_eq!(remaining_s(&belief, 102), Some(798), "set by {set_s} s, and corrected");
+        assert_eq!(remaining_s(&belief, 900), None);
+    }
+}
+
+#[test]
 fn a_grant_that_has_expired_for_the_tower_has_expired() {
     let mut belief = belief();
     take(&mut belief, 0, signed(grant(5))).unwrap();

@@ -1,0 +1,74 @@
+//! What a name that is not known was to be.
+
+use super::limits::shortened;
+
+/// A name that differs in no more characters is taken for a misspelt one.
+const MOST_DIFFERENT: usize = 3;
+/// The longest name that is compared or shown, in characters: the time to compare two grows with the product of their lengths.
+const LONGEST: usize = 100;
+/// The most names that are listed.
+const MOST_LISTED: usize = 10;
+
+/// The entry of `known` that is closest to `found`, as a help text; the first of them if none is close.
+pub fn did_you_mean(found: &str, known: &[&str]) -> String {
+    nearest(found, known).map_or_else(|| listed(known), |it| format!("did you mean `{it}`?"))
+}
+
+fn nearest<'k>(found: &str, known: &[&'k str]) -> Option<&'k str> {
+    let length = found.chars().count();
+    let is_comparable = |it: &&&str| {
+        let other = it.chars().count();
+        // Two texts differ at least by their lengths.
+        length <= LONGEST && other <= LONGEST && length.abs_diff(other) <= MOST_DIFFERENT
+    };
+    let compared = known.iter().filter(is_comparable).map(|it| (strsim::levenshtein(found, it), *it));
+    compared
+        .min_by_key(|(different, _)| *different)
+        .filter(|(different, _)| *different <= MOST_DIFFERENT)
+        .map(|it| it.1)
+}
+
+fn listed(known: &[&str]) -> String {
+    let names: Vec<_> = known.iter().take(MOST_LISTED).map(|it| shortened(it, LONGEST)).collect();
+    let more = match known.len().saturating_sub(MOST_LISTED) {
+        0 => String::new(),
+        more => format!(", and {more} more"),
+    };
+    format!("known: {}{more}", names.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(found: &str, known: &[&str], expected: &str) {
+        assert_eq!(did_you_mean(found, known), expected);
+    }
+
+    #[test]
+    fn the_nearest_name_is_offered() {
+        check("lnad", &["land", "stop"], "did you mean `land`?");
+        check("fly", &["return_home", "takeoff"], "known: return_home, takeoff");
+        check("stpo", &["step", "stop", "stow"], "did you mean `step`?");
+        check("fly", &[], "known: ");
+    }
+
+    #[test]
+    fn of_many_names_the_first_ten_are_listed() {
+        let names: Vec<String> = (10..30).map(|number| format!("objective {number}")).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let ten = "known: objective 10, objective 11, objective 12, objective 13, objective 14, objective 15, objective 16, \
+             objective 17, objective 18, objective 19";
+        check("x", &names[..10], ten);
+        check("x", &names, &format!("{ten}, and 10 more"));
+    }
+
+    #[test]
+    fn a_long_text_is_neither_compared_nor_repeated() {
+        let (hundred, longer) = ("x".repeat(100), "x".repeat(101));
+        check(&hundred[1..], &[&hundred], &format!("did you mean `{hundred}`?"));
+        check(&longer, &[&hundred], &format!("known: {hundred}"));
+        check(&hundred, &[&longer], &format!("known: {}…{}", &hundred[..50], &hundred[..50]));
+    }
+}
