@@ -134,7 +134,11 @@ impl Mcm {
         if self.next_tick.is_none() {
             // What is wrong with a vehicle that stands there is still told.
             self.world.take_in_news();
-            return;
+            if !self.world.flies_unattended() {
+                return;
+            }
+            // A touchdown that was none, or a takeoff that the autopilot goes on with: it is brought down.
+            self.world.raise_ended_in_air();
         }
         let now = self.world.now();
         if let Some(timing) = &mut self.timing {

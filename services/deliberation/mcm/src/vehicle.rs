@@ -25,6 +25,8 @@ pub(crate) struct Vehicle {
     pub(crate) flying: bool,
     /// It stands or touches the ground, or has just lifted off.
     pub(crate) near_ground: bool,
+    /// It may stand, although it counts as flying: [`FlightState::may_have_drifted`].
+    pub(crate) may_have_drifted: bool,
     pub(crate) armed: bool,
     /// The actual mode; `None`: one that has no name here.
     pub(crate) mode: Option<FlightMode>,
@@ -131,6 +133,11 @@ impl ConfirmedState {
 }
 
 impl Vehicle {
+    /// How fast it moves, in whatever direction.
+    pub(crate) fn speed_m_s(&self) -> f64 {
+        self.velocity.ground_speed_m_s().hypot(self.velocity.climb_rate_m_s())
+    }
+
     /// `None` while a source on which decisions depend has not been heard.
     ///
     /// # Errors
@@ -177,6 +184,7 @@ impl Vehicle {
             velocity: place.velocity,
             flying,
             near_ground: judge.state.is_near_ground(),
+            may_have_drifted: judge.state.may_have_drifted(),
             armed: status.armed,
             mode,
             status_at: Time::after(now.since_start().saturating_sub(status_age)),

@@ -9,6 +9,7 @@ use kittiwake_proto::v1::SkillOutcome::{Failed, Rejected, Succeeded, TimedOut};
 use kittiwake_proto::v1::operator_command::Verb;
 use node::CallError;
 
+mod after_the_end;
 mod alternates;
 mod asking_ahead;
 mod drops;
@@ -17,6 +18,7 @@ mod late_plans;
 mod memory;
 mod narrowing;
 mod orders;
+mod permissions;
 mod progress;
 mod restarts;
 mod restarts_in_flight;
@@ -404,6 +406,34 @@ fn the_wait_at_a_border_ends_with_the_grant() {
 }
 
 #[test]
+fn an_area_is_left_by_the_quickest_way_in_the_wind_as_it_is() {
+    #[track_caller]
+    fn check(wind: Option<v1::WindEstimate>, expected: &str) {
+        let (mut rig, _) = under_way();
+        let corner = |(north_m, east_m)| v1::Ned { north_m, east_m, down_m: 0.0 };
+        let corners = [(-200.0, 100.0), (200.0, 100.0), (200.0, 400.0), (-200.0, 400.0)].map(corner).to_vec();
+        let area = v1::Area { name: "A".into(), kind: v1::AreaKind::Permission as i32, corners, ..Default::default() };
+        rig.say(v1::PlannerStatus { areas: vec![area], ..Default::default() });
+        let granted = v1::Permission {
+            area: "A".into(),
+            state: v1::PermissionState::Granted as i32,
+            valid_for_s: 20.0,
+            decision: 1,
+            ..Default::default()
+        };
+        rig.say(v1::PermissionLedger { permissions: vec![granted], ..Default::default() });
+        rig.wind = wind;
+        rig.vehicle(true, Offboard, (0.0, 240.0, 10.0));
+        rig.wait(0.3);
+        let story = rig.story();
+        assert!(story.contains(expected), "{story}");
+    }
+    check(None, "start fly 0 80 10");
+    // From the nearest border.
+    check(Some(v1::WindEstimate { north_m_s: 0.0, east_m_s: 12.0 }), "start fly 0 420 10");
+}
+
+#[test]
 fn a_silent_tower_is_asked_three_times_and_then_counts_as_a_denial() {
     let mut rig = Rig::new();
     rig.plan(plan(&[step(1, fly(80.0), &["A"])]));
@@ -423,6 +453,25 @@ fn a_silent_tower_is_asked_three_times_and_then_counts_as_a_denial() {
         story.contains("replan after 1 (area A: no answer from the control tower after 3 tries) [\"A\"]"),
         "{story}"
     );
+}
+
+#[test]
+fn a_request_that_the_tower_refuses_is_denied_for_its_reason() {
+    let mut rig = Rig::new();
+    rig.plan(plan(&[step(1, fly(80.0), &["A"])]));
+    rig.execute();
+    rig.vehicle(true, Offboard, (0.0, 40.0, 10.0));
+    rig.story();
+    let receipt = v1::PermissionReceipt { received: false, refusal: "256 areas are kept".into() };
+    rig.answer(|it| matches!(it, Request::Permission(_)).then(|| Ok(Response::Permission(receipt.clone()))));
+    let story = rig.story();
+    let why = "area A: the control tower has refused the request: 256 areas are kept";
+    assert!(story.contains(&format!("replan after 1 ({why}) [\"A\"]")), "{story}");
+    assert!(rig.decisions.iter().any(|it| it == why), "{:?}", rig.decisions);
+    let denials = rig.open().find_map(|it| if let Request::Replan(it) = it { Some(it.denials.clone()) } else { None });
+    assert!(denials.is_some_and(|it| !it[0].silent), "it was no silence");
+    rig.wait(40.0);
+    assert!(!rig.story().contains("ask A"), "nothing more is awaited");
 }
 
 #[test]
@@ -542,6 +591,26 @@ fn a_mission_without_anything_left_to_do_ends_with_a_report() {
     assert_eq!(rig.story(), "replan after 0 () []");
     rig.wait(1.0);
     assert_eq!(rig.story(), "report Success: every objective was achieved");
+}
+
+#[test]
+fn a_planner_that_has_finished_and_does_not_remember_it_is_asked_again() {
+    let mut rig = Rig::new();
+    let objective = v1::Objective {
+        name: "home".into(),
+        position: Some(v1::Ned::default()),
+        state: v1::ObjectiveState::Waiting as i32,
+        ..Default::default()
+    };
+    rig.say(v1::PlannerStatus { objectives: vec![objective], ..Default::default() });
+    rig.plan(v1::replan_reply::Reply::Finished(v1::Finished {}));
+    rig.story();
+    rig.wait(0.9);
+    assert_eq!(rig.story(), "", "its status may still come");
+    rig.wait(0.3);
+    assert_eq!(rig.story(), "replan after 0 () []");
+    let why = "the planner has answered that every objective is settled, and its status does not say so; asking again";
+    assert!(rig.decisions.iter().any(|it| it == why), "{:?}", rig.decisions);
 }
 
 #[test]

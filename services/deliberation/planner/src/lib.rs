@@ -246,6 +246,7 @@ impl Node for Planner {
     }
 
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
+        self.core.pass(now);
         if self.status_at <= now.time {
             let memory = Some(self.memory.clone().into());
             effects.push(Effect::publish(v1::PlannerStatus { memory, ..self.core.status().into() }));

@@ -2,6 +2,7 @@
 //!
 //! It knows neither messages nor topics, and the same requests at the same times get the same answers.
 
+mod begun;
 mod feasibility;
 mod holding;
 pub(crate) mod origin;
@@ -36,6 +37,7 @@ use crate::repair::repair;
 use crate::stuck::{Stuck, Verdict};
 use crate::survey::Via;
 
+use begun::Begun;
 use holding::PlanNow;
 
 /// An area counts as over this long after its end.
@@ -62,8 +64,8 @@ pub(crate) struct MissionPlanner {
     energy: EnergyModel,
     /// Where the vehicle's local frame has its origin, as it said last; `None` as long as it does not know.
     vehicle_origin: Option<Origin>,
-    /// When the mission's first plan was made, in milliseconds since the Unix epoch, UTC.
-    begun_utc_ms: Option<i64>,
+    /// When the mission's first plan was made.
+    begun: Option<Begun>,
     /// The order that was chosen then, where it is free.
     chosen_order: Option<Choice>,
     /// It only tells what would be flown: what is left out for want of energy is decided from its whole forecast.
@@ -130,7 +132,7 @@ impl MissionPlanner {
             hold: None,
             energy: *energy,
             vehicle_origin: None,
-            begun_utc_ms: None,
+            begun: None,
             chosen_order: None,
             is_forecast: false,
         }
@@ -140,6 +142,7 @@ impl MissionPlanner {
     /// from the objective; objectives without a plan fail, and the next one is planned.
     pub(crate) fn replan(&mut self, request: PlanRequest, now: Now) -> Answer {
         let PlanRequest { state, grants: known, failed: failed_step, denials, .. } = request;
+        self.pass(now);
         self.end_hold(now.time);
         self.note_granted(&state);
         if let Some(answer) = self.answer_to_misfit() {
@@ -286,6 +289,7 @@ impl MissionPlanner {
         if self.last_step_id < id.0 {
             return Err(UnknownStep(id));
         }
+        self.pass(now);
         self.note_granted(state);
         let Some((before, step)) = self.plan.drop_through(id) else { return Ok(()) };
         self.pass_turns_of(before.iter().chain([&step]));
@@ -393,7 +397,7 @@ impl MissionPlanner {
 
     /// When the first plan was made, in milliseconds since the Unix epoch, UTC.
     pub(crate) fn begun_utc_ms(&self) -> Option<i64> {
-        self.begun_utc_ms
+        self.begun.map(Begun::utc_ms)
     }
 
     /// Another planner has flown `mission` so far; no plan of its own is left.
@@ -406,7 +410,7 @@ impl MissionPlanner {
         last_step_id: u64,
         begun_utc_ms: Option<i64>,
     ) {
-        self.begun_utc_ms = begun_utc_ms;
+        self.begun = begun_utc_ms.map(Begun::before);
         (self.mission, self.objectives) = (mission, objectives);
         (self.epoch, self.revision, self.last_step_id) = (epoch, revision, last_step_id);
     }
@@ -431,8 +435,13 @@ impl MissionPlanner {
     /// tower are remembered.
     pub(crate) fn take_over(&mut self, mission: Mission) {
         self.objectives = Objectives::new(&mission.objectives);
-        (self.mission, self.begun_utc_ms, self.chosen_order) = (mission, None, None);
+        (self.mission, self.begun, self.chosen_order) = (mission, None, None);
         self.withdraw_plan();
+    }
+
+    /// What the tower has answered during a flight that is over says nothing of the next one.
+    pub(crate) fn forget_answers_of_tower(&mut self) {
+        self.permissions = Permissions::default();
     }
 
     /// Puts an objective in at `index`; see [`Objectives::insert`].
@@ -567,7 +576,8 @@ impl MissionPlanner {
 
     fn end_hold(&mut self, now: Time) {
         let Some(hold) = self.hold.take() else { return };
-        self.permissions.has_held(&hold.area, now - hold.since);
+        // A pause that follows is no wait for the area.
+        self.permissions.has_held(&hold.area, (now - hold.since).min(hold.wait));
         if hold.outlasts_grant {
             self.permissions.forget_ended_grants(now);
         }

@@ -100,6 +100,11 @@ pub(crate) fn answer(
     end: &End,
     now: Now,
 ) -> Result<Done, Refusal> {
+    let asks_about_another = matches!(request, MissionRequest::Upload(_) | MissionRequest::Validate(..));
+    let is_flown = state.flying || end.is_flown || !(planner.is_over() || end.is_of_this_mission());
+    if asks_about_another && !is_flown {
+        planner.forget_answers_of_tower();
+    }
     match request {
         MissionRequest::Upload(text) if !end.why.is_empty() || planner.is_over() => {
             upload_for_next_flight(planner, &text, state, end, now)
@@ -132,9 +137,11 @@ fn validate(
         return Err(Refusal::new(format!("the text has {} bytes, more than the limit of {LARGEST_BYTES}", text.len())));
     }
     let mission = Mission::read(&Source { path: "mission".into(), text: text.to_owned() }).map_err(|mistakes| {
+        let least = if mistakes.is_full() { "at least " } else { "" };
         let mistakes: Vec<String> = mistakes.0.iter().map(|mistake| mistake.to_string()).collect();
         let plural = if mistakes.len() == 1 { "" } else { "s" };
-        Refusal { text: format!("{} mistake{plural} in the text", mistakes.len()), mistakes, ..Refusal::default() }
+        let text = format!("{least}{} mistake{plural} in the text", mistakes.len());
+        Refusal { text, mistakes, ..Refusal::default() }
     })?;
     match planner.misfit(mission.origin) {
         // On the ground the mission waits until the vehicle knows its place.

@@ -4,6 +4,7 @@
 use domain::contingency::rule::{Condition, Quantity};
 use domain::fmu::{Failure, Status};
 use domain::geometry::Ned;
+use domain::time::Time;
 
 use crate::sources::Sources;
 
@@ -16,11 +17,12 @@ pub(crate) struct Derived {
     pub(crate) distance_home_m: f64,
     pub(crate) tilt_rad: f64,
     pub(crate) flying: bool,
+    pub(crate) flight_s: f64,
 }
 
 /// The derived values; `None` until every source that they follow from was heard, since a zero
 /// would pass for a measurement.
-pub(crate) fn derived(sources: &Sources) -> Option<Derived> {
+pub(crate) fn derived(now: Time, sources: &Sources) -> Option<Derived> {
     let local = sources.local_position.latest()?;
     let attitude = sources.attitude.latest()?;
     Some(Derived {
@@ -30,6 +32,7 @@ pub(crate) fn derived(sources: &Sources) -> Option<Derived> {
         distance_home_m: distance_home_m(local.position),
         tilt_rad: attitude.tilt_rad(),
         flying: sources.flying()?,
+        flight_s: sources.flight_time(now)?.as_secs_f64(),
     })
 }
 

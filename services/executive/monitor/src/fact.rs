@@ -102,15 +102,20 @@ impl Fact {
     }
 
     /// When the rule's source becomes stale if nothing new arrives; `None` if the rule has no
-    /// source, or no source at all was heard.
+    /// source, or no source at all was heard, or this one was never heard and there need not be one.
     pub(crate) fn stale_at(&self, sources: &Sources) -> Option<Time> {
         let Rule::Stale { source, .. } = self.rule else { return None };
         let silent_for = |since: Time, limit: Duration| since + limit + sources.away_since(since);
         match sources.last_update(source) {
             Some(update) => Some(silent_for(update.at, self.stale_after)),
-            // A link that never existed cannot be lost, and neither can a tower.
-            None if matches!(source, DataSource::GroundLink | DataSource::ControlTower) => None,
+            // A link that never existed cannot be lost, and neither can a tower. One that was lost before this monitor was started is still lost.
+            None if is_optional(source) && !sources.was_ever_heard(source) => None,
             None => sources.first_heard().map(|at| silent_for(at, self.absent_after)),
         }
     }
+}
+
+/// Whether a vehicle may fly without this source from the beginning.
+fn is_optional(source: DataSource) -> bool {
+    matches!(source, DataSource::GroundLink | DataSource::ControlTower)
 }

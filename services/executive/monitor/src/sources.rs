@@ -51,14 +51,25 @@ pub(crate) enum Sample {
     },
     /// The control tower has told its decisions.
     Ledger,
-    /// The mission manager has told what rules read.
-    Outlook(Outlook),
+    /// The mission manager has told what rules read, and what the monitor before this one has told.
+    Manager(Outlook, Before),
     /// The loop of the planner turns.
     Planner,
     /// That of the skill manager does.
     SkillManager,
     /// That of the mission manager does.
     MissionManager,
+}
+
+/// What the mission manager knows from the monitor before this one.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Before {
+    /// The ground was heard.
+    pub(crate) ground_link: bool,
+    /// The control tower was heard.
+    pub(crate) control_tower: bool,
+    /// For how long the vehicle has flown by now.
+    pub(crate) flown: Duration,
 }
 
 /// One source.
@@ -151,8 +162,12 @@ pub(crate) struct Sources {
     jumps: Jumps,
     outlook: HeardOutlook,
     flight: FlightState,
-    /// Since when it has flown.
+    /// Since when it has flown, and for how long before that, as far as only the monitor before this one has seen it.
     flies_since: Option<Time>,
+    flown_before: Duration,
+    /// Whether the first status found the vehicle armed: this monitor was started in flight, or shortly before.
+    began_armed: bool,
+    before: Before,
     touchdown: Touchdown,
     record_fails: Option<bool>,
     /// When the ground and the vehicle last heard each other.
@@ -189,6 +204,9 @@ impl Sources {
             outlook: HeardOutlook::default(),
             flight: FlightState::default(),
             flies_since: None,
+            flown_before: Duration::ZERO,
+            began_armed: false,
+            before: Before::default(),
             touchdown: Touchdown::default(),
             record_fails: None,
             contact: None,
@@ -213,6 +231,9 @@ impl Sources {
             Sample::Status(it) => {
                 if self.status.latest().is_some_and(|before| before.frame_epoch != it.frame_epoch) {
                     self.flight.frame_moved();
+                }
+                if self.status.latest().is_none() {
+                    self.began_armed = it.armed;
                 }
                 self.pre_emption.update(now, it.reported());
                 // Its time goes on also on the ground.
@@ -242,7 +263,10 @@ impl Sources {
                 return;
             }
             Sample::Ledger => return self.control_tower = Some(now),
-            Sample::Outlook(it) => return self.outlook.hear(now, it),
+            Sample::Manager(outlook, before) => {
+                self.outlook.hear(now, outlook);
+                return self.learn(now, before);
+            }
             // What a process says of itself is no sign of the vehicle.
             Sample::Planner => return self.planner = Some(now),
             Sample::SkillManager => return self.skill_manager = Some(now),
@@ -261,7 +285,33 @@ impl Sources {
         if let Some(flying) = self.flight.flying() {
             self.touchdown.flies(flying);
             self.flies_since = flying.then(|| self.flies_since.unwrap_or(now));
+            if !flying {
+                self.flown_before = Duration::ZERO;
+            }
         }
+    }
+
+    /// Goes on with what the monitor before this one has told. One that was started on the ground begins a flight of its own: a vehicle that
+    /// has no ground this time is not to miss that of the last time.
+    fn learn(&mut self, now: Time, before: Before) {
+        if !self.began_armed {
+            return;
+        }
+        self.before.ground_link |= before.ground_link;
+        self.before.control_tower |= before.control_tower;
+        if let Some(since) = self.flies_since {
+            self.flown_before = self.flown_before.max(before.flown.saturating_sub(now - since));
+        }
+    }
+
+    /// Whether this source was heard, if only by the monitor before this one.
+    pub(crate) fn was_ever_heard(&self, source: DataSource) -> bool {
+        let by_one_before = match source {
+            DataSource::GroundLink => self.before.ground_link,
+            DataSource::ControlTower => self.before.control_tower,
+            _ => false,
+        };
+        by_one_before || self.last_update(source).is_some()
     }
 
     /// When the first of the vehicle's sources was first heard.
@@ -326,7 +376,8 @@ impl Sources {
 
     /// For how long it has flown; zero on the ground, `None` while nothing shows whether it flies.
     pub(crate) fn flight_time(&self, now: Time) -> Option<Duration> {
-        self.flying().map(|_| self.flies_since.map_or(Duration::ZERO, |since| now - since))
+        self.flying()
+            .map(|_| self.flies_since.map_or(Duration::ZERO, |since| self.flown_before.saturating_add(now - since)))
     }
 
     /// What the mission manager has told of late.

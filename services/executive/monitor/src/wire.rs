@@ -4,14 +4,14 @@ use std::time::Duration;
 
 use domain::contingency::rule::DataSource;
 use domain::measured::{Measured, Unit};
-use domain::time::Time;
-use domain::wire::InvalidMessage;
+use domain::time::{LONGEST_FLIGHT, Time};
+use domain::wire::{InvalidMessage, duration};
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
 
 use crate::derived::{Derived, derived};
 use crate::flag::{Flag, FlagChange, Injection, RaisedFlag};
-use crate::sources::{Sample, Sources};
+use crate::sources::{Before, Sample, Sources};
 
 /// The monitor's name in the events that it sends.
 const MONITOR: &str = "monitor";
@@ -31,7 +31,7 @@ pub(crate) fn sample(message: Message) -> Result<Option<Sample>, InvalidMessage>
         Message::TransponderReport(it) => Sample::Traffic(it.try_into()?),
         Message::GroundContact(it) => ground_contact(it)?,
         Message::PermissionLedger(_) => Sample::Ledger,
-        Message::McmStatus(it) => Sample::Outlook((&it).try_into()?),
+        Message::McmStatus(it) => Sample::Manager((&it).try_into()?, before(it.told.unwrap_or_default())?),
         Message::Heartbeat(it) => return Ok(process(&it.service)),
         _ => return Ok(None),
     }))
@@ -73,7 +73,7 @@ pub(crate) fn introspection(now: Time, sources: &Sources, flags: &[Flag]) -> v1:
         land_detected: sources.land_detected.latest().copied().map(Into::into),
         battery: sources.battery.latest().copied().map(Into::into),
         ages: Some(ages(now, sources)),
-        derived: derived(sources).map(Into::into),
+        derived: derived(now, sources).map(Into::into),
         flags: flags.iter().filter_map(|it| it.raised(now)).map(Into::into).collect(),
         wind: sources.wind(now).map(Into::into),
     }
@@ -89,13 +89,15 @@ fn ages(now: Time, sources: &Sources) -> v1::SourceAges {
         land_detected_s: age_s(DataSource::LandDetected),
         battery_s: age_s(DataSource::Battery),
         ground_link_s: age_s(DataSource::GroundLink),
+        control_tower_s: age_s(DataSource::ControlTower),
     }
 }
 
 impl From<Derived> for v1::Derived {
     fn from(derived: Derived) -> v1::Derived {
-        let Derived { height_m, ground_speed_m_s, climb_rate_m_s, distance_home_m, tilt_rad, flying } = derived;
-        v1::Derived { height_m, ground_speed_m_s, climb_rate_m_s, distance_home_m, tilt_rad, flying }
+        let Derived { height_m, ground_speed_m_s, climb_rate_m_s, distance_home_m, tilt_rad, flying, flight_s } =
+            derived;
+        v1::Derived { height_m, ground_speed_m_s, climb_rate_m_s, distance_home_m, tilt_rad, flying, flight_s }
     }
 }
 
@@ -121,6 +123,17 @@ fn process(service: &str) -> Option<Sample> {
         "mcm" => Some(Sample::MissionManager),
         _ => None,
     }
+}
+
+fn before(told: v1::ToldByMonitor) -> Result<Before, InvalidMessage> {
+    let v1::ToldByMonitor { ground_link, control_tower, flight_s } = told;
+    let field = "told.flight_s";
+    let flown = duration(field, flight_s)?;
+    if LONGEST_FLIGHT < flown {
+        let expected = "seconds from 0 to 10,000,000";
+        return Err(InvalidMessage::OutOfRange { field, value: format!("{flight_s:?}"), expected });
+    }
+    Ok(Before { ground_link, control_tower, flown })
 }
 
 fn ground_contact(contact: v1::GroundContact) -> Result<Sample, InvalidMessage> {

@@ -93,7 +93,7 @@ pub(crate) enum Event {
     Neutral,
     /// The autopilot did not accept that command.
     NeutralRefused(String),
-    /// Another skill has taken its place.
+    /// Another skill has taken its place, or waits to take it.
     Overwritten {
         /// The other skill.
         by: SkillId,
@@ -139,7 +139,8 @@ impl SkillState {
                 let reason = "cancelled before anything was commanded";
                 (S::Ended(Ending::because(SkillOutcome::Cancelled, reason)), ANNOUNCE)
             }
-            (S::ProcessRequest(P::Waiting), E::Overwritten { by }) => (S::Abort { by }, ANNOUNCE),
+            // What it has commanded so far is undone by whoever drives it.
+            (S::ProcessRequest(P::Waiting | P::Commanding), E::Overwritten { by }) => (S::Abort { by }, ANNOUNCE),
             (S::ProcessRequest(_), E::Refused(ending)) => (S::Ended(ending), ANNOUNCE),
             (S::ProcessRequest(P::Commanding | P::CancelRequested), E::Cancel) => {
                 (S::ProcessRequest(P::CancelRequested), &[])

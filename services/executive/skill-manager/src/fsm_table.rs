@@ -10,7 +10,7 @@ use super::*;
 /// announcement; `-` where the event is refused.
 const TABLE: &[(&str, [&str; 11])] = &[
     ("PR waiting", ["PR commanding", "-", "E *.", "-", "end .", "-", "end .", "-", "-", "A .", "-"]),
-    ("PR commanding", ["-", "PR waiting", "-", "E *.", "end .", "-", "PR cancelled", "-", "-", "-", "-"]),
+    ("PR commanding", ["-", "PR waiting", "-", "E *.", "end .", "-", "PR cancelled", "-", "-", "A .", "-"]),
     ("PR cancelled", ["-", "-", "-", "C *!.", "end .", "-", "PR cancelled", "-", "-", "-", "-"]),
     ("E", ["-", "-", "-", "-", "-", "R", "C !.", "-", "-", "A .", "-"]),
     ("R", ["-", "-", "-", "-", "-", "-", "-", "-", "-", "-", "end ."]),

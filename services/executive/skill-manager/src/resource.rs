@@ -257,13 +257,15 @@ impl Resource {
     }
 
     /// A takeoff that was pre-empted before the vehicle has left the ground does not go on by itself when the failsafe is over: whoever stands
-    /// beside it has seen the autopilot give it up.
+    /// beside it has seen the autopilot give it up. It is forgotten once the vehicle has really lifted off, not by a land detector that
+    /// reports the air for a moment; nothing is disarmed while it does.
     fn undo_pre_empted_takeoff(&mut self, now: Now) {
         let view = self.view(now);
         let Some(status) = view.status.filter(|_| self.pre_empted_takeoff) else { return };
-        self.pre_empted_takeoff = status.armed && !status.of_other && view.flying == Some(false);
+        let has_lifted_off = view.flying == Some(true) && !view.is_near_ground;
+        self.pre_empted_takeoff = status.armed && !status.of_other && !has_lifted_off;
         // One that is rejected is sent again with the next status.
-        self.disarm_due |= self.pre_empted_takeoff && !status.failsafe;
+        self.disarm_due |= self.pre_empted_takeoff && view.flying == Some(false) && !status.failsafe;
     }
 
     /// Whether a command may be sent for this purpose: while the autopilot flies a failsafe of its own, only those of a skill that may
@@ -304,8 +306,13 @@ impl Resource {
         }
     }
 
-    /// Takes the candidate one command further; false if it waits for data.
+    /// Takes the candidate one command further; false if it waits for data. One that is to be replaced sends no further command, not even
+    /// if another of its kind replaces it: what it has commanded so far is undone, and the next one starts from there.
     fn start(&mut self, mut candidate: SkillRun, now: Now) -> bool {
+        if let Some(by) = self.slots.next().map(SkillRun::id) {
+            self.drive(candidate, Event::Overwritten { by }, now);
+            return true;
+        }
         match candidate.start(&self.view(now), self.vehicle.reason(), now.time, self.data_wait) {
             Start::Wait => {
                 self.slots.put(candidate);
@@ -337,8 +344,10 @@ impl Resource {
         }
         match purpose {
             Purpose::Start(id) => {
+                // One that is to be replaced has had its tries.
+                let may_try_again = self.is_wanted(purpose);
                 if let Some(mut candidate) = self.slots.take_candidate_if(id) {
-                    let again = self.may_be_too_early(id, command, now.time);
+                    let again = self.may_be_too_early(id, command, now.time).filter(|_| may_try_again);
                     if again.is_some_and(|at| candidate.tries_again(ack, at)) {
                         return self.drive(candidate, Event::TooEarly, now);
                     }

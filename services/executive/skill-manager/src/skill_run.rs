@@ -331,7 +331,7 @@ impl SkillRun {
     /// What its end with `outcome` means for the vehicle.
     pub(crate) fn aftermath(&self, outcome: SkillOutcome) -> Aftermath {
         match outcome {
-            SkillOutcome::Aborted => Aftermath::Replaced,
+            SkillOutcome::Aborted if self.flown || !self.has_commanded() => Aftermath::Replaced,
             // Setpoints would silently take back what the autopilot has taken over.
             SkillOutcome::Preempted if self.flown => Aftermath::Released,
             SkillOutcome::Cancelled if self.flown => Aftermath::Released,

@@ -40,6 +40,10 @@ impl Slots {
         self.candidate.as_ref()
     }
 
+    pub(crate) fn next(&self) -> Option<&SkillRun> {
+        self.next.as_ref()
+    }
+
     pub(crate) fn next_mut(&mut self) -> Option<&mut SkillRun> {
         self.next.as_mut()
     }

@@ -85,7 +85,7 @@ pub(crate) struct Vehicle {
     told: Option<Status>,
     /// The newest status that came while a command was in flight.
     during_command: Option<FlightStatus>,
-    /// When a command to release the load was sent last.
+    /// When a command to release the load was sent last; when an earlier process may have sent one, at the latest.
     release_sent: Option<Time>,
     /// Until then after it the gripper may open.
     release_limit: Duration,
@@ -116,9 +116,11 @@ pub(crate) struct View {
     pub(crate) flying: Option<bool>,
     /// It stands still on the ground, motors on or off.
     pub(crate) stands_still: bool,
+    /// It stands, or has not been far above the ground since it stood.
+    pub(crate) is_near_ground: bool,
     /// When the land detector spoke last, by the vehicle's clock; 0 while it is silent.
     pub(crate) landed_timestamp_us: u64,
-    /// A command to release the load was sent so recently that the gripper may be about to open, until then.
+    /// A command to release the load was sent so recently, or may have been, that the gripper may be about to open, until then.
     pub(crate) may_release_until: Option<Time>,
 }
 
@@ -178,6 +180,10 @@ impl Vehicle {
             // Until the next one comes.
             self.position = None;
             self.flight.frame_moved();
+        }
+        if self.status.is_none() && status.armed {
+            // Nothing is known of the process before this one: it may have sent one, and been killed.
+            self.release_sent = Some(now);
         }
         self.told = Some(told.clone());
         self.status = Some((now, status));
@@ -249,6 +255,7 @@ impl Vehicle {
             failsafe,
             flying: self.flight.flying(),
             stands_still: self.flight.stands_still(),
+            is_near_ground: self.flight.is_near_ground(),
             landed_timestamp_us: landed.map_or(0, |it| it.timestamp_us),
             may_release_until: self.release_sent.map(|sent| sent + self.release_limit).filter(|until| now < *until),
         }

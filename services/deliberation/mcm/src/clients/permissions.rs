@@ -23,6 +23,8 @@ mod ahead;
 pub(crate) enum Asking {
     /// Not answered yet; when the answer is overdue.
     Awaited(Time),
+    /// Neither held nor asked for any more.
+    Lost,
     /// Granted.
     Granted,
     /// Denied, never answered, or not used; [`Permissions::take_denials`] has the reason.
@@ -152,6 +154,12 @@ impl Permissions {
         !self.has_heard && self.silent_until.is_some_and(|until| now < until)
     }
 
+    /// Whether the permission for `area` is only remembered: the tower has not been heard about it since the start, and may have revoked it
+    /// before. It is one to stay, not one to go in.
+    pub(crate) fn is_only_remembered(&self, area: &str) -> bool {
+        self.belief.is_remembered(area)
+    }
+
     /// Whether `area` may be entered and stayed in now, with a margin before the expiry.
     pub(crate) fn holds(&self, area: &str, now: Time, margin: Duration) -> bool {
         self.remaining(area, now).is_some_and(|remaining| margin < remaining)
@@ -259,7 +267,7 @@ impl Permissions {
         if self.meets(need, now, limits) {
             return Asking::Granted;
         }
-        let Some(request) = self.requests.get(area) else { return Asking::Awaited(now + limits.permission_answer) };
+        let Some(request) = self.requests.get(area) else { return Asking::Lost };
         let &PermissionRequest::Sent { tries, answer_by, after_decision, undelivered, .. } = request else {
             return Asking::Denied;
         };
@@ -294,11 +302,12 @@ impl Permissions {
         self.requests.insert(area.to_owned(), PermissionRequest::Denied(denial));
     }
 
-    /// Whether every permission that is needed is held.
+    /// Whether every permission that is needed is held, and was heard of since the start.
     pub(crate) fn meets(&self, need: &PermissionNeed, now: Time, limits: &Limits) -> bool {
         let least = need.lasts.max(limits.permission_margin);
         // A grant is already a moment old when it arrives.
-        self.remaining(&need.area, now).is_some_and(|remaining| least < remaining + GRANT_AGE)
+        let lasts = self.remaining(&need.area, now).is_some_and(|remaining| least < remaining + GRANT_AGE);
+        lasts && !self.is_only_remembered(&need.area)
     }
 
     /// The request for `area` is given up, or has been answered; a late grant still counts.
@@ -345,6 +354,13 @@ impl Permissions {
     pub(crate) fn on_undelivered(&mut self, area: &str, error: CallError) {
         if let Some(PermissionRequest::Sent { undelivered, .. }) = self.requests.get_mut(area) {
             *undelivered = Some(error);
+        }
+    }
+
+    /// The tower has refused the request: a denial, and no decision follows that could be waited for.
+    pub(crate) fn on_refused(&mut self, area: &str, reason: String) {
+        if let Some(request @ PermissionRequest::Sent { .. }) = self.requests.get_mut(area) {
+            *request = PermissionRequest::Denied(Denial { area: area.to_owned(), kind: DenialKind::Refused, reason });
         }
     }
 

@@ -62,6 +62,8 @@ impl Open {
                 world.stop_asking(&self.need.area);
                 false
             }
+            // The step that needs it asks again.
+            Asking::Lost => false,
             Asking::Awaited(overdue) => {
                 ports.tick_at(overdue.since_start());
                 true

@@ -17,6 +17,12 @@ pub(super) struct EndMission {
 }
 
 impl Leaf<World> for EndMission {
+    fn start(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
+        // The vehicle may have flown again since.
+        self.disarming = None;
+        self.tick(world, ports)
+    }
+
     fn tick(&mut self, world: &mut World, ports: &mut Ports<'_>) -> LeafResult {
         if world.responder().is_some() {
             // The response to an end in the air begins again at the next tick.

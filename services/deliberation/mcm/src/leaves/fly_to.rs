@@ -211,7 +211,7 @@ impl FlyTo {
             ports.explain(format!("lands where it is: it is not known where that is, `{flag}` is up"));
             return Ok(Status::Failure);
         }
-        if self.leg.as_ref().map_or_else(|| world.is_near_ground(), Leg::lands) {
+        if self.leg.as_ref().map_or_else(|| world.lands_where_it_is(), Leg::lands) {
             return Ok(self.land_at_once(vehicle.position, world, ports));
         }
         let Chosen { site, way, place } = match self.choose(vehicle.position, world) {

@@ -31,6 +31,12 @@ impl Leaf<World> for RequestPermissions {
         for need in &needs {
             match world.asking(need) {
                 Asking::Granted => world.stop_asking(&need.area),
+                // While another one was awaited: it was revoked, or has become too short.
+                Asking::Lost => {
+                    let answer_by = world.ask_permission(need);
+                    ports.tick_at(answer_by.since_start());
+                    answer = Status::Running;
+                }
                 Asking::Awaited(overdue) => {
                     ports.tick_at(overdue.since_start());
                     answer = Status::Running;

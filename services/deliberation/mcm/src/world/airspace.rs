@@ -1,10 +1,10 @@
 //! Where the vehicle may fly now: the airspace rule, asked in every mode.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
-use domain::airspace::{Airspace, Breach, Clock, Grants, Motion, Why};
+use domain::airspace::{Airspace, Breach, Clock, Grants, Motion, Why, stays};
 use domain::area::{Area, AreaKind};
 use domain::contingency::narrowing::Narrowing;
 use domain::contingency::{AREA_AHEAD, AREA_BREACHED, Phase};
@@ -15,6 +15,7 @@ use domain::route::WORTH_FLYING_M;
 use domain::skill::Goal;
 use domain::speeds::Speeds;
 use domain::time::Time;
+use domain::way::{FlightLimits, way_out};
 
 use super::{SELF, WayOut, World};
 use crate::journal::Said;
@@ -27,6 +28,30 @@ const RENEWAL_LEAD: Duration = Duration::from_secs(60);
 const MOVES_M_S: f64 = 1.0;
 /// Time to brake and to turn before the way out is flown.
 const TURN: Duration = Duration::from_secs(5);
+/// A way out takes longer than it is reckoned by up to this factor, as in the airspace rule.
+const SLOWER: f64 = 1.25;
+/// Ways out are looked for again after this. (ENG: by then a vehicle at cruise speed is ten metres farther, a fifth of what [`TURN`] allows
+/// for; a search among hundreds of areas takes milliseconds.)
+const WAYS_OUT_PERIOD: Duration = Duration::from_secs(1);
+
+/// The time to turn, and for a flight of this many seconds out of an area.
+fn with_turn(flight_s: f64) -> Duration {
+    TURN.saturating_add(Duration::try_from_secs_f64(SLOWER * flight_s).unwrap_or(Duration::MAX))
+}
+
+/// The seconds after which the vehicle that flies `way` from `from` is in none of these areas any more.
+fn time_inside_s(from: Ned, way: &[Ned], areas: &[&Area], margin_m: f64, speeds: &Speeds) -> f64 {
+    let (mut begin, mut flown_s, mut inside_s) = (from, 0.0, 0.0);
+    for end in way {
+        let leg_s = speeds.time_s(begin, *end);
+        let leaves = |area: &&Area| Some(stays(area, begin, *end, margin_m).last()?.leaves);
+        if let Some(last) = areas.iter().filter_map(leaves).reduce(f64::max) {
+            inside_s = flown_s + last * leg_s;
+        }
+        (begin, flown_s) = (*end, flown_s + leg_s);
+    }
+    inside_s
+}
 
 /// All areas, those that may be entered, and what flags forbid; a way is chosen again when they change.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,12 +71,27 @@ pub(super) struct AirspaceWatch {
     step: Option<(StepId, Breach)>,
     /// The vehicle is inside an area.
     inside: bool,
+    /// The time that it needs to leave what is around it. While a breach lasts it does not become less: a way out that has begun is
+    /// flown to its end.
+    leaving: Duration,
+    /// What is around it breaches the rule.
+    breached: bool,
+    ways_out: WaysOut,
+}
+
+/// How long the ways take out of the areas around the vehicle whose permissions end before long.
+#[derive(Debug, Default)]
+struct WaysOut {
+    /// When they are looked for again.
+    again: Time,
+    /// By the names of the areas; those without a way are not in here.
+    times: BTreeMap<String, Duration>,
 }
 
 impl AirspaceWatch {
     /// The next check is due at once.
     pub(super) fn invalidate(&mut self) {
-        self.next = Time::ZERO;
+        (self.next, self.ways_out.again) = (Time::ZERO, Time::ZERO);
     }
 
     /// Whether the vehicle was inside an area.
@@ -74,8 +114,9 @@ impl World {
 
     /// All areas, those that may be entered now, and what flags forbid.
     pub(crate) fn what_may_be_entered(&self) -> WhatMayBeEntered {
+        let around = self.names_around();
         WhatMayBeEntered {
-            held: self.held(),
+            held: self.held().into_iter().filter(|it| !self.is_overdue_in(&around, it)).collect(),
             areas: self.planner.areas().clone(),
             narrowing: self.narrowing,
             comes_down: self.comes_down(),
@@ -127,7 +168,10 @@ impl World {
             Goal::Stop | Goal::Velocity { .. } => return None,
         };
         let motion = Motion { begins: Duration::ZERO, speeds, airborne: vehicle.flying };
-        self.airspace(&self.grants(), self.limits.leave_lead).first_breach(here, to, motion)
+        let (mut grants, around) = (self.grants(), self.names_around());
+        // In the air the vehicle stops before an area: see `breach_at_rest`.
+        grants.retain(|name, _| vehicle.flying || !self.is_overdue_in(&around, name));
+        self.airspace(&grants, self.limits.leave_lead).first_breach(here, to, motion)
     }
 
     /// What is wrong with beginning the present step where the vehicle is.
@@ -199,13 +243,62 @@ impl World {
 
     /// What is wrong with being at `here` for as long as it takes to leave.
     fn breach_here(&mut self, here: Ned) -> Option<BreachHere> {
-        let inside: Vec<&Area> = self.areas_around(here).collect();
-        let is_inside = !inside.is_empty();
-        let leaving = inside.iter().map(|area| self.time_to_leave(area, here)).max().unwrap_or_default();
+        self.look_for_ways_out(here);
+        let leaving = self.time_to_leave_all(here);
         let grants = self.grants_where_it_is(here);
         let breach = self.airspace(&grants, self.limits.leave_lead).breach_at(here, leaving);
-        self.airspace_watch.inside = is_inside;
+        let is_inside = self.areas_around(here).next().is_some();
+        let watch = &mut self.airspace_watch;
+        (watch.inside, watch.leaving, watch.breached) = (is_inside, leaving, breach.is_some());
         breach.map(BreachHere)
+    }
+
+    /// The time that the vehicle needs to leave what is around it, no matter which of that must be left: to the nearest borders, and as
+    /// long as the way takes out of an area whose permission ends by then.
+    pub(super) fn time_to_leave_all(&self, here: Ned) -> Duration {
+        let nearest = self.areas_around(here).map(|area| self.time_to_border(area, here)).max().unwrap_or_default();
+        let ends_by = |(area, way): &(&Area, Duration)| {
+            !self.permissions.holds(&area.name, self.now.time, self.limits.leave_lead.saturating_add(*way))
+        };
+        let times = &self.airspace_watch.ways_out.times;
+        let ways = self.areas_around(here).filter_map(|area| Some((area, *times.get(&area.name)?)));
+        let ways = ways.filter(ends_by).map(|(_, way)| way).max();
+        let begun = if self.airspace_watch.breached { self.airspace_watch.leaving } else { Duration::ZERO };
+        nearest.max(ways.unwrap_or_default()).max(begun)
+    }
+
+    /// Looks for the ways out of the areas around the vehicle whose permissions end before the longest way out could be flown: the nearest
+    /// border may be closed, and wind is stronger on some ways than on others.
+    fn look_for_ways_out(&mut self, here: Ned) {
+        if self.now.time < self.airspace_watch.ways_out.again {
+            return;
+        }
+        let grants = self.grants();
+        let matters_for = self.longest_way_out().saturating_add(self.limits.leave_lead + RENEWAL_LEAD);
+        let ending = self.areas_around(here).filter_map(|area| Some((area, *grants.get(&area.name)?)));
+        let ending = ending.filter(|(_, left)| *left < matters_for);
+        let times =
+            ending.filter_map(|(area, left)| Some((area.name.clone(), self.way_out_after(left, here, &grants)?)));
+        let times = times.collect();
+        self.airspace_watch.ways_out = WaysOut { again: self.now.time + WAYS_OUT_PERIOD, times };
+    }
+
+    /// How long the way takes out of what must not be stayed in for longer than `left`; `None` without a way.
+    fn way_out_after(&self, left: Duration, here: Ned, grants: &Grants) -> Option<Duration> {
+        // A grant that holds for exactly the lead would still do.
+        let airspace = self.airspace(grants, left.saturating_add(Duration::from_millis(1)));
+        let limits = self.limits_in_wind();
+        let way = way_out(here, &airspace, &limits)?;
+        let ending: Vec<&Area> = airspace.trespassed(here).collect();
+        Some(with_turn(time_inside_s(here, &way, &ending, airspace.vertical_margin_m, &limits.speeds)))
+    }
+
+    /// The longest way out that is flown, at the slowest speed over ground, and up to the greatest height or down from there.
+    fn longest_way_out(&self) -> Duration {
+        let FlightLimits { speeds, highest_m, .. } = self.limits_in_wind();
+        let against_wind_m_s = (speeds.airspeed_m_s - speeds.wind.speed_m_s()).min(speeds.cruise_m_s);
+        let vertical_m_s = speeds.climb_m_s.min(speeds.descent_m_s);
+        with_turn(self.limits.farthest_out_m / against_wind_m_s + highest_m / vertical_m_s)
     }
 
     /// The permissions, and until the tower is heard after a start also those for the areas around `here`: nobody knows that they are
@@ -219,9 +312,17 @@ impl World {
         grants
     }
 
+    /// The same without those for other areas that are only remembered.
+    fn grants_to_go_on(&self, here: Ned) -> Grants {
+        let mut grants = self.grants_where_it_is(here);
+        let around: BTreeSet<&str> = self.areas_around(here).map(|it| &*it.name).collect();
+        grants.retain(|name, _| !self.permissions.is_only_remembered(name) || around.contains(&**name));
+        grants
+    }
+
     /// The area that may not be entered in which `vehicle` would come to rest if it braked now, in words.
     fn breach_at_rest(&self, vehicle: Vehicle) -> Option<String> {
-        let speed_m_s = vehicle.velocity.ground_speed_m_s().hypot(vehicle.velocity.climb_rate_m_s());
+        let speed_m_s = vehicle.speed_m_s();
         if speed_m_s < MOVES_M_S {
             return None;
         }
@@ -234,7 +335,7 @@ impl World {
         );
         let speeds = Speeds::calm(speed_m_s, speed_m_s, speed_m_s);
         let motion = Motion { begins: Duration::ZERO, speeds, airborne: true };
-        let grants = self.grants_where_it_is(here);
+        let grants = self.grants_to_go_on(here);
         let breach = self.airspace(&grants, Duration::ZERO).first_breach(here, at_rest, motion)?;
         // One that is held and ends soon is left by its own rule.
         let is_barred = matches!(breach.why, Why::KeepOut | Why::NotGranted);
@@ -247,11 +348,11 @@ impl World {
         self.planner.areas().iter().filter(move |it| it.is_active(self.now.utc_ms) && it.contains(here))
     }
 
-    pub(super) fn time_to_leave(&self, area: &Area, here: Ned) -> Duration {
+    /// The time to leave `area` by the nearest border, in the usual wind: less is reckoned for no way out.
+    fn time_to_border(&self, area: &Area, here: Ned) -> Duration {
         // The usual wind blows against every direction.
         let out = Ned { north_m: here.north_m + area.distance_to_border_m(here), ..here };
-        let time_s = 1.25 * self.flight_limits().speeds.time_s(here, out);
-        TURN.saturating_add(Duration::try_from_secs_f64(time_s).unwrap_or(Duration::MAX))
+        with_turn(self.flight_limits().speeds.time_s(here, out))
     }
 
     /// Asks for the permissions of areas around the vehicle that would expire before it has left them, and for those that a
@@ -262,7 +363,9 @@ impl World {
             if self.permissions.is_of_former_tower(&area.name) {
                 return true;
             }
-            let leave_by = self.time_to_leave(area, here) + self.limits.leave_lead + RENEWAL_LEAD;
+            let way = self.airspace_watch.ways_out.times.get(&area.name).copied().unwrap_or_default();
+            let leaving = self.time_to_border(area, here).max(way);
+            let leave_by = leaving.saturating_add(self.limits.leave_lead + RENEWAL_LEAD);
             self.permissions.holds(&area.name, self.now.time, Duration::ZERO)
                 && !self.permissions.holds(&area.name, self.now.time, leave_by)
         };

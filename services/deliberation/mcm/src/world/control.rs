@@ -9,6 +9,7 @@
 use std::time::Duration;
 
 use domain::contingency::{AUTOPILOT_PREEMPTS, FRAME_MOVED, LEFT_TO_OTHERS, SOMEBODY_ELSE_FLIES};
+use domain::flight_state::status_limit;
 use domain::geodesy::Origin;
 use domain::time::Time;
 use domain::wire::InvalidMessage;
@@ -107,10 +108,28 @@ impl World {
         self.flags.is_up(SOMEBODY_ELSE_FLIES)
     }
 
+    /// Whether the vehicle flies, and nobody else flies it: by a status from since it has lifted off, which would tell; of one that is
+    /// silent no more is to be expected.
+    pub(crate) fn flies_unattended(&self) -> bool {
+        let (Some(vehicle), Some(since)) = (self.vehicle, self.flies_since) else { return false };
+        let is_told = since <= vehicle.status_at || status_limit(self.limits.pace) <= self.now.time - since;
+        vehicle.flying && is_told && !self.is_flown_by_other()
+    }
+
     /// Whether the autopilot flies a failsafe of its own, which nothing but a landing where the vehicle is, or an operator's order, may end:
     /// the skill manager refuses everything else.
     pub(crate) fn is_left_to_autopilot(&self) -> bool {
         self.flags.is_up(AUTOPILOT_PREEMPTS) && self.vehicle.is_some_and(|it| it.flying)
+    }
+
+    /// An operator has ordered to take control back, and the vehicle has not obeyed yet.
+    pub(super) fn takes_control(&self) -> bool {
+        self.control.taking.is_some()
+    }
+
+    /// The same of a process before this one.
+    pub(super) fn restore_taking(&mut self, takes_control: bool) {
+        self.control.taking = takes_control.then(Taking::default);
     }
 
     /// How requests for skills are sent now.

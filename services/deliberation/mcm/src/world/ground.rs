@@ -49,10 +49,17 @@ impl World {
         }
         // A plan of this manager is flown by now: what was flown before it counts no more.
         self.landed_by_plan &= self.planner.step().is_none();
+        self.remembers_flight();
         let is_flying = self.is_flying();
         let was_flying = std::mem::replace(&mut self.was_flying, is_flying);
         if is_flying {
-            self.unplanned_landing = None;
+            // Near the ground a land detector that bounces looks like a flight.
+            if !self.is_near_ground() {
+                self.unplanned_landing = None;
+            }
+            if !was_flying {
+                self.news.of_monitor.lifts_off();
+            }
         } else if was_flying && self.is_on_ground() {
             self.touched_down();
         }
@@ -60,6 +67,7 @@ impl World {
         let stands = |armed| self.vehicle.is_some_and(|it| !it.flying && it.armed == armed);
         self.armed_on_ground_since = since(self.armed_on_ground_since, stands(true));
         self.at_rest_since = since(self.at_rest_since, stands(false));
+        self.flies_since = since(self.flies_since, is_flying);
         if self.has_settled() {
             self.let_flags_fall_on_ground();
             self.end_where_nothing_is_left();
@@ -84,7 +92,7 @@ impl World {
         // Not who responds from now on, on the ground: who did until now.
         let brought_down = self.responding();
         let is_planned = brought_down.is_none() && (self.lands_by_plan() || self.landed_by_plan);
-        if is_planned || self.mission.over.is_some() {
+        if is_planned || self.mission.over.is_some() || self.unplanned_landing.is_some() {
             return;
         }
         let why = match brought_down.map(|row| self.flags.name(row)) {
@@ -105,8 +113,10 @@ impl World {
     pub(crate) fn awaits_start(&self) -> bool {
         let is_not_started =
             self.limits.start == Start::Operator && !self.operator.has_started() && self.mission.started.is_none();
+        // What has landed and bounces is not in flight.
+        let has_landed = self.unplanned_landing.is_some() && self.is_near_ground();
         self.mission.over.is_none()
-            && !self.is_flying()
+            && (has_landed || !self.is_flying())
             && (is_not_started || self.unplanned_landing.is_some() || self.memory.is_lost())
     }
 
@@ -169,5 +179,6 @@ impl World {
     /// An operator resumes the mission after an unplanned landing.
     pub(super) fn go_ahead(&mut self) {
         self.unplanned_landing = None;
+        self.count_what_is_still_listed();
     }
 }

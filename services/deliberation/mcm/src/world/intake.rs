@@ -3,7 +3,6 @@
 
 use std::time::Duration;
 
-use domain::contingency::Row;
 use domain::decision::DecisionKind;
 use domain::permission::Permission;
 use domain::plan::{PlanReply, PlannerStatus, Step};
@@ -22,6 +21,9 @@ use crate::journal::{Cause, Said};
 use crate::outbox::Purpose;
 use crate::vehicle::Vehicle;
 
+/// Of the words in which a tower refuses a request, in characters: as many as its reason for a decision may have bytes.
+const LONGEST_REFUSAL: usize = 256;
+
 impl World {
     /// Takes in a message.
     pub(crate) fn take_in(&mut self, message: Message) {
@@ -34,19 +36,24 @@ impl World {
     /// The monitor of `vehicle` was started.
     pub(crate) fn monitor_started(&mut self, vehicle: &str) {
         if vehicle == self.mission.vehicle_name {
-            self.news.monitor_started();
+            self.news.of_monitor.monitor_started();
         }
     }
 
     fn parse_and_take_in(&mut self, message: Message) -> Result<(), InvalidMessage> {
         let now = self.now.time;
         match message {
-            Message::Introspection(introspection) => {
+            Message::Introspection(mut introspection) => {
                 self.monitor_spoke = Some(now);
                 let vehicle = Vehicle::from_wire(now, &introspection, &mut self.flight);
-                let flags = introspection.flags.into_iter();
-                let raised_within = |name: &str| self.table.row(name).map_or(Duration::ZERO, Row::raised_within);
-                self.news.list(flags.map(listed).collect(), now, self.limits.introspection, raised_within);
+                self.told.hear(&introspection, now);
+                let flags = std::mem::take(&mut introspection.flags).into_iter();
+                let told = self.told;
+                let judged_after = |name: &str| match self.table.row(name) {
+                    Some(row) => told.judged_after(row, &introspection),
+                    None => Some(Duration::ZERO),
+                };
+                self.news.list(flags.map(listed).collect(), now, self.limits.introspection, judged_after);
                 if let Some(status) = &introspection.status {
                     self.autopilot_says(&status.reason);
                 }
@@ -117,6 +124,7 @@ impl World {
                 let status = PlannerStatus::try_from(status)?;
                 let plans = status.revision;
                 self.planner.on_status(status);
+                self.note_ended_epoch();
                 if !std::sync::Arc::ptr_eq(&areas, self.planner.areas()) {
                     self.airspace_watch.invalidate();
                 }
@@ -176,15 +184,27 @@ impl World {
                 }
             }
             Purpose::StepDone(id) => self.planner.on_report(now, id, result.is_ok(), timeout),
-            Purpose::Permission(area) => {
-                if let Err(error) = result {
-                    self.permissions.on_undelivered(&area, error);
+            Purpose::Permission(area) => match result {
+                Err(error) => self.permissions.on_undelivered(&area, error),
+                Ok(Response::Permission(receipt)) if !receipt.received => {
+                    self.permission_request_refused(&area, &receipt.refusal);
                 }
-            }
+                Ok(_) => {}
+            },
             // An event of the skill itself says that it was cancelled.
             Purpose::CancelSkill(skill_id) if result.is_err() => self.skills.on_cancel_lost(self.now.time, skill_id),
             Purpose::CancelSkill(_) => {}
         }
+    }
+
+    /// The control tower does not take the request: nothing will be decided about it.
+    fn permission_request_refused(&mut self, area: &str, refusal: &str) {
+        let why: String = refusal.chars().take(LONGEST_REFUSAL).collect();
+        let why = if why.is_empty() { "it gives no reason" } else { &why };
+        let reason = format!("the control tower has refused the request: {why}");
+        self.permissions.on_refused(area, reason.clone());
+        let said = Said::new("permission", DecisionKind::PermissionDecided, format!("area {area}: {reason}"));
+        self.record(said.about_area(area.to_owned()).led_to_by(Cause::Asked(area.to_owned())));
     }
 }
 

@@ -19,12 +19,22 @@ pub(super) struct Memory {
     /// Whether the manager has found a memory, an operator has decided without one, or the planner has told that there was
     /// nothing to remember.
     is_settled: bool,
+    /// Whether there was a memory, or a loss of one, when the vehicle was first seen, or an operator has decided without one.
+    is_known: bool,
+    /// It is of a flight with another mission file, and the vehicle was not seen since.
+    is_of_another: bool,
 }
 
 impl Memory {
     /// The persisted part of it.
     pub(super) fn restored(loss: Option<MemoryLoss>, accepted: u64) -> Memory {
-        Memory { own: MemoryHealth { loss, failing: None }, accepted, is_settled: true, ..Memory::default() }
+        let own = MemoryHealth { loss, failing: None };
+        Memory { own, accepted, is_settled: true, is_known: true, ..Memory::default() }
+    }
+
+    /// The same of a flight with another mission file.
+    pub(super) fn of_another_mission(loss: MemoryLoss, accepted: u64) -> Memory {
+        Memory { is_of_another: true, ..Memory::restored(Some(loss), accepted) }
     }
 
     /// The manager's own.
@@ -61,7 +71,7 @@ impl World {
     /// What a manager before has saved last is lost.
     pub(crate) fn memory_lost(&mut self, loss: MemoryLoss) {
         self.memory.own.loss = Some(loss);
-        self.memory.is_settled = true;
+        (self.memory.is_settled, self.memory.is_known) = (true, true);
         self.show_memory();
     }
 
@@ -85,6 +95,19 @@ impl World {
         }
     }
 
+    /// The vehicle is seen. One that is in the air at first sight was flown by somebody before: a manager that remembers nothing does not
+    /// know for what.
+    pub(super) fn remembers_flight(&mut self) {
+        let is_known = std::mem::replace(&mut self.memory.is_known, true);
+        if !is_known && self.is_flying() {
+            let why = "there is none, but the vehicle is in the air".to_owned();
+            self.memory_lost(MemoryLoss { id: self.planner.instance().max(1), why });
+        }
+        if std::mem::take(&mut self.memory.is_of_another) && !self.is_flying() {
+            self.forget_other_mission();
+        }
+    }
+
     /// An operator lets the mission begin or go on without what is lost.
     ///
     /// # Errors
@@ -94,7 +117,7 @@ impl World {
             return Err(format!("what happens could not be remembered: {why}; make it writable, then start"));
         }
         self.memory.own.loss = None;
-        self.memory.is_settled = true;
+        (self.memory.is_settled, self.memory.is_known) = (true, true);
         self.memory.accepted = self.memory.planner.loss.as_ref().map_or(self.memory.accepted, |it| it.id);
         self.show_memory();
         Ok(())

@@ -66,7 +66,7 @@ use ground::UnplannedLanding;
 use memory::Memory;
 use mission_clock::MissionClock;
 pub(crate) use narrowing::{Barrier, NarrowedGoal};
-use news::News;
+use news::{News, Told};
 use operator::Operator;
 pub(crate) use plans::PlanProgress;
 use progress::FlightWatch;
@@ -89,6 +89,8 @@ pub(crate) struct World {
     library: Arc<Library<World>>,
     /// Messages that the monitor leaf has not taken in yet.
     news: News,
+    /// What monitors have told, for one that is started again and for this process after a restart.
+    told: Told,
     vehicle: Option<Vehicle>,
     flight: FlightJudge,
     confirmed: ConfirmedState,
@@ -131,6 +133,8 @@ pub(crate) struct World {
     /// Since when it is on the ground, with its motors on and with its motors off.
     armed_on_ground_since: Option<Time>,
     at_rest_since: Option<Time>,
+    /// Since when it is known to fly.
+    flies_since: Option<Time>,
     unplanned_landing: Option<UnplannedLanding>,
     /// Where landings have failed.
     blocked_sites: Vec<Ned>,
@@ -154,8 +158,8 @@ struct Mission {
     started_s: Option<f64>,
     report: Option<MissionReport>,
     vehicle_name: String,
-    /// The planner's epoch when it ended.
-    ended_epoch: u64,
+    /// The planner's epoch when it ended; `None` until then, and until the planner is heard.
+    ended_epoch: Option<u64>,
     /// It is another flight's, and the tree has not begun again for it yet.
     begins_again: bool,
 }
@@ -184,6 +188,7 @@ impl World {
             table: Arc::new(table),
             library,
             news: News::default(),
+            told: Told::default(),
             vehicle: None,
             flight: FlightJudge::new(limits.pace),
             confirmed: ConfirmedState::default(),
@@ -211,6 +216,7 @@ impl World {
             monitor_spoke: None,
             armed_on_ground_since: None,
             at_rest_since: None,
+            flies_since: None,
             unplanned_landing: None,
             blocked_sites: Vec::new(),
             remembered_sites: Vec::new(),

@@ -1,6 +1,7 @@
 //! What is forbidden while flags are up, whatever is flown: the rule is [`domain::contingency::narrowing`], and everything here that
 //! chooses a way, a speed or a place asks what it says.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -98,15 +99,30 @@ impl World {
     }
 
     /// The permissions that may be used for a way from here on: while no new area may be entered, those of the areas around the
-    /// vehicle, as long as a response has a landing in reach with them.
+    /// vehicle, as long as a response has a landing in reach with them. So it is with a permission that the tower should have been heard about
+    /// since the start by now, and was not.
     pub(super) fn grants_in_use(&self) -> Grants {
         let mut grants = self.grants();
-        if self.narrowing.no_new_area.is_some() && !self.needs_held_areas {
-            let here = self.vehicle.map(|it| it.position);
-            let is_inside = |name: &str| here.is_some_and(|here| self.areas_around(here).any(|it| it.name == name));
-            grants.retain(|area, _| is_inside(area));
+        if !self.needs_held_areas {
+            let around = self.names_around();
+            let is_allowed = |name: &str| self.narrowing.no_new_area.is_none() || around.contains(name);
+            grants.retain(|name, _| is_allowed(name) && !self.is_overdue_in(&around, name));
         }
         grants
+    }
+
+    /// The names of the areas around the vehicle.
+    pub(super) fn names_around(&self) -> BTreeSet<&str> {
+        self.vehicle.map(|it| self.areas_around(it.position).map(|it| &*it.name).collect()).unwrap_or_default()
+    }
+
+    /// Whether `area` may not be entered by its permission: that is only remembered, the tower should have been heard about it by now, and the vehicle
+    /// does not fly in the area already. `around`: the names of the areas around it. On the ground, where waiting costs nothing, the tower is asked
+    /// at once.
+    pub(super) fn is_overdue_in(&self, around: &BTreeSet<&str>, area: &str) -> bool {
+        let is_due = !self.is_flying() || !self.permissions.awaits_first_ledger(self.now.time);
+        let stays = self.is_flying() && around.contains(area);
+        self.permissions.is_only_remembered(area) && is_due && !stays
     }
 
     /// The permissions that a response could use from here on, also one that is not under way: see [`World::look_for_held_areas`].
@@ -121,7 +137,9 @@ impl World {
             self.needs_held_areas = false;
             return;
         }
-        let Some(row) = self.narrowing.no_new_area.filter(|_| !self.needs_held_areas) else { return };
+        if self.needs_held_areas {
+            return;
+        }
         let (held, usable) = (self.held(), self.held_and_usable());
         let areas: Vec<String> = held.into_iter().filter(|it| !usable.contains(it)).collect();
         if areas.is_empty() || self.landing_in_reach().is_some() {
@@ -132,11 +150,18 @@ impl World {
             self.needs_held_areas = false;
             return;
         };
-        let (areas, flag) = (areas.join(", "), self.flags.name(row));
-        let text = format!(
-            "area {areas} may be entered although `{flag}` is up: it is held, and else no landing can be reached"
-        );
-        let said = Said::new(CONTINGENCY, DecisionKind::Note, text).about(row).led_to_by(Cause::Raised(row));
+        let (areas, row) = (areas.join(", "), self.narrowing.no_new_area);
+        let although = match row {
+            Some(row) => format!("`{}` is up", self.flags.name(row)),
+            None => "the tower has not been heard about it since the start".to_owned(),
+        };
+        let text =
+            format!("area {areas} may be entered although {although}: it is held, and else no landing can be reached");
+        let said = Said::new(CONTINGENCY, DecisionKind::Note, text);
+        let said = match row {
+            Some(row) => said.about(row).led_to_by(Cause::Raised(row)),
+            None => said.led_to_by(Cause::Response),
+        };
         self.record(said.taking(place, "with the permissions that are held".to_owned()));
     }
 

@@ -4,6 +4,7 @@
 //! belonged to the flight before is over then (its end, its report, its plan, what was ordered); what is known of the vehicle and of the
 //! permissions stays. A vehicle that has crashed begins nothing: it is looked at first, and its system started again.
 
+use domain::contingency::{MEMORY_UNUSABLE, MEMORY_UNWRITABLE};
 use domain::mission::MissionOutcome;
 
 use super::operator::{self, Operator};
@@ -12,7 +13,22 @@ use super::{Mission, SELF, World};
 impl World {
     /// The mission ends: only one that is uploaded from now on can be begun.
     pub(super) fn note_ended_mission(&mut self) {
-        self.mission.ended_epoch = self.planner.newest_epoch();
+        self.mission.ended_epoch = self.planner.status().map(|it| it.epoch);
+    }
+
+    /// The planner is heard after the end. If it was not at the end, what it has now is what was flown. If it counts the changes of the mission
+    /// from the beginning again, it has lost its memory: what it has now was not uploaded since the end, and what comes after it will
+    /// have been.
+    pub(super) fn note_ended_epoch(&mut self) {
+        if self.mission.report.is_some() {
+            let newest = self.planner.newest_epoch();
+            self.mission.ended_epoch = Some(self.mission.ended_epoch.map_or(newest, |it| it.min(newest)));
+        }
+    }
+
+    /// Whether the planner has a mission that was uploaded since the end.
+    fn has_next_mission(&self) -> bool {
+        self.mission.ended_epoch.is_some_and(|ended| ended < self.planner.newest_epoch())
     }
 
     /// Whether a mission that was uploaded since the end waits on the ground to be begun.
@@ -25,7 +41,7 @@ impl World {
         let over = self.mission.over.as_ref();
         if over.is_some_and(|it| it.outcome == MissionOutcome::Crash) {
             Some("the vehicle has crashed: look at it, then start its system again")
-        } else if self.planner.newest_epoch() <= self.mission.ended_epoch || self.planner.all_settled() {
+        } else if !self.has_next_mission() || self.planner.all_settled() {
             Some("upload the next mission to fly again")
         } else if !self.is_on_ground() || self.vehicle.is_none_or(|it| it.armed) {
             Some("the vehicle is not seen on the ground, disarmed")
@@ -46,18 +62,39 @@ impl World {
         for flag in self.flags_of_the_last_flight() {
             self.lower(&flag);
         }
-        let vehicle_name = std::mem::take(&mut self.mission.vehicle_name);
-        self.mission = Mission { vehicle_name, begins_again: true, ..Mission::default() };
-        self.operator = Operator::of_next_flight(std::mem::take(&mut self.operator));
+        self.begin_anew();
+        self.mission.begins_again = true;
         self.planner.forget_flight();
-        self.forget_frame();
-        (self.response, self.response_way, self.unplanned_landing, self.no_landing_at) = (None, None, None, None);
-        (self.in_transition, self.was_flying) = (false, false);
+        (self.response, self.response_way, self.no_landing_at) = (None, None, None);
+        self.in_transition = false;
         self.waits.clear();
-        self.clock.begin(self.now);
+        self.count_what_is_still_listed();
         self.blocked_sites.clear();
         let name = self.planner.status().map_or_else(String::new, |it| it.mission.clone());
         Ok(format!("the next mission starts: `{name}`"))
+    }
+
+    /// The vehicle that flew another mission stands, as after a loss of power in flight and a way home by hand: nothing of it is for the mission of
+    /// now but that an operator decides when that begins.
+    pub(super) fn forget_other_mission(&mut self) {
+        let of_memory = [MEMORY_UNUSABLE, MEMORY_UNWRITABLE];
+        for flag in self.flags_of_the_last_flight().into_iter().filter(|it| !of_memory.contains(&&**it)) {
+            self.lower(&flag);
+        }
+        self.begin_anew();
+        self.restore_taking(false);
+        self.landed_by_plan = false;
+        self.remembered_sites.clear();
+    }
+
+    /// Nothing has begun, ended or been ordered yet; the frame is that of now, and its time begins.
+    fn begin_anew(&mut self) {
+        let vehicle_name = std::mem::take(&mut self.mission.vehicle_name);
+        self.mission = Mission { vehicle_name, ..Mission::default() };
+        self.operator = Operator::of_next_flight(std::mem::take(&mut self.operator));
+        self.forget_frame();
+        (self.unplanned_landing, self.was_flying) = (None, false);
+        self.clock.begin(self.now);
     }
 
     /// Flags that are up by orders, or by the manager itself, and belong to a flight that is over. Those that the monitor raises stay for
@@ -66,6 +103,11 @@ impl World {
         let is_own = |source: &str| [operator::SOURCE, SELF].contains(&source);
         let of_flight = self.flags.iter().filter(|(_, flag)| flag.sources().all(is_own));
         of_flight.map(|(name, _)| name.to_owned()).collect()
+    }
+
+    /// What the monitor still lists counts for a flight that begins, also where it was answered, or taken down on the ground, before.
+    pub(super) fn count_what_is_still_listed(&mut self) {
+        self.news.of_monitor.next_flight(|name| self.flags.is_up(name));
     }
 
     /// Whether another flight has begun since this was asked last: the tree begins at its root again.

@@ -7,6 +7,7 @@
 use domain::contingency::AUTOPILOT_PREEMPTS;
 use domain::decision::DecisionKind;
 use domain::geometry::Ned;
+use domain::memory::MemoryLoss;
 use domain::mission::{MissionOutcome, MissionReport};
 use domain::site::Site;
 use domain::wire::InvalidMessage;
@@ -15,7 +16,7 @@ use kittiwake_proto::v1;
 use super::control::Frame;
 use super::memory::Memory;
 use super::mission_clock::MissionClock;
-use super::news::MONITOR;
+use super::news::{MONITOR, Told};
 use super::operator::{self, Operator};
 use super::{Over, SELF, UnplannedLanding, World};
 use crate::journal::{CONTINGENCY, Cause, Said};
@@ -61,18 +62,22 @@ impl World {
             plan_revision: self.planner.revision(),
             sites: self.mission_sites().iter().map(Into::into).collect(),
             decision_numbers: self.journal.ceiling(),
-            ended_epoch: self.mission.ended_epoch,
+            ended_epoch: self.mission.ended_epoch.unwrap_or_default(),
+            ended_at_epoch: self.mission.ended_epoch,
             began_utc_ms: self.clock.began_utc_ms(),
             tower_start: self.permissions.tower_start(),
             flying: self.was_flying,
             lands_by_plan: self.was_flying && (self.landed_by_plan || self.lands_by_plan()),
             frame: self.mission_frame().map(Into::into),
             started_s: self.mission.started_s,
+            told: Some(v1::ToldByMonitor { flight_s: 0.0, ..self.told.to_wire(self.now.time) }),
+            takes_control: self.takes_control(),
         }
     }
 
     /// Continues from `memory`; to be called before anything else. What the control tower has decided, and the numbers of decisions,
-    /// count for another mission as well.
+    /// count for another mission as well. So does everything else of a vehicle that was in the air: its mission file was changed while it flew, and
+    /// what was ordered holds; the rest waits for an operator.
     ///
     /// # Errors
     /// Why the rest of the state cannot be used; nothing else is changed then.
@@ -80,7 +85,8 @@ impl World {
         self.permissions.restore(&memory.decisions, memory.tower_start);
         self.planner.restore_revision(memory.plan_revision);
         self.journal.number_above(memory.decision_numbers);
-        if memory.configured != configured {
+        let is_of_another = memory.configured != configured;
+        if is_of_another && !(memory.flying && memory.report.is_none()) {
             return Err(UnusableState::OfAnotherMission);
         }
         let frame = memory.frame.map(Frame::try_from).transpose()?;
@@ -98,16 +104,27 @@ impl World {
         self.mission.started_s = memory.started_s.filter(|it| it.is_finite());
         self.operator = Operator::restored(memory.started, landing_site, overriding);
         self.remembered_sites = sites;
+        self.told = Told::remembered(memory.told.unwrap_or_default());
         let why = Some(memory.unplanned_landing).filter(|it| !it.is_empty());
         self.unplanned_landing = why.map(|why| UnplannedLanding { since: self.now.time, why });
         if let Some(outcome) = outcome {
             self.mission.over = Some(Over { outcome, reason: memory.reason });
-            (self.mission.report, self.mission.ended_epoch) = (report, memory.ended_epoch);
+            self.mission.report = report;
+            let by_one_before = Some(memory.ended_epoch).filter(|it| *it != 0);
+            self.mission.ended_epoch = memory.ended_at_epoch.or(by_one_before);
         }
         for flag in memory.flags {
             self.restore_flag(flag);
         }
-        self.memory = Memory::restored(memory.loss.map(Into::into), memory.accepted_planner_loss);
+        self.restore_taking(memory.takes_control);
+        self.memory = match is_of_another {
+            false => Memory::restored(memory.loss.map(Into::into), memory.accepted_planner_loss),
+            true => {
+                let why = "the mission file was changed while the vehicle flew".to_owned();
+                let loss = MemoryLoss { id: memory.decision_numbers.max(1), why };
+                Memory::of_another_mission(loss, memory.accepted_planner_loss)
+            }
+        };
         self.show_memory();
         Ok(())
     }
@@ -122,7 +139,7 @@ impl World {
         if flag.sources.iter().any(|it| !own(it)) {
             flag.sources.retain(own);
             flag.sources.push(MONITOR.to_owned());
-            self.news.expect(&flag.name);
+            self.news.of_monitor.expect(&flag.name);
         }
         let text = format!("flag `{}` is up since before the mission manager was started again", flag.name);
         let said = Said::new(CONTINGENCY, DecisionKind::ContingencyRaised, text).about(row);

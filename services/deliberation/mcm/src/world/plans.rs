@@ -46,8 +46,16 @@ impl World {
             PlanRequest::Asked(_) => return PlanProgress::Awaited(None),
             PlanRequest::Planned => return PlanProgress::Adopted,
             // The planner's status may arrive a little after its answer.
-            PlanRequest::Finished if !self.planner.all_settled() => return PlanProgress::Awaited(None),
-            PlanRequest::Finished => {
+            PlanRequest::Finished(told_by) if !self.planner.all_settled() => {
+                if now < *told_by {
+                    return PlanProgress::Awaited(Some(*told_by));
+                }
+                let text = "the planner has answered that every objective is settled, and its status does not say so; asking again";
+                self.record(Said::new("plan", DecisionKind::PlanRejected, text));
+                self.planner.discard_finish();
+                return PlanProgress::Changed;
+            }
+            PlanRequest::Finished(_) => {
                 self.end_with_objectives();
                 return PlanProgress::Finished;
             }

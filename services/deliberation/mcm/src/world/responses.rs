@@ -453,6 +453,7 @@ impl World {
             }
             let name = self.flags.name(row).clone();
             self.lower(&name);
+            self.news.of_monitor.fell_on_ground(&name);
             self.record(cleared(row, format!("`{name}` is over: the vehicle is on the ground")));
         }
         if self.mission.over.is_some() {

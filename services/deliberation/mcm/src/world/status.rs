@@ -160,6 +160,7 @@ impl World {
             mission_time_s: Some(self.clock.go_on(self.now.time.as_secs_f64())),
             began_utc_ms: self.clock.began_utc_ms(),
             awaited: self.permissions.awaited(self.now.time, &self.limits),
+            told: Some(self.told.to_wire(self.now.time)),
             ..v1::McmStatus::default()
         }
     }

@@ -115,18 +115,20 @@ impl World {
         self.planner.drop_step();
     }
 
-    /// Asks for a permission, unless it is held, or was asked for ahead.
-    pub(crate) fn ask_permission(&mut self, need: &PermissionNeed) {
+    /// Asks for a permission, unless it is held, was asked for ahead, or there is no step that it would be for. Returns when to look again, if
+    /// nothing comes.
+    pub(crate) fn ask_permission(&mut self, need: &PermissionNeed) -> Time {
+        let look_again = self.now.time + self.limits.permission_answer;
         let is_taken_over = self.permissions.take_over(need, self.now.time, &self.limits);
-        if is_taken_over || self.permissions.meets(need, self.now.time, &self.limits) {
-            return;
+        let has_step = self.planner.step().is_some();
+        if is_taken_over || !has_step || self.permissions.meets(need, self.now.time, &self.limits) {
+            return look_again;
         }
         let said = Said::new("permission", DecisionKind::PermissionAsked, format!("asking for area {}", need.area));
         self.record(said.about_area(&need.area));
-        if self.planner.step().is_some() {
-            let by = self.needed_by();
-            self.permissions.ask(self.now.time, &need.area, by, &self.limits, &mut self.outbox);
-        }
+        let by = self.needed_by();
+        self.permissions.ask(self.now.time, &need.area, by, &self.limits, &mut self.outbox);
+        look_again
     }
 
     /// Asks for a permission that a later step needs, unless it is held.

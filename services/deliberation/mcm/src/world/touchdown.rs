@@ -49,6 +49,14 @@ impl World {
         raised.under_way.is_none() && row.severity() < Severity::Land && row.then == Then::Resume
     }
 
+    /// Whether nothing is to be flown to but the ground: near it; and once the vehicle has stood after the end of the mission, which the report is
+    /// made for, where the land detector says the ground and nothing moves. Then a height that drifts looks like a flight, and a vehicle that stands
+    /// must not lift off.
+    pub(crate) fn lands_where_it_is(&self) -> bool {
+        let may_stand = self.vehicle.is_some_and(|it| it.flying && it.may_have_drifted);
+        self.is_near_ground() || (self.mission.report.is_some() && may_stand)
+    }
+
     /// The response lands where the vehicle is, instead of flying elsewhere.
     pub(crate) fn say_it_lands_at_once(&mut self) {
         if let Some(row) = self.response_row() {

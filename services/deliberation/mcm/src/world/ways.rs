@@ -46,9 +46,9 @@ impl World {
     /// any length.
     pub(crate) fn way_out(&self) -> Option<WayOut> {
         let here = self.vehicle?.position;
-        let leaving = self.areas_around(here).map(|area| self.time_to_leave(area, here)).max().unwrap_or_default();
-        let (grants, limits) = (self.grants_in_use(), &self.flight_limits());
-        let airspace = self.airspace(&grants, self.limits.leave_lead + leaving);
+        let leaving = self.time_to_leave_all(here);
+        let (grants, limits) = (self.grants_in_use(), &self.limits_in_wind());
+        let airspace = self.airspace(&grants, self.limits.leave_lead.saturating_add(leaving));
         let farthest_m = self.limits.farthest_out_m;
         let may_be_flown = |way: &[Ned]| {
             let flight = Duration::try_from_secs_f64(limits.speeds.time_along_s(here, way)).unwrap_or(Duration::MAX);
@@ -127,7 +127,8 @@ impl World {
     pub(super) fn needed_for_way(&self, to: Ned, preferred_height_m: f64) -> BTreeSet<String> {
         let Some(here) = self.vehicle.map(|it| it.position) else { return BTreeSet::new() };
         // Also of areas that a flag forbids to enter: that is waited for, not asked for.
-        let held = self.grants();
+        let (mut held, around) = (self.grants(), self.names_around());
+        held.retain(|name, _| !self.is_overdue_in(&around, name));
         let airspace = self.airspace(&held, self.limits.leave_lead);
         let found = way::way_if_granted(here, to, preferred_height_m, &airspace, &self.flight_limits(), MOST_LEGS);
         found.way.map(|it| it.needs).unwrap_or_default()

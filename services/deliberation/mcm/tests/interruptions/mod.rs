@@ -260,6 +260,22 @@ fn a_flag_whose_event_got_lost_is_seen_in_the_introspection_and_falls_with_it() 
 }
 
 #[test]
+fn what_is_listed_since_before_the_takeoff_and_counts_only_in_the_air_counts_there() {
+    let mut rig = Rig::new();
+    rig.wait(5.0);
+    rig.listed_flags(&["battery_hot"]);
+    rig.wait(5.0);
+    let flags = |rig: &mut Rig| rig.status().contingencies.into_iter().map(|it| it.flag).collect::<Vec<_>>();
+    assert_eq!(flags(&mut rig), [""; 0], "it says nothing of a vehicle at rest");
+    rig.plan(plan(&[step(1, fly(100.0), &[]), step(2, Goal::Land, &[])]));
+    rig.execute();
+    rig.vehicle(true, Offboard, (0.0, 50.0, 10.0));
+    rig.wait(0.3);
+    assert_eq!(flags(&mut rig), ["battery_hot"]);
+    assert_eq!(rig.status().acting, "battery_hot");
+}
+
+#[test]
 fn a_flag_that_a_restarted_monitor_does_not_find_again_is_gone() {
     let (mut rig, _) = under_way();
     rig.flag_of("monitor", "local_position_stale", true);

@@ -1,7 +1,7 @@
 //! What a manager that is started again in flight must know of the one before: that it flies, in which frame, and who flies.
 
 use kittiwake_proto::v1;
-use kittiwake_proto::v1::FlightMode::{Land, Loiter, Offboard};
+use kittiwake_proto::v1::FlightMode::{Land, Loiter, Offboard, Unspecified};
 use v1::operator_command::Verb;
 
 use crate::rig::{Rig, plan, step};
@@ -29,6 +29,97 @@ fn the_vehicle_stops_while_the_monitor_is_not_heard() {
     let mut rig = Rig::new().started_again();
     rig.silence(60.0);
     assert_eq!(rig.story(), "");
+}
+
+/// The next process of a manager whose mission file was changed meanwhile, before it has seen the vehicle.
+fn with_another_mission(rig: Rig) -> Rig {
+    let mut memory = rig.mcm.memory();
+    memory.configured = "another".into();
+    let mut rig = Rig::without_vehicle();
+    assert_eq!(rig.mcm.resume(memory), Ok(()));
+    rig
+}
+
+#[test]
+fn where_the_mission_file_was_changed_in_flight_an_order_holds_and_the_rest_waits() {
+    let (mut rig, _) = under_way();
+    rig.command(ABORT);
+    let mut rig = with_another_mission(rig);
+    rig.vehicle(true, Loiter, (0.0, 50.0, 10.0));
+    rig.wait(1.0);
+    assert_eq!(rig.story(), "start land");
+
+    let mut rig = with_another_mission(under_way().0);
+    rig.vehicle(true, Loiter, (0.0, 50.0, 10.0));
+    rig.wait(1.0);
+    assert_eq!((rig.story(), flags(&mut rig)), ("start stop".into(), vec!["memory_unusable".into()]));
+    rig.execute();
+    rig.end_present(v1::SkillOutcome::Succeeded);
+    assert!(rig.command(RESUME).done);
+    rig.wait(1.0);
+    assert_eq!(rig.story(), "replan after 0 () []\nstart stop");
+}
+
+#[test]
+fn where_the_vehicle_stands_by_then_nothing_of_the_other_mission_counts_but_an_operator_starts_the_one_of_now() {
+    let (mut rig, _) = under_way();
+    rig.command(ABORT);
+    let mut rig = with_another_mission(rig);
+    rig.vehicle(false, Loiter, (0.0, 0.0, 0.0));
+    rig.wait(1.0);
+    // The landing of before it was seen, and the stop that the lost memory asks for.
+    rig.execute();
+    rig.execute();
+    rig.end_present(v1::SkillOutcome::Succeeded);
+    rig.wait(60.0);
+    let status = rig.status();
+    assert!(status.start_awaited && status.report.is_none());
+    assert_eq!(flags(&mut rig), ["memory_unusable"]);
+    let before = rig.story();
+    assert!(!before.contains("replan"), "{before}");
+    let reply = rig.command(Verb::Start(v1::StartMission {}));
+    assert!(reply.done, "{}", reply.text);
+    rig.wait(1.0);
+    let story = rig.story();
+    assert!(story.contains("replan after 0"), "{before}\n{story}\n{:#?}", rig.decisions);
+}
+
+#[test]
+fn who_remembers_nothing_and_finds_the_vehicle_in_the_air_holds() {
+    let mut rig = Rig::without_vehicle();
+    rig.vehicle(true, Loiter, (0.0, 50.0, 10.0));
+    rig.wait(1.0);
+    assert_eq!((rig.story(), flags(&mut rig)), ("start stop".into(), vec!["memory_unusable".into()]));
+}
+
+#[test]
+fn a_land_detector_that_bounces_after_a_landing_that_nobody_had_ordered_begins_nothing() {
+    let (mut rig, _) = under_way();
+    rig.vehicle(false, Land, (0.0, 50.0, 0.0));
+    rig.wait(0.2);
+    assert!(rig.status().start_awaited);
+    rig.story();
+    for flying in [true, false, true, false] {
+        rig.vehicle(flying, Land, (0.0, 50.0, 0.05));
+        rig.wait(0.3);
+        assert!(rig.status().start_awaited, "flying: {flying}");
+    }
+    assert!(!rig.story().contains("replan"));
+    // What does fly again is in flight.
+    rig.vehicle(true, Land, (0.0, 50.0, 5.0));
+    assert!(!rig.status().start_awaited);
+}
+
+#[test]
+fn an_order_that_takes_control_back_does_so_after_a_restart() {
+    let (mut rig, _) = under_way();
+    rig.vehicle(true, Unspecified, (0.0, 50.0, 10.0));
+    assert_eq!(flags(&mut rig), ["somebody_else_flies"]);
+    assert!(rig.command(ABORT).done);
+    let mut rig = rig.started_again();
+    rig.vehicle(true, Unspecified, (0.0, 50.0, 10.0));
+    rig.wait(0.5);
+    assert_eq!(flags(&mut rig), ["operator_abort"]);
 }
 
 #[test]

@@ -254,7 +254,13 @@ impl Rig {
             }),
             land_detected: Some(v1::VehicleLandDetected { landed: !flying, timestamp_us, ..Default::default() }),
             battery: Some(v1::BatteryStatus { remaining: 1.0, ..Default::default() }),
-            ages: Some(v1::SourceAges { status_s: Some(0.0), battery_s: Some(0.0), ..Default::default() }),
+            ages: Some(v1::SourceAges {
+                status_s: Some(0.0),
+                local_position_s: Some(0.0),
+                land_detected_s: Some(0.0),
+                battery_s: Some(0.0),
+                ..Default::default()
+            }),
             flags: self.listed.clone(),
             wind: self.wind,
             ..Default::default()

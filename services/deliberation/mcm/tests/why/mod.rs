@@ -162,8 +162,8 @@ fn numbers_never_begin_again() {
     rig.flag("obstacle", true);
     let after = numbers(&rig);
     assert!(!after.is_empty() && after.iter().all(|it| highest < *it), "{before:?}, then {after:?}");
-    // The same recording may go on with another mission.
-    memory.configured = "another".into();
+    // The same recording may go on with another mission, after a landing.
+    (memory.configured, memory.flying) = ("another".into(), false);
     let mut rig = Rig::without_vehicle();
     assert!(rig.mcm.resume(memory).is_err());
     rig.flag("obstacle", true);

@@ -6,9 +6,10 @@ use domain::energy::Wind;
 use domain::mission::terms::Order;
 use domain::mission::{Mission, Progress};
 use domain::state::State;
-use domain::time::Now;
+use domain::time::{Now, Time};
 
 use super::MissionPlanner;
+use super::begun::Begun;
 use crate::forecast::{self, MissionForecast};
 use crate::objectives::Objective;
 use crate::plan::Step;
@@ -47,10 +48,10 @@ impl MissionPlanner {
     /// Before the first plan: chooses a free order, and before takeoff leaves out what the battery does not suffice for. Why
     /// nothing is to be flown at all, if so.
     pub(super) fn begin(&mut self, state: &State, now: Now) -> Option<String> {
-        if self.begun_utc_ms.is_some() {
+        if self.begun.is_some() {
             return None;
         }
-        self.begun_utc_ms = Some(now.utc_ms);
+        self.begun = Some(Begun::at(now));
         if self.mission.order == Order::Free
             && let Some(choice) =
                 free_order::choose(&self.objectives, state, &self.judge(), |it| self.time_left_s(it, now))
@@ -70,13 +71,22 @@ impl MissionPlanner {
         forecast.shortfall().map(|shortfall| format!("the mission {shortfall}"))
     }
 
+    /// Time passes: notices the first moment after another process, and steps of the wall clock.
+    pub(crate) fn pass(&mut self, now: Now) {
+        if let Some(begun) = &mut self.begun {
+            begun.pass(now, self.pace);
+        }
+    }
+
     /// How long it is until `objective` must be arrived at, in mission seconds; less than nothing once that is over.
     pub(super) fn time_left_s(&self, objective: &Objective, now: Now) -> Option<f64> {
-        let begun_utc_ms = self.begun_utc_ms.unwrap_or(now.utc_ms);
-        let wall_ms = |it: Duration| i64::try_from(self.pace.to_wall(it).as_millis()).unwrap_or(i64::MAX);
-        let within = objective.terms.within.map(|it| begun_utc_ms.saturating_add(wall_ms(it)));
-        let deadline_utc_ms = within.into_iter().chain(objective.terms.by_utc_ms).min()?;
-        Some(deadline_utc_ms.saturating_sub(now.utc_ms) as f64 / 1e3 * self.pace.speed())
+        let passed = self.begun.map_or(Duration::ZERO, |it| it.passed(now, self.pace));
+        let within_s = objective.terms.within.map(|it| it.as_secs_f64() - passed.as_secs_f64());
+        let by_utc_s = objective.terms.by_utc_ms.map(|by_utc_ms| {
+            let wall_s = by_utc_ms.saturating_sub(now.utc_ms) as f64 / 1e3;
+            wall_s * self.pace.speed()
+        });
+        within_s.into_iter().chain(by_utc_s).min_by(f64::total_cmp)
     }
 
     /// The objective that must be given up for `steps` to the current one to be flown, which may be that one, and why.
@@ -97,7 +107,10 @@ impl MissionPlanner {
     pub(super) fn arrived(&mut self, now: Now) {
         let Some(objective) = self.objectives.current() else { return };
         let since = objective.dwells_since.map_or(Duration::ZERO, |since| now.time - since);
-        let arrived = Now { utc_ms: now.utc_ms - self.pace.to_wall(since).as_millis() as i64, ..now };
+        let arrived = Now {
+            time: Time::after(now.time.since_start().saturating_sub(since)),
+            utc_ms: now.utc_ms - self.pace.to_wall(since).as_millis() as i64,
+        };
         let left_s =
             self.objectives.all().get(self.objectives.current_index()).and_then(|it| self.time_left_s(it, arrived));
         self.conclude(match left_s.filter(|it| *it < 0.0) {

@@ -92,6 +92,27 @@ fn every_mistake_in_the_text_is_reported() {
 }
 
 #[test]
+fn of_very_many_mistakes_a_short_answer_is_made() {
+    let mut story = Story::of(REFERENCE);
+    let objective = |number, lines: &str| {
+        format!(
+            "[[objective]]\nname = \"{number:0>100}\"\nnorth_m = 0\neast_m = 9\nheight_m = 9\nflying = true\n{lines}\n"
+        )
+    };
+    let objectives: String = (0..100).map(|number| objective(number, "")).collect();
+    let mut check = |count: usize, expected: &str| {
+        let hostile = objective(100, &format!("after = [{}]", "\"\",".repeat(count)));
+        let reply = story.ask(Ask::Validate(text(&format!("name = \"m\"\n{objectives}{hostile}"))));
+        assert_eq!((reply.accepted, reply.text.as_str()), (false, expected));
+        let bytes: usize = reply.mistakes.iter().map(String::len).sum();
+        assert!(bytes < 100_000, "{bytes} bytes");
+    };
+    check(19, "19 mistakes in the text");
+    check(101, "at least 20 mistakes in the text");
+    check(12_000, "1 mistake in the text");
+}
+
+#[test]
 fn an_upload_is_a_swap_and_the_plan_of_before_no_longer_holds() {
     let mut story = Story::under_way(REFERENCE);
     let reply = story.ask(Ask::Upload(text(KEEP_OUT)));
@@ -189,6 +210,29 @@ fn on_the_ground_the_next_mission_is_taken_and_waits() {
     // What could not be flown is refused, and the one that waits stays.
     let reply = story.ask(Ask::Upload(text("name = \"x\"\n")));
     assert_eq!((reply.accepted, story.status().mission.as_str()), (false, "keep-out"));
+}
+
+#[test]
+fn what_the_tower_has_refused_on_the_last_flight_is_asked_for_on_the_next() {
+    let shut_in = across(
+        "[[area]]\nname = \"W\"\nkind = \"permission\"\n\
+         corners_m = [[-90.0, 400.0], [90.0, 400.0], [90.0, 600.0], [-90.0, 600.0]]\n",
+    );
+    let mut story = Story::of(&shut_in);
+    story.plan();
+    // Nobody has answered: that counts for the whole flight.
+    super::check(&story.fail(&[("W", None)]), "finished");
+    story.hear_manager(v1::McmStatus {
+        ends: "the mission is over".into(),
+        report: Some(v1::MissionReport::default()),
+        ..v1::McmStatus::default()
+    });
+    let reply = story.ask(Ask::Validate(text(&shut_in)));
+    assert!(reply.accepted, "{}", reply.text);
+    let reply = story.ask(Ask::Upload(text(&shut_in)));
+    assert!(reply.accepted, "{}", reply.text);
+    let plan = story.plan();
+    assert!(plan.contains("ask W"), "{plan}");
 }
 
 #[test]

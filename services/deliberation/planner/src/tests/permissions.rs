@@ -41,6 +41,25 @@ fn a_hold_lasts_until_the_area_may_be_asked_again() {
     );
 }
 
+#[test]
+fn a_pause_during_a_hold_is_no_wait_for_the_area() {
+    let mut story = Story::of(&wall());
+    story.plan();
+    story.fly(1);
+    story.airborne_at([0.0, 180.0, 10.0]);
+    let hold = "hold 30 s: area W: denied by the control tower: busy; asked once more";
+    check(&story.fail(&[("W", Some("busy"))]), hold);
+    // The operator pauses the mission.
+    story.wait(600);
+    story.plan();
+    story.hold_permissions(&["W"]);
+    story.plan();
+    // The grant is lost again before it was used.
+    story.hold_permissions(&[]);
+    story.plan();
+    check(&story.fail(&[("W", Some("busy"))]), hold);
+}
+
 /// It would be asked for without end, at one moment: the tower answers at once.
 #[test]
 fn an_area_denied_twice_before_it_applies_is_not_asked_for_a_third_time() {

@@ -143,6 +143,61 @@ fn an_objective_that_comes_too_late_has_failed() {
 }
 
 #[test]
+fn a_step_of_the_wall_clock_moves_no_deadline_that_counts_from_the_first_plan() {
+    #[track_caller]
+    fn check_stepped(step_s: i64, waited_s: u64, expected: &str) {
+        let there = objective("there", [0.0, 300.0, 10.0], "reach_within_s = 40.0");
+        let mut story = story("", &[there, objective("back", [0.0, 0.0, 0.0], "")]);
+        story.plan();
+        story.now.utc_ms += step_s * 1000;
+        story.wait(waited_s);
+        story.fly(story.steps.len());
+        check_outcomes(&mut story, &[expected, "back"]);
+    }
+    for step_s in [3600, -3600] {
+        check_stepped(step_s, 0, "there reached");
+        check_stepped(step_s, 45, "there: reached 5 s too late");
+    }
+}
+
+#[test]
+fn a_deadline_goes_on_over_a_restart() {
+    let text = format!(
+        "name = \"terms\"\n{}{}",
+        objective("there", [0.0, 300.0, 10.0], "reach_within_s = 60.0"),
+        objective("back", [0.0, 0.0, 0.0], "")
+    );
+    let mut story = Story::of(&text);
+    story.plan();
+    // The clock of another process begins at zero.
+    story.wait(30);
+    story.now.time = Time::ZERO;
+    story.restart(&text).unwrap();
+    story.plan();
+    check_outcomes(&mut story, &["there: would be reached 3 s too late, 33 s from now", "back"]);
+}
+
+#[test]
+fn a_deadline_goes_on_over_a_restart_after_a_step_of_the_wall_clock() {
+    let text = format!(
+        "name = \"terms\"\n{}{}",
+        objective("there", [0.0, 300.0, 10.0], "reach_within_s = 60.0"),
+        objective("back", [0.0, 0.0, 0.0], "")
+    );
+    for step_s in [3600, -3600] {
+        let mut story = Story::of(&text);
+        story.plan();
+        story.now.utc_ms += step_s * 1000;
+        story.wait(30);
+        story.status();
+        story.now.time = Time::ZERO;
+        story.restart(&text).unwrap();
+        story.plan();
+        check_outcomes(&mut story, &["there: would be reached 3 s too late, 33 s from now", "back"]);
+    }
+}
+
+#[test]
 fn the_vehicle_stays_where_it_is_to_stay_and_then_goes_on() {
     let stay = [objective("watch", [0.0, 100.0, 10.0], "dwell_s = 30.0"), objective("back", [0.0, 0.0, 0.0], "")];
     let mut story = story("", &stay);

@@ -237,6 +237,57 @@ fn samples_that_waited_while_the_process_paused_prove_that_no_source_was_silent(
     assert_eq!(rig.story(), [""; 0]);
 }
 
+/// A monitor that is started while the ground and the tower are silent, and what it says; `told`: what the one before it has heard.
+#[track_caller]
+fn started_in_silence(armed: bool, told: v1::ToldByMonitor, expected: &[&str]) {
+    let rules = [
+        ("link", "{ fact = 'stale', source = 'ground-link', after_s = 10.0, during = 'armed' }"),
+        ("tower", "{ fact = 'stale', source = 'control-tower', after_s = 10.0, during = 'armed' }"),
+    ];
+    let mut rig = Rig::with(&table(&rules), Pace::REAL_TIME);
+    rig.vehicle.silent = vec![Topic::GroundContact, Topic::PermissionLedger];
+    rig.vehicle.manager.told = Some(told);
+    rig.vehicle.status.armed = armed;
+    rig.fly(1.0);
+    rig.vehicle.status.armed = true;
+    rig.fly(30.0);
+    assert_eq!(rig.story(), expected);
+    let ages = rig.last().ages.unwrap();
+    assert_eq!((ages.ground_link_s, ages.control_tower_s), (None, None), "this monitor has not heard them");
+}
+
+#[test]
+fn what_was_lost_before_a_monitor_was_started_in_flight_is_still_lost() {
+    let told = |ground_link, control_tower| v1::ToldByMonitor { ground_link, control_tower, flight_s: 0.0 };
+    let link = "10.000 link up: the link to the ground was not heard in the 10.0 s since the first other source, the limit is 10.0 s";
+    let tower = "10.000 tower up: the control tower was not heard in the 10.0 s since the first other source, the limit is 10.0 s";
+    started_in_silence(true, told(true, false), &[link]);
+    started_in_silence(true, told(false, true), &[tower]);
+    started_in_silence(true, told(true, true), &[link, tower]);
+    // It never had any, or begins a flight without.
+    started_in_silence(true, told(false, false), &[]);
+    started_in_silence(false, told(true, true), &[]);
+}
+
+#[test]
+fn a_monitor_that_is_started_in_flight_goes_on_with_the_time_of_the_flight() {
+    let mut rig = Rig::watching_when("when = \"known(flight.time_s) and flight.time_s > 3600 s\"");
+    rig.vehicle.manager.told = Some(v1::ToldByMonitor { flight_s: 3590.0, ..Default::default() });
+    rig.fly(2.0);
+    let flown_s = rig.last().derived.unwrap().flight_s;
+    // What the manager tells stands still here, and what has passed since it was heard first counts.
+    assert!((3591.9..=3592.0).contains(&flown_s), "{flown_s}");
+    rig.vehicle.manager.told = None;
+    rig.fly(10.0);
+    assert_eq!(rig.story().len(), 1, "{:?}", rig.story());
+    rig.vehicle.touch_down();
+    rig.fly(5.0);
+    rig.vehicle.lift_off();
+    rig.fly(5.0);
+    let flown_s = rig.last().derived.unwrap().flight_s;
+    assert!(flown_s < 10.0, "another flight: {flown_s}");
+}
+
 #[test]
 fn a_link_is_lost_when_either_direction_is_lost_and_only_if_it_existed() {
     /// Flies with a contact to the ground, then with `change`, and compares what is said about the link.

@@ -57,7 +57,8 @@ impl Skill for Release {
         match status.gripper {
             Some(Gripper::Released) => return Ready::AlreadyTrue,
             Some(Gripper::Holding) => {
-                // Of a release that was interrupted: where there are several loads, another command might drop the next one.
+                // Of a release that was interrupted, or that an earlier process may have sent: where there are several loads,
+                // another command might drop the next one.
                 if let Some(until) = view.may_release_until {
                     return Ready::NotBefore(until);
                 }

@@ -239,6 +239,77 @@ fn cancelled_between_arming_and_takeoff_the_vehicle_is_disarmed() {
     );
 }
 
+/// A takeoff that waits for the acknowledgement of its first command, and is to be replaced by `goal` then.
+#[track_caller]
+fn replaced_while_it_arms(reaction: Reaction, goal: Goal, story: &str) -> Rig {
+    let mut rig = Rig::new(Autopilot::default());
+    let takeoff = rig.expect([reaction]).start(Goal::Takeoff { climb_m: 10.0 });
+    let next = rig.ask(goal, Replace, takeoff).skill_id;
+    assert_eq!(rig.outcome(next), Succeeded);
+    rig.check(story);
+    rig
+}
+
+#[test]
+fn replaced_between_arming_and_takeoff_the_vehicle_is_disarmed_and_stays_on_the_ground() {
+    for goal in [Goal::Land, Goal::Stop] {
+        let name = if goal == Goal::Land { "land" } else { "stop" };
+        let story = format!(
+            "takeoff 1 process_request
+             command arm
+             {name} 2 process_request
+             takeoff 1 abort: overwritten by skill 2
+             takeoff 1 aborted: overwritten by skill 2
+             command disarm
+             {name} 2 execute
+             {name} 2 succeeded"
+        );
+        let rig = replaced_while_it_arms(Obey, goal, &story);
+        assert!(!rig.autopilot.armed && rig.autopilot.landed);
+    }
+}
+
+#[test]
+fn armed_without_an_acknowledgement_and_replaced_the_vehicle_is_disarmed() {
+    let story = "takeoff 1 process_request
+                 command arm
+                 land 2 process_request
+                 takeoff 1 abort: overwritten by skill 2
+                 takeoff 1 aborted: overwritten by skill 2
+                 command disarm
+                 land 2 execute
+                 land 2 succeeded";
+    let rig = replaced_while_it_arms(ObeySilently, Goal::Land, story);
+    assert!(!rig.autopilot.armed && rig.autopilot.landed);
+}
+
+#[test]
+fn a_takeoff_that_replaces_one_that_has_only_armed_begins_anew() {
+    let story = "takeoff 1 process_request
+                 command arm
+                 takeoff 2 process_request
+                 takeoff 1 abort: overwritten by skill 2
+                 takeoff 1 aborted: overwritten by skill 2
+                 command disarm
+                 command arm
+                 command takeoff 20.0
+                 takeoff 2 execute
+                 takeoff 2 succeeded";
+    let rig = replaced_while_it_arms(Obey, Goal::Takeoff { climb_m: 20.0 }, story);
+    assert_eq!(rig.autopilot.position.height_m().round(), 20.0);
+}
+
+#[test]
+fn a_refused_takeoff_is_not_tried_again_once_another_request_waits() {
+    let mut rig = Rig::new(Autopilot::default().armed());
+    let takeoff = rig.expect([Reject]).start(Goal::Takeoff { climb_m: 10.0 });
+    let land = rig.ask(Goal::Land, Replace, takeoff).skill_id;
+    assert_eq!((rig.outcome(takeoff), rig.outcome(land)), (Rejected, Succeeded));
+    let takeoffs = rig.autopilot.commands.iter().filter(|it| format!("{it:?}").contains("Takeoff"));
+    assert_eq!(takeoffs.count(), 1);
+    assert!(rig.autopilot.landed);
+}
+
 #[test]
 fn a_request_that_waits_is_cancelled_at_once() {
     let mut rig = Rig::new(Autopilot::flying());

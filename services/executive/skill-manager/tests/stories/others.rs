@@ -255,9 +255,9 @@ fn a_vehicle_that_was_armed_is_not_lifted_off_once_a_failsafe_has_begun() {
     assert!(rig.autopilot.landed && !rig.autopilot.armed, "{:?}", rig.autopilot.commands);
 }
 
-/// The autopilot would go on with it as soon as the failsafe is over.
-#[test]
-fn a_takeoff_that_a_failsafe_has_pre_empted_on_the_ground_is_disarmed_once_that_is_over() {
+/// A failsafe flies, which has pre-empted a takeoff on the ground; nothing was commanded since.
+#[track_caller]
+fn pre_empted_on_the_ground() -> Rig {
     let mut rig = Rig::new(Autopilot::default());
     rig.run(1.0);
     let takeoff = rig.start(Goal::Takeoff { climb_m: 10.0 });
@@ -271,10 +271,50 @@ fn a_takeoff_that_a_failsafe_has_pre_empted_on_the_ground_is_disarmed_once_that_
     rig.autopilot.commands.clear();
     rig.run(1.0);
     assert!(rig.autopilot.armed && rig.autopilot.commands.is_empty(), "{:?}", rig.autopilot.commands);
+    rig
+}
+
+/// The autopilot would go on with it as soon as the failsafe is over.
+#[test]
+fn a_takeoff_that_a_failsafe_has_pre_empted_on_the_ground_is_disarmed_once_that_is_over() {
+    let mut rig = pre_empted_on_the_ground();
     rig.autopilot.failsafe = None;
     rig.run(0.5);
     // This one is up at once, and refuses it; a real one spools up first.
     assert_eq!(rig.autopilot.commands, [v1::vehicle_command::Command::Disarm(v1::Disarm {})]);
+}
+
+/// A land detector that reports the air for a moment has seen no liftoff.
+#[test]
+fn a_pre_empted_takeoff_is_disarmed_after_a_bounce_of_the_land_detector_and_not_after_a_flight() {
+    /// The vehicle is so high for a moment, by the land detector in the air.
+    #[track_caller]
+    fn check(height_m: f64, disarmings: usize) {
+        let mut rig = pre_empted_on_the_ground();
+        rig.autopilot.position.down_m = -height_m;
+        rig.run(0.3);
+        assert!(!rig.autopilot.landed);
+        rig.autopilot.position.down_m = 0.0;
+        rig.run(0.5);
+        assert_eq!(rig.autopilot.commands, [], "{height_m} m: the failsafe lasts");
+        rig.autopilot.failsafe = None;
+        rig.run(0.5);
+        let disarm = v1::vehicle_command::Command::Disarm(v1::Disarm {});
+        assert_eq!(rig.autopilot.commands, vec![disarm; disarmings], "{height_m} m");
+    }
+    check(0.05, 1);
+    check(0.8, 1);
+    check(2.0, 0);
+}
+
+/// What it has begun may go on: to disarm is for the ground.
+#[test]
+fn a_pre_empted_takeoff_is_not_disarmed_while_the_land_detector_reports_the_air() {
+    let mut rig = pre_empted_on_the_ground();
+    rig.autopilot.position.down_m = -0.05;
+    rig.run(0.3).autopilot.failsafe = None;
+    rig.run(2.0);
+    assert_eq!(rig.autopilot.commands, []);
 }
 
 #[test]

@@ -13,7 +13,15 @@ fn release(north_m: f64) -> Goal {
     Goal::Release { over: Ned::new(north_m, 0.0, -10.0) }
 }
 
+/// For so long that no release of an earlier skill manager is waited for.
 fn hovering(gripper: Gripper) -> Rig {
+    let mut rig = started_in_flight(gripper);
+    rig.run(5.0);
+    rig
+}
+
+/// The skill manager has heard the vehicle for a second.
+fn started_in_flight(gripper: Gripper) -> Rig {
     let mut autopilot = Autopilot::flying();
     autopilot.gripper = gripper;
     Rig::new(autopilot)
@@ -145,6 +153,38 @@ fn a_release_that_was_interrupted_is_not_commanded_again_while_the_gripper_may_y
     let (mut rig, again) = interrupted();
     assert_eq!(rig.outcome(again), TimedOut);
     assert_eq!(rig.autopilot.commands.len(), 2, "it has not opened, and is told to once more");
+}
+
+/// The one before it may have sent a release, and been killed while the gripper opened.
+#[test]
+fn a_skill_manager_that_is_started_in_flight_waits_once_for_a_release_that_it_does_not_know_of() {
+    /// How many releases are commanded until so long after the first status, of 5 s, and until the skill has succeeded.
+    #[track_caller]
+    fn check(rig: &mut Rig, until_s: f64, before: usize, after: usize) {
+        rig.forget();
+        let skill = rig.start(release(0.0));
+        rig.run(until_s - rig.now.since_start().as_secs_f64());
+        assert_eq!(rig.autopilot.commands.len(), before, "at {until_s} s");
+        assert_eq!(rig.outcome(skill), Succeeded);
+        assert_eq!(rig.autopilot.commands.len(), after);
+    }
+    check(&mut started_in_flight(Gripper::Holding), 4.9, 0, 1);
+    check(&mut started_in_flight(Gripper::Released), 4.9, 0, 0);
+    // It waits once.
+    check(&mut hovering(Gripper::Holding), 6.1, 1, 1);
+
+    let mut opens = started_in_flight(Gripper::Holding);
+    let skill = opens.start(release(0.0));
+    opens.run(2.0).autopilot.gripper = Gripper::Released;
+    opens.run(0.1);
+    assert_eq!(opens.ending(skill).map(|it| it.outcome()), Some(Succeeded), "seen released, it waits no longer");
+    assert_eq!(opens.autopilot.commands, []);
+
+    // On the ground nobody has released anything: this flight is its own.
+    let mut own = Rig::new(Autopilot::default());
+    let takeoff = own.start(Goal::Takeoff { climb_m: 3.0 });
+    assert_eq!(own.outcome(takeoff), Succeeded);
+    check(&mut own, 4.5, 1, 1);
 }
 
 #[test]

@@ -274,6 +274,11 @@ impl Planner {
         self.request.on(RequestEvent::Adopted);
     }
 
+    /// The planner's status does not tell what it has answered: that no objective is left.
+    pub(crate) fn discard_finish(&mut self) {
+        self.request.on(RequestEvent::Void);
+    }
+
     /// The proposed plan is not flown.
     pub(crate) fn discard_proposal(&mut self) {
         self.request.on(RequestEvent::Void);
@@ -330,7 +335,7 @@ impl Planner {
                 Some((DecisionKind::PlanHold, format!("hold for {:.0} s: {reason}", wait.as_secs_f64())))
             }
             Ok(PlanReply::Finished) => {
-                self.request.on(RequestEvent::Finished);
+                self.request.on(RequestEvent::Finished(now + patience));
                 self.flight.on(FlightEvent::Finished);
                 Some((DecisionKind::PlanFinished, ALL_SETTLED.into()))
             }

@@ -171,7 +171,7 @@ impl Client {
                 "an answer that nobody awaits changes nothing"
             );
         }
-        if matches!(self.planner.request(), PlanRequest::Hold(..) | PlanRequest::Finished) && is_awaited {
+        if matches!(self.planner.request(), PlanRequest::Hold(..) | PlanRequest::Finished(_)) && is_awaited {
             self.untold.clear();
         }
         self.note_adopted();

@@ -21,8 +21,9 @@ pub(crate) enum PlanRequest {
     Proposed(Box<Plan>, Time),
     /// A plan was adopted.
     Planned,
-    /// Every objective has reached its final state.
-    Finished,
+    /// Every objective has reached its final state. The planner's status must have told so by this time; otherwise the answer was that of
+    /// a planner that has died since and does not remember it.
+    Finished(Time),
 }
 
 /// Why the vehicle is to hold.
@@ -91,10 +92,10 @@ pub(crate) enum Event {
     Proposed(Box<Plan>, Time),
     /// A plan came, or was approved.
     Adopted,
-    /// A plan came that is void, or was refused.
+    /// A plan came that is void, or was refused; or what was finished is not.
     Void,
-    /// Nothing is left to plan.
-    Finished,
+    /// Nothing is left to plan; the planner's status tells so by this time.
+    Finished(Time),
     /// The mission was changed, or another plan is wanted: an earlier answer no longer counts.
     Withdrawn,
     /// No plan is wanted any more, or one is wanted from now on.
@@ -112,8 +113,8 @@ impl PlanRequest {
             (R::Asked(_), E::Hold(until, basis, holding)) => R::Hold(until, basis, holding),
             (R::Asked(_), E::Proposed(plan, until)) => R::Proposed(plan, until),
             (R::Asked(_) | R::Proposed(..), E::Adopted) => R::Planned,
-            (R::Asked(_) | R::Proposed(..), E::Void) => R::Idle,
-            (R::Asked(_), E::Finished) => R::Finished,
+            (R::Asked(_) | R::Proposed(..) | R::Finished(_), E::Void) => R::Idle,
+            (R::Asked(_), E::Finished(told_by)) => R::Finished(told_by),
             (R::Hold(..) | R::Proposed(..), E::Withdrawn) => R::Idle,
             (_, E::Reset) => R::Idle,
             _ => return false,
@@ -208,7 +209,7 @@ mod tests {
             PlanRequest::Hold(..) => "hold",
             PlanRequest::Proposed(..) => "proposed",
             PlanRequest::Planned => "planned",
-            PlanRequest::Finished => "finished",
+            PlanRequest::Finished(_) => "finished",
         }
     }
 
@@ -223,7 +224,7 @@ mod tests {
             PlanRequest::Hold(at, basis(), Holding::ForAWay),
             PlanRequest::Proposed(plan(), at),
             PlanRequest::Planned,
-            PlanRequest::Finished,
+            PlanRequest::Finished(at),
         ];
         let events = [
             Event::Sent(question("r2")),
@@ -233,7 +234,7 @@ mod tests {
             Event::Proposed(plan(), at),
             Event::Adopted,
             Event::Void,
-            Event::Finished,
+            Event::Finished(at),
             Event::Withdrawn,
             Event::Reset,
         ];
@@ -246,7 +247,7 @@ mod tests {
             ("hold", ["asked", "-", "-", "-", "-", "-", "-", "-", "idle", "idle"]),
             ("proposed", ["-", "-", "-", "-", "-", "planned", "idle", "-", "idle", "idle"]),
             ("planned", ["-", "-", "-", "-", "-", "-", "-", "-", "-", "idle"]),
-            ("finished", ["-", "-", "-", "-", "-", "-", "-", "-", "-", "idle"]),
+            ("finished", ["-", "-", "-", "-", "-", "-", "idle", "-", "-", "idle"]),
         ];
         for (state, (row, cells)) in states.into_iter().zip(table) {
             assert_eq!(name(&state), row);

@@ -1,0 +1,165 @@
+//! What monitors have told and one that is started again in flight does not know.
+
+use std::time::Duration;
+
+use domain::contingency::rule::{DataSource, During};
+use domain::contingency::{Row, Rule};
+use domain::time::{LONGEST_FLIGHT, Time};
+use kittiwake_proto::v1;
+
+/// Who was heard, and how long the vehicle flies.
+#[derive(Debug, Clone, Copy, Default)]
+pub(in crate::world) struct Told {
+    ground_link: bool,
+    control_tower: bool,
+    /// For how long it had flown, and when; `None` on the ground.
+    flight: Option<(Time, Duration)>,
+}
+
+impl Told {
+    /// What was told to a process before this one.
+    pub(in crate::world) fn remembered(told: v1::ToldByMonitor) -> Told {
+        let v1::ToldByMonitor { ground_link, control_tower, .. } = told;
+        Told { ground_link, control_tower, flight: None }
+    }
+
+    /// Keeps what an introspection tells.
+    pub(in crate::world) fn hear(&mut self, introspection: &v1::Introspection, now: Time) {
+        let ages = introspection.ages.unwrap_or_default();
+        let is_disarmed = introspection.status.as_ref().is_some_and(|it| !it.armed);
+        if is_disarmed && introspection.derived.is_some_and(|it| !it.flying) {
+            // The next flight misses nobody who was heard only before it.
+            (self.ground_link, self.control_tower) = (false, false);
+        }
+        self.ground_link |= ages.ground_link_s.is_some();
+        self.control_tower |= ages.control_tower_s.is_some();
+        if let Some(derived) = introspection.derived {
+            let told = Duration::try_from_secs_f64(derived.flight_s).ok().filter(|it| *it <= LONGEST_FLIGHT);
+            // One that was started again in flight may have begun to count anew.
+            self.flight = derived.flying.then(|| (now, told.unwrap_or_default().max(self.flight_time(now))));
+        }
+    }
+
+    /// The same for monitors and for a process after this one.
+    pub(in crate::world) fn to_wire(self, now: Time) -> v1::ToldByMonitor {
+        let Told { ground_link, control_tower, .. } = self;
+        v1::ToldByMonitor { ground_link, control_tower, flight_s: self.flight_time(now).as_secs_f64() }
+    }
+
+    fn flight_time(&self, now: Time) -> Duration {
+        self.flight.map_or(Duration::ZERO, |(at, flown)| flown.saturating_add(now - at).min(LONGEST_FLIGHT))
+    }
+
+    /// How long a monitor that was started again must be heard before that it does not list the flag of this row says that the flag has
+    /// fallen; `None`: it says nothing, however long.
+    pub(in crate::world) fn judged_after(self, row: &Row, introspection: &v1::Introspection) -> Option<Duration> {
+        let says_nothing = row.raise.is_some_and(|rule| self.is_lost(rule, introspection));
+        (!says_nothing).then(|| row.raised_within())
+    }
+
+    /// Whether the rule is about the silence of a source that was heard, though never by the monitor that runs now, in a situation in which that counts:
+    /// it may have fallen silent before this monitor was started. Of every other source a monitor knows by itself that it is silent.
+    fn is_lost(self, rule: Rule, introspection: &v1::Introspection) -> bool {
+        let Rule::Stale { source, during, .. } = rule else { return false };
+        let counts = match during {
+            During::Always => true,
+            During::Armed => introspection.status.as_ref().is_none_or(|it| it.armed),
+            During::Flying => introspection.derived.is_none_or(|it| it.flying),
+        };
+        let ages = introspection.ages.unwrap_or_default();
+        let (was_heard, age_s) = match source {
+            DataSource::GroundLink => (self.ground_link, ages.ground_link_s),
+            DataSource::ControlTower => (self.control_tower, ages.control_tower_s),
+            _ => return false,
+        };
+        counts && was_heard && age_s.is_none()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at_s(s: u64) -> Time {
+        Time::after(Duration::from_secs(s))
+    }
+
+    #[test]
+    fn that_a_flag_about_a_source_that_was_lost_is_not_listed_says_nothing_as_long_as_it_counts() {
+        #[track_caller]
+        fn check(told: Told, source: DataSource, ages: v1::SourceAges, flying: Option<bool>, expected: bool) {
+            let rule = Rule::Stale { source, after_s: 10.0.try_into().unwrap(), during: During::Flying };
+            let derived = flying.map(|flying| v1::Derived { flying, ..Default::default() });
+            let introspection = v1::Introspection { ages: Some(ages), derived, ..Default::default() };
+            assert_eq!(told.is_lost(rule, &introspection), expected);
+        }
+        let link = v1::SourceAges { ground_link_s: Some(0.1), ..Default::default() };
+        let tower = v1::SourceAges { control_tower_s: Some(0.1), ..Default::default() };
+        let both = Told { ground_link: true, control_tower: true, flight: None };
+        check(both, DataSource::GroundLink, link, Some(true), false);
+        check(both, DataSource::GroundLink, tower, Some(true), true);
+        check(both, DataSource::GroundLink, tower, None, true);
+        check(both, DataSource::GroundLink, tower, Some(false), false);
+        check(both, DataSource::ControlTower, tower, Some(true), false);
+        check(both, DataSource::ControlTower, link, Some(true), true);
+        check(both, DataSource::Planner, v1::SourceAges::default(), Some(true), false);
+        // Who never had one has lost none: the flag was raised by hand.
+        let neither = Told::default();
+        check(neither, DataSource::GroundLink, tower, Some(true), false);
+        check(neither, DataSource::ControlTower, link, Some(true), false);
+        check(Told { ground_link: true, ..neither }, DataSource::ControlTower, link, Some(true), false);
+    }
+
+    #[test]
+    fn what_monitors_have_told_is_kept_while_another_one_begins_anew() {
+        let mut told = Told::default();
+        let mut tell = |s: u64, flight_s: f64, flying: bool, ground_link_s: Option<f64>| {
+            let ages = Some(v1::SourceAges { ground_link_s, ..Default::default() });
+            let derived = Some(v1::Derived { flying, flight_s, ..Default::default() });
+            told.hear(&v1::Introspection { ages, derived, ..Default::default() }, at_s(s));
+            let v1::ToldByMonitor { ground_link, control_tower, flight_s } = told.to_wire(at_s(s));
+            assert!(!control_tower, "it was never heard");
+            (ground_link, flight_s)
+        };
+        assert_eq!(tell(0, 0.0, false, None), (false, 0.0));
+        assert_eq!(tell(10, 7.0, true, Some(0.1)), (true, 7.0));
+        assert_eq!(tell(20, 0.5, true, None), (true, 17.0));
+        assert_eq!(tell(30, 10.5, true, None), (true, 27.0));
+        // What makes no sense is not told.
+        for (s, flight_s) in [(31, 1e19), (32, f64::NAN), (33, -1.0), (34, f64::INFINITY)] {
+            assert_eq!(tell(s, flight_s, true, None), (true, s as f64 - 3.0));
+        }
+        assert_eq!(tell(40, 0.0, false, None), (true, 0.0));
+        // The longest is told on as such: monitors refuse a longer one.
+        let longest_s = LONGEST_FLIGHT.as_secs_f64();
+        assert_eq!(tell(50, longest_s, true, None), (true, longest_s));
+        assert_eq!(tell(60, 10.0, true, None), (true, longest_s));
+    }
+
+    #[test]
+    fn a_flight_misses_nobody_who_was_heard_only_in_a_session_before() {
+        /// Whether the ground counts as heard, by what a session before has told, after an introspection of now.
+        #[track_caller]
+        fn check(armed: Option<bool>, flying: Option<bool>, ground_link_s: Option<f64>, expected: bool) {
+            let before = v1::ToldByMonitor { ground_link: true, control_tower: true, flight_s: 0.0 };
+            let mut told = Told::remembered(before);
+            let introspection = v1::Introspection {
+                status: armed.map(|armed| v1::VehicleStatus { armed, ..Default::default() }),
+                derived: flying.map(|flying| v1::Derived { flying, ..Default::default() }),
+                ages: Some(v1::SourceAges { ground_link_s, control_tower_s: ground_link_s, ..Default::default() }),
+                ..Default::default()
+            };
+            told.hear(&introspection, at_s(0));
+            let v1::ToldByMonitor { ground_link, control_tower, .. } = told.to_wire(at_s(0));
+            assert_eq!((ground_link, control_tower), (expected, expected));
+        }
+        check(Some(false), Some(false), None, false);
+        check(Some(false), Some(false), Some(0.1), true);
+        // A manager that is started again in flight, and what is not known to stand.
+        check(Some(true), Some(true), None, true);
+        check(Some(true), Some(false), None, true);
+        check(Some(false), Some(true), None, true);
+        check(None, Some(false), None, true);
+        check(Some(false), None, None, true);
+    }
+}

@@ -1,0 +1,95 @@
+//! A step that needs two permissions, one of which is lost while the other one is awaited.
+
+use kittiwake_proto::v1;
+use kittiwake_proto::v1::FlightMode::{Loiter, Offboard};
+use kittiwake_proto::v1::PermissionState::{self, Denied, Granted, Revoked};
+use kittiwake_proto::v1::SkillOutcome::Succeeded;
+
+use crate::fly;
+use crate::rig::{Rig, plan, step};
+
+/// The control tower's ledger: each area with its state, for how long it holds, and the number of the decision.
+fn decide(rig: &mut Rig, lines: &[(&str, PermissionState, f64, u64)]) {
+    let line = |&(area, state, valid_for_s, decision): &(&str, PermissionState, f64, u64)| v1::Permission {
+        area: area.into(),
+        state: state as i32,
+        reason: if state == Granted { String::new() } else { "closed".into() },
+        valid_for_s,
+        decision,
+        ..Default::default()
+    };
+    rig.say(v1::PermissionLedger { permissions: lines.iter().map(line).collect(), ..Default::default() });
+}
+
+/// At the border, at the end of a step that needs A and B; the next one is known.
+fn at_the_border(rig: &mut Rig) {
+    rig.vehicle(true, Loiter, (0.0, 0.0, 10.0));
+    rig.plan(plan(&[step(1, fly(100.0), &["A", "B"]), step(2, fly(500.0), &[])]));
+    rig.execute();
+    rig.next(Some(step(2, fly(500.0), &[])));
+    rig.vehicle(true, Offboard, (0.0, 100.0, 10.0));
+    rig.end_present(Succeeded);
+}
+
+const ASKED_BOTH: &str = "replan after 0 () []\nask A\nask B\nstart fly 0 100 10";
+const ASKED_B: &str = "replan after 0 () []\nask B\nstart fly 0 100 10";
+const GOES_ON: &str = "start fly 0 500 10\ndone 1";
+
+/// A is granted, and B still awaited.
+fn half_granted() -> Rig {
+    let mut rig = Rig::new();
+    at_the_border(&mut rig);
+    assert_eq!(rig.story(), ASKED_BOTH);
+    decide(&mut rig, &[("A", Granted, 100.0, 1)]);
+    assert_eq!(rig.story(), "");
+    rig
+}
+
+#[test]
+fn what_is_revoked_meanwhile_is_asked_for_again() {
+    let mut rig = half_granted();
+    decide(&mut rig, &[("A", Revoked, 0.0, 2)]);
+    assert_eq!(rig.story(), "ask A");
+    decide(&mut rig, &[("A", Revoked, 0.0, 2), ("B", Granted, 100.0, 3)]);
+    assert_eq!(rig.story(), "", "A is awaited");
+    decide(&mut rig, &[("A", Granted, 100.0, 4), ("B", Granted, 100.0, 3)]);
+    assert_eq!(rig.story(), GOES_ON);
+}
+
+#[test]
+fn what_is_revoked_for_good_is_a_denial() {
+    let mut rig = half_granted();
+    decide(&mut rig, &[("A", Revoked, 0.0, 2)]);
+    decide(&mut rig, &[("A", Denied, 0.0, 3), ("B", Granted, 100.0, 4)]);
+    let story = rig.story();
+    assert!(story.contains("(area A: closed) [\"A\"]"), "{story}");
+}
+
+#[test]
+fn what_a_revoking_tower_never_answers_is_a_denial_too() {
+    let mut rig = half_granted();
+    decide(&mut rig, &[("A", Revoked, 0.0, 2), ("B", Granted, 100.0, 3)]);
+    for _ in 0..40 {
+        rig.wait(1.0);
+        rig.vehicle(true, Loiter, (0.0, 100.0, 10.0));
+    }
+    let story = rig.story();
+    assert!(story.contains("(area A: no answer from the control tower after 3 tries) [\"A\"]"), "{story}");
+}
+
+#[test]
+fn what_runs_out_meanwhile_is_asked_for_again() {
+    let mut rig = Rig::new();
+    // Held when the step begins, and relied on until 30 s before its end.
+    decide(&mut rig, &[("A", Granted, 45.0, 1)]);
+    at_the_border(&mut rig);
+    assert_eq!(rig.story(), ASKED_B);
+    for _ in 0..22 {
+        rig.wait(1.0);
+        rig.vehicle(true, Loiter, (0.0, 100.0, 10.0));
+    }
+    let story = rig.story();
+    assert!(story.contains("ask A"), "{story}");
+    decide(&mut rig, &[("A", Granted, 100.0, 2), ("B", Granted, 100.0, 3)]);
+    assert_eq!(rig.story(), GOES_ON);
+}
