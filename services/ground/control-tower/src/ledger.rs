@@ -156,7 +156,7 @@ impl Ledger {
         check_name(area)?;
         check_reason(&ruling)?;
         let before = self.permissions.get(area).map(|it| &it.line.standing);
-        let next = permission::on_ruling(before, ruling, may_be_granted)?;
+        let next = permission::on_ruling(before, now.time, ruling, may_be_granted)?;
         self.make_room(area, By::Operator, now.time)?;
         self.line(area).take(next, || numbers.next(now));
         Ok(())

@@ -56,6 +56,14 @@ pub(crate) enum Standing {
 }
 
 impl Standing {
+    /// What holds of it at `now`: a grant that has ended holds no more, also where nobody has said so yet.
+    fn at(self, now: Time) -> Standing {
+        match self {
+            Standing::Granted { expiry, .. } if expiry.at <= now => Standing::Expired,
+            other => other,
+        }
+    }
+
     /// Whether nothing of it holds at `now`: without it the vehicle has the same rights, and gets an answer when it asks again.
     pub(crate) fn may_be_forgotten(&self, now: Time) -> bool {
         match self {
@@ -95,7 +103,7 @@ pub(crate) fn on_request(
     answer: impl FnOnce() -> Option<Answer>,
 ) -> Next {
     use Standing as S;
-    match before {
+    match before.map(|it| it.at(now)) {
         None | Some(S::Expired | S::Denied { by: By::Policy, .. }) => {
             let due = answer().map(|it| (now + it.after, it.verdict));
             undecided(S::Requested { due })
@@ -133,10 +141,15 @@ pub(crate) fn on_question(before: &Standing, now: Time, answer: impl FnOnce() ->
     Some(undecided(Standing::Requested { due: Some((now + after, verdict)) }))
 }
 
-/// An operator decides. `may_be_granted`: decisions were lost, so a grant may be out that nobody knows of.
-pub(crate) fn on_ruling(before: Option<&Standing>, ruling: Ruling, may_be_granted: bool) -> Result<Next, NotGranted> {
+/// An operator decides at `now`. `may_be_granted`: decisions were lost, so a grant may be out that nobody knows of.
+pub(crate) fn on_ruling(
+    before: Option<&Standing>,
+    now: Time,
+    ruling: Ruling,
+    may_be_granted: bool,
+) -> Result<Next, NotGranted> {
     use Standing as S;
-    let granted = may_be_granted || matches!(before, Some(S::Granted { .. }));
+    let granted = may_be_granted || matches!(before, Some(S::Granted { expiry, .. }) if now < expiry.at);
     Ok(decided(match ruling {
         Ruling::Grant { expiry } => S::Granted { expiry, by: By::Operator },
         // The loss of a grant is always a revocation, also when the operator denies: the vehicle may be
@@ -195,6 +208,7 @@ mod tests {
             "granted, out" => granted(NOW_S, By::Policy),
             "hand-granted" => granted(20, By::Operator),
             "hand-granted afresh" => granted(FRESH_S, By::Operator),
+            "hand-granted, out" => granted(NOW_S, By::Operator),
             "denied" => denied(By::Policy),
             "hand-denied" => denied(By::Operator),
             "revoked" => Standing::Revoked { reason: "closed".into() },
@@ -219,7 +233,9 @@ mod tests {
         check("unanswered", "unanswered", false);
         check("grant due", "grant due", false);
         check("granted", "granted afresh", true);
+        check("granted, out", "grant later", false);
         check("hand-granted", "hand-granted", true);
+        check("hand-granted, out", "grant later", false);
         check("denied", "grant later", false);
         check("hand-denied", "hand-denied", true);
         check("revoked", "hand-denied", true);
@@ -238,6 +254,7 @@ mod tests {
         check("denial due", Some(("denied", true)));
         check("granted", None);
         check("granted, out", Some(("expired", false)));
+        check("hand-granted, out", Some(("expired", false)));
         check("denied", None);
         check("hand-denied", None);
         check("revoked", None);
@@ -254,9 +271,12 @@ mod tests {
                 "deny" => Ruling::Deny { reason },
                 _ => Ruling::Revoke { reason },
             };
-            same(on_ruling(named(before).as_ref(), ruling, false).ok(), expected.map(|it| (it, true)));
+            same(on_ruling(named(before).as_ref(), at(NOW_S), ruling, false).ok(), expected.map(|it| (it, true)));
         }
-        for before in ["unknown", "unanswered", "grant later", "denied", "hand-denied", "revoked", "expired"] {
+        let held_no_more = ["granted, out", "hand-granted, out", "expired"];
+        for before in
+            ["unknown", "unanswered", "grant later", "denied", "hand-denied", "revoked"].into_iter().chain(held_no_more)
+        {
             check(before, "grant", Some("hand-granted afresh"));
             check(before, "deny", Some("hand-denied"));
             check(before, "revoke", None);
@@ -271,7 +291,7 @@ mod tests {
     fn where_decisions_were_lost_everything_can_be_revoked() {
         for before in ["unknown", "unanswered", "denied", "granted", "expired"] {
             let ruling = Ruling::Revoke { reason: "closed".into() };
-            same(on_ruling(named(before).as_ref(), ruling, true).ok(), Some(("revoked", true)));
+            same(on_ruling(named(before).as_ref(), at(NOW_S), ruling, true).ok(), Some(("revoked", true)));
         }
     }
 

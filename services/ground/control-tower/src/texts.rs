@@ -1,7 +1,9 @@
 //! How long the texts may be that are published, so that each line fits into a part of a ledger.
 
-/// Of the name of an area: longer than any in a mission.
-pub(crate) const MAX_AREA_BYTES: usize = 256;
+use domain::mission::bounds::LONGEST_NAME;
+
+/// Of the name of an area: as long as one in a mission may be, in characters of four bytes.
+pub(crate) const MAX_AREA_BYTES: usize = 4 * LONGEST_NAME;
 /// Why an area is denied or revoked: some sentences.
 pub(crate) const MAX_REASON_BYTES: usize = 256;
 /// Of a request: longer than any id that the mission manager makes.

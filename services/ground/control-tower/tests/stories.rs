@@ -381,6 +381,27 @@ fn a_tower_that_was_killed_goes_on_with_what_it_has_decided() {
 }
 
 #[test]
+fn a_grant_that_has_ended_while_no_tower_ran_is_not_given_anew_without_a_decision() {
+    // What arrives first comes together with the first moment that the new tower knows of.
+    let arrives = |request: Request| {
+        move |tower: &mut ControlTower| {
+            let now = Now { time: Time::ZERO, utc_ms: 2_010_000 };
+            tower.on(now, Event::Request { vehicle: "uav1".into(), token: Token(1), request }, &mut Vec::new());
+        }
+    };
+    let killed = || Story::of(Policy::Grant).ask("1", "a").wait(10.0);
+    let asked = v1::PermissionRequest { request_id: "2".into(), area: "a".into(), ..Default::default() };
+    killed()
+        .restart(Policy::Deny, 2000, arrives(Request::Permission(asked)))
+        .expect_log(&["0 uav1: a granted until 900 [1, decision 1]", "2010 uav1: a denied (closed) [2, decision 2]"]);
+    let revoke = v1::Decision::Revoke as i32;
+    let revoked = v1::DecideRequest { area: "a".into(), decision: revoke, reason: "fog".into(), ..Default::default() };
+    killed()
+        .restart(Policy::Deny, 2000, arrives(Request::Decide(revoked)))
+        .expect_log(&["0 uav1: a granted until 900 [1, decision 1]", "2010 uav1: a expired [1, decision 1]"]);
+}
+
+#[test]
 fn a_request_that_was_not_decided_yet_is_decided_by_the_next_tower() {
     Story::of(Policy::Delay)
         .ask("1", "a")

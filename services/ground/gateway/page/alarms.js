@@ -3,7 +3,7 @@
 import { command, newKey, Refusal } from "./api.js";
 import { attribute, h, list, part, text } from "./dom.js";
 import { announce } from "./orders.js";
-import { changed, has, isStale, select, store } from "./store.js";
+import { changed, has, isCutOff, select, store } from "./store.js";
 import { firstAction, responseWords } from "./response.js";
 import { clock, flag } from "./words.js";
 import { mountNotices } from "./notices.js";
@@ -61,7 +61,7 @@ const mayAcknowledge = () => has("safety") || has("operator");
 
 /** What is active and nobody has acknowledged, on any vehicle: the first to come is the first to be told, and none is left out. */
 function alarmsOfAll() {
-  const selected = isStale() ? [] : alarmsOf(store.selected, store.doc?.contingencies?.active, store.doc?.contingencies?.acting, store.doc?.contingencies?.way);
+  const selected = isCutOff() ? [] : alarmsOf(store.selected, store.doc?.contingencies?.active, store.doc?.contingencies?.acting, store.doc?.contingencies?.way);
   // What a vehicle that is not reached had last is told in the list, with its age: here it would stand for ever.
   const others = store.vehicles.filter((it) => it.vehicle !== store.selected);
   const ofOther = (it) => (it.contact?.lost ? [silence(it)] : alarmsOf(it.vehicle, it.contingencies, it.acting));

@@ -1,7 +1,7 @@
 // Who has command of the vehicle: taking it, releasing it, offering it to another operator.
 
 import { attribute, disabledFor, h, text } from "./dom.js";
-import { changed, has, inCommand, isStale, store } from "./store.js";
+import { changed, has, inCommand, isCutOff, onSelect, store } from "./store.js";
 import { command, Refusal } from "./api.js";
 import { announce } from "./orders.js";
 
@@ -24,8 +24,10 @@ export function mountCommandAuthority() {
   async function onSubmit(event) {
     event.preventDefault();
     const name = to.value.trim();
-    if (name && (await change("hand-over", { to: name }, `Command is offered to ${name}. You have it until ${name} takes it.`))) open(false);
+    if (name && (await change("hand-over", { to: name }, `Command of ${store.selected} is offered to ${name}. You have it until ${name} takes it.`))) open(false);
   }
+  // Of another vehicle nothing was to be handed over.
+  onSelect(() => open(false));
   form.addEventListener("keydown", (event) => event.key === "Escape" && open(false));
   place.append(holder, take, offer, form);
   return () => {
@@ -38,10 +40,10 @@ export function mountCommandAuthority() {
     const invited = Boolean(offered) && offered === me && !mine;
     text(take, mine ? "Release command" : invited ? `Take command from ${authority.holder}` : "Take command");
     attribute(take, "class", invited ? "primary" : null);
-    const why = isStale() ? "not connected" : authority?.holder && !mine && !invited ? `${authority.holder} has command` : "";
+    const why = isCutOff() ? "not connected" : authority?.holder && !mine && !invited ? `${authority.holder} has command` : "";
     disabledFor(take, why);
     attribute(offer, "hidden", !mine);
-    disabledFor(offer, isStale() ? "not connected" : "");
+    disabledFor(offer, isCutOff() ? "not connected" : "");
     if (!mine) open(false);
     noticeLoss(authority, mine);
     fillNames(names, me);
@@ -49,7 +51,7 @@ export function mountCommandAuthority() {
 }
 
 function noticeLoss(authority, mine) {
-  if (had === store.selected && !mine && authority && !isStale()) {
+  if (had === store.selected && !mine && authority && !isCutOff()) {
     if (authority.holder) announce("bad", `${authority.holder} has command of ${store.selected} now.`);
     had = null;
   }
@@ -63,18 +65,19 @@ function fillNames(names, me) {
   names.replaceChildren(...[...known].map((value) => h("option", { value })));
 }
 
-async function change(what, body, words = what === "take" ? "You have command." : "You have released command.") {
+async function change(what, body, words = null) {
+  const vehicle = store.selected;
   try {
-    const now = await command("POST", `/api/v1/vehicles/${encodeURIComponent(store.selected)}/command/${what}`, body);
+    const now = await command("POST", `/api/v1/vehicles/${encodeURIComponent(vehicle)}/command/${what}`, body);
     // Command that was released on purpose is not lost.
-    if (what === "release") had = null;
-    if (store.doc) store.doc.command = now;
-    announce("good", words);
+    if (what === "release" && had === vehicle) had = null;
+    if (store.doc && store.selected === vehicle) store.doc.command = now;
+    announce("good", words ?? `You have ${what === "take" ? "" : "released "}command of ${vehicle}.`);
     changed();
     return true;
   } catch (refusal) {
     if (!(refusal instanceof Refusal)) throw refusal;
-    announce("bad", `Refused: ${refusal.message}.`);
+    announce("bad", `${vehicle}: Refused: ${refusal.message}.`);
     return false;
   }
 }

@@ -1,7 +1,7 @@
 // The orders. A hazardous one takes two steps, and the second button is in another place than the first.
 
 import { disabledFor, h, part, text } from "./dom.js";
-import { has, inCommand, isStale, lostFor, store } from "./store.js";
+import { has, inCommand, isCutOff, lostFor, store } from "./store.js";
 import { age, capital, number } from "./words.js";
 import { markPlace, pickPlace, stopPicking } from "./map-input.js";
 import { announce, ask, onWithdraw, order, orderElements, withdraw } from "./orders.js";
@@ -32,8 +32,8 @@ export function mountCommands() {
     const whys = VERBS.map(why);
     for (const [index] of VERBS.entries()) disabledFor(buttons[index], whys[index]);
     // Also for who has no pointer to rest on a button.
-    text(reasons, sentences(whys));
-    disabledFor(part(confirm, "go"), isStale() ? "not connected" : lostFor() != null ? "not reachable" : "");
+    text(reasons, `${store.doc?.operator?.startAwaited ? "The mission waits for Start. " : ""}${sentences(whys)}`);
+    disabledFor(part(confirm, "go"), isCutOff() ? "not connected" : lostFor() != null ? "not reachable" : "");
     plan.fill();
   };
 }
@@ -48,7 +48,7 @@ function sentences(whys) {
 
 /** Why an order cannot be given now; empty when it can. The gateway decides. */
 function why(it) {
-  if (isStale()) return "not connected";
+  if (isCutOff()) return "not connected";
   if (lostFor() != null) return `not reachable: no contact for ${age(lostFor())}`;
   if (!(it.safety && has("safety"))) {
     if (!has("operator")) return `needs the role operator${it.safety ? " or safety" : ""}`;
@@ -65,14 +65,14 @@ function why(it) {
 async function begin(it) {
   withdraw();
   if (it.place) {
-    announce("", "Choose the place on the map: click, or move the mark with the arrow keys and press Enter. Escape cancels.");
+    announce("", `${store.selected}: Choose the place on the map: click, or move the mark with the arrow keys and press Enter. Escape cancels.`);
     const place = await pickPlace();
     announce("", "");
     if (!place) return;
     const body = { position: { northM: place.north, eastM: place.east } };
-    ask(`End the mission and land at N ${number(place.north)}, E ${number(place.east)}?`, it.label, () => order(it.verb, it.verb, body));
+    ask(`End the mission and land at N ${number(place.north)}, E ${number(place.east)}?`, it.label, (vehicle) => order(vehicle, it.verb, it.verb, body));
     return markPlace(place);
   }
-  if (it.question) return ask(it.question, it.label, () => order(it.verb, it.verb));
-  return order(it.verb, it.verb);
+  if (it.question) return ask(it.question, it.label, (vehicle) => order(vehicle, it.verb, it.verb));
+  return order(store.selected, it.verb, it.verb);
 }

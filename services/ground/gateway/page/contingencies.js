@@ -1,7 +1,7 @@
 // Active contingencies and their responses, the most urgent first; then flags that no row has taken up yet.
 
 import { attribute, disabledFor, h, list, part, text } from "./dom.js";
-import { has, inCommand, isStale, store } from "./store.js";
+import { has, inCommand, isCutOff, store } from "./store.js";
 import { age, flag, sentence } from "./words.js";
 import { alarmOf } from "./alarms.js";
 import { order } from "./orders.js";
@@ -33,7 +33,7 @@ function itemsOf(doc) {
 }
 
 function make(it) {
-  const acknowledge = () => order("acknowledge", `contingencies/${encodeURIComponent(it.flag)}/acknowledge`);
+  const acknowledge = () => order(store.selected, `acknowledge ${flag(it.flag)}`, `contingencies/${encodeURIComponent(it.flag)}/acknowledge`);
   return h(
     "li",
     { class: "card", "data-flag": it.flag },
@@ -58,7 +58,7 @@ function fill(card, it) {
   const button = part(card, "acknowledge");
   const may = has("safety") || has("operator");
   attribute(button, "hidden", !it.active || Boolean(it.acknowledgedBy) || !may);
-  disabledFor(button, isStale() ? "not connected" : has("safety") || inCommand() ? "" : "take command first");
+  disabledFor(button, isCutOff() ? "not connected" : has("safety") || inCommand() ? "" : "take command first");
   text(part(card, "by"), it.acknowledgedBy ? `Acknowledged by ${it.acknowledgedBy}` : "");
   attribute(card, "data-acknowledged", it.acknowledgedBy ? "true" : null);
 }

@@ -11,6 +11,12 @@ const fold = (title, value, parent) => {
   title(summary)
   element("pre", JSON.stringify(value, null, 2), details)
 }
+/** The known kinds of problems, and what the description of their type says of each on a line of its own. */
+const problems = ({ examples = [], description = "" }) => examples.map((uri) => {
+  const start = `- \`${uri}\`: `
+  const line = description.split("\n").find((it) => it.startsWith(start)) ?? start
+  return [uri, line.slice(start.length)]
+})
 const show = (api) => {
   const main = document.getElementById("operations")
   main.textContent = ""
@@ -25,9 +31,9 @@ const show = (api) => {
       }, operation, main)
     }
   }
-  for (const kind of api.components.schemas["kittiwake.v1.Problem"].properties.type.oneOf) {
-    element("code", kind.const, element("dt", "", document.getElementById("problems")))
-    element("dd", kind.description, document.getElementById("problems"))
+  for (const [uri, words] of problems(api.components.schemas["kittiwake.v1.Problem"].properties.type)) {
+    element("code", uri, element("dt", "", document.getElementById("problems")))
+    element("dd", words, document.getElementById("problems"))
   }
   for (const [name, schema] of Object.entries(api.components.schemas)) {
     fold((summary) => element("code", name, summary), schema, document.getElementById("schemas"))

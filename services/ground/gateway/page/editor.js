@@ -2,7 +2,7 @@
 
 import * as api from "./api.js";
 import { attribute, disabledFor, h, text } from "./dom.js";
-import { changed, has, inCommand, isStale, store } from "./store.js";
+import { changed, has, inCommand, isCutOff, store } from "./store.js";
 import { missionText } from "./mission-text.js";
 import { movedTo, placesIn } from "./draft.js";
 import { forecast, mistakes } from "./forecast.js";
@@ -41,26 +41,33 @@ export function mountEditor() {
     changed();
   }
 
+  /** Whether an answer about the mission of `asked` still concerns what is edited. */
+  const concerns = (asked) => store.editing && store.selected === asked;
+
   async function load() {
+    const asked = store.selected;
     try {
-      area.value = missionText(await api.get(`/api/v1/vehicles/${encodeURIComponent(store.selected)}/mission`));
+      const mission = missionText(await api.get(`/api/v1/vehicles/${encodeURIComponent(asked)}/mission`));
+      if (!concerns(asked)) return;
+      area.value = mission;
       tried(null);
     } catch (refusal) {
       if (!(refusal instanceof api.Refusal)) throw refusal;
-      announce("bad", `The mission cannot be read: ${refusal.message}.`);
+      if (concerns(asked)) announce("bad", `${asked}: The mission cannot be read: ${refusal.message}.`);
     }
   }
 
   async function tryOut() {
-    const words = area.value;
+    const [asked, words] = [store.selected, area.value];
     try {
-      const answer = await api.command("POST", `/api/v1/vehicles/${encodeURIComponent(store.selected)}/mission/validate`, { text: words });
-      if (area.value !== words) return;
+      const answer = await api.command("POST", `/api/v1/vehicles/${encodeURIComponent(asked)}/mission/validate`, { text: words });
+      if (!concerns(asked) || area.value !== words) return;
       tried(answer.forecast, words);
       showAll();
       outcome.replaceChildren(forecast(answer.text, "good", answer.forecast));
     } catch (refusal) {
       if (!(refusal instanceof api.Refusal)) throw refusal;
+      if (!concerns(asked) || area.value !== words) return;
       tried(refusal.document.forecast ?? []);
       const wrong = refusal.document.mistakes ?? [];
       outcome.replaceChildren(forecast(refusal.message, "bad", refusal.document.forecast ?? []), mistakes(wrong, area));
@@ -69,9 +76,10 @@ export function mountEditor() {
 
   function put() {
     const words = area.value;
-    const flying = store.doc?.aircraft?.derived?.flying ? ` ${store.selected} is in the air and starts it at once.` : "";
-    ask(`Replace ${store.doc?.mission?.name ?? "the present mission"} with this mission?${flying}`, "Upload", async () => {
-      if (await order("upload", "mission", { text: words }, "PUT")) edit(false);
+    const flying = store.doc?.aircraft?.derived?.flying ? " It is in the air and starts it at once." : "";
+    ask(`Replace ${store.doc?.mission?.name ?? "the present mission"} with this mission?${flying}`, "Upload", async (vehicle) => {
+      const done = await order(vehicle, "upload", "mission", { text: words }, "PUT");
+      if (done && concerns(vehicle)) edit(false);
     });
   }
 
@@ -80,12 +88,15 @@ export function mountEditor() {
     document.body.classList.toggle("editing", store.editing);
     if (store.editing && vehicle !== store.selected) {
       vehicle = store.selected;
+      // Until its own mission is here, nothing of another vehicle's can be uploaded to it.
+      area.value = "";
+      tried(null);
       load();
     }
     if (!store.editing) [vehicle, store.draft.places] = [null, []];
-    disabledFor(whatIf, isStale() ? "not connected" : has("operator") ? "" : "needs the role operator");
-    disabledFor(upload, isStale() ? "not connected" : !has("operator") ? "needs the role operator" : !inCommand() ? "take command first" : good !== area.value ? "try out the mission first with What if" : "");
-    disabledFor(again, isStale() ? "not connected" : "");
+    disabledFor(whatIf, isCutOff() ? "not connected" : has("operator") ? "" : "needs the role operator");
+    disabledFor(upload, isCutOff() ? "not connected" : !has("operator") ? "needs the role operator" : !inCommand() ? "take command first" : good !== area.value ? "try out the mission first with What if" : "");
+    disabledFor(again, isCutOff() ? "not connected" : "");
     text(panel.querySelector("h2"), `Another mission for ${store.selected ?? ""}`);
   };
 }

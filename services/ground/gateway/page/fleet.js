@@ -2,7 +2,7 @@
 
 import { alarmOf } from "./alarms.js";
 import { attribute, h, list, part, text } from "./dom.js";
-import { isStale, select, store } from "./store.js";
+import { isCutOff, select, store } from "./store.js";
 import { age, flag, number, outcome, phase } from "./words.js";
 
 const FLEET_STALE_MS = 2500;
@@ -56,7 +56,7 @@ function make(it) {
 }
 
 function fill(row, it, stale) {
-  const disconnected = stale || (it.vehicle === store.selected && isStale());
+  const disconnected = stale || (it.vehicle === store.selected && isCutOff());
   text(part(row, "state"), disconnected ? "not connected" : `${silenceOf(it)}${stateOf(it)}`);
   const level = severity(it);
   attribute(part(row, "lamp"), "data-tone", disconnected ? "none" : level >= 5 ? "bad" : level >= 3 ? "warn" : level >= 0 ? "good" : "none");

@@ -2,14 +2,14 @@
 
 import * as api from "./api.js";
 import { attribute, disabledFor, h, text } from "./dom.js";
-import { has, isStale, store } from "./store.js";
+import { has, isCutOff, store } from "./store.js";
 import { flag } from "./words.js";
 import { order } from "./orders.js";
 
 export function mountInjection() {
   const panel = document.getElementById("injection");
   const flags = h("select", { id: "inject-flag", "aria-label": "Flag" });
-  const inject = (raised) => () => order("flag", "simulation/flags", { name: flags.value, raised, reason: `by hand, ${store.session?.name}` });
+  const inject = (raised) => () => order(store.selected, "flag", "simulation/flags", { name: flags.value, raised, reason: `by hand, ${store.session?.name}` });
   const raise = h("button", { id: "inject-raise", click: inject(true) }, "Raise");
   const clear = h("button", { id: "inject-clear", click: inject(false) }, "Clear");
   const faults = h("select", { id: "inject-fault", "aria-label": "Fault", change: describe });
@@ -18,7 +18,7 @@ export function mountInjection() {
   const go = h("button", { id: "inject-go" }, "Inject");
   const form = h("form", { submit: (event) => {
     event.preventDefault();
-    order("fault", "simulation/faults", { name: faults.value, args: words.value.split(/\s+/).filter(Boolean) });
+    order(store.selected, "fault", "simulation/faults", { name: faults.value, args: words.value.split(/\s+/).filter(Boolean) });
   } }, h("div", { class: "fields" }, faults, words, go), effect);
   panel.querySelector(".body").append(h("div", { class: "fields" }, flags, raise, clear), form);
   /** The faults of a vehicle's simulator. */
@@ -52,8 +52,8 @@ export function mountInjection() {
     attribute(panel, "hidden", !store.session?.simulation || !(has("operator") || has("safety")));
     if (panel.open && vehicle && vehicle !== store.selected) ask();
     fillOptions(flags, flagsOf(store.doc?.tree?.nodes ?? []), flag);
-    for (const it of [raise, clear]) disabledFor(it, isStale() ? "not connected" : flags.value ? "" : "no flag is known");
-    disabledFor(go, isStale() ? "not connected" : faults.value ? "" : "no fault is known");
+    for (const it of [raise, clear]) disabledFor(it, isCutOff() ? "not connected" : flags.value ? "" : "no flag is known");
+    disabledFor(go, isCutOff() ? "not connected" : faults.value ? "" : "no fault is known");
   };
 }
 

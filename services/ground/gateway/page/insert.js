@@ -1,7 +1,7 @@
 // A new objective: its name, its place by hand or on the map, and before which other objective.
 
 import { attribute, disabledFor, h } from "./dom.js";
-import { inCommand, isStale, store } from "./store.js";
+import { inCommand, isCutOff, store } from "./store.js";
 import { pickPlace } from "./map-input.js";
 import { announce, order } from "./orders.js";
 
@@ -34,13 +34,13 @@ export function insertForm() {
     event.preventDefault();
     const position = { northM: Number(north.value), eastM: Number(east.value), downM: -Number(height.value) };
     const objective = { name: name.value.trim(), position, flying: flying.checked };
-    if (await order("insert", "mission/objectives", { index: Number(before.value), objective })) name.value = "";
+    if (await order(store.selected, "insert", "mission/objectives", { index: Number(before.value), objective })) name.value = "";
   }
 
   const fill = () => {
     attribute(element, "hidden", !store.editing);
     places(before);
-    disabledFor(insert, isStale() ? "not connected" : inCommand() ? "" : "take command first");
+    disabledFor(insert, isCutOff() ? "not connected" : inCommand() ? "" : "take command first");
   };
   return { element, fill };
 }

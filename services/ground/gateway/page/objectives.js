@@ -1,7 +1,7 @@
 // The objectives in order; while the mission is edited, with buttons for each.
 
 import { attribute, disabledFor, h, list, part, text } from "./dom.js";
-import { inCommand, isStale, store } from "./store.js";
+import { inCommand, isCutOff, store } from "./store.js";
 import { number, objective, sentence } from "./words.js";
 import { ask, order } from "./orders.js";
 
@@ -20,8 +20,8 @@ export function objectives() {
 
 function make({ name }) {
   const path = `mission/objectives/${encodeURIComponent(name)}`;
-  const skip = () => ask(`Skip objective ${name}? It counts as failed.`, "Skip", () => order("skip", `${path}/skip`));
-  const remove = () => ask(`Remove objective ${name} from the mission?`, "Remove", () => order("remove", path, undefined, "DELETE"));
+  const skip = () => ask(`Skip objective ${name}? It counts as failed.`, "Skip", (vehicle) => order(vehicle, `skip ${name}`, `${path}/skip`));
+  const remove = () => ask(`Remove objective ${name} from the mission?`, "Remove", (vehicle) => order(vehicle, `remove ${name}`, path, undefined, "DELETE"));
   return h(
     "li",
     { "data-objective": name },
@@ -46,7 +46,7 @@ function renew(row, it) {
   text(part(row, "reason"), it.reason ? sentence(it.reason) : it.replans ? `Replanned ${it.replans === 1 ? "once" : `${it.replans} times`}.` : "");
   attribute(row, "data-tone", TONES[key] ?? (it.present ? "accent" : null));
   attribute(part(row, "edit"), "hidden", !store.editing || key !== "WAITING");
-  const reason = isStale() ? "not connected" : inCommand() ? "" : "take command first";
+  const reason = isCutOff() ? "not connected" : inCommand() ? "" : "take command first";
   disabledFor(part(row, "skip"), reason);
   disabledFor(part(row, "remove"), reason);
 }

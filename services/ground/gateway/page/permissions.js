@@ -1,7 +1,7 @@
 // One card for each area that needs a permission, with buttons for those who may decide.
 
 import { attribute, disabledFor, h, list, part, text } from "./dom.js";
-import { has, isStale, store } from "./store.js";
+import { has, isCutOff, store } from "./store.js";
 import { clock, permission, sentence } from "./words.js";
 import { ask, order } from "./orders.js";
 import { awaitedWords, expiryWords } from "./legs.js";
@@ -20,7 +20,7 @@ export function mountPermissions() {
   const body = document.querySelector("#permissions .body");
   const cards = h("ul", { class: "cards" });
   const none = h("p", { class: "empty" }, "");
-  const accept = h("button", { id: "accept-loss", class: "hazard", click: () => ask("Let the control tower grant again without its earlier decisions, for every vehicle?", "Accept the loss", () => order("permission", "permissions/accept-loss")) }, "Accept the loss");
+  const accept = h("button", { id: "accept-loss", class: "hazard", click: () => ask("Let the control tower grant again without its earlier decisions? It does so for every other vehicle too.", "Accept the loss", (vehicle) => order(vehicle, "accept the loss", "permissions/accept-loss")) }, "Accept the loss");
   const stale = h("p", { class: "reason", id: "permissions-stale", role: "status" }, "");
   body.append(stale, accept, none, cards);
   return () => {
@@ -57,12 +57,12 @@ export function short(state) {
 
 function make({ area }) {
   const why = h("input", { "data-part": "why", placeholder: "Reason (optional)", "aria-label": `Reason for the decision about area ${area}`, maxlength: 200, autocomplete: "off" });
-  const decide = async (decision) => {
-    const done = await order("permission", `permissions/${encodeURIComponent(area)}/decision`, { decision, reason: why.value.trim() });
+  const decide = async (vehicle, decision, label) => {
+    const done = await order(vehicle, `${label.toLowerCase()} area ${area}`, `permissions/${encodeURIComponent(area)}/decision`, { decision, reason: why.value.trim() });
     if (done) why.value = "";
   };
   const press = (decision, label) =>
-    decision === "DECISION_REVOKE" ? ask(`Revoke the permission for area ${area}? ${store.selected} must leave it or fly round it.`, label, () => decide(decision)) : decide(decision);
+    decision === "DECISION_REVOKE" ? ask(`Revoke the permission for area ${area}? The vehicle must leave it or fly round it.`, label, (vehicle) => decide(vehicle, decision, label)) : decide(store.selected, decision, label);
   const buttons = DECISIONS.map(([decision, label]) =>
     h("button", { "data-decision": decision, class: decision === "DECISION_REVOKE" ? "hazard" : null, "aria-label": `${label} area ${area}`, click: () => press(decision, label) }, label),
   );
@@ -92,6 +92,6 @@ function fill(card, it) {
     const lost = Boolean(store.doc?.tower?.memory?.loss);
     const wrong = lost ? { DECISION_GRANT: true } : { DECISION_GRANT: state === "GRANTED", DECISION_DENY: state === "DENIED" || state === "GRANTED", DECISION_REVOKE: state !== "GRANTED" };
     attribute(button, "hidden", wrong[button.dataset.decision]);
-    disabledFor(button, isStale() ? "not connected" : "");
+    disabledFor(button, isCutOff() ? "not connected" : "");
   }
 }

@@ -1,7 +1,7 @@
 // The processes of the vehicle and of the ground: alive, stale or dead; unheard without contact with the vehicle.
 
 import { attribute, h, list, part, text } from "./dom.js";
-import { isStale, silence, store } from "./store.js";
+import { isCutOff, isStale, silence, store } from "./store.js";
 import { age, clock } from "./words.js";
 
 /** Messages that a process did not handle, by the field of its heartbeat. */
@@ -23,7 +23,7 @@ function make({ service }) {
 
 function fill(row, { health, wallAgeS, heartbeat }) {
   // The gateway does not receive its own heartbeat: its status events show that it is alive.
-  const shown = row.dataset.key === "gateway" && !heartbeat ? (isStale() ? "silent" : "alive") : isStale() ? "unknown" : health;
+  const shown = row.dataset.key === "gateway" && !heartbeat ? (isCutOff() ? "silent" : "alive") : isStale() ? "unknown" : health;
   attribute(part(row, "lamp"), "data-tone", TONES[shown] ?? "none");
   attribute(part(row, "lamp"), "title", shown);
   const seconds = row.dataset.key === "gateway" && !heartbeat ? silence() : wallAgeS == null ? null : wallAgeS + silence();

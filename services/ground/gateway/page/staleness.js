@@ -2,7 +2,7 @@
 
 import { attribute, text } from "./dom.js";
 import { age } from "./words.js";
-import { isSourceStale, isStale, lostFor, silence, sourceAge, store } from "./store.js";
+import { isLate, isSourceStale, isStale, lostFor, silence, sourceAge, store } from "./store.js";
 
 export function mountStaleness() {
   const banner = document.getElementById("staleness");
@@ -40,6 +40,7 @@ function why() {
 function words(stale) {
   if (store.signIn) return "Not signed in: no data.";
   if (!store.doc) return "No data yet.";
+  if (isLate()) return `Everything shown is ${age(silence())} old: events arrive late. The way from the gateway is too narrow for them, or something on it holds them back.`;
   if (stale) return `Connection lost${why()}. No data for ${age(silence())}: everything shown is stale.`;
   if (lostFor() != null) return `No contact with ${store.selected} for ${age(lostFor())}: everything shown is that old. ${byItself()}`;
   const monitor = sourceAge("introspection");

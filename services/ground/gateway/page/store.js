@@ -3,14 +3,18 @@
 // Only this file changes them. The parts of the page read them on every change.
 
 import * as api from "./api.js";
+import { NOTHING_HEARD, heard, latenessOf } from "./gateway-clock.js";
 import { noPlan, rememberPlan } from "./plan-memory.js";
 
-/** Number of periods without a `status` event after which everything shown is stale. */
+/** Number of periods without a `status` event, or of its lateness, after which everything shown is stale. */
 const STALE_AFTER_PERIODS = 1.7;
 /** Published once the control tower has heard of the vehicle: until then its absence is normal. */
 const PUBLISHED_LATE = "permissionLedger";
 const RECONNECT_MS = 500;
 const FLEET_PERIOD_MS = 1000;
+/** The statuses of answers that may be others soon: there is none, too much is asked for, or the gateway or a proxy is not able now. */
+const FOR_NOW = [0, 429, 502, 503, 504];
+const RECALL_AGAIN_MS = 5000;
 /** The most samples of the plots: as many as the gateway keeps of a flight. */
 const SAMPLES = 3600;
 /** The most events: more than a mission has. */
@@ -33,6 +37,8 @@ export const store = {
   /** The selected vehicle's document and when it arrived, by this page's clock. */
   doc: null,
   docAt: -Infinity,
+  /** What is known of the gateway's clock. */
+  clock: NOTHING_HEARD,
   events: [],
   samples: [],
   /** Where the vehicle has flown. */
@@ -48,12 +54,19 @@ export const store = {
 };
 
 const listeners = new Set();
+const selecting = new Set();
 let scheduled = false;
 let streaming = null;
+let recalling = null;
 
 /** Calls `listener` on every change, at most once a frame. */
 export function onChange(listener) {
   listeners.add(listener);
+}
+
+/** Calls `listener` when another vehicle is selected, before anything of it is shown. */
+export function onSelect(listener) {
+  selecting.add(listener);
 }
 
 /** Shows what changed, soon. */
@@ -70,14 +83,46 @@ export function renew() {
   for (const listener of listeners) listener(store);
 }
 
-/** Seconds since the last status of the selected vehicle. */
+/** Seconds since the last status of the selected vehicle was written. */
 export function silence() {
+  return sinceArrival() + lateness();
+}
+
+function sinceArrival() {
   return (performance.now() - store.docAt) / 1000;
 }
 
-/** Whether everything shown is stale: no status arrives. */
+/**
+ * Seconds by which the last status arrived late, if that makes it stale. Less is none: what a status tells may be a period old when it
+ * leaves, and a clock that is set by a little looks the same.
+ */
+function lateness() {
+  const lateS = store.doc ? latenessOf(store.clock, Date.parse(store.doc.utc), store.docAt) / 1000 : 0;
+  return lateS > staleAfterS() ? lateS : 0;
+}
+
+function staleAfterS() {
+  return STALE_AFTER_PERIODS * periodS();
+}
+
+/** Seconds between two statuses. */
+function periodS() {
+  return 1 / (store.session?.statusRateHz ?? Infinity);
+}
+
+/** Whether no status arrives: nothing can be ordered. */
+export function isCutOff() {
+  return !store.session || sinceArrival() > staleAfterS();
+}
+
+/** Whether statuses arrive, and are stale by then. What is ordered goes the other way, and may be in time. */
+export function isLate() {
+  return !isCutOff() && lateness() > 0;
+}
+
+/** Whether everything shown is stale. */
 export function isStale() {
-  return !store.session || silence() > STALE_AFTER_PERIODS / store.session.statusRateHz;
+  return isCutOff() || isLate();
 }
 
 /** Wall seconds since the ground last heard the vehicle, if it is lost; else `null`. */
@@ -97,6 +142,12 @@ export function isSourceStale(source) {
   if (isStale()) return true;
   const age = sourceAge(source);
   return age == null ? source !== PUBLISHED_LATE : age > store.doc.sources[source].staleAfterWallS;
+}
+
+/** Whether the source was silent when the status was written: what arrives late was true then, and has its place at its time. */
+function wasSourceStale(source) {
+  const { wallAgeS, staleAfterWallS } = store.doc.sources?.[source] ?? {};
+  return wallAgeS == null || wallAgeS > staleAfterWallS;
 }
 
 export function has(role) {
@@ -152,7 +203,10 @@ async function renewSession() {
 async function pollFleet() {
   if (store.signIn) return;
   try {
-    const { vehicles } = await api.get("/api/v1/vehicles");
+    // The gateway renews what it answers once a period, also while it hears nothing.
+    const request = store.session && { asked: performance.now(), olderBy: periodS() * 1000 };
+    const { vehicles, utc } = await api.get("/api/v1/vehicles");
+    store.clock = heard(store.clock, "fleet", Date.parse(utc), performance.now(), request);
     if (!store.session && !store.signIn) await openSession();
     store.vehicles = vehicles;
     store.fleetAt = performance.now();
@@ -174,6 +228,7 @@ export function select(vehicle) {
   recall(vehicle);
   streaming?.abort();
   streaming = new AbortController();
+  for (const listener of selecting) listener();
   follow(vehicle, streaming.signal);
   changed();
 }
@@ -182,13 +237,16 @@ function forget() {
   Object.assign(store, { events: [], samples: [], trail: [], plan: noPlan() });
 }
 
-/** Fetches where the vehicle has flown before this page was opened. */
+/** Fetches where the vehicle has flown before this page was opened: nothing else asks for it, so that it is asked for until it is told. */
 async function recall(vehicle) {
+  clearTimeout(recalling);
   let points;
   try {
     ({ points } = await api.get(`/api/v1/vehicles/${encodeURIComponent(vehicle)}/track`));
-  } catch {
-    // A vehicle that was never seen has flown nowhere; whatever else is wrong shows in what is asked for all the time.
+  } catch (refusal) {
+    if (store.selected !== vehicle || !FOR_NOW.includes(refusal.status ?? 0)) return;
+    clearTimeout(recalling);
+    recalling = setTimeout(() => store.selected === vehicle && recall(vehicle), RECALL_AGAIN_MS);
     return;
   }
   if (store.selected !== vehicle) return;
@@ -209,6 +267,8 @@ async function recall(vehicle) {
 async function follow(vehicle, signal) {
   let last = null;
   while (!signal.aborted) {
+    // It may be another gateway, whose clock is another one.
+    store.clock = NOTHING_HEARD;
     try {
       await api.stream(`/api/v1/vehicles/${encodeURIComponent(vehicle)}/events`, last, signal, (id, type, data) => {
         if (id) last = id;
@@ -228,22 +288,31 @@ function onEvent(type, data, id) {
     recall(store.selected);
   } else if (type === "status") onStatus(data);
   else {
-    if (type === "command" && store.doc) store.doc.command = data;
-    if (type === "skill" && data.state === "SKILL_STATE_ENDED" && data.position) extend(data.position, data.missionTimeS);
+    if (type === "command" && isNews(data)) store.doc.command = data;
+    if (type === "skill" && data.state === "SKILL_STATE_ENDED" && data.position && isNews(data)) extend(data.position, data.missionTimeS);
     store.events.push({ id, type, data, at: data.missionTimeS });
     if (store.events.length > EVENTS) store.events.shift();
   }
   changed();
 }
 
+/**
+ * Whether this event tells more than the last status, which overtakes events that wait. What is older is in the status, and in the track
+ * that is fetched; and before another mission the vehicle was elsewhere.
+ */
+function isNews({ utc }) {
+  return store.doc !== null && Date.parse(store.doc.utc) <= Date.parse(utc);
+}
+
 function onStatus(doc) {
   // Another mission: its time begins at zero.
   if (store.doc && doc.missionTimeS < store.doc.missionTimeS - 1) forget();
   const before = store.doc;
-  Object.assign(store, { doc, docAt: performance.now() });
+  const docAt = performance.now();
+  Object.assign(store, { doc, docAt, clock: heard(store.clock, "status", Date.parse(doc.utc), docAt) });
   store.plan = rememberPlan(store.plan, doc);
   // Without the mission's time nothing has its place among what was flown.
-  if (isSourceStale("introspection") || doc.missionTimeS == null) return;
+  if (wasSourceStale("introspection") || doc.missionTimeS == null) return;
   const aircraft = doc.aircraft;
   const position = aircraft?.localPosition?.position;
   if (position) extend(position, doc.missionTimeS);

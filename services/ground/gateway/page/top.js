@@ -4,7 +4,7 @@ import { keepToken } from "./api.js";
 import { alarmOf } from "./alarms.js";
 import { responding } from "./response.js";
 import { attribute, h, part, text } from "./dom.js";
-import { isStale, lostFor, openSession, renew, store } from "./store.js";
+import { isCutOff, lostFor, openSession, renew, store } from "./store.js";
 import { waitingWords } from "./legs.js";
 import { mountLayout } from "./layout.js";
 import { announce, hasOrderedMissionWithin } from "./orders.js";
@@ -35,7 +35,7 @@ export function mountTop() {
     text(part(headline, "mission"), doc?.mission?.name ? `Mission ${doc.mission.name}` : "");
     const badge = document.getElementById("phase");
     const report = doc?.report;
-    const lost = !isStale() && lostFor() != null;
+    const lost = !isCutOff() && lostFor() != null;
     text(badge, lost ? `no contact for ${age(lostFor())}` : report ? `over: ${outcome(report.outcome)}` : phase(doc?.mission?.phase));
     attribute(badge, "data-tone", lost ? "bad" : tone(doc));
     text(document.getElementById("response"), lost || report ? "" : responding(doc) || sentence(waitingWords()));
@@ -55,7 +55,7 @@ function tellAnotherMission(before) {
   const [vehicle, mission] = [store.selected, store.doc?.mission?.name];
   if (!mission) return before.vehicle === vehicle ? before : {};
   const is = { vehicle, mission };
-  if (before.vehicle === vehicle && before.mission !== mission && !hasOrderedMissionWithin(30)) {
+  if (before.vehicle === vehicle && before.mission !== mission && !hasOrderedMissionWithin(vehicle, 30)) {
     announce("", `${vehicle} has another mission now: ${mission} in place of ${before.mission}. What it has flown of that is under Recorded missions.`);
   }
   return is;

@@ -71,6 +71,11 @@ impl Identity {
         self.roles.iter().any(|role| *role != Role::Observer)
     }
 
+    /// The hash of its token: another one with the same name has another.
+    pub(crate) fn token_hash(&self) -> [u8; 32] {
+        self.sha256
+    }
+
     /// The names of its roles.
     pub(crate) fn role_names(&self) -> Vec<String> {
         self.roles.iter().map(|role| role.name().to_owned()).collect()
@@ -210,6 +215,11 @@ impl Tokens {
     pub(crate) fn still_has(&self, who: &Identity, utc_ms: i64) -> bool {
         self.all.iter().any(|known| known.identity == *who && known.is_in_date(utc_ms))
     }
+
+    /// Whether the token with this hash is valid, under whatever name and with whatever roles.
+    pub(crate) fn has_token(&self, sha256: &[u8; 32], utc_ms: i64) -> bool {
+        self.all.iter().any(|known| known.identity.sha256 == *sha256 && known.is_in_date(utc_ms))
+    }
 }
 
 impl Token {
@@ -285,6 +295,9 @@ mod tests {
         assert!(tokens.identify("Secret", 0).is_none());
         assert!(tokens.identify("", 0).is_none());
         assert!(Tokens::default().identify("", 0).is_none());
+        let hash = anna.token_hash();
+        assert!(tokens.has_token(&hash, end - 1) && !tokens.has_token(&hash, end));
+        assert!(!tokens.has_token(&[0; 32], 0));
     }
 
     #[test]

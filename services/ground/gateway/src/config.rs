@@ -63,7 +63,7 @@ pub struct Config {
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Clients {
-    /// Connections that have shown no valid token, at a time; the oldest makes place for a newcomer. The others are kept for
+    /// Connections that have shown no valid token, at a time; one that is drawn by lot makes place for a newcomer. The others are kept for
     /// token holders. Ours: a tenth of all.
     pub strangers: NonZeroU16,
     /// Of those, from one IPv4 address or one IPv6 network of 64 bits. Ours: several browsers.

@@ -25,6 +25,7 @@ use crate::contact::GroundContacts;
 use crate::fleet::occurrence::Occurrence;
 use crate::fleet::{FleetState, Snapshot};
 use crate::http::command_authority::CommandAuthorities;
+use crate::http::documents::Documents;
 use crate::http::standstill::Standstill;
 use crate::http::{Api, session};
 use crate::journal::Journals;
@@ -131,7 +132,9 @@ impl Gateway {
             orders: sender,
             recordings,
             statuses: Arc::default(),
+            documents: Arc::new(Documents::start()),
             standstill: Standstill::default(),
+            certificate: None,
         };
         (gateway, api)
     }

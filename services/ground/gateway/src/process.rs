@@ -7,13 +7,13 @@ use std::sync::mpsc::sync_channel;
 use std::sync::{Arc, RwLock};
 use std::time::Duration;
 
-use rustls::ServerConfig;
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::oneshot;
 
 use crate::http::Api;
 use crate::http::standstill::since_boot;
 use crate::server::serve;
+use crate::tls::{CertificateWatch, Encryption};
 use crate::token_watch::TokenWatch;
 use crate::{Gateway, sockets};
 
@@ -33,7 +33,7 @@ pub struct GatewayProcess {
     node: Gateway,
     api: Api,
     listener: TcpListener,
-    tls: Option<Arc<ServerConfig>>,
+    tls: Option<Encryption>,
 }
 
 /// Why a gateway cannot start.
@@ -60,7 +60,7 @@ impl GatewayProcess {
     pub fn bind(
         (node, mut api): (Gateway, Api),
         address: SocketAddr,
-        tls: Option<Arc<ServerConfig>>,
+        tls: Option<Encryption>,
     ) -> Result<GatewayProcess, StartError> {
         let listener = TcpListener::bind(address).map_err(|cause| StartError::Listen { address, cause })?;
         listener.set_nonblocking(true)?;
@@ -69,6 +69,7 @@ impl GatewayProcess {
         api.standstill.tick(since_boot());
         let room = sockets::make_room(api.config.max_connections.get().into())?;
         let room = u16::try_from(room).ok().and_then(NonZeroU16::new);
+        api.certificate = tls.as_ref().map(|it| it.shown.clone());
         api.config.max_connections = room.ok_or_else(|| io::Error::other("it allows too few open files"))?;
         Ok(GatewayProcess { node, api, listener, tls })
     }
@@ -90,10 +91,11 @@ impl GatewayProcess {
         let runtime = runtime()?;
         start_disk_threads(&runtime);
         let _watch = TokenWatch::start(self.api.tokens.clone(), self.api.authorities.clone())?;
+        let _certificate = self.api.certificate.clone().map(CertificateWatch::start).transpose()?;
         let _entered = runtime.enter();
         let listener = tokio::net::TcpListener::from_std(self.listener)?;
         let (end, ended) = oneshot::channel::<()>();
-        runtime.spawn(serve(listener, self.tls, self.api, async {
+        runtime.spawn(serve(listener, self.tls.map(|it| it.config), self.api, async {
             let _ = ended.await;
         }));
         let result = run_node(&mut self.node);

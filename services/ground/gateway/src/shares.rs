@@ -24,10 +24,19 @@ pub(crate) struct Shares {
     held: Mutex<Held>,
 }
 
+/// Who has shares: the clients with one token, or those without any. A token that replaces another of the same name is a new holder:
+/// whoever has the old one has nothing of what the new one may have.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Holder {
+    name: Arc<str>,
+    /// The hash of the token; absent where there is none.
+    token: Option<[u8; 32]>,
+}
+
 /// How many each holder has, and how many of them are held by those who only watch.
 #[derive(Debug, Default)]
 struct Held {
-    by_holder: BTreeMap<Arc<str>, usize>,
+    by_holder: BTreeMap<Holder, usize>,
     by_watchers: usize,
 }
 
@@ -35,7 +44,7 @@ struct Held {
 #[derive(Debug)]
 pub(crate) struct Share {
     of: Arc<Shares>,
-    who: Arc<str>,
+    who: Holder,
     may_order: bool,
     count: usize,
 }
@@ -63,14 +72,14 @@ impl Shares {
     /// # Errors
     /// When there is none left, or none left for this holder.
     pub(crate) fn take_for(self: &Arc<Shares>, client: &Identity) -> Result<Share, Taken> {
-        self.take(&client.name, client.may_order())
+        self.take(&client.into(), client.may_order())
     }
 
     /// Takes one for `who`, who may give orders or not.
     ///
     /// # Errors
     /// When there is none left, or none left for this holder.
-    pub(crate) fn take(self: &Arc<Shares>, who: &Arc<str>, may_order: bool) -> Result<Share, Taken> {
+    pub(crate) fn take(self: &Arc<Shares>, who: &Holder, may_order: bool) -> Result<Share, Taken> {
         self.take_several(1, who, may_order)
     }
 
@@ -81,12 +90,12 @@ impl Shares {
     pub(crate) fn take_several(
         self: &Arc<Shares>,
         count: usize,
-        who: &Arc<str>,
+        who: &Holder,
         may_order: bool,
     ) -> Result<Share, Taken> {
         let (mut held, for_watchers) = (self.lock(), self.total - self.reserved);
         if self.each < held.by_holder.get(who).copied().unwrap_or_default() + count {
-            return Err(Taken::TooManyOfOne(who.clone(), self.each));
+            return Err(Taken::TooManyOfOne(who.name.clone(), self.each));
         }
         if self.total < held.by_holder.values().sum::<usize>() + count {
             return Err(Taken::All(self.total));
@@ -105,15 +114,16 @@ impl Shares {
     }
 }
 
-impl Share {
-    /// Whose it is.
-    pub(crate) fn holder(&self) -> &Arc<str> {
-        &self.who
+impl Holder {
+    /// All clients together that have no token, under this name.
+    pub(crate) fn without_token(name: &str) -> Holder {
+        Holder { name: name.into(), token: None }
     }
+}
 
-    /// Whether that one may give orders.
-    pub(crate) fn may_order(&self) -> bool {
-        self.may_order
+impl From<&Identity> for Holder {
+    fn from(who: &Identity) -> Holder {
+        Holder { name: who.name.clone(), token: Some(who.token_hash()) }
     }
 }
 
@@ -151,15 +161,29 @@ impl Taken {
 mod tests {
     use super::*;
 
+    fn holder(name: &str) -> Holder {
+        Holder::without_token(name)
+    }
+
+    #[test]
+    fn whoever_has_the_old_token_has_nothing_of_what_the_new_one_may_have() {
+        let shares = Shares::new(8, 2);
+        let with = |token| Holder { name: "anna".into(), token: Some([token; 32]) };
+        let _of_the_thief = [(); 2].map(|()| shares.take(&with(1), true).unwrap());
+        assert_eq!(shares.take(&with(1), true).unwrap_err(), Taken::TooManyOfOne("anna".into(), 2));
+        let _of_anna = [(); 2].map(|()| shares.take(&with(2), true).unwrap());
+        assert_eq!(shares.take(&with(2), true).unwrap_err(), Taken::TooManyOfOne("anna".into(), 2));
+    }
+
     #[test]
     fn one_holder_leaves_the_others_their_share_and_what_is_dropped_is_free_again() {
         let shares = Shares::new(3, 2);
-        let (anna, ben): (Arc<str>, Arc<str>) = ("anna".into(), "ben".into());
+        let (anna, ben) = (holder("anna"), holder("ben"));
         let first = shares.take(&anna, true).unwrap();
         let _second = shares.take(&anna, true).unwrap();
-        assert_eq!(shares.take(&anna, true).unwrap_err(), Taken::TooManyOfOne(anna.clone(), 2));
+        assert_eq!(shares.take(&anna, true).unwrap_err(), Taken::TooManyOfOne("anna".into(), 2));
         let third = shares.take(&ben, true).unwrap();
-        assert_eq!(third.holder(), &ben);
+        assert_eq!(third.who, ben);
         assert_eq!(shares.take(&ben, true).unwrap_err(), Taken::All(3));
         drop(first);
         let _fourth = shares.take(&ben, true).unwrap();
@@ -170,7 +194,7 @@ mod tests {
 
     #[test]
     fn those_who_only_watch_leave_one_for_those_who_may_order() {
-        let (shares, eve, anna): (_, Arc<str>, Arc<str>) = (Shares::new(4, 4), "eve".into(), "anna".into());
+        let (shares, eve, anna) = (Shares::new(4, 4), holder("eve"), holder("anna"));
         // What others have who may order counts for the whole, and not for the part of those who watch.
         let _orders = shares.take(&anna, true).unwrap();
         let _watched = [(); 3].map(|()| shares.take(&eve, false).unwrap());
@@ -182,12 +206,12 @@ mod tests {
 
     #[test]
     fn several_are_taken_together_or_not_at_all() {
-        let (shares, anna): (_, Arc<str>) = (Shares::new(32, 20), "anna".into());
+        let (shares, anna) = (Shares::new(32, 20), holder("anna"));
         let first = shares.take_several(15, &anna, false).unwrap();
-        assert_eq!(shares.take_several(6, &anna, false).unwrap_err(), Taken::TooManyOfOne(anna.clone(), 20));
-        assert_eq!(shares.take_several(16, &"eve".into(), false).unwrap_err(), Taken::AllForWatchers(30));
-        let _second = shares.take_several(17, &"ben".into(), true).unwrap();
-        assert_eq!(shares.take(&"eve".into(), true).unwrap_err(), Taken::All(32));
+        assert_eq!(shares.take_several(6, &anna, false).unwrap_err(), Taken::TooManyOfOne("anna".into(), 20));
+        assert_eq!(shares.take_several(16, &holder("eve"), false).unwrap_err(), Taken::AllForWatchers(30));
+        let _second = shares.take_several(17, &holder("ben"), true).unwrap();
+        assert_eq!(shares.take(&holder("eve"), true).unwrap_err(), Taken::All(32));
         drop(first);
         assert_eq!(shares.lock().by_watchers, 0);
         shares.take_several(15, &anna, false).unwrap();

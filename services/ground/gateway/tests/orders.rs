@@ -96,6 +96,35 @@ async fn every_route_lets_in_the_roles_of_its_description_and_no_others() {
     }
 }
 
+/// The planner is beyond a radio link.
+#[tokio::test(flavor = "multi_thread")]
+async fn however_many_read_a_mission_the_planner_is_asked_once_a_second_and_whoever_changes_it_sees_that() {
+    use v1::mission_request::Request::Upload;
+    let mut mission = "first".to_owned();
+    let world = World::with(move |call, _| {
+        if let Call::Mission(v1::MissionRequest { request: Some(Upload(file)), .. }) = call {
+            mission.clone_from(&file.text);
+        }
+        let status = Some(v1::PlannerStatus { mission: mission.clone(), ..Default::default() });
+        Ok(Response::Mission(v1::MissionReply { accepted: true, status, ..Default::default() }))
+    });
+    let path = format!("{UAV}/mission");
+    let start = Instant::now();
+    for _ in 0..200 {
+        assert_eq!(world.get(&path, "observer").await.body["mission"], "first");
+    }
+    let asked = world.heard().len() as u64;
+    assert!((1..=1 + start.elapsed().as_secs()).contains(&asked), "{asked} times");
+    while world.get(&path, "operator").await.status == 200 && world.heard().is_empty() {
+        assert!(start.elapsed() < Duration::from_secs(100), "it is never asked again");
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    world.post(&format!("{UAV}/command/take"), "operator", "").await;
+    assert_eq!(world.send("PUT", &path, "operator", "k", r#"{"text":"second"}"#).await.status, 200);
+    let read = world.get(&path, "observer").await;
+    assert_eq!((&read.body["mission"], world.heard()), (&json!("second"), vec!["planner/mission".to_owned(); 2]));
+}
+
 /// Gives each order, and compares what reached the bus.
 #[tokio::test(flavor = "multi_thread")]
 async fn each_order_reaches_the_service_it_is_for() {
@@ -207,6 +236,53 @@ async fn a_refusal_differs_from_a_call_without_a_reply() {
         details[1]
     );
     assert!(details[2].starts_with("503 ") && details[2].contains("nothing was done"), "{}", details[2]);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn whoever_decides_without_an_answer_is_told_to_look_before_they_decide_again() {
+    let world = World::with(move |_, _| Err(CallError::Unanswered));
+    let decided = format!("{UAV}/permissions/A/decision");
+    let answer = world.send("POST", &decided, "tower", "k1", r#"{"decision":"DECISION_GRANT"}"#).await;
+    assert_eq!(answer.body["type"], "urn:kittiwake:problem:outcome-unknown");
+    let detail = answer.body["detail"].as_str().unwrap();
+    assert!(detail.ends_with("look at the permission before you decide again"), "{detail}");
+    let answer = world.post(&format!("{UAV}/pause"), "safety", "k2").await;
+    assert!(answer.body["detail"].as_str().unwrap().ends_with("repeat the order with the same key"), "{}", answer.text);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn after_the_reply_of_another_service_nobody_knows_whether_an_order_was_carried_out() {
+    let world = World::with(|call, _| match call {
+        Call::Decide(_) => Ok(Response::OperatorCommand(v1::OperatorReply { done: true, ..Default::default() })),
+        _ => Ok(Response::Decide(v1::DecideReply { accepted: true, ..Default::default() })),
+    });
+    let grant = r#"{"decision":"DECISION_GRANT"}"#;
+    let asked = [
+        ("POST", "pause", "safety", "", "outcome-unknown"),
+        ("POST", "permissions/A/decision", "tower", grant, "outcome-unknown"),
+        ("POST", "simulation/faults", "safety", r#"{"name":"wind"}"#, "outcome-unknown"),
+        // Who only asks has changed nothing.
+        ("GET", "mission", "observer", "", "invalid-reply"),
+    ];
+    for (method, path, who, body, kind) in asked {
+        let answer = world.send(method, &format!("{UAV}/{path}"), who, "k1", body).await;
+        let expected = json!(format!("urn:kittiwake:problem:{kind}"));
+        assert_eq!((answer.status.as_u16(), &answer.body["type"]), (502, &expected), "{path}: {}", answer.text);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn nobody_says_that_nothing_was_done_of_an_order_whose_answer_takes_too_long() {
+    let (answer, answers) = std::sync::mpsc::channel::<()>();
+    let play = move |call: &Call, _: &str| {
+        // Until the test has what it wants to know.
+        let _ = answers.recv();
+        Ok(world::obedient(call))
+    };
+    let world = World::configured_and_playing("request_timeout_s = 5.0", "request_timeout_s = 0.2", play);
+    let late = world.post(&format!("{UAV}/pause"), "safety", "k1").await;
+    assert_eq!((late.status.as_u16(), &late.body["type"]), (503, &json!("urn:kittiwake:problem:outcome-unknown")));
+    drop(answer);
 }
 
 #[tokio::test(flavor = "multi_thread")]

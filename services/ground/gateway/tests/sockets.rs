@@ -9,7 +9,7 @@ use std::time::{Duration, SystemTime};
 
 use gateway::config::Config;
 use gateway::server::serve;
-use gateway::tls::server_config;
+use gateway::tls::{Demand, Encryption, ShownCertificate, encryption};
 use rustls::pki_types::pem::PemObject;
 use rustls::pki_types::{CertificateDer, ServerName};
 use rustls::{ClientConfig, RootCertStore};
@@ -17,6 +17,7 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::{TcpSocket, TcpStream};
 use tokio_rustls::TlsConnector;
 use tokio_rustls::client::TlsStream;
+use x509_parser::prelude::{FromDer, X509Certificate};
 
 mod limits;
 #[allow(dead_code)]
@@ -34,6 +35,7 @@ impl<T: AsyncRead + AsyncWrite + Unpin + Send> Stream for T {}
 struct Served {
     address: SocketAddr,
     certificates: Option<Certificates>,
+    shown: Option<Arc<ShownCertificate>>,
     world: World,
     _stop: tokio::sync::oneshot::Sender<()>,
 }
@@ -49,15 +51,17 @@ impl Served {
         let certificates = encrypted.then(Certificates::new);
         let tls = certificates.as_ref().and_then(|it| {
             let (certificate, key) = it.sign("server", 2020, 2120);
-            server_config(&config(Some(&certificate), Some(&key), false), address, SystemTime::now()).unwrap()
+            let config = config(Some(&certificate), Some(&key), false);
+            encryption(&config, address, Demand::Valid, SystemTime::now()).unwrap()
         });
         assert_eq!(tls.is_some(), encrypted);
         let (stop, stopped) = tokio::sync::oneshot::channel::<()>();
+        let (config, shown) = tls.map(|Encryption { config, shown }| (config, shown)).unzip();
         let api = world.api.clone();
-        tokio::spawn(serve(listener, tls, api, async {
+        tokio::spawn(serve(listener, config, api, async {
             let _ = stopped.await;
         }));
-        Served { address, certificates, world, _stop: stop }
+        Served { address, certificates, shown, world, _stop: stop }
     }
 
     /// With limits of half a second.
@@ -209,7 +213,7 @@ fn certificates_and_keys_that_cannot_be_used_are_refused_in_a_sentence() {
     #[track_caller]
     fn check(files: (Option<&Path>, Option<&Path>), plain_beyond: bool, address: &str, expected: Result<bool, &str>) {
         let config = config(files.0, files.1, plain_beyond);
-        let found = server_config(&config, address.parse().unwrap(), SystemTime::now());
+        let found = encryption(&config, address.parse().unwrap(), Demand::Valid, SystemTime::now());
         match (found, expected) {
             (Ok(found), Ok(encrypted)) => assert_eq!(found.is_some(), encrypted),
             (Err(refusal), Err(part)) => {
@@ -243,4 +247,158 @@ fn certificates_and_keys_that_cannot_be_used_are_refused_in_a_sentence() {
     check(with(&early, &early_key), false, loopback, Err("early.pem: the certificate is valid only from 2119-01-01"));
     check(with(&good, &other_key), false, loopback, Err("other.key: is not the key of the certificate in"));
     check(with(&good, &open_key), false, loopback, Err("open.key: its mode is 0644"));
+}
+
+/// Both looks that a change takes to count.
+fn look_twice(shown: &ShownCertificate) {
+    shown.look(SystemTime::now());
+    shown.look(SystemTime::now());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_replaced_certificate_is_shown_in_the_next_handshake_and_one_that_is_none_takes_nothing_away() {
+    /// The last year of the certificate that a new client is shown.
+    async fn shown_until(served: &Served, ca: &str) -> i32 {
+        let stream = tls_over(served.tcp().await, Some(ca)).await.unwrap();
+        let chain = stream.get_ref().1.peer_certificates().unwrap();
+        let (_, leaf) = X509Certificate::from_der(&chain[0]).unwrap();
+        leaf.validity().not_after.to_datetime().year()
+    }
+    let served = Served::start(World::new(), true).await;
+    let (files, shown) = (served.certificates.as_ref().unwrap(), served.shown.as_ref().unwrap());
+    look_twice(shown);
+    assert_eq!((shown_until(&served, &files.ca).await, shown.problem()), (2120, None));
+    files.sign("server", 2020, 2130);
+    shown.look(SystemTime::now());
+    assert_eq!(shown_until(&served, &files.ca).await, 2120, "what is seen once may be half written");
+    shown.look(SystemTime::now());
+    assert_eq!((shown_until(&served, &files.ca).await, shown.problem()), (2130, None));
+    let text = std::fs::read_to_string(files.path("server.pem")).unwrap();
+    let (_, other_key) = files.sign("other", 2020, 2120);
+    let spoil: [(&dyn Fn(), &str); 4] = [
+        (&|| std::fs::write(files.path("server.pem"), &text[..text.len() / 2]).unwrap(), "holds no certificate in PEM"),
+        (&|| std::fs::remove_file(files.path("server.pem")).unwrap(), "server.pem: cannot be read: No such file"),
+        (&|| std::fs::write(files.path("server.pem"), "").unwrap(), "server.pem: holds no certificate in PEM"),
+        (
+            &|| {
+                std::fs::write(files.path("server.pem"), &text).unwrap();
+                std::fs::copy(&other_key, files.path("server.key")).unwrap();
+            },
+            "server.key: is not the key of the certificate in",
+        ),
+    ];
+    for (spoil, said) in spoil {
+        spoil();
+        look_twice(shown);
+        let problem = shown.problem().unwrap();
+        assert!(problem.contains(said) && problem.ends_with("the certificate of before is shown"), "{problem}");
+        assert_eq!(shown_until(&served, &files.ca).await, 2130);
+    }
+    for ((from, until), said) in [((1990, 2000), "expired at 2000"), ((2119, 2125), "is valid only from 2119")] {
+        files.sign("server", from, until);
+        look_twice(shown);
+        let problem = shown.problem().unwrap();
+        assert!(problem.contains(said) && problem.ends_with("the certificate of before is shown"), "{problem}");
+        assert_eq!(shown_until(&served, &files.ca).await, 2130);
+    }
+    files.sign("server", 2020, 2140);
+    look_twice(shown);
+    assert_eq!((shown_until(&served, &files.ca).await, shown.problem()), (2140, None));
+}
+
+#[test]
+fn what_is_told_of_replaced_files_is_told_until_those_of_before_are_back() {
+    const SHOWN: &str = "; the certificate of before is shown";
+    let files = Certificates::new();
+    for (name, from, until) in
+        [("good", 2020, 2120), ("newer", 2021, 2121), ("early", 2119, 2120), ("late", 2019, 2020)]
+    {
+        files.sign(name, from, until);
+    }
+    files.write("garbled.pem", "no certificate", 0o644);
+    files.write("garbled.key", "no key", 0o600);
+    let replace = |name: &str| {
+        for kind in ["pem", "key"] {
+            std::fs::copy(files.path(&format!("{name}.{kind}")), files.path(&format!("server.{kind}"))).unwrap();
+        }
+    };
+    // The files one after the other, each seen twice, and what is told of each.
+    let check = |steps: &[(&str, &str)]| {
+        replace("good");
+        let config = config(Some(&files.path("server.pem")), Some(&files.path("server.key")), false);
+        let address = "127.0.0.1:0".parse().unwrap();
+        let shown = encryption(&config, address, Demand::Valid, SystemTime::now()).unwrap().unwrap().shown;
+        for (name, expected) in steps {
+            replace(name);
+            look_twice(&shown);
+            let told = shown.problem().unwrap_or_default();
+            assert!(told.contains(expected) && told.is_empty() == expected.is_empty(), "{steps:?}: {name}: {told}");
+            assert!(told.is_empty() || told.ends_with(SHOWN), "{told}");
+        }
+    };
+    let (early, late, garbled) = ("is valid only from 2119", "expired at 2020", "holds no certificate in PEM");
+    check(&[("early", early), ("good", "")]);
+    check(&[("late", late), ("good", "")]);
+    check(&[("early", early), ("late", late), ("good", "")]);
+    check(&[("early", early), ("newer", ""), ("early", early), ("newer", "")]);
+    check(&[("garbled", garbled), ("good", "")]);
+    check(&[("garbled", garbled), ("early", early), ("good", "")]);
+    check(&[("early", early), ("garbled", garbled), ("good", "")]);
+    // What was refused before is as wrong as it was.
+    check(&[("garbled", garbled), ("early", early), ("garbled", garbled), ("good", "")]);
+}
+
+#[test]
+fn a_gateway_that_is_started_again_is_kept_away_by_no_file() {
+    let files = Certificates::new();
+    let (expired, expired_key) = files.sign("expired", 2019, 2020);
+    let text = files.write("text.pem", "no certificate", 0o600);
+    let absent = Path::new("/nowhere/absent.pem");
+    let address = "127.0.0.1:0".parse().unwrap();
+    // What is told of these files, or why the gateway does not start.
+    let start = |certificate: &Path, key: &Path, demand| {
+        let encryption = encryption(&config(Some(certificate), Some(key), false), address, demand, SystemTime::now());
+        let encryption = encryption.map_err(|it| it.to_string())?.unwrap();
+        encryption.shown.look(SystemTime::now());
+        Ok::<_, String>(encryption.shown.problem().unwrap_or_default())
+    };
+    #[track_caller]
+    fn check(found: Result<String, String>, expected: Result<&str, &str>) {
+        match (&found, expected) {
+            (Ok(found), Ok(part)) | (Err(found), Err(part)) => assert!(found.contains(part), "{found}"),
+            _ => panic!("{found:?}, expected {expected:?}"),
+        }
+    }
+    let date = "expired.pem: the certificate expired at 2020-01-01T00:00:00Z; renew it";
+    check(start(&expired, &expired_key, Demand::Valid), Err(date));
+    check(start(&expired, &expired_key, Demand::Usable), Ok(date));
+    check(start(&expired, &expired_key, Demand::Nothing), Ok(date));
+    for (certificate, said) in
+        [(absent, "absent.pem: cannot be read"), (&text, "text.pem: holds no certificate in PEM")]
+    {
+        check(start(certificate, &expired_key, Demand::Usable), Err(said));
+        check(start(certificate, &expired_key, Demand::Nothing), Ok(said));
+        check(start(certificate, &expired_key, Demand::Nothing), Ok("until it is mended no client gets a connection"));
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_gateway_without_a_certificate_lets_clients_in_once_it_has_one() {
+    let files = Certificates::new();
+    let (certificate, key) = (files.path("server.pem"), files.path("server.key"));
+    let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let address = listener.local_addr().unwrap();
+    let config = config(Some(&certificate), Some(&key), false);
+    let tls = encryption(&config, address, Demand::Nothing, SystemTime::now()).unwrap().unwrap();
+    let (_stop, stopped) = tokio::sync::oneshot::channel::<()>();
+    let world = World::new();
+    tokio::spawn(serve(listener, Some(tls.config), world.api.clone(), async {
+        let _ = stopped.await;
+    }));
+    let call = async || tls_over(TcpStream::connect(address).await.unwrap(), Some(&files.ca)).await;
+    assert!(call().await.is_err(), "there is nothing to show");
+    files.sign("server", 2020, 2120);
+    look_twice(&tls.shown);
+    assert_eq!(tls.shown.problem(), None);
+    assert!(call().await.is_ok());
 }

@@ -5,12 +5,12 @@
 //! The hash of a line covers its bytes without its line feed. Somebody who can write the files can make the whole chain again;
 //! only a hash that is noted elsewhere shows that.
 
-use kittiwake_proto::json::to_json;
 use kittiwake_proto::v1::{AuditRecord, AuditStage};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
 use super::day_files::DAY;
+use super::json_of;
 use crate::access::{from_hex, to_hex};
 
 /// A SHA-256 hash.
@@ -84,7 +84,7 @@ pub(crate) struct Link {
 
 /// The line of a record that has its number, after a line with the hash `previous`.
 pub(crate) fn line(record: &AuditRecord, previous: &Hash, begun: Option<Begun>) -> String {
-    let mut line = to_json(record);
+    let mut line = json_of(record);
     line[PREVIOUS] = json!(to_hex(previous));
     if let Some(begun) = begun {
         line[BEGUN] = json!(begun.name());

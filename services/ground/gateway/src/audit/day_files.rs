@@ -36,6 +36,8 @@ pub(crate) struct DayFiles {
     lost: Option<PathBuf>,
     /// A write failed, and what the file ends with is not known.
     is_unsure: bool,
+    /// Why a former file could not be brought to the disk.
+    sync_failure: Option<io::Error>,
 }
 
 impl DayFiles {
@@ -69,7 +71,8 @@ impl DayFiles {
         let path = path_of(folder, &newest);
         let file = file::append(&path).map_err(|cause| (path.clone(), cause))?;
         let (folder, lost) = (folder.to_owned(), None);
-        let mut files = DayFiles { folder, most, day: newest, path, file, tip, begun, lost, is_unsure: false };
+        let (is_unsure, sync_failure) = (false, None);
+        let mut files = DayFiles { folder, most, day: newest, path, file, tip, begun, lost, is_unsure, sync_failure };
         files.close(utc, last, lost_of).map_err(|cause| (files.path.clone(), cause))?;
         Ok(files)
     }
@@ -110,13 +113,18 @@ impl DayFiles {
         let day = record.utc.get(..DAY).unwrap_or_default();
         if self.day.as_str() < day {
             let path = path_of(&self.folder, day);
-            // Nobody has the former file brought to the disk any more. Of one that fails, what was written counts.
-            let _ = self.file.sync_data();
+            // Nobody has the former file brought to the disk any more.
+            self.sync_failure = sync(&self.file).err();
             (self.file, self.path, self.day) = (file::append(&path)?, path, day.to_owned());
             self.begun = Some(self.begun.unwrap_or(Begun::Day));
             self.remove_oldest();
         }
         self.write("", record)
+    }
+
+    /// Why a former file could not be brought to the disk, once.
+    pub(crate) fn take_sync_failure(&mut self) -> Option<io::Error> {
+        self.sync_failure.take()
     }
 
     /// The newest file, to wait until the disk has it.
@@ -183,6 +191,15 @@ impl DayFiles {
             }
         }
     }
+}
+
+/// Waits until the disk has a file.
+///
+/// # Errors
+/// When it cannot take it.
+pub(crate) fn sync(file: &File) -> io::Result<()> {
+    // EINVAL: there is no disk beneath it.
+    file.sync_data().or_else(|it| if it.kind() == io::ErrorKind::InvalidInput { Ok(()) } else { Err(it) })
 }
 
 /// When a line was found to be cut off, by which its record gets a number.
@@ -285,5 +302,10 @@ impl DayFiles {
     pub(crate) fn write_to(&mut self, path: &str) {
         self.path = path.into();
         self.file = File::options().write(true).open(path).expect("it can be opened");
+    }
+
+    /// From now on it has the newest file open in this way.
+    pub(crate) fn hold(&mut self, newest: File) {
+        self.file = newest;
     }
 }

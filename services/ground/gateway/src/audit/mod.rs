@@ -11,13 +11,16 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant, SystemTime};
 
+use kittiwake_proto::json::{to_json, try_to_json};
 use kittiwake_proto::v1::{AuditRecord, AuditStage};
+use serde_json::Value;
 use tokio::time::timeout_at;
 
+use crate::audit::bounds::bounded;
 use crate::audit::day_files::DayFiles;
 use crate::audit::given::{Given, GivenNumber};
 use crate::audit::in_use::InUse;
@@ -25,6 +28,7 @@ use crate::audit::orders::{Orders, Writing};
 use crate::audit::refusals::Refusals;
 
 mod bounded_file;
+mod bounds;
 mod chain;
 mod day_files;
 pub mod found;
@@ -32,6 +36,7 @@ pub mod found;
 mod full_pipe;
 mod given;
 pub mod in_use;
+mod on_disk;
 mod orders;
 pub(crate) mod refusals;
 #[cfg(test)]
@@ -105,6 +110,16 @@ impl Audit {
         Ok(Audit { orders, writer_ended: Some(Mutex::new(ended)), refusals })
     }
 
+    /// As [`Audit::open`], but not for longer than `limit`: a disk that takes nothing at the start keeps no gateway from its clients. What
+    /// is opened later than that is closed again.
+    ///
+    /// # Errors
+    /// As there; and after `limit`.
+    pub fn open_within(folder: &Path, most_files: usize, limit: Duration) -> Result<Audit, OpenError> {
+        let path = folder.to_owned();
+        within(limit, folder, move || Audit::open(&path, most_files))
+    }
+
     /// Records that an order is about to be carried out, and returns the record's number. A record that cannot be written,
     /// or not soon, does not stop the order: an aircraft is not left without orders because a disk is full or hangs.
     pub(crate) async fn asked(&self, order: &AuditRecord) -> u64 {
@@ -119,6 +134,7 @@ impl Audit {
     }
 
     async fn add(&self, record: AuditRecord) -> AuditRecord {
+        let record = bounded(record);
         let (record, writing) = self.lock().add(record, Instant::now());
         if let Some(Writing { done, until }) = writing
             && timeout_at(until.into(), done).await.is_err()
@@ -140,7 +156,8 @@ impl Audit {
         self.lock().lost
     }
 
-    /// `ok` or `failing`: also where the file is gone that the next record belongs into, or the disk does not answer.
+    /// `ok` or `failing`: also where the file is gone that the next record belongs into, the disk does not answer, or it has failed and not yet
+    /// taken a later record.
     pub(crate) fn state(&self) -> &'static str {
         if self.lock().is_failing(Instant::now()) { "failing" } else { "ok" }
     }
@@ -177,9 +194,33 @@ impl Drop for Audit {
     }
 }
 
+/// What `open` returns, which may wait for the disk of `folder` for ever.
+fn within(
+    limit: Duration,
+    folder: &Path,
+    open: impl FnOnce() -> Result<Audit, OpenError> + Send + 'static,
+) -> Result<Audit, OpenError> {
+    let unusable = |cause| OpenError::Unusable(folder.to_owned(), cause);
+    let (opened, result) = sync_channel(0);
+    let opening = std::thread::Builder::new().name("audit-open".into());
+    opening.spawn(move || opened.send(open()).is_ok()).map_err(unusable)?;
+    result.recv_timeout(limit).unwrap_or_else(|why| {
+        Err(unusable(match why {
+            RecvTimeoutError::Timeout => io::Error::new(io::ErrorKind::TimedOut, "the disk does not answer"),
+            RecvTimeoutError::Disconnected => io::Error::other("opening the audit trail has failed"),
+        }))
+    })
+}
+
 /// The data are whole even if a thread panicked while it held the lock.
 fn lock(orders: &Mutex<Orders>) -> MutexGuard<'_, Orders> {
     orders.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+/// A record as JSON. If its arguments cannot be told, the record is without them: it would not be there at all, nor any after it, if
+/// the thread that writes ended.
+pub(crate) fn json_of(record: &AuditRecord) -> Value {
+    try_to_json(record).unwrap_or_else(|_| to_json(&AuditRecord { arguments: None, ..record.clone() }))
 }
 
 /// Now, in RFC 3339 with milliseconds.

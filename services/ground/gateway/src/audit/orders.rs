@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use kittiwake_proto::v1::AuditRecord;
 use tokio::sync::oneshot;
 
+use super::on_disk::OnDisk;
 use super::utc;
 use super::writer::Job;
 
@@ -38,8 +39,10 @@ pub(super) struct Orders {
     pub(super) is_silence_logged: bool,
     /// Records that could not be written.
     pub(super) lost: u64,
-    /// Why the last record could not be written, or not be brought to the disk.
+    /// Why the last record could not be written.
     pub(super) failing: Option<String>,
+    /// Whether the disk has what was written.
+    pub(super) on_disk: OnDisk,
     pub(super) seen: Seen,
 }
 
@@ -96,12 +99,15 @@ impl Orders {
         None
     }
 
-    /// The oldest record that waits was written, or cannot be.
-    pub(super) fn written(&mut self, result: Result<(), String>, seen: Seen) {
+    /// The oldest record that waits, which has this number, was written, or cannot be.
+    pub(super) fn written(&mut self, number: u64, result: Result<(), String>, seen: Seen) {
         self.waiting.pop_front();
         self.seen = seen;
         match result {
-            Ok(()) => self.failing = None,
+            Ok(()) => {
+                self.failing = None;
+                self.on_disk.written(number);
+            }
             Err(why) => self.failed(why),
         }
         if self.waiting.is_empty() && std::mem::take(&mut self.is_silence_logged) {
@@ -126,7 +132,8 @@ impl Orders {
     }
 
     pub(super) fn is_failing(&self, now: Instant) -> bool {
-        self.failing.is_some() || self.seen.gone.is_some() || self.silence(now).is_some()
+        let is_refusing = self.failing.is_some() || self.on_disk.is_failing();
+        is_refusing || self.seen.gone.is_some() || self.silence(now).is_some()
     }
 
     /// How long the disk has not answered, if that is longer than orders wait for it.
@@ -157,6 +164,7 @@ impl Orders {
                  missing there unless it was renamed, the chain goes on in a new file"
             )
         });
-        [failing, silence, gone, replaced].into_iter().flatten().collect()
+        let of_files = [silence, gone, replaced].into_iter().flatten();
+        failing.into_iter().chain(self.on_disk.problems()).chain(of_files).collect()
     }
 }

@@ -11,6 +11,7 @@ use super::verify::verify;
 use super::writer::Job;
 use super::*;
 
+mod failing_sync;
 mod hanging_disk;
 
 fn order(what: &str) -> AuditRecord {
@@ -115,6 +116,35 @@ fn a_chain_goes_on_over_restarts_and_days_and_the_oldest_days_go() {
     assert_eq!((intact(folder.path()).first, intact(folder.path()).last), (3, 4));
     // Any of the files alone, too.
     assert_eq!(intact(&folder.path().join("audit-2026-01-05.jsonl")).first, 4);
+}
+
+#[test]
+fn a_record_whose_arguments_cannot_be_told_is_written_without_them_and_others_follow() {
+    let folder = tempfile::tempdir().unwrap();
+    let audit = Audit::open(folder.path(), 9).unwrap();
+    let mut arguments = kittiwake_proto::json::any(&serde_json::json!([])).unwrap();
+    for _ in 0..127 {
+        arguments = vec![arguments].into();
+    }
+    let asked = block_on(audit.asked(&AuditRecord { arguments: Some(arguments.clone()), ..order("pause") }));
+    audit.end(asked, AuditRecord { arguments: Some(arguments), ..order("pause") });
+    audit.ask("abort");
+    let found = intact(folder.path());
+    assert_eq!((found.last, found.missing, audit.lost(), audit.state()), (3, 0, 0, "ok"));
+}
+
+#[test]
+fn texts_of_any_length_leave_a_trail_that_is_intact_and_a_memory_that_is_small() {
+    let folder = tempfile::tempdir().unwrap();
+    let audit = Audit::open(folder.path(), 9).unwrap();
+    let long = "ä".repeat(1 << 20);
+    let (who, vehicle) = (Some(long.clone()), long.clone());
+    let asked = block_on(audit.asked(&AuditRecord { who, vehicle, ..order(&long) }));
+    audit.end(asked, AuditRecord { request_id: long.clone(), outcome: long, ..order("pause") });
+    audit.ask("abort");
+    assert_eq!((intact(folder.path()).last, audit.lost()), (3, 0));
+    let outcome = &audit.newest(2)[0].outcome;
+    assert!(outcome.starts_with("ää") && outcome.ends_with("ä…") && outcome.len() < 2000, "{} bytes", outcome.len());
 }
 
 #[test]

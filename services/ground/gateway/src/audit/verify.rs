@@ -5,14 +5,12 @@ use std::path::Path;
 
 use credentials::file;
 
+use super::bounds::MAX_LINE;
 use super::chain::{self, Begun, Hash, Line, Link};
 use super::day_files;
 use super::found::{CutOff, Fault, Misdated, Place, Trail};
 use super::given::{self, Given};
 use crate::access::to_hex;
-
-/// Bytes of a line that no record reaches.
-const MAX_LINE: u64 = 1 << 20;
 
 /// Checks a file, or every file of the audit trail in a folder.
 ///

@@ -13,13 +13,14 @@ use std::time::{Duration, Instant};
 use kittiwake_proto::v1::AuditRecord;
 use tokio::sync::oneshot;
 
-use super::day_files::DayFiles;
+use super::day_files::{DayFiles, sync};
 use super::given::GivenNumber;
 use super::lock;
+use super::on_disk::OnDisk;
 use super::orders::{MAX_WAITING, Orders, Seen};
 
 /// Where there is nothing to write, the files are looked at this often: whether they are gone is known before the next order.
-const LOOK_PERIOD: Duration = Duration::from_secs(1);
+pub(super) const LOOK_PERIOD: Duration = Duration::from_secs(1);
 
 /// What the writer has to do.
 pub(super) enum Job {
@@ -30,6 +31,14 @@ pub(super) enum Job {
     Change(Box<dyn FnOnce(&mut DayFiles) + Send>, SyncSender<()>),
 }
 
+/// What the disk is asked to take.
+pub(super) struct Unsynced {
+    /// The number of the newest record in the files.
+    pub(super) number: u64,
+    /// The file of the number that was given last, and the newest one of the records.
+    pub(super) files: [File; 2],
+}
+
 /// The files of the audit trail.
 pub(super) struct Writer {
     orders: Arc<Mutex<Orders>>,
@@ -38,9 +47,9 @@ pub(super) struct Writer {
     /// The number that `given` has. After the start it is the newest one, also if `given` has none: that stays so until the next
     /// record.
     given_number: u64,
-    /// The number's file and the newest one go here to be brought to the disk.
-    to_sync: SyncSender<io::Result<[File; 2]>>,
-    /// A record was written since.
+    /// What is to be brought to the disk goes here.
+    to_sync: SyncSender<Unsynced>,
+    /// A record was written since. So is what there is at the start: the gateway before may have been killed.
     is_unsynced: bool,
     /// Keeps other gateways away: also from files that a writer hangs in whose gateway has ended.
     _lock_file: Option<File>,
@@ -64,7 +73,8 @@ pub(super) fn start(
     }
     let (queue, jobs) = sync_channel(MAX_WAITING);
     let number = given_number.max(written);
-    let orders = Arc::new(Mutex::new(Orders { queue: Some(queue), number, ..Orders::default() }));
+    let on_disk = OnDisk::after(written);
+    let orders = Arc::new(Mutex::new(Orders { queue: Some(queue), number, on_disk, ..Orders::default() }));
     // One that waits is enough: what is written meanwhile is brought to the disk with it.
     let (to_sync, unsynced) = sync_channel(1);
     let of_sync = orders.clone();
@@ -76,7 +86,7 @@ pub(super) fn start(
         given,
         given_number: number,
         to_sync,
-        is_unsynced: false,
+        is_unsynced: true,
         _lock_file: lock_file,
     };
     Builder::new().name("audit".into()).spawn(move || {
@@ -123,8 +133,13 @@ impl Writer {
             self.given_number = record.number;
         }
         let written = self.files.append(record).map_err(|cause| cause.to_string());
-        let seen = self.seen();
-        lock(&self.orders).written(written, seen);
+        let (seen, failed) = (self.seen(), self.files.take_sync_failure());
+        let mut orders = lock(&self.orders);
+        // Of a former file, in which this record is not.
+        if let Some(cause) = failed {
+            orders.on_disk.failed(cause.to_string());
+        }
+        orders.written(record.number, written, seen);
     }
 
     fn look(&mut self) {
@@ -150,23 +165,30 @@ impl Writer {
 
     /// Has what was recorded brought to the disk soon, without waiting for it.
     fn sync(&mut self) {
-        // Full: the next look tries again.
         if self.is_unsynced {
-            // The number first: of a record that a loss of power takes it says that it is missing.
-            let files = self.given.file().and_then(|given| Ok([given, self.files.newest_file()?]));
-            self.is_unsynced = self.to_sync.try_send(files).is_err();
+            // Without descriptors for them the disk has not failed: the next look tries again.
+            let asked = self.unsynced().map(|it| self.is_unsynced = self.to_sync.try_send(it).is_err());
+            lock(&self.orders).on_disk.asked(asked.map_err(|cause| cause.to_string()));
         }
+    }
+
+    /// What there is in the files now.
+    fn unsynced(&self) -> io::Result<Unsynced> {
+        // The number first: of a record that a loss of power takes it says that it is missing.
+        let files = [self.given.file()?, self.files.newest_file()?];
+        Ok(Unsynced { number: self.files.newest_number(), files })
     }
 }
 
 /// Brings the files to the disk. It may take long, and holds up nothing.
-fn sync_each(orders: &Mutex<Orders>, unsynced: &Receiver<io::Result<[File; 2]>>) {
-    for files in unsynced {
-        let synced = files.and_then(|it| it.iter().try_for_each(File::sync_data));
-        // EINVAL: there is no disk beneath it.
-        if let Err(cause) = synced.or_else(|it| if it.kind() == io::ErrorKind::InvalidInput { Ok(()) } else { Err(it) })
-        {
-            lock(orders).failing = Some(cause.to_string());
+pub(super) fn sync_each(orders: &Mutex<Orders>, unsynced: &Receiver<Unsynced>) {
+    for Unsynced { number, files: [given, records] } in unsynced {
+        // Both, whatever becomes of the first.
+        let synced = sync(&given).and(sync(&records));
+        let mut orders = lock(orders);
+        match synced {
+            Ok(()) => orders.on_disk.taken(number),
+            Err(cause) => orders.on_disk.failed(cause.to_string()),
         }
     }
 }

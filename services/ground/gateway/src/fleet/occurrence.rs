@@ -8,6 +8,8 @@ use kittiwake_proto::json::to_json;
 use kittiwake_proto::v1;
 use serde_json::Value;
 
+use crate::audit::json_of;
+
 /// An event of a vehicle's journal.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Occurrence {
@@ -57,7 +59,7 @@ impl Occurrence {
             Occurrence::Permission(permission) => to_json(permission),
             Occurrence::Objective(objective) => to_json(objective),
             Occurrence::Report(report) => to_json(report),
-            Occurrence::Audit(record) => to_json(record),
+            Occurrence::Audit(record) => json_of(record),
             Occurrence::Command(authority) => to_json(authority),
         }
     }

@@ -27,7 +27,12 @@ pub(crate) fn document<M: Message + Name>(message: &M) -> Response {
 
 /// A message about a vehicle as a document with `missionTimeS` and `utc`, for a message that does not have them.
 pub(crate) fn stamped_document<M: Message + Name>(snapshot: &Snapshot, vehicle: &str, message: &M) -> Response {
-    json_document(view::stamped(snapshot.mission_time_s(vehicle), snapshot.now.utc_ms, to_json(message)))
+    dated_document(snapshot.mission_time_s(vehicle), snapshot.now.utc_ms, message)
+}
+
+/// The same for a message that is of an earlier moment.
+pub(crate) fn dated_document<M: Message + Name>(mission_time_s: Option<f64>, utc_ms: i64, message: &M) -> Response {
+    json_document(view::stamped(mission_time_s, utc_ms, to_json(message)))
 }
 
 /// The answer to an order, with its outcome for the audit record.

@@ -10,17 +10,18 @@ use std::sync::Arc;
 
 use axum::body::{Body, Bytes, HttpBody as _, to_bytes};
 use axum::extract::{Request, State};
+use axum::http::StatusCode;
 use axum::http::header::RETRY_AFTER;
-use axum::http::{Method, StatusCode};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
 use crate::access::Identity;
+use crate::http::is_order;
 use crate::http::problem::Problem;
 use crate::http::site::Site;
-use crate::shares::{Share, Shares, Taken};
+use crate::shares::{Holder, Share, Shares, Taken};
 
-/// Bytes of all unread answers: a fifth of what the gateway may have (`deploy/kittiwake@.service`). One part in sixteen is reserved for
+/// Bytes of all unread answers: a twelfth of what the gateway may have (`deploy/kittiwake@gateway.service.d`). One part in sixteen is reserved for
 /// those who may order.
 const TOTAL: usize = 20 * MB;
 /// Bytes of one token's, or of all clients' together that have none. (ENG: ten tracks of half an hour; a page asks for one at a time.)
@@ -57,7 +58,7 @@ impl Default for AnswerMemory {
 
 /// Answers, unless too many answers are unread. Whose an answer is stands in its extensions, where `guard` has put the [`Identity`].
 pub(crate) async fn within_memory(State(site): State<Site>, request: Request, next: Next) -> Response {
-    let is_order = !matches!(*request.method(), Method::GET | Method::HEAD);
+    let is_order = is_order(request.method());
     let response = next.run(request).await;
     if is_order {
         return response;
@@ -77,11 +78,12 @@ impl AnswerMemory {
         if !bytes.is_unique() {
             return Ok(Response::from_parts(head, Body::from(bytes)));
         }
-        let stranger: Arc<str> = STRANGERS.into();
-        let (who, may_order) =
-            head.extensions.get::<Identity>().map_or((&stranger, false), |it| (&it.name, it.may_order()));
+        let (who, may_order) = match head.extensions.get::<Identity>() {
+            Some(who) => (who.into(), who.may_order()),
+            None => (Holder::without_token(STRANGERS), false),
+        };
         // One that is larger than what one holder may have comes alone.
-        let share = self.0.take_several(bytes.len().min(EACH), who, may_order).map_err(refused)?;
+        let share = self.0.take_several(bytes.len().min(EACH), &who, may_order).map_err(refused)?;
         Ok(Response::from_parts(head, Body::from(Bytes::from_owner(Counted { bytes, _share: share }))))
     }
 }
@@ -121,7 +123,7 @@ mod tests {
     /// What of `memory` is left for an operator, in whole megabytes.
     #[track_caller]
     fn check(memory: &AnswerMemory, expected_mb: usize) {
-        let of_others: Vec<Arc<str>> = (0..3).map(|it| format!("other {it}").into()).collect();
+        let of_others: Vec<Holder> = (0..3).map(|it| Holder::without_token(&format!("other {it}"))).collect();
         let one = |number: usize| memory.0.take_several(MB, &of_others[number / 7], true).ok();
         let left: Vec<Share> = (0..20).map_while(one).collect();
         assert_eq!(left.len(), expected_mb);

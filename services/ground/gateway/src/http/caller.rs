@@ -40,7 +40,7 @@ impl Caller {
     /// # Errors
     /// When the holder has too many connections, or all that are kept for such holders are taken.
     pub(crate) fn identified_as(&self, who: &Identity) -> Result<(), Problem> {
-        let claim = |seat: &Arc<Seat>| seat.claim(&who.name, who.may_order());
+        let claim = |seat: &Arc<Seat>| seat.claim(who);
         self.0.as_ref().map_or(Ok(()), claim).map_err(|taken| taken.problem("connections"))
     }
 }

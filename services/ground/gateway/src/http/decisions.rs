@@ -5,7 +5,7 @@ use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use domain::wire::decision;
 
-use crate::http::answer::{Answer, document};
+use crate::http::answer::Answer;
 use crate::http::guard::AuthorizedRequest;
 use crate::http::problem::Problem;
 use crate::http::site::Site;
@@ -28,8 +28,11 @@ pub(crate) async fn decisions(
 ) -> Answer {
     let Query(Window { last, after }) =
         window.map_err(|rejection| Problem::new(rejection.status(), rejection.body_text()))?;
-    let (vehicle, snapshot) = (request.vehicle()?, site.snapshot());
-    let state = snapshot.fleet.vehicles.get(vehicle).ok_or_else(|| Problem::no_such_vehicle(vehicle))?;
-    let records = state.decisions.newest(last.unwrap_or(usize::MAX), after);
-    Ok(document(&decision::list(records)))
+    let (vehicle, documents) = (request.vehicle()?.clone(), site.api.documents.clone());
+    let decided = move || {
+        let snapshot = site.snapshot();
+        let state = snapshot.fleet.vehicles.get(&vehicle).ok_or_else(|| Problem::no_such_vehicle(&vehicle))?;
+        Ok(decision::list(state.decisions.newest(last.unwrap_or(usize::MAX), after)))
+    };
+    documents.make(&request.who, decided).await
 }

@@ -23,6 +23,7 @@ use crate::fleet::Snapshot;
 use crate::http::answer::{Answer, document};
 use crate::http::answer_memory::{AnswerMemory, within_memory};
 use crate::http::command_authority::CommandAuthorities;
+use crate::http::documents::Documents;
 use crate::http::events::{Client, EVENT_STREAM};
 use crate::http::guard::AuthorizedRequest;
 use crate::http::latency::Latencies;
@@ -37,6 +38,7 @@ use crate::journal::{Cursor, Journals};
 use crate::orders::OrderSender;
 use crate::recording::{self, Recordings};
 use crate::shares::Shares;
+use crate::tls::ShownCertificate;
 use crate::view::{self, Ages};
 
 pub(crate) mod answer;
@@ -45,6 +47,7 @@ pub(crate) mod caller;
 pub(crate) mod command_authority;
 mod commands;
 mod decisions;
+pub(crate) mod documents;
 pub(crate) mod events;
 pub(crate) mod guard;
 mod health;
@@ -59,6 +62,8 @@ pub(crate) mod problem;
 mod readiness;
 mod record;
 pub(crate) mod routes;
+#[cfg(test)]
+pub(crate) mod served;
 pub(crate) mod session;
 pub(crate) mod site;
 pub(crate) mod standstill;
@@ -82,7 +87,9 @@ pub struct Api {
     pub(crate) orders: OrderSender,
     pub(crate) recordings: Recordings,
     pub(crate) statuses: Arc<StatusCache>,
+    pub(crate) documents: Arc<Documents>,
     pub(crate) standstill: Standstill,
+    pub(crate) certificate: Option<Arc<ShownCertificate>>,
 }
 
 /// Every route; event streams end when the sender of `closing` is dropped.
@@ -94,6 +101,7 @@ pub fn router(api: Api, closing: watch::Receiver<()>) -> Router {
         streams: Shares::new(config.max_event_streams.get().into(), config.clients.streams_per_token.get().into()),
         limiter: Arc::new(RateLimiter::new(config.requests_per_s.get(), config.requests_at_once.get())),
         answers: Arc::default(),
+        missions: Arc::default(),
         memory: AnswerMemory::default(),
         latencies: Latencies::default(),
         api,
@@ -113,7 +121,8 @@ fn add_to(routes: Routes) -> Routes {
     use Access::Anyone;
     use Reply::{Document, Media};
     let read = Route::read;
-    let events = "Its events as server-sent events, and its state as `status` at a fixed rate; Last-Event-ID resumes";
+    let events = "Its events as server-sent events, and its state as `status` at a fixed rate; Last-Event-ID resumes. A `status` may \
+        overtake events that wait: those with an earlier `utc` tell what it knows already";
     let decided = "The last decisions with value, rejected alternatives and the decision that led to each, oldest first: \
         `?last=N` for the last N of 500, `?after=NUMBER` for those with higher numbers";
     let flown = "Where it has flown its present mission, and how, also before the gateway was started again";
@@ -155,12 +164,23 @@ struct Count {
     limit: Option<usize>,
 }
 
-async fn audit(State(site): State<Site>, Query(count): Query<Count>) -> Response {
-    document(&v1::AuditLog { records: site.api.audit.newest(count.limit.unwrap_or(100)) })
+async fn audit(
+    State(site): State<Site>,
+    Query(count): Query<Count>,
+    Extension(request): Extension<AuthorizedRequest>,
+) -> Answer {
+    let (audit, count) = (site.api.audit.clone(), count.limit.unwrap_or(100));
+    let records = move || Ok(v1::AuditLog { records: audit.newest(count) });
+    site.api.documents.make(&request.who, records).await
 }
 
-async fn refusals(State(site): State<Site>, Query(count): Query<Count>) -> Response {
-    document(&site.api.audit.refusals.newest(count.limit.unwrap_or(100)))
+async fn refusals(
+    State(site): State<Site>,
+    Query(count): Query<Count>,
+    Extension(request): Extension<AuthorizedRequest>,
+) -> Answer {
+    let (audit, count) = (site.api.audit.clone(), count.limit.unwrap_or(100));
+    site.api.documents.make(&request.who, move || Ok(audit.refusals.newest(count))).await
 }
 
 async fn healthz(State(site): State<Site>) -> Answer {
@@ -171,6 +191,7 @@ async fn healthz(State(site): State<Site>) -> Answer {
             let audit = site.api.audit.state().to_owned();
             let memory = health::memory_problems(&site.snapshot());
             let own = site.api.audit.problems().into_iter().chain(site.api.tokens.problem());
+            let own = own.chain(site.api.certificate.as_ref().and_then(|it| it.problem()));
             let problems: Vec<String> = own.chain(memory).collect();
             // Still 200: starting the gateway again would remedy nothing.
             let status = if problems.is_empty() { "ok" } else { "degraded" }.to_owned();
@@ -196,9 +217,13 @@ async fn vehicle(State(site): State<Site>, Extension(request): Extension<Authori
 }
 
 async fn track(State(site): State<Site>, Extension(request): Extension<AuthorizedRequest>) -> Answer {
-    let (vehicle, snapshot) = (request.vehicle()?, site.snapshot());
-    let state = snapshot.fleet.vehicles.get(vehicle).ok_or_else(|| Problem::no_such_vehicle(vehicle))?;
-    Ok(document(&v1::Track { vehicle: vehicle.to_string(), points: state.track.points().to_vec() }))
+    let (vehicle, documents) = (request.vehicle()?.clone(), site.api.documents.clone());
+    let flown = move || {
+        let snapshot = site.snapshot();
+        let state = snapshot.fleet.vehicles.get(&vehicle).ok_or_else(|| Problem::no_such_vehicle(&vehicle))?;
+        Ok(v1::Track { vehicle: vehicle.to_string(), points: state.track.points().to_vec() })
+    };
+    documents.make(&request.who, flown).await
 }
 
 async fn vehicle_events(
@@ -232,7 +257,13 @@ async fn method_not_allowed(method: Method, uri: Uri) -> Problem {
     Problem::new(StatusCode::METHOD_NOT_ALLOWED, detail)
 }
 
-/// Refuses bodies that are too large, and ends requests whose answer takes too long.
+/// Whether a request may change something.
+pub(crate) fn is_order(method: &Method) -> bool {
+    !matches!(*method, Method::GET | Method::HEAD)
+}
+
+/// Refuses bodies that are too large, and ends readings whose answer takes too long. An order is not ended here, where nobody knows
+/// whether it was carried out: its body has a limit (`guard`), and from there on its answer (`order`).
 async fn within_limits(State(site): State<Site>, request: Request, next: Next) -> Response {
     let config = &site.api.config;
     let limit = u64::from(config.max_body_bytes.get());
@@ -240,6 +271,9 @@ async fn within_limits(State(site): State<Site>, request: Request, next: Next) -
     if let Some(declared) = declared.filter(|declared| limit < *declared) {
         let detail = format!("the body has {declared} bytes, more than the limit of {limit}");
         return Problem::new(StatusCode::PAYLOAD_TOO_LARGE, detail).into_response();
+    }
+    if is_order(request.method()) {
+        return next.run(request).await;
     }
     match tokio::time::timeout(config.request_timeout_s.seconds(), next.run(request)).await {
         Ok(response) => response,

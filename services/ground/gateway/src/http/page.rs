@@ -55,6 +55,7 @@ static FILES: &[File] = files![
     "editor.js": SCRIPT,
     "fleet.js": SCRIPT,
     "forecast.js": SCRIPT,
+    "gateway-clock.js": SCRIPT,
     "icon.svg": IMAGE,
     "index.html": HTML,
     "injection.js": SCRIPT,

@@ -2,7 +2,7 @@
 
 use axum::http::request::Parts;
 use axum::response::Response;
-use kittiwake_proto::json::any;
+use kittiwake_proto::json::{MAX_DEPTH, any, depth};
 use kittiwake_proto::v1::{AuditRecord, RefusalRecord};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
@@ -16,7 +16,7 @@ use crate::http::problem::Problem;
 use crate::http::site::Site;
 use crate::orders::Order;
 
-/// The longest arguments as text, in bytes; longer ones are recorded by their size and hash.
+/// The longest arguments as text, in bytes; longer ones, and those that are nested too deep, are recorded by their size and hash.
 const MAX_ARGUMENTS: usize = 1024;
 
 impl AuthorizedRequest {
@@ -28,7 +28,7 @@ impl AuthorizedRequest {
             vehicle: self.target.vehicle.as_ref().map(ToString::to_string).unwrap_or_default(),
             what: self.target.what.clone(),
             request_id: self.key(),
-            arguments: Some(any(&bounded(&self.body))),
+            arguments: any(&bounded(&self.body)),
             address: self.caller.address(),
             ..Default::default()
         }
@@ -70,7 +70,7 @@ pub(crate) fn with_outcome(record: AuditRecord, response: &Response) -> AuditRec
 
 fn bounded(arguments: &Value) -> Value {
     let text = arguments.to_string();
-    if text.len() <= MAX_ARGUMENTS {
+    if text.len() <= MAX_ARGUMENTS && depth(arguments) <= MAX_DEPTH {
         return arguments.clone();
     }
     json!({ "bytes": text.len(), "sha256": to_hex(&Sha256::digest(text.as_bytes())) })

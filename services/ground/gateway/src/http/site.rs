@@ -7,6 +7,7 @@ use tokio::sync::watch;
 use crate::fleet::Snapshot;
 use crate::http::Api;
 use crate::http::answer_memory::AnswerMemory;
+use crate::http::commands::Missions;
 use crate::http::idempotency::AnswerCache;
 use crate::http::latency::Latencies;
 use crate::http::limit::RateLimiter;
@@ -22,6 +23,8 @@ pub(crate) struct Site {
     pub(crate) streams: Arc<Shares>,
     pub(crate) limiter: Arc<RateLimiter>,
     pub(crate) answers: Arc<AnswerCache>,
+    /// What the planners have told of their missions.
+    pub(crate) missions: Arc<Missions>,
     /// Of answers that wait for their clients.
     pub(crate) memory: AnswerMemory,
     /// How long orders took.

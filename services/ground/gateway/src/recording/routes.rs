@@ -10,7 +10,7 @@ use axum::http::{HeaderMap, StatusCode};
 use kittiwake_proto::v1;
 use prost::Name;
 
-use crate::http::answer::{Answer, document};
+use crate::http::answer::Answer;
 use crate::http::guard::AuthorizedRequest;
 use crate::http::problem::Problem;
 use crate::http::routes::{READERS, Reply, Route, Routes};
@@ -88,22 +88,23 @@ async fn list(
     readings: Arc<Shares>,
 ) -> Answer {
     let Recordings { writer, index } = &site.api.recordings;
-    let recordings = match index.clone() {
-        None => Vec::new(),
+    let (recordings, share) = match index.clone() {
+        None => (Vec::new(), None),
         Some(index) => {
             let share = share_of(&readings, &request, "readings of recordings")?;
-            let (listed, _) = unblocked(share, move || index.list()).await?;
-            listed.map_err(|cause| unreadable(&cause))?
+            let (listed, share) = unblocked(share, move || index.list()).await?;
+            (listed.map_err(|cause| unreadable(&cause))?, Some(share))
         }
     };
     let dropped = writer.as_ref().map_or(0, |writer| writer.dropped());
-    Ok(document(&v1::RecordingList {
+    let list = v1::RecordingList {
         folder: index.as_ref().map(|index| index.folder.display().to_string()),
         state: site.api.recordings.state().to_owned(),
         problem: writer.as_ref().and_then(|writer| writer.problem()),
         dropped: u32::try_from(dropped).unwrap_or(u32::MAX),
         recordings,
-    }))
+    };
+    site.api.documents.make(&request.who, in_memory(list, share)).await
 }
 
 async fn recording(
@@ -115,8 +116,17 @@ async fn recording(
     let (id, index) = (parse(id)?, site.api.recordings.index()?);
     let share = share_of(&readings, &request, "readings of recordings")?;
     let name = id.clone();
-    let (found, _) = unblocked(share, move || index.recording(&id)).await?;
-    found.map(|recording| document(&recording)).ok_or_else(|| no_such_recording(&name))
+    let (found, share) = unblocked(share, move || index.recording(&id)).await?;
+    let recording = found.ok_or_else(|| no_such_recording(&name))?;
+    site.api.documents.make(&request.who, in_memory(recording, Some(share))).await
+}
+
+/// A message that was read and waits for its turn. It has the share until then: else a client could have any number of them in memory.
+fn in_memory<M>(message: M, share: Option<Share>) -> impl FnOnce() -> Result<M, Problem> {
+    move || {
+        drop(share);
+        Ok(message)
+    }
 }
 
 async fn file(

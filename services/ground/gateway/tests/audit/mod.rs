@@ -58,6 +58,45 @@ async fn an_order_whose_client_leaves_is_recorded_before_it_is_sent_and_after_it
     assert_eq!((again.status.as_u16(), world.heard().len()), (200, 1), "{}", again.text);
 }
 
+/// The last orders show that neither the loop nor the journal has ended meanwhile.
+#[tokio::test(flavor = "multi_thread")]
+async fn arguments_that_are_nested_deep_are_recorded_by_size_and_hash_and_stop_nothing() {
+    let world = World::new();
+    let pause = format!("{UAV}/pause");
+    for depth in [15, 16, 17, 49, 50, 51, 127] {
+        for (open, inner, close) in [("[", "", "]"), (r#"{"a":"#, "1.5", "}")] {
+            let body = format!("{}{inner}{}", open.repeat(depth), close.repeat(depth));
+            let answer = world.send("POST", &pause, "safety", &format!("{depth}{open}"), &body).await;
+            assert_eq!(answer.status, 400, "{body}: {}", answer.text);
+            let record = record_at(&world, "AUDIT_STAGE_ENDED").await;
+            assert_eq!((&record["what"], &record["status"]), (&json!("pause"), &json!(400)), "{body}");
+            let recorded = &record["arguments"];
+            if depth <= 16 {
+                assert_eq!(*recorded, serde_json::from_str::<Value>(&body).unwrap());
+            } else {
+                assert_eq!(recorded["bytes"].as_f64(), Some(body.len() as f64), "{record}");
+                assert_eq!(recorded["sha256"].as_str().map(str::len), Some(64), "{record}");
+            }
+            assert_eq!(world.post(&pause, "safety", &format!("{depth}{open} again")).await.status, 200);
+        }
+    }
+}
+
+/// The parser repeats the name of a field that it does not know.
+#[tokio::test(flavor = "multi_thread")]
+async fn what_is_said_of_a_body_is_short_in_the_answer_and_in_the_record() {
+    let world = World::new();
+    let body = json!({ "x".repeat(9000): 1 }).to_string();
+    let answer = world.send("POST", &format!("{UAV}/pause"), "safety", "k1", &body).await;
+    let detail = answer.body["detail"].as_str().unwrap();
+    assert_eq!((answer.status.as_u16(), detail.chars().count()), (400, 1001), "{detail}");
+    assert!(detail.starts_with("the body is invalid: ") && detail.ends_with("x…"), "{detail}");
+    let record = record_at(&world, "AUDIT_STAGE_ENDED").await;
+    let outcome = record["outcome"].as_str().unwrap();
+    assert_eq!((outcome.chars().count(), outcome.ends_with("x…")), (501, true), "{outcome}");
+    assert!(record.to_string().len() < 2000, "{record}");
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn what_strangers_send_displaces_no_order() {
     let world = World::new();

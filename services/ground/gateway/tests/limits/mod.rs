@@ -7,7 +7,7 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::task::JoinSet;
 
 use crate::world::{self, World};
-use crate::{LIMIT, Served, read_to_end, request};
+use crate::{LIMIT, Served, read_to_end, request, tls_over};
 
 /// Between two requests that ask whether something has changed.
 const ASK_AGAIN: std::time::Duration = std::time::Duration::from_millis(50);
@@ -35,10 +35,29 @@ async fn ask(stream: &mut (impl AsyncRead + AsyncWrite + Unpin), path: &str, tok
     String::from_utf8_lossy(&seen).into_owned()
 }
 
+/// What is answered to a client that connects once; nothing if its connection is displaced, which may be before it is encrypted.
+async fn try_once(served: &Served) -> String {
+    let request = request(&format!("GET {VEHICLE}"), "");
+    let tcp = served.tcp().await;
+    match &served.certificates {
+        None => answer_over(tcp, &request).await,
+        Some(it) => match tls_over(tcp, Some(&it.ca)).await {
+            Ok(stream) => answer_over(stream, &request).await,
+            Err(_) => String::new(),
+        },
+    }
+}
+
+async fn answer_over(mut stream: impl AsyncRead + AsyncWrite + Unpin, request: &str) -> String {
+    let _ = stream.write_all(request.as_bytes()).await;
+    read_to_end(&mut stream).await
+}
+
 const VEHICLE: &str = "/api/v1/vehicles/uav1";
 const EVENTS: &str = "/api/v1/vehicles/uav1/events";
 
-/// Strangers take every seat that there is for them, again and again; an operator is served each time.
+/// Strangers take every seat that there is for them, again and again; an operator is served each time. Whoever has just connected
+/// may be the one that is displaced, and tries again.
 #[tokio::test(flavor = "multi_thread")]
 async fn strangers_in_every_seat_keep_no_operator_out() {
     for encrypted in [false, true] {
@@ -46,7 +65,10 @@ async fn strangers_in_every_seat_keep_no_operator_out() {
         let mut sitting = Vec::new();
         for _ in 0..25 {
             sitting.push(served.tcp().await);
-            assert!(served.answer(request(&format!("GET {VEHICLE}"), "").as_bytes()).await.contains(" 200 OK"));
+            let start = std::time::Instant::now();
+            while !try_once(&served).await.contains(" 200 OK") {
+                assert!(start.elapsed() < LIMIT, "strangers keep the operator out");
+            }
         }
         // Of the strangers all but four had to leave, one for each newcomer: whom the gateway has heard first, on a crowded machine not
         // always who came first.
@@ -68,8 +90,11 @@ async fn who_has_shown_a_token_is_not_displaced() {
         for _ in 0..30 {
             all.push(served.tcp().await);
         }
-        // The last one is answered: all have been let in.
-        assert!(ask(all.last_mut().unwrap(), "/healthz", "", "200 OK").await.contains("200 OK"));
+        // One that came later is answered: all have been let in.
+        let start = std::time::Instant::now();
+        while !ask(&mut served.tcp().await, "/healthz", "", "200 OK").await.contains("200 OK") {
+            assert!(start.elapsed() < LIMIT, "no newcomer stays");
+        }
         all
     };
     assert!(ask(&mut operator, VEHICLE, "operator-token", "200 OK").await.contains("200 OK"));

@@ -81,6 +81,17 @@ impl World {
         World::playing(&CONFIG.replace(from, to), Box::new(|call, _| Ok(obedient(call))))
     }
 
+    /// With one change, and services that reply as `play` does.
+    #[allow(dead_code)]
+    pub fn configured_and_playing(
+        from: &str,
+        to: &str,
+        play: impl FnMut(&Call, &str) -> Result<Response, CallError> + Send + 'static,
+    ) -> World {
+        assert!(CONFIG.contains(from), "{from}");
+        World::playing(&CONFIG.replace(from, to), Box::new(play))
+    }
+
     /// With several changes.
     #[allow(dead_code)]
     pub fn configured_with(changes: &[(&str, &str)]) -> World {

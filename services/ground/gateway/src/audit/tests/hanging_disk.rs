@@ -138,3 +138,19 @@ async fn orders_and_health_are_answered_while_the_disk_hangs() {
     assert_eq!(api.audit.state(), "failing");
     assert_eq!(texts(&pipe.lines(40)[..2], "stage"), ["AUDIT_STAGE_ASKED", "AUDIT_STAGE_ENDED"]);
 }
+
+#[test]
+fn a_disk_that_hangs_when_the_files_are_opened_is_given_up_and_what_it_opens_later_is_closed() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, (go_on, hangs)) = (folder.path().to_owned(), sync_channel::<()>(0));
+    let open = move || {
+        let _ = hangs.recv();
+        Audit::open(&path, 9)
+    };
+    let refused = within(Duration::from_millis(1), folder.path(), open).map(drop).unwrap_err().to_string();
+    assert!(refused.ends_with("the disk does not answer"), "{refused}");
+    go_on.send(()).unwrap();
+    wait_for("the lock to be free again", || in_use::check_free(folder.path()).ok());
+    let audit = wait_for("another to be opened", || Audit::open_within(folder.path(), 9, Duration::from_secs(20)).ok());
+    assert_eq!((audit.state(), audit.problems()), ("ok", vec![]));
+}

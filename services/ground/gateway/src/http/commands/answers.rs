@@ -24,21 +24,13 @@ use crate::view;
 impl Site {
     /// Calls one of the vehicle's services.
     pub(super) async fn call(&self, request: &AuthorizedRequest, call: Request) -> Result<Reply, Problem> {
-        let service = call.service().key();
-        match self.api.orders.call(request.vehicle()?, call, request.trace.clone()).await {
-            Some(Ok(reply)) => Ok(reply),
-            None => Err(busy()),
-            Some(Err(error)) => {
-                let (effect, kind) = match error {
-                    CallError::Unavailable | CallError::Late => ("nothing was done", Kind::Unavailable),
-                    CallError::Unanswered | CallError::Malformed => {
-                        ("it is not known whether it was done", Kind::OutcomeUnknown)
-                    }
-                };
-                let detail = format!("`{service}`: {error}; {effect}; repeat the order with the same key");
-                Err(Problem::unavailable(detail).of(kind))
-            }
+        let (service, is_decision) = (call.service().key(), matches!(call, Request::Decide(_)));
+        let result = self.api.orders.call(request.vehicle()?, call, request.trace.clone()).await;
+        // Whatever has no key only asks.
+        if request.id.is_some() {
+            self.missions.may_have_changed(request.vehicle()?);
         }
+        result.ok_or_else(busy)?.map_err(|error| no_reply(service, error, is_decision))
     }
 
     /// Gives an order to the mission manager.
@@ -48,7 +40,7 @@ impl Site {
         match self.call(request, Request::OperatorCommand(command)).await? {
             Reply::OperatorCommand(reply) if reply.done => self.done(request, word, reply.text),
             Reply::OperatorCommand(reply) => Err(refused(request, word, reply.text)),
-            _ => Err(invalid_reply()),
+            _ => Err(invalid_reply(request)),
         }
     }
 
@@ -61,7 +53,7 @@ impl Site {
             request: Some(call),
         };
         let Reply::Mission(reply) = self.call(request, Request::Mission(mission_request)).await? else {
-            return Err(invalid_reply());
+            return Err(invalid_reply(request));
         };
         if reply.accepted {
             return Ok(with_outcome(stamped_document(&self.snapshot(), request.vehicle()?, &reply), &reply.text));
@@ -150,11 +142,31 @@ pub(super) fn refused(request: &AuthorizedRequest, verb: &str, why: String) -> P
     })
 }
 
+/// Why there is no reply of `service`, and what to do then.
+pub(super) fn no_reply(service: &str, error: CallError, is_decision: bool) -> Problem {
+    let (effect, kind) = match error {
+        CallError::Unavailable | CallError::Late => ("nothing was done", Kind::Unavailable),
+        CallError::Unanswered | CallError::Malformed => ("it is not known whether it was done", Kind::OutcomeUnknown),
+    };
+    // The control tower recognises no key, and somebody else may have decided since.
+    let advice = match kind {
+        Kind::OutcomeUnknown if is_decision => "look at the permission before you decide again",
+        _ => "repeat the order with the same key",
+    };
+    Problem::unavailable(format!("`{service}`: {error}; {effect}; {advice}")).of(kind)
+}
+
 pub(super) fn busy() -> Problem {
     Problem::unavailable("too many orders at once; nothing was done")
 }
 
-/// A service sent the reply of another one.
-pub(super) fn invalid_reply() -> Problem {
-    Problem::new(StatusCode::BAD_GATEWAY, "the service's reply does not belong to the request")
+/// A service sent the reply of another one. It was called, so what was ordered may have been done.
+pub(super) fn invalid_reply(request: &AuthorizedRequest) -> Problem {
+    let foreign = "the service's reply does not belong to the request";
+    // Whatever has no key only asks.
+    match request.id {
+        None => Problem::new(StatusCode::BAD_GATEWAY, foreign),
+        Some(_) => Problem::new(StatusCode::BAD_GATEWAY, format!("{foreign}; it is not known whether it was done"))
+            .of(Kind::OutcomeUnknown),
+    }
 }

@@ -14,16 +14,18 @@ use v1::mission_request::Request as MissionCall;
 use v1::operator_command::Verb;
 
 use crate::access::utc_ms_now;
-use crate::http::answer::{Answer, document, stamped_document};
+use crate::http::answer::{Answer, document};
 use crate::http::guard::AuthorizedRequest;
 use crate::http::problem::Problem;
 use crate::http::site::Site;
 use crate::orders::Order;
 use crate::view;
 use answers::{busy, invalid_member, invalid_reply, read, read_optional, refused};
+pub(crate) use missions::Missions;
 pub(crate) use table::add_to;
 
 mod answers;
+mod missions;
 mod table;
 
 type Shared = State<Site>;
@@ -103,7 +105,7 @@ async fn decide_permission(State(site): Shared, Path(it): Path<Named>, Extension
     match site.call(&request, Request::Decide(decision)).await? {
         Reply::Decide(reply) if reply.accepted => site.done(&request, "permission", format!("area {area}: {word}")),
         Reply::Decide(reply) => Err(refused(&request, "permission", reply.refusal)),
-        _ => Err(invalid_reply()),
+        _ => Err(invalid_reply(&request)),
     }
 }
 
@@ -114,7 +116,7 @@ async fn accept_loss(State(site): Shared, Extension(request): Authorized) -> Ans
             site.done(&request, "permission", "the control tower grants again, for every vehicle".to_owned())
         }
         Reply::AcceptLoss(reply) => Err(refused(&request, "permission", reply.refusal)),
-        _ => Err(invalid_reply()),
+        _ => Err(invalid_reply(&request)),
     }
 }
 
@@ -140,13 +142,7 @@ async fn skip(State(site): Shared, Path(it): Path<Named>, Extension(request): Au
 
 /// The present mission, from the planner itself.
 async fn read_mission(State(site): Shared, Extension(request): Authorized) -> Answer {
-    let call = v1::MissionRequest { request: Some(MissionCall::Read(v1::ReadMission {})), ..Default::default() };
-    match site.call(&request, Request::Mission(call)).await? {
-        Reply::Mission(v1::MissionReply { status: Some(status), .. }) => {
-            Ok(stamped_document(&site.snapshot(), request.vehicle()?, &status))
-        }
-        _ => Err(invalid_reply()),
-    }
+    site.read_mission(&request).await
 }
 
 async fn inject_flag(State(site): Shared, Extension(request): Authorized) -> Answer {
@@ -171,7 +167,7 @@ async fn list_faults(State(site): Shared, Extension(request): Authorized) -> Ans
             let (mission_time_s, utc) = (snapshot.mission_time_s(request.vehicle()?), view::utc(snapshot.now.utc_ms));
             Ok(document(&v1::FaultList { mission_time_s, utc, faults: reply.known }))
         }
-        _ => Err(invalid_reply()),
+        _ => Err(invalid_reply(&request)),
     }
 }
 
@@ -179,6 +175,6 @@ async fn inject_fault(State(site): Shared, Extension(request): Authorized) -> An
     match site.call(&request, Request::Fault(read(&request.body)?)).await? {
         Reply::Fault(reply) if reply.accepted => site.done(&request, "simulation/faults", reply.detail),
         Reply::Fault(reply) => Err(refused(&request, "simulation/faults", reply.detail)),
-        _ => Err(invalid_reply()),
+        _ => Err(invalid_reply(&request)),
     }
 }

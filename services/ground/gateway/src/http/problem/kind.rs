@@ -131,9 +131,11 @@ impl Kind {
             Kind::Internal => ("internal", "A mistake of the gateway: see its log"),
             Kind::InvalidReply => ("invalid-reply", "A service answers what was not asked: see the versions"),
             Kind::Unavailable => ("unavailable", "Nothing was done: repeat it later, an order with the same key"),
-            Kind::OutcomeUnknown => {
-                ("outcome-unknown", "Nobody knows whether the order was carried out: repeat it with the same key")
-            }
+            Kind::OutcomeUnknown => (
+                "outcome-unknown",
+                "Nobody knows whether the order was carried out: repeat it with the same key, a decision about a permission only after a \
+                 look at it",
+            ),
             Kind::NotReady => ("not-ready", "The system is not complete yet; `missing` says what lacks"),
         }
     }

@@ -6,10 +6,14 @@ use axum::response::{IntoResponse, Response};
 use kittiwake_proto::json::to_json;
 use kittiwake_proto::v1;
 
+use crate::audit::refusals::cut;
 use crate::http::answer::Outcome;
 pub(crate) use kind::Kind;
 
 mod kind;
+
+/// Characters of a detail. Some repeat what the client has sent: a name that is unknown may be as long as the body.
+const MAX_DETAIL: usize = 1000;
 
 /// Why a request was not carried out.
 #[derive(Debug)]
@@ -21,13 +25,13 @@ pub(crate) struct Problem {
 }
 
 impl Problem {
-    /// A problem; `detail` says what happened, with values.
+    /// A problem; `detail` says what happened, with values, and is cut if it is long.
     pub(crate) fn new(status: StatusCode, detail: impl Into<String>) -> Problem {
         let document = v1::Problem {
             r#type: Kind::of(status).uri(),
             title: status.canonical_reason().unwrap_or_default().to_owned(),
             status: status.as_u16().into(),
-            detail: detail.into(),
+            detail: cut(&detail.into(), MAX_DETAIL),
             ..Default::default()
         };
         Problem { status, document: Box::new(document), header: None }
@@ -83,5 +87,25 @@ impl IntoResponse for Problem {
         }
         response.extensions_mut().insert(Outcome(self.document.detail.into()));
         response
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_detail_is_cut_in_the_answer_and_in_the_outcome() {
+        #[track_caller]
+        fn check(detail: &str, expected: &str) {
+            let problem = Problem::new(StatusCode::BAD_REQUEST, detail);
+            assert_eq!(problem.detail(), expected);
+            assert_eq!(problem.into_response().extensions().get::<Outcome>().map(|it| &*it.0), Some(expected));
+        }
+        check("the body is invalid", "the body is invalid");
+        let most = "ä".repeat(MAX_DETAIL);
+        check(&most, &most);
+        check(&format!("{most}ä"), &format!("{most}…"));
+        check(&"ä".repeat(100 * MAX_DETAIL), &format!("{most}…"));
     }
 }
