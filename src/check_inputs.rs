@@ -1,7 +1,6 @@
 //! Reads and checks all files that a human wrote, before anything starts.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::SystemTime;
 
 use domain::contingency::Contingencies;
@@ -9,8 +8,8 @@ use domain::file::{Mistake, Mistakes, Source};
 use domain::mission::Mission;
 use domain::time::Pace;
 use gateway::access::{InvalidTokens, Tokens};
+use gateway::tls::{Demand, Encryption};
 use mcm::{LoadedTrees, Trees};
-use rustls::ServerConfig;
 
 use crate::backend::Backend;
 use crate::config::Config;
@@ -123,8 +122,8 @@ fn read_behavior(config: &Config) -> Result<(LoadedTrees, Contingencies), Mistak
 /// The certificate and key of the gateway's connections, if they are encrypted. Read only by the processes that need
 /// them: the others may not be allowed to read the files.
 #[expect(clippy::disallowed_methods, reason = "certificates expire by UTC")]
-pub fn read_tls(config: &Config) -> Result<Option<Arc<ServerConfig>>, Outcome> {
-    gateway::tls::server_config(&config.gateway, config.http, SystemTime::now()).map_err(|refusal| {
+pub fn read_tls(config: &Config, demand: Demand) -> Result<Option<Encryption>, Outcome> {
+    gateway::tls::encryption(&config.gateway, config.http, demand, SystemTime::now()).map_err(|refusal| {
         output::error_line(refusal);
         Outcome::BadInput
     })

@@ -57,13 +57,17 @@ pub struct Settings {
     #[arg(long, value_name = "DIR")]
     pub record_inputs: Option<PathBuf>,
     /// The folder of the persisted state: the mission's progress, what was ordered, whether the mission is over, and what
-    /// the control tower has decided, for processes that are started again. Without it `up` makes a folder for this run, in memory,
+    /// the control tower has decided, for processes that are started again. Without it `up` makes a folder for this run, in memory
+    /// (with `nohup` among the temporary files: memory is cleared when its user logs out),
     /// and a planner, a mission manager and a control tower start without a state
     #[arg(long, value_name = "DIR")]
     pub state: Option<PathBuf>,
     /// The process has run before, in this run of `up`: a state that is not in its folder was lost
     #[arg(long, hide = true)]
     pub has_run: bool,
+    /// What flies is the simulator of this run of `up`, and ends with it. A real aircraft may be in the air before a process first starts
+    #[arg(long, hide = true)]
+    pub simulated: bool,
     /// Where the gateway keeps a copy of the tokens that are valid: one that has run before takes it where the access folder has none that
     /// can be used
     #[arg(long, value_name = "FILE", hide = true)]
@@ -122,6 +126,7 @@ impl Settings {
             record_inputs: None,
             state: None,
             has_run: false,
+            simulated: false,
             tokens_copy: None,
             tower_key: None,
             tower_secret: None,
@@ -163,6 +168,9 @@ impl Settings {
         add("--signing-key", self.signing_key.clone().map(Into::into));
         if self.has_run {
             args.push("--has-run".into());
+        }
+        if self.simulated {
+            args.push("--simulated".into());
         }
         if self.plain_http_beyond_loopback {
             args.push("--plain-http-beyond-loopback".into());
@@ -232,6 +240,8 @@ mod tests {
             "udpin:127.0.0.1:14541",
             "--signing-key",
             "signing.key",
+            "--has-run",
+            "--simulated",
             "--plain-http-beyond-loopback",
         ];
         let cli = Cli::parse_from(["kittiwake"].iter().chain(&given));

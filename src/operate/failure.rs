@@ -4,6 +4,9 @@ use serde_json::{Value, json};
 
 use crate::outcome::Outcome;
 
+/// The gateway's problem of this type means that nothing was done.
+const NOTHING_DONE: &str = "urn:kittiwake:problem:unavailable";
+
 /// Why a command failed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Failure {
@@ -34,6 +37,11 @@ impl Failure {
     fn new(outcome: Outcome, why: impl Into<String>) -> Failure {
         let why = why.into();
         Failure { outcome, document: json!({ "detail": &why }), why }
+    }
+
+    /// Whether the gateway says so. A proxy before it does not know, nor does a gateway that has made a mistake.
+    pub fn says_that_nothing_was_done(&self) -> bool {
+        self.document["type"] == NOTHING_DONE
     }
 
     /// Who has command, if that is why the gateway refused.

@@ -1,5 +1,5 @@
 //! The gateway as an operator's command sees it: found, asked, and asked again with the same key
-//! while it does not answer.
+//! while it does not answer, where a second time does no harm.
 
 #![expect(clippy::disallowed_methods, reason = "somebody waits for the answer, and nothing tells when to ask again")]
 
@@ -34,6 +34,22 @@ pub struct Gateway {
     ca: Option<PathBuf>,
     vehicle: Option<String>,
     hand_over: bool,
+}
+
+/// When a request is sent again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Repeat {
+    /// While there is no answer: nothing is changed by it, or who carries it out recognises its key.
+    WhileUnanswered,
+    /// While it is certain that nothing was done: who carries it out recognises no key.
+    WhileNothingWasDone,
+}
+
+/// No answer has come.
+struct NoAnswer {
+    cause: String,
+    /// The gateway may have read the request.
+    may_have_arrived: bool,
 }
 
 /// Where a gateway is, and the token for it.
@@ -90,9 +106,20 @@ impl Gateway {
 
     /// Gives an order to the vehicle; takes command where the order needs it and nobody has it.
     pub fn order(&self, method: Method, path: &[&str], body: Option<Value>) -> Result<Value, Failure> {
+        self.give(method, path, body, Repeat::WhileUnanswered)
+    }
+
+    /// The same to the control tower, which recognises no key: a decision that is carried out a second time would undo what somebody
+    /// else has decided since the first. So it is not repeated once it may have been carried out.
+    pub fn decide(&self, path: &[&str], body: Option<Value>) -> Result<Value, Failure> {
+        let path = [&["permissions"], path].concat();
+        self.give(Method::POST, &path, body, Repeat::WhileNothingWasDone)
+    }
+
+    fn give(&self, method: Method, path: &[&str], body: Option<Value>, repeat: Repeat) -> Result<Value, Failure> {
         let vehicle = self.vehicle()?;
         let path = [&["vehicles", vehicle.as_str()][..], path].concat();
-        let refusal = match self.ask(method.clone(), &path, body.clone()) {
+        let refusal = match self.send(method.clone(), &path, body.clone(), repeat) {
             Err(refusal) if refusal.command_authority().is_some() => refusal,
             answer => return answer,
         };
@@ -101,12 +128,17 @@ impl Gateway {
         output::error_line(format_args!(
             "took command of {vehicle}; `kittiwake vehicle release` releases it, else it lapses after a while"
         ));
-        self.ask(method, &path, body)
+        self.send(method, &path, body, repeat)
     }
 
-    /// Repeats a request until there is an answer, or `LIMIT` has passed. All repetitions have the same key, so that
-    /// an order is carried out once.
+    /// Repeats a request until there is an answer, or `LIMIT` has passed.
     pub fn ask(&self, method: Method, path: &[&str], body: Option<Value>) -> Result<Value, Failure> {
+        self.send(method, path, body, Repeat::WhileUnanswered)
+    }
+
+    /// Repeats a request for `LIMIT`, if it may be repeated. All repetitions have the same key: by it the gateway gives the answer that it
+    /// gave before, and where it has none any more, the mission manager and the planner recognise an order that they have carried out.
+    fn send(&self, method: Method, path: &[&str], body: Option<Value>, repeat: Repeat) -> Result<Value, Failure> {
         let key = random_hex(KEY_BYTES).map_err(|it| Failure::unreachable(format!("no random numbers: {it}")))?;
         let url = self.at(path);
         let until = Instant::now() + LIMIT;
@@ -118,17 +150,25 @@ impl Gateway {
             if let Some(body) = &body {
                 request = request.header("Content-Type", "application/json").body(body.to_string());
             }
-            let failure = match send(request) {
+            let (failure, may_be_done) = match answer(request) {
                 Ok((status, text)) => match judge(status, &text) {
-                    Err(failure) if 500 <= status => failure,
+                    Err(failure) if 500 <= status => {
+                        let may_be_done = !failure.says_that_nothing_was_done();
+                        (failure, may_be_done)
+                    }
                     answer => return answer,
                 },
-                Err(cause) if cause.contains("certificate") => {
+                Err(NoAnswer { cause, .. }) if cause.contains("certificate") => {
                     let hint = "name the CA that signed its certificate with --ca";
                     return Err(Failure::unreachable(format!("{} is not trusted: {cause}; {hint}", self.url)));
                 }
-                Err(cause) => Failure::unreachable(format!("{} does not answer: {cause}", self.url)),
+                Err(NoAnswer { cause, may_have_arrived }) => {
+                    (Failure::unreachable(format!("{} does not answer: {cause}", self.url)), may_have_arrived)
+                }
             };
+            if may_be_done && repeat == Repeat::WhileNothingWasDone {
+                return Err(not_repeated(&failure));
+            }
             if until <= Instant::now() {
                 return Err(failure);
             }
@@ -166,10 +206,21 @@ impl Gateway {
     }
 }
 
-fn send(request: RequestBuilder) -> Result<(u16, String), String> {
-    let response = request.send().map_err(|it| root_cause(&it))?;
+/// The status and the text that the gateway answers.
+fn answer(request: RequestBuilder) -> Result<(u16, String), NoAnswer> {
+    let no_answer = |it: reqwest::Error| NoAnswer { cause: root_cause(&it), may_have_arrived: !it.is_connect() };
+    let response = request.send().map_err(no_answer)?;
     let status = response.status().as_u16();
-    Ok((status, response.text().map_err(|it| root_cause(&it))?))
+    Ok((status, response.text().map_err(no_answer)?))
+}
+
+/// A decision that may have been carried out, by this failure.
+fn not_repeated(failure: &Failure) -> Failure {
+    let why = format!(
+        "it is not known whether this was carried out, so it is not repeated: look at `kittiwake permission list` before you decide again ({})",
+        failure.why
+    );
+    Failure { why, ..failure.clone() }
 }
 
 /// Whether command may be taken: nobody has it, or its holder offers it and the operator said `--hand-over`.
@@ -301,6 +352,75 @@ mod tests {
         let offered = Err("no; command is offered to ben, who takes it with --hand-over");
         check(r#"{"holder":"anna","offeredTo":"ben"}"#, false, offered);
         check(r#"{"holder":"anna","offeredTo":"ben"}"#, true, Ok(()));
+    }
+
+    /// Answers each connection with the next of `answers`, each a status and a body; an empty one breaks the connection off instead.
+    /// Returns where, and the requests that were read until the answers were used up.
+    fn fake(answers: &'static [&'static str]) -> (Url, std::thread::JoinHandle<Vec<String>>) {
+        use std::io::{BufRead, BufReader, Write};
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let url = Url::parse(&format!("http://{}", listener.local_addr().unwrap())).unwrap();
+        let serve = move || {
+            let each = answers.iter().map(|answer| {
+                let (mut stream, _) = listener.accept().unwrap();
+                let reader = BufReader::new(stream.try_clone().unwrap());
+                let head: Vec<_> = reader.lines().map(Result::unwrap).take_while(|it| !it.is_empty()).collect();
+                if let Some((status, body)) = answer.split_once(' ') {
+                    let length = body.len();
+                    let head =
+                        format!("HTTP/1.1 {status} said\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n");
+                    stream.write_all(format!("{head}{body}").as_bytes()).unwrap();
+                }
+                head[0].clone()
+            });
+            each.collect()
+        };
+        (url, std::thread::spawn(serve))
+    }
+
+    fn gateway_at(url: Url) -> Gateway {
+        // Fails if another test was quicker.
+        let _ = rustls::crypto::ring::default_provider().install_default();
+        let client = client(url.as_str(), None, Some(ANSWER_LIMIT)).unwrap();
+        Gateway { client, url, token: String::new(), ca: None, vehicle: None, hand_over: false }
+    }
+
+    const FLEET: &str = r#"200 {"vehicles":[{"vehicle":"uav1"}]}"#;
+    const DONE: &str = r#"200 {"text":"done"}"#;
+    const UNKNOWN: &str = r#"503 {"type":"urn:kittiwake:problem:outcome-unknown","detail":"no answer"}"#;
+    const NOTHING_DONE: &str = r#"503 {"type":"urn:kittiwake:problem:unavailable","detail":"too many"}"#;
+    const BROKEN_OFF: &str = "";
+
+    #[test]
+    fn a_decision_that_may_have_been_carried_out_is_not_repeated() {
+        for uncertain in [
+            &[FLEET, UNKNOWN][..],
+            &[FLEET, BROKEN_OFF],
+            &[FLEET, "502 <html>"],
+            &[FLEET, "500 {}"],
+            &[FLEET, NOTHING_DONE, UNKNOWN],
+        ] {
+            let (url, requests) = fake(uncertain);
+            let refused = gateway_at(url).decide(&["harbour", "decision"], None).unwrap_err();
+            assert_eq!(u8::from(refused.outcome), 5);
+            assert!(
+                refused.why.contains("look at `kittiwake permission list` before you decide again"),
+                "{}",
+                refused.why
+            );
+            let sent = requests.join().unwrap();
+            assert_eq!(sent.last().unwrap(), "POST /api/v1/vehicles/uav1/permissions/harbour/decision HTTP/1.1");
+        }
+    }
+
+    #[test]
+    fn a_request_is_repeated_where_a_second_time_does_no_harm() {
+        let (url, requests) = fake(&[FLEET, NOTHING_DONE, NOTHING_DONE, DONE]);
+        let done = gateway_at(url).decide(&["accept-loss"], None).unwrap();
+        assert_eq!((done["text"].as_str(), requests.join().unwrap().len()), (Some("done"), 4));
+        let (url, requests) = fake(&[FLEET, UNKNOWN, BROKEN_OFF, "502 <html>", DONE]);
+        let done = gateway_at(url).order(Method::POST, &["pause"], None).unwrap();
+        assert_eq!((done["text"].as_str(), requests.join().unwrap().len()), (Some("done"), 5));
     }
 
     #[test]

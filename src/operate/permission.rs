@@ -1,6 +1,5 @@
 //! `kittiwake permission`.
 
-use reqwest::Method;
 use serde_json::{Value, json};
 
 use crate::operate::Done;
@@ -24,9 +23,7 @@ pub fn run(what: &PermissionCommand, gateway: &Gateway) -> Result<Done, Failure>
         PermissionCommand::Deny { area, reason } => {
             decide(gateway, area, json!({ "decision": "DECISION_DENY", "reason": reason }))
         }
-        PermissionCommand::AcceptLoss => {
-            gateway.order(Method::POST, &["permissions", "accept-loss"], None).map(Done::of)
-        }
+        PermissionCommand::AcceptLoss => gateway.decide(&["accept-loss"], None).map(Done::of),
         PermissionCommand::Revoke { area, reason } => {
             decide(gateway, area, json!({ "decision": "DECISION_REVOKE", "reason": reason }))
         }
@@ -67,7 +64,7 @@ fn lines(permissions: &Value, stale: bool) -> String {
 }
 
 fn decide(gateway: &Gateway, area: &str, body: Value) -> Result<Done, Failure> {
-    gateway.order(Method::POST, &["permissions", area, "decision"], Some(body)).map(Done::of)
+    gateway.decide(&[area, "decision"], Some(body)).map(Done::of)
 }
 
 #[cfg(test)]

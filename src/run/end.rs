@@ -35,7 +35,7 @@ pub fn on_signal(mut on_signal: impl FnMut() + Send + 'static) -> std::io::Resul
 }
 
 /// Whether this process was started with `signal` ignored: bit N - 1 of `SigIgn` in proc_pid_status(5). Unreadable, it is not.
-fn is_ignored(signal: i32) -> bool {
+pub fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|it| it.strip_prefix("SigIgn:"));
     let mask = mask.and_then(|it| u64::from_str_radix(it.trim(), 16).ok()).unwrap_or(0);

@@ -2,7 +2,9 @@
 //! it, and what it leaves behind.
 
 pub mod end;
+pub mod first_start;
 pub mod inputs;
+mod life_lock;
 mod notify_socket;
 pub mod persisted;
 pub mod process;
@@ -10,6 +12,7 @@ pub(crate) mod px4_port;
 pub mod router;
 pub mod run_file;
 pub mod state_folder;
+pub mod stuck;
 pub mod tower_key;
 pub mod watchdog;
 pub mod writer;

@@ -1,7 +1,6 @@
 //! One process of the system: a service on its bus, or several of them.
 
-use std::path::PathBuf;
-use std::sync::Arc;
+use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use bus::{BusError, Composition, Hosted, Link, Nudge, Process, Scope, Stop};
@@ -10,6 +9,7 @@ use domain::file::Mistakes;
 use gateway::Gateway;
 use gateway::audit::OpenError;
 use gateway::process::{GatewayProcess, StartError};
+use gateway::tls::{Demand, Encryption};
 use mavlink_bridge::MavlinkBridge;
 use mavlink_bridge::ground::GroundSocket;
 use mavlink_bridge::socket::Socket;
@@ -18,7 +18,6 @@ use monitor::Monitor;
 use node::Node;
 use planner::Planner;
 use px4_bridge::Px4Bridge;
-use rustls::ServerConfig;
 use simulation::recording::{RECORDED, Recorded};
 use simulation::resumable::Resumable;
 use skill_manager::SkillManager;
@@ -31,13 +30,14 @@ use crate::composition::ONBOARD;
 use crate::config::Config;
 use crate::outcome::Outcome;
 use crate::run::end::stop_on_end;
+use crate::run::first_start::nothing_flies;
 use crate::run::persisted::{self, Persisted};
 use crate::run::px4_port::Px4Port;
 use crate::run::state_folder::FLEET;
+use crate::run::stuck::Turns;
 use crate::run::watchdog::Watched;
 use crate::run::{inputs, state_folder, tower_key};
 use crate::service::Service;
-use crate::settings::Settings;
 use crate::setup::access;
 use crate::{output, signing_key, telemetry};
 
@@ -77,6 +77,13 @@ pub fn run_onboard(args: &OnboardArgs) -> Outcome {
 /// Runs `services`, which stand in one scope, as the process `name`.
 fn run_process(name: &'static str, services: &[Service], args: &ProcessArgs) -> Outcome {
     output::in_background();
+    let turns = match Turns::that_must_go_on(name) {
+        Ok(turns) => turns,
+        Err(failure) => {
+            output::error_line(format_args!("{name}: {failure}"));
+            return failure.outcome();
+        }
+    };
     let inputs = match check_inputs::read_or_tell(&args.settings) {
         Ok(inputs) => inputs,
         Err(outcome) => return outcome,
@@ -86,7 +93,9 @@ fn run_process(name: &'static str, services: &[Service], args: &ProcessArgs) -> 
             return check_inputs::tell(&mistakes);
         }
     }
-    let tls = match services.contains(&Service::Gateway).then(|| check_inputs::read_tls(&inputs.config)).transpose() {
+    let demand = if nothing_flies(&args.settings) { Demand::Usable } else { Demand::Nothing };
+    let read_tls = || check_inputs::read_tls(&inputs.config, demand);
+    let tls = match services.contains(&Service::Gateway).then(read_tls).transpose() {
         Ok(tls) => tls.flatten(),
         Err(outcome) => return outcome,
     };
@@ -96,9 +105,11 @@ fn run_process(name: &'static str, services: &[Service], args: &ProcessArgs) -> 
     let open_timeout = inputs.config.connect_limit_s.seconds();
     let link = Link { connect: args.connect.clone(), scope, open_timeout };
     let stop = Stop::new();
+    turns.wait_for_router(open_timeout);
+    turns.end_with(&stop);
     let result = stop_on_end(&stop, args.exit_with_parent).map_err(Failure::from).and_then(|()| match services {
-        [Service::Gateway] => run_gateway(&args.settings, &inputs, tls, &link, &stop),
-        _ => run_on_bus(services, args, &inputs, &link, &stop),
+        [Service::Gateway] => run_gateway(args, &inputs, tls, &link, &stop, turns),
+        _ => run_on_bus(services, args, &inputs, &link, &stop, turns),
     });
     telemetry.end();
     report(name, result)
@@ -110,11 +121,12 @@ fn run_on_bus(
     inputs: &Inputs,
     link: &Link,
     stop: &Stop,
+    turns: Turns,
 ) -> Result<(), Failure> {
     let mut parts = Vec::new();
     for service in services {
         let direct = args.direct.as_ref().and_then(|it| service.direct(it));
-        parts.push((build(*service, &args.settings, inputs)?, direct));
+        parts.push((build(*service, args, inputs)?, direct));
     }
     let pace = inputs.config.speed.pace();
     let mut nodes = Vec::new();
@@ -126,27 +138,29 @@ fn run_on_bus(
         nodes.push(Hosted { node: node.as_mut(), direct: direct.take(), nudge: nudge.clone() });
     }
     if let Some((Part { node, nudge }, direct)) = last {
-        watched = Watched::new(node.as_mut());
+        watched = Watched::new(node.as_mut(), turns);
         nodes.push(Hosted { node: &mut watched, direct: direct.take(), nudge: nudge.clone() });
     }
     Ok(Composition { nodes, link, pace, is_only_one: true }.run(stop)?)
 }
 
 fn run_gateway(
-    settings: &Settings,
+    args: &ProcessArgs,
     inputs: &Inputs,
-    tls: Option<Arc<ServerConfig>>,
+    tls: Option<Encryption>,
     link: &Link,
     stop: &Stop,
+    turns: Turns,
 ) -> Result<(), Failure> {
     let Inputs { config, contingencies, .. } = inputs;
-    let access = access::access_control(settings, config.gateway.audit_files.get().into())?;
+    let access = access::access_control(&args.settings, config.gateway.audit_files.get().into())?;
     let (pace, nudge) = (config.speed.pace(), Nudge::default());
     let wake = nudge.clone();
     let gateway = Gateway::new(&config.gateway, pace, access, contingencies.rows(), move || wake.wake());
     let process = GatewayProcess::bind(gateway, config.http, tls)?;
     output::line(process.url()?);
-    let run = |node: &mut Gateway| Process { pace, nudge, ..Process::of(&mut Watched::new(node), link) }.run(stop);
+    let run =
+        |node: &mut Gateway| Process { pace, nudge, ..Process::of(&mut Watched::new(node, turns), link) }.run(stop);
     Ok(process.run(run)??)
 }
 
@@ -164,7 +178,7 @@ impl Part {
     }
 }
 
-fn build(service: Service, settings: &Settings, inputs: &Inputs) -> Result<Part, Failure> {
+fn build(service: Service, args: &ProcessArgs, inputs: &Inputs) -> Result<Part, Failure> {
     let Inputs { config, mission, trees, contingencies, state, tower_key, tower_secret, .. } = inputs;
     let (pace, seed) = (config.speed.pace(), config.seed);
     let vehicle = config.vehicle.as_str();
@@ -179,14 +193,14 @@ fn build(service: Service, settings: &Settings, inputs: &Inputs) -> Result<Part,
         Service::SkillManager => Part::of(SkillManager::new(&config.skill_manager, pace)),
         Service::Monitor => Part::of(Monitor::new(&config.monitor, contingencies, pace)),
         Service::Planner => {
-            let record = Record { settings, config, instance: start_number(), tower_key: String::new() };
+            let record = Record { args, config, instance: start_number(), tower_key: String::new() };
             let planner = Planner::new(&config.planner, &config.energy, mission.clone(), pace);
             recorded(planner, &record, state.clone())?
         }
         Service::Mcm => {
             let key = tower_key.as_ref().map(|path| tower_key::read_public(path)).transpose()?;
             let told = key.as_ref().map_or_else(String::new, ToString::to_string);
-            let record = Record { settings, config, instance: start_number(), tower_key: told };
+            let record = Record { args, config, instance: start_number(), tower_key: told };
             let table = contingencies.clone();
             let mcm = Mcm::new(&config.mcm, &config.energy, vehicle, record.instance, trees, table, pace)?;
             let mcm = mcm.of_mission(mission).measured_with(bus::monotonic_ns);
@@ -204,7 +218,7 @@ fn build(service: Service, settings: &Settings, inputs: &Inputs) -> Result<Part,
                 Some(key) => tower.that_signs_with(key),
                 None => tower,
             };
-            with_state(tower, state.clone(), FLEET, settings.has_run)?
+            with_state(tower, state.clone(), FLEET, args.settings.has_run)?
         }
         Service::Gateway => unreachable!("it has a server beside its node: see `run_gateway`"),
     })
@@ -228,24 +242,40 @@ fn build_mavlink_bridge(config: &mavlink_bridge::config::Config) -> Result<Part,
 
 /// What the recording of a process begins with, if it has one.
 struct Record<'a> {
-    settings: &'a Settings,
+    args: &'a ProcessArgs,
     config: &'a Config,
     instance: u64,
     tower_key: String,
 }
 
+impl Record<'_> {
+    /// Begins the recording of `service` in `folder`.
+    fn begin(&self, folder: &Path, service: &str) -> Result<inputs::Inputs, Failure> {
+        let file = &self.args.settings.config;
+        let header =
+            inputs::header(self.config, file, self.instance, self.tower_key.clone()).map_err(Failure::Files)?;
+        let is_awaited = nothing_flies(&self.args.settings);
+        inputs::Inputs::begin(folder, service, header, is_awaited)
+            .map_err(|cause| Failure::Inputs { folder: folder.to_owned(), cause })
+    }
+}
+
 /// `service` of a vehicle, whose inputs are recorded if the settings name a folder.
 fn recorded<N: Resumable + 'static>(service: N, record: &Record<'_>, state: Option<PathBuf>) -> Result<Part, Failure> {
     let (name, vehicle) = (service.name(), record.config.vehicle.as_str());
+    let has_run = record.args.settings.has_run;
     let number = RECORDED.iter().position(|it| *it == name);
-    let (Some(folder), Some(number)) = (&record.settings.record_inputs, number) else {
-        return with_state(service, state, vehicle, record.settings.has_run);
+    let (Some(folder), Some(number)) = (&record.args.settings.record_inputs, number) else {
+        return with_state(service, state, vehicle, has_run);
     };
-    let header = inputs::header(record.config, &record.settings.config, record.instance, record.tower_key.clone());
-    let inputs = header.map_err(Failure::Files).and_then(|header| {
-        inputs::Inputs::begin(folder, name, &header).map_err(|cause| Failure::Inputs { folder: folder.clone(), cause })
-    })?;
-    with_state(Recorded::new(service, number as u8, inputs), state, vehicle, record.settings.has_run)
+    match record.begin(folder, name) {
+        Ok(inputs) => with_state(Recorded::new(service, number as u8, inputs), state, vehicle, has_run),
+        Err(failure) if nothing_flies(&record.args.settings) => Err(failure),
+        Err(failure) => {
+            output::error_line(format_args!("{name}: {failure}; it runs without a recording"));
+            with_state(service, state, vehicle, has_run)
+        }
+    }
 }
 
 /// `service`, whose state is `owner`'s and in `folder`, if there is one, as it must be if it `has_run` before.
@@ -287,5 +317,34 @@ fn report(name: &str, result: Result<(), Failure>) -> Outcome {
                 _ => Outcome::NotKeptUp,
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::{Cli, Command};
+    use clap::Parser;
+
+    #[test]
+    fn a_disk_for_recordings_keeps_no_process_away_that_may_be_needed_in_flight() {
+        #[track_caller]
+        fn check(more: &[&str], starts: bool) {
+            let file = tempfile::NamedTempFile::new().unwrap();
+            let no_folder = file.path().to_str().unwrap();
+            for name in RECORDED {
+                let cli = Cli::parse_from([&["kittiwake", name, "--record-inputs", no_folder], more].concat());
+                let Some(Command::Service(service)) = cli.command else { panic!("{cli:?}") };
+                let (service, args) = service.split();
+                let inputs = check_inputs::read(&args.settings).unwrap();
+                assert_eq!(build(service, &args, &inputs).is_ok(), starts, "{name} {more:?}");
+            }
+        }
+        check(&["--exit-with-parent", "--simulated"], false);
+        check(&["--exit-with-parent", "--simulated", "--has-run"], true);
+        // By a launcher over a real autopilot, which may have been started again in flight.
+        check(&["--exit-with-parent"], true);
+        // By systemd or in a container.
+        check(&[], true);
     }
 }

@@ -9,6 +9,7 @@ use domain::file::Source;
 use crate::cli::RouterArgs;
 use crate::outcome::Outcome;
 use crate::run::end::stop_on_end;
+use crate::run::stuck::Turns;
 use crate::run::watchdog::Watchdog;
 use crate::{output, telemetry};
 
@@ -16,6 +17,13 @@ use crate::{output, telemetry};
 /// on standard error.
 pub fn router(args: &RouterArgs) -> Outcome {
     output::in_background();
+    let turns = match Turns::that_must_go_on("router") {
+        Ok(turns) => turns,
+        Err(failure) => {
+            output::error_line(format_args!("router: {failure}"));
+            return failure.outcome();
+        }
+    };
     let link = match link_end(args) {
         Ok(link) => link,
         Err(bad) => {
@@ -24,7 +32,7 @@ pub fn router(args: &RouterArgs) -> Outcome {
         }
     };
     let telemetry = telemetry::start("router", "", &telemetry::Config { otlp_endpoint: None });
-    let result = run(args, link.as_ref());
+    let result = run(args, link.as_ref(), turns);
     telemetry.end();
     match result {
         Ok(()) => Outcome::Success,
@@ -35,10 +43,11 @@ pub fn router(args: &RouterArgs) -> Outcome {
     }
 }
 
-fn run(args: &RouterArgs, link: Option<&LinkEnd>) -> Result<(), String> {
+fn run(args: &RouterArgs, link: Option<&LinkEnd>, turns: Turns) -> Result<(), String> {
     let stop = Stop::new();
+    turns.end_with(&stop);
     stop_on_end(&stop, args.exit_with_parent).map_err(|cause| format!("the operating system refuses: {cause}"))?;
-    let mut watchdog = Watchdog::from_environment();
+    let mut watchdog = Watchdog::from_environment(turns);
     let result = run_linked_router(&args.listen, link, &stop, |news| tell(news, &mut watchdog));
     result.map_err(|cause: BusError| cause.to_string())
 }
@@ -83,10 +92,13 @@ fn link_end(args: &RouterArgs) -> Result<Option<LinkEnd>, String> {
     let table = Source::read(table).and_then(|it| Crossing::read(&it)).map_err(|it| it.to_string())?;
     let link = LinkEnd { table, credentials: credentials.clone(), way };
     match link_credentials::check(&link.credentials, &link.name(), link.side()) {
-        // Its own side must not lose its router by that: it may be started again in flight.
-        Err(bad) if bad.comes_with_time() => output::error_line(format_args!("router: no link for now: {bad}")),
-        Err(bad) => return Err(format!("router: {bad}")),
-        Ok(()) => {}
+        Ok(()) => Ok(Some(link)),
+        Err(bad) if bad.refuses(link.side()) => Err(format!("router: {bad}")),
+        // It is reported again while the link is down, which is taken up as soon as the files are good.
+        Err(bad) => {
+            let what = if bad.forbids_link() { "no link for now: " } else { "" };
+            output::error_line(format_args!("router: {what}{bad}"));
+            Ok(Some(link))
+        }
     }
-    Ok(Some(link))
 }

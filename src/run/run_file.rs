@@ -1,13 +1,21 @@
 //! How `kittiwake inject` and `kittiwake status` find a running system: the launcher leaves a file
 //! with its addresses while it runs.
 
-use std::io;
+use std::fs::File;
+use std::hash::{BuildHasher as _, RandomState};
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
+use crate::run::life_lock;
+
 /// The router's socket in its folder.
 pub const ROUTER_SOCKET: &str = "router.sock";
+
+/// A new folder is cleared away by others only if they look in the moment before it is locked.
+const MOST_TRIES: usize = 8;
 
 /// Where a running system can be reached.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -28,27 +36,68 @@ pub struct Running {
     pub ca: Option<PathBuf>,
 }
 
+/// What the file says.
+#[derive(Serialize, Deserialize)]
+struct Content {
+    #[serde(flatten)]
+    running: Running,
+    /// Whether its launcher holds a lock on it. Files of versions that held none do not say so.
+    #[serde(default)]
+    locked: bool,
+}
+
 /// The file of a running launcher; removed with the value.
-pub struct RunFile(PathBuf);
+pub struct RunFile {
+    path: PathBuf,
+    running: Running,
+    /// Open, and locked where that is possible: readers so know that the launcher lives.
+    file: File,
+}
 
 impl RunFile {
     /// Leaves the file; readers see all of it or nothing.
     pub fn write(running: &Running) -> io::Result<RunFile> {
-        let folder = folder();
-        private_folder(&folder)?;
-        let path = folder.join(format!("{}.json", running.pid));
-        let unfinished = path.with_extension("part");
-        write_private(&unfinished, &serde_json::to_vec(running)?)?;
-        std::fs::rename(&unfinished, &path)?;
-        Ok(RunFile(path))
+        let path = folder().join(format!("{}.json", new_name()));
+        let file = write_locked(&path, running, lock)?;
+        Ok(RunFile { path, running: running.clone(), file })
+    }
+
+    /// Writes it again where it was removed or replaced; whether it was.
+    ///
+    /// # Errors
+    /// If that is not possible.
+    pub fn restore(&mut self) -> io::Result<bool> {
+        let is_gone = !life_lock::is_at(&self.file, &self.path);
+        if is_gone {
+            self.file = write_locked(&self.path, &self.running, lock)?;
+        }
+        Ok(is_gone)
     }
 }
 
 impl Drop for RunFile {
     fn drop(&mut self) {
-        // Removed already, or stale from now on: readers check the process.
-        let _ = std::fs::remove_file(&self.0);
+        // Removed already, or stale from now on: readers look for the lock.
+        let _ = std::fs::remove_file(&self.path);
     }
+}
+
+/// Whether this process has it from now on.
+fn lock(file: &File) -> bool {
+    file.try_lock().is_ok()
+}
+
+/// Nobody sees the file before it is whole, and locked where that is possible.
+fn write_locked(path: &Path, running: &Running, lock: fn(&File) -> bool) -> io::Result<File> {
+    path.parent().map_or(Ok(()), private_folder)?;
+    let unfinished = path.with_extension("part");
+    write_private(&unfinished, &[])?;
+    // For writing: a file system of another machine locks no file that is only read.
+    let mut file = File::options().read(true).write(true).open(&unfinished)?;
+    let content = Content { running: running.clone(), locked: lock(&file) };
+    file.write_all(&serde_json::to_vec(&content)?)?;
+    std::fs::rename(&unfinished, path)?;
+    Ok(file)
 }
 
 /// Every running system of this user. Files of launchers that were killed are removed.
@@ -63,24 +112,40 @@ fn read(path: &Path) -> Option<Running> {
     if path.extension()? != "json" {
         return None;
     }
-    let running: Running = serde_json::from_slice(&std::fs::read(path).ok()?).ok()?;
-    if is_alive(running.pid) {
+    let file = File::open(path).ok()?;
+    let Content { running, locked } = serde_json::from_str(&io::read_to_string(&file).ok()?).ok()?;
+    // Where there are no locks, only the process id is left to go by.
+    let is_taken = locked.then(|| life_lock::is_taken(&file)).flatten();
+    if is_taken.unwrap_or_else(|| is_alive(running.pid)) {
         return Some(running);
     }
     let _ = std::fs::remove_file(path);
     None
 }
 
-/// Removes the folders of processes that were killed.
+/// Removes the folders of processes that were killed: those that are nobody's any more. Whoever removes one has it meanwhile.
 fn clear_away(base: &Path) {
     for entry in std::fs::read_dir(base).into_iter().flatten().flatten() {
-        let name = entry.file_name();
-        let pid = name.to_str().and_then(|it| it.split_once('.')?.0.parse().ok());
-        if pid.is_some_and(|it| !is_alive(it)) && entry.file_type().is_ok_and(|it| it.is_dir()) {
-            // Another command may be removing it at the same time.
+        let is_folder = entry.file_type().is_ok_and(|it| it.is_dir());
+        if is_folder
+            && entry.file_name().to_str().is_some_and(is_of_run)
+            && let Ok(Some(_taken)) = life_lock::take(&entry.path())
+        {
             let _ = std::fs::remove_dir_all(entry.path());
         }
     }
+}
+
+/// A name that no other run has: a process of another namespace may have the same process id.
+fn new_name() -> String {
+    let differs = RandomState::new().hash_one(());
+    format!("{}-{:08x}", std::process::id(), differs >> 32)
+}
+
+/// Whether a folder has such a name, followed by what it is for.
+fn is_of_run(name: &str) -> bool {
+    let parts = name.split_once('.').and_then(|(it, _)| it.split_once('-'));
+    parts.is_some_and(|(pid, differs)| pid.parse::<u32>().is_ok() && u32::from_str_radix(differs, 16).is_ok())
 }
 
 /// Whether the process exists: signal 0 is checked but not delivered.
@@ -90,7 +155,6 @@ fn is_alive(pid: u32) -> bool {
 
 /// A file that nobody else can read; there must be none yet.
 pub fn write_private(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    use std::io::Write;
     use std::os::unix::fs::OpenOptionsExt;
     // Left behind by a killed process of the same number.
     let _ = std::fs::remove_file(path);
@@ -126,8 +190,8 @@ pub fn private_folder(folder: &Path) -> io::Result<()> {
     }
 }
 
-/// A folder of one run of this process, removed with the value.
-pub struct RunFolder(pub PathBuf);
+/// A folder of one run of this process, removed with the value. Until then it is locked, and so nobody else clears it away.
+pub struct RunFolder(pub PathBuf, Mutex<Option<File>>);
 
 impl RunFolder {
     /// Makes it; `what` distinguishes it from the process's other folders.
@@ -139,26 +203,49 @@ impl RunFolder {
     }
 
     /// The same in memory, where there is a place for that: what ends with the run need not wait for a disk, which may take
-    /// seconds while the machine builds or copies something.
+    /// seconds while the machine builds or copies something. Not so for one that `outlasts_session`, its user's last one.
     ///
     /// # Errors
     /// As [`RunFolder::create`].
-    pub fn create_in_memory(what: &str) -> io::Result<RunFolder> {
-        let of_session = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from).filter(|it| it.is_absolute());
-        let places = of_session.into_iter().chain([PathBuf::from("/dev/shm")]).filter(|it| it.is_dir());
-        let in_memory = places.map(|it| of_user(&it)).find_map(|base| RunFolder::create_in(&base, what).ok());
+    pub fn create_in_memory(what: &str, outlasts_session: bool) -> io::Result<RunFolder> {
+        let places = places_in_memory(std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from), outlasts_session);
+        let mut places = places.iter().filter(|it| it.is_dir()).map(|it| of_user(it));
+        let in_memory = places.find_map(|base| RunFolder::create_in(&base, what).ok());
         in_memory.map_or_else(|| RunFolder::create(what), Ok)
     }
 
     fn create_in(base: &Path, what: &str) -> io::Result<RunFolder> {
+        use std::os::unix::fs::DirBuilderExt as _;
         private_folder(base)?;
         clear_away(base);
-        let path = base.join(format!("{}.{what}", std::process::id()));
-        // Left behind by a killed process of the same number.
-        let _ = std::fs::remove_dir_all(&path);
-        private_folder(&path)?;
-        Ok(RunFolder(path))
+        for _ in 0..MOST_TRIES {
+            let path = base.join(format!("{}.{what}", new_name()));
+            std::fs::DirBuilder::new().mode(0o700).create(&path)?;
+            match life_lock::take(&path) {
+                // Who clears away was first, and took it for one that was left behind.
+                Ok(None) => {}
+                Err(cause) if cause.kind() == io::ErrorKind::NotFound => {}
+                // Where there are no locks, nobody clears away.
+                taken => return Ok(RunFolder(path, Mutex::new(taken.ok().flatten()))),
+            }
+        }
+        Err(io::Error::other(format!("each new folder in {} is cleared away at once", base.display())))
     }
+
+    /// Keeps it from being cleared away by others, also where it was removed and made again.
+    pub fn hold(&self) {
+        let mut lock = self.1.lock().unwrap_or_else(PoisonError::into_inner);
+        if !lock.as_ref().is_some_and(|it| life_lock::is_at(it, &self.0)) {
+            // If it is not there now, it may be later.
+            *lock = life_lock::take(&self.0).ok().flatten();
+        }
+    }
+}
+
+/// Where there is memory for files. At the end of a user's last session the operating system removes what that user has there.
+fn places_in_memory(of_session: Option<PathBuf>, outlasts_session: bool) -> Vec<PathBuf> {
+    let places = of_session.into_iter().filter(|it| it.is_absolute()).chain(["/dev/shm".into()]);
+    places.filter(|_| !outlasts_session).collect()
 }
 
 /// What a run wrote into a folder of its own, to be written again where it was removed or changed: who cleans up temporary files does not
@@ -194,6 +281,7 @@ impl Remembered {
         }
         folder.0.parent().map_or(Ok(()), private_folder)?;
         private_folder(&folder.0)?;
+        folder.hold();
         for (path, bytes) in spoiled {
             path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
             if path.is_dir() {
@@ -232,7 +320,7 @@ mod tests {
     fn what_was_written_is_written_again_whatever_stands_in_its_place() {
         #[track_caller]
         fn check(spoil: impl Fn(&Path), expected: bool) {
-            let folder = RunFolder(tempfile::tempdir().unwrap().keep());
+            let folder = RunFolder(tempfile::tempdir().unwrap().keep(), Mutex::new(None));
             let file = folder.0.join("trees").join("main.xml");
             std::fs::create_dir(file.parent().unwrap()).unwrap();
             std::fs::write(&file, "as checked").unwrap();
@@ -256,20 +344,125 @@ mod tests {
         check(|it| replace(it, |it| std::os::unix::fs::symlink("/dev/zero", it)), true);
     }
 
-    #[test]
-    fn a_running_system_is_found_until_its_file_is_dropped() {
-        let me = Running {
+    fn system() -> Running {
+        Running {
             pid: std::process::id(),
             connect: "tcp/127.0.0.1:1".into(),
-            http: "http://127.0.0.1:2".into(),
+            http: format!("http://127.0.0.1/{}", new_name()),
             token: "secret".into(),
             vehicle: "uav1".into(),
             config: "config/kittiwake.toml".into(),
             ca: None,
-        };
+        }
+    }
+
+    #[test]
+    fn a_running_system_is_found_until_its_file_is_dropped() {
+        let me = system();
         let file = RunFile::write(&me).unwrap();
         assert!(running().contains(&me));
         drop(file);
         assert!(!running().contains(&me));
+    }
+
+    #[test]
+    fn a_run_file_that_is_removed_or_replaced_in_flight_is_written_again() {
+        let me = system();
+        let mut file = RunFile::write(&me).unwrap();
+        assert!(!file.restore().unwrap());
+        std::fs::remove_file(&file.path).unwrap();
+        assert!(file.restore().unwrap());
+        assert!(running().contains(&me));
+        std::fs::remove_file(&file.path).unwrap();
+        std::fs::write(&file.path, "{}").unwrap();
+        assert!(file.restore().unwrap());
+        assert!(running().contains(&me));
+    }
+
+    #[test]
+    fn a_run_file_is_believed_while_its_launcher_lives_and_not_while_its_process_id_is_used() {
+        // Of a launcher in another namespace, whose id means nothing here.
+        let elsewhere = Running { pid: u32::MAX, ..system() };
+        let mut file = RunFile::write(&elsewhere).unwrap();
+        assert!(running().contains(&elsewhere));
+        // Of one that was killed, whose id is used again.
+        let killed = Running { pid: std::process::id(), ..elsewhere };
+        let content = Content { running: killed.clone(), locked: true };
+        write_private(&file.path, &serde_json::to_vec(&content).unwrap()).unwrap();
+        file.file = File::open("/dev/null").unwrap();
+        assert!(!running().contains(&killed));
+        assert!(!file.path.exists(), "what is left behind is removed");
+    }
+
+    #[test]
+    fn a_run_file_without_a_lock_is_believed_while_there_is_a_process_of_its_id() {
+        let folder = tempfile::tempdir().unwrap();
+        let (flying, killed) = (system(), Running { pid: u32::MAX, ..system() });
+        let path = folder.path().join("12-00c0ffee.json");
+        // Where nothing can be locked.
+        let without_locks = |it: &Running| drop(write_locked(&path, it, |_| false).unwrap());
+        // By a version that locked nothing.
+        let before = |it: &Running| write_private(&path, &serde_json::to_vec(it).unwrap()).unwrap();
+        for write in [&without_locks as &dyn Fn(&Running), &before] {
+            write(&flying);
+            assert_eq!(read(&path), Some(flying.clone()));
+            assert!(path.exists());
+            write(&killed);
+            assert_eq!(read(&path), None);
+            assert!(!path.exists(), "what is left behind is removed");
+        }
+    }
+
+    #[test]
+    fn a_run_file_is_locked_as_a_file_that_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("12-00c0ffee.json");
+        let mut file = write_locked(&path, &system(), lock).unwrap();
+        // What is only read cannot be locked in each file system.
+        file.write_all(b"\n").unwrap();
+        let content: Content = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+        assert!(content.locked);
+    }
+
+    #[test]
+    fn folders_of_runs_that_were_killed_are_cleared_away_and_no_others() {
+        let base = tempfile::tempdir().unwrap();
+        let create = || RunFolder::create_in(base.path(), "state").unwrap();
+        let killed = create();
+        std::fs::write(killed.0.join("mcm.0"), "a state").unwrap();
+        *killed.1.lock().unwrap() = None;
+        for name in ["notes", "12.state", "flight-2.state"] {
+            std::fs::create_dir(base.path().join(name)).unwrap();
+        }
+        // Two of one process id, as two in namespaces of their own may be.
+        let (flying, other) = (create(), create());
+        assert!(!killed.0.exists());
+        assert!(flying.0.is_dir() && flying.0 != other.0);
+        // What was removed and made again is still that of a run.
+        std::fs::remove_dir(&flying.0).unwrap();
+        flying.hold();
+        std::fs::create_dir(&flying.0).unwrap();
+        flying.hold();
+        drop(other);
+        drop(create());
+        let mut left: Vec<_> = std::fs::read_dir(base.path()).unwrap().map(|it| it.unwrap().path()).collect();
+        left.sort();
+        let mut expected: Vec<_> = ["notes", "12.state", "flight-2.state"].map(|it| base.path().join(it)).into();
+        expected.push(flying.0.clone());
+        expected.sort();
+        assert_eq!(left, expected);
+    }
+
+    #[test]
+    fn a_state_that_is_to_outlast_its_users_session_is_not_where_that_is_cleared() {
+        #[track_caller]
+        fn check(of_session: Option<&str>, outlasts_session: bool, expected: &[&str]) {
+            let places = places_in_memory(of_session.map(PathBuf::from), outlasts_session);
+            assert_eq!(places, expected.iter().map(PathBuf::from).collect::<Vec<_>>());
+        }
+        check(Some("/run/user/1000"), false, &["/run/user/1000", "/dev/shm"]);
+        check(Some("run"), false, &["/dev/shm"]);
+        check(None, false, &["/dev/shm"]);
+        check(Some("/run/user/1000"), true, &[]);
     }
 }

@@ -2,11 +2,14 @@
 
 use std::io;
 use std::path::Path;
+use std::time::Duration;
 
 use gateway::AccessControl;
 use gateway::access::{InvalidTokens, Role, Tokens, entry};
 use gateway::audit::{Audit, OpenError};
 
+use crate::output;
+use crate::run::first_start::nothing_flies;
 use crate::run::run_file::{self, Remembered, RunFolder};
 use crate::settings::Settings;
 
@@ -14,6 +17,10 @@ use crate::settings::Settings;
 pub const TOKENS: &str = "tokens.toml";
 /// Length of a token: 256 bits.
 pub const TOKEN_BYTES: usize = 32;
+
+/// How long the start of a gateway waits for the disk of the audit trail: many times what a slow one takes, and far less than a
+/// supervisor waits.
+const OPEN_LIMIT: Duration = Duration::from_secs(5);
 
 /// Why the access folder cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -27,7 +34,11 @@ pub enum Failure {
 }
 
 /// The tokens and the audit trail in the access folder, of which the newest `audit_files` files are kept; without a folder no token is
-/// valid. A gateway that has run before starts whatever became of the folder: an aircraft is not left without its operators.
+/// valid. A gateway that may be needed in flight starts without a trail that can be written: an aircraft is not left without its
+/// operators.
+///
+/// # Errors
+/// If there are no tokens, another gateway writes the trail, or nothing flies and the trail cannot be written.
 pub fn access_control(settings: &Settings, audit_files: usize) -> Result<AccessControl, Failure> {
     let Some(folder) = &settings.access else {
         return Ok(AccessControl { tokens: Tokens::default(), audit: Audit::in_memory() });
@@ -37,20 +48,27 @@ pub fn access_control(settings: &Settings, audit_files: usize) -> Result<AccessC
         Some(copy) => Tokens::read_or_copied(&path, copy, settings.has_run)?,
         None => Tokens::read(&path)?,
     };
-    let audit = match Audit::open(folder, audit_files) {
-        Err(OpenError::Unusable(..)) if settings.has_run => open_again(folder, audit_files)?,
-        opened => opened?,
-    };
-    Ok(AccessControl { tokens, audit })
+    let open = if nothing_flies(settings) { open } else { open_or_failing };
+    Ok(AccessControl { tokens, audit: open(folder, audit_files)? })
+}
+
+fn open(folder: &Path, audit_files: usize) -> Result<Audit, OpenError> {
+    Audit::open_within(folder, audit_files, OPEN_LIMIT)
 }
 
 /// The audit trail in a folder that may be gone; without one that can be written, orders go on without a record, and that is told.
-fn open_again(folder: &Path, audit_files: usize) -> Result<Audit, Failure> {
-    // Where that fails, opening says why.
-    let _ = run_file::private_folder(folder);
-    match Audit::open(folder, audit_files) {
-        Err(OpenError::Unusable(path, cause)) => Ok(Audit::failing(&path, &cause)),
-        opened => Ok(opened?),
+fn open_or_failing(folder: &Path, audit_files: usize) -> Result<Audit, OpenError> {
+    if std::fs::symlink_metadata(folder).is_err_and(|it| it.kind() == io::ErrorKind::NotFound) {
+        // Where that fails, opening says why.
+        let _ = run_file::private_folder(folder);
+    }
+    match open(folder, audit_files) {
+        Err(OpenError::Unusable(path, cause)) => {
+            let audit = Audit::failing(&path, &cause);
+            audit.problems().iter().for_each(output::error_line);
+            Ok(audit)
+        }
+        opened => opened,
     }
 }
 
@@ -110,7 +128,8 @@ mod tests {
             let folder = &place.path().join("access");
             run_file::private_folder(folder).unwrap();
             run_file::write_private(&folder.join(TOKENS), entry("anna", &Role::ALL, "secret").as_bytes()).unwrap();
-            let first = Settings { tokens_copy: Some(run.path().join("copy.toml")), ..of_folder(folder) };
+            let tokens_copy = Some(run.path().join("copy.toml"));
+            let first = Settings { tokens_copy, simulated: true, ..of_folder(folder) };
             let again = Settings { has_run: true, ..first.clone() };
             let before = access_control(&first, 1).unwrap();
             let who = before.tokens.identify("secret", 0).unwrap().clone();
@@ -129,6 +148,29 @@ mod tests {
             std::fs::write(it, "").unwrap();
         };
         check(replaced, 1);
+    }
+
+    #[test]
+    fn a_trail_that_cannot_be_written_keeps_no_gateway_away_that_may_be_needed_in_flight() {
+        #[track_caller]
+        fn check<T>(spoil: impl FnOnce(&Path) -> T, starts: bool, problems_in_flight: Result<usize, ()>) {
+            let place = tempfile::tempdir().unwrap();
+            let folder = &place.path().join("access");
+            run_file::private_folder(folder).unwrap();
+            run_file::write_private(&folder.join(TOKENS), entry("anna", &Role::ALL, "secret").as_bytes()).unwrap();
+            let _spoilt = spoil(folder);
+            let first = Settings { simulated: true, ..of_folder(folder) };
+            assert_eq!(access_control(&first, 1).is_ok(), starts);
+            // By systemd or in a container, also for the first time.
+            let found = access_control(&of_folder(folder), 1).map(|it| it.audit.problems().len());
+            assert_eq!(found.map_err(drop), problems_in_flight);
+        }
+        // Root may write everywhere, but no file where a folder is.
+        check(|it| std::fs::create_dir(it.join("last-audit-number")).unwrap(), false, Ok(1));
+        check(|it| std::fs::create_dir(it.join("refusals.jsonl")).unwrap(), false, Ok(1));
+        check(|_| {}, true, Ok(0));
+        // Two gateways would break the chain.
+        check(|it| Audit::open(it, 1).unwrap(), false, Err(()));
     }
 
     #[test]

@@ -59,6 +59,11 @@ enum Failure {
     NoPresent { name: String, path: PathBuf },
     #[error("cannot write {path}: {cause}")]
     Write { path: PathBuf, cause: std::io::Error },
+    #[error(
+        "revoked, and not every router has the list that says so: {failures}; routers that have it: {given}; see that these \
+         files can be written, and revoke it again"
+    )]
+    NotGiven { failures: String, given: String },
     #[error(transparent)]
     TowerKey(#[from] tower_key::Failure),
     #[error("cannot make a certificate: {0}")]

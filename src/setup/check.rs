@@ -2,14 +2,17 @@
 //! contingency table answers everything. Nothing is started.
 
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use bus::crossing::Crossing;
 use domain::contingency::listing;
 use domain::file::{Mistakes, Source};
+use gateway::tls::Demand;
 
 use crate::backend::Backend;
 use crate::check_inputs::{self, Inputs};
 use crate::cli::CheckArgs;
+use crate::config::Config;
 use crate::outcome::Outcome;
 use crate::{output, plan};
 
@@ -44,7 +47,7 @@ pub fn check(args: &CheckArgs) -> Outcome {
     if let Err(mistakes) = inputs.suits(Backend::Sim) {
         return check_inputs::tell(&mistakes);
     }
-    if let Err(outcome) = check_inputs::read_tls(&inputs.config) {
+    if let Err(outcome) = check_tls(&inputs.config, args.files_only) {
         return outcome;
     }
     let reply = match plan::forecast(&inputs, None) {
@@ -79,6 +82,18 @@ pub fn check(args: &CheckArgs) -> Outcome {
         return Outcome::NotFlyable;
     }
     proven(args, &inputs)
+}
+
+/// Whether the gateway's connections can be encrypted, if they are to be. Files alone are checked when a machine starts, also in flight,
+/// and before its clock is right: a wrong date is told then, and keeps nobody away.
+#[expect(clippy::disallowed_methods, reason = "certificates expire by UTC")]
+fn check_tls(config: &Config, files_only: bool) -> Result<(), Outcome> {
+    let demand = if files_only { Demand::Usable } else { Demand::Valid };
+    let encryption = check_inputs::read_tls(config, demand)?;
+    if let Some(out_of_date) = encryption.and_then(|it| it.shown.out_of_date(SystemTime::now())) {
+        output::error_line(format_args!("note: {out_of_date}"));
+    }
+    Ok(())
 }
 
 /// Proves the table, and prints what was found.

@@ -3,8 +3,11 @@
 //! The folder that the gateway reads gets the hash; the token itself stays in a file of the operator's,
 //! which no other process needs. Repeated at each start, it prints the same link.
 
+use std::io::ErrorKind;
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 
+use credentials::file;
 use gateway::access::{InvalidTokens, Role, Tokens, entry};
 
 use crate::cli::AccessArgs;
@@ -15,12 +18,23 @@ use crate::setup::access::{TOKEN_BYTES, TOKENS, random_hex};
 
 /// The operator's name in the audit records.
 const NAME: &str = "operator";
+/// A shorter token could be guessed.
+const SHORTEST_TOKEN: usize = 32;
+/// Of the files that it makes.
+const PRIVATE: u32 = 0o600;
 
 /// Why there is no link.
 #[derive(Debug, thiserror::Error)]
 enum Refusal {
     #[error("{path}: cannot be {done}: {cause}")]
     File { path: PathBuf, done: &'static str, cause: std::io::Error },
+    #[error("{path}: its mode is {mode:04o}; others than its owner could read the token in it (chmod 600)")]
+    Exposed { path: PathBuf, mode: u32 },
+    #[error(
+        "{secret}: a token has at least {least} characters, found {found}; remove it and {tokens}, and the operator gets a new one",
+        least = SHORTEST_TOKEN
+    )]
+    Short { secret: PathBuf, tokens: PathBuf, found: usize },
     #[error(transparent)]
     Tokens(#[from] InvalidTokens),
     #[error("{tokens}: does not know the token in {secret}; remove both, and the operator gets a new one")]
@@ -50,14 +64,11 @@ fn operator_token(folder: &Path, secret: &Path) -> Result<String, Refusal> {
         made.map_err(|cause| Refusal::File { path: folder.to_owned(), done: "made", cause })?;
     }
     let tokens = folder.join(TOKENS);
-    let token = match std::fs::read_to_string(secret) {
-        Ok(token) => token.trim().to_owned(),
-        Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => {
-            let token = random_hex(TOKEN_BYTES).map_err(Refusal::Randomness)?;
-            write(secret, &token)?;
-            token
-        }
-        Err(cause) => return Err(Refusal::File { path: secret.to_owned(), done: "read", cause }),
+    let token = match read(secret)? {
+        // What a power loss may leave of a file, as long as nobody was let in by it.
+        None => new_token(secret)?,
+        Some(token) if token.is_empty() && !tokens.exists() => new_token(secret)?,
+        Some(token) => accepted(token, secret, &tokens)?,
     };
     if !tokens.exists() {
         write(&tokens, &entry(NAME, &Role::ALL, &token))?;
@@ -69,8 +80,39 @@ fn operator_token(folder: &Path, secret: &Path) -> Result<String, Refusal> {
     }
 }
 
+/// What is in the operator's file, if there is one.
+fn read(secret: &Path) -> Result<Option<String>, Refusal> {
+    match file::read_text(secret) {
+        Ok(text) => Ok(Some(text.trim().to_owned())),
+        Err(cause) if cause.kind() == ErrorKind::NotFound => Ok(None),
+        Err(cause) => Err(Refusal::File { path: secret.to_owned(), done: "read", cause }),
+    }
+}
+
+fn new_token(secret: &Path) -> Result<String, Refusal> {
+    let token = random_hex(TOKEN_BYTES).map_err(Refusal::Randomness)?;
+    write(secret, &token)?;
+    Ok(token)
+}
+
+/// The token of the operator's file, if it is one and nobody else has read it.
+fn accepted(token: String, secret: &Path, tokens: &Path) -> Result<String, Refusal> {
+    let found = token.chars().count();
+    if found < SHORTEST_TOKEN {
+        return Err(Refusal::Short { secret: secret.to_owned(), tokens: tokens.to_owned(), found });
+    }
+    let path = secret.to_owned();
+    let mode = std::fs::metadata(secret).map(|it| it.permissions().mode() & 0o7777);
+    match mode {
+        Ok(mode) if mode & 0o077 == 0 => Ok(token),
+        Ok(mode) => Err(Refusal::Exposed { path, mode }),
+        Err(cause) => Err(Refusal::File { path, done: "read", cause }),
+    }
+}
+
+/// At once and for good: a power loss leaves no part of it.
 fn write(path: &Path, text: &str) -> Result<(), Refusal> {
-    run_file::write_private(path, text.as_bytes()).map_err(|cause| Refusal::File {
+    file::replace(path, PRIVATE, text.as_bytes()).map_err(|cause| Refusal::File {
         path: path.to_owned(),
         done: "written",
         cause,
@@ -112,5 +154,45 @@ mod tests {
         let said = operator_token(&taken.join("nowhere"), &secret(&other)).unwrap_err().to_string();
         assert!(said.contains("nowhere: cannot be made: Not a directory"), "{said}");
         assert!(operator_token(taken, &secret(&other)).unwrap_err().to_string().contains("Not a directory"));
+    }
+
+    /// What becomes of a secret file with this text and mode, which the folder's tokens know or not.
+    #[track_caller]
+    fn check(text: &str, mode: u32, known: bool, expected: Result<(), &str>) {
+        let folder = tempfile::tempdir().unwrap();
+        let (secret, tokens) = (folder.path().join("operator.token"), folder.path().join(TOKENS));
+        std::fs::write(&secret, text).unwrap();
+        std::fs::set_permissions(&secret, std::fs::Permissions::from_mode(mode)).unwrap();
+        if known {
+            write(&tokens, &entry(NAME, &Role::ALL, text.trim())).unwrap();
+        }
+        match (operator_token(folder.path(), &secret), expected) {
+            (Ok(token), Ok(())) => {
+                assert!(SHORTEST_TOKEN <= token.len() && token.starts_with(text.trim()), "{token}");
+                assert_eq!(std::fs::metadata(&secret).unwrap().permissions().mode() & 0o777, 0o600);
+                assert!(Tokens::read(&tokens).unwrap().identify(&token, 0).is_some());
+            }
+            (Err(refusal), Err(said)) => {
+                assert!(refusal.to_string().contains(said), "{refusal}");
+                assert_eq!(tokens.exists(), known, "nobody is let in by it");
+                assert_eq!(std::fs::read_to_string(&secret).unwrap(), text, "it is left as it is");
+            }
+            (found, expected) => panic!("found {found:?}, expected {expected:?}"),
+        }
+    }
+
+    #[test]
+    fn only_a_token_that_nobody_guesses_or_has_read_lets_in() {
+        let good = "0123456789abcdef0123456789abcdef";
+        check(good, 0o600, false, Ok(()));
+        check(&format!("{good}\n"), 0o600, true, Ok(()));
+        // What a power loss has left of it, which has let in nobody.
+        check("", 0o600, false, Ok(()));
+        check("\n", 0o644, false, Ok(()));
+        check("", 0o600, true, Err("a token has at least 32 characters, found 0; remove it and"));
+        check(&good[1..], 0o600, false, Err("operator.token: a token has at least 32 characters, found 31"));
+        check("secret", 0o600, true, Err("found 6"));
+        check(good, 0o640, false, Err("operator.token: its mode is 0640"));
+        check(good, 0o604, true, Err("its mode is 0604; others than its owner could read the token"));
     }
 }

@@ -123,6 +123,11 @@ impl Children {
         self.listen == bus::sockets::locator_of(&path) && !path.exists()
     }
 
+    /// Keeps the folder of the sockets from being cleared away, also where it was removed and made again.
+    pub fn hold_sockets(&self) {
+        self.sockets.hold();
+    }
+
     /// The folder of the direct links.
     pub fn sockets(&self) -> &Path {
         &self.sockets.0
@@ -138,10 +143,10 @@ impl Children {
         self.running.get(&child).is_some_and(|process| process.id() == id)
     }
 
-    /// How a child ended; `None` if it was not running.
+    /// How a child ended; `None` if it was not running. One that cannot be waited for has ended too: somebody else has waited.
     pub fn reap(&mut self, child: Child) -> Option<Ending> {
-        let status = self.running.remove(&child)?.wait().ok()?;
-        Some(ending(status))
+        let status = self.running.remove(&child)?.wait();
+        Some(status.map_or(Ending::Unknown, ending))
     }
 
     /// The children that run, the router last.
@@ -190,5 +195,23 @@ fn each_line(pipe: Option<impl Read>, mut take: impl FnMut(String) -> bool) {
         if !take(text) {
             return;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_child_for_which_somebody_else_has_waited_has_ended() {
+        let (sender, happenings) = std::sync::mpsc::channel();
+        let settings = Settings::of_file(Path::new("kittiwake.toml"));
+        let mut children = Children::of("/bin/true".into(), &settings, sender).unwrap();
+        children.start(Child::Router, None).unwrap();
+        let id = children.process_ids()[0].1;
+        nix::sys::wait::waitpid(nix::unistd::Pid::from_raw(id as i32), None).unwrap();
+        assert!(matches!(happenings.recv(), Ok(Happening::Ended(Child::Router))));
+        assert_eq!(children.reap(Child::Router), Some(Ending::Unknown));
+        assert_eq!(children.reap(Child::Router), None);
     }
 }

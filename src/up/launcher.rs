@@ -10,24 +10,25 @@ use bus::{Link, Scope, Stop};
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::MissionReport;
 use node::Event;
+use signal_hook::consts::SIGHUP;
 
 use crate::backend::Backend;
 use crate::cli::UpArgs;
 use crate::config::Config;
 use crate::outcome::Outcome;
 use crate::output;
-use crate::run::run_file::RunFolder;
-use crate::run::run_file::{RunFile, Running};
-use crate::run::{state_folder, tower_key};
+use crate::run::run_file::{RunFile, RunFolder, Running};
+use crate::run::{end, state_folder, tower_key};
 use crate::setup::access::DemoAccess;
 use crate::up::aircraft::{Aircraft, State};
 use crate::up::children::Children;
 use crate::up::flown_files::FlownFiles;
 use crate::up::liveness::Liveness;
+use crate::up::own_time::OwnTime;
 use crate::up::progress::Progress;
 use crate::up::screen::Screen;
 use crate::up::supervise::{Child, Ending, Supervisor, Verdict};
-use crate::up::watch::Watch;
+use crate::up::watch::{Hearing, Watch};
 use crate::up::{Happening, report};
 
 /// Services that were asked to end and run after this time are killed; then the router is ended.
@@ -35,6 +36,8 @@ const SERVICES_END: Duration = Duration::from_millis(2500);
 const ROUTER_END: Duration = Duration::from_secs(1);
 /// Period of updates of the screen.
 const REFRESH: Duration = Duration::from_millis(200);
+/// What is taken in before anything else is looked at: more than comes within a second at twenty times real time.
+const MOST_A_TURN: usize = 4096;
 
 /// A system being brought up and kept up.
 pub struct Launcher<'a> {
@@ -44,6 +47,7 @@ pub struct Launcher<'a> {
     /// What every process is started with.
     files: FlownFiles,
     start: Instant,
+    own_time: OwnTime,
     happenings: Receiver<Happening>,
     sender: Sender<Happening>,
     /// Made for this run, unless the arguments name tokens.
@@ -51,7 +55,7 @@ pub struct Launcher<'a> {
     /// The folder of the recordings, if missions are recorded.
     recordings: Option<PathBuf>,
     /// Made for this run, unless the arguments name a folder; kept until the end.
-    _state: Option<RunFolder>,
+    state: Option<RunFolder>,
     supervisor: Supervisor,
     children: Children,
     liveness: Liveness,
@@ -59,6 +63,7 @@ pub struct Launcher<'a> {
     progress: Progress,
     screen: Screen,
     bus: Stop,
+    hearing: Hearing,
     /// The router's locator, once it listens.
     locator: Option<String>,
     /// The gateway's address, once it listens.
@@ -66,8 +71,8 @@ pub struct Launcher<'a> {
     /// Made when all processes were seen for the first time.
     run_file: Option<RunFile>,
     reported: Option<Outcome>,
-    /// Reasons to give up that were logged in the air, each once.
-    logged_in_air: BTreeSet<String>,
+    /// What lasts and was logged, each once: reasons to give up in the air, and a run file that cannot be written.
+    logged: BTreeSet<String>,
 }
 
 /// Why the loop ends.
@@ -101,7 +106,8 @@ impl<'a> Launcher<'a> {
         let recordings = settings.recordings.clone().filter(|_| wanted);
         let state = match settings.state {
             Some(_) => None,
-            None => Some(RunFolder::create_in_memory("state")?),
+            // `nohup` says that the system flies on when its user has logged out.
+            None => Some(RunFolder::create_in_memory("state", end::is_ignored(SIGHUP))?),
         };
         settings.state = settings.state.or_else(|| state.as_ref().map(|it| it.0.clone()));
         // The launcher makes the key, so that no vehicle has to trust the first one that it hears.
@@ -113,6 +119,7 @@ impl<'a> Launcher<'a> {
         if let Some(key) = settings.tower_key.clone().filter(|it| tower_key::read_public(it).is_ok()) {
             settings.tower_key = Some(files.keep_tower_key(&key).map_err(io::Error::other)?);
         }
+        settings.simulated = backend == Backend::Sim;
         let mut children = Children::new(&settings, sender.clone())?;
         args.listen.iter().try_for_each(|it| children.listen_at(it))?;
         Ok(Launcher {
@@ -120,8 +127,9 @@ impl<'a> Launcher<'a> {
             backend,
             recordings,
             demo,
-            _state: state,
+            state,
             start: Instant::now(),
+            own_time: OwnTime::default(),
             supervisor: Supervisor::new(
                 &config.launcher.restart,
                 &Child::of_services(&backend.services(), args.onboard),
@@ -132,11 +140,12 @@ impl<'a> Launcher<'a> {
             progress: Progress::default(),
             screen: Screen::new(args.json),
             bus: Stop::new(),
+            hearing: Hearing::default(),
             locator: None,
             http: None,
             run_file: None,
             reported: None,
-            logged_in_air: BTreeSet::new(),
+            logged: BTreeSet::new(),
             config,
             files,
             happenings,
@@ -167,32 +176,57 @@ impl<'a> Launcher<'a> {
 
     fn keep_up(&mut self) -> End {
         loop {
+            if self.own_time.begin_turn(self.start.elapsed()) {
+                self.liveness.held_up(self.own_now());
+            }
             if let Some(end) = self.start_due() {
                 return end;
             }
-            match self.happenings.recv_timeout(REFRESH.min(self.until_due())) {
-                Ok(happening) => {
-                    if let Some(end) = self.on(happening) {
-                        return end;
-                    }
-                }
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => {
-                    return End::GaveUp("the launcher receives no messages any more".into());
-                }
+            if let Some(end) = self.hear() {
+                return end;
             }
+            self.keep_hearing();
             self.end_what_hangs();
-            if self.run_file.is_some() && self.reported.is_none() {
-                self.screen.progress(&self.progress, self.now());
-            }
+            self.keep_places();
+            self.show_progress();
             if let Some(end) = self.check_start().or_else(|| self.check_report()) {
                 return end;
             }
         }
     }
 
+    /// Waits for something to happen, and takes in what else has happened, in its order. What is asked after each turn is so asked once for all
+    /// of it: a launcher that waited for the processor catches up, instead of hearing of a death behind thousands of positions.
+    fn hear(&mut self) -> Option<End> {
+        let mut next = match self.happenings.recv_timeout(REFRESH.min(self.until_due())) {
+            Ok(happening) => Some(happening),
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => {
+                return Some(End::GaveUp("the launcher receives no messages any more".into()));
+            }
+        };
+        let is_reported = self.progress.report().is_some();
+        for _ in 0..MOST_A_TURN {
+            if let Some(end) = self.on(next?) {
+                return Some(end);
+            }
+            // Each report is told, also one that the next mission follows at once.
+            if self.progress.report().is_some() != is_reported {
+                break;
+            }
+            next = self.happenings.try_recv().ok();
+        }
+        None
+    }
+
+    fn show_progress(&mut self) {
+        if self.run_file.is_some() && self.reported.is_none() {
+            self.screen.progress(&self.progress, self.now());
+        }
+    }
+
     fn start_due(&mut self) -> Option<End> {
-        let due = self.supervisor.due(self.now());
+        let due = self.supervisor.due(self.own_now());
         if !due.is_empty() {
             self.restore_files();
         }
@@ -221,7 +255,7 @@ impl<'a> Launcher<'a> {
     }
 
     fn until_due(&self) -> Duration {
-        self.supervisor.deadline().map_or(REFRESH, |it| it.saturating_sub(self.now()))
+        self.supervisor.deadline().map_or(REFRESH, |it| it.saturating_sub(self.own_now()))
     }
 
     fn on(&mut self, happening: Happening) -> Option<End> {
@@ -229,9 +263,17 @@ impl<'a> Launcher<'a> {
             Happening::Line { child, text } => self.on_line(child, text),
             Happening::Log { child, text } => self.screen.log(&format!("{child}: {text}")),
             Happening::Ended(child) => return self.on_ended(child),
-            Happening::Event(event) => self.on_event(*event),
+            Happening::Event(event) => {
+                if self.hearing.heard() {
+                    self.screen.log("the launcher hears the bus again");
+                }
+                self.on_event(*event);
+            }
             Happening::BusEnded(Ok(())) => {}
-            Happening::BusEnded(Err(cause)) => return self.give_up_on_ground(cause.to_string()),
+            Happening::BusEnded(Err(cause)) => {
+                self.hearing.ended(self.own_now());
+                return self.give_up_on_ground(format!("the launcher does not hear the bus any more: {cause}"));
+            }
             Happening::Interrupted => return Some(End::Interrupted),
         }
         None
@@ -246,14 +288,14 @@ impl<'a> Launcher<'a> {
                 if let Some(child) = self.supervisor.child(&service) {
                     self.supervisor.seen(child);
                     self.children.seen(child);
-                    self.liveness.heard(child, self.now());
+                    self.liveness.heard(child, self.own_now());
                 }
             }
             Event::Message { message: Message::Heartbeat(heartbeat), .. } => {
                 let child = self.supervisor.child(&heartbeat.service);
                 // Not that of a child that has been started again since, nor of another system's, nor of another vehicle's.
                 if let Some(child) = child.filter(|it| self.children.is_process(*it, heartbeat.pid)) {
-                    self.liveness.heard(child, self.now());
+                    self.liveness.heard(child, self.own_now());
                 }
             }
             Event::Message { vehicle, message } if *vehicle == *self.config.vehicle.as_str() => {
@@ -271,9 +313,13 @@ impl<'a> Launcher<'a> {
         match child {
             Child::Router => {
                 if self.locator.is_none() {
-                    self.join(text);
+                    self.join(&text);
+                    self.locator = Some(text);
                 }
-                self.supervisor.router_listens(self.now());
+                if !self.supervisor.router_is_seen() {
+                    self.liveness.router_listens(self.own_now());
+                }
+                self.supervisor.router_listens(self.own_now());
             }
             Child::Service(_) | Child::Onboard(_) => {
                 let address = text.strip_prefix("https://").or_else(|| text.strip_prefix("http://"));
@@ -286,12 +332,14 @@ impl<'a> Launcher<'a> {
     }
 
     /// Connects to the bus of the router at `locator`.
-    fn join(&mut self, locator: String) {
+    fn join(&mut self, locator: &str) {
         let link = Link {
-            connect: vec![locator.clone()],
+            connect: vec![locator.to_owned()],
             scope: Scope::Fleet,
             open_timeout: self.config.connect_limit_s.seconds(),
         };
+        // One that has ended needs no stop any more.
+        self.bus = Stop::new();
         let (sender, stop) = (self.sender.clone(), self.bus.clone());
         let watching = std::thread::Builder::new().name("watch".into()).spawn(move || {
             let result = bus::Process::of(&mut Watch(sender.clone()), &link).run(&stop);
@@ -299,9 +347,26 @@ impl<'a> Launcher<'a> {
             let _ = sender.send(Happening::BusEnded(result));
         });
         if let Err(cause) = watching {
-            self.screen.log(&format!("the launcher cannot listen to the bus: {cause}"));
+            self.hearing.ended(self.own_now());
+            let said = format!("the launcher cannot listen to the bus: {cause}; it tries again");
+            if self.logged.insert(said.clone()) {
+                self.screen.log(&said);
+            }
         }
-        self.locator = Some(locator);
+    }
+
+    /// Connects to the bus again, if that has ended. Meanwhile nobody is said to hang: it is the launcher that hears nothing.
+    fn keep_hearing(&mut self) {
+        let now = self.own_now();
+        if self.hearing.is_due(now)
+            && let Some(locator) = self.locator.clone()
+        {
+            self.join(&locator);
+        }
+        if self.hearing.is_deaf() {
+            self.liveness.held_up(now);
+            self.supervisor.nobody_can_be_seen(now);
+        }
     }
 
     /// Kills the children that hang; they are started again as soon as they have ended. So is a router whose socket was removed: whoever is
@@ -309,25 +374,48 @@ impl<'a> Launcher<'a> {
     fn end_what_hangs(&mut self) {
         if self.children.router_is_nowhere() && self.supervisor.router_is_seen() {
             self.screen.log("the router's socket was removed: the router is killed, to be started again");
-            self.supervisor.hangs(Child::Router, self.now());
+            self.supervisor.hangs(Child::Router, self.own_now());
             self.children.kill(Child::Router);
         }
         let limit = self.config.launcher.hung_after_s.seconds();
-        for child in self.liveness.hung(self.now()) {
-            if self.supervisor.hangs(child, self.now()) {
+        for child in self.liveness.hung(self.own_now(), self.supervisor.router_is_seen()) {
+            if self.supervisor.hangs(child, self.own_now()) {
                 self.screen.log(&format!("{child} does not answer for {limit:?}: killed, to be started again"));
                 self.children.kill(child);
             }
         }
         // At first all start at once, and who is missing then ends the system: see `check_start`. One alone needs less time.
         let start_limit = self.config.launcher.start_limit_s.seconds();
-        if self.run_file.is_some() || start_limit <= self.now() {
-            let limit = start_limit / 2;
-            for (child, limit) in self.supervisor.overdue(self.now(), limit) {
+        if self.run_file.is_some() || start_limit <= self.own_now() {
+            let overdue = self.supervisor.overdue(self.own_now(), start_limit / 2);
+            for (child, limit) in &overdue {
                 self.screen
                     .log(&format!("{child} is not seen {limit:?} after it was started: killed, to be started again"));
-                self.children.kill(child);
+                self.children.kill(*child);
             }
+            if !overdue.is_empty() && self.supervisor.nobody_is_seen() {
+                self.screen.log("the router listens, and nobody is seen: it is killed as well, to be started again");
+                self.supervisor.hangs(Child::Router, self.own_now());
+                self.children.kill(Child::Router);
+            }
+        }
+    }
+
+    /// Who cleans up temporary files does not know that a system runs: commands are to find it, and the next run is to leave its folders alone.
+    fn keep_places(&mut self) {
+        self.children.hold_sockets();
+        if let Some(state) = &self.state {
+            state.hold();
+        }
+        let said = match self.run_file.as_mut().map_or(Ok(false), RunFile::restore) {
+            Ok(false) => return,
+            Ok(true) => "the run file was removed: it is written again".to_owned(),
+            Err(cause) => {
+                format!("the run file was removed, so no command finds this system, and it cannot be written: {cause}")
+            }
+        };
+        if self.logged.insert(said.clone()) {
+            self.screen.log(&said);
         }
     }
 
@@ -339,7 +427,7 @@ impl<'a> Launcher<'a> {
 
     /// What follows when a child has ended so.
     fn judge(&mut self, child: Child, ending: Ending) -> Option<End> {
-        match self.supervisor.ended(child, ending, self.now(), self.aircraft.may_be_in_the_air(self.now())) {
+        match self.supervisor.ended(child, ending, self.own_now(), self.aircraft.may_be_in_the_air(self.now())) {
             Verdict::Restart(delay) => {
                 self.screen.log(&format!("{child} ended {ending}; it is started again in {delay:?}"));
                 None
@@ -378,7 +466,7 @@ impl<'a> Launcher<'a> {
             };
         }
         let limit = self.config.launcher.start_limit_s.seconds();
-        if self.now() < limit {
+        if self.own_now() < limit {
             return None;
         }
         let names: Vec<_> = missing.iter().map(|it| it.name()).collect();
@@ -390,7 +478,7 @@ impl<'a> Launcher<'a> {
         if !self.aircraft.may_be_in_the_air(self.now()) {
             return Some(End::GaveUp(why));
         }
-        if self.logged_in_air.insert(why.clone()) {
+        if self.logged.insert(why.clone()) {
             self.screen.log(&format!(
                 "{why}; the aircraft may be in the air, so its processes are kept up until it is seen on the ground"
             ));
@@ -496,7 +584,13 @@ impl<'a> Launcher<'a> {
         }
     }
 
+    /// On the wall clock: how old is what the aircraft has said.
     fn now(&self) -> Duration {
         self.start.elapsed()
+    }
+
+    /// Without the pauses in which the launcher itself was held up: how long children are silent, and wait.
+    fn own_now(&self) -> Duration {
+        self.own_time.at(self.start.elapsed())
     }
 }

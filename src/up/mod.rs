@@ -2,12 +2,16 @@
 //!
 //! It decides nothing about the flight: without it the system would fly the same mission.
 
+use std::io::ErrorKind;
+use std::net::{SocketAddr, TcpListener};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use domain::quantity::Seconds;
 use gateway::audit::in_use;
+use gateway::tls::Demand;
 use serde::Deserialize;
 
+use crate::backend::Backend;
 use crate::cli::UpArgs;
 use crate::outcome::Outcome;
 use crate::run::{end, state_folder};
@@ -22,6 +26,7 @@ pub mod children;
 mod flown_files;
 mod launcher;
 mod liveness;
+mod own_time;
 mod progress;
 mod report;
 mod screen;
@@ -36,9 +41,9 @@ pub struct Config {
     /// Wall seconds from the start within which every process must have been seen. One that hangs before it is seen is killed after half
     /// of them.
     pub start_limit_s: Seconds<1000, 600_000>,
-    /// Wall seconds without a heartbeat after which a process hangs: it is killed, and started again. Whoever waits for less than four
-    /// heartbeats kills what only is on a busy machine.
-    pub hung_after_s: Seconds<1000, 60_000>,
+    /// Wall seconds without a heartbeat after which a process hangs: it is killed, and started again. No less than four heartbeats, which
+    /// somebody on a busy machine may need, and the second for which the launcher itself may be held up and not notice.
+    pub hung_after_s: Seconds<2000, 60_000>,
     /// When a process that died is started again.
     pub restart: supervise::Policy,
 }
@@ -87,10 +92,16 @@ pub fn up(args: &UpArgs) -> Outcome {
         output::error_line(format_args!("--onboard: {why}"));
         return Outcome::BadInput;
     }
-    if let Err(outcome) = check_inputs::read_tls(&inputs.config) {
+    // A real aircraft may be in the air when its launcher is started again: a certificate that has run out since is told, and no more.
+    let demand = if backend == Backend::Sim { Demand::Valid } else { Demand::Usable };
+    if let Err(outcome) = check_inputs::read_tls(&inputs.config, demand) {
         return outcome;
     }
     if let Err(why) = is_free(&settings, inputs.config.vehicle.as_str()) {
+        output::error_line(why);
+        return Outcome::BadInput;
+    }
+    if let Err(why) = port_is_free(backend, inputs.config.http) {
         output::error_line(why);
         return Outcome::BadInput;
     }
@@ -132,11 +143,40 @@ fn is_free(settings: &Settings, vehicle: &str) -> Result<(), String> {
     state.map_err(|it| it.to_string())
 }
 
+/// Whether nobody listens where the gateway will; if somebody does, who has no operator's page is told before the simulated vehicle is in
+/// the air. A real one may be there already, and is kept up without its gateway.
+fn port_is_free(backend: Backend, http: SocketAddr) -> Result<(), String> {
+    if backend != Backend::Sim {
+        return Ok(());
+    }
+    match TcpListener::bind(http) {
+        Err(cause) if cause.kind() == ErrorKind::AddrInUse => {
+            Err(format!("the gateway cannot listen on {http}, which is in use: name another port with `--http`"))
+        }
+        // Whatever else is wrong with it, the gateway says.
+        _ => Ok(()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use domain::file::{Mistakes, Source};
     use domain::testing::check_mistake;
+
+    #[test]
+    fn a_port_in_use_is_refused_only_where_nothing_can_fly_yet() {
+        #[track_caller]
+        fn check(backend: Backend, port: u16, is_free: bool) {
+            assert_eq!(port_is_free(backend, ([127, 0, 0, 1], port).into()).is_ok(), is_free, "{backend}");
+        }
+        let other = TcpListener::bind("127.0.0.1:0").unwrap();
+        let taken = other.local_addr().unwrap().port();
+        check(Backend::Sim, taken, false);
+        check(Backend::Px4, taken, true);
+        check(Backend::Mavlink, taken, true);
+        check(Backend::Sim, 0, true);
+    }
 
     #[test]
     fn no_delay_or_limit_leaves_a_dead_process_dead_or_kills_one_that_lives() {
@@ -146,8 +186,8 @@ mod tests {
             Source { path: "kittiwake.toml".into(), text: text.into() }.parse()
         }
         let check = |find: &str, replace: &str, expected: &str| check_mistake(shipped, find, replace, parse, expected);
-        check("hung_after_s = 3.0", "hung_after_s = 0.9", "kittiwake.toml:2:16: found 0.9 s, expected 1 s to 60 s");
-        check("hung_after_s = 3.0", "hung_after_s = 1e6", "kittiwake.toml:2:16: found 1000000 s, expected 1 s to 60 s");
+        check("hung_after_s = 3.0", "hung_after_s = 1.9", "kittiwake.toml:2:16: found 1.9 s, expected 2 s to 60 s");
+        check("hung_after_s = 3.0", "hung_after_s = 1e6", "kittiwake.toml:2:16: found 1000000 s, expected 2 s to 60 s");
         check(
             "start_limit_s = 30.0",
             "start_limit_s = 1e-6",

@@ -1,6 +1,6 @@
 //! The restart policy: which process is started when. It starts nothing itself.
 //!
-//! Time is the launcher's wall time since its start, as a value.
+//! Time is the launcher's own since its start, as a value.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -109,6 +109,8 @@ pub enum Ending {
     Code(i32),
     /// It was killed by this signal.
     Signal(i32),
+    /// It is gone, and the operating system does not say how: somebody else was told.
+    Unknown,
     /// The operating system did not start it: it has no descriptors, processes or memory left at the moment.
     NotStarted,
 }
@@ -125,6 +127,7 @@ impl fmt::Display for Ending {
         match self {
             Ending::Code(code) => write!(f, "with exit code {code}"),
             Ending::Signal(signal) => write!(f, "by signal {signal}"),
+            Ending::Unknown => f.write_str("in an unknown way"),
             Ending::NotStarted => f.write_str("before it was started"),
         }
     }
@@ -192,9 +195,25 @@ impl Supervisor {
         }
     }
 
+    /// Nobody can be seen at the moment: the time that those have who were started begins anew. A router is seen otherwise.
+    pub fn nobody_can_be_seen(&mut self, now: Duration) {
+        for (child, state) in &mut self.states {
+            if let State::Started(since) = state
+                && *child != Child::Router
+            {
+                *since = now;
+            }
+        }
+    }
+
     /// Whether the router listens.
     pub fn router_is_seen(&self) -> bool {
         self.states.get(&Child::Router) == Some(&State::Seen)
+    }
+
+    /// Whether the router listens, and nobody is on the bus: perhaps it passes nothing on.
+    pub fn nobody_is_seen(&self) -> bool {
+        self.router_is_seen() && self.states.iter().all(|(child, it)| *child == Child::Router || *it != State::Seen)
     }
 
     /// The child that is the service of this name, or has it.
@@ -303,6 +322,21 @@ mod tests {
     }
 
     #[test]
+    fn who_is_started_while_nobody_can_be_seen_is_not_overdue_before_that_is_over_but_a_router_is() {
+        let limit = at(1000);
+        let mut supervisor = started();
+        supervisor.ended(PLANNER, KILLED, at(1000), true);
+        assert_eq!(supervisor.due(at(2000)), [PLANNER]);
+        supervisor.nobody_can_be_seen(at(9000));
+        assert_eq!(supervisor.overdue(at(9999), limit), []);
+        assert_eq!(supervisor.overdue(at(10_000), limit), [(PLANNER, limit)]);
+        supervisor.ended(Child::Router, KILLED, at(20_000), true);
+        assert_eq!(supervisor.due(at(21_000)), [Child::Router]);
+        supervisor.nobody_can_be_seen(at(22_000));
+        assert_eq!(supervisor.overdue(at(22_000), limit), [(Child::Router, limit)]);
+    }
+
+    #[test]
     fn who_is_not_seen_in_time_after_a_start_is_overdue_while_the_router_listens() {
         let limit = at(1000);
         let mut supervisor = started();
@@ -337,12 +371,15 @@ mod tests {
         let mut supervisor = Supervisor::new(&started().policy, &Service::ALL.map(Child::Service));
         assert_eq!(supervisor.due(at(0)), [Child::Router]);
         assert_eq!(supervisor.due(at(5)), []);
+        assert!(!supervisor.nobody_is_seen(), "there is no router that could pass on what they say");
         supervisor.router_listens(at(10));
+        assert!(supervisor.nobody_is_seen());
         assert_eq!(supervisor.deadline(), Some(at(10)));
         assert_eq!(supervisor.due(at(10)).len(), Service::ALL.len());
         for service in Service::ALL {
             assert!(supervisor.missing().contains(&Child::Service(service)));
             supervisor.seen(Child::Service(service));
+            assert!(!supervisor.nobody_is_seen());
         }
         assert_eq!(supervisor.missing(), []);
         assert_eq!(supervisor.child("planner"), Some(PLANNER));

@@ -131,6 +131,10 @@ impl Authority {
     }
 
     /// Adds the certificates with these serial numbers to the list of what is revoked, and writes it beside each router's certificate; the files.
+    /// Its own comes first, and no router gets what it could not keep: the next list is made of that one.
+    ///
+    /// # Errors
+    /// If its own list cannot be made, and then nothing is changed; or if a router's cannot be written, and then all others are.
     pub(super) fn revoke(&self, serials: Vec<Vec<u8>>) -> Result<Vec<PathBuf>, Failure> {
         let own = self.folder().join(REVOKED);
         let (mut revoked, number) = revoked_so_far(&own)?;
@@ -153,10 +157,28 @@ impl Authority {
             key_identifier_method: KeyIdMethod::Sha256,
         };
         let pem = list.signed_by(&self.issuer)?.pem()?;
-        let routers = self.routers().into_iter().map(|it| self.root.join(it).join(REVOKED));
-        let files: Vec<_> = std::iter::once(own).chain(routers).collect();
-        files.iter().try_for_each(|it| replace(it, 0o644, &pem))?;
-        Ok(files)
+        replace(&own, 0o644, &pem)?;
+        Ok([vec![own], self.give_to_each(&pem)?].concat())
+    }
+
+    /// Writes the list beside each router's certificate; the files. One that cannot be written does not keep it from the other routers.
+    fn give_to_each(&self, list: &str) -> Result<Vec<PathBuf>, Failure> {
+        let (mut files, mut given, mut failures) = (Vec::new(), Vec::new(), Vec::new());
+        for name in self.routers() {
+            let file = self.root.join(&name).join(REVOKED);
+            match replace(&file, 0o644, list) {
+                Ok(()) => {
+                    files.push(file);
+                    given.push(name);
+                }
+                Err(failure) => failures.push(failure.to_string()),
+            }
+        }
+        if failures.is_empty() {
+            return Ok(files);
+        }
+        let given = if given.is_empty() { "none".to_owned() } else { given.join(", ") };
+        Err(Failure::NotGiven { failures: failures.join("; "), given })
     }
 }
 

@@ -81,6 +81,48 @@ fn what_cannot_be_revoked_or_renewed_is_said() {
     refused(change("revoke", root.path(), &["uav1-router"]), "holds no revocation list");
 }
 
+#[test]
+fn a_list_that_cannot_be_written_for_one_router_is_given_to_all_others() {
+    /// Revokes uav1 while the lists of the routers `spoiled` cannot be written.
+    #[track_caller]
+    fn case(spoiled: &[&str], given: &[&str], said: &str) {
+        let root = tempfile::tempdir().unwrap();
+        let root = root.path();
+        run(root, &[]).unwrap();
+        // No file takes the place of a folder, whoever runs this.
+        spoiled.iter().for_each(|it| std::fs::create_dir(root.join(it).join(REVOKED)).unwrap());
+        let refusal = change("revoke", root, &["uav1-router"]).unwrap_err().to_string();
+        assert!(refusal.contains(said), "expected `{said}`: {refusal}");
+        for name in spoiled {
+            let file = root.join(name).join(REVOKED);
+            assert!(refusal.contains(&format!("cannot write {}: ", file.display())), "{name}: {refusal}");
+            std::fs::remove_dir(file).unwrap();
+        }
+        let list = |name: &str| std::fs::read(root.join(name).join(REVOKED)).unwrap();
+        assert!(given.iter().all(|it| list(it) == list("authority")), "{refusal}");
+        // What it says to do.
+        assert_eq!(change("revoke", root, &["uav1-router"]).unwrap().len(), 4);
+        assert!(spoiled.iter().chain(given).all(|it| list(it) == list("authority")));
+        let refusal = check(&root.join("uav1-router"), "uav1-router", Side::Aircraft).unwrap_err().to_string();
+        assert!(refusal.contains("is revoked"), "{refusal}");
+    }
+    let (ground, uav1, uav2) = ("ground-router", "uav1-router", "uav2-router");
+    case(&[ground], &[uav1, uav2], "routers that have it: uav1-router, uav2-router;");
+    case(&[uav1], &[ground, uav2], "routers that have it: ground-router, uav2-router;");
+    case(&[ground, uav2], &[uav1], "routers that have it: uav1-router;");
+    case(&[ground, uav1, uav2], &[], "routers that have it: none;");
+}
+
+#[test]
+fn no_router_is_given_a_list_that_the_authority_could_not_keep() {
+    let root = tempfile::tempdir().unwrap();
+    let root = root.path();
+    run(root, &[]).unwrap();
+    std::fs::create_dir(root.join("authority").join(REVOKED)).unwrap();
+    change("revoke", root, &["uav1-router"]).unwrap_err();
+    assert!(!root.join("ground-router").join(REVOKED).exists());
+}
+
 /// Makes certificates, renews that of uav1 once, and keeps a copy of its folder, as on the aircraft, elsewhere.
 fn flown(root: &Path) -> tempfile::TempDir {
     let aircraft = tempfile::tempdir().unwrap();
@@ -380,6 +422,11 @@ fn credentials_that_would_fail_at_the_link_are_refused_at_once() {
         std::fs::set_permissions(folder.join("uav1-router/key.pem"), mode).unwrap();
     };
     spoiled(&[], open, "may be read by others");
+    let open_and_other = |folder: &Path| {
+        copy("uav2-router/key.pem", "uav1-router/key.pem")(folder);
+        open(folder);
+    };
+    spoiled(&[], open_and_other, "is not the key");
     let foreign = |folder: &Path| {
         let elsewhere = tempfile::tempdir().unwrap();
         run(elsewhere.path(), &[]).unwrap();
