@@ -1,7 +1,7 @@
 //! The command line.
 
 use std::num::{NonZeroU32, NonZeroUsize};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Parser;
@@ -9,7 +9,10 @@ use kittiwake::config::Speed;
 
 /// Flies real systems through random troubles and judges them by where the vehicle is.
 #[derive(Debug, Clone, Parser)]
-#[command(version, after_help = "Exit codes:\n    0  no violation\n    1  a run could not be flown\n    3  violations")]
+#[command(
+    version,
+    after_help = "Exit codes:\n    0  no violation\n    1  a run could not be flown, or the campaign was interrupted\n    3  violations; 3 comes before 1"
+)]
 pub struct Args {
     /// The configuration file
     #[arg(long, value_name = "FILE", default_value = "config/kittiwake.toml")]
@@ -52,5 +55,52 @@ impl Args {
     /// [`Args::interruption`].
     pub fn interruption(&self) -> Duration {
         Duration::from_secs(self.interruption.into())
+    }
+
+    /// The command that flies the run of this seed again, from the same folder: with everything that its schedule and its verdict
+    /// depend on, also what is so by default, since a default may change.
+    pub fn again(&self, seed: u64) -> String {
+        let (speed, interruption) = (&self.speed, self.interruption);
+        let mut command =
+            format!("kittiwake chaos --runs 1 --seed {seed} --speed {speed} --interruption {interruption}");
+        command += &format!(" --config {}", for_a_shell(&self.config));
+        if let Some(program) = &self.program {
+            command += &format!(" --program {}", for_a_shell(program));
+        }
+        command
+    }
+}
+
+/// As it is typed.
+fn for_a_shell(path: &Path) -> String {
+    let path = path.display().to_string();
+    let is_plain = |it: char| it.is_alphanumeric() || "/._-+=:,@".contains(it);
+    match path.chars().all(is_plain) {
+        true => path,
+        false => format!("'{}'", path.replace('\'', r"'\''")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_is_flown_again_by_a_command_with_all_that_it_was_flown_with() {
+        #[track_caller]
+        fn check(given: &[&str], expected: &str) {
+            let args = Args::parse_from([&["chaos", "--runs", "9", "--jobs", "2"], given].concat());
+            let again = args.again(4403);
+            assert_eq!(again, format!("kittiwake chaos --runs 1 --seed 4403 {expected}"));
+        }
+        check(&[], "--speed 8 --interruption 8 --config config/kittiwake.toml");
+        check(
+            &["--seed", "4400", "--speed", "0.5", "--interruption", "24", "--config", "mine.toml"],
+            "--speed 0.5 --interruption 24 --config mine.toml",
+        );
+        check(
+            &["--config", "my files/it's.toml", "--program", "/opt/kittiwake"],
+            r"--speed 8 --interruption 8 --config 'my files/it'\''s.toml' --program /opt/kittiwake",
+        );
     }
 }

@@ -4,15 +4,47 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use nix::sys::signal::Signal;
+
 use crate::trouble::Victim;
 
 /// How a process was lost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum How {
-    /// Killed.
+    /// Killed alone, once.
     Killed,
-    /// It hung until the launcher killed it.
+    /// It hung until its supervisor killed it.
     Hung,
+    /// Killed with another one, up to 1.5 s apart.
+    OneOfTwo,
+    /// Killed several times, each time as soon as it was back.
+    AgainAndAgain,
+    /// Killed, and its state spoiled before it was back.
+    Garbled,
+    /// Killed with all others of the aircraft's computer, which stayed without power for a while.
+    CompanionOff,
+}
+
+impl How {
+    /// For a table.
+    fn words(self) -> &'static str {
+        match self {
+            How::Killed => "killed",
+            How::Hung => "hung",
+            How::OneOfTwo => "one of two killed",
+            How::AgainAndAgain => "killed again and again",
+            How::Garbled => "killed, its state garbled",
+            How::CompanionOff => "with its computer",
+        }
+    }
+
+    /// The signal that it is lost by.
+    pub fn signal(self) -> Signal {
+        match self {
+            How::Hung => Signal::SIGSTOP,
+            How::Killed | How::OneOfTwo | How::AgainAndAgain | How::Garbled | How::CompanionOff => Signal::SIGKILL,
+        }
+    }
 }
 
 /// One loss of a process.
@@ -35,19 +67,17 @@ pub fn table(losses: &[Loss]) -> String {
     let mut groups: BTreeMap<(How, Victim), Vec<&Loss>> = BTreeMap::new();
     losses.iter().for_each(|it| groups.entry((it.how, it.victim)).or_default().push(it));
     let mut text = String::from(
-        "| lost | how | number | noticed after, s | back on the bus after, s | flown until then, m |\n|---|---|---|---|---|---|\n",
+        "| lost | how | number | not back at the end | noticed after, s | back on the bus after, s | flown until then, m |\n|---|---|---|---|---|---|---|\n",
     );
     for ((how, victim), losses) in groups {
-        let how = match how {
-            How::Killed => "killed",
-            How::Hung => "hung",
-        };
+        let how = how.words();
         let detected = distribution(losses.iter().filter_map(|it| it.detected_s).collect());
         let resumed = distribution(losses.iter().filter_map(|it| it.resumed_s).collect());
-        let back = losses.iter().filter(|it| it.resumed_s.is_some());
-        let flown = distribution(back.map(|it| it.flown_m).collect());
+        let back: Vec<f64> = losses.iter().filter(|it| it.resumed_s.is_some()).map(|it| it.flown_m).collect();
+        let (number, not_back) = (losses.len(), losses.len() - back.len());
+        let flown = distribution(back);
         // Writing to a string does not fail.
-        let _ = writeln!(text, "| {victim} | {how} | {} | {detected} | {resumed} | {flown} |", losses.len());
+        let _ = writeln!(text, "| {victim} | {how} | {number} | {not_back} | {detected} | {resumed} | {flown} |");
     }
     text
 }
@@ -91,12 +121,14 @@ mod tests {
             flown_m: s * 100.0,
         };
         let killed = (1..=10).map(|it| loss(Victim::Mcm, How::Killed, f64::from(it)));
-        let losses: Vec<Loss> = killed.chain([loss(Victim::Router, How::Hung, 4.0)]).collect();
+        let losses: Vec<Loss> =
+            killed.chain([loss(Victim::Mcm, How::OneOfTwo, 5.0), loss(Victim::Router, How::Hung, 4.0)]).collect();
         let expected = "\
-| lost | how | number | noticed after, s | back on the bus after, s | flown until then, m |
-|---|---|---|---|---|---|
-| mcm | killed | 10 | 0.50 / 0.90 / 1.00 | 4.00 / 8.00 / 8.00 | 400.00 / 800.00 / 800.00 |
-| router | hung | 1 | 0.40 / 0.40 / 0.40 | 4.00 / 4.00 / 4.00 | 400.00 / 400.00 / 400.00 |
+| lost | how | number | not back at the end | noticed after, s | back on the bus after, s | flown until then, m |
+|---|---|---|---|---|---|---|
+| mcm | killed | 10 | 2 | 0.50 / 0.90 / 1.00 | 4.00 / 8.00 / 8.00 | 400.00 / 800.00 / 800.00 |
+| router | hung | 1 | 0 | 0.40 / 0.40 / 0.40 | 4.00 / 4.00 / 4.00 | 400.00 / 400.00 / 400.00 |
+| mcm | one of two killed | 1 | 0 | 0.50 / 0.50 / 0.50 | 5.00 / 5.00 / 5.00 | 500.00 / 500.00 / 500.00 |
 ";
         assert_eq!(table(&losses), expected);
     }

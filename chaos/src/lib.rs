@@ -14,9 +14,12 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 
 use control_tower::policy::Policy;
+use domain::area::Area;
+use kittiwake::check_inputs;
 use kittiwake::output;
 use kittiwake::run::end;
 use kittiwake::run::run_file::RunFolder;
+use kittiwake::settings::Settings;
 
 use crate::args::Args;
 use crate::clock::Clocks;
@@ -106,8 +109,9 @@ fn campaign(args: &Args, interrupted: &AtomicBool) -> Result<u8, String> {
                     if args.runs.get() <= number || interrupted.load(Ordering::Relaxed) {
                         return;
                     }
-                    let flown = one(args, args.seed.wrapping_add(number.into()), &means, interrupted);
-                    say(number + 1, &flown, args.stories);
+                    let seed = args.seed.wrapping_add(number.into());
+                    let flown = one(args, seed, &means, interrupted);
+                    say(number + 1, seed, &flown, args);
                     // A thread that panicked has printed why.
                     runs.lock().unwrap_or_else(|it| it.into_inner()).push(flown);
                 }
@@ -121,7 +125,7 @@ fn campaign(args: &Args, interrupted: &AtomicBool) -> Result<u8, String> {
 /// Flies the run of a seed with the means that there are.
 ///
 /// # Errors
-/// If the system cannot be started, or the run was `interrupted`.
+/// If the system does not come up. A run that was `interrupted` is flown as far as it is.
 pub fn one(args: &Args, seed: u64, means: &Means, interrupted: &AtomicBool) -> Result<Run, String> {
     let folder = RunFolder::create(&format!("chaos-{seed}")).map_err(|it| it.to_string())?;
     let (schedule, program) = (Schedule::of(seed), program(args)?);
@@ -132,8 +136,14 @@ pub fn one(args: &Args, seed: u64, means: &Means, interrupted: &AtomicBool) -> R
     let setup = Arc::new(setup(args, &program, &schedule, folder.0.clone(), clocks, true));
     std::fs::create_dir(setup.state()).map_err(|it| format!("{}: {it}", setup.state().display()))?;
     let _disk = means.has_disk.then(|| Disk::mount(&setup.state()));
-    let oracle = Oracle::new(args.speed.pace(), args.interruption());
+    let interruption = args.interruption() + schedule.companion_off();
+    let oracle = Oracle::new(args.speed.pace(), interruption, areas(args)?);
     run::fly(&setup, oracle, schedule, |kind| means.allow(kind), interrupted)
+}
+
+/// Of the mission that is flown, as its file has them.
+fn areas(args: &Args) -> Result<Vec<Area>, String> {
+    check_inputs::read(&Settings::of_file(&args.config)).map(|it| it.mission.areas).map_err(|it| it.to_string())
 }
 
 /// The program that is troubled.
@@ -169,31 +179,58 @@ fn setup(
 }
 
 /// A run's line, and its story if there is something against it.
-fn say(number: u32, flown: &Result<Run, String>, always: bool) {
+fn say(number: u32, seed: u64, flown: &Result<Run, String>, args: &Args) {
+    let again = format!("    again: {}", args.again(seed));
     let run = match flown {
         Ok(run) => run,
-        Err(cause) => return output::error_line(format_args!("run {number}: not flown: {cause}")),
+        Err(cause) => {
+            return output::error_line(format_args!("run {number}  seed {seed}  not flown: {cause}\n{again}"));
+        }
     };
-    let verdict = if run.violations.is_empty() { "ok" } else { "VIOLATION" };
-    let (seed, wall_s) = (run.schedule.seed, run.wall.as_secs());
+    let verdict = match (run.violations.is_empty(), run.is_interrupted) {
+        (false, _) => "VIOLATION",
+        (true, true) => "not flown to its end",
+        (true, false) => "ok",
+    };
+    let wall_s = run.wall.as_secs();
     output::line(format_args!("run {number}  seed {seed}  {wall_s} s  {verdict}  {}  [{}]", run.outcome, run.schedule));
-    if !run.violations.is_empty() || always {
+    if !run.violations.is_empty() || args.stories {
         run.story.iter().for_each(|(at_s, text)| output::line(format_args!("    {at_s:7.1} s  {text}")));
         run.violations.iter().for_each(|it| output::line(format_args!("    violation: {it}")));
-        output::line(format_args!("    again: kittiwake chaos --runs 1 --seed {seed}"));
+        output::line(again);
     }
 }
 
 fn summary(runs: &[Result<Run, String>]) -> u8 {
-    let flown: Vec<&Run> = runs.iter().filter_map(|it| it.as_ref().ok()).collect();
-    let violating = flown.iter().filter(|it| !it.violations.is_empty()).count();
-    let losses: Vec<Loss> = flown.iter().flat_map(|it| it.losses.iter().copied()).collect();
-    output::line(format_args!("\n{} of {} runs flown, {violating} with violations", flown.len(), runs.len()));
+    let seen: Vec<&Run> = runs.iter().filter_map(|it| it.as_ref().ok()).collect();
+    let flown = seen.iter().filter(|it| !it.is_interrupted).count();
+    // Also in a run that was interrupted.
+    let violating = seen.iter().filter(|it| !it.violations.is_empty()).count();
+    let losses: Vec<Loss> = seen.iter().flat_map(|it| it.losses.iter().copied()).collect();
+    output::line(format_args!("\n{flown} of {} runs flown, {violating} with violations", runs.len()));
     output::line("median / p90 / greatest; wall seconds, metres at the speed of the campaign\n");
     output::line(figures::table(&losses));
-    match (flown.len() < runs.len(), violating) {
-        (true, _) => NOT_FLOWN,
+    exit_code(runs.len(), flown, violating)
+}
+
+/// A violation counts more than a run that could not be flown.
+fn exit_code(runs: usize, flown: usize, violating: usize) -> u8 {
+    match (flown < runs, violating) {
+        (_, 1..) => VIOLATIONS,
+        (true, 0) => NOT_FLOWN,
         (false, 0) => OK,
-        (false, _) => VIOLATIONS,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_violation_counts_more_than_a_run_that_could_not_be_flown() {
+        assert_eq!(exit_code(3, 3, 0), OK);
+        assert_eq!(exit_code(3, 2, 0), NOT_FLOWN);
+        assert_eq!(exit_code(3, 3, 1), VIOLATIONS);
+        assert_eq!(exit_code(3, 2, 1), VIOLATIONS);
     }
 }

@@ -11,8 +11,8 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::trouble::ranges::{
-    APART_MS, DARK_MS, DELAY_MS, FLOOD_HZ, FLOOD_MS, FULL_MS, LINK_MS, LINK_WEIGHTS, LOOP_DEATHS, MOST_DEATHS,
-    NARROW_BITS_S, STEP_MS, STOP_MS, STORM_MS, STRANGERS, WEIGHTS,
+    APART_MS, DARK_MS, DELAY_MS, FLOOD_HZ, FLOOD_MS, FULL_MS, LINK_MS, LOOP_DEATHS, MOST_DEATHS, NARROW_BITS_S, OFF_MS,
+    STEP_MS, STOP_MS, STORM_MS, STRANGERS, TWO_ROUTERS_WEIGHTS, WEIGHTS,
 };
 use crate::trouble::{Garbling, Kind, Layout, Machine, Order, Trouble, Victim, Ways};
 
@@ -59,6 +59,12 @@ impl Schedule {
         }
         Schedule { seed, layout, permissions, troubles }
     }
+
+    /// For how much wall time the aircraft's computer is without power in all: nobody on board does anything meanwhile.
+    pub fn companion_off(&self) -> Duration {
+        let off = |it: &Trouble| if it.kind() == Kind::CompanionOff { it.lasts() } else { Duration::ZERO };
+        self.troubles.iter().map(|it| off(&it.1)).sum()
+    }
 }
 
 /// Whether no process dies so often that the launcher gives up.
@@ -67,7 +73,7 @@ fn bearable(trouble: &Trouble, deaths: &BTreeMap<Victim, u32>) -> bool {
 }
 
 fn draw(chance: &mut ChaCha8Rng, layout: Layout) -> Trouble {
-    let of_link = if layout == Layout::TwoRouters { LINK_WEIGHTS } else { &[] };
+    let of_link = if layout == Layout::TwoRouters { TWO_ROUTERS_WEIGHTS } else { &[] };
     let weights: Vec<&(Kind, u32)> = WEIGHTS.iter().chain(of_link).collect();
     let kind = weights.choose_weighted(chance, |it| it.1).map_or(Kind::Kill, |it| it.0);
     let victim = |chance: &mut ChaCha8Rng| *Victim::of(layout).choose(chance).unwrap_or(&Victim::Mcm);
@@ -82,6 +88,7 @@ fn draw(chance: &mut ChaCha8Rng, layout: Layout) -> Trouble {
         }
         Kind::CrashLoop => Trouble::CrashLoop(victim(chance), chance.random_range(LOOP_DEATHS)),
         Kind::PowerLoss => Trouble::PowerLoss(uniform(chance, DARK_MS)),
+        Kind::CompanionOff => Trouble::CompanionOff(spread(chance, OFF_MS)),
         Kind::FullDisk => Trouble::FullDisk(uniform(chance, FULL_MS)),
         Kind::GarbledState => {
             let victim = *Victim::with_state(layout).choose(chance).unwrap_or(&Victim::Mcm);
@@ -159,8 +166,8 @@ mod tests {
         fn troubles_are_in_order_and_no_process_dies_too_often(seed: u64) {
             let it = Schedule::of(seed);
             prop_assert!(!it.troubles.is_empty() && it.troubles.is_sorted_by_key(|it| it.0));
-            let needs_link = |it: &Trouble| LINK_WEIGHTS.iter().any(|(kind, _)| *kind == it.kind());
-            prop_assert!(it.layout == Layout::TwoRouters || !it.troubles.iter().any(|it| needs_link(&it.1)), "{}", it);
+            let needs_two = |it: &Trouble| TWO_ROUTERS_WEIGHTS.iter().any(|(kind, _)| *kind == it.kind());
+            prop_assert!(it.layout == Layout::TwoRouters || !it.troubles.iter().any(|it| needs_two(&it.1)), "{}", it);
             for victim in Victim::ALL {
                 let deaths = it.troubles.iter().flat_map(|it| it.1.deaths()).filter(|it| it.0 == victim);
                 prop_assert!(deaths.map(|it| it.1).sum::<u32>() <= MOST_DEATHS, "{}", it);
@@ -171,7 +178,7 @@ mod tests {
     #[test]
     fn every_trouble_befalls_every_process_within_a_campaign() {
         let drawn: Vec<Trouble> = (0..300).flat_map(|seed| Schedule::of(seed).troubles).map(|it| it.1).collect();
-        for (kind, _) in WEIGHTS.iter().chain(LINK_WEIGHTS) {
+        for (kind, _) in WEIGHTS.iter().chain(TWO_ROUTERS_WEIGHTS) {
             assert!(drawn.iter().any(|it| it.kind() == *kind), "{kind:?} is never drawn");
         }
         for victim in Victim::ALL {

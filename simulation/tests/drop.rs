@@ -6,7 +6,7 @@ use crate::support::{mission_file, simulation};
 use control_tower::policy::Policy;
 use domain::geometry::Ned;
 use kittiwake_proto::v1::{MissionOutcome, MissionReport, ObjectiveState};
-use simulation::Simulation;
+use simulation::{Memory, Simulation};
 
 const LIMIT: Duration = Duration::from_secs(1200);
 /// One metre for the position skill, and as much for the estimate and for coming to rest.
@@ -79,6 +79,21 @@ fn a_flag_that_interrupts_the_release_makes_it_no_second_one() {
     // The command was taken, and the gripper opens.
     simulation.pass(Duration::from_millis(300));
     simulation.inject_flag("obstacle");
+    ends(&mut simulation, MissionOutcome::Success, 1);
+    assert_eq!(simulation.release_commands(), 1, "{}", simulation.decision_log());
+}
+
+/// The new one does not know that a release was commanded: another could drop the next load.
+#[test]
+fn a_skill_manager_that_dies_while_the_gripper_opens_makes_it_no_second_one() {
+    let mut simulation = flight("drop_killed", &["buoy"]);
+    assert!(simulation.fly_until("step 4 of 4: release the load", LIMIT), "{}", simulation.decision_log());
+    simulation.pass(Duration::from_millis(300));
+    simulation.inject_fault("gripper_stuck", &["on"]);
+    simulation.restart("skill-manager", Duration::from_millis(300), Memory::Kept);
+    simulation.pass(Duration::from_secs(4));
+    assert_eq!(simulation.release_commands(), 1, "{}", simulation.decision_log());
+    simulation.inject_fault("gripper_stuck", &["off"]);
     ends(&mut simulation, MissionOutcome::Success, 1);
     assert_eq!(simulation.release_commands(), 1, "{}", simulation.decision_log());
 }

@@ -1,5 +1,6 @@
 //! Inside an area that closes, opens, is revoked or runs out, the vehicle leaves by the shortest way, whatever it does there.
 
+use std::ops::Range;
 use std::time::Duration;
 
 use control_tower::policy::Policy;
@@ -83,6 +84,30 @@ fn what_was_revoked_while_the_manager_was_dead_is_left() {
     simulation.restart("mcm", Duration::from_secs(3), Memory::Kept);
     simulation.decide("A", Decision::Revoke);
     leaves(&mut simulation, 30);
+}
+
+#[test]
+fn what_was_revoked_while_everybody_on_board_was_dead_is_not_entered_before_the_tower_is_heard() {
+    let mut simulation = simulation(None, Policy::Grant);
+    assert!(simulation.fly_until("area A: granted", LIMIT), "{}", simulation.decision_log());
+    while simulation.position().is_none_or(|it| it.east_m < 60.0) {
+        simulation.pass(Duration::from_millis(200));
+    }
+    for node in ["mcm", "planner", "skill-manager", "monitor"] {
+        simulation.restart(node, Duration::from_secs(15), Memory::Kept);
+    }
+    simulation.pass(Duration::from_secs(5));
+    simulation.decide("A", Decision::Revoke);
+    simulation.pass(Duration::from_secs(1));
+    simulation.freeze("control-tower", Duration::from_secs(60));
+    simulation.pass(Duration::from_secs(40));
+    assert_eq!(simulation.breaches(), [], "{}", simulation.decision_log());
+    let log = simulation.decision_log();
+    assert!(log.contains("it comes to rest"), "it did not come near the border:\n{log}");
+    // Once the tower is heard, the area is flown round, or the objective fails.
+    simulation.fly(LIMIT).expect("the mission ends");
+    assert_eq!(simulation.breaches(), [], "{}", simulation.decision_log());
+    assert!(simulation.decision_log().contains("area A: denied (by hand)"), "{}", simulation.decision_log());
 }
 
 #[test]
@@ -193,6 +218,54 @@ fn a_permission_whose_renewal_is_refused_is_left_before_it_expires() {
     leaves(&mut simulation, 60);
     let log = simulation.decision_log();
     assert!(log.contains("asking for area A again before its permission expires"), "{log}");
+}
+
+/// Fails unless the vehicle is out of this area when a grant for so many seconds ends that no request moves.
+#[track_caller]
+fn is_out_when_the_grant_ends(simulation: &mut Simulation<'_>, east_m: Range<f64>, north_m: f64, seconds: u16) {
+    simulation.decide_for("A", Decision::Grant, Some(f64::from(seconds)));
+    simulation.pass(Duration::from_secs(u64::from(seconds)));
+    let at = simulation.position().expect("it is somewhere");
+    let log = simulation.decision_log();
+    assert!(!east_m.contains(&at.east_m) || north_m < at.north_m.abs(), "still at {at:?}:\n{log}");
+    simulation.pass(Duration::from_secs(5));
+    assert_eq!(simulation.breaches(), [], "{log}");
+}
+
+/// Paused on the way to the east, this far from where it has begun.
+#[track_caller]
+fn paused_at(mut simulation: Simulation<'static>, east_m: f64) -> Simulation<'static> {
+    while simulation.position().is_none_or(|it| it.east_m < east_m) {
+        simulation.pass(Duration::from_millis(200));
+    }
+    simulation.order(Verb::Pause(v1::PauseMission { overrides: false }));
+    simulation.pass(Duration::from_secs(20));
+    simulation
+}
+
+#[test]
+fn a_permission_that_ends_is_left_in_time_where_the_nearest_border_is_closed() {
+    let text = "name = \"closed_border\"\n\
+         [[objective]]\nname = \"there\"\nnorth_m = 0\neast_m = 430\nheight_m = 10\nflying = true\n\
+         [[objective]]\nname = \"back\"\nnorth_m = 0\neast_m = 0\nheight_m = 0\nflying = false\n\
+         [[area]]\nname = \"A\"\nkind = \"permission\"\n\
+         corners_m = [[-300, 100], [300, 100], [300, 450], [-300, 450]]\n\
+         [[area]]\nname = \"K\"\nkind = \"keep-out\"\n\
+         corners_m = [[-400, 450], [400, 450], [400, 700], [-400, 700]]\n";
+    let mut simulation = paused_at(simulation(Some(&mission_file("closed_border", text)), Policy::Grant), 420.0);
+    is_out_when_the_grant_ends(&mut simulation, 100.0..450.0, 300.0, 100);
+    assert!(simulation.decision_log().contains("asking for area A again before its permission expires"));
+}
+
+#[test]
+fn a_permission_that_ends_is_left_in_time_in_a_wind_that_blows_from_the_nearest_border() {
+    let area = "kind = \"permission\"\ncorners_m = [[-200, 100], [200, 100], [200, 400], [-200, 400]]";
+    let mut simulation = mission_with("against_the_wind", area);
+    simulation.inject_fault("wind", &["0", "4"]);
+    let mut simulation = paused_at(simulation, 235.0);
+    simulation.inject_fault("wind", &["0", "12"]);
+    simulation.pass(Duration::from_secs(30));
+    is_out_when_the_grant_ends(&mut simulation, 100.0..400.0, 200.0, 100);
 }
 
 #[test]

@@ -115,6 +115,28 @@ fn nothing_is_uploaded_for_the_next_flight_between_the_end_of_the_last_one_and_i
     assert_eq!(answers(&simulation), ["anna: start: the next mission starts: `hop 2`"]);
 }
 
+/// It was answered, and the flag was taken down with the landing: what raised it is not over by that.
+#[test]
+fn what_the_monitor_still_reports_after_it_was_answered_counts_for_the_next_flight() {
+    let mut simulation = started();
+    assert!(simulation.fly_until("step 4 of 5", LIMIT));
+    simulation.inject_fault("motor_failure", &[]);
+    flies_to_its_end(&mut simulation, v1::MissionOutcome::Emergency);
+    simulation.ask(hop(1));
+    simulation.pass(A_WHILE);
+    start(&mut simulation);
+    simulation.pass(Duration::from_secs(120));
+    let log = simulation.decision_log();
+    assert!(simulation.is_on_ground() && !log.contains("step 1 of 3"), "{log}");
+    assert_eq!(simulation.report().map(|it| it.outcome()), Some(v1::MissionOutcome::Emergency), "{log}");
+    // Repaired, it flies what is uploaded then.
+    simulation.inject_fault("motor_failure", &["0"]);
+    simulation.ask(hop(2));
+    simulation.pass(A_WHILE);
+    start(&mut simulation);
+    flies_to_its_end(&mut simulation, v1::MissionOutcome::Success);
+}
+
 #[test]
 fn what_keeps_a_vehicle_on_the_ground_keeps_it_there_before_the_next_flight() {
     let mut simulation = started();

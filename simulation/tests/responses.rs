@@ -66,6 +66,17 @@ fn a_mission_whose_last_objective_is_in_the_air_ends_at_home_on_the_ground() {
     );
 }
 
+#[test]
+fn a_mission_that_ends_in_the_air_ends_at_home_also_where_the_land_detector_says_that_it_stands() {
+    let text = "name = \"low-survey\"\n[[objective]]\nname = \"look\"\nnorth_m = 40\neast_m = 80\nheight_m = 9\nflying = true\n";
+    let mission = mission_file("low-survey", text);
+    let mut simulation = simulation(Some(&mission), Policy::Grant);
+    assert!(simulation.fly_until("step 2 of", Duration::from_secs(60)), "{}", simulation.decision_log());
+    simulation.inject_fault("land_detector", &["landed"]);
+    end(&mut simulation, MissionOutcome::Success);
+    assert!(distance_home_m(&simulation) < 5.0, "{}", simulation.decision_log());
+}
+
 /// In the air, outside of the area round its home, whose permission is revoked by then.
 #[track_caller]
 fn shut_out() -> Simulation<'static> {

@@ -5,7 +5,7 @@ use std::time::Duration;
 use control_tower::policy::Policy;
 use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, MissionOutcome, MissionPhase};
-use simulation::{Disturbance, Memory, Simulation};
+use simulation::{Disturbance, Memory, Simulation, System};
 
 use crate::support::simulation;
 
@@ -81,6 +81,73 @@ fn a_manager_or_planner_without_its_memory_holds_until_an_operator_lets_it_go_on
         simulation.order(Verb::Resume(v1::ResumeMission {}));
         succeeds(simulation, process);
     }
+}
+
+/// The ground's end of the link hangs for so long, and the monitor dies this long after that.
+fn cut_and_monitor_dies(cut_s: u64, dies_after_s: u64) -> Simulation<'static> {
+    let mut simulation = when("step 3 of 5");
+    simulation.freeze("gateway", Duration::from_secs(cut_s));
+    simulation.pass(Duration::from_secs(dies_after_s));
+    simulation.restart("monitor", DEAD, Memory::Kept);
+    simulation
+}
+
+/// What the one before had heard is missed by the one that has never heard it.
+#[test]
+fn a_link_that_is_cut_stays_cut_when_the_monitor_dies_and_the_vehicle_returns_as_without() {
+    for dies_after_s in [5, 15, 60] {
+        let mut simulation = cut_and_monitor_dies(1000, dies_after_s);
+        assert!(simulation.fly_until("`link_lost`: stop", Duration::from_secs(20)) || 10 < dies_after_s);
+        simulation.pass(Duration::from_secs(60));
+        let log = simulation.decision_log();
+        assert!(simulation.is_up("link_lost"), "dead after {dies_after_s} s:\n{log}");
+        assert!(!log.contains("`link_lost` is over"), "dead after {dies_after_s} s:\n{log}");
+        assert!(simulation.fly_until("`link_gone`: return_home", Duration::from_secs(120)), "{log}");
+        assert_eq!(simulation.fly(LIMIT).map(|it| it.outcome()), Some(MissionOutcome::Emergency), "{log}");
+        assert_eq!(simulation.breaches(), []);
+    }
+}
+
+#[test]
+fn a_link_that_is_back_ends_the_hold_that_a_monitor_before_has_begun() {
+    for cut_s in [18, 40] {
+        let mut simulation = cut_and_monitor_dies(cut_s, 15);
+        assert!(simulation.fly_until("`link_lost` is over", LIMIT), "{}", simulation.decision_log());
+        succeeds(simulation, &format!("cut for {cut_s} s"));
+    }
+}
+
+#[test]
+fn when_monitor_and_manager_die_together_the_link_stays_cut() {
+    for dies_after_s in [5, 15] {
+        let mut simulation = cut_and_monitor_dies(1000, dies_after_s);
+        simulation.restart("mcm", DEAD, Memory::Kept);
+        assert!(simulation.fly_until("`link_gone`: return_home", LIMIT), "{}", simulation.decision_log());
+        let log = simulation.decision_log();
+        assert!(!log.contains("`link_lost` is over"), "dead after {dies_after_s} s:\n{log}");
+    }
+}
+
+#[test]
+fn a_tower_that_is_silent_stays_lost_when_the_monitor_dies() {
+    let mut simulation = when("step 3 of 5");
+    simulation.freeze("control-tower", Duration::from_secs(60));
+    assert!(simulation.fly_until("flag `tower_lost` raised", Duration::from_secs(20)));
+    simulation.restart("monitor", DEAD, Memory::Kept);
+    simulation.pass(Duration::from_secs(30));
+    assert!(simulation.is_up("tower_lost"), "{}", simulation.decision_log());
+    assert!(simulation.fly_until("`tower_lost` is over", Duration::from_secs(60)), "{}", simulation.decision_log());
+}
+
+/// Nobody misses what was never there.
+#[test]
+fn a_vehicle_without_a_ground_flies_on_when_the_monitor_dies() {
+    let system = System::read(&crate::support::config()).unwrap();
+    let mission = std::fs::read_to_string(crate::support::config().join("missions/reference.toml")).unwrap();
+    let mut simulation = system.simulation(&mission, Policy::Grant).unwrap();
+    assert!(simulation.fly_until("step 3 of 5", LIMIT), "{}", simulation.decision_log());
+    simulation.restart("monitor", DEAD, Memory::Kept);
+    succeeds(simulation, "without a ground");
 }
 
 #[test]

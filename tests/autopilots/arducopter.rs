@@ -24,13 +24,12 @@ kill "$autopilot"
 exit "$code"
 "#;
 
-/// The executable, if one is named; otherwise says that nothing is flown.
-fn program() -> Option<PathBuf> {
-    let Some(path) = std::env::var_os(VARIABLE).map(PathBuf::from) else {
-        println!("not flown: {VARIABLE} names no arducopter executable");
-        return None;
-    };
-    Some(path.canonicalize().unwrap_or_else(|cause| panic!("{VARIABLE}: {}: {cause}", path.display())))
+/// The executable that the environment names.
+#[track_caller]
+fn program() -> PathBuf {
+    let path = std::env::var_os(VARIABLE).unwrap_or_else(|| panic!("{VARIABLE} has to name an arducopter executable"));
+    let path = PathBuf::from(path);
+    path.canonicalize().unwrap_or_else(|cause| panic!("{VARIABLE}: {}: {cause}", path.display()))
 }
 
 /// Starts the system over an autopilot that was never started before.
@@ -62,7 +61,7 @@ fn without_an_autopilot_nothing_takes_off_and_it_is_said_why() {
 #[test]
 #[ignore = "needs an arducopter executable: KITTIWAKE_ARDUCOPTER=PATH cargo test --test autopilots -- --ignored"]
 fn a_short_mission_is_flown() {
-    let Some(program) = program() else { return };
+    let program = program();
     let mission = mission("real-arducopter-short", SHORT);
     let (code, said) = start(&program, "short", &["--mission", mission.to_str().expect("a path")]).end();
     assert_eq!(code, Some(0), "{said}");
@@ -71,7 +70,7 @@ fn a_short_mission_is_flown() {
 #[test]
 #[ignore = "needs an arducopter executable: KITTIWAKE_ARDUCOPTER=PATH cargo test --test autopilots -- --ignored"]
 fn the_reference_mission_is_flown() {
-    let Some(program) = program() else { return };
+    let program = program();
     let (code, said) = start(&program, "reference", &[]).end();
     assert_eq!(code, Some(0), "{said}");
 }
@@ -79,7 +78,7 @@ fn the_reference_mission_is_flown() {
 #[test]
 #[ignore = "needs an arducopter executable: KITTIWAKE_ARDUCOPTER=PATH cargo test --test autopilots -- --ignored"]
 fn with_a_silent_tower_it_flies_round_the_first_area_and_comes_home() {
-    let Some(program) = program() else { return };
+    let program = program();
     let (code, said) = start(&program, "silent", &["--permissions", "silent"]).end();
     assert_eq!(code, Some(3), "{said}");
 }

@@ -113,6 +113,18 @@ fn without_a_px4_nothing_takes_off_and_it_is_said_why() {
 }
 
 #[test]
+fn a_launcher_that_cannot_record_what_may_be_in_the_air_already_says_so_and_starts() {
+    let no_folder = tempfile::NamedTempFile::new().expect("a file");
+    let mut command = Command::new(KITTIWAKE);
+    command.args(["up", "--vehicle", "px4", "--px4-endpoint", &endpoint(), "--record-inputs"]).arg(no_folder.path());
+    let mut system = System::start(command);
+    for process in ["uav1-mcm-", "uav1-planner-"] {
+        assert!(system.wait_for(process).ends_with("nothing more is recorded"));
+    }
+    system.wait_for("is up: speed 1");
+}
+
+#[test]
 fn a_real_vehicle_has_its_own_time_and_an_endpoint_is_one() {
     #[track_caller]
     fn check(args: &[&str], said: &str) {

@@ -62,13 +62,12 @@ struct Story {
     px4_says: &'static [(&'static str, usize)],
 }
 
-/// The executable, if one is named; otherwise says that nothing is flown.
-fn program() -> Option<PathBuf> {
-    let Some(path) = std::env::var_os(VARIABLE).map(PathBuf::from) else {
-        println!("not flown: {VARIABLE} names no px4 executable");
-        return None;
-    };
-    Some(path.canonicalize().unwrap_or_else(|cause| panic!("{VARIABLE}: {}: {cause}", path.display())))
+/// The executable that the environment names.
+#[track_caller]
+fn program() -> PathBuf {
+    let path = std::env::var_os(VARIABLE).unwrap_or_else(|| panic!("{VARIABLE} has to name a px4 executable"));
+    let path = PathBuf::from(path);
+    path.canonicalize().unwrap_or_else(|cause| panic!("{VARIABLE}: {}: {cause}", path.display()))
 }
 
 /// Starts the system over a PX4 that was never started before; `orders` is where its shell reads what to do.
@@ -92,7 +91,7 @@ fn start(program: &Path, folder: &Path, story: &Story) -> System {
 /// Flies a story.
 #[track_caller]
 fn check(story: &Story) {
-    let Some(program) = program() else { return };
+    let program = program();
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("px4-{}", story.name));
     let mut system = start(&program, &folder, story);
     // It waits for the shell that reads.

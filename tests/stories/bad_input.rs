@@ -1,5 +1,6 @@
 //! A human's mistakes are reported with their place, before anything starts.
 
+use std::net::TcpListener;
 use std::path::Path;
 
 use crate::support::files::Files;
@@ -72,6 +73,17 @@ fn an_access_folder_without_tokens() {
             assert!(told.contains(&part), "`{part}` is not said:\n{told}");
         }
     }
+}
+
+#[test]
+fn a_port_that_is_in_use() {
+    let other = TcpListener::bind("127.0.0.1:0").unwrap();
+    let http = other.local_addr().unwrap().to_string();
+    let output = kittiwake(&["up", "--exit-when-done", "--json", "--http", &http]);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0), "{told}");
+    let expected = format!("the gateway cannot listen on {http}, which is in use: name another port with `--http`");
+    assert_eq!(told.trim(), expected);
 }
 
 #[test]

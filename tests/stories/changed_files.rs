@@ -1,6 +1,6 @@
 //! Files that are changed while a system flies: it flies on with what it was started with.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use gateway::access::Role;
 use nix::sys::signal::Signal;
@@ -15,6 +15,17 @@ fn spoil(folder: &Path) {
         std::fs::write(folder.join(file), "half a line").expect("the file can be written");
     }
     std::fs::remove_file(folder.join("trees/step.xml")).expect("the file is there");
+}
+
+/// Where a run has its folder, or file, for this.
+fn of_run(system: &System, what: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("kittiwake-{}", nix::unistd::getuid()));
+    let (begins, ends) = (format!("{}-", system.pid()), format!(".{what}"));
+    wait_for(what, || {
+        let mut names =
+            std::fs::read_dir(&folder).ok()?.flatten().map(|it| it.file_name().into_string().unwrap_or_default());
+        names.find(|it| it.starts_with(&begins) && it.ends_with(&ends)).map(|it| folder.join(it))
+    })
 }
 
 #[test]
@@ -68,10 +79,12 @@ fn a_program_that_is_replaced_in_flight_is_flown_to_the_end() {
 #[test]
 fn who_cleans_up_temporary_files_in_flight_keeps_no_process_away() {
     let system = System::on_long_leg("5");
-    let folder = std::env::temp_dir().join(format!("kittiwake-{}", nix::unistd::getuid()));
     for what in ["files", "access", "links"] {
-        std::fs::remove_dir_all(folder.join(format!("{}.{what}", system.pid()))).expect("the run has such a folder");
+        std::fs::remove_dir_all(of_run(&system, what)).expect("the run has such a folder");
     }
+    std::fs::remove_file(of_run(&system, "json")).expect("commands find the run");
+    system.wait_for("the run file was removed: it is written again");
+    system.status();
     system.wait_for("the router's socket was removed: the router is killed, to be started again");
     for service in ["mcm", "gateway"] {
         let killed = system.process(service);
@@ -91,7 +104,7 @@ fn a_gateway_comes_back_where_the_tokens_are_spoiled_and_temporary_files_are_cle
     let people = People::new(&[("sam", Role::Safety)]);
     let system = System::up(&["--access", people.folder(), "--speed", "1"], &[]);
     system.wait_for("step 1 of 5");
-    let files = std::env::temp_dir().join(format!("kittiwake-{}/{}.files", nix::unistd::getuid(), system.pid()));
+    let files = of_run(&system, "files");
     std::fs::write(Path::new(people.folder()).join("tokens.toml"), "[[").expect("the file can be written");
     std::fs::remove_dir_all(files).expect("the run has such a folder");
     let killed = system.process("gateway");

@@ -2,10 +2,13 @@
 
 use std::process::Command;
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use clap::Parser;
 use kittiwake_chaos::Means;
 use kittiwake_chaos::args::Args;
+use kittiwake_chaos::figures::{How, Loss};
+use kittiwake_chaos::run::Run;
 use kittiwake_chaos::schedule::Schedule;
 use kittiwake_chaos::trouble::{Garbling, Kind, Layout, Trouble, Victim, Ways};
 
@@ -21,11 +24,17 @@ const MOST_TROUBLES: usize = 2;
 /// of the mission is achieved depends on the machine: a busy one loses more time with each death.
 #[track_caller]
 fn check(layout: Layout, is_about: impl Fn(&Trouble) -> bool) {
+    check_at(layout, |_, it| is_about(it));
+}
+
+/// The same, where it matters when in mission time the trouble begins; the run.
+#[track_caller]
+fn check_at(layout: Layout, is_about: impl Fn(Duration, &Trouble) -> bool) -> Run {
     let fits = |it: &Schedule| it.layout == layout && it.troubles.len() <= MOST_TROUBLES;
     // A clock is not set here, since not every machine can.
     let is_possible = |it: &Schedule| it.troubles.iter().all(|it| it.1.kind() != Kind::ClockStep);
     let mut schedules = (1..100_000).map(Schedule::of).filter(|it| fits(it) && is_possible(it));
-    let schedule = schedules.find(|it| it.troubles.iter().any(|it| is_about(&it.1))).expect("a seed draws it");
+    let schedule = schedules.find(|it| it.troubles.iter().any(|(at, it)| is_about(*at, it))).expect("a seed draws it");
     let config = shipped().join("kittiwake.toml");
     let args = ["chaos", "--speed", "20", "--program", KITTIWAKE, "--config", config.to_str().unwrap()];
     let args = args.into_iter().chain(["--interruption", INTERRUPTION_S]);
@@ -35,6 +44,7 @@ fn check(layout: Layout, is_about: impl Fn(&Trouble) -> bool) {
     let story = format!("seed {}: {schedule}\n{}", schedule.seed, story.join("\n"));
     assert!(run.violations.is_empty(), "{:?} in:\n{story}", run.violations);
     assert!(!run.outcome.is_empty(), "{story}");
+    run
 }
 
 #[test]
@@ -61,6 +71,21 @@ fn a_planner_that_comes_back_without_its_state_breaks_no_rule() {
 fn an_order_that_is_given_into_a_cut_link_is_not_obeyed_after_it() {
     let is_long = |it: &Trouble| it.link_is_faulty_for().as_secs_f64() > 5.0;
     check(Layout::TwoRouters, |it| matches!(it, Trouble::Cut(Ways::Both | Ways::Up, _, Some(_))) && is_long(it));
+}
+
+#[test]
+fn an_aircraft_whose_computer_is_without_power_in_flight_breaks_no_rule() {
+    // In the cruise, so that its vehicle flies on without it.
+    let fits = |at: Duration, it: &Trouble| {
+        it.kind() == Kind::CompanionOff && (30..100).contains(&at.as_secs()) && (2..6).contains(&it.lasts().as_secs())
+    };
+    let run = check_at(Layout::TwoRouters, fits);
+    let off_s = run.schedule.companion_off().as_secs_f64();
+    for victim in Victim::ON_COMPANION {
+        let is_it = |it: &&Loss| it.victim == victim && it.how == How::CompanionOff;
+        let loss = run.losses.iter().find(is_it).unwrap_or_else(|| panic!("{victim} was not lost: {:?}", run.losses));
+        assert!(loss.resumed_s.is_some_and(|it| off_s <= it), "{victim} was off for less than {off_s} s: {loss:?}");
+    }
 }
 
 #[test]

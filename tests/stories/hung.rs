@@ -1,12 +1,13 @@
 //! Processes that hang: alive, and doing nothing. They are noticed, and started again.
 
 use std::io::Write;
+use std::process::Command;
 
 use nix::sys::signal::Signal;
 
 use crate::bad_messages::{say_flag, stranger};
 use crate::support::processes::{Process, wait_until_gone};
-use crate::support::{System, wait_for};
+use crate::support::{KITTIWAKE, System, wait_for};
 
 #[test]
 fn a_planner_that_hangs_is_killed_and_the_mission_is_achieved() {
@@ -66,6 +67,37 @@ fn each_process_on_the_ground_and_in_the_air_is_started_again_when_it_hangs() {
     for innocent in ["planner", "skill-manager", "vehicle-sim"] {
         assert!(!ending.lines.iter().any(|it| it.contains(&told(innocent))), "{}", ending.lines.join("\n"));
     }
+}
+
+#[test]
+fn one_that_hangs_while_the_router_is_away_is_started_again_too() {
+    let system = System::start(&["--speed", "1"]);
+    system.wait_for(" is up: ");
+    let mcm = system.process("mcm");
+    system.process("router").signal(Signal::SIGSTOP);
+    mcm.signal(Signal::SIGSTOP);
+    for process in ["router", "mcm"] {
+        system.wait_for(&format!("{process} does not answer for 3s: killed"));
+    }
+    wait_for("another one", || {
+        let found = system.children().into_iter().find(|(name, it)| name == "mcm" && it.runs())?;
+        (found.1.id() != mcm.id()).then_some(())
+    });
+}
+
+#[test]
+fn a_launcher_that_is_told_of_no_death_by_who_started_it_asks_for_itself() {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let program = folder.path().join("in-background");
+    // As programs do that start others in the background. Another process writes it: what this one has open for writing cannot be started.
+    let script = format!("#!/bin/sh\ntrap '' CHLD\nexec {KITTIWAKE} \"$@\"");
+    let written =
+        Command::new("sh").args(["-c", "echo \"$1\" >\"$0\" && chmod +x \"$0\""]).arg(&program).arg(script).status();
+    assert!(written.expect("there is a shell").success());
+    let system = System::of(&program, &["--speed", "1"], &[]);
+    system.wait_for(" is up: ");
+    system.process("planner").signal(Signal::SIGKILL);
+    system.wait_for("planner ended by signal 9; it is started again");
 }
 
 #[test]

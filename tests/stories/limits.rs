@@ -1,6 +1,5 @@
 //! Limits of the operating system that are met in flight.
 
-use std::net::TcpListener;
 use std::process::Command;
 
 use crate::support::files::{Files, state_folder};
@@ -27,12 +26,12 @@ fn a_limit_on_the_size_of_files_fails_writes_and_ends_nothing() {
 
 #[test]
 fn a_gateway_that_never_appears_takes_no_vehicle_from_the_air() {
-    let taken = TcpListener::bind("127.0.0.1:0").expect("a port is free");
-    let http = taken.local_addr().expect("it has a port").to_string();
+    // An address of the documentation, which no machine has.
+    let nowhere = ["--http", "192.0.2.1:8080", "--plain-http-beyond-loopback"];
     let files = Files::with_long_leg();
     let config = files.config();
     let config = config.to_str().expect("a readable path");
-    let system = System::start(&["--config", config, "--http", &http, "--speed", "4"]);
+    let system = System::start(&[&["--config", config, "--speed", "4"], &nowhere[..]].concat());
     system.wait_for(&["step 2 of 3: ", FLY_LONG_LEG].concat());
     let on_board = ["router", "vehicle-sim", "monitor", "skill-manager", "planner", "mcm"];
     let before = on_board.map(|it| system.process(it).id());

@@ -250,10 +250,11 @@ fn a_state_folder_that_was_replaced_is_a_memory_that_was_lost() {
 struct Disk(PathBuf);
 
 impl Disk {
-    /// `None` where nothing may be mounted.
-    fn mount(at: &Path) -> Option<Disk> {
+    #[track_caller]
+    fn mount(at: &Path) -> Disk {
         std::fs::create_dir_all(at).expect("a folder can be made");
-        mount(&["-t", "tmpfs", "-o", "size=64k", "none"], at).then(|| Disk(at.to_owned()))
+        assert!(mount(&["-t", "tmpfs", "-o", "size=64k", "none"], at), "a disk can be mounted");
+        Disk(at.to_owned())
     }
 
     /// Mounts the same disk over itself, read-only: what opens a file from now on cannot write, whatever is open already.
@@ -278,13 +279,38 @@ fn mount(args: &[&str], at: &Path) -> bool {
     Command::new("mount").args(args).arg(at).stderr(Stdio::null()).status().is_ok_and(|it| it.success())
 }
 
+/// In the environment of a story that has mounts of its own.
+const OWN_MOUNTS: &str = "KITTIWAKE_STORY_HAS_OWN_MOUNTS";
+
+/// Runs a story of this file once more, where it may mount: as root, or as the root of a namespace that users may make. Whatever
+/// becomes of it, its mounts go with it.
+#[track_caller]
+fn run_with_own_mounts(story: &str) {
+    let kinds: [&[&str]; 2] = [&["--mount"], &["--user", "--map-root-user", "--mount"]];
+    let is_allowed = |kind: &&[&str]| {
+        let tried = Command::new("unshare").args(*kind).arg("true").stderr(Stdio::null()).status();
+        tried.is_ok_and(|it| it.success())
+    };
+    let kind = kinds.into_iter().find(is_allowed);
+    let kind =
+        kind.expect("a disk has to be mounted: needs root, or a system whose users may make namespaces (unshare)");
+    // Not the folder of the real root: the one of a namespace may not use it.
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let mut command = Command::new("unshare");
+    command.env("TMPDIR", folder.path()).args(kind).arg(std::env::current_exe().expect("this program has a path"));
+    command.args(["--exact", &format!("memory::{story}"), "--ignored", "--nocapture"]).env(OWN_MOUNTS, "1");
+    assert!(command.status().is_ok_and(|it| it.success()), "{story}, with mounts of its own: see above");
+}
+
 #[test]
+#[ignore = "needs root or namespaces to mount a disk: cargo test --test stories -- --ignored a_disk_that_cannot_be_written_to"]
 fn a_disk_that_cannot_be_written_to_lets_nothing_begin() {
+    if std::env::var_os(OWN_MOUNTS).is_none() {
+        return run_with_own_mounts("a_disk_that_cannot_be_written_to_lets_nothing_begin");
+    }
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
     let state = folder.path().join("state");
-    let Some(disk) = Disk::mount(&state) else {
-        return eprintln!("SKIPPED: no disk can be mounted, as root it could");
-    };
+    let disk = Disk::mount(&state);
     let flight = Flight::start_over(folder, state.clone());
     let fill = state.join("filler");
     type Kind<'a> = (&'a str, &'a dyn Fn(), &'a dyn Fn(), &'a str);

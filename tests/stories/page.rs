@@ -17,14 +17,16 @@ const BATTERY: &str = "[data-flag=battery_low]";
 #[test]
 #[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn an_area_turns_granted_and_the_mission_flies_to_its_end() {
-    // Long enough to be seen.
-    let files = Files::shipped().with("kittiwake.toml", "delay_s = 5.0", "delay_s = 7.0");
+    // Faster than a person could act, for nobody acts here but the tower: it answers once it is seen that it is asked, and is asked until then.
+    let files = Files::shipped().with("kittiwake.toml", "permission_tries = 3", "permission_tries = 60");
     let config = files.config();
-    let args = ["--config", &config.to_string_lossy(), "--speed", "2", "--permissions", "delay"];
-    let (_system, browser) = watch(&args);
+    let (system, browser) = watch(&["--config", &config.to_string_lossy(), "--speed", "2", "--permissions", "silent"]);
     browser.wait_for("#phase", "nominal");
     browser.wait_for(AREA_A, "requested");
     browser.picture("area-asked");
+    for area in ["A", "B"] {
+        system.grant(area);
+    }
     browser.wait_for(AREA_A, "granted");
     browser.wait_for("#timeline .log", "Area A: granted.");
     browser.wait_for("#strip", "offboard");
@@ -42,7 +44,7 @@ fn an_area_turns_granted_and_the_mission_flies_to_its_end() {
 #[test]
 #[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn a_flag_is_raised_and_acknowledged() {
-    let (system, browser) = watch(&["--speed", "5"]);
+    let (system, browser) = watch(&[]);
     browser.wait_for("#strip", "offboard");
     assert!(system.inject(&["fault", "battery", "0.2"]).status.success());
     browser.wait_for(BATTERY, "acting");
@@ -74,7 +76,7 @@ fn level(browser: &Browser, name: &str) -> Option<u64> {
 #[test]
 #[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn the_tree_includes_its_subtrees_and_says_why_nodes_failed() {
-    let (system, browser) = watch(&["--speed", "3"]);
+    let (system, browser) = watch(&[]);
     browser.wait_for("#strip", "offboard");
     // The tree that the executor has made of the step is shown below it.
     let executor = wait_for("the executor", || level(&browser, "NominalExecutor"));
@@ -94,7 +96,7 @@ fn the_tree_includes_its_subtrees_and_says_why_nodes_failed() {
 #[test]
 #[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn abort_takes_two_steps() {
-    let (_system, browser) = watch(&["--speed", "5"]);
+    let (_system, browser) = watch(&[]);
     browser.wait_for("#strip", "offboard");
     browser.take_command();
     browser.click("#verb-abort");
@@ -114,7 +116,7 @@ fn abort_takes_two_steps() {
 #[test]
 #[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn loss_of_the_gateway_is_shown_until_it_is_back() {
-    let (system, browser) = watch(&["--speed", "5"]);
+    let (system, browser) = watch(&[]);
     browser.wait_for("#strip", "offboard");
     assert_eq!(browser.text("#staleness"), None, "nothing is stale");
     let gateway = system.process("gateway");
@@ -135,7 +137,7 @@ fn loss_of_the_gateway_is_shown_until_it_is_back() {
 #[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn a_page_knows_after_a_restart_of_the_gateway_what_was_flown_before() {
     let folder = tempfile::tempdir().unwrap();
-    let (system, browser) = watch(&["--speed", "2", "--recordings", folder.path().to_str().unwrap()]);
+    let (system, browser) = watch(&["--recordings", folder.path().to_str().unwrap()]);
     browser.wait_for("#timeline .log", "Area A: granted.");
     // The gateway writes once a second; what it had not written when it was killed is lost.
     let area = || browser.document("uav1")["aircraft"]["derived"]["distanceHomeM"].as_f64().filter(|it| 150.0 < *it);
@@ -164,7 +166,7 @@ fn a_page_knows_after_a_restart_of_the_gateway_what_was_flown_before() {
 #[test]
 #[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn an_alarm_is_shelved_and_comes_back() {
-    let (system, browser) = watch(&["--speed", "5"]);
+    let (system, browser) = watch(&[]);
     browser.wait_for("#strip", "offboard");
     assert!(system.inject(&["fault", "battery", "0.2"]).status.success());
     browser.wait_for("#alarm .alarm", "uav1 warning: battery low");
@@ -189,8 +191,32 @@ fn an_alarm_is_shelved_and_comes_back() {
 #[test]
 #[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn it_is_legible_on_a_tablet_by_day_and_by_night() {
-    let (_system, browser) = watch(&["--speed", "5"]);
+    let (_system, browser) = watch(&[]);
     browser.wait_for("#strip", "offboard");
     browser.views("flight");
+    browser.expect_no_error();
+}
+
+#[test]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
+fn the_description_of_the_api_is_shown_to_its_end() {
+    let (system, browser) = watch(&[]);
+    let api = system.http().json("/openapi.json");
+    let schemas = api["components"]["schemas"].as_object().expect("there are schemas");
+    let problems =
+        schemas["kittiwake.v1.Problem"]["properties"]["type"]["examples"].as_array().expect("there are kinds");
+    let operations = api["paths"].as_object().into_iter().flatten().filter_map(|(_, it)| it.as_object());
+    browser.visit(&format!("http://{}/docs", system.http().address));
+    browser.wait_for("#schemas", "kittiwake.v1.Vehicle");
+    browser.wait_for("#problems", "urn:kittiwake:problem:outcome-unknown");
+    let expect = |selector: &str, count: usize| {
+        let said = "return [...document.querySelectorAll(arguments[0])].filter((it) => it.textContent.trim()).length";
+        assert_eq!(browser.run(said, vec![json!(selector)]), json!(count), "{selector}");
+    };
+    expect("#operations details", operations.map(|it| it.len()).sum());
+    expect("#problems dt", problems.len());
+    expect("#problems dd", problems.len());
+    expect("#schemas details", schemas.len());
+    browser.picture("docs");
     browser.expect_no_error();
 }

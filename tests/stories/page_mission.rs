@@ -28,8 +28,8 @@ altitude_m = 20.0
 "#;
 
 /// The page of a system in the air.
-fn in_flight(speed: &str) -> (System, Browser) {
-    let (system, browser) = watch(&["--speed", speed]);
+fn in_flight() -> (System, Browser) {
+    let (system, browser) = watch(&[]);
     browser.wait_for("#strip", "offboard");
     browser.take_command();
     browser.click("#mission-edit");
@@ -39,7 +39,7 @@ fn in_flight(speed: &str) -> (System, Browser) {
 #[test]
 #[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn another_mission_is_tried_out_and_uploaded_in_flight() {
-    let (_system, browser) = in_flight("3");
+    let (_system, browser) = in_flight();
     let shown = wait_for("the mission's text", || Some(browser.value("#mission-text")).filter(|it| !it.is_empty()));
     assert!(shown.contains("name = \"deliver\"") && shown.contains("corners_m = [[-90.0, 110.0]"), "{shown}");
     // The present mission can be flown from here.
@@ -90,7 +90,7 @@ fn under_pointer(browser: &Browser, at: (f64, f64)) -> Option<(f64, f64)> {
 #[test]
 #[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn an_objective_is_dragged_on_the_map_and_the_text_follows() {
-    let (_system, browser) = in_flight("1");
+    let (_system, browser) = in_flight();
     wait_for("the mission's text", || Some(browser.value("#mission-text")).filter(|it| !it.is_empty()));
     browser.fill("#mission-text", SURVEY);
     browser.click("#what-if");
@@ -122,7 +122,7 @@ fn an_objective_is_dragged_on_the_map_and_the_text_follows() {
 #[test]
 #[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn objectives_are_inserted_removed_and_skipped_in_flight() {
-    let (_system, browser) = in_flight("3");
+    let (_system, browser) = in_flight();
     // So that no objective is settled but by the operator.
     browser.click("#verb-pause");
     browser.wait_for("[data-flag=operator_pause]", "acting");
@@ -161,16 +161,19 @@ fn objectives_are_inserted_removed_and_skipped_in_flight() {
 #[test]
 #[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn a_plan_waits_for_approval_and_the_page_shows_for_how_long() {
-    let files = Files::shipped().with("kittiwake.toml", "plan_approval = \"none\"", "plan_approval = \"each-plan\"");
+    let files = Files::shipped()
+        .with("kittiwake.toml", "plan_approval = \"none\"", "plan_approval = \"each-plan\"")
+        .with("kittiwake.toml", "plan_approval_limit_s = 60.0", "plan_approval_limit_s = 600.0");
     let config = files.config();
-    let (_system, browser) = watch(&["--config", &config.to_string_lossy(), "--speed", "4"]);
+    let (_system, browser) = watch(&["--config", &config.to_string_lossy()]);
     let asked = browser.wait_for("#approval", "waits for approval");
     assert!(asked.contains("rejected by default") && asked.contains("asking A"), "{asked}");
     assert!(browser.text("#approve:enabled").is_none(), "a decision needs command");
     browser.take_command();
     // The bar shows how much time is left.
     let left = || browser.run("return document.querySelector('#approval progress').value", vec![]).as_f64();
-    wait_for("less time", || left().filter(|it| *it < 0.9));
+    let first = wait_for("the time that is left", left);
+    wait_for("less time", || left().filter(|it| *it < first));
     browser.views("approval");
     browser.click("#reject");
     browser.wait_for("#said[data-tone=good]", "reject plan");
@@ -189,10 +192,9 @@ fn a_plan_waits_for_approval_and_the_page_shows_for_how_long() {
 fn a_plan_without_a_decision_is_flown_where_that_is_the_default() {
     let files = Files::shipped()
         .with("kittiwake.toml", "plan_approval = \"none\"", "plan_approval = \"each-plan\"")
-        .with("kittiwake.toml", "plan_approval_limit_s = 60.0", "plan_approval_limit_s = 20.0")
         .with("kittiwake.toml", "plan_approval_default = \"refuse\"", "plan_approval_default = \"approve\"");
     let config = files.config();
-    let (_system, browser) = watch(&["--config", &config.to_string_lossy(), "--speed", "4"]);
+    let (_system, browser) = watch(&["--config", &config.to_string_lossy()]);
     let asked = browser.wait_for("#approval", "waits for approval");
     assert!(asked.contains("approved by default"), "{asked}");
     browser.wait_for("#strip", "offboard");

@@ -1,6 +1,7 @@
 //! Several people at their browsers: who has command, who decides about areas, who may inject.
 
 use gateway::access::Role;
+use serde_json::json;
 
 use crate::support::browser::{Browser, ENTER};
 use crate::support::files::Files;
@@ -23,7 +24,7 @@ fn up<const N: usize>(people: &People, names: [&str; N], more: &[&str]) -> (Syst
 #[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn command_is_handed_over_from_one_operator_to_another() {
     let people = People::new(&[("anna", Role::Operator), ("ben", Role::Operator)]);
-    let (_system, [anna, ben]) = up(&people, ["anna", "ben"], &["--speed", "2"]);
+    let (_system, [anna, ben]) = up(&people, ["anna", "ben"], &[]);
     anna.wait_for("#strip", "offboard");
     anna.take_command();
     ben.wait_for("#holder", "Command: anna");
@@ -54,7 +55,7 @@ fn command_is_handed_over_from_one_operator_to_another() {
 #[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn the_tower_grants_and_revokes_and_does_nothing_else() {
     let people = People::new(&[("tina", Role::Tower)]);
-    let more = ["--speed", "2", "--permissions", "silent"];
+    let more = ["--permissions", "silent"];
     let (_system, [tina]) = up(&people, ["tina"], &more);
     tina.wait_for(AREA_A, "requested");
     tina.picture("tower-asked");
@@ -79,11 +80,43 @@ fn the_tower_grants_and_revokes_and_does_nothing_else() {
     tina.expect_no_error();
 }
 
+/// No decision reaches the gateway: each is answered with the problem `window.problem`.
+const UNANSWERED: &str = "
+    const passed = window.fetch;
+    window.problem = arguments[0];
+    window.fetch = (url, options) => !url.endsWith('/decision') ? passed(url, options) : Promise.resolve(
+        Response.json({ type: `urn:kittiwake:problem:${window.problem}`, detail: 'the tower is slow' }, { status: 503 }));";
+
+#[test]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
+fn a_decision_that_may_have_been_made_is_not_offered_again() {
+    let people = People::new(&[("tina", Role::Tower)]);
+    let (_system, [tina]) = up(&people, ["tina"], &["--permissions", "silent"]);
+    tina.wait_for(AREA_A, "requested");
+    let grant = format!("{AREA_A} [data-decision=DECISION_GRANT]");
+    // Somebody else may have decided otherwise since.
+    tina.run(UNANSWERED, vec![json!("unavailable")]);
+    // Who has made a mistake knows no more than who says so.
+    for problem in ["outcome-unknown", "internal", "invalid-reply"] {
+        tina.run("window.problem = arguments[0]", vec![json!(problem)]);
+        tina.click(&grant);
+        tina.wait_for("#said[data-tone=bad]", "uav1, grant area A: no answer, and nobody knows whether it was done.");
+        assert_eq!(tina.text("#again"), None, "{problem}");
+        tina.picture(&format!("tower-{problem}"));
+        // A decision that was certainly not made is.
+        tina.run("window.problem = 'unavailable'", vec![]);
+        tina.click(&grant);
+        tina.wait_for("#said[data-tone=bad]", "uav1, grant area A: refused: the tower is slow");
+    }
+    tina.wait_for("#again", "Try again: grant area A, uav1");
+    tina.expect_no_error();
+}
+
 #[test]
 #[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored"]
 fn flags_and_faults_are_injected_by_the_roles_that_may() {
     let people = People::new(&[("sam", Role::Safety), ("olga", Role::Observer)]);
-    let (_system, [sam, olga]) = up(&people, ["sam", "olga"], &["--speed", "2"]);
+    let (_system, [sam, olga]) = up(&people, ["sam", "olga"], &[]);
     sam.wait_for("#strip", "offboard");
     sam.click("#injection summary");
     sam.wait_for("#inject-go:enabled", "");
@@ -120,7 +153,7 @@ fn nothing_is_injected_into_a_vehicle_that_is_not_simulated() {
     let files = Files::shipped().with("kittiwake.toml", "\nsimulation = true", "\nsimulation = false");
     let people = People::new(&[("sam", Role::Safety)]);
     let config = files.config();
-    let more = ["--config", &config.to_string_lossy(), "--speed", "1"];
+    let more = ["--config", &config.to_string_lossy()];
     let (_system, [sam]) = up(&people, ["sam"], &more);
     sam.wait_for("#verb-abort:enabled", "");
     assert_eq!(sam.text("#injection"), None);

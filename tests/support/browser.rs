@@ -272,7 +272,8 @@ impl Drop for Browser {
     }
 }
 
-/// A system and a browser that shows it. The browser starts first: that takes longer than some missions.
+/// A system and a browser that shows it. The browser starts first: that takes longer than some missions. Where somebody acts, it flies at
+/// real time: what waits for a person must not be over before a browser on a busy machine has shown it.
 pub fn watch(args: &[&str]) -> (System, Browser) {
     let browser = Browser::start();
     let system = System::up(args, &[]);

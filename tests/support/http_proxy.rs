@@ -2,7 +2,14 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::sync::mpsc::sync_channel;
 use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+/// How late the events arrive with [`Manner::Late`].
+const LATE: Duration = Duration::from_secs(3);
+/// More pieces of an answer than are under way at a time.
+const UNDER_WAY: usize = 1000;
 
 /// What a proxy does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,6 +20,8 @@ pub enum Manner {
     Unreachable,
     /// It collects an answer until that is complete: an event stream never is.
     Buffering,
+    /// It passes on events as regularly as they come, and late, as the queue before a link that is too narrow does.
+    Late,
     /// The gateway behind it has another page.
     Upgraded,
 }
@@ -99,6 +108,7 @@ fn pass(mut browser: TcpStream, gateway: SocketAddr, manner: Manner) -> std::io:
             there.read_to_end(&mut all)?;
             browser.write_all(&all)
         }
+        Manner::Late if of("/events") => pass_late(there, &mut browser),
         Manner::Upgraded if of("/session") => {
             let mut all = String::new();
             there.read_to_string(&mut all)?;
@@ -107,4 +117,22 @@ fn pass(mut browser: TcpStream, gateway: SocketAddr, manner: Manner) -> std::io:
         }
         _ => std::io::copy(&mut there, &mut browser).map(drop),
     }
+}
+
+/// Passes on each piece of the answer a while after it has come.
+fn pass_late(mut there: TcpStream, browser: &mut TcpStream) -> std::io::Result<()> {
+    let (sender, pieces) = sync_channel(UNDER_WAY);
+    std::thread::spawn(move || {
+        let mut piece = [0; 8192];
+        while let Ok(length @ 1..) = there.read(&mut piece) {
+            if sender.send((Instant::now() + LATE, piece[..length].to_vec())).is_err() {
+                return;
+            }
+        }
+    });
+    for (due, piece) in pieces {
+        std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        browser.write_all(&piece)?;
+    }
+    Ok(())
 }

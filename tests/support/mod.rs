@@ -170,6 +170,16 @@ impl System {
         assert!(started.status.success(), "{}", String::from_utf8_lossy(&started.stderr));
     }
 
+    /// The tower's decision that the vehicle may enter an area. Until the vehicle has asked for it, and the tower answers, there is nothing
+    /// to decide.
+    #[track_caller]
+    pub fn grant(&self, area: &str) {
+        let pid = self.pid().to_string();
+        wait_for(&format!("area {area} to be granted"), || {
+            kittiwake(&["permission", "grant", area, "--pid", &pid]).status.success().then_some(())
+        });
+    }
+
     /// The launcher's process id.
     pub fn pid(&self) -> u32 {
         self.launcher.id()

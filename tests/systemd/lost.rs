@@ -46,10 +46,10 @@ fn whatever_is_killed_in_flight_is_started_again_with_the_files_that_were_checke
 
 #[test]
 #[ignore = "needs an image: KITTIWAKE_SYSTEMD_IMAGE=NAME cargo test --test systemd -- --ignored"]
-fn a_manager_and_a_planner_that_hang_in_flight_are_killed_by_the_watchdog_and_the_mission_is_achieved() {
-    let site = Site::start("hung", 5);
+fn whatever_hangs_in_flight_is_killed_by_the_watchdog_and_the_mission_is_achieved() {
+    let site = Site::start("hung", 2);
     site.wait_for_flight();
-    for process in ["mcm", "planner"] {
+    for process in mortal() {
         let took = lose(&site, process, "STOP");
         eprintln!("{process}: ready again {took:.2?} after it hung");
         // It died by the watchdog's first signal: the second would come `TimeoutStopSec` later.

@@ -5,7 +5,7 @@ use std::sync::{Mutex, MutexGuard};
 
 use serde_json::Value;
 
-use crate::documented::commands;
+use crate::documented::{commands, commands_of};
 use crate::engine::{self, docker};
 use crate::machine::{Machine, succeeded, wait_for};
 
@@ -53,12 +53,12 @@ impl Site {
             let aircraft = install("aircraft");
             (ground.join().expect("the ground's machine is installed"), aircraft)
         });
-        ground.run(&commands("kittiwake certs"));
+        ground.run(&documented("kittiwake certs"));
         let scratch = tempfile::tempdir().expect("a temporary folder can be made");
         ground.copy_out("credentials", scratch.path());
         aircraft.copy_in(&scratch.path().join("credentials"), "credentials");
-        ground.run(&commands("credentials/ground-router"));
-        aircraft.run(&commands("credentials/uav1-router"));
+        ground.run(&documented("credentials/ground-router"));
+        aircraft.run(&documented("credentials/uav1-router"));
         Site { aircraft, ground, _network: network, _alone: alone }
     }
 
@@ -115,14 +115,25 @@ impl Site {
 #[track_caller]
 fn install(machine: &Machine, speed: u32) {
     machine.run("mkdir -p target/release");
-    match std::env::var_os(EARLIER).map(PathBuf::from) {
+    match earlier() {
         Some(earlier) => unpack(machine, &earlier, &earlier.join("target/debug/kittiwake"), speed),
         None => unpack_this(machine, speed),
     }
-    machine.run(&commands("useradd"));
+    machine.run(&documented("useradd"));
     machine.run(
         "kittiwake --version || { echo 'the image needs the C library of this machine or a newer one' >&2; exit 1; }",
     );
+}
+
+/// The folder of the version that is installed first, if it is another one.
+fn earlier() -> Option<PathBuf> {
+    std::env::var_os(EARLIER).map(PathBuf::from)
+}
+
+/// The block of commands that contains `part`, as the version that is installed first documents it.
+#[track_caller]
+fn documented(part: &str) -> String {
+    earlier().map_or_else(|| commands(part), |it| commands_of(&it, part))
 }
 
 /// Puts the new version where the documentation of an upgrade expects it: another file than the one that runs, though it may say

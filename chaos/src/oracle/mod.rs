@@ -2,39 +2,35 @@
 
 use std::time::Duration;
 
+use domain::area::Area;
 use domain::geometry::Ned;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
 use witness::{Limits, Witness};
 
-use crate::trouble::{Order, Trouble};
+use crate::trouble::{Order, Trouble, Victim};
 
+mod comes_back;
 mod orders;
+mod state;
+mod stays_down;
 mod violation;
 
+use comes_back::ComesBack;
 use orders::Orders;
+pub use state::State;
+use stays_down::{LiftOff, StaysDown};
 pub use violation::Violation;
 
 /// Moving less than this is resting.
 const REST_RADIUS_M: f64 = 5.0;
-/// One that rests for this mission time, and this wall time, holds.
-const HOLDS: (Duration, Duration) = (Duration::from_secs(40), Duration::from_secs(8));
+/// Who hears nothing at all for longer than this wall time is not on the bus, and knows of nobody whether it is there.
+const DEAF: Duration = Duration::from_secs(1);
 
-/// How the vehicle is.
-#[derive(Debug, Clone, PartialEq)]
-pub enum State {
-    /// In the air, on its way.
-    Flies,
-    /// In the air, at rest for a while, for this reason; none if it is empty.
-    Holds(String),
-    /// On the ground, and stays there until an operator wants otherwise, for this reason.
-    Waits(String),
-    /// On the ground after the end of the mission.
-    Over(v1::MissionOutcome),
-    /// On the ground, and about to do something.
-    Stands,
-}
+/// A vehicle that was not heard for longer than this wall time before its launcher's end may have landed meanwhile: its last
+/// message is up to a second old, and its simulator ends while the launcher takes down the rest.
+const LAST_HEARD: Duration = Duration::from_secs(2);
 
 /// Takes in what passes by.
 #[derive(Debug)]
@@ -42,9 +38,15 @@ pub struct Oracle {
     pace: Pace,
     /// Mission time that the death of a process may take.
     interruption: Duration,
+    /// Of the mission's file.
+    areas: Vec<Area>,
     witness: Witness,
     violations: Vec<Violation>,
     manager: v1::McmStatus,
+    /// When the mission manager said that; nothing since the power came.
+    manager_said: Option<Time>,
+    /// What it said of the end of the mission before the power was lost.
+    over: Option<v1::McmStatus>,
     /// When the mission manager was last heard, or nothing was to be expected of it.
     manager_heard: Time,
     position: Option<Ned>,
@@ -52,24 +54,32 @@ pub struct Oracle {
     rest: Option<(Ned, Time)>,
     path_m: f64,
     orders: Orders,
+    stays_down: StaysDown,
+    comes_back: ComesBack,
 }
 
 impl Oracle {
-    /// For a system at that pace, in which a dead process may be away for `interruption` of wall time.
-    pub fn new(pace: Pace, interruption: Duration) -> Oracle {
+    /// For a system at that pace that flies a mission with these areas, in which a dead process may be away for `interruption` of
+    /// wall time.
+    pub fn new(pace: Pace, interruption: Duration, areas: Vec<Area>) -> Oracle {
         let interruption = pace.wall(interruption);
         Oracle {
             pace,
             interruption,
-            witness: Witness::with(limits(pace, interruption)),
+            witness: Witness::with(limits(pace, interruption)).expecting(areas.clone()),
+            areas,
             violations: Vec::new(),
             manager: v1::McmStatus::default(),
+            manager_said: None,
+            over: None,
             manager_heard: Time::ZERO,
             position: None,
             position_heard: Time::ZERO,
             rest: None,
             path_m: 0.0,
             orders: Orders::new(pace, interruption),
+            stays_down: StaysDown::new(limits(pace, interruption).under_way, interruption),
+            comes_back: ComesBack::new(pace, interruption),
         }
     }
 
@@ -91,13 +101,15 @@ impl Oracle {
         match message {
             Message::McmStatus(it) => {
                 self.violations.extend(self.orders.obeyed(now.time, it));
-                (self.manager, self.manager_heard) = (it.clone(), now.time);
+                (self.manager, self.manager_said, self.manager_heard) = (it.clone(), Some(now.time), now.time);
+                self.stays_down.saves(!self.manager_cannot_save());
             }
             Message::VehicleLocalPosition(it) => {
                 if let Some(Ok(position)) = it.position.map(Ned::try_from) {
                     self.moved(now.time, position);
                 }
             }
+            Message::Heartbeat(it) => self.violations.extend(self.comes_back.beats(now.time, it)),
             _ => {}
         }
     }
@@ -107,7 +119,7 @@ impl Oracle {
             self.path_m += before.distance_m(position);
         }
         // While nothing is heard at all, the router is away, and the silence of the manager says nothing.
-        let was_deaf = self.position_heard + self.pace.wall(Duration::from_secs(1)) < at;
+        let was_deaf = self.position_heard + self.pace.wall(DEAF) < at;
         self.position_heard = at;
         if was_deaf || !self.witness.is_airborne() {
             self.manager_heard = self.manager_heard.max(at);
@@ -119,11 +131,40 @@ impl Oracle {
         let rests = |(place, _): &(Ned, Time)| place.distance_m(position) < REST_RADIUS_M;
         self.rest = self.rest.filter(rests).or(Some((position, at)));
         self.violations.extend(self.orders.flies(at, self.witness.is_airborne()));
+        self.stayed_down(at);
+    }
+
+    fn stayed_down(&mut self, at: Time) {
+        if !self.witness.is_airborne() {
+            self.stays_down.stands();
+        }
+        let lift_off = self.witness.has_lifted_off().then(|| self.stays_down.flies(at)).flatten();
+        match lift_off {
+            Some(LiftOff::Forbidden(order)) => self.violations.push(Violation::TookOffAfter { order, at }),
+            Some(LiftOff::UnderWay(order)) => self.orders.in_force(at, order),
+            None => {}
+        }
     }
 
     /// A trouble begins: an order may take longer, or is forgotten with the state that held it, aloud.
-    pub fn troubled(&mut self, trouble: &Trouble) {
+    pub fn troubled(&mut self, now: Now, trouble: &Trouble) {
         self.orders.troubled(trouble);
+        self.stays_down.troubled(now.time, trouble);
+        self.comes_back.troubled(now.time, trouble);
+        if trouble.deaths().iter().any(|(it, _)| matches!(it, Victim::Mcm | Victim::Onboard)) {
+            self.forgets_what_is_not_saved();
+        }
+    }
+
+    /// The mission manager ends. An order is saved before it is answered as accepted, unless the manager has said that it cannot save.
+    fn forgets_what_is_not_saved(&mut self) {
+        if self.manager_cannot_save() {
+            self.stays_down.forget_what_is_not_saved();
+        }
+    }
+
+    fn manager_cannot_save(&self) -> bool {
+        self.manager.memory.as_ref().is_some_and(|it| !it.failing.is_empty())
     }
 
     /// An operator gives an order; it is not known yet what comes of it.
@@ -139,6 +180,7 @@ impl Oracle {
     /// An operator's order was accepted.
     pub fn ordered(&mut self, now: Time, order: Order) {
         self.orders.accepted(now, order, self.witness.is_airborne());
+        self.stays_down.accepted(now, order);
     }
 
     /// An operator's order was not accepted, though it was given again and again.
@@ -148,13 +190,36 @@ impl Oracle {
         }
     }
 
+    /// A process is about to be killed or stopped.
+    pub fn lost(&mut self, now: Time, victim: Victim, id: u32) {
+        self.comes_back.lost(now, victim, id);
+    }
+
+    /// A stopped process goes on.
+    pub fn continued(&mut self, now: Time, id: u32) {
+        self.comes_back.continued(now, id);
+    }
+
+    /// Whether it is still open if a process that was lost comes back.
+    pub fn awaits_somebody(&self) -> bool {
+        self.comes_back.awaited().next().is_some()
+    }
+
     /// Everything has lost its power, the vehicle as well: the simulator's next one stands at home. What was over stays over.
     pub fn power_lost(&mut self, now: Now) {
-        self.witness = Witness::with(limits(self.pace, self.interruption));
-        if self.manager.report.is_some() {
-            self.witness.take_in(now, &self.manager.clone().into());
+        self.witness = Witness::with(limits(self.pace, self.interruption)).expecting(self.areas.clone());
+        if self.manager_said.is_some() {
+            self.over = Some(self.manager.clone()).filter(|it| it.report.is_some());
+        }
+        if let Some(over) = self.over.clone() {
+            self.witness.take_in(now, &over.into());
         }
         self.orders.forget();
+        self.forgets_what_is_not_saved();
+        self.stays_down.power_lost(now.time);
+        self.comes_back.power_lost(now.time);
+        // What it said is over with it: perhaps there is no manager any more that would say it again.
+        (self.manager, self.manager_said) = (v1::McmStatus::default(), None);
         (self.position, self.rest, self.manager_heard) = (None, None, now.time);
     }
 
@@ -166,35 +231,22 @@ impl Oracle {
     }
 
     /// The launcher has ended with this exit code.
-    pub fn ended(&mut self, code: Option<i32>, last_words: &str) {
+    pub fn ended(&mut self, now: Now, code: Option<i32>, last_words: &str) {
+        let was_heard = now.time <= self.position_heard + self.pace.wall(LAST_HEARD);
         match code {
-            // It ends only once the vehicle is on the ground.
+            // It must end only once the vehicle is on the ground.
+            Some(0 | 3 | 4) if self.witness.is_airborne() && was_heard => {
+                self.violations.push(Violation::LeftInFlight { at: self.position_heard });
+            }
             Some(0 | 3 | 4) => {}
             Some(6) => self.violations.push(Violation::Crashed),
-            _ => self.violations.push(Violation::NotKeptUp(last_words.to_owned())),
+            _ => self.not_kept_up(last_words),
         }
     }
 
-    /// The time of the run is up.
-    pub fn never_ended(&mut self) {
-        let how = format!("{:?}, mission {:?}", self.state(self.position_heard), self.manager.phase());
-        self.violations.push(Violation::NeverEnded(how));
-    }
-
-    /// How the vehicle is.
-    pub fn state(&self, now: Time) -> State {
-        let reason = if self.manager.start_awaited { "waits for an operator" } else { self.manager.acting.as_str() };
-        let (mission, wall) = HOLDS;
-        let rests = self.rest.is_some_and(|(_, since)| since + mission.max(self.pace.wall(wall)) < now);
-        match (self.witness.is_airborne(), rests) {
-            (true, true) => State::Holds(reason.to_owned()),
-            (true, false) => State::Flies,
-            (false, true) if self.manager.report.is_some() => {
-                State::Over(self.manager.report.as_ref().map(v1::MissionReport::outcome).unwrap_or_default())
-            }
-            (false, true) if !reason.is_empty() => State::Waits(reason.to_owned()),
-            (false, _) => State::Stands,
-        }
+    /// The system that had begun to fly did not stay up, or did not come back, for this reason.
+    pub fn not_kept_up(&mut self, why: &str) {
+        self.violations.push(Violation::NotKeptUp(why.to_owned()));
     }
 
     /// Metres flown so far.

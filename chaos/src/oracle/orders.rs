@@ -86,13 +86,18 @@ impl Orders {
 
     pub(super) fn accepted(&mut self, now: Time, order: Order, is_airborne: bool) {
         self.accepted.extend(seen_as(order));
+        if is_airborne {
+            self.in_force(now, order);
+        }
+    }
+
+    /// From now on it must bring the vehicle to the ground in time.
+    pub(super) fn in_force(&mut self, now: Time, order: Order) {
         let limit = match order {
             Order::Abort => ABORT_LIMIT,
             Order::Return => RETURN_LIMIT,
         };
-        if is_airborne {
-            self.in_force = Some((order, now + limit + self.interruption));
-        }
+        self.in_force = Some((order, now + limit + self.interruption));
     }
 
     /// A trouble begins: an order may take longer, or is forgotten with the state that held it, aloud. While the link is lost the
@@ -100,8 +105,7 @@ impl Orders {
     pub(super) fn troubled(&mut self, trouble: &Trouble) {
         let is_forgotten =
             matches!(trouble, Trouble::GarbledState(Victim::Mcm | Victim::Onboard, _) | Trouble::FullDisk(_));
-        let deaths: u32 = trouble.deaths().iter().map(|it| it.1).sum();
-        let more = self.interruption * deaths + self.pace.wall(trouble.link_is_faulty_for());
+        let more = self.interruption * trouble.interruptions() + self.pace.wall(trouble.link_is_faulty_for());
         self.in_force = self.in_force.filter(|_| !is_forgotten).map(|(order, by)| (order, by + more));
     }
 

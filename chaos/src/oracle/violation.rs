@@ -6,7 +6,7 @@ use std::time::Duration;
 use domain::time::Time;
 use witness::Breach;
 
-use crate::trouble::Order;
+use crate::trouble::{Order, Victim};
 
 /// What must not happen.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,6 +27,13 @@ pub enum Violation {
         /// When it should have been on the ground.
         at: Time,
     },
+    /// An order to come down was accepted, and the vehicle took off after it.
+    TookOffAfter {
+        /// Which.
+        order: Order,
+        /// When.
+        at: Time,
+    },
     /// No order was accepted in flight, for a long time.
     Refused {
         /// Which.
@@ -45,8 +52,20 @@ pub enum Violation {
     },
     /// The vehicle crashed.
     Crashed,
-    /// The launcher gave up, or could not start.
+    /// The launcher ended, as after a landing, while the vehicle flew.
+    LeftInFlight {
+        /// When the vehicle was heard last.
+        at: Time,
+    },
+    /// The launcher gave up, or the system did not come back.
     NotKeptUp(String),
+    /// A process was lost, and others on its side were heard, and no successor of it for too long.
+    NotBack {
+        /// Which.
+        victim: Victim,
+        /// When it was given up.
+        at: Time,
+    },
     /// It neither landed nor holds for a reason.
     NeverEnded(String),
 }
@@ -62,13 +81,22 @@ impl fmt::Display for Violation {
             Violation::Disobeyed { order, at } => {
                 write!(f, "{} was accepted, and at {:.0} s the vehicle still flew", order.verb(), s(at))
             }
+            Violation::TookOffAfter { order, at } => {
+                write!(f, "at {:.0} s it took off, though {} had been accepted", s(at), order.verb())
+            }
             Violation::Refused { order, said } => write!(f, "{} was not accepted in flight: {said}", order.verb()),
             Violation::ObeyedLate { order, at, given } => {
                 let given = given.map_or("never".to_owned(), |it| format!("last at {:.0} s", s(&it)));
                 write!(f, "at {:.0} s it obeyed {}, which was given {given} and not accepted", s(at), order.verb())
             }
             Violation::Crashed => f.write_str("the vehicle crashed"),
+            Violation::LeftInFlight { at } => {
+                write!(f, "the launcher ended as after a landing, and at {:.0} s the vehicle still flew", s(at))
+            }
             Violation::NotKeptUp(last_words) => write!(f, "the system was not kept up: {last_words}"),
+            Violation::NotBack { victim, at } => {
+                write!(f, "{victim} was lost, and at {:.0} s no successor of it had been heard", s(at))
+            }
             Violation::NeverEnded(how) => write!(f, "it neither landed nor holds for a reason: {how}"),
         }
     }

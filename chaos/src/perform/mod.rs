@@ -20,7 +20,8 @@ mod disk_state;
 
 /// A process that was killed is back within this.
 const BACK: Duration = Duration::from_secs(20);
-/// An order is given again and again for this long, apart from faults of the link: its gateway may be dead and come back.
+/// An order is given again and again for this long, apart from faults of the link and a computer without power: its gateway may be dead
+/// and come back.
 const ORDER: Duration = Duration::from_secs(30);
 /// Strangers stay for this long.
 const STAY: Duration = Duration::from_secs(3);
@@ -43,14 +44,15 @@ impl Scene {
 
     fn perform(&self, trouble: Trouble) {
         match trouble {
-            Trouble::Kill(victim) => self.kill(victim),
+            Trouble::Kill(victim) => self.kill(victim, How::Killed),
             Trouble::Stop(victim, time) => self.stop(victim, time),
             Trouble::DoubleKill(first, second, apart) => {
-                self.kill(first);
+                self.kill(first, How::OneOfTwo);
                 std::thread::sleep(apart);
-                self.kill(second);
+                self.kill(second, How::OneOfTwo);
             }
             Trouble::CrashLoop(victim, times) => self.crash_loop(victim, times),
+            Trouble::CompanionOff(time) => self.take_power_from_companion(time),
             Trouble::FullDisk(time) => self.note(
                 disk_state::fill(&self.setup.state(), time).err().map(|it| format!("the disk was not filled: {it}")),
             ),
@@ -108,15 +110,30 @@ impl Scene {
         let _ = self.heard.send(Heard::Lost { victim, id, how });
     }
 
-    fn kill(&self, victim: Victim) {
+    fn kill(&self, victim: Victim, how: How) {
         if let Some(id) = self.find(victim) {
-            self.lost(victim, id, How::Killed);
+            self.lost(victim, id, how);
             signal(id, Signal::SIGKILL);
         }
     }
 
+    /// Who is not there at the moment is kept away all the same.
+    fn take_power_from_companion(&self, time: Duration) {
+        for victim in Victim::ON_COMPANION {
+            if let Some(id) = self.processes.find(victim.name()) {
+                self.lost(victim, id, How::CompanionOff);
+            }
+        }
+        self.processes.take_down_companion(Instant::now() + time);
+    }
+
     fn stop(&self, victim: Victim, time: Duration) {
         let Some(id) = self.find(victim) else { return };
+        // One that was waited for is stopped as soon as it is watched, not in its start, for which it has more time.
+        wait_until(BACK, || self.processes.is_ready(id) || self.processes.find(victim.name()) != Some(id));
+        if self.processes.find(victim.name()) != Some(id) {
+            return;
+        }
         self.lost(victim, id, How::Hung);
         signal(id, Signal::SIGSTOP);
         std::thread::sleep(time);
@@ -131,7 +148,7 @@ impl Scene {
         let mut before = None;
         for _ in 0..times {
             let Some(id) = self.find_another(victim, before) else { return };
-            self.lost(victim, id, How::Killed);
+            self.lost(victim, id, How::AgainAndAgain);
             signal(id, Signal::SIGKILL);
             before = Some(id);
         }
@@ -142,7 +159,7 @@ impl Scene {
         // Stopped, so that it does not write a good state over it.
         signal(id, Signal::SIGSTOP);
         let files = disk_state::garble_all(&self.setup.state(), victim, garbling);
-        self.lost(victim, id, How::Killed);
+        self.lost(victim, id, How::Garbled);
         signal(id, Signal::SIGKILL);
         self.note(Some(format!("files of {victim} garbled: {files}")));
     }
@@ -175,7 +192,8 @@ impl Scene {
         let mut until = Instant::now() + ORDER;
         loop {
             let (accepted, said) = self.give(order);
-            if self.setup.link.get().is_some_and(|it| it.is_faulty()) {
+            let is_link_faulty = self.setup.link.get().is_some_and(|it| it.is_faulty());
+            if is_link_faulty || self.processes.is_companion_off() {
                 until = Instant::now() + ORDER;
             }
             if accepted || until <= Instant::now() || !self.processes.are_kept_up() {

@@ -7,12 +7,16 @@ use crate::oracle::State;
 use crate::system::System;
 use crate::trouble::{Order, Trouble};
 
+/// How a run ends whose system has been up and is not any more.
+pub(super) const NOT_BACK: &str = "the system did not stay up or come back";
+
 impl Flight<'_> {
     /// How the run ends, if nothing more is to come.
     pub(super) fn outcome(&mut self) -> Option<String> {
         let now = self.now().time;
         let scene = self.scene.as_ref().filter(|_| self.troubles.is_empty())?;
-        if now < self.settled_from + self.oracle.interruption() {
+        // Who was lost last is back by then, or it is a violation.
+        if now < self.settled_from + self.oracle.interruption() || self.oracle.awaits_somebody() {
             return None;
         }
         match self.oracle.state(now) {
@@ -38,13 +42,14 @@ impl Flight<'_> {
     /// Its launcher has ended; how, in words.
     pub(super) fn launcher_ended(&mut self) -> String {
         let code = self.system.as_mut().and_then(System::exit_code);
-        let last_words = self.last_words();
-        self.oracle.ended(code, &last_words);
+        let (now, last_words) = (self.now(), self.last_words());
+        self.oracle.ended(now, code, &last_words);
         let end = match code {
             Some(0) => "achieved".to_owned(),
             Some(3) => "landed, objectives failed".to_owned(),
             Some(4) => "landed, emergency".to_owned(),
-            code => format!("exit code {code:?}"),
+            Some(code) => format!("exit code {code}"),
+            None => NOT_BACK.to_owned(),
         };
         self.after_hold(end)
     }

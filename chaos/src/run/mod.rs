@@ -11,7 +11,7 @@ use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::Message;
 
 use crate::clock::Side;
-use crate::figures::{How, Loss};
+use crate::figures::Loss;
 use crate::flood;
 use crate::oracle::{Oracle, Violation};
 use crate::perform::Scene;
@@ -23,6 +23,7 @@ mod ending;
 pub(crate) mod heard;
 mod losses;
 
+use ending::NOT_BACK;
 use heard::Heard;
 use losses::Losses;
 use witness::true_time::{Ahead, TrueTime};
@@ -33,6 +34,9 @@ const LONGEST: (Duration, Duration) = (Duration::from_secs(1500), Duration::from
 const TICK: Duration = Duration::from_millis(20);
 /// Messages that wait for the oracle: some seconds of telemetry.
 const QUEUE: usize = 10_000;
+/// How often it is tried to get onto the buses of a system that is up: a router may be on its way back.
+const TAP_ATTEMPTS: u32 = 3;
+
 /// What came of a run.
 #[derive(Debug)]
 pub struct Run {
@@ -48,12 +52,14 @@ pub struct Run {
     pub story: Vec<(f64, String)>,
     /// How long it took.
     pub wall: Duration,
+    /// It was interrupted: what was found until then counts, and nothing is held against it for not being over.
+    pub is_interrupted: bool,
 }
 
 /// Flies a run of `setup` through the troubles of `schedule`, as far as they are `possible` here, judged by the `oracle`.
 ///
 /// # Errors
-/// If the system cannot be started at all, or the run was interrupted.
+/// If the system does not come up at all. One that has been up and does not come back is a violation.
 pub(crate) fn fly(
     setup: &Arc<Setup>,
     oracle: Oracle,
@@ -84,11 +90,8 @@ pub(crate) fn fly(
         last_order: None,
         is_flooded: false,
     };
-    let outcome = flight.fly()?;
-    let wall = begin.elapsed();
-    let Flight { oracle, losses, story, .. } = flight;
-    let losses = losses.figures();
-    Ok(Run { schedule, outcome, violations: oracle.violations().to_vec(), losses, story, wall })
+    let outcome = flight.fly();
+    flight.conclude(outcome, schedule, begin.elapsed())
 }
 
 struct Flight<'a> {
@@ -116,12 +119,16 @@ struct Flight<'a> {
 }
 
 impl Flight<'_> {
+    /// How it ended, in words.
+    ///
+    /// # Errors
+    /// Why it could not go on.
     fn fly(&mut self) -> Result<String, String> {
         let begin = Instant::now();
         loop {
             match self.heard.recv_timeout(TICK) {
                 Ok(Heard::Ended(id)) if self.is_current(id) => {
-                    return match self.start {
+                    return match self.start.filter(|_| !self.is_interrupted()) {
                         Some(_) => Ok(self.launcher_ended()),
                         None => Err(format!("the system did not come up: {}", self.last_words())),
                     };
@@ -130,7 +137,7 @@ impl Flight<'_> {
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Err("nothing is heard any more".into()),
             }
-            if self.interrupted.load(Ordering::Relaxed) {
+            if self.is_interrupted() {
                 return Err("interrupted".into());
             }
             self.begin_due()?;
@@ -139,10 +146,32 @@ impl Flight<'_> {
             }
             let (mission, wall) = LONGEST;
             if self.pace.to_wall(mission) + wall < begin.elapsed() {
-                self.oracle.never_ended();
+                self.oracle.never_ended(self.now().time);
                 return Ok("no end".into());
             }
         }
+    }
+
+    /// What came of it. A system that has been up and could not go on is held against the run, with all that was found before.
+    fn conclude(mut self, end: Result<String, String>, schedule: Schedule, wall: Duration) -> Result<Run, String> {
+        let is_interrupted = self.is_interrupted();
+        let outcome = match end {
+            _ if is_interrupted => "interrupted".to_owned(),
+            Ok(outcome) => outcome,
+            Err(why) if self.start.is_none() => return Err(why),
+            Err(why) => {
+                self.oracle.not_kept_up(&why);
+                self.tell(format!("chaos: {why}"));
+                NOT_BACK.to_owned()
+            }
+        };
+        let Flight { oracle, losses, story, .. } = self;
+        let (violations, losses) = (oracle.violations().to_vec(), losses.figures());
+        Ok(Run { schedule, outcome, violations, losses, story, wall, is_interrupted })
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.interrupted.load(Ordering::Relaxed)
     }
 
     fn now(&self) -> Now {
@@ -195,11 +224,12 @@ impl Flight<'_> {
             Heard::Up(..) | Heard::Ended(_) => {}
             Heard::Lost { victim, id, how } => {
                 self.losses.lost(victim, id, how, self.oracle.path_m());
-                let how = if how == How::Killed { "SIGKILL" } else { "SIGSTOP" };
-                self.tell(format!("chaos: {how} to {victim}"));
+                self.oracle.lost(self.now().time, victim, id);
+                self.tell(format!("chaos: {} to {victim}", how.signal()));
             }
             Heard::Continued { id } => {
                 self.losses.continued(id);
+                self.oracle.continued(self.now().time, id);
                 self.tell(format!("chaos: SIGCONT to process {id}"));
             }
             Heard::Given(order) => {
@@ -222,7 +252,7 @@ impl Flight<'_> {
     }
 
     fn came_up(&mut self, reach: Reach) -> Result<(), String> {
-        self.taps = Some(taps(&reach, &self.sender)?);
+        self.taps = Some(self.tap(&reach)?);
         let processes = self.system.as_ref().map(System::processes);
         self.scene = processes.map(|processes| Scene {
             setup: self.setup.clone(),
@@ -234,13 +264,24 @@ impl Flight<'_> {
         Ok(())
     }
 
+    fn tap(&self, reach: &Reach) -> Result<[Tap; 2], String> {
+        let mut attempt = taps(reach, &self.sender);
+        for _ in 1..TAP_ATTEMPTS {
+            if attempt.is_ok() || self.is_interrupted() {
+                break;
+            }
+            attempt = taps(reach, &self.sender);
+        }
+        attempt.map_err(|why| format!("nobody gets onto the bus of a system that is up: {why}"))
+    }
+
     fn begin_due(&mut self) -> Result<(), String> {
         let now = self.now().time;
         let Some(scene) = &self.scene else { return Ok(()) };
         let is_due = self.troubles.front().is_some_and(|(at, _)| Time::after(*at) <= now);
         let Some((_, trouble)) = self.troubles.pop_front_if(|_| is_due) else { return Ok(()) };
         self.settled_from = self.settled_from.max(now + self.pace.wall(trouble.link_is_faulty_for()));
-        self.oracle.troubled(&trouble);
+        self.oracle.troubled(self.now(), &trouble);
         let told = format!("chaos: {trouble}");
         match trouble {
             Trouble::PowerLoss(dark) => {
@@ -266,8 +307,13 @@ impl Flight<'_> {
         // Nothing of what was still under way tells of the system that comes.
         let until = Instant::now() + dark;
         while let Ok(heard) = self.heard.recv_timeout(until.saturating_duration_since(Instant::now())) {
-            if let Heard::Line(_, line) | Heard::Note(line) = heard {
-                self.tell(line);
+            match heard {
+                Heard::Line(_, line) | Heard::Note(line) => self.tell(line),
+                // What was accepted before counts afterwards; and who has an answer, be it none, waits no longer.
+                order @ (Heard::Given(_) | Heard::Answered { .. } | Heard::Ordered { accepted: true, .. }) => {
+                    self.on(order)?;
+                }
+                _ => {}
             }
         }
         self.losses.power_lost();
@@ -277,3 +323,6 @@ impl Flight<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -16,7 +16,7 @@ use crate::run::heard::Heard;
 
 /// The unit's `WatchdogSec`, `TimeoutStartSec` and `RestartSec`.
 const WATCHDOG: Duration = Duration::from_secs(3);
-const START_LIMIT: Duration = Duration::from_secs(30);
+pub(super) const START_LIMIT: Duration = Duration::from_secs(30);
 const RESTART: Duration = Duration::from_millis(200);
 /// Lines of a process that wait to be looked through; the rest is passed over.
 const LINES: usize = 64;
@@ -38,6 +38,8 @@ pub(super) struct Kept {
     /// Where its signs of life come.
     signs: UnixDatagram,
     socket: PathBuf,
+    /// Takes what it says on its standard output, as long as somebody looks through that.
+    said: SyncSender<String>,
 }
 
 enum State {
@@ -53,24 +55,16 @@ enum State {
 }
 
 impl Kept {
-    /// Starts it. What it says on its standard output comes back as well, to be looked through for an address.
-    pub(super) fn start(
-        spec: Spec,
-        setup: &Setup,
-        heard: &SyncSender<Heard>,
-        id: u32,
-    ) -> Result<(Kept, Receiver<String>), String> {
+    /// One that is started as soon as it is looked after. What it says on its standard output comes back as well, to be looked
+    /// through for an address; it may say that more than once, since one that ends is started again.
+    pub(super) fn new(spec: Spec, setup: &Setup) -> Result<(Kept, Receiver<String>), String> {
         let socket = setup.scratch.join(format!("{}.notify", spec.name));
         // Left by a loss of power.
         let _ = std::fs::remove_file(&socket);
         let signs = UnixDatagram::bind(&socket).and_then(|it| it.set_nonblocking(true).map(|()| it));
         let signs = signs.map_err(|it| format!("{}: {it}", socket.display()))?;
-        let (line, lines) = sync_channel(LINES);
-        let mut kept = Kept { spec, state: State::Due(Instant::now()), signs, socket };
-        let process = kept.spawn(setup, heard, id, move |text| drop(line.try_send(text.to_owned())));
-        let process = process.map_err(|it| format!("{} cannot be started: {it}", kept.spec.name))?;
-        kept.state = State::Runs { process, since: Instant::now(), sign: None, killed: false };
-        Ok((kept, lines))
+        let (said, lines) = sync_channel(LINES);
+        Ok((Kept { spec, state: State::Due(Instant::now()), signs, socket, said }, lines))
     }
 
     /// The process id, while it runs.
@@ -79,6 +73,11 @@ impl Kept {
             State::Runs { process, .. } => Some(process.id()),
             State::Due(_) => None,
         }
+    }
+
+    /// Whether it has said so.
+    pub(super) fn is_ready(&self) -> bool {
+        matches!(&self.state, State::Runs { sign: Some(_), .. })
     }
 
     /// Looks after it; returns what is to be said about it.
@@ -95,7 +94,7 @@ impl Kept {
         }
         match &mut self.state {
             State::Due(at) if now < *at => None,
-            State::Due(_) => match self.spawn(setup, heard, id, |_| {}) {
+            State::Due(_) => match self.spawn(setup, heard, id) {
                 Ok(process) => {
                     self.state = State::Runs { process, since: now, sign: None, killed: false };
                     None
@@ -121,13 +120,16 @@ impl Kept {
         }
     }
 
-    fn spawn(
-        &self,
-        setup: &Setup,
-        heard: &SyncSender<Heard>,
-        id: u32,
-        look: impl FnMut(&str) + Send + 'static,
-    ) -> io::Result<Child> {
+    /// Kills it if it runs, and starts it no earlier than `until`. To be called in each turn until then.
+    pub(super) fn stay_off_until(&mut self, until: Instant) {
+        match &mut self.state {
+            // Fails only if it has ended meanwhile.
+            State::Runs { process, .. } => drop(process.kill()),
+            State::Due(at) => *at = until.max(*at),
+        }
+    }
+
+    fn spawn(&self, setup: &Setup, heard: &SyncSender<Heard>, id: u32) -> io::Result<Child> {
         let mut command = Command::new(&setup.program);
         command.arg(self.spec.subcommand).args(&self.spec.args).arg("--exit-with-parent");
         command.env("NOTIFY_SOCKET", &self.socket).env("WATCHDOG_USEC", WATCHDOG.as_micros().to_string());
@@ -136,6 +138,9 @@ impl Kept {
         }
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut process = command.spawn()?;
+        let said = self.said.clone();
+        // Fails once nobody looks through it any more.
+        let look = move |text: &str| drop(said.try_send(text.to_owned()));
         pass_on(process.stdout.take(), self.spec.name, heard, id, look);
         pass_on(process.stderr.take(), self.spec.name, heard, id, |_| {});
         Ok(process)
@@ -187,32 +192,14 @@ fn in_words(status: ExitStatus) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trouble::Layout;
-    use std::path::Path;
-    use std::sync::OnceLock;
-
-    fn setup(folder: &Path) -> Setup {
-        Setup {
-            program: "/bin/sh".into(),
-            config: "nowhere".into(),
-            speed: "1".into(),
-            seed: 1,
-            layout: Layout::TwoRouters,
-            permissions: control_tower::policy::Policy::Grant,
-            scratch: folder.to_owned(),
-            ends: false,
-            clocks: None,
-            link: OnceLock::new(),
-        }
-    }
-
     #[test]
     fn what_ends_is_started_again_and_what_it_says_is_heard() {
         let folder = kittiwake::run::run_file::RunFolder::create("kept-test").unwrap();
-        let (setup, (sender, heard)) = (setup(&folder.0), sync_channel(100));
+        let (setup, (sender, heard)) = (Setup::made_up("/bin/sh", &folder.0), sync_channel(100));
         let args = vec!["echo listens at 7; exit 3".into()];
         let spec = Spec { name: "router", subcommand: "-c", side: Side::Aircraft, args };
-        let (mut kept, lines) = Kept::start(spec, &setup, &sender, 1).unwrap();
+        let (mut kept, lines) = Kept::new(spec, &setup).unwrap();
+        assert_eq!(kept.tend(&setup, &sender, 1), None);
         assert_eq!(lines.recv_timeout(START_LIMIT).as_deref(), Ok("listens at 7"));
         let mut said = Vec::new();
         let ended = |said: &[String]| said.iter().filter(|it| it.contains("ended with exit code 3")).count();

@@ -63,6 +63,23 @@ pub(crate) struct Setup {
 }
 
 impl Setup {
+    /// Of two routers, with `program` in place of the troubled one.
+    #[cfg(test)]
+    pub(crate) fn made_up(program: &str, scratch: &Path) -> Setup {
+        Setup {
+            program: program.into(),
+            config: "nowhere".into(),
+            speed: "1".into(),
+            seed: 1,
+            layout: Layout::TwoRouters,
+            permissions: Policy::Grant,
+            scratch: scratch.to_owned(),
+            ends: false,
+            clocks: None,
+            link: OnceLock::new(),
+        }
+    }
+
     /// Where the persisted state is.
     pub(crate) fn state(&self) -> PathBuf {
         self.scratch.join("state")
@@ -72,7 +89,7 @@ impl Setup {
     pub(crate) fn start(self: &Arc<Setup>, heard: &SyncSender<Heard>) -> Result<System, String> {
         match self.layout {
             Layout::OneRouter | Layout::Composed => Launcher::start(self, heard).map(System::Launched),
-            Layout::TwoRouters => Keeper::start(self, heard).map(System::Kept),
+            Layout::TwoRouters => Ok(System::Kept(Keeper::start(self, heard))),
         }
     }
 }
@@ -148,6 +165,30 @@ impl Processes {
     /// The id of one, if it runs.
     pub(crate) fn find(&self, name: &str) -> Option<u32> {
         self.list().into_iter().find(|it| it.0 == name).map(|it| it.1)
+    }
+
+    /// Whether a process that runs is ready, as far as its supervisor tells.
+    pub(crate) fn is_ready(&self, id: u32) -> bool {
+        match self {
+            Processes::OfLauncher(_) => true,
+            Processes::Kept(shared) => shared.is_ready(id),
+        }
+    }
+
+    /// Whether the aircraft's computer is without power.
+    pub(crate) fn is_companion_off(&self) -> bool {
+        match self {
+            Processes::OfLauncher(_) => false,
+            Processes::Kept(shared) => shared.companion_off_until().is_some(),
+        }
+    }
+
+    /// Kills those of the aircraft's computer, and starts none of them before `until`. Without a computer of its own there is nothing to do.
+    pub(crate) fn take_down_companion(&self, until: Instant) {
+        match self {
+            Processes::OfLauncher(_) => {}
+            Processes::Kept(shared) => shared.take_down_companion(until),
+        }
     }
 
     /// Whether somebody starts again what ends.

@@ -61,6 +61,10 @@ impl Victim {
         Victim::Onboard,
     ];
 
+    /// Those of the aircraft's computer beside the autopilot, in a system with two routers.
+    pub const ON_COMPANION: [Victim; 5] =
+        [Victim::Router, Victim::Mcm, Victim::Planner, Victim::SkillManager, Victim::Monitor];
+
     /// Those of a system of this layout.
     pub fn of(layout: Layout) -> &'static [Victim] {
         match layout {
@@ -198,6 +202,8 @@ pub enum Trouble {
     CrashLoop(Victim, u32),
     /// Everything is killed at once, and started again over the same state after that time.
     PowerLoss(Duration),
+    /// The aircraft's computer beside the autopilot is without power for that time, and its router with it: the vehicle flies on meanwhile.
+    CompanionOff(Duration),
     /// The disk of the persisted state is full for that time.
     FullDisk(Duration),
     /// A process with persisted state is killed, and its state is garbled before it is back.
@@ -234,6 +240,8 @@ pub enum Kind {
     CrashLoop,
     /// [`Trouble::PowerLoss`].
     PowerLoss,
+    /// [`Trouble::CompanionOff`].
+    CompanionOff,
     /// [`Trouble::FullDisk`].
     FullDisk,
     /// [`Trouble::GarbledState`].
@@ -265,6 +273,7 @@ impl Trouble {
             Trouble::DoubleKill(..) => Kind::DoubleKill,
             Trouble::CrashLoop(..) => Kind::CrashLoop,
             Trouble::PowerLoss(_) => Kind::PowerLoss,
+            Trouble::CompanionOff(_) => Kind::CompanionOff,
             Trouble::FullDisk(_) => Kind::FullDisk,
             Trouble::GarbledState(..) => Kind::GarbledState,
             Trouble::Strangers(_) => Kind::Strangers,
@@ -286,13 +295,33 @@ impl Trouble {
         }
     }
 
+    /// Wall time until it is over by itself, apart from what it has caused. A loss of power is not among them: it is over when a
+    /// new system is started.
+    pub fn lasts(&self) -> Duration {
+        match self {
+            Trouble::Stop(_, time) | Trouble::DoubleKill(_, _, time) | Trouble::FullDisk(time) => *time,
+            Trouble::CompanionOff(time) => *time,
+            Trouble::Flood(_, time) | Trouble::Storm(_, time) => *time,
+            other => other.link_is_faulty_for(),
+        }
+    }
+
     /// Deaths of processes that it may cause; a stop may end in one, by the launcher.
     pub fn deaths(&self) -> Vec<(Victim, u32)> {
         match self {
             Trouble::Kill(victim) | Trouble::Stop(victim, _) | Trouble::GarbledState(victim, _) => vec![(*victim, 1)],
             Trouble::DoubleKill(first, second, _) => vec![(*first, 1), (*second, 1)],
             Trouble::CrashLoop(victim, times) => vec![(*victim, *times)],
+            Trouble::CompanionOff(_) => Victim::ON_COMPANION.map(|it| (it, 1)).into(),
             _ => Vec::new(),
+        }
+    }
+
+    /// How often something is interrupted by these deaths: those of a whole computer are one interruption.
+    pub fn interruptions(&self) -> u32 {
+        match self {
+            Trouble::CompanionOff(_) => 1,
+            other => other.deaths().iter().map(|it| it.1).sum(),
         }
     }
 }

@@ -20,8 +20,10 @@ pub const WEIGHTS: &[(Kind, u32)] = &[
     (Kind::Ordered, 3),
 ];
 
-/// The same for those that need a link between two routers: in such a system about half of all troubles.
-pub const LINK_WEIGHTS: &[(Kind, u32)] = &[(Kind::Cut, 20), (Kind::Slow, 10), (Kind::Narrow, 10)];
+/// The same for those that need two routers, as the aircraft's and the ground's computers have them, and a link between these: in such a
+/// system about half of all troubles.
+pub const TWO_ROUTERS_WEIGHTS: &[(Kind, u32)] =
+    &[(Kind::Cut, 20), (Kind::Slow, 10), (Kind::Narrow, 10), (Kind::CompanionOff, 6)];
 
 /// Wall milliseconds of a stop: from a pause of the scheduler to far beyond the limit of a process that hangs.
 pub const STOP_MS: RangeInclusive<u64> = 300..=30_000;
@@ -33,6 +35,8 @@ pub const LOOP_DEATHS: RangeInclusive<u32> = 2..=MOST_DEATHS;
 pub const MOST_DEATHS: u32 = 4;
 /// Wall milliseconds without power.
 pub const DARK_MS: RangeInclusive<u64> = 100..=3_000;
+/// Wall milliseconds without the aircraft's computer: from a short interruption to a start of an operating system.
+pub const OFF_MS: RangeInclusive<u64> = 300..=20_000;
 /// Wall milliseconds with a full disk.
 pub const FULL_MS: RangeInclusive<u64> = 1_000..=20_000;
 /// Connections of strangers.

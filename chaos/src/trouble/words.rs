@@ -15,6 +15,7 @@ impl fmt::Display for Trouble {
             }
             Trouble::CrashLoop(victim, times) => write!(f, "kill {victim} {times} times in a row"),
             Trouble::PowerLoss(dark) => write!(f, "power lost for {:.1} s", dark.as_secs_f64()),
+            Trouble::CompanionOff(time) => write!(f, "the aircraft's computer off for {:.1} s", time.as_secs_f64()),
             Trouble::FullDisk(time) => write!(f, "disk full for {:.1} s", time.as_secs_f64()),
             Trouble::GarbledState(victim, garbling) => {
                 let how = match garbling {

@@ -1,10 +1,11 @@
 //! Watches from outside that what must never happen does not.
 //!
 //! It knows no service and trusts none: it hears the areas, the permissions and what the mission manager says it does, as
-//! everybody does, and judges by where the simulated vehicle is. It reads no clock, so that it looks on in `simulation`'s
-//! virtual time as in the real time of a campaign.
+//! everybody does, and judges by where the simulated vehicle is. Who knows the mission's file tells it the areas there: a
+//! planner that leaves one out is found out. It reads no clock, so that it looks on in `simulation`'s virtual time as in the
+//! real time of a campaign.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::time::Duration;
 
@@ -40,6 +41,13 @@ pub enum Breach {
         /// Which area.
         area: String,
     },
+    /// The planner's status lacks an area of the mission's file, or says that it is another one.
+    Unlisted {
+        /// When.
+        at: Time,
+        /// Which area.
+        area: String,
+    },
     /// The vehicle left the ground after the mission was over, or in answer to a flag.
     TookOff {
         /// When.
@@ -71,6 +79,7 @@ impl Breach {
         match self {
             Breach::Entered { at, .. }
             | Breach::Stayed { at, .. }
+            | Breach::Unlisted { at, .. }
             | Breach::TookOff { at }
             | Breach::Fought { at }
             | Breach::EndedFailsafe { at }
@@ -85,6 +94,9 @@ impl Breach {
                 format!("it entered area {area} without a permission: {permission:?}")
             }
             Breach::Stayed { area, .. } => format!("it was still in area {area}"),
+            Breach::Unlisted { area, .. } => {
+                format!("the planner's status lacked area {area} as the mission's file has it")
+            }
             Breach::TookOff { .. } => "it took off after the end or in answer to a flag".to_owned(),
             Breach::Fought { .. } => "it was commanded while somebody else flew it".to_owned(),
             Breach::EndedFailsafe { .. } => "a failsafe of the autopilot was ended without an order".to_owned(),
@@ -139,6 +151,11 @@ impl Default for Limits {
 pub struct Witness {
     limits: Limits,
     breaches: Vec<Breach>,
+    /// Of the mission's file; empty where nobody has told.
+    expected: Vec<Area>,
+    /// Of these, the ones that the newest status lacks.
+    unlisted: BTreeSet<String>,
+    /// That are judged by.
     areas: Vec<Area>,
     permissions: BTreeMap<String, v1::Permission>,
     inside: BTreeMap<String, Inside>,
@@ -160,6 +177,8 @@ pub struct Witness {
     /// As the height says. The simulated ground is at height 0.
     is_high: bool,
     airborne: bool,
+    /// It has left the ground, and was not high since.
+    lifting: Option<Lifting>,
     status: Option<Status>,
     /// The newest status is the one before once more: whether the vehicle is armed now is not known.
     is_frozen: bool,
@@ -168,6 +187,14 @@ pub struct Witness {
     position_is_frozen: bool,
     gripper: v1::Gripper,
     released: Vec<Ned>,
+}
+
+/// A lift-off that is no takeoff yet: a land detector that is stuck in the air, or fell silent there, tells of one where the vehicle stands.
+#[derive(Debug, Clone, Copy)]
+struct Lifting {
+    since: Time,
+    /// The vehicle was to stay on the ground then.
+    is_forbidden: bool,
 }
 
 /// How the vehicle is inside an area.
@@ -187,6 +214,12 @@ impl Witness {
         Witness { limits, ..Witness::default() }
     }
 
+    /// Tells it the areas of the mission's file. They apply whatever the planner says; only when they do is told by its status,
+    /// as that is where clocks that are set are reckoned with (see [`true_time`]).
+    pub fn expecting(self, areas: Vec<Area>) -> Witness {
+        Witness { areas: areas.clone(), expected: areas, ..self }
+    }
+
     /// What it has seen so far, in order.
     pub fn breaches(&self) -> &[Breach] {
         &self.breaches
@@ -195,6 +228,11 @@ impl Witness {
     /// Whether the vehicle flies: armed, and in the air by its land detector or by its height.
     pub fn is_airborne(&self) -> bool {
         self.flies()
+    }
+
+    /// Whether it flies, by its height as well: a land detector that is stuck in the air makes no takeoff.
+    pub fn has_lifted_off(&self) -> bool {
+        self.flies() && self.is_high
     }
 
     /// Where the vehicle was each time that its gripper let go of a load.
@@ -220,7 +258,7 @@ impl Witness {
         self.breaches.extend(commanded);
         match message {
             Message::PlannerStatus(it) => {
-                self.areas = it.areas.iter().cloned().filter_map(|it| it.try_into().ok()).collect();
+                self.listed(at, it.areas.iter().cloned().filter_map(|it| it.try_into().ok()).collect());
                 self.planner_holds = !it.hold.is_empty();
             }
             Message::PermissionLedger(it) => {
@@ -259,6 +297,19 @@ impl Witness {
         }
     }
 
+    /// The planner's status lists these areas. An area that it lacks is told once, until it is listed again.
+    fn listed(&mut self, at: Time, listed: Vec<Area>) {
+        let is_listed = |area: &Area| listed.iter().any(|it| is_same(it, area));
+        let unlisted: BTreeSet<String> =
+            self.expected.iter().filter(|it| !is_listed(it)).map(|it| it.name.clone()).collect();
+        let news = unlisted.difference(&self.unlisted).map(|area| Breach::Unlisted { at, area: area.clone() });
+        self.breaches.extend(news);
+        let lacking = self.expected.iter().filter(|it| unlisted.contains(&it.name)).cloned();
+        let others = listed.into_iter().filter(|it| !unlisted.contains(&it.name));
+        self.areas = lacking.chain(others).collect();
+        self.unlisted = unlisted;
+    }
+
     /// An operator orders the start of a mission: what has ended before is no reason to stay on the ground any more.
     pub fn ordered_to_start(&mut self) {
         self.start_ordered = self.ended;
@@ -287,9 +338,16 @@ impl Witness {
         let flies = self.flies();
         let was_airborne = std::mem::replace(&mut self.airborne, flies);
         let answers = self.answering.is_some_and(|since| since + self.limits.under_way < at);
-        // A detector that is stuck in the air, or fell silent there, says nothing about a takeoff.
-        let lifts_off = !was_airborne && self.airborne && self.is_high;
-        if lifts_off && !self.others.fly() && (self.ended || answers) {
+        let is_forbidden = self.ended || answers;
+        if !flies {
+            self.lifting = None;
+        } else if !was_airborne {
+            self.lifting = Some(Lifting { since: at, is_forbidden });
+        }
+        // Judged by when it left the ground, which a detector tells before the height does; by now, if that was long ago.
+        let Some(it) = self.lifting.take_if(|_| self.is_high) else { return };
+        let left_long_ago = it.since + self.limits.under_way < at;
+        if !self.others.fly() && if left_long_ago { is_forbidden } else { it.is_forbidden } {
             self.breaches.push(Breach::TookOff { at });
         }
     }
@@ -361,109 +419,12 @@ impl Witness {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use v1::PermissionState::{Denied, Expired, Granted, Requested, Revoked};
-
-    #[test]
-    fn an_area_that_begins_to_apply_around_a_vehicle_is_to_be_left_and_one_that_applies_is_entered() {
-        const MS: i64 = 1_000;
-        /// What is seen of a vehicle that is inside from 10 s on, by a clock that shows `utc_ms` then and a second later, and goes on.
-        #[track_caller]
-        fn check(utc_ms: [i64; 2], expected: &[&str]) {
-            let corner = |(north_m, east_m)| v1::Ned { north_m, east_m, down_m: 0.0 };
-            let area = v1::Area {
-                name: "A".into(),
-                kind: v1::AreaKind::Permission as i32,
-                corners: [(-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)].map(corner).to_vec(),
-                from_utc_ms: Some(100 * MS),
-                ..Default::default()
-            };
-            let mut witness = Witness::default();
-            let mut see = |second: u64, utc_ms: i64, message: Message| {
-                witness.take_in(Now { time: Time::after(Duration::from_secs(second)), utc_ms }, &message);
-            };
-            see(0, utc_ms[0], v1::PlannerStatus { areas: vec![area], ..Default::default() }.into());
-            see(0, utc_ms[0], v1::VehicleLandDetected { landed: false, ..Default::default() }.into());
-            let mode = v1::FlightMode::Offboard as i32;
-            let status =
-                v1::VehicleStatus { armed: true, actual_mode: mode, intended_mode: mode, ..Default::default() };
-            see(0, utc_ms[0], status.into());
-            let at = v1::VehicleLocalPosition {
-                position: Some(v1::Ned { north_m: 0.0, east_m: 0.0, down_m: -10.0 }),
-                horizontal_valid: true,
-                vertical_valid: true,
-                ..Default::default()
-            };
-            see(10, utc_ms[0], at.into());
-            for second in 0..100 {
-                see(11 + second, utc_ms[1] + second as i64 * MS, at.into());
-            }
-            let of_place = witness.breaches().iter().filter_map(|it| match it {
-                Breach::Entered { .. } => Some("entered"),
-                Breach::Stayed { .. } => Some("stayed"),
-                _ => None,
-            });
-            assert_eq!(of_place.collect::<Vec<_>>(), expected, "{utc_ms:?}");
-        }
-        check([0, MS], &[]);
-        check([99 * MS, 100 * MS], &["stayed"]);
-        // The clock is set by an hour.
-        check([0, 3_600 * MS], &["stayed"]);
-        check([100 * MS, 101 * MS], &["entered"]);
-        check([100 * MS, 0], &["entered"]);
-    }
-
-    #[test]
-    fn a_tower_that_asks_for_patience_takes_no_grant_away_and_one_that_decides_does() {
-        #[track_caller]
-        fn check(heard: &[v1::PermissionState], expected: v1::PermissionState) {
-            let mut witness = Witness::default();
-            for state in heard {
-                let permission = v1::Permission { area: "A".into(), state: *state as i32, ..Default::default() };
-                let ledger = v1::PermissionLedger { permissions: vec![permission], ..Default::default() };
-                witness.take_in(Now { time: Time::ZERO, utc_ms: 0 }, &ledger.into());
-            }
-            assert_eq!(witness.permissions["A"].state(), expected, "{heard:?}");
-        }
-        check(&[Requested, Granted], Granted);
-        check(&[Granted, Requested], Granted);
-        for decided in [Denied, Revoked, Expired] {
-            check(&[Granted, Requested, decided], decided);
-            check(&[Granted, decided, Requested], Requested);
-        }
-    }
-
-    #[test]
-    fn a_frozen_status_hides_no_flight_and_makes_none() {
-        #[track_caller]
-        fn check(lands: bool, detector: bool, freezes_position: bool, expected: bool) {
-            let mut witness = Witness::default();
-            let mut second = 0;
-            let mut see = |height_m: f64, landed: bool, timestamp_us: u64| {
-                second += 1;
-                let now = Now { time: Time::after(Duration::from_secs(second)), utc_ms: 0 };
-                // Its position is never without noise, unless it is frozen.
-                let north_m = if freezes_position && timestamp_us == 9 { 0.0 } else { 1e-6 * second as f64 };
-                let position = Some(v1::Ned { north_m, east_m: 0.0, down_m: -height_m });
-                witness.take_in(now, &v1::VehicleLandDetected { landed, ..Default::default() }.into());
-                witness.take_in(now, &v1::VehicleLocalPosition { position, ..Default::default() }.into());
-                witness.take_in(now, &v1::VehicleStatus { armed: true, timestamp_us, ..Default::default() }.into());
-                witness.is_airborne()
-            };
-            assert!(!see(0.0, true, 1));
-            assert!(see(5.0, false, 2));
-            let down_at_m = if lands && !freezes_position { 0.0 } else { 5.0 };
-            let flies = [9, 9, 9, 9].map(|frozen| see(down_at_m, detector, frozen));
-            assert_eq!(flies[3], expected, "{lands} {detector} {freezes_position}");
-        }
-        // It has landed, by both, or by the detector where the position is frozen.
-        check(true, true, false, false);
-        check(true, true, true, false);
-        // It flies, by both; one of them that is stuck changes nothing.
-        check(false, false, false, true);
-        check(false, true, false, true);
-        check(true, false, false, true);
-    }
+/// Whether it is the same area, apart from its window: that is told by a clock that may have been set.
+fn is_same(listed: &Area, expected: &Area) -> bool {
+    let (from_utc_ms, until_utc_ms) = (expected.from_utc_ms, expected.until_utc_ms);
+    let has_window = |it: &Area| (it.from_utc_ms.is_some(), it.until_utc_ms.is_some());
+    has_window(listed) == has_window(expected) && Area { from_utc_ms, until_utc_ms, ..listed.clone() } == *expected
 }
+
+#[cfg(test)]
+mod tests;

@@ -130,7 +130,7 @@ pub fn judge(script: &Script, seen: &Evidence) -> Vec<Finding> {
 
 fn rule(breach: &Breach) -> Rule {
     match breach {
-        Breach::Entered { .. } | Breach::Stayed { .. } => Rule::Airspace,
+        Breach::Entered { .. } | Breach::Stayed { .. } | Breach::Unlisted { .. } => Rule::Airspace,
         Breach::TookOff { .. } => Rule::Takeoff,
         // Whoever flies the vehicle responds.
         Breach::NoResponder { .. } | Breach::Fought { .. } | Breach::EndedFailsafe { .. } => Rule::Response,
