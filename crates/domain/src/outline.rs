@@ -103,8 +103,9 @@ impl Outline {
         if length_m <= trim_start_m + trim_end_m {
             return true;
         }
-        let at = |distance_m: f64| from.towards(to, distance_m / length_m);
-        let (start, end) = (at(trim_start_m), at(length_m - trim_end_m));
+        let start = from.towards(to, trim_start_m / length_m);
+        // `towards` rounds the far end: an area at exactly the margin would be too near.
+        let end = if 0.0 < trim_end_m { from.towards(to, (length_m - trim_end_m) / length_m) } else { to };
         let kept = Line::new(coord(start), coord(end));
         let is_far = |edge: Line| margin_m <= Euclidean.distance(&kept, &edge);
         self.edges_within(margin_m, start, end).all(is_far) && !self.covers(start)
