@@ -3,23 +3,22 @@
 //! It knows neither messages nor topics, and the same requests at the same times get the same answers.
 
 mod begun;
+mod edits;
 mod feasibility;
 mod holding;
+mod no_way_yet;
 pub(crate) mod origin;
 mod release;
 
 use std::time::Duration;
 
-use domain::airspace::Grants;
-use domain::area::Area;
 use domain::energy::EnergyModel;
 use domain::fmu::Gripper;
 use domain::geodesy::Origin;
 use domain::mission::{Mission, Progress};
 use domain::plan::{self, DenialKind, FailedStep, PlanRequest, PlannerStatus, StepId};
 use domain::state::{State, Tolerance};
-use domain::time::{Now, Pace, Time};
-use domain::way::{Leaving, leaving};
+use domain::time::{Now, Pace};
 
 use crate::airspace::{self, Airspace, Closures};
 use crate::area_map::AreaMap;
@@ -431,46 +430,6 @@ impl MissionPlanner {
         std::iter::once(text).chain(near).collect::<Vec<_>>().join("; ")
     }
 
-    /// Replaces the present mission by another one, of which nothing was attempted. Denials by the
-    /// tower are remembered.
-    pub(crate) fn take_over(&mut self, mission: Mission) {
-        self.objectives = Objectives::new(&mission.objectives);
-        (self.mission, self.begun, self.chosen_order) = (mission, None, None);
-        self.withdraw_plan();
-    }
-
-    /// What the tower has answered during a flight that is over says nothing of the next one.
-    pub(crate) fn forget_answers_of_tower(&mut self) {
-        self.permissions = Permissions::default();
-    }
-
-    /// Puts an objective in at `index`; see [`Objectives::insert`].
-    pub(crate) fn insert(&mut self, index: usize, objective: domain::mission::Objective) {
-        let is_next = index == self.objectives.current_index();
-        self.objectives.insert(index, &objective);
-        if is_next {
-            self.withdraw_plan();
-        }
-    }
-
-    /// Takes out the objective at `index`, which is not settled.
-    pub(crate) fn remove(&mut self, index: usize) {
-        let was_current = index == self.objectives.current_index();
-        self.objectives.remove(index);
-        if was_current {
-            self.withdraw_plan();
-        }
-    }
-
-    /// Gives up the objective at `index`, which is not settled.
-    pub(crate) fn skip(&mut self, index: usize, reason: String) {
-        let was_current = index == self.objectives.current_index();
-        self.objectives.give_up(index, reason);
-        if was_current {
-            self.withdraw_plan();
-        }
-    }
-
     /// Whether every objective is settled.
     pub(crate) fn is_over(&self) -> bool {
         self.objectives.all().len() <= self.objectives.current_index()
@@ -482,15 +441,6 @@ impl MissionPlanner {
         Mission { objectives: waiting.map(|it| it.rest()).collect(), ..self.mission.clone() }
     }
 
-    /// The plan becomes void; the mission manager learns it by the epoch.
-    fn withdraw_plan(&mut self) {
-        self.plan = Plan::default();
-        self.last_done = None;
-        self.stuck = Stuck::default();
-        self.hold = None;
-        self.epoch += 1;
-    }
-
     /// How near to the current objective is there.
     fn tolerance(&self) -> Tolerance {
         self.objectives.tolerance(self.objectives.current_index(), self.config.tolerance())
@@ -499,87 +449,6 @@ impl MissionPlanner {
     fn note_granted(&mut self, state: &State) {
         for area in &state.permissions {
             self.permissions.granted(area);
-        }
-    }
-
-    /// The hold after which there is a way through `ahead`, because areas that close it now are over soon; `None` if there is none
-    /// then either, or the vehicle must not wait where it is.
-    fn hold_until_over(
-        &self,
-        airspace: &Airspace,
-        state: &State,
-        ahead: &[Via],
-        grants: &Grants,
-        now: Now,
-    ) -> Option<Hold> {
-        let soon = airspace.soon_over(self.config.hold_at_most_s.seconds());
-        let last = soon.iter().copied().max_by_key(|(_, left)| *left)?;
-        let is_trespassing = state.flying && airspace.is_trespassed(state.position);
-        let leaves = || leaving(state.position, &airspace.rule, &self.config.flight_limits());
-        let must_leave = is_trespassing && !matches!(leaves(), Leaving::Stays { .. });
-        if must_leave {
-            return None;
-        }
-        let opens_a_way = |ends: Duration, most_legs: u32| {
-            let is_left = |area: &&Area| soon.iter().all(|(over, left)| ends < *left || over.name != area.name);
-            let areas: Vec<Area> = self.mission.areas.iter().filter(is_left).cloned().collect();
-            let (closures, map) = (Closures::new(), AreaMap::new(&areas));
-            let then = (now, self.pace);
-            let later = Airspace::new((&areas, &map), grants, &self.permissions, &closures, then, &self.config);
-            later.legs_left.set(most_legs);
-            steps_to(state, ahead, None, self.tolerance(), &later, &self.config).is_ok()
-        };
-        let is_worth_it = |(area, left): (&Area, Duration), most_legs: u32| {
-            self.permissions.may_still_hold(&area.name, left + OVER, &self.config) && opens_a_way(left, most_legs)
-        };
-        // What ends elsewhere is not waited for, unless nothing else helps.
-        let ends = holding::ends_in_the_way(state, ahead, airspace, &soon);
-        let found = ends.into_iter().find(|it| is_worth_it(*it, holding::MOST_LEGS));
-        let (area, left) = found.or_else(|| Some(last).filter(|it| is_worth_it(*it, u32::MAX)))?;
-        let wait = left + OVER;
-        let reason = format!("area {} is closed for {} s more", area.name, wait.as_secs());
-        Some(Hold { area: area.name.clone(), since: now.time, wait, reason, outlasts_grant: false })
-    }
-
-    /// The hold after which there may be a way through `ahead` with new grants, because those for the areas in `too_short` have ended:
-    /// until then the tower gives the same ones again. Only on the ground, where waiting costs no battery: whether the next grant is
-    /// longer nobody knows. `None` if there would be no way either, or too much was waited for these areas already.
-    fn hold_until_new_grant(
-        &self,
-        state: &State,
-        ahead: &[Via],
-        grants: &Grants,
-        too_short: &Closures,
-        now: Now,
-    ) -> Option<Hold> {
-        let left_of = |area: &String| self.permissions.short_grant_left(area, now.time);
-        let (area, reason) = too_short.iter().max_by_key(|(area, _)| left_of(area))?;
-        let left = left_of(area)?;
-        let wait = left + OVER;
-        if state.flying || !self.permissions.may_still_hold(area, wait, &self.config) {
-            return None;
-        }
-        let mut permissions = self.permissions.clone();
-        permissions.forget_ended_grants(now.time + wait);
-        let grants: Grants = grants
-            .iter()
-            .filter(|(area, _)| !too_short.contains_key(*area))
-            .map(|(area, left)| (area.clone(), *left))
-            .collect();
-        let closures = Closures::new();
-        let at = (self.after(now, wait), self.pace);
-        let later = Airspace::new((&self.mission.areas, &self.map), &grants, &permissions, &closures, at, &self.config);
-        steps_to(state, ahead, None, self.tolerance(), &later, &self.config).ok()?;
-        let reason = format!("{reason}; asked for again once it has ended, in {} s", wait.as_secs());
-        Some(Hold { area: area.clone(), since: now.time, wait, reason, outlasts_grant: true })
-    }
-
-    fn end_hold(&mut self, now: Time) {
-        let Some(hold) = self.hold.take() else { return };
-        // A pause that follows is no wait for the area.
-        self.permissions.has_held(&hold.area, (now - hold.since).min(hold.wait));
-        if hold.outlasts_grant {
-            self.permissions.forget_ended_grants(now);
         }
     }
 
