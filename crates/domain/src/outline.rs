@@ -174,6 +174,14 @@ mod tests {
         prop_oneof![coarse, (-200.0..200.0, -200.0..200.0)]
     }
 
+    /// 326.6 m along the way, its end would be rounded to beyond 150 m.
+    #[test]
+    fn an_area_at_exactly_the_margin_is_far_enough() {
+        let outline = Outline::new(&area(&[(200.0, 0.0), (200.0, 150.0), (250.0, 0.0)]));
+        let (from, to) = (Ned::new(-176.63524270845582, 0.0, 0.0), Ned::new(150.0, 0.0, 0.0));
+        assert!(outline.keeps_clear(from, to, 50.0, Exempt { start: false, end: false }));
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig { cases: 2_000, failure_persistence: None, ..ProptestConfig::default() })]
 

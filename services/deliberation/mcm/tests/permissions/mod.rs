@@ -1,5 +1,6 @@
-//! A step that needs two permissions, one of which is lost while the other one is awaited.
+//! Steps that need permissions: one of two is lost while the other one is awaited, and one is only remembered.
 
+use domain::skill::Goal;
 use kittiwake_proto::v1;
 use kittiwake_proto::v1::FlightMode::{Loiter, Offboard};
 use kittiwake_proto::v1::PermissionState::{self, Denied, Granted, Revoked};
@@ -92,4 +93,41 @@ fn what_runs_out_meanwhile_is_asked_for_again() {
     assert!(story.contains("ask A"), "{story}");
     decide(&mut rig, &[("A", Granted, 100.0, 2), ("B", Granted, 100.0, 3)]);
     assert_eq!(rig.story(), GOES_ON);
+}
+
+/// Permission area A, above where the vehicle stands.
+fn above_the_pad() -> v1::PlannerStatus {
+    let corner = |(north_m, east_m)| v1::Ned { north_m, east_m, down_m: 0.0 };
+    let area = v1::Area {
+        name: "A".into(),
+        kind: v1::AreaKind::Permission as i32,
+        corners: [(-50.0, -50.0), (50.0, -50.0), (50.0, 50.0), (-50.0, 50.0)].map(corner).to_vec(),
+        floor_m: Some(5.0),
+        ..Default::default()
+    };
+    v1::PlannerStatus { areas: vec![area], ..Default::default() }
+}
+
+/// What the tower has revoked meanwhile, a vehicle that stands can wait to hear.
+#[test]
+fn no_takeoff_begins_by_a_permission_that_is_only_remembered() {
+    #[track_caller]
+    fn check(in_a_next_life: bool, begins: &str) {
+        let mut rig = Rig::new();
+        decide(&mut rig, &[("A", Granted, 1000.0, 1)]);
+        let mut rig = if in_a_next_life { rig.started_again() } else { rig };
+        rig.vehicle(false, Loiter, (0.0, 0.0, 0.0));
+        rig.say(above_the_pad());
+        rig.plan(plan(&[step(1, Goal::Takeoff { climb_m: 10.0 }, &[])]));
+        assert_eq!(rig.story(), ["replan after 0 () []", begins].join("\n"));
+        if in_a_next_life {
+            // The tower still grants it.
+            decide(&mut rig, &[("A", Granted, 999.0, 1)]);
+            rig.plan(plan(&[step(2, Goal::Takeoff { climb_m: 10.0 }, &[])]));
+            assert_eq!(rig.story(), "start takeoff 10");
+        }
+    }
+    check(false, "start takeoff 10");
+    let refused = "precondition not met: area A would be entered at (0, 0, 3) without permission";
+    check(true, &format!("replan after 1 ({refused}) []"));
 }

@@ -100,6 +100,27 @@ async fn who_has_shown_a_token_is_not_displaced() {
     assert!(ask(&mut operator, VEHICLE, "operator-token", "200 OK").await.contains("200 OK"));
 }
 
+/// Then it is a stranger's connection as any other, and has to leave for newcomers.
+#[tokio::test(flavor = "multi_thread")]
+async fn a_connection_whose_token_runs_out_keeps_no_seat() {
+    let start = std::time::Instant::now();
+    // On a crowded machine it may have run out before it is shown.
+    let (served, mut brief) = loop {
+        let served = Served::start(with_limits(&[]), false).await;
+        let mut brief = served.tcp().await;
+        if ask(&mut brief, VEHICLE, "brief-token", "}").await.contains("200 OK") {
+            break (served, brief);
+        }
+        assert!(start.elapsed() < LIMIT, "a token that is valid is refused");
+    };
+    let mut displaced = tokio::spawn(async move { read_to_end(&mut brief).await });
+    let mut strangers = Vec::new();
+    while tokio::time::timeout(ASK_AGAIN, &mut displaced).await.is_err() {
+        strangers.push(served.tcp().await);
+        assert!(start.elapsed() < LIMIT, "the seat is kept");
+    }
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn one_token_has_a_number_of_connections_and_streams_and_others_are_served() {
     let limits = [

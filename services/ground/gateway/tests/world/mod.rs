@@ -5,6 +5,7 @@
 
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex};
+use std::time::{Duration, SystemTime};
 
 use axum::Router;
 use axum::body::Body;
@@ -34,6 +35,9 @@ pub const CONFIG: &str = include_str!("config.toml");
 
 /// A file in the folder of the recordings that is no recording.
 pub const RECORDING: &str = "not-a-recording";
+
+/// For how long the token `brief-token` is valid, from a second less.
+const BRIEF: Duration = Duration::from_secs(4);
 
 /// Plays the services: gets a call with its trace, and returns the reply.
 type Play = Box<dyn FnMut(&Call, &str) -> Result<Response, CallError> + Send>;
@@ -106,8 +110,12 @@ impl World {
         let mut config: Config = toml::from_str(config).unwrap();
         let entries = Role::ALL.map(|it| entry(it.name(), &[it], &format!("{}-token", it.name())));
         let text = format!("{}{}", entries.concat(), entry("ben", &[Role::Operator], "ben-token"));
-        let expired = entry("old", &Role::ALL, "old-token") + "expires_utc = \"2020-01-01T00:00:00Z\"\n";
-        let tokens = Tokens::parse(&Source { path: "tokens".into(), text: text + &expired }).unwrap();
+        let expiring = |name: &str, at: &str| {
+            entry(name, &Role::ALL, &format!("{name}-token")) + &format!("expires_utc = \"{at}\"\n")
+        };
+        let soon = humantime::format_rfc3339_seconds(SystemTime::now() + BRIEF).to_string();
+        let text = [text, expiring("old", "2020-01-01T00:00:00Z"), expiring("brief", &soon)].concat();
+        let tokens = Tokens::parse(&Source { path: "tokens".into(), text }).unwrap();
         let (inputs, received) = channel();
         let nudge = inputs.clone();
         let wake = move || {
@@ -148,7 +156,7 @@ impl World {
         std::thread::spawn(move || {
             let mut now = Now::default();
             while let Ok(input) = received.recv() {
-                now.time = now.time + std::time::Duration::from_millis(100);
+                now.time = now.time + Duration::from_millis(100);
                 turn(input, now);
             }
         });
