@@ -38,17 +38,36 @@ fn is_same_ring(a: &[Ned], b: &[Ned]) -> bool {
 }
 
 /// In whatever direction the corners run.
+fn is_same_outline(a: &[Ned], b: &[Ned]) -> bool {
+    let reversed: Vec<Ned> = b.iter().rev().copied().collect();
+    is_same_ring(a, b) || is_same_ring(a, &reversed)
+}
+
 fn is_same_area(a: &Area, b: &Area) -> bool {
-    let reversed: Vec<Ned> = b.corners.iter().rev().copied().collect();
     let band = |it: &Area| [it.floor_m, it.ceiling_m].map(|it| it.map(|it| (it * 100.0).round()));
     let rest = |it: &Area| (it.name.clone(), it.kind, it.from_utc_ms, it.until_utc_ms, it.hours.clone(), band(it));
-    rest(a) == rest(b) && (is_same_ring(&a.corners, &b.corners) || is_same_ring(&a.corners, &reversed))
+    rest(a) == rest(b) && is_same_outline(&a.corners, &b.corners)
 }
 
 fn is_same_objective(a: &Objective, b: &Objective) -> bool {
-    let near = |(a, b): (&Ned, &Ned)| a.distance_m(*b) < NEAR_M;
-    let (places, others) = (a.places(), b.places());
-    let is_same_way = places.len() == others.len() && places.iter().zip(&others).all(near);
+    let apart_m = (a.position.height_m() - b.position.height_m()).abs();
+    let is_same_way = match (&a.survey, &b.survey) {
+        // Its lines follow from these. Where a corner is as far away as a whole number of spacings, a tenth of a millimetre adds a line.
+        (Some(a), Some(b)) => {
+            // A heading is read to the last digit but one.
+            let is_near = |a: f64, b: f64| (a - b).abs() < 1e-9;
+            let is_same_heading = match (a.heading_deg(), b.heading_deg()) {
+                (Some(a), Some(b)) => is_near(a, b),
+                (a, b) => a == b,
+            };
+            apart_m < NEAR_M
+                && is_same_outline(a.corners(), b.corners())
+                && is_near(a.spacing_m(), b.spacing_m())
+                && is_same_heading
+        }
+        (None, None) => a.position.distance_m(b.position) < NEAR_M,
+        _ => false,
+    };
     a.name == b.name && a.flying == b.flying && a.terms == b.terms && is_same_way
 }
 
