@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 
 use control_tower::policy::Policy;
-use domain::area::Area;
+use domain::area::{Area, AreaKind};
 use kittiwake::check_inputs;
 use kittiwake::output;
 use kittiwake::run::end;
@@ -81,7 +81,7 @@ fn list(args: &Args) -> u8 {
 fn soak(args: &Args, minutes: u32, interrupted: &AtomicBool) -> Result<u8, String> {
     let folder = RunFolder::create("soak").map_err(|it| it.to_string())?;
     let program = program(args)?;
-    let setup = setup(args, &program, &calm(args.seed), folder.0.clone(), None, false);
+    let setup = setup(args, &program, &calm(args.seed), (folder.0.clone(), &[]), None, false);
     let soaked = soak::soak(&Arc::new(setup), minutes, interrupted)?;
     output::line(soaked.table);
     match soaked.ended_early {
@@ -133,11 +133,12 @@ pub fn one(args: &Args, seed: u64, means: &Means, interrupted: &AtomicBool) -> R
     let is_set = schedule.troubles.iter().any(|it| it.1.kind() == Kind::ClockStep);
     let library = means.clock.clone().filter(|_| is_set);
     let clocks = library.map(|it| Clocks::new(it, folder.0.clone())).transpose().map_err(|it| it.to_string())?;
-    let setup = Arc::new(setup(args, &program, &schedule, folder.0.clone(), clocks, true));
+    let areas = areas(args)?;
+    let setup = Arc::new(setup(args, &program, &schedule, (folder.0.clone(), &areas), clocks, true));
     std::fs::create_dir(setup.state()).map_err(|it| format!("{}: {it}", setup.state().display()))?;
     let _disk = means.has_disk.then(|| Disk::mount(&setup.state()));
     let interruption = args.interruption() + schedule.companion_off();
-    let oracle = Oracle::new(args.speed.pace(), interruption, areas(args)?);
+    let oracle = Oracle::new(args.speed.pace(), interruption, areas);
     run::fly(&setup, oracle, schedule, |kind| means.allow(kind), interrupted)
 }
 
@@ -160,7 +161,7 @@ fn setup(
     args: &Args,
     program: &Path,
     schedule: &Schedule,
-    scratch: PathBuf,
+    (scratch, areas): (PathBuf, &[Area]),
     clocks: Option<Clocks>,
     ends: bool,
 ) -> Setup {
@@ -171,6 +172,7 @@ fn setup(
         seed: schedule.seed,
         layout: schedule.layout,
         permissions: schedule.permissions,
+        permission_areas: areas.iter().filter(|it| it.kind == AreaKind::Permission).map(|it| it.name.clone()).collect(),
         scratch,
         ends,
         clocks,

@@ -117,6 +117,7 @@ fn draw(chance: &mut ChaCha8Rng, layout: Layout) -> Trouble {
             Trouble::Narrow(bits_per_s, spread(chance, LINK_MS))
         }
         Kind::Ordered => Trouble::Ordered(order(chance)),
+        Kind::Revocation => Trouble::Revocation,
     }
 }
 

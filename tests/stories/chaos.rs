@@ -23,18 +23,20 @@ const MOST_TROUBLES: usize = 2;
 /// Flies the first run of this layout that has such a trouble; fails with its story if the oracle has anything against it. How much
 /// of the mission is achieved depends on the machine: a busy one loses more time with each death.
 #[track_caller]
-fn check(layout: Layout, is_about: impl Fn(&Trouble) -> bool) {
-    check_at(layout, |_, it| is_about(it));
+fn check(layout: Layout, is_about: impl Fn(&Trouble) -> bool) -> Run {
+    // The mission takes longer.
+    check_at(layout, |at, it| at.as_secs() < 100 && is_about(it))
 }
 
-/// The same, where it matters when in mission time the trouble begins; the run.
+/// The same, where it matters when in mission time the trouble begins.
 #[track_caller]
 fn check_at(layout: Layout, is_about: impl Fn(Duration, &Trouble) -> bool) -> Run {
     let fits = |it: &Schedule| it.layout == layout && it.troubles.len() <= MOST_TROUBLES;
     // A clock is not set here, since not every machine can.
     let is_possible = |it: &Schedule| it.troubles.iter().all(|it| it.1.kind() != Kind::ClockStep);
     let mut schedules = (1..100_000).map(Schedule::of).filter(|it| fits(it) && is_possible(it));
-    let schedule = schedules.find(|it| it.troubles.iter().any(|(at, it)| is_about(*at, it))).expect("a seed draws it");
+    let find = |it: &Schedule| it.troubles.iter().find(|(at, it)| is_about(*at, it)).map(|it| it.1.clone());
+    let (schedule, trouble) = schedules.find_map(|it| Some((it.clone(), find(&it)?))).expect("a seed draws it");
     let config = shipped().join("kittiwake.toml");
     let args = ["chaos", "--speed", "20", "--program", KITTIWAKE, "--config", config.to_str().unwrap()];
     let args = args.into_iter().chain(["--interruption", INTERRUPTION_S]);
@@ -44,6 +46,11 @@ fn check_at(layout: Layout, is_about: impl Fn(Duration, &Trouble) -> bool) -> Ru
     let story = format!("seed {}: {schedule}\n{}", schedule.seed, story.join("\n"));
     assert!(run.violations.is_empty(), "{:?} in:\n{story}", run.violations);
     assert!(!run.outcome.is_empty(), "{story}");
+    assert!(story.contains(&format!("chaos: {trouble}")) && !story.contains("chaos: no storm"), "not done:\n{story}");
+    for (victim, times) in trouble.deaths() {
+        let lost = run.losses.iter().filter(|it| it.victim == victim).count();
+        assert!(times as usize <= lost, "{victim} was lost {lost} times:\n{story}");
+    }
     run
 }
 
@@ -86,6 +93,13 @@ fn an_aircraft_whose_computer_is_without_power_in_flight_breaks_no_rule() {
         let loss = run.losses.iter().find(is_it).unwrap_or_else(|| panic!("{victim} was not lost: {:?}", run.losses));
         assert!(loss.resumed_s.is_some_and(|it| off_s <= it), "{victim} was off for less than {off_s} s: {loss:?}");
     }
+}
+
+#[test]
+fn permissions_that_are_revoked_in_flight_are_heeded() {
+    let run = check_at(Layout::OneRouter, |at, it| *it == Trouble::Revocation && (20..60).contains(&at.as_secs()));
+    let is_revoked = |it: &str| it.starts_with("chaos: revoked: ");
+    assert!(run.story.iter().any(|(_, it)| is_revoked(it)), "nothing was revoked: {:?}", run.story);
 }
 
 #[test]

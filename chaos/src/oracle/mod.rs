@@ -28,6 +28,11 @@ const REST_RADIUS_M: f64 = 5.0;
 /// Who hears nothing at all for longer than this wall time is not on the bus, and knows of nobody whether it is there.
 const DEAF: Duration = Duration::from_secs(1);
 
+/// Wall time by which the word of a busy machine may be late on a busy bus.
+const LATE: Duration = Duration::from_secs(2);
+/// Mission time to come to rest from the mission's speed, at the configured braking (10 m/s, 3 m/s²), and to be told to.
+const BRAKING: Duration = Duration::from_secs(5);
+
 /// A vehicle that was not heard for longer than this wall time before its launcher's end may have landed meanwhile: its last
 /// message is up to a second old, and its simulator ends while the launcher takes down the rest.
 const LAST_HEARD: Duration = Duration::from_secs(2);
@@ -151,6 +156,8 @@ impl Oracle {
         self.orders.troubled(trouble);
         self.stays_down.troubled(now.time, trouble);
         self.comes_back.troubled(now.time, trouble);
+        // A revocation does not pass meanwhile, or late.
+        self.witness.disturbed(now.time, self.pace.wall(trouble.lasts()));
         if trouble.deaths().iter().any(|(it, _)| matches!(it, Victim::Mcm | Victim::Onboard)) {
             self.forgets_what_is_not_saved();
         }
@@ -192,6 +199,7 @@ impl Oracle {
 
     /// A process is about to be killed or stopped.
     pub fn lost(&mut self, now: Time, victim: Victim, id: u32) {
+        self.witness.disturbed(now, self.interruption);
         self.comes_back.lost(now, victim, id);
     }
 
@@ -267,7 +275,8 @@ fn limits(pace: Pace, interruption: Duration) -> Limits {
         under_way: usual.under_way.max(pace.wall(Duration::from_secs(1))),
         without_response: usual.without_response + interruption,
         hover: usual.hover + interruption,
-        notice: usual.notice + interruption,
+        notice: usual.notice + pace.wall(LATE),
+        heeds: BRAKING + pace.wall(LATE),
         hears: usual.hears.max(pace.wall(Duration::from_secs(1))) + interruption,
     }
 }

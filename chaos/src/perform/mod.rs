@@ -75,6 +75,7 @@ impl Scene {
             Trouble::Slow(delay, time) => self.shape(delay, None, time),
             Trouble::Narrow(bits_per_s, time) => self.shape(Duration::ZERO, Some(bits_per_s), time),
             Trouble::Ordered(order) => self.order(order),
+            Trouble::Revocation => self.revoke(),
             Trouble::PowerLoss(_) => {}
         }
     }
@@ -204,6 +205,21 @@ impl Scene {
         }
     }
 
+    /// Revokes what is granted; where nothing is, what is granted next.
+    fn revoke(&self) {
+        let until = Instant::now() + ORDER;
+        while Instant::now() < until && self.processes.are_kept_up() {
+            let decided =
+                self.setup.permission_areas.iter().map(|area| (area, self.kittiwake(&["permission", "revoke", area])));
+            let revoked: Vec<&str> = decided.filter(|(_, (is_done, _))| *is_done).map(|it| it.0.as_str()).collect();
+            if !revoked.is_empty() {
+                return self.note(Some(format!("revoked: {}", revoked.join(", "))));
+            }
+            std::thread::sleep(Duration::from_millis(500));
+        }
+        self.note(Some("nothing was there to revoke".to_owned()));
+    }
+
     /// Gives the order once, and does not wait for what comes of it.
     fn order_once(&self, order: Order) {
         let scene = self.clone();
@@ -219,16 +235,21 @@ impl Scene {
     /// Whether it was accepted, and what was answered.
     fn give(&self, order: Order) -> (bool, String) {
         let _ = self.heard.send(Heard::Given(order));
+        let (accepted, said) = self.kittiwake(&["vehicle", order.verb()]);
+        let _ = self.heard.send(Heard::Answered { order, accepted });
+        (accepted, said)
+    }
+
+    /// Whether the command succeeded, and what it said.
+    fn kittiwake(&self, arguments: &[&str]) -> (bool, String) {
         let mut command = Command::new(&self.setup.program);
-        command.args(["vehicle", order.verb()]).args(&self.reach.target).stdin(Stdio::null());
-        let (accepted, said) = match command.output() {
+        command.args(arguments).args(&self.reach.target).stdin(Stdio::null());
+        match command.output() {
             Ok(it) => {
                 let said = String::from_utf8_lossy(&[it.stdout, it.stderr].concat()).trim().to_owned();
                 (it.status.success(), said)
             }
             Err(cause) => (false, cause.to_string()),
-        };
-        let _ = self.heard.send(Heard::Answered { order, accepted });
-        (accepted, said)
+        }
     }
 }

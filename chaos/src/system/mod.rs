@@ -52,6 +52,8 @@ pub(crate) struct Setup {
     pub(crate) seed: u64,
     pub(crate) layout: Layout,
     pub(crate) permissions: Policy,
+    /// Names of the mission's areas that need a permission.
+    pub(crate) permission_areas: Vec<String>,
     /// Of state and recordings; they outlive a loss of power.
     pub(crate) scratch: PathBuf,
     /// It ends with its mission, if it has a launcher.
@@ -73,6 +75,7 @@ impl Setup {
             seed: 1,
             layout: Layout::TwoRouters,
             permissions: Policy::Grant,
+            permission_areas: Vec::new(),
             scratch: scratch.to_owned(),
             ends: false,
             clocks: None,

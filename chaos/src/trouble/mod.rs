@@ -225,6 +225,8 @@ pub enum Trouble {
     Narrow(u64, Duration),
     /// An operator's order. No trouble, but what follows must obey it.
     Ordered(Order),
+    /// Somebody at the control tower revokes every permission that there is, or the first that is granted after that.
+    Revocation,
 }
 
 /// The troubles without their values, as the table below knows them.
@@ -262,6 +264,8 @@ pub enum Kind {
     Narrow,
     /// [`Trouble::Ordered`].
     Ordered,
+    /// [`Trouble::Revocation`].
+    Revocation,
 }
 
 impl Trouble {
@@ -284,6 +288,7 @@ impl Trouble {
             Trouble::Slow(..) => Kind::Slow,
             Trouble::Narrow(..) => Kind::Narrow,
             Trouble::Ordered(_) => Kind::Ordered,
+            Trouble::Revocation => Kind::Revocation,
         }
     }
 

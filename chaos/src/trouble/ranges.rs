@@ -18,6 +18,7 @@ pub const WEIGHTS: &[(Kind, u32)] = &[
     (Kind::Storm, 2),
     (Kind::ClockStep, 3),
     (Kind::Ordered, 3),
+    (Kind::Revocation, 4),
 ];
 
 /// The same for those that need two routers, as the aircraft's and the ground's computers have them, and a link between these: in such a

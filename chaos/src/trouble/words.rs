@@ -55,6 +55,7 @@ impl fmt::Display for Trouble {
                 write!(f, "link of {:.1} kbit/s for {:.1} s", *bits_per_s as f64 / 1e3, time.as_secs_f64())
             }
             Trouble::Ordered(order) => write!(f, "order {}", order.verb()),
+            Trouble::Revocation => f.write_str("permissions revoked"),
         }
     }
 }

@@ -131,6 +131,9 @@ pub struct Limits {
     pub hears: Duration,
     /// Time to notice that an area must be left, on a busy machine.
     pub notice: Duration,
+    /// How long after its permission ended early an area may still be entered, and is to be left then: who decides is far away, and the
+    /// vehicle has to brake.
+    pub heeds: Duration,
 }
 
 /// Those of a system whose processes live.
@@ -142,6 +145,7 @@ impl Default for Limits {
             hover: Duration::from_secs(200),
             notice: Duration::from_secs(20),
             hears: Duration::from_secs(1),
+            heeds: Duration::ZERO,
         }
     }
 }
@@ -158,6 +162,10 @@ pub struct Witness {
     /// That are judged by.
     areas: Vec<Area>,
     permissions: BTreeMap<String, v1::Permission>,
+    /// By when the vehicle knows, and has braked, that a permission was withdrawn which was not granted again.
+    withdrawn: BTreeMap<String, Time>,
+    /// Until then somebody who has to heed that is dead, hung or cut off.
+    disturbed_until: Time,
     inside: BTreeMap<String, Inside>,
     manager: v1::McmStatus,
     /// A mission has ended, and no operator has begun another one since.
@@ -242,12 +250,31 @@ impl Witness {
 
     /// A request takes no grant away: a tower that has forgotten a grant asks for patience, and the grant counts until its end or until the
     /// tower decides otherwise (docs/decisions.md, "The tower's ledger is stored before it is published").
-    fn hear_of(&mut self, permission: &v1::Permission) {
-        let before = self.permissions.get(&permission.area).map(v1::Permission::state);
-        let forgets =
-            before == Some(v1::PermissionState::Granted) && permission.state() == v1::PermissionState::Requested;
-        if !forgets {
-            self.permissions.insert(permission.area.clone(), permission.clone());
+    fn hear_of(&mut self, at: Time, permission: &v1::Permission) {
+        let area = &permission.area;
+        let was_granted = self.permissions.get(area).is_some_and(|it| it.state() == v1::PermissionState::Granted);
+        match permission.state() {
+            v1::PermissionState::Requested if was_granted => return,
+            v1::PermissionState::Granted => drop(self.withdrawn.remove(area)),
+            // An expiry is known before.
+            v1::PermissionState::Denied | v1::PermissionState::Revoked if was_granted => {
+                let known_by = at.max(self.disturbed_until) + self.limits.heeds;
+                self.withdrawn.insert(area.clone(), known_by);
+            }
+            _ => {}
+        }
+        self.permissions.insert(area.clone(), permission.clone());
+    }
+
+    /// For `time` from now on somebody who has to heed a withdrawn permission may be dead, hung or cut off. What is to be done by then may
+    /// take longer by that.
+    pub fn disturbed(&mut self, at: Time, time: Duration) {
+        self.disturbed_until = self.disturbed_until.max(at) + time;
+        let leaving =
+            self.inside.values_mut().filter_map(|it| if let Inside::Leaves(by) = it { Some(by) } else { None });
+        // What is known already is not forgotten.
+        for by in leaving.chain(self.withdrawn.values_mut()).filter(|by| at <= **by) {
+            *by = *by + time;
         }
     }
 
@@ -262,7 +289,7 @@ impl Witness {
                 self.planner_holds = !it.hold.is_empty();
             }
             Message::PermissionLedger(it) => {
-                it.permissions.iter().for_each(|it| self.hear_of(it));
+                it.permissions.iter().for_each(|it| self.hear_of(at, it));
             }
             Message::McmStatus(it) => {
                 self.manager = it.clone();
@@ -375,12 +402,14 @@ impl Witness {
             let permitted = area.kind == AreaKind::Permission && permission.is_some_and(is_valid);
             let leave_by = || {
                 let way_out = Duration::from_secs_f64(area.distance_to_border_m(position) / LEAVING_M_S);
-                Inside::Leaves(at + self.limits.notice + way_out)
+                Inside::Leaves(at.max(self.disturbed_until) + self.limits.notice + way_out)
             };
+            let was_withdrawn_just_now = self.withdrawn.get(&area.name).is_some_and(|known_by| at < *known_by);
             let stands = match self.inside.get(&area.name) {
                 _ if permitted => Inside::Permitted,
                 // Where a pilot flies is the pilot's affair.
                 _ if self.others.fly() => Inside::Reported,
+                None if was_withdrawn_just_now => leave_by(),
                 None => {
                     let permission = permission.map(v1::Permission::state).unwrap_or_default();
                     self.breaches.push(Breach::Entered { at, area: area.name.clone(), permission });

@@ -101,6 +101,71 @@ fn an_area_that_begins_to_apply_around_a_vehicle_is_to_be_left_and_one_that_appl
 }
 
 #[test]
+fn a_permission_that_is_withdrawn_counts_once_the_vehicle_can_know_it() {
+    /// What is said of a vehicle that enters area A at `enters_s` and stays, after its permission ended in `state` at 10 s. `disturbed`: from
+    /// when on somebody is away, and for how long.
+    #[track_caller]
+    fn check(
+        heeds_s: u64,
+        state: v1::PermissionState,
+        disturbed: Option<(u64, u64)>,
+        enters_s: u64,
+        expected: &[&str],
+    ) {
+        let limits = Limits { heeds: Duration::from_secs(heeds_s), ..Limits::default() };
+        let corner = |(north_m, east_m)| Ned::new(north_m, east_m, 0.0);
+        let area = Area {
+            name: "A".into(),
+            kind: AreaKind::Permission,
+            corners: [(-5.0, -5.0), (5.0, -5.0), (5.0, 5.0), (-5.0, 5.0)].map(corner).to_vec(),
+            floor_m: None,
+            ceiling_m: None,
+            from_utc_ms: None,
+            until_utc_ms: None,
+            hours: None,
+        };
+        let mut witness = Witness::with(limits).expecting(vec![area]);
+        let mode = v1::FlightMode::Offboard as i32;
+        for second in 0..200 {
+            let now = Now { time: Time::after(Duration::from_secs(second)), utc_ms: second as i64 * 1000 };
+            let state = if second < 10 { Granted } else { state };
+            let permission =
+                v1::Permission { area: "A".into(), state: state as i32, expires_utc_ms: 900_000, ..Default::default() };
+            witness.take_in(now, &v1::PermissionLedger { permissions: vec![permission], ..Default::default() }.into());
+            if let Some((at_s, for_s)) = disturbed.filter(|it| it.0 == second) {
+                witness.disturbed(Time::after(Duration::from_secs(at_s)), Duration::from_secs(for_s));
+            }
+            let status =
+                v1::VehicleStatus { armed: true, actual_mode: mode, intended_mode: mode, ..Default::default() };
+            witness.take_in(now, &status.into());
+            let north_m = if second < enters_s { 50.0 } else { 0.0 };
+            let position = Some(v1::Ned { north_m, east_m: 0.0, down_m: -10.0 });
+            witness.take_in(now, &v1::VehicleLocalPosition { position, ..Default::default() }.into());
+        }
+        let of_place = witness.breaches().iter().filter_map(|it| match it {
+            Breach::Entered { at, .. } => Some(format!("entered {}", at.as_secs_f64())),
+            Breach::Stayed { at, .. } => Some(format!("stayed {}", at.as_secs_f64())),
+            _ => None,
+        });
+        assert_eq!(of_place.collect::<Vec<_>>(), expected);
+    }
+    check(0, Revoked, None, 10, &["entered 10"]);
+    // It braked too late, and does not leave either: 20 s to notice, and 5 m.
+    check(5, Revoked, None, 14, &["stayed 40"]);
+    check(5, Denied, None, 14, &["stayed 40"]);
+    check(5, Revoked, None, 15, &["entered 15"]);
+    check(5, Expired, None, 10, &["entered 10"]);
+    // Somebody is away when it is withdrawn, or soon after.
+    check(5, Revoked, Some((8, 20)), 32, &["stayed 58"]);
+    check(5, Revoked, Some((8, 20)), 33, &["entered 33"]);
+    check(5, Revoked, Some((14, 20)), 34, &["stayed 60"]);
+    // What is known already is not forgotten by who comes back.
+    check(5, Revoked, Some((16, 20)), 20, &["entered 20"]);
+    // Inside, it has longer.
+    check(5, Revoked, Some((20, 30)), 14, &["stayed 70"]);
+}
+
+#[test]
 fn a_tower_that_asks_for_patience_takes_no_grant_away_and_one_that_decides_does() {
     #[track_caller]
     fn check(heard: &[v1::PermissionState], expected: v1::PermissionState) {
