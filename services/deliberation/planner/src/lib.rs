@@ -189,17 +189,19 @@ impl Planner {
 
     fn mission(&mut self, now: Now, request: v1::MissionRequest) -> v1::MissionReply {
         if let Some(reply) = self.changes.get(&request.request_id) {
-            return reply.clone();
+            return v1::MissionReply { status: Some(self.core.status().into()), ..reply.clone() };
         }
         let request_id = request.request_id.clone();
         let result = wire::mission_request(request).and_then(|(state, request)| {
             let state = state.as_ref().unwrap_or(&self.state);
             mission_request::answer(&mut self.core, request, state, &self.end, now)
         });
-        let reply = wire::mission_reply(result, self.core.status());
+        let mut reply = wire::mission_reply(result, self.core.status());
         self.status_at = now.time;
+        // The mission may be megabytes: with a repeated answer the present one is told.
+        let status = reply.status.take();
         self.changes.remember(request_id, reply.clone());
-        reply
+        v1::MissionReply { status, ..reply }
     }
 }
 

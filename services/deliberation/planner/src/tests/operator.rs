@@ -182,6 +182,10 @@ fn a_change_that_is_repeated_is_made_once() {
     assert!(first.accepted);
     assert_eq!(story.ask_as("k1", insert(2, "look", 90.0)), first);
     assert_eq!(story.status().objectives.len(), 3);
+    // With the mission as it stands by then.
+    assert!(story.ask_as("k2", insert(3, "look again", 90.0)).accepted);
+    let again = story.ask_as("k1", insert(2, "look", 90.0));
+    assert_eq!((again.text, again.status.map(|it| it.objectives.len())), (first.text, Some(4)));
 }
 
 #[test]
