@@ -11,6 +11,7 @@ mod volume;
 
 use std::ops::Range;
 
+use kittiwake_proto::v1;
 use serde::Deserialize;
 use sha2::{Digest as _, Sha256};
 use toml::Spanned;
@@ -217,11 +218,20 @@ const HIGHEST_M: f64 = 10_000.0;
 /// Greatest distance from the origin; a longer one is a typing mistake.
 const FARTHEST_M: f64 = 100_000.0;
 
+/// The first half of the SHA-256 of a message, in hexadecimal.
+fn hash_of(message: &impl prost::Message) -> String {
+    let hash = Sha256::digest(message.encode_to_vec());
+    hash.iter().take(16).map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The identity of these areas: a hash of their content, the same on every machine and in every build.
+pub fn identity_of_areas(areas: &[Area]) -> String {
+    hash_of(&v1::PlannerStatus { areas: areas.iter().map(Into::into).collect(), ..v1::PlannerStatus::default() })
+}
+
 impl Mission {
     /// The identity of this mission: a hash of its content, the same on every machine and in every build.
     pub fn identity(&self) -> String {
-        use kittiwake_proto::v1;
-        use prost::Message as _;
         let waiting = |objective: &Objective| ObjectiveStatus {
             objective: objective.clone(),
             progress: Progress::Waiting,
@@ -239,8 +249,7 @@ impl Mission {
             origin: self.origin.map(Into::into),
             ..v1::PlannerStatus::default()
         };
-        let hash = Sha256::digest(canonical.encode_to_vec());
-        hash.iter().take(16).map(|byte| format!("{byte:02x}")).collect()
+        hash_of(&canonical)
     }
 
     /// Parses and checks a mission file; every mistake that can be found is reported at once, up to [`MOST_MISTAKES`]. One beyond

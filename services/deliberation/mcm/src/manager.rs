@@ -60,6 +60,7 @@ impl Mcm {
     /// Made for `mission`: a persisted state counts only for the same mission.
     pub fn of_mission(mut self, mission: &Mission) -> Mcm {
         self.configured = mission.identity();
+        self.world.expect_areas(&mission.areas);
         self
     }
 

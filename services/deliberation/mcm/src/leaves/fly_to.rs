@@ -214,6 +214,15 @@ impl FlyTo {
         if self.leg.as_ref().map_or_else(|| world.lands_where_it_is(), Leg::lands) {
             return Ok(self.land_at_once(vehicle.position, world, ports));
         }
+        if !world.knows_areas() && self.destination(world) != Destination::FreeGround {
+            if world.is_left_to_autopilot() && world.may_wait_for_autopilot() {
+                self.wait_for_autopilot(world, ports);
+                return Ok(Status::Running);
+            }
+            ports.explain("the mission's areas are not known before the planner is heard");
+            self.wait(vehicle.position, None, world, ports);
+            return Ok(Status::Running);
+        }
         let Chosen { site, way, place } = match self.choose(vehicle.position, world) {
             Ok(chosen) => chosen,
             Err(NoWay::To(site, height_m)) if world.may_wait_for_way(site, height_m, NO_WAY) => {

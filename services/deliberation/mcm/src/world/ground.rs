@@ -44,11 +44,10 @@ fn aside(here: Ned) -> impl Iterator<Item = Ned> {
 impl World {
     /// Notices a landing and what follows from it.
     pub(super) fn watch_for_the_ground(&mut self) {
-        if self.vehicle.is_none() {
-            return;
-        }
+        let Some(vehicle) = self.vehicle else { return };
         // A plan of this manager is flown by now: what was flown before it counts no more.
-        self.landed_by_plan &= self.planner.step().is_none();
+        self.landed_by_plan = self.landed_by_plan.filter(|_| self.planner.step().is_none());
+        self.landing_from = self.lands_by_plan().then(|| self.landing_from.unwrap_or(vehicle.position.at_height(0.0)));
         self.remembers_flight();
         let is_flying = self.is_flying();
         let was_flying = std::mem::replace(&mut self.was_flying, is_flying);
@@ -91,7 +90,10 @@ impl World {
     fn touched_down(&mut self) {
         // Not who responds from now on, on the ground: who did until now.
         let brought_down = self.responding();
-        let is_planned = brought_down.is_none() && (self.lands_by_plan() || self.landed_by_plan);
+        let is_here =
+            |began: Ned| self.vehicle.is_some_and(|it| it.position.horizontal_distance_m(began) < SAME_SITE_M);
+        // Elsewhere somebody else has landed it meanwhile.
+        let is_planned = brought_down.is_none() && (self.lands_by_plan() || self.landed_by_plan.is_some_and(is_here));
         if is_planned || self.mission.over.is_some() || self.unplanned_landing.is_some() {
             return;
         }
@@ -101,6 +103,11 @@ impl World {
         };
         self.planner.withdraw(&why);
         self.unplanned_landing = Some(UnplannedLanding { since: self.now.time, why });
+    }
+
+    /// Where the landing of a step began that is flown, or was before a restart.
+    pub(super) fn landing_by_plan(&self) -> Option<Ned> {
+        self.landed_by_plan.or(self.landing_from)
     }
 
     /// Whether what is flown is the landing of a step.

@@ -63,7 +63,11 @@ impl Memory {
     }
 
     fn planner_loss(&self) -> Option<&MemoryLoss> {
-        self.planner.loss.as_ref().filter(|it| it.id != self.accepted)
+        self.unaccepted(&self.planner)
+    }
+
+    fn unaccepted<'a>(&self, health: &'a MemoryHealth) -> Option<&'a MemoryLoss> {
+        health.loss.as_ref().filter(|it| it.id != self.accepted)
     }
 }
 
@@ -79,6 +83,11 @@ impl World {
     pub(crate) fn memory_written(&mut self, outcome: Result<(), String>, loss: Option<u64>) {
         self.memory.own.written(outcome, loss);
         self.show_memory();
+    }
+
+    /// Whether a planner with such a memory has lost what it knew, and no operator has accepted that.
+    pub(super) fn has_planner_lost(&self, health: &MemoryHealth) -> bool {
+        self.memory.unaccepted(health).is_some()
     }
 
     /// The planner tells about its memory, and how many plans it has made. A manager that remembers nothing while its planner has made plans

@@ -124,8 +124,10 @@ pub(crate) struct World {
     no_landing_at: Option<Ned>,
     /// Whether the vehicle was in the air when it was known last, also before a restart.
     was_flying: bool,
-    /// What was flown before a restart was the landing of a step.
-    landed_by_plan: bool,
+    /// What was flown before a restart was the landing of a step, which began here over the ground.
+    landed_by_plan: Option<Ned>,
+    /// The landing of a step that is flown began here.
+    landing_from: Option<Ned>,
     /// Since when the monitor is waited for.
     watches_since: Option<Time>,
     /// When an introspection arrived last, whatever it knew.
@@ -211,7 +213,8 @@ impl World {
             needs_held_areas: false,
             no_landing_at: None,
             was_flying: false,
-            landed_by_plan: false,
+            landed_by_plan: None,
+            landing_from: None,
             watches_since: None,
             monitor_spoke: None,
             armed_on_ground_since: None,

@@ -83,7 +83,7 @@ impl World {
         }
         self.begin_anew();
         self.restore_taking(false);
-        self.landed_by_plan = false;
+        self.landed_by_plan = None;
         self.remembered_sites.clear();
     }
 

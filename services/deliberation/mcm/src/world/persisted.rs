@@ -67,11 +67,14 @@ impl World {
             began_utc_ms: self.clock.began_utc_ms(),
             tower_start: self.permissions.tower_start(),
             flying: self.was_flying,
-            lands_by_plan: self.was_flying && (self.landed_by_plan || self.lands_by_plan()),
+            lands_by_plan: self.was_flying && self.landing_by_plan().is_some(),
+            lands_at: self.landing_by_plan().filter(|_| self.was_flying).map(Into::into),
             frame: self.mission_frame().map(Into::into),
             started_s: self.mission.started_s,
             told: Some(v1::ToldByMonitor { flight_s: 0.0, ..self.told.to_wire(self.now.time) }),
             takes_control: self.takes_control(),
+            areas: self.planner.known_areas().identity().to_owned(),
+            planned_for: self.planner.planned_for(),
         }
     }
 
@@ -91,6 +94,7 @@ impl World {
         }
         let frame = memory.frame.map(Frame::try_from).transpose()?;
         let landing_site = memory.landing_site.map(Ned::try_from).transpose()?;
+        let lands_at = memory.lands_at.map(Ned::try_from).transpose()?;
         let outcome = match memory.outcome() {
             v1::MissionOutcome::Unspecified => None,
             outcome => Some(MissionOutcome::try_from(outcome)?),
@@ -99,7 +103,11 @@ impl World {
         let sites = memory.sites.into_iter().map(Site::try_from).collect::<Result<_, _>>()?;
         let overriding = Some(memory.overriding).filter(|it| !it.is_empty());
         self.restore_frame(frame);
-        (self.was_flying, self.landed_by_plan) = (memory.flying, memory.lands_by_plan);
+        (self.was_flying, self.landed_by_plan) = (memory.flying, lands_at.filter(|_| memory.lands_by_plan));
+        self.planner.known_areas_mut().restore(memory.areas);
+        if !is_of_another {
+            self.planner.restore_planned_for(memory.planned_for);
+        }
         self.clock = MissionClock::of_mission_begun(memory.began_utc_ms);
         self.mission.started_s = memory.started_s.filter(|it| it.is_finite());
         self.operator = Operator::restored(memory.started, landing_site, overriding);

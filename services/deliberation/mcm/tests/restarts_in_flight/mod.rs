@@ -130,14 +130,24 @@ fn a_landing_meanwhile_is_followed_by_a_takeoff_only_if_it_was_planned() {
     assert_eq!(rig.story(), "");
     assert!(rig.status().start_awaited);
 
-    let (mut rig, skill) = under_way();
-    rig.end(&skill, v1::SkillOutcome::Succeeded, "");
-    assert_eq!(rig.story(), "start land\ndone 1");
-    rig.execute();
-    let mut rig = rig.started_again();
-    rig.vehicle(false, Land, (0.0, 100.0, 0.0));
-    rig.wait(1.0);
-    assert_eq!(rig.story(), "replan after 0 () []");
+    // Seen on the ground there after a landing of the plan was begun at 100 m.
+    let lands_at = |east_m: f64| {
+        let (mut rig, skill) = under_way();
+        rig.vehicle(true, Offboard, (0.0, 100.0, 10.0));
+        rig.end(&skill, v1::SkillOutcome::Succeeded, "");
+        assert_eq!(rig.story(), "start land\ndone 1");
+        rig.execute();
+        let mut rig = rig.started_again();
+        rig.vehicle(false, Land, (0.0, east_m, 0.0));
+        rig.wait(1.0);
+        rig
+    };
+    assert_eq!(lands_at(110.0).story(), "replan after 0 () []");
+    // A pilot took it elsewhere meanwhile.
+    let mut rig = lands_at(130.0);
+    rig.wait(60.0);
+    assert_eq!(rig.story(), "");
+    assert!(rig.status().start_awaited);
 
     // Back in the air by a new plan, it is as before.
     let (mut rig, skill) = under_way();

@@ -64,6 +64,8 @@ fn now_ns() -> u64 {
 
 pub struct Rig {
     pub mcm: Mcm,
+    /// To the configuration.
+    changes: Vec<(String, String)>,
     now: Time,
     /// Its effects since the last call, in words.
     pub log: Vec<String>,
@@ -164,6 +166,7 @@ impl Rig {
         let config: Config = Source { path: "test".into(), text }.parse().unwrap();
         let loaded = trees.load(&table).unwrap();
         Rig {
+            changes: changes.iter().map(|&(from, to)| (from.to_owned(), to.to_owned())).collect(),
             mcm: Mcm::new(&config, &shipped_energy(), "uav1", 1, &loaded, table, Pace::REAL_TIME)
                 .unwrap()
                 .measured_with(now_ns),
@@ -196,7 +199,8 @@ impl Rig {
 
     /// Its process has ended, and another one continues from the persisted state. It has not heard of the vehicle yet.
     pub fn started_again(self) -> Rig {
-        let mut rig = Rig::unseen(&[]);
+        let changes: Vec<_> = self.changes.iter().map(|(from, to)| (from.as_str(), to.as_str())).collect();
+        let mut rig = Rig::unseen(&changes);
         rig.mcm.resume(self.mcm.memory()).unwrap();
         rig.has_heard_planner = true;
         (rig.now, rig.flying, rig.mode, rig.position) = (self.now, self.flying, self.mode, self.position);

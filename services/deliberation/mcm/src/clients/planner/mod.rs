@@ -19,6 +19,7 @@ use node::CallError;
 use crate::config::PlanApproval;
 use crate::outbox::{Outbox, Purpose};
 
+mod areas;
 mod flight;
 #[cfg(test)]
 mod model;
@@ -26,6 +27,7 @@ mod pauses;
 mod plan_request;
 mod step_reports;
 
+pub(crate) use areas::KnownAreas;
 pub(crate) use flight::Next;
 use flight::{Event as FlightEvent, Flight};
 use pauses::Pauses;
@@ -68,7 +70,7 @@ pub(crate) struct Planner {
     reports: StepReports,
     pauses: Pauses,
     status: Option<PlannerStatus>,
-    areas: Arc<[Area]>,
+    areas: KnownAreas,
     /// The epoch and the revision of the plan that was adopted last.
     epoch: u64,
     revision: u64,
@@ -86,7 +88,7 @@ impl Planner {
             reports: StepReports::default(),
             pauses: Pauses::default(),
             status: None,
-            areas: Arc::new([]),
+            areas: KnownAreas::default(),
             epoch: 0,
             revision: 0,
             planned_for: None,
@@ -116,6 +118,16 @@ impl Planner {
     /// Continues after a restart.
     pub(crate) fn restore_revision(&mut self, revision: u64) {
         self.revision = revision;
+    }
+
+    /// The place in the order of the objective that a plan was adopted for last.
+    pub(crate) fn planned_for(&self) -> Option<u32> {
+        self.planned_for
+    }
+
+    /// Continues the same mission after a restart.
+    pub(crate) fn restore_planned_for(&mut self, objective: Option<u32>) {
+        self.planned_for = objective;
     }
 
     /// What is known about the step after the present one.
@@ -149,9 +161,19 @@ impl Planner {
         objectives.chain(self.status.iter().flat_map(|it| &it.sites).map(|it| it.position.height_m()))
     }
 
-    /// Every area of the mission.
+    /// Every area of the mission, as far as they are known.
     pub(crate) fn areas(&self) -> &Arc<[Area]> {
+        self.areas.all()
+    }
+
+    /// What is known of the areas.
+    pub(crate) fn known_areas(&self) -> &KnownAreas {
         &self.areas
+    }
+
+    /// The same, to be told of what was known before a restart.
+    pub(crate) fn known_areas_mut(&mut self) -> &mut KnownAreas {
+        &mut self.areas
     }
 
     /// When a plan may be asked for, after steps that failed.
@@ -258,12 +280,16 @@ impl Planner {
 
     /// The present step is to be given up because of something else; its executor does so at its next tick.
     pub(crate) fn withdraw(&mut self, reason: impl Into<String>) {
+        self.withdraw_step_or_wait(reason.into());
+    }
+
+    /// Whether it was a wait: for approval, or for a way.
+    fn withdraw_step_or_wait(&mut self, reason: String) -> bool {
         if self.flight.step().is_some() {
-            self.flight.on(FlightEvent::Withdrawn(reason.into()));
-        } else if self.request.on(RequestEvent::Withdrawn) {
-            // The wait belonged to the mission of before, so the next plan counts as a first one.
-            self.planned_for = None;
+            self.flight.on(FlightEvent::Withdrawn(reason));
+            return false;
         }
+        self.request.on(RequestEvent::Withdrawn)
     }
 
     /// Flies `plan`.
@@ -384,13 +410,13 @@ impl Planner {
         self.reports.on(if answered { ReportEvent::Answered(id) } else { ReportEvent::Lost(now + patience) });
     }
 
-    /// Takes in the planner's status.
-    pub(crate) fn on_status(&mut self, status: PlannerStatus) {
-        if *self.areas != *status.areas {
-            self.areas = status.areas.as_slice().into();
-        }
+    /// Takes in the planner's status. One that `has_lost` what it knew may lack areas of the mission that is flown.
+    pub(crate) fn on_status(&mut self, status: PlannerStatus, has_lost: bool) {
+        self.areas.hear(&status.areas, has_lost);
         if self.newest_epoch() < status.epoch && self.epoch < status.epoch {
-            self.withdraw("the mission was changed");
+            let was_wait = self.withdraw_step_or_wait("the mission was changed".to_owned());
+            // The wait belonged to the mission of before, so the next plan counts as a first one.
+            self.planned_for = self.planned_for.filter(|_| !was_wait);
         }
         self.status = Some(status);
     }

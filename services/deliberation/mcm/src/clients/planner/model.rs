@@ -278,7 +278,7 @@ impl StateMachineTest for Client {
             }
             T::ChangeMission => {
                 client.epoch += 1;
-                client.planner.on_status(status(client.epoch));
+                client.planner.on_status(status(client.epoch), false);
                 // From now on every second plan waits for somebody.
                 client.approval =
                     if client.epoch.is_multiple_of(2) { PlanApproval::EachPlan } else { PlanApproval::None };

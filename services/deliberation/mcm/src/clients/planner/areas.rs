@@ -1,0 +1,131 @@
+//! What the manager knows of the mission's areas. The planner tells them; until it has been heard, those of the mission's file count if
+//! they are the ones that were flown among before.
+
+use std::sync::Arc;
+
+use domain::area::Area;
+use domain::mission::identity_of_areas;
+
+/// The areas, and whether there may be others.
+#[derive(Debug, Default)]
+pub(crate) struct KnownAreas {
+    all: Arc<[Area]>,
+    /// Whether anybody has told, or they are remembered. Else the vehicle may be in the air among areas that are missing here.
+    is_known: bool,
+    /// Of these areas, or, as long as they are not known, of those that were known before a restart; empty if none were.
+    identity: String,
+    of_file: Arc<[Area]>,
+}
+
+impl KnownAreas {
+    /// All of them, as far as they are known.
+    pub(crate) fn all(&self) -> &Arc<[Area]> {
+        &self.all
+    }
+
+    /// Whether they are known at all.
+    pub(crate) fn is_known(&self) -> bool {
+        self.is_known
+    }
+
+    /// What tells the areas that are known from others, to be remembered.
+    pub(crate) fn identity(&self) -> &str {
+        &self.identity
+    }
+
+    /// The mission's file has these areas.
+    pub(crate) fn expect(&mut self, of_file: &[Area]) {
+        self.of_file = of_file.into();
+    }
+
+    /// Before a restart the areas of this identity were known.
+    pub(crate) fn restore(&mut self, identity: String) {
+        if identity == identity_of_areas(&self.of_file) {
+            (self.all, self.is_known) = (self.of_file.clone(), true);
+        }
+        self.identity = identity;
+    }
+
+    /// The planner tells its areas. One that `has_lost` what it knew may have those of another mission: what was known stays as well.
+    pub(crate) fn hear(&mut self, told: &[Area], has_lost: bool) {
+        let is_missing = |it: &&Area| has_lost && !told.contains(*it);
+        let kept: Vec<&Area> = self.all.iter().filter(is_missing).collect();
+        let is_news = self.all.len() != told.len() + kept.len() || !told.iter().eq(self.all.iter().take(told.len()));
+        if is_news {
+            self.all = told.iter().chain(kept).cloned().collect();
+        }
+        if is_news || !self.is_known {
+            self.identity = identity_of_areas(&self.all);
+        }
+        self.is_known = true;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use domain::area::AreaKind;
+    use domain::geometry::Ned;
+
+    fn areas(names: &str) -> Vec<Area> {
+        let area = |name: char| Area {
+            name: name.to_string(),
+            kind: AreaKind::KeepOut,
+            corners: [(0.0, 0.0), (9.0, 0.0), (9.0, 9.0)]
+                .map(|(north_m, east_m)| Ned::new(north_m, east_m, 0.0))
+                .to_vec(),
+            floor_m: None,
+            ceiling_m: None,
+            from_utc_ms: None,
+            until_utc_ms: None,
+            hours: None,
+        };
+        names.chars().map(area).collect()
+    }
+
+    fn names(known: &KnownAreas) -> String {
+        known.all().iter().map(|it| it.name.as_str()).collect()
+    }
+
+    #[test]
+    fn those_of_the_file_count_after_a_restart_if_they_are_the_ones_of_before() {
+        /// `flown`: among which the manager before flew, by the planner's word; `None` if it had not heard any.
+        #[track_caller]
+        fn check(file: &str, flown: Option<&str>, expected: Option<&str>) {
+            let mut before = KnownAreas::default();
+            flown.into_iter().for_each(|it| before.hear(&areas(it), false));
+            let mut known = KnownAreas::default();
+            known.expect(&areas(file));
+            known.restore(before.identity().to_owned());
+            assert_eq!(known.is_known().then(|| names(&known)).as_deref(), expected);
+            assert_eq!(known.identity(), before.identity(), "the next restart remembers the same");
+        }
+        check("ab", Some("ab"), Some("ab"));
+        check("", Some(""), Some(""));
+        check("ab", Some("a"), None);
+        check("ab", Some("ba"), None);
+        check("ab", None, None);
+        check("", None, None);
+    }
+
+    #[test]
+    fn a_planner_that_has_lost_what_it_knew_adds_areas_and_takes_none_away() {
+        #[track_caller]
+        fn check(told: &[(&str, bool)], expected: &str) {
+            let mut known = KnownAreas::default();
+            for (names, has_lost) in told {
+                known.hear(&areas(names), *has_lost);
+                let all = known.all().clone();
+                known.hear(&areas(names), *has_lost);
+                assert!(Arc::ptr_eq(&all, known.all()), "the same again is no news");
+                assert_eq!(known.identity(), identity_of_areas(known.all()));
+            }
+            assert_eq!(names(&known), expected);
+        }
+        check(&[("ab", false), ("bc", false)], "bc");
+        check(&[("ab", false), ("bc", true)], "bca");
+        check(&[("ab", false), ("", true)], "ab");
+        check(&[("ab", false), ("c", true), ("c", false)], "c");
+        check(&[("ab", true)], "ab");
+    }
+}
