@@ -136,8 +136,9 @@ fn a_vehicle_inside_is_made_to_leave_by_a_tower_that_was_killed_meanwhile() {
     assert!(said.contains("granted (stale)") && said.contains("\nstale: the control tower"), "{said}");
     flight.kill_tower(|_| {});
     let after = flight.wait_until("its ledger", |it| stale(it).is_empty() && is(it, "A", "GRANTED"));
-    let number = |it| permission(it, "A").and_then(|it| it["decision"].as_str()?.parse::<u64>().ok());
-    assert!(number(&before) <= number(&after), "{:?}, then {:?}", number(&before), number(&after));
+    let number =
+        |it| permission(it, "A").and_then(|it| it["decision"].as_str()?.parse::<u64>().ok()).expect("a number");
+    assert!(number(&before) <= number(&after), "{}, then {}", number(&before), number(&after));
     flight.system.wait_for("asking for area A again because the control tower was started again");
     flight.done("permission revoke A --reason fire");
     flight.wait_until("the vehicle outside of A", |it| !is_over_a(it, 0.0));
