@@ -33,7 +33,7 @@ fn files_that_are_spoiled_in_flight_keep_no_process_away() {
     let files = Files::with_long_leg();
     let config = files.config().to_str().expect("a readable path").to_owned();
     let system = System::start(&["--config", &config, "--speed", "5"]);
-    system.wait_for("step 2 of 3: fly to (0, 2000, 10)");
+    system.wait_for_long_leg();
     spoil(files.config().parent().expect("a file is in a folder"));
     // The next run would say so, and name the file as its user does.
     let next = kittiwake(&["check", "--config", &config]);

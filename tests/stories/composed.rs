@@ -4,7 +4,7 @@ use nix::sys::signal::Signal;
 use serde_json::Value;
 
 use crate::support::files::{Files, state_folder};
-use crate::support::{FLY_LONG_LEG, KITTIWAKE, System, kittiwake, shipped, wait_for};
+use crate::support::{KITTIWAKE, System, kittiwake, shipped, wait_for};
 
 /// What flies along, but for the simulated vehicle.
 const USUAL: &str = "mcm,skill-manager,monitor,planner";
@@ -16,7 +16,7 @@ fn on_long_leg(speed: &str) -> System {
     let config = files.config();
     let config = config.to_str().expect("a readable path");
     let system = System::start(&["--onboard", USUAL, "--config", config, "--speed", speed]);
-    system.wait_for(&["step 2 of 3: ", FLY_LONG_LEG].concat());
+    system.wait_for_long_leg();
     system
 }
 

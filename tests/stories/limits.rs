@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use crate::support::files::{Files, state_folder};
-use crate::support::{FLY_LONG_LEG, System, wait_for};
+use crate::support::{System, wait_for};
 
 #[test]
 fn a_limit_on_the_size_of_files_fails_writes_and_ends_nothing() {
@@ -11,7 +11,7 @@ fn a_limit_on_the_size_of_files_fails_writes_and_ends_nothing() {
     let (config, state) = (files.config(), state.path().to_str().expect("a readable path"));
     let config = config.to_str().expect("a readable path");
     let system = System::up(&["--config", config, "--state", state, "--speed", "5"], &[]);
-    system.wait_for(&["step 2 of 3: ", FLY_LONG_LEG].concat());
+    system.wait_for_long_leg();
     let before = ids(&system);
     for id in before.iter().map(|(_, id)| *id).chain([system.pid() as i32]) {
         let limited = Command::new("prlimit").args(["--fsize=512:512", "--pid", &id.to_string()]).status();
@@ -32,7 +32,7 @@ fn a_gateway_that_never_appears_takes_no_vehicle_from_the_air() {
     let config = files.config();
     let config = config.to_str().expect("a readable path");
     let system = System::start(&[&["--config", config, "--speed", "4"], &nowhere[..]].concat());
-    system.wait_for(&["step 2 of 3: ", FLY_LONG_LEG].concat());
+    system.wait_for_long_leg();
     let on_board = ["router", "vehicle-sim", "monitor", "skill-manager", "planner", "mcm"];
     let before = on_board.map(|it| system.process(it).id());
     system.wait_for(

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use crate::support::files::Files;
-use crate::support::{FLY_LONG_LEG, System, kittiwake, wait_for};
+use crate::support::{System, kittiwake, wait_for};
 
 /// What the command prints, if it succeeds.
 fn told(args: &[&str]) -> Option<String> {
@@ -42,7 +42,7 @@ fn a_flight_is_explained_while_it_flies_and_from_its_recording() {
     let recordings = folder.path().join("recordings");
     let [config, kept] = [&config, &recordings].map(|it| it.to_str().expect("a readable path"));
     let system = System::start(&["--config", config, "--speed", "5", "--recordings", kept]);
-    system.wait_for(&["step 2 of 3: ", FLY_LONG_LEG].concat());
+    system.wait_for_long_leg();
     assert!(system.inject(&["flag", "obstacle"]).status.success());
     system.wait_for("`obstacle` is over");
     let pid = system.pid().to_string();

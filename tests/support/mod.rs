@@ -151,6 +151,13 @@ impl System {
         system
     }
 
+    /// Waits until it flies the leg of [`Files::with_long_leg`], whichever step that is: on a crowded machine the plan on the ground was not the
+    /// last one before.
+    #[track_caller]
+    pub fn wait_for_long_leg(&self) {
+        self.wait_for(&[": ", FLY_LONG_LEG].concat());
+    }
+
     /// At this speed, on a leg of two kilometres without areas: 200 mission seconds, in which commands can be given on a machine
     /// that is as crowded as can be. Returns as it begins.
     #[track_caller]
@@ -159,7 +166,7 @@ impl System {
         let config = files.config();
         let system = System::start(&["--config", config.to_str().expect("a readable path"), "--speed", speed]);
         // It flies with a copy of its files.
-        system.wait_for(&["step 2 of 3: ", FLY_LONG_LEG].concat());
+        system.wait_for_long_leg();
         system
     }
 
