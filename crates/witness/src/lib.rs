@@ -269,12 +269,14 @@ impl Witness {
     /// For `time` from now on somebody who has to heed a withdrawn permission may be dead, hung or cut off. What is to be done by then may
     /// take longer by that.
     pub fn disturbed(&mut self, at: Time, time: Duration) {
-        self.disturbed_until = self.disturbed_until.max(at) + time;
+        let before = self.disturbed_until.max(at);
+        self.disturbed_until = before.max(at + time);
+        let longer_by = self.disturbed_until - before;
         let leaving =
             self.inside.values_mut().filter_map(|it| if let Inside::Leaves(by) = it { Some(by) } else { None });
         // What is known already is not forgotten.
         for by in leaving.chain(self.withdrawn.values_mut()).filter(|by| at <= **by) {
-            *by = *by + time;
+            *by = *by + longer_by;
         }
     }
 

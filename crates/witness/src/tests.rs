@@ -105,13 +105,7 @@ fn a_permission_that_is_withdrawn_counts_once_the_vehicle_can_know_it() {
     /// What is said of a vehicle that enters area A at `enters_s` and stays, after its permission ended in `state` at 10 s. `disturbed`: from
     /// when on somebody is away, and for how long.
     #[track_caller]
-    fn check(
-        heeds_s: u64,
-        state: v1::PermissionState,
-        disturbed: Option<(u64, u64)>,
-        enters_s: u64,
-        expected: &[&str],
-    ) {
+    fn check(heeds_s: u64, state: v1::PermissionState, disturbed: &[(u64, u64)], enters_s: u64, expected: &[&str]) {
         let limits = Limits { heeds: Duration::from_secs(heeds_s), ..Limits::default() };
         let corner = |(north_m, east_m)| Ned::new(north_m, east_m, 0.0);
         let area = Area {
@@ -132,7 +126,7 @@ fn a_permission_that_is_withdrawn_counts_once_the_vehicle_can_know_it() {
             let permission =
                 v1::Permission { area: "A".into(), state: state as i32, expires_utc_ms: 900_000, ..Default::default() };
             witness.take_in(now, &v1::PermissionLedger { permissions: vec![permission], ..Default::default() }.into());
-            if let Some((at_s, for_s)) = disturbed.filter(|it| it.0 == second) {
+            for &(at_s, for_s) in disturbed.iter().filter(|it| it.0 == second) {
                 witness.disturbed(Time::after(Duration::from_secs(at_s)), Duration::from_secs(for_s));
             }
             let status =
@@ -149,20 +143,24 @@ fn a_permission_that_is_withdrawn_counts_once_the_vehicle_can_know_it() {
         });
         assert_eq!(of_place.collect::<Vec<_>>(), expected);
     }
-    check(0, Revoked, None, 10, &["entered 10"]);
+    check(0, Revoked, &[], 10, &["entered 10"]);
     // It braked too late, and does not leave either: 20 s to notice, and 5 m.
-    check(5, Revoked, None, 14, &["stayed 40"]);
-    check(5, Denied, None, 14, &["stayed 40"]);
-    check(5, Revoked, None, 15, &["entered 15"]);
-    check(5, Expired, None, 10, &["entered 10"]);
+    check(5, Revoked, &[], 14, &["stayed 40"]);
+    check(5, Denied, &[], 14, &["stayed 40"]);
+    check(5, Revoked, &[], 15, &["entered 15"]);
+    check(5, Expired, &[], 10, &["entered 10"]);
     // Somebody is away when it is withdrawn, or soon after.
-    check(5, Revoked, Some((8, 20)), 32, &["stayed 58"]);
-    check(5, Revoked, Some((8, 20)), 33, &["entered 33"]);
-    check(5, Revoked, Some((14, 20)), 34, &["stayed 60"]);
+    check(5, Revoked, &[(8, 20)], 32, &["stayed 58"]);
+    check(5, Revoked, &[(8, 20)], 33, &["entered 33"]);
+    check(5, Revoked, &[(14, 20)], 34, &["stayed 60"]);
     // What is known already is not forgotten by who comes back.
-    check(5, Revoked, Some((16, 20)), 20, &["entered 20"]);
+    check(5, Revoked, &[(16, 20)], 20, &["entered 20"]);
     // Inside, it has longer.
-    check(5, Revoked, Some((20, 30)), 14, &["stayed 70"]);
+    check(5, Revoked, &[(20, 30)], 14, &["stayed 70"]);
+    // Two who are away at once are not away for longer.
+    check(5, Revoked, &[(8, 20), (9, 19), (9, 5)], 33, &["entered 33"]);
+    check(5, Revoked, &[(14, 20), (20, 20)], 40, &["stayed 66"]);
+    check(5, Revoked, &[(14, 20), (20, 20)], 41, &["entered 41"]);
 }
 
 #[test]
