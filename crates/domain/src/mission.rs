@@ -224,9 +224,16 @@ fn hash_of(message: &impl prost::Message) -> String {
     hash.iter().take(16).map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// The identity of these areas: a hash of their content, the same on every machine and in every build.
+/// The identity of these areas: a hash of their content to a tenth of a millimetre, the same on every machine, in every build, and after they
+/// were written as text and read again, which may change a last digit.
 pub fn identity_of_areas(areas: &[Area]) -> String {
-    hash_of(&v1::PlannerStatus { areas: areas.iter().map(Into::into).collect(), ..v1::PlannerStatus::default() })
+    let round = |m: f64| (m * 1e4).round() / 1e4 + 0.0;
+    let rounded = |area: &Area| {
+        let corners = area.corners.iter().map(|it| Ned::new(round(it.north_m), round(it.east_m), 0.0)).collect();
+        let (floor_m, ceiling_m) = (area.floor_m.map(round), area.ceiling_m.map(round));
+        (&Area { corners, floor_m, ceiling_m, ..area.clone() }).into()
+    };
+    hash_of(&v1::PlannerStatus { areas: areas.iter().map(rounded).collect(), ..v1::PlannerStatus::default() })
 }
 
 impl Mission {

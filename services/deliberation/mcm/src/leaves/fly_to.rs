@@ -79,6 +79,7 @@ enum NoWay {
     Anywhere(Cow<'static, str>),
 }
 
+const NO_AREAS: &str = "the mission's areas are not known before the planner is heard";
 const NO_WAY: &str = "no way there that may be flown";
 /// While there is no way it is looked for again this often, and whenever the airspace changes. (ENG: windows and
 /// permissions are seconds to minutes long.)
@@ -219,7 +220,10 @@ impl FlyTo {
                 self.wait_for_autopilot(world, ports);
                 return Ok(Status::Running);
             }
-            ports.explain("the mission's areas are not known before the planner is heard");
+            if !world.may_wait_for_areas(NO_AREAS) {
+                ports.explain(NO_AREAS);
+                return Ok(Status::Failure);
+            }
             self.wait(vehicle.position, None, world, ports);
             return Ok(Status::Running);
         }

@@ -46,6 +46,7 @@ impl World {
             Some(over) => (over.outcome.into(), over.reason),
             None => (v1::MissionOutcome::Unspecified, String::new()),
         };
+        let (planned_for, plan_epoch) = self.planner.planned_for();
         v1::McmMemory {
             configured: configured.to_owned(),
             started: self.operator.has_started(),
@@ -74,7 +75,8 @@ impl World {
             told: Some(v1::ToldByMonitor { flight_s: 0.0, ..self.told.to_wire(self.now.time) }),
             takes_control: self.takes_control(),
             areas: self.planner.known_areas().identity().to_owned(),
-            planned_for: self.planner.planned_for(),
+            planned_for,
+            plan_epoch,
         }
     }
 
@@ -106,7 +108,7 @@ impl World {
         (self.was_flying, self.landed_by_plan) = (memory.flying, lands_at.filter(|_| memory.lands_by_plan));
         self.planner.known_areas_mut().restore(memory.areas);
         if !is_of_another {
-            self.planner.restore_planned_for(memory.planned_for);
+            self.planner.restore_planned_for(memory.planned_for, memory.plan_epoch);
         }
         self.clock = MissionClock::of_mission_begun(memory.began_utc_ms);
         self.mission.started_s = memory.started_s.filter(|it| it.is_finite());

@@ -511,6 +511,7 @@ fn only_replannings_wait_if_the_policy_says_so() {
     assert!(rig.status().plan_approval.is_some());
     // Of another mission it is the first.
     rig.say(v1::PlannerStatus { epoch: 1, ..Default::default() });
+    assert!(rig.status().plan_approval.is_none());
     rig.story();
     rig.plan(v1::replan_reply::Reply::Plan(v1::Plan {
         steps: vec![step(3, fly(100.0), &[])],
@@ -518,4 +519,12 @@ fn only_replannings_wait_if_the_policy_says_so() {
         ..Default::default()
     }));
     assert_eq!(rig.story(), "start fly 0 100 10");
+    // That mission is no other one for the next process.
+    rig.execute();
+    let mut rig = rig.started_again();
+    rig.vehicle(true, Loiter, (0.0, 50.0, 10.0));
+    let next = v1::Plan { steps: vec![step(4, fly(100.0), &[])], epoch: 1, ..Default::default() };
+    rig.plan(v1::replan_reply::Reply::Plan(next));
+    rig.say(v1::PlannerStatus { epoch: 1, ..Default::default() });
+    assert!(rig.status().plan_approval.is_some());
 }

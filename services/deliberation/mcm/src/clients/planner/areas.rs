@@ -46,7 +46,8 @@ impl KnownAreas {
         self.identity = identity;
     }
 
-    /// The planner tells its areas. One that `has_lost` what it knew may have those of another mission: what was known stays as well.
+    /// The planner tells its areas. One that `has_lost` what it knew may have those of another mission: what was known stays as well, and what was
+    /// known before a restart stays unknown unless it is that.
     pub(crate) fn hear(&mut self, told: &[Area], has_lost: bool) {
         let is_missing = |it: &&Area| has_lost && !told.contains(*it);
         let kept: Vec<&Area> = self.all.iter().filter(is_missing).collect();
@@ -55,7 +56,12 @@ impl KnownAreas {
             self.all = told.iter().chain(kept).cloned().collect();
         }
         if is_news || !self.is_known {
-            self.identity = identity_of_areas(&self.all);
+            let identity = identity_of_areas(&self.all);
+            let was_another = !self.is_known && !self.identity.is_empty() && self.identity != identity;
+            if has_lost && was_another {
+                return;
+            }
+            self.identity = identity;
         }
         self.is_known = true;
     }
@@ -106,6 +112,26 @@ mod tests {
         check("ab", Some("ba"), None);
         check("ab", None, None);
         check("", None, None);
+    }
+
+    #[test]
+    fn after_both_are_started_again_a_planner_that_has_lost_what_it_knew_tells_nothing_of_what_was_known() {
+        /// Known after a planner has told that, and has lost what it knew or has not.
+        #[track_caller]
+        fn check(flown: &str, told: &[(&str, bool)], expected: Option<&str>) {
+            let mut known = KnownAreas::default();
+            known.expect(&areas("ab"));
+            known.restore(identity_of_areas(&areas(flown)));
+            told.iter().for_each(|(names, has_lost)| known.hear(&areas(names), *has_lost));
+            assert_eq!(known.is_known().then(|| names(&known)).as_deref(), expected);
+        }
+        check("abx", &[("ab", true)], None);
+        check("abx", &[("ab", true), ("ab", true)], None);
+        // An operator has accepted that.
+        check("abx", &[("ab", true), ("ab", false)], Some("ab"));
+        check("abx", &[("abx", true)], Some("abx"));
+        check("abx", &[("abx", false)], Some("abx"));
+        check("ab", &[("c", true)], Some("cab"));
     }
 
     #[test]

@@ -120,14 +120,14 @@ impl Planner {
         self.revision = revision;
     }
 
-    /// The place in the order of the objective that a plan was adopted for last.
-    pub(crate) fn planned_for(&self) -> Option<u32> {
-        self.planned_for
+    /// The place in the order of the objective that a plan was adopted for last, and the epoch of that plan.
+    pub(crate) fn planned_for(&self) -> (Option<u32>, u64) {
+        (self.planned_for, self.epoch)
     }
 
     /// Continues the same mission after a restart.
-    pub(crate) fn restore_planned_for(&mut self, objective: Option<u32>) {
-        self.planned_for = objective;
+    pub(crate) fn restore_planned_for(&mut self, objective: Option<u32>, epoch: u64) {
+        (self.planned_for, self.epoch) = (objective, epoch);
     }
 
     /// What is known about the step after the present one.
