@@ -81,7 +81,7 @@ pub enum InvalidCredentials {
     },
 }
 
-/// The name, or the address, that whoever is called at `HOST:PORT` must show a certificate for. An address of IPv6 stands in brackets
+/// The name or address for which the router at `HOST:PORT` must show a certificate. An IPv6 address is written in brackets
 /// there, and without them in the certificate.
 ///
 /// # Errors

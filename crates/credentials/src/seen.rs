@@ -49,7 +49,7 @@ impl Seen {
         &self.stamp
     }
 
-    /// What `read` makes of the files, which are like `stamp` now; `None` if that is nothing new. Files that cannot be used are told once,
+    /// What `read` returns for the files, whose present state is `stamp`; `None` if nothing has changed. Unusable files are reported once,
     /// and are left alone until they change; but those that could not be read are read again each time, since what stood in the way,
     /// such as a limit of open files, may pass without a trace in them.
     pub fn look<T>(

@@ -222,7 +222,7 @@ impl Witness {
         Witness { limits, ..Witness::default() }
     }
 
-    /// Tells it the areas of the mission's file. They apply whatever the planner says; only when they do is told by its status,
+    /// Sets the areas of the mission's file. They apply whatever the planner says; only the times at which they do come from its status,
     /// as that is where clocks that are set are reckoned with (see [`true_time`]).
     pub fn expecting(self, areas: Vec<Area>) -> Witness {
         Witness { areas: areas.clone(), expected: areas, ..self }
