@@ -23,18 +23,25 @@ pub(super) struct Memory {
     is_known: bool,
     /// It is of a flight with another mission file, and the vehicle was not seen since.
     is_of_another: bool,
+    /// So it was, and the vehicle flies on: a planner that was started since may know that file only.
+    is_planner_in_doubt: bool,
 }
 
 impl Memory {
     /// The persisted part of it.
-    pub(super) fn restored(loss: Option<MemoryLoss>, accepted: u64) -> Memory {
+    pub(super) fn restored(loss: Option<MemoryLoss>, accepted: u64, is_planner_in_doubt: bool) -> Memory {
         let own = MemoryHealth { loss, failing: None };
-        Memory { own, accepted, is_settled: true, is_known: true, ..Memory::default() }
+        Memory { own, accepted, is_settled: true, is_known: true, is_planner_in_doubt, ..Memory::default() }
     }
 
     /// The same of a flight with another mission file.
     pub(super) fn of_another_mission(loss: MemoryLoss, accepted: u64) -> Memory {
-        Memory { is_of_another: true, ..Memory::restored(Some(loss), accepted) }
+        Memory { is_of_another: true, ..Memory::restored(Some(loss), accepted, true) }
+    }
+
+    /// Whether the planner may have begun anew with another mission file.
+    pub(super) fn is_planner_in_doubt(&self) -> bool {
+        self.is_planner_in_doubt
     }
 
     /// The manager's own.
@@ -76,6 +83,7 @@ impl World {
     pub(crate) fn memory_lost(&mut self, loss: MemoryLoss) {
         self.memory.own.loss = Some(loss);
         (self.memory.is_settled, self.memory.is_known) = (true, true);
+        self.planner.known_areas_mut().doubt_memory();
         self.show_memory();
     }
 
@@ -85,9 +93,10 @@ impl World {
         self.show_memory();
     }
 
-    /// Whether a planner with such a memory has lost what it knew, and no operator has accepted that.
+    /// Whether a planner with such a memory has lost what it knew, or may have begun anew with another mission file, and no operator has
+    /// accepted that.
     pub(super) fn has_planner_lost(&self, health: &MemoryHealth) -> bool {
-        self.memory.unaccepted(health).is_some()
+        self.memory.is_planner_in_doubt || self.memory.unaccepted(health).is_some()
     }
 
     /// The planner tells about its memory, and how many plans it has made. A manager that remembers nothing while its planner has made plans
@@ -113,6 +122,7 @@ impl World {
             self.memory_lost(MemoryLoss { id: self.planner.instance().max(1), why });
         }
         if std::mem::take(&mut self.memory.is_of_another) && !self.is_flying() {
+            self.memory.is_planner_in_doubt = false;
             self.forget_other_mission();
         }
     }
@@ -126,7 +136,7 @@ impl World {
             return Err(format!("what happens could not be remembered: {why}; make it writable, then start"));
         }
         self.memory.own.loss = None;
-        (self.memory.is_settled, self.memory.is_known) = (true, true);
+        (self.memory.is_settled, self.memory.is_known, self.memory.is_planner_in_doubt) = (true, true, false);
         self.memory.accepted = self.memory.planner.loss.as_ref().map_or(self.memory.accepted, |it| it.id);
         self.show_memory();
         Ok(())

@@ -1,16 +1,19 @@
 //! The time since the mission was begun, which goes on over a restart of the process.
 //!
 //! While a process runs, its monotonic clock counts. What passed before its start is the difference in UTC to when the mission was
-//! begun, which is persisted. Nothing is decided by this time: it is told.
+//! begun, which is persisted, and moves with a wall clock that is set. Nothing is decided by this time: it is told.
 
 use std::time::Duration;
 
 use domain::time::{Now, Pace};
 
+/// A step of the wall clock by less counts as none: clocks are adjusted all the time.
+const STEP_MS: u64 = 1000;
+
 /// Counts the time of one mission.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct MissionClock {
-    /// In milliseconds since the Unix epoch; 0 before the first moment.
+    /// In milliseconds since the Unix epoch, by the wall clock as it is now; 0 before the first moment.
     began_utc_ms: i64,
     /// Seconds that had passed at the zero of this process's clock, negative for a mission that was begun later; `None` before the
     /// first moment.
@@ -23,9 +26,15 @@ impl MissionClock {
         MissionClock { began_utc_ms: utc_ms, before_s: None }
     }
 
-    /// Notices the process's first moment.
+    /// Notices the process's first moment, and a step of the wall clock, so that it counts for no process after this one either.
     pub(crate) fn pass(&mut self, now: Now, pace: Pace) {
         if self.before_s.is_some() {
+            let passed = Duration::try_from_secs_f64(self.go_on(now.time.as_secs_f64())).unwrap_or_default();
+            let passed_ms = i64::try_from(pace.to_wall(passed).as_millis()).unwrap_or(i64::MAX);
+            let began_utc_ms = now.utc_ms.saturating_sub(passed_ms);
+            if STEP_MS < began_utc_ms.abs_diff(self.began_utc_ms) {
+                self.began_utc_ms = began_utc_ms;
+            }
             return;
         }
         if self.began_utc_ms == 0 {
@@ -89,6 +98,19 @@ mod tests {
         let mut clock = MissionClock::default();
         clock.pass(now(1, 70_000), Pace::REAL_TIME);
         assert_eq!(clock.began_utc_ms(), 70_000);
+    }
+
+    #[test]
+    fn a_clock_that_was_set_counts_for_no_process_after_this_one() {
+        const NOON: i64 = 1_800_000_000_000;
+        for step_ms in [-3_600_000, 0, 3_600_000] {
+            let mut clock = MissionClock::of_mission_begun(NOON);
+            clock.pass(now(0, NOON + 30_000), Pace::REAL_TIME);
+            clock.pass(now(10, NOON + 40_000 + step_ms), Pace::REAL_TIME);
+            let mut next = MissionClock::of_mission_begun(clock.began_utc_ms());
+            next.pass(now(0, NOON + 45_000 + step_ms), Pace::REAL_TIME);
+            assert_eq!(next.go_on(0.0), 45.0, "after a step by {step_ms} ms");
+        }
     }
 
     #[test]

@@ -60,7 +60,7 @@ impl World {
             loss: self.memory.own().loss.clone().map(Into::into),
             accepted_planner_loss: self.memory.accepted_loss(),
             decisions: self.permissions.stored(),
-            plan_revision: self.planner.revision(),
+            plan_revision: self.planner.highest_revision(),
             sites: self.mission_sites().iter().map(Into::into).collect(),
             decision_numbers: self.journal.ceiling(),
             ended_epoch: self.mission.ended_epoch.unwrap_or_default(),
@@ -77,6 +77,7 @@ impl World {
             areas: self.planner.known_areas().identity().to_owned(),
             planned_for,
             plan_epoch,
+            planner_in_doubt: self.memory.is_planner_in_doubt(),
         }
     }
 
@@ -128,7 +129,10 @@ impl World {
         }
         self.restore_taking(memory.takes_control);
         self.memory = match is_of_another {
-            false => Memory::restored(memory.loss.map(Into::into), memory.accepted_planner_loss),
+            false => {
+                let loss = memory.loss.map(Into::into);
+                Memory::restored(loss, memory.accepted_planner_loss, memory.planner_in_doubt)
+            }
             true => {
                 let why = "the mission file was changed while the vehicle flew".to_owned();
                 let loss = MemoryLoss { id: memory.decision_numbers.max(1), why };

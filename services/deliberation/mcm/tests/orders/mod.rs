@@ -527,4 +527,9 @@ fn only_replannings_wait_if_the_policy_says_so() {
     rig.plan(v1::replan_reply::Reply::Plan(next));
     rig.say(v1::PlannerStatus { epoch: 1, ..Default::default() });
     assert!(rig.status().plan_approval.is_some());
+    // A planner that has lost what it knew counts missions from zero again: what waits goes with its mission all the same.
+    rig.say(v1::PlannerStatus::default());
+    assert!(rig.status().plan_approval.is_some());
+    rig.say(v1::PlannerStatus { epoch: 1, ..Default::default() });
+    assert!(rig.status().plan_approval.is_none());
 }

@@ -60,6 +60,43 @@ fn where_the_mission_file_was_changed_in_flight_an_order_holds_and_the_rest_wait
     assert_eq!(rig.story(), "replan after 0 () []\nstart stop");
 }
 
+/// Nor does the process after the next one. What the manager knew was an area that is not in the file of now, which is all that the planner knows.
+#[test]
+fn where_the_mission_file_was_changed_in_flight_a_return_waits_for_an_operator_and_not_for_the_planner() {
+    let corner = |(north_m, east_m)| v1::Ned { north_m, east_m, down_m: 0.0 };
+    let area = v1::Area {
+        name: "A".into(),
+        kind: v1::AreaKind::KeepOut as i32,
+        corners: [(-10.0, 20.0), (10.0, 20.0), (10.0, 30.0), (-10.0, 30.0)].map(corner).into(),
+        ..Default::default()
+    };
+    let (mut rig, _) = under_way();
+    rig.say(v1::PlannerStatus { areas: vec![area], ..Default::default() });
+    rig.command(Verb::Return(v1::ReturnHome { overrides: false }));
+    let mut rig = with_another_mission(rig);
+    for _ in 0..2 {
+        rig.say(v1::PlannerStatus::default());
+        rig.vehicle(true, Loiter, (0.0, 50.0, 10.0));
+        rig.wait(1.0);
+        assert_eq!(rig.story(), "start stop");
+        rig.execute();
+        rig.wait(20.0);
+        rig.say(v1::PlannerStatus::default());
+        assert_eq!(rig.story(), "");
+        rig = rig.started_again();
+    }
+    rig.say(v1::PlannerStatus::default());
+    rig.vehicle(true, Loiter, (0.0, 50.0, 10.0));
+    rig.wait(1.0);
+    assert_eq!(rig.story(), "start stop");
+    // From then on the planner's areas count, and the return is still under way.
+    let reply = rig.command(RESUME);
+    assert!(reply.done, "{}", reply.text);
+    rig.say(v1::PlannerStatus::default());
+    rig.wait(2.5);
+    assert_eq!(rig.story(), "start fly 0 50 15", "it climbs first");
+}
+
 #[test]
 fn where_the_vehicle_stands_by_then_nothing_of_the_other_mission_counts_but_an_operator_starts_the_one_of_now() {
     let (mut rig, _) = under_way();

@@ -9,12 +9,23 @@ use domain::mission::identity_of_areas;
 /// The areas, and whether there may be others.
 #[derive(Debug, Default)]
 pub(crate) struct KnownAreas {
+    /// None as long as they are unknown.
     all: Arc<[Area]>,
-    /// Whether anybody has told, or they are remembered. Else the vehicle may be in the air among areas that are missing here.
-    is_known: bool,
-    /// Of these areas, or, as long as they are not known, of those that were known before a restart; empty if none were.
+    from: KnownFrom,
+    /// Of these areas, or, as long as they are unknown, of those that were known before a restart; empty if none were.
     identity: String,
     of_file: Arc<[Area]>,
+}
+
+/// Where the areas are known from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+enum KnownFrom {
+    /// Nowhere: the vehicle may be in the air among areas that nobody has told.
+    #[default]
+    Nowhere,
+    /// The mission's file has those that are remembered.
+    Memory,
+    Planner,
 }
 
 impl KnownAreas {
@@ -25,7 +36,7 @@ impl KnownAreas {
 
     /// Whether they are known at all.
     pub(crate) fn is_known(&self) -> bool {
-        self.is_known
+        self.from != KnownFrom::Nowhere
     }
 
     /// What tells the areas that are known from others, to be remembered.
@@ -41,29 +52,34 @@ impl KnownAreas {
     /// Before a restart the areas of this identity were known.
     pub(crate) fn restore(&mut self, identity: String) {
         if identity == identity_of_areas(&self.of_file) {
-            (self.all, self.is_known) = (self.of_file.clone(), true);
+            (self.all, self.from) = (self.of_file.clone(), KnownFrom::Memory);
         }
         self.identity = identity;
     }
 
-    /// The planner tells its areas. One that `has_lost` what it knew may have those of another mission: what was known stays as well, and what was
-    /// known before a restart stays unknown unless it is that.
+    /// The memory is lost, or not the newest one: what is known from there may have been other areas since.
+    pub(crate) fn doubt_memory(&mut self) {
+        if self.from == KnownFrom::Memory {
+            (self.all, self.from) = (Arc::default(), KnownFrom::Nowhere);
+        }
+    }
+
+    /// The planner tells its areas. One that `has_lost` what it knew may have those of another mission: what was known stays as well, and for who
+    /// knew none, or other ones before a restart, they stay unknown.
     pub(crate) fn hear(&mut self, told: &[Area], has_lost: bool) {
+        if !self.is_known() && has_lost && identity_of_areas(told) != self.identity {
+            return;
+        }
         let is_missing = |it: &&Area| has_lost && !told.contains(*it);
         let kept: Vec<&Area> = self.all.iter().filter(is_missing).collect();
         let is_news = self.all.len() != told.len() + kept.len() || !told.iter().eq(self.all.iter().take(told.len()));
         if is_news {
             self.all = told.iter().chain(kept).cloned().collect();
         }
-        if is_news || !self.is_known {
-            let identity = identity_of_areas(&self.all);
-            let was_another = !self.is_known && !self.identity.is_empty() && self.identity != identity;
-            if has_lost && was_another {
-                return;
-            }
-            self.identity = identity;
+        if is_news || !self.is_known() {
+            self.identity = identity_of_areas(&self.all);
         }
-        self.is_known = true;
+        self.from = KnownFrom::Planner;
     }
 }
 
@@ -116,22 +132,48 @@ mod tests {
 
     #[test]
     fn after_both_are_started_again_a_planner_that_has_lost_what_it_knew_tells_nothing_of_what_was_known() {
-        /// Known after a planner has told that, and has lost what it knew or has not.
+        /// Known after a planner has told that, and has lost what it knew or has not. `flown`: among which the manager before flew; `None` if it has
+        /// lost that as well.
         #[track_caller]
-        fn check(flown: &str, told: &[(&str, bool)], expected: Option<&str>) {
+        fn check(flown: Option<&str>, told: &[(&str, bool)], expected: Option<&str>) {
             let mut known = KnownAreas::default();
             known.expect(&areas("ab"));
-            known.restore(identity_of_areas(&areas(flown)));
+            known.restore(flown.map(|it| identity_of_areas(&areas(it))).unwrap_or_default());
             told.iter().for_each(|(names, has_lost)| known.hear(&areas(names), *has_lost));
             assert_eq!(known.is_known().then(|| names(&known)).as_deref(), expected);
         }
-        check("abx", &[("ab", true)], None);
-        check("abx", &[("ab", true), ("ab", true)], None);
+        check(Some("abx"), &[("ab", true)], None);
+        check(Some("abx"), &[("ab", true), ("ab", true)], None);
         // An operator has accepted that.
-        check("abx", &[("ab", true), ("ab", false)], Some("ab"));
-        check("abx", &[("abx", true)], Some("abx"));
-        check("abx", &[("abx", false)], Some("abx"));
-        check("ab", &[("c", true)], Some("cab"));
+        check(Some("abx"), &[("ab", true), ("ab", false)], Some("ab"));
+        check(Some("abx"), &[("abx", true)], Some("abx"));
+        check(Some("abx"), &[("abx", false)], Some("abx"));
+        check(Some("ab"), &[("c", true)], Some("cab"));
+        check(None, &[("ab", true)], None);
+        check(None, &[("ab", true), ("ab", false)], Some("ab"));
+        check(None, &[("ab", false)], Some("ab"));
+    }
+
+    #[test]
+    fn what_is_known_from_a_memory_is_not_once_that_is_lost_and_what_the_planner_tells_is() {
+        /// Known after a restart and these events: a planner has told those, and has lost nothing; or the memory turns out to be lost.
+        #[track_caller]
+        fn check(events: &[Option<&str>], expected: Option<&str>) {
+            let mut known = KnownAreas::default();
+            known.expect(&areas("ab"));
+            known.restore(identity_of_areas(&areas("ab")));
+            for event in events {
+                match event {
+                    Some(told) => known.hear(&areas(told), false),
+                    None => known.doubt_memory(),
+                }
+            }
+            assert_eq!(known.is_known().then(|| names(&known)).as_deref(), expected);
+        }
+        check(&[], Some("ab"));
+        check(&[None], None);
+        check(&[None, Some("abx")], Some("abx"));
+        check(&[Some("abx"), None], Some("abx"));
     }
 
     #[test]
@@ -144,7 +186,8 @@ mod tests {
                 let all = known.all().clone();
                 known.hear(&areas(names), *has_lost);
                 assert!(Arc::ptr_eq(&all, known.all()), "the same again is no news");
-                assert_eq!(known.identity(), identity_of_areas(known.all()));
+                let identity = if known.is_known() { identity_of_areas(known.all()) } else { String::new() };
+                assert_eq!(known.identity(), identity);
             }
             assert_eq!(names(&known), expected);
         }
@@ -152,6 +195,7 @@ mod tests {
         check(&[("ab", false), ("bc", true)], "bca");
         check(&[("ab", false), ("", true)], "ab");
         check(&[("ab", false), ("c", true), ("c", false)], "c");
-        check(&[("ab", true)], "ab");
+        check(&[("ab", true)], "");
+        check(&[("ab", true), ("a", false), ("ab", true)], "ab");
     }
 }

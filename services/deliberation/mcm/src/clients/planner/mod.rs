@@ -74,6 +74,8 @@ pub(crate) struct Planner {
     /// The epoch and the revision of the plan that was adopted last.
     epoch: u64,
     revision: u64,
+    /// That of all plans that ever were. A planner that has lost what it knew numbers them from the start again.
+    highest_revision: u64,
     /// The objective of the last plan.
     planned_for: Option<u32>,
 }
@@ -91,6 +93,7 @@ impl Planner {
             areas: KnownAreas::default(),
             epoch: 0,
             revision: 0,
+            highest_revision: 0,
             planned_for: None,
         }
     }
@@ -115,9 +118,14 @@ impl Planner {
         self.revision
     }
 
+    /// The highest revision of all plans that were ever adopted, also before a restart: a permission for one beyond it was never asked for.
+    pub(crate) fn highest_revision(&self) -> u64 {
+        self.highest_revision
+    }
+
     /// Continues after a restart.
-    pub(crate) fn restore_revision(&mut self, revision: u64) {
-        self.revision = revision;
+    pub(crate) fn restore_revision(&mut self, highest: u64) {
+        (self.revision, self.highest_revision) = (highest, highest);
     }
 
     /// The place in the order of the objective that a plan was adopted for last, and the epoch of that plan.
@@ -295,6 +303,7 @@ impl Planner {
     /// Flies `plan`.
     pub(crate) fn adopt(&mut self, plan: Plan) {
         (self.epoch, self.revision) = (plan.epoch, plan.revision);
+        self.highest_revision = self.highest_revision.max(plan.revision);
         self.planned_for = Some(plan.objective);
         self.flight.on(FlightEvent::Adopted(plan));
         self.request.on(RequestEvent::Adopted);
@@ -413,6 +422,11 @@ impl Planner {
     /// Takes in the planner's status. One that `has_lost` what it knew may lack areas of the mission that is flown.
     pub(crate) fn on_status(&mut self, status: PlannerStatus, has_lost: bool) {
         self.areas.hear(&status.areas, has_lost);
+        let counted = self.status.as_ref().map_or(self.epoch, |it| it.epoch);
+        if status.epoch < counted {
+            // It counts anew, as one does that has lost what it knew.
+            self.epoch = self.epoch.min(status.epoch);
+        }
         if self.newest_epoch() < status.epoch && self.epoch < status.epoch {
             let was_wait = self.withdraw_step_or_wait("the mission was changed".to_owned());
             // The wait belonged to the mission of before, so the next plan counts as a first one.
