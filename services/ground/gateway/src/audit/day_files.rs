@@ -36,8 +36,8 @@ pub(crate) struct DayFiles {
     lost: Option<PathBuf>,
     /// A write failed, and what the file ends with is not known.
     is_unsure: bool,
-    /// Why a former file could not be brought to the disk.
-    sync_failure: Option<io::Error>,
+    /// Those of former days that nobody has been asked to bring to the disk since they were written to.
+    former: Vec<File>,
 }
 
 impl DayFiles {
@@ -71,8 +71,8 @@ impl DayFiles {
         let path = path_of(folder, &newest);
         let file = file::append(&path).map_err(|cause| (path.clone(), cause))?;
         let (folder, lost) = (folder.to_owned(), None);
-        let (is_unsure, sync_failure) = (false, None);
-        let mut files = DayFiles { folder, most, day: newest, path, file, tip, begun, lost, is_unsure, sync_failure };
+        let (is_unsure, former) = (false, Vec::new());
+        let mut files = DayFiles { folder, most, day: newest, path, file, tip, begun, lost, is_unsure, former };
         files.close(utc, last, lost_of).map_err(|cause| (files.path.clone(), cause))?;
         Ok(files)
     }
@@ -108,31 +108,31 @@ impl DayFiles {
             // What was written of the last line counts as cut off, as after a restart.
             let at = CutOffAt::Write { next: record.number };
             let opened = DayFiles::open_after(&self.folder, self.most, &record.utc, at).map_err(|(_, cause)| cause)?;
-            *self = DayFiles { lost: self.lost.take(), ..opened };
+            *self = DayFiles { lost: self.lost.take(), former: std::mem::take(&mut self.former), ..opened };
         }
         let day = record.utc.get(..DAY).unwrap_or_default();
         if self.day.as_str() < day {
             let path = path_of(&self.folder, day);
-            // Nobody has the former file brought to the disk any more.
-            self.sync_failure = sync(&self.file).err();
-            (self.file, self.path, self.day) = (file::append(&path)?, path, day.to_owned());
+            let next = file::append(&path)?;
+            self.former.push(std::mem::replace(&mut self.file, next));
+            (self.path, self.day) = (path, day.to_owned());
             self.begun = Some(self.begun.unwrap_or(Begun::Day));
             self.remove_oldest();
         }
         self.write("", record)
     }
 
-    /// Why a former file could not be brought to the disk, once.
-    pub(crate) fn take_sync_failure(&mut self) -> Option<io::Error> {
-        self.sync_failure.take()
-    }
-
-    /// The newest file, to wait until the disk has it.
+    /// The newest file and those of former days that were not taken before, oldest first, to wait until the disk has them.
     ///
     /// # Errors
     /// When the system has no more file descriptors.
-    pub(crate) fn newest_file(&self) -> io::Result<File> {
-        self.file.try_clone()
+    pub(crate) fn unsynced(&self) -> io::Result<Vec<File>> {
+        self.former.iter().chain([&self.file]).map(File::try_clone).collect()
+    }
+
+    /// The disk is asked for those of former days, and they are not needed here any more.
+    pub(crate) fn close_former(&mut self) {
+        self.former.clear();
     }
 
     /// Begins the file again that is not at its path any more, or goes on with the one that is there now. What comes before

@@ -35,8 +35,8 @@ pub(super) enum Job {
 pub(super) struct Unsynced {
     /// The number of the newest record in the files.
     pub(super) number: u64,
-    /// The file of the number that was given last, and the newest one of the records.
-    pub(super) files: [File; 2],
+    /// The file of the number that was given last, and those of the records, oldest first.
+    pub(super) files: Vec<File>,
 }
 
 /// The files of the audit trail.
@@ -133,13 +133,8 @@ impl Writer {
             self.given_number = record.number;
         }
         let written = self.files.append(record).map_err(|cause| cause.to_string());
-        let (seen, failed) = (self.seen(), self.files.take_sync_failure());
-        let mut orders = lock(&self.orders);
-        // Of a former file, in which this record is not.
-        if let Some(cause) = failed {
-            orders.on_disk.failed(cause.to_string());
-        }
-        orders.written(record.number, written, seen);
+        let seen = self.seen();
+        lock(&self.orders).written(record.number, written, seen);
     }
 
     fn look(&mut self) {
@@ -168,6 +163,9 @@ impl Writer {
         if self.is_unsynced {
             // Without descriptors for them the disk has not failed: the next look tries again.
             let asked = self.unsynced().map(|it| self.is_unsynced = self.to_sync.try_send(it).is_err());
+            if !self.is_unsynced {
+                self.files.close_former();
+            }
             lock(&self.orders).on_disk.asked(asked.map_err(|cause| cause.to_string()));
         }
     }
@@ -175,16 +173,17 @@ impl Writer {
     /// What there is in the files now.
     fn unsynced(&self) -> io::Result<Unsynced> {
         // The number first: of a record that a loss of power takes it says that it is missing.
-        let files = [self.given.file()?, self.files.newest_file()?];
+        let given = self.given.file()?;
+        let files = std::iter::once(given).chain(self.files.unsynced()?).collect();
         Ok(Unsynced { number: self.files.newest_number(), files })
     }
 }
 
 /// Brings the files to the disk. It may take long, and holds up nothing.
 pub(super) fn sync_each(orders: &Mutex<Orders>, unsynced: &Receiver<Unsynced>) {
-    for Unsynced { number, files: [given, records] } in unsynced {
-        // Both, whatever becomes of the first.
-        let synced = sync(&given).and(sync(&records));
+    for Unsynced { number, files } in unsynced {
+        // All of them, whatever becomes of the first.
+        let synced = files.iter().map(sync).fold(Ok(()), Result::and);
         let mut orders = lock(orders);
         match synced {
             Ok(()) => orders.on_disk.taken(number),

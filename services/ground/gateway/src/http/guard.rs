@@ -104,10 +104,15 @@ fn identify(site: &Site, headers: &HeaderMap) -> Result<Identity, Problem> {
     let token = headers.get(AUTHORIZATION).and_then(|it| it.to_str().ok()?.strip_prefix("Bearer "));
     let valid = site.api.tokens.get();
     let found = token.and_then(|it| valid.identify(it.trim(), utc_ms_now()));
-    found.cloned().ok_or_else(|| {
-        let detail = if token.is_some() { "the token is unknown or has expired" } else { "a bearer token is needed" };
-        Problem::new(StatusCode::UNAUTHORIZED, detail).with_header(WWW_AUTHENTICATE, "Bearer")
-    })
+    found
+        .cloned()
+        .ok_or_else(|| unidentified(if token.is_some() { NO_TOKEN_OF_NOW } else { "a bearer token is needed" }))
+}
+
+const NO_TOKEN_OF_NOW: &str = "the token is unknown or has expired";
+
+fn unidentified(why: &str) -> Problem {
+    Problem::new(StatusCode::UNAUTHORIZED, why).with_header(WWW_AUTHENTICATE, "Bearer")
 }
 
 /// Checks seat, role and vehicle, and for an order key and body.
@@ -132,6 +137,10 @@ async fn authorize(
     let needs_key = is_order && route.access.needs_key();
     let id = needs_key.then(|| RequestId::read(&who.name, &parts.headers)).transpose()?;
     let body = if is_order { read_body(site, route, body).await? } else { Value::Null };
+    // The body came when its sender pleased, and the token may have been taken away meanwhile.
+    if is_order && !site.api.tokens.get().still_has(&who, utc_ms_now()) {
+        return Err(unidentified(NO_TOKEN_OF_NOW));
+    }
     Ok(AuthorizedRequest { who, caller: caller.clone(), begun, target, body, id, trace })
 }
 

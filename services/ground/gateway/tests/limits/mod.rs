@@ -18,10 +18,15 @@ fn with_limits(limits: &[(&str, &str)]) -> World {
     World::configured_with(&[&[patient], limits].concat())
 }
 
-/// An answer to a request on a connection that stays open: what has arrived once `part` is in it, or the end.
+/// An answer to a request on a connection that stays open.
 async fn ask(stream: &mut (impl AsyncRead + AsyncWrite + Unpin), path: &str, token: &str, part: &str) -> String {
     let request = format!("GET {path} HTTP/1.1\r\nhost: x\r\nauthorization: Bearer {token}\r\n\r\n");
     let _ = stream.write_all(request.as_bytes()).await;
+    read_until(stream, part).await
+}
+
+/// What has arrived once `part` is in it, or the end.
+async fn read_until(stream: &mut (impl AsyncRead + Unpin), part: &str) -> String {
     let mut seen = Vec::new();
     let reading = async {
         while !String::from_utf8_lossy(&seen).contains(part) {
@@ -119,6 +124,32 @@ async fn a_connection_whose_token_runs_out_keeps_no_seat() {
         strangers.push(served.tcp().await);
         assert!(start.elapsed() < LIMIT, "the seat is kept");
     }
+}
+
+/// Its token was valid when the order began to arrive. That the rest comes late keeps it valid no longer.
+#[tokio::test(flavor = "multi_thread")]
+async fn an_order_whose_token_runs_out_before_its_body_has_come_is_refused() {
+    let start = std::time::Instant::now();
+    let head = "POST /api/v1/vehicles/uav1/pause HTTP/1.1\r\nhost: x\r\nauthorization: Bearer brief-token\r\n\
+        idempotency-key: k\r\nconnection: close\r\nexpect: 100-continue\r\ncontent-length: 2\r\n\r\n";
+    // On a crowded machine it may have run out before it is shown.
+    let (served, mut slow) = loop {
+        let served =
+            Served::start(with_limits(&[("request_timeout_s = 5.0", "request_timeout_s = 60.0")]), false).await;
+        let mut slow = served.tcp().await;
+        slow.write_all(head.as_bytes()).await.unwrap();
+        if read_until(&mut slow, "\r\n\r\n").await.contains("100 Continue") {
+            break (served, slow);
+        }
+        assert!(start.elapsed() < LIMIT, "a token that is valid is refused");
+    };
+    while !ask(&mut served.tcp().await, VEHICLE, "brief-token", "}").await.contains(" 401 ") {
+        assert!(start.elapsed() < LIMIT, "the token does not run out");
+    }
+    slow.write_all(b"{}").await.unwrap();
+    let answer = read_to_end(&mut slow).await;
+    assert!(answer.contains(" 401 ") && answer.contains("the token is unknown or has expired"), "{answer}");
+    assert_eq!(served.world.heard(), Vec::<String>::new());
 }
 
 #[tokio::test(flavor = "multi_thread")]
