@@ -157,7 +157,7 @@ impl Oracle {
         self.stays_down.troubled(now.time, trouble);
         self.comes_back.troubled(now.time, trouble);
         // A revocation does not pass meanwhile, or late.
-        self.witness.disturbed(now.time, self.pace.wall(trouble.lasts()));
+        self.witness.disturbed(now.time, self.pace.wall(trouble.deafens_for()));
         if trouble.deaths().iter().any(|(it, _)| matches!(it, Victim::Mcm | Victim::Onboard)) {
             self.forgets_what_is_not_saved();
         }
@@ -199,7 +199,9 @@ impl Oracle {
 
     /// A process is about to be killed or stopped.
     pub fn lost(&mut self, now: Time, victim: Victim, id: u32) {
-        self.witness.disturbed(now, self.interruption);
+        if victim != Victim::Gateway {
+            self.witness.disturbed(now, self.interruption);
+        }
         self.comes_back.lost(now, victim, id);
     }
 

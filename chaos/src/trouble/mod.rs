@@ -311,6 +311,15 @@ impl Trouble {
         }
     }
 
+    /// For how much of that time somebody may be dead, hung or cut off who has to hear of a permission or to heed it.
+    pub fn deafens_for(&self) -> Duration {
+        match self {
+            // The witness hears a tower whose disk is full when everybody does, and nobody flies by what the gateway says.
+            Trouble::FullDisk(_) | Trouble::Stop(Victim::Gateway, _) => Duration::ZERO,
+            other => other.lasts(),
+        }
+    }
+
     /// Deaths of processes that it may cause; a stop may end in one, by the launcher.
     pub fn deaths(&self) -> Vec<(Victim, u32)> {
         match self {

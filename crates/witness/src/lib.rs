@@ -205,6 +205,11 @@ struct Lifting {
     is_forbidden: bool,
 }
 
+/// Whether an area may be entered by it.
+fn is_valid(permission: &v1::Permission, utc_ms: i64) -> bool {
+    permission.state() == v1::PermissionState::Granted && utc_ms < permission.expires_utc_ms
+}
+
 /// How the vehicle is inside an area.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Inside {
@@ -250,15 +255,17 @@ impl Witness {
 
     /// A request takes no grant away: a tower that has forgotten a grant asks for patience, and the grant counts until its end or until the
     /// tower decides otherwise (docs/decisions.md, "The tower's ledger is stored before it is published").
-    fn hear_of(&mut self, at: Time, permission: &v1::Permission) {
+    fn hear_of(&mut self, now: Now, permission: &v1::Permission) {
         let area = &permission.area;
-        let was_granted = self.permissions.get(area).is_some_and(|it| it.state() == v1::PermissionState::Granted);
+        let before = self.permissions.get(area);
+        let was_granted = before.is_some_and(|it| it.state() == v1::PermissionState::Granted);
+        let was_valid = before.is_some_and(|it| is_valid(it, now.utc_ms));
         match permission.state() {
             v1::PermissionState::Requested if was_granted => return,
             v1::PermissionState::Granted => drop(self.withdrawn.remove(area)),
             // An expiry is known before.
-            v1::PermissionState::Denied | v1::PermissionState::Revoked if was_granted => {
-                let known_by = at.max(self.disturbed_until) + self.limits.heeds;
+            v1::PermissionState::Denied | v1::PermissionState::Revoked if was_valid => {
+                let known_by = now.time.max(self.disturbed_until) + self.limits.heeds;
                 self.withdrawn.insert(area.clone(), known_by);
             }
             _ => {}
@@ -291,7 +298,7 @@ impl Witness {
                 self.planner_holds = !it.hold.is_empty();
             }
             Message::PermissionLedger(it) => {
-                it.permissions.iter().for_each(|it| self.hear_of(at, it));
+                it.permissions.iter().for_each(|it| self.hear_of(now, it));
             }
             Message::McmStatus(it) => {
                 self.manager = it.clone();
@@ -399,9 +406,7 @@ impl Witness {
                 continue;
             }
             let permission = self.permissions.get(&area.name);
-            let is_valid =
-                |it: &v1::Permission| it.state() == v1::PermissionState::Granted && utc_ms < it.expires_utc_ms;
-            let permitted = area.kind == AreaKind::Permission && permission.is_some_and(is_valid);
+            let permitted = area.kind == AreaKind::Permission && permission.is_some_and(|it| is_valid(it, utc_ms));
             let leave_by = || {
                 let way_out = Duration::from_secs_f64(area.distance_to_border_m(position) / LEAVING_M_S);
                 Inside::Leaves(at.max(self.disturbed_until) + self.limits.notice + way_out)

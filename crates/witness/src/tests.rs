@@ -106,6 +106,18 @@ fn a_permission_that_is_withdrawn_counts_once_the_vehicle_can_know_it() {
     /// when on somebody is away, and for how long.
     #[track_caller]
     fn check(heeds_s: u64, state: v1::PermissionState, disturbed: &[(u64, u64)], enters_s: u64, expected: &[&str]) {
+        check_until(900_000, heeds_s, state, disturbed, enters_s, expected);
+    }
+    /// The same of a permission that would have ended by itself.
+    #[track_caller]
+    fn check_until(
+        expires_utc_ms: i64,
+        heeds_s: u64,
+        state: v1::PermissionState,
+        disturbed: &[(u64, u64)],
+        enters_s: u64,
+        expected: &[&str],
+    ) {
         let limits = Limits { heeds: Duration::from_secs(heeds_s), ..Limits::default() };
         let corner = |(north_m, east_m)| Ned::new(north_m, east_m, 0.0);
         let area = Area {
@@ -124,7 +136,7 @@ fn a_permission_that_is_withdrawn_counts_once_the_vehicle_can_know_it() {
             let now = Now { time: Time::after(Duration::from_secs(second)), utc_ms: second as i64 * 1000 };
             let state = if second < 10 { Granted } else { state };
             let permission =
-                v1::Permission { area: "A".into(), state: state as i32, expires_utc_ms: 900_000, ..Default::default() };
+                v1::Permission { area: "A".into(), state: state as i32, expires_utc_ms, ..Default::default() };
             witness.take_in(now, &v1::PermissionLedger { permissions: vec![permission], ..Default::default() }.into());
             for &(at_s, for_s) in disturbed.iter().filter(|it| it.0 == second) {
                 witness.disturbed(Time::after(Duration::from_secs(at_s)), Duration::from_secs(for_s));
@@ -149,6 +161,8 @@ fn a_permission_that_is_withdrawn_counts_once_the_vehicle_can_know_it() {
     check(5, Denied, &[], 14, &["stayed 40"]);
     check(5, Revoked, &[], 15, &["entered 15"]);
     check(5, Expired, &[], 10, &["entered 10"]);
+    // It had ended by itself before.
+    check_until(9_500, 5, Revoked, &[], 10, &["entered 10"]);
     // Somebody is away when it is withdrawn, or soon after.
     check(5, Revoked, &[(8, 20)], 32, &["stayed 58"]);
     check(5, Revoked, &[(8, 20)], 33, &["entered 33"]);
