@@ -2,20 +2,22 @@
 
 use std::time::{Duration, Instant};
 
-use crate::site::{ON_BOARD, Site};
+use crate::machine::Machine;
+use crate::site::{ON_BOARD, ON_GROUND, Site};
 
-/// What may die in flight: with the simulator the vehicle itself would be gone.
-fn mortal() -> impl Iterator<Item = &'static str> {
-    ON_BOARD.into_iter().filter(|it| *it != "vehicle-sim")
+/// What may die in flight, on its machine: with the simulator the vehicle itself would be gone.
+fn mortal(site: &Site) -> impl Iterator<Item = (&Machine, &'static str)> {
+    let on_board = ON_BOARD.into_iter().filter(|it| *it != "vehicle-sim").map(|it| (&site.aircraft, it));
+    on_board.chain(ON_GROUND.into_iter().map(|it| (&site.ground, it)))
 }
 
 /// Sends a signal to a process and waits for the next one; how long that took.
 #[track_caller]
-fn lose(site: &Site, process: &str, signal: &str) -> Duration {
+fn lose(site: &Site, (machine, process): (&Machine, &str), signal: &str) -> Duration {
     site.check_flies(&format!("before {signal} to {process}"));
-    let (lost, start) = (site.aircraft.process_id(process).expect("it runs"), Instant::now());
-    site.aircraft.run(&format!("kill -{signal} {lost}"));
-    site.aircraft.wait_for_another(process, Some(lost));
+    let (lost, start) = (machine.process_id(process).expect("it runs"), Instant::now());
+    machine.run(&format!("kill -{signal} {lost}"));
+    machine.wait_for_another(process, Some(lost));
     start.elapsed()
 }
 
@@ -25,9 +27,11 @@ fn whatever_is_killed_in_flight_is_started_again_with_the_files_that_were_checke
     let site = Site::start("killed", 4);
     let machine = &site.aircraft;
     site.wait_for_flight();
-    machine.run("cd /etc/kittiwake/config && echo 'half a line' >kittiwake.toml && rm -r trees");
-    for process in mortal() {
-        let took = lose(&site, process, "KILL");
+    for machine in [&site.aircraft, &site.ground] {
+        machine.run("cd /etc/kittiwake/config && echo 'half a line' >kittiwake.toml && rm -r trees");
+    }
+    for (machine, process) in mortal(&site) {
+        let took = lose(&site, (machine, process), "KILL");
         eprintln!("{process}: ready again {took:.2?} after kill -9");
         assert_eq!(machine.property(process, "NRestarts"), "1", "{process}\n{}", machine.journal());
     }
@@ -49,13 +53,13 @@ fn whatever_is_killed_in_flight_is_started_again_with_the_files_that_were_checke
 fn whatever_hangs_in_flight_is_killed_by_the_watchdog_and_the_mission_is_achieved() {
     let site = Site::start("hung", 2);
     site.wait_for_flight();
-    for process in mortal() {
-        let took = lose(&site, process, "STOP");
+    for (machine, process) in mortal(&site) {
+        let took = lose(&site, (machine, process), "STOP");
         eprintln!("{process}: ready again {took:.2?} after it hung");
         // It died by the watchdog's first signal: the second would come `TimeoutStopSec` later.
         for told in ["Watchdog timeout (limit 3s)!", "status=6/ABRT", "Failed with result 'watchdog'"] {
             let unit = format!("kittiwake@{process}.service: ");
-            let journal = site.aircraft.journal();
+            let journal = machine.journal();
             assert!(journal.lines().any(|it| it.contains(&unit) && it.contains(told)), "{told} is not in:\n{journal}");
         }
     }
