@@ -1,7 +1,7 @@
 //! The time since the mission was begun, which goes on over a restart of the process.
 //!
 //! While a process runs, its monotonic clock counts. What passed before its start is the difference in UTC to when the mission was
-//! begun, which is persisted, and moves with a wall clock that is set. Nothing is decided by this time: it is told.
+//! begun, which is persisted, and by how much the wall clock was set since. Nothing is decided by this time: it is told.
 
 use std::time::Duration;
 
@@ -13,17 +13,20 @@ const STEP_MS: u64 = 1000;
 /// Counts the time of one mission.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct MissionClock {
-    /// In milliseconds since the Unix epoch, by the wall clock as it is now; 0 before the first moment.
+    /// In milliseconds since the Unix epoch, by the wall clock as it was then; 0 before the first moment. It tells one mission from another.
     began_utc_ms: i64,
+    /// By how much the wall clock was set since.
+    set_by_ms: i64,
     /// Seconds that had passed at the zero of this process's clock, negative for a mission that was begun later; `None` before the
     /// first moment.
     before_s: Option<f64>,
 }
 
 impl MissionClock {
-    /// Goes on with a mission that was begun then; 0: nothing is known of it.
-    pub(crate) fn of_mission_begun(utc_ms: i64) -> MissionClock {
-        MissionClock { began_utc_ms: utc_ms, before_s: None }
+    /// Goes on with a mission that was begun then; 0: nothing is known of it. The wall clock was set by `set_by_ms` between that and the end of the
+    /// process before.
+    pub(crate) fn of_mission_begun(utc_ms: i64, set_by_ms: i64) -> MissionClock {
+        MissionClock { began_utc_ms: utc_ms, set_by_ms, before_s: None }
     }
 
     /// Notices the process's first moment, and a step of the wall clock, so that it counts for no process after this one either.
@@ -31,9 +34,9 @@ impl MissionClock {
         if self.before_s.is_some() {
             let passed = Duration::try_from_secs_f64(self.go_on(now.time.as_secs_f64())).unwrap_or_default();
             let passed_ms = i64::try_from(pace.to_wall(passed).as_millis()).unwrap_or(i64::MAX);
-            let began_utc_ms = now.utc_ms.saturating_sub(passed_ms);
-            if STEP_MS < began_utc_ms.abs_diff(self.began_utc_ms) {
-                self.began_utc_ms = began_utc_ms;
+            let set_by_ms = now.utc_ms.saturating_sub(passed_ms).saturating_sub(self.began_utc_ms);
+            if STEP_MS < set_by_ms.abs_diff(self.set_by_ms) {
+                self.set_by_ms = set_by_ms;
             }
             return;
         }
@@ -41,19 +44,26 @@ impl MissionClock {
             self.began_utc_ms = now.utc_ms;
         }
         // A machine whose clock was set back since tells no negative time.
-        let since_ms = u64::try_from(now.utc_ms.saturating_sub(self.began_utc_ms)).unwrap_or(0);
+        let begun_utc_ms = self.began_utc_ms.saturating_add(self.set_by_ms);
+        let since_ms = u64::try_from(now.utc_ms.saturating_sub(begun_utc_ms)).unwrap_or(0);
         let before = pace.wall(Duration::from_millis(since_ms)).saturating_sub(now.time.since_start());
         self.before_s = Some(before.as_secs_f64());
     }
 
     /// Another mission is begun now.
     pub(crate) fn begin(&mut self, now: Now) {
-        *self = MissionClock { began_utc_ms: now.utc_ms, before_s: Some(-now.time.as_secs_f64()) };
+        let before_s = Some(-now.time.as_secs_f64());
+        *self = MissionClock { began_utc_ms: now.utc_ms, set_by_ms: 0, before_s };
     }
 
-    /// When the mission was begun, in milliseconds since the Unix epoch.
+    /// When the mission was begun, in milliseconds since the Unix epoch, by the wall clock as it was then.
     pub(crate) fn began_utc_ms(self) -> i64 {
         self.began_utc_ms
+    }
+
+    /// By how many milliseconds the wall clock was set since.
+    pub(crate) fn set_by_ms(self) -> i64 {
+        self.set_by_ms
     }
 
     /// Seconds since then, of seconds since the start of this process.
@@ -74,7 +84,7 @@ mod tests {
     /// A process that starts with `began` and is `s` seconds old at its first moment: the mission's seconds then and 5 s later.
     #[track_caller]
     fn check(began: i64, first: Now, speed: f64, expected: (f64, f64)) {
-        let mut clock = MissionClock::of_mission_begun(began);
+        let mut clock = MissionClock::of_mission_begun(began, 0);
         let pace = Pace::new(speed).unwrap();
         clock.pass(first, pace);
         // A step of the wall clock while it runs changes nothing.
@@ -104,10 +114,11 @@ mod tests {
     fn a_clock_that_was_set_counts_for_no_process_after_this_one() {
         const NOON: i64 = 1_800_000_000_000;
         for step_ms in [-3_600_000, 0, 3_600_000] {
-            let mut clock = MissionClock::of_mission_begun(NOON);
+            let mut clock = MissionClock::of_mission_begun(NOON, 0);
             clock.pass(now(0, NOON + 30_000), Pace::REAL_TIME);
             clock.pass(now(10, NOON + 40_000 + step_ms), Pace::REAL_TIME);
-            let mut next = MissionClock::of_mission_begun(clock.began_utc_ms());
+            assert_eq!(clock.began_utc_ms(), NOON, "it is no other mission");
+            let mut next = MissionClock::of_mission_begun(NOON, clock.set_by_ms());
             next.pass(now(0, NOON + 45_000 + step_ms), Pace::REAL_TIME);
             assert_eq!(next.go_on(0.0), 45.0, "after a step by {step_ms} ms");
         }

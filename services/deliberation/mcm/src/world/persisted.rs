@@ -66,6 +66,7 @@ impl World {
             ended_epoch: self.mission.ended_epoch.unwrap_or_default(),
             ended_at_epoch: self.mission.ended_epoch,
             began_utc_ms: self.clock.began_utc_ms(),
+            clock_set_by_ms: self.clock.set_by_ms(),
             tower_start: self.permissions.tower_start(),
             flying: self.was_flying,
             lands_by_plan: self.was_flying && self.landing_by_plan().is_some(),
@@ -111,7 +112,7 @@ impl World {
         if !is_of_another {
             self.planner.restore_planned_for(memory.planned_for, memory.plan_epoch);
         }
-        self.clock = MissionClock::of_mission_begun(memory.began_utc_ms);
+        self.clock = MissionClock::of_mission_begun(memory.began_utc_ms, memory.clock_set_by_ms);
         self.mission.started_s = memory.started_s.filter(|it| it.is_finite());
         self.operator = Operator::restored(memory.started, landing_site, overriding);
         self.remembered_sites = sites;
