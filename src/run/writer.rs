@@ -1,6 +1,7 @@
 //! A thread that saves the newest state of a service, so that the loop of the service never waits for a disk.
 //!
-//! States that are replaced before their turn are not written. A state that could not be saved is tried again every second.
+//! States that are replaced before their turn are not written. A state that could not be saved is tried again every second. The newest one is
+//! saved a second time, so that no order is lost with one of the two files.
 
 #![expect(clippy::disallowed_methods, reason = "the disk is on the wall clock")]
 
@@ -131,6 +132,9 @@ impl Shared {
             drop(jobs);
             self.changed.notify_all();
             wake();
+            if is_saved && self.lock().newest.is_none() {
+                store.save_again(&state);
+            }
             failed = (!is_saved).then_some((number, state));
         }
     }

@@ -89,6 +89,42 @@ fn a_medium_that_never_works_again_keeps_the_old_state() {
 }
 
 #[test]
+fn what_was_saved_twice_outlives_either_file_and_a_second_time_that_fails_takes_nothing_away() {
+    let saved = || {
+        let (mut store, _) = open(Files::new());
+        (1..=SAVES).for_each(|it| store.save(&[it]).unwrap());
+        store
+    };
+    let operations = {
+        let mut store = saved();
+        let before = store.medium.operations;
+        store.save_again(&[SAVES]);
+        let made = store.medium.operations - before;
+        store.save_again(&[SAVES]);
+        assert_eq!(store.medium.operations - before, made, "twice is enough");
+        for file in ["mcm.0", "mcm.1"] {
+            let mut files = store.medium.durable.clone();
+            files.insert(file.to_owned(), b"garbled".to_vec());
+            assert_eq!(read(files), Some((SAVES, false)), "without {file}");
+        }
+        made
+    };
+    assert!(0 < operations);
+    for k in 1..=operations {
+        for failure in FAILURES {
+            let mut store = saved();
+            store.medium.fails = Some((store.medium.operations + k, 1, failure));
+            store.save_again(&[SAVES]);
+            for (what, files) in [("killed", &store.medium.files), ("powerless", &store.medium.durable)] {
+                assert_eq!(read(files.clone()), Some((SAVES, true)), "{what} after operation {k} failed ({failure:?})");
+            }
+            store.save(&[100]).unwrap();
+            assert_eq!(read(store.medium.durable.clone()), Some((100, true)), "operation {k}, {failure:?}");
+        }
+    }
+}
+
+#[test]
 fn a_repair_that_is_interrupted_anywhere_still_tells_that_something_was_lost() {
     let (mut store, _) = open(Files::new());
     (1..=4).for_each(|it| store.save(&[it]).unwrap());
