@@ -61,7 +61,8 @@ impl TryFrom<v1::Ned> for Ned {
     type Error = InvalidMessage;
     fn try_from(it: v1::Ned) -> Result<Ned, InvalidMessage> {
         let ned = Ned::new(it.north_m, it.east_m, it.down_m);
-        if ned.is_sound() { Ok(ned) } else { Err(out_of_range("position", ned, "metres within 1,000 km")) }
+        let expected = "metres within 1,000 km";
+        if ned.is_sound() { Ok(ned) } else { Err(unsound("position", [it.north_m, it.east_m, it.down_m], expected)) }
     }
 }
 
@@ -75,7 +76,12 @@ impl TryFrom<v1::NedVelocity> for NedVelocity {
     type Error = InvalidMessage;
     fn try_from(it: v1::NedVelocity) -> Result<NedVelocity, InvalidMessage> {
         let velocity = NedVelocity::new(it.north_m_s, it.east_m_s, it.down_m_s);
-        if velocity.is_sound() { Ok(velocity) } else { Err(out_of_range("velocity", velocity, "below 1,000 m/s")) }
+        let expected = "below 1,000 m/s";
+        if velocity.is_sound() {
+            Ok(velocity)
+        } else {
+            Err(unsound("velocity", [it.north_m_s, it.east_m_s, it.down_m_s], expected))
+        }
     }
 }
 
@@ -209,6 +215,10 @@ pub(crate) fn positive(field: &'static str, value: f64) -> Result<f64, InvalidMe
 
 fn out_of_range(field: &'static str, value: impl std::fmt::Debug, expected: &'static str) -> InvalidMessage {
     InvalidMessage::OutOfRange { field, value: format!("{value:?}"), expected }
+}
+
+fn unsound(field: &'static str, [north, east, down]: [f64; 3], expected: &'static str) -> InvalidMessage {
+    InvalidMessage::OutOfRange { field, value: format!("north {north:?}, east {east:?}, down {down:?}"), expected }
 }
 
 /// `text` if it is not empty.

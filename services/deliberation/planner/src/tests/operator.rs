@@ -170,7 +170,7 @@ fn what_makes_no_sense_changes_nothing() {
     refused(insert(1, "x", 2e5), "objective `x` is farther than 100000 m from the origin, or higher than 10000 m");
     refused(
         insert(1, "x", f64::NAN),
-        "`objective.position`: `position` is Ned { north_m: 0.0, east_m: NaN, down_m: -10.0 }, expected metres within 1,000 km",
+        "`objective.position`: `position` is north 0.0, east NaN, down -10.0, expected metres within 1,000 km",
     );
     refused(Ask::Insert(v1::InsertObjective::default()), "`objective` is missing");
 }

@@ -94,7 +94,7 @@ fn an_invalid_sample_counts_as_none() {
     assert!(rig.last().local_position.unwrap().position.unwrap().north_m.is_finite());
     assert_eq!(rig.last().ages.unwrap().local_position_s, Some(1.01));
     assert_eq!(rig.refused.len(), 100, "each is refused");
-    let position = "Ned { north_m: NaN, east_m: 0.0, down_m: 0.0 }";
+    let position = "north NaN, east 0.0, down 0.0";
     let expected = format!("fmu/out/vehicle_local_position: `position` is {position}, expected metres within 1,000 km");
     assert_eq!(rig.refused[0], expected);
 }

@@ -203,7 +203,7 @@ fn an_invalid_message_changes_nothing_and_is_reported() {
     assert_eq!(
         rig.refused,
         [
-            "fmu/out/vehicle_local_position: `position` is Ned { north_m: NaN, east_m: 0.0, down_m: 0.0 }, \
+            "fmu/out/vehicle_local_position: `position` is north NaN, east 0.0, down 0.0, \
              expected metres within 1,000 km",
             "fmu/out/vehicle_command_ack: `result` is missing",
         ]

@@ -54,13 +54,13 @@ fn half_of_the_stream_is_no_proof_of_life_and_neither_is_an_invalid_one() {
     let refused = "fmu/in/offboard_control_mode: `control` is missing";
     check(v1::OffboardControl::Unspecified, sound, refused);
     let position = Some(v1::Ned { north_m: f64::NAN, ..Default::default() });
-    let nan = "Ned { north_m: NaN, east_m: 0.0, down_m: 0.0 }";
+    let nan = "north NaN, east 0.0, down 0.0";
     let refused = format!("fmu/in/trajectory_setpoint: `position` is {nan}, expected metres within 1,000 km");
     check(v1::OffboardControl::Position, v1::TrajectorySetpoint { position, ..sound }, &refused);
     let refused = "fmu/in/trajectory_setpoint: `speed_limit_m_s` is -1.0, expected more than zero";
     check(v1::OffboardControl::Position, v1::TrajectorySetpoint { speed_limit_m_s: Some(-1.0), ..sound }, refused);
     let velocity = Some(NedVelocity::new(f64::INFINITY, 0.0, 0.0).into());
-    let infinite = "NedVelocity { north_m_s: inf, east_m_s: 0.0, down_m_s: 0.0 }";
+    let infinite = "north inf, east 0.0, down 0.0";
     let refused = format!("fmu/in/trajectory_setpoint: `velocity` is {infinite}, expected below 1,000 m/s");
     check(v1::OffboardControl::Velocity, v1::TrajectorySetpoint { velocity, ..Default::default() }, &refused);
     let both = v1::TrajectorySetpoint { velocity: Some(v1::NedVelocity::default()), ..sound };
