@@ -122,9 +122,9 @@ impl World {
                 let areas = self.planner.areas().clone();
                 let memory = status.memory.clone().unwrap_or_default();
                 let memory = memory.into();
-                let has_lost = self.has_planner_lost(&memory);
                 let status = PlannerStatus::try_from(status)?;
                 let plans = status.revision;
+                let has_lost = self.has_planner_lost(&memory, plans);
                 self.planner.on_status(status, has_lost);
                 self.note_ended_epoch();
                 if !std::sync::Arc::ptr_eq(&areas, self.planner.areas()) {

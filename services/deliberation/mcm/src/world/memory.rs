@@ -89,14 +89,19 @@ impl World {
 
     /// The outcome of the newest attempt to save.
     pub(crate) fn memory_written(&mut self, outcome: Result<(), String>, loss: Option<u64>) {
+        let had_lost = self.memory.own.loss.is_some();
         self.memory.own.written(outcome, loss);
+        if !had_lost && self.memory.own.loss.is_some() {
+            self.planner.known_areas_mut().doubt_memory();
+        }
         self.show_memory();
     }
 
-    /// Whether a planner with such a memory has lost what it knew, or may have begun anew with another mission file, and no operator has
+    /// Whether a planner with such a memory, which has made so many plans, has lost what it knew, or may have begun anew, and no operator has
     /// accepted that.
-    pub(super) fn has_planner_lost(&self, health: &MemoryHealth) -> bool {
-        self.memory.is_planner_in_doubt || self.memory.unaccepted(health).is_some()
+    pub(super) fn has_planner_lost(&self, health: &MemoryHealth, plans: u64) -> bool {
+        let knows_nothing = self.memory.own.loss.is_some() && plans == 0;
+        knows_nothing || self.memory.is_planner_in_doubt || self.memory.unaccepted(health).is_some()
     }
 
     /// The planner tells about its memory, and how many plans it has made. A manager that remembers nothing while its planner has made plans
@@ -119,6 +124,9 @@ impl World {
         let is_known = std::mem::replace(&mut self.memory.is_known, true);
         if !is_known && self.is_flying() {
             let why = "there is none, but the vehicle is in the air".to_owned();
+            if self.planner.has_made_no_plan() {
+                self.planner.known_areas_mut().forget();
+            }
             self.memory_lost(MemoryLoss { id: self.planner.instance().max(1), why });
         }
         if std::mem::take(&mut self.memory.is_of_another) && !self.is_flying() {
@@ -138,6 +146,8 @@ impl World {
         self.memory.own.loss = None;
         (self.memory.is_settled, self.memory.is_known, self.memory.is_planner_in_doubt) = (true, true, false);
         self.memory.accepted = self.memory.planner.loss.as_ref().map_or(self.memory.accepted, |it| it.id);
+        self.planner.believe_areas();
+        self.airspace_watch.invalidate();
         self.show_memory();
         Ok(())
     }

@@ -215,8 +215,8 @@ impl World {
         };
         Ok(match self.responder().filter(|it| !is_over(it)) {
             None if is_frame_forgotten => {
-                let unknown =
-                    "whether the local frame moved meanwhile is not known: see that the vehicle is where it is shown";
+                let unknown = "an order of before, such as an abort, may be forgotten, and whether the local frame moved \
+                               meanwhile is not known: see that the vehicle is where it is shown";
                 format!("goes on with a new plan; {unknown}")
             }
             None => "goes on with a new plan".into(),
@@ -273,7 +273,7 @@ impl World {
     }
 
     fn land_at(&mut self, request: v1::LandAt, order: Order) -> Outcome {
-        let site = landing_site(request).map_err(|invalid| format!("`position`: {invalid}"))?;
+        let site = landing_site(request).map_err(|invalid| invalid.to_string())?;
         if FARTHEST_M < site.horizontal_distance_m(Ned::default()) {
             return Err(format!("the site is farther than {FARTHEST_M} m from the origin"));
         }
@@ -357,6 +357,7 @@ impl World {
         for other in ORDERS {
             if other != flag && self.flags.is_up(other) {
                 self.lower(other);
+                self.operator.landing_site.take_if(|_| other == LAND);
                 self.say("operator", format!("`{other}` is replaced by `{flag}`"));
             }
         }

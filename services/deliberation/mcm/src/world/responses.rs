@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use domain::contingency::{Action, Clears, Phase, Raised, Severity, Then, responder};
+use domain::contingency::{Action, Clears, OPERATOR_LAND, Phase, Raised, Severity, Then, responder};
 use domain::decision::{DecisionKind, Rejected};
 use domain::geometry::Ned;
 use domain::mission::MissionOutcome;
@@ -413,7 +413,7 @@ impl World {
         let Some(vehicle) = self.vehicle.filter(|it| !it.flying && row.severity() == Severity::Return) else {
             return String::new();
         };
-        let (place, words) = match self.landing_site().filter(|_| is_order(&row.flag)) {
+        let (place, words) = match self.landing_site().filter(|_| row.flag == OPERATOR_LAND) {
             Some(site) => (site, "the ordered place"),
             None => (Ned::default(), "home"),
         };

@@ -316,6 +316,9 @@ fn the_mission_does_not_end_on_the_ground_as_long_as_nobody_says_that_it_is_ther
         rig.end(&land, Rejected, "no");
     }
     assert_eq!(rig.story(), "start land\nstart land");
+    // The planner knows the mission that is flown.
+    let plan = Some(v1::Plan { revision: 1, ..Default::default() });
+    rig.say(v1::PlannerStatus { plan, ..Default::default() });
     rig.vehicle(true, Loiter, (0.0, 40.0, 10.0));
     rig.wait(0.6);
     assert_eq!(rig.story(), "start fly 0 40 15");

@@ -230,7 +230,7 @@ fn a_landing_site_that_makes_no_sense_is_refused() {
         assert_eq!(rig.story(), "");
     }
     refused(Verb::LandAt(v1::LandAt::default()), "`position` is missing");
-    refused(land_at(f64::NAN, 0.0), "`position`: ");
+    refused(land_at(f64::NAN, 0.0), "`position` is north NaN, east 0.0, down 0.0, expected ");
     refused(land_at(0.0, 2e5), "the site is farther than 100000 m from the origin");
 }
 
@@ -490,6 +490,17 @@ fn nobody_decides_and_the_default_counts() {
     assert_eq!(rig.story(), "start stop");
 }
 
+/// The place of an order that another one has replaced counts for nothing any more.
+#[test]
+fn a_return_after_an_order_to_another_place_ends_at_home() {
+    let mut rig = ordered(land_at(0.0, 80.0));
+    assert!(rig.command(Verb::Return(v1::ReturnHome { overrides: false })).done);
+    rig.vehicle(false, Land, (0.0, 0.0, 0.0));
+    rig.wait(20.0);
+    let report = rig.status().report.expect("it stands, and a return ends the mission");
+    assert_eq!(report.reason, "`operator_return`: ordered by anna");
+}
+
 #[test]
 fn only_replannings_wait_if_the_policy_says_so() {
     let mut rig = proposed("each-replanning");
@@ -527,8 +538,10 @@ fn only_replannings_wait_if_the_policy_says_so() {
     rig.plan(v1::replan_reply::Reply::Plan(next));
     rig.say(v1::PlannerStatus { epoch: 1, ..Default::default() });
     assert!(rig.status().plan_approval.is_some());
-    // A planner that has lost what it knew counts missions from zero again: what waits goes with its mission all the same.
+    // A planner that has lost what it knew counts missions from zero again, and does not know the plan that waits. So with the next one.
     rig.say(v1::PlannerStatus::default());
+    assert!(rig.status().plan_approval.is_none());
+    rig.plan(again());
     assert!(rig.status().plan_approval.is_some());
     rig.say(v1::PlannerStatus { epoch: 1, ..Default::default() });
     assert!(rig.status().plan_approval.is_none());

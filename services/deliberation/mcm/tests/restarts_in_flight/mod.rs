@@ -127,6 +127,16 @@ fn who_remembers_nothing_and_finds_the_vehicle_in_the_air_holds() {
     rig.vehicle(true, Loiter, (0.0, 50.0, 10.0));
     rig.wait(1.0);
     assert_eq!((rig.story(), flags(&mut rig)), ("start stop".into(), vec!["memory_unusable".into()]));
+    // The planner has made no plan either, so its areas may be those of another mission.
+    rig.execute();
+    rig.command(Verb::Return(v1::ReturnHome { overrides: false }));
+    rig.say(v1::PlannerStatus::default());
+    rig.wait(20.0);
+    assert_eq!(rig.story(), "start stop, giving up 1");
+    rig.execute();
+    assert!(rig.command(RESUME).done);
+    rig.wait(2.5);
+    assert_eq!(rig.story(), "start fly 0 50 15, giving up 2", "it climbs first");
 }
 
 #[test]

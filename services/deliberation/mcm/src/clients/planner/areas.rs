@@ -57,11 +57,17 @@ impl KnownAreas {
         self.identity = identity;
     }
 
-    /// The memory is lost, or not the newest one: what is known from there may have been other areas since.
+    /// The memory is lost, or not the newest one: there may have been other areas since than those that it names.
     pub(crate) fn doubt_memory(&mut self) {
-        if self.from == KnownFrom::Memory {
-            (self.all, self.from) = (Arc::default(), KnownFrom::Nowhere);
+        if self.from != KnownFrom::Planner {
+            self.forget();
         }
+    }
+
+    /// Whoever told them may not know the mission that is flown.
+    pub(crate) fn forget(&mut self) {
+        (self.all, self.from) = (Arc::default(), KnownFrom::Nowhere);
+        self.identity.clear();
     }
 
     /// The planner tells its areas. One that `has_lost` what it knew may have those of another mission: what was known stays as well, and for who
@@ -156,24 +162,44 @@ mod tests {
 
     #[test]
     fn what_is_known_from_a_memory_is_not_once_that_is_lost_and_what_the_planner_tells_is() {
-        /// Known after a restart and these events: a planner has told those, and has lost nothing; or the memory turns out to be lost.
+        #[derive(Clone, Copy)]
+        enum Then {
+            /// It turns out to be lost.
+            Doubt,
+            /// The manager is started once more.
+            Restart,
+            /// A planner tells these, and has lost what it knew or has not.
+            Hear(&'static str, bool),
+        }
+        use Then::{Doubt, Hear, Restart};
+        /// Known after a restart over a memory that names the areas of the file, and what comes then.
         #[track_caller]
-        fn check(events: &[Option<&str>], expected: Option<&str>) {
-            let mut known = KnownAreas::default();
-            known.expect(&areas("ab"));
-            known.restore(identity_of_areas(&areas("ab")));
+        fn check(events: &[Then], expected: Option<&str>) {
+            let begun = |identity: String| {
+                let mut known = KnownAreas::default();
+                known.expect(&areas("ab"));
+                known.restore(identity);
+                known
+            };
+            let mut known = begun(identity_of_areas(&areas("ab")));
             for event in events {
-                match event {
-                    Some(told) => known.hear(&areas(told), false),
-                    None => known.doubt_memory(),
+                match *event {
+                    Doubt => known.doubt_memory(),
+                    Restart => known = begun(known.identity().to_owned()),
+                    Hear(told, has_lost) => known.hear(&areas(told), has_lost),
                 }
             }
             assert_eq!(known.is_known().then(|| names(&known)).as_deref(), expected);
         }
         check(&[], Some("ab"));
-        check(&[None], None);
-        check(&[None, Some("abx")], Some("abx"));
-        check(&[Some("abx"), None], Some("abx"));
+        check(&[Restart], Some("ab"));
+        check(&[Doubt], None);
+        check(&[Doubt, Restart], None);
+        check(&[Doubt, Hear("ab", true)], None);
+        check(&[Doubt, Restart, Hear("ab", true)], None);
+        check(&[Doubt, Hear("abx", false)], Some("abx"));
+        check(&[Hear("abx", false), Doubt], Some("abx"));
+        check(&[Hear("abx", false), Restart, Doubt, Hear("abx", true)], None);
     }
 
     #[test]

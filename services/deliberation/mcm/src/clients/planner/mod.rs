@@ -424,8 +424,11 @@ impl Planner {
         self.areas.hear(&status.areas, has_lost);
         let counted = self.status.as_ref().map_or(self.epoch, |it| it.epoch);
         if status.epoch < counted {
-            // It counts anew, as one does that has lost what it knew.
+            // It counts anew, as one does that has lost what it knew: also the plan that waits for approval.
             self.epoch = self.epoch.min(status.epoch);
+            if self.request.proposal().is_some() {
+                self.request.on(RequestEvent::Withdrawn);
+            }
         }
         if self.newest_epoch() < status.epoch && self.epoch < status.epoch {
             let was_wait = self.withdraw_step_or_wait("the mission was changed".to_owned());
@@ -433,6 +436,18 @@ impl Planner {
             self.planned_for = self.planned_for.filter(|_| !was_wait);
         }
         self.status = Some(status);
+    }
+
+    /// An operator goes on with what the planner knows.
+    pub(crate) fn believe_areas(&mut self) {
+        if let Some(status) = &self.status {
+            self.areas.hear(&status.areas, false);
+        }
+    }
+
+    /// Whether the planner was heard, and has made no plan for anybody.
+    pub(crate) fn has_made_no_plan(&self) -> bool {
+        self.status.as_ref().is_some_and(|it| it.revision == 0)
     }
 
     /// Whether by the planner's status every objective has reached its final state.
