@@ -69,8 +69,11 @@ fn loss(persisted: &Persisted<Planner>) -> Option<String> {
     persisted.service.memory().loss.map(|it| it.why)
 }
 
-/// A disk of which a test decides what happens with each write.
-struct Gate(Receiver<io::Result<()>>);
+/// A disk of which a test decides what happens with each state. What it has written it writes a second time without being asked.
+struct Gate {
+    verdicts: Receiver<io::Result<()>>,
+    written: Vec<u8>,
+}
 
 impl Medium for Gate {
     fn prepare(&mut self) -> io::Result<()> {
@@ -85,9 +88,16 @@ impl Medium for Gate {
         Ok(None)
     }
 
-    fn write(&mut self, _: &str, _: &[u8]) -> io::Result<()> {
+    fn write(&mut self, _: &str, record: &[u8]) -> io::Result<()> {
+        // After the lines of the header, of which one is the generation.
+        let state = record.split(|it| *it == b'\n').next_back().unwrap_or_default();
+        if state == self.written {
+            return Ok(());
+        }
         // Open once the test lets go of it.
-        self.0.recv().unwrap_or(Ok(()))
+        self.verdicts.recv().unwrap_or(Ok(()))?;
+        self.written = state.to_owned();
+        Ok(())
     }
 
     fn rename(&mut self, _: &str, _: &str) -> io::Result<()> {
@@ -110,12 +120,11 @@ impl Medium for Gate {
 /// A service over a gate, through which the first state has gone.
 fn gated<N: Resumable>(service: N) -> (Persisted<N>, Sender<io::Result<()>>, Receiver<()>) {
     #[expect(clippy::disallowed_methods, reason = "a handful of verdicts")]
-    let (verdicts, gate) = mpsc::channel();
+    let (verdicts, received) = mpsc::channel();
     let (wake, woken): (SyncSender<()>, _) = mpsc::sync_channel(1);
-    // The first state is written twice.
     verdicts.send(Ok(())).unwrap();
-    verdicts.send(Ok(())).unwrap();
-    let open = || Store::over(Gate(gate), "service", "uav1", VERSION);
+    let gate = Gate { verdicts: received, written: Vec::new() };
+    let open = || Store::over(gate, "service", "uav1", VERSION);
     let persisted = Persisted::new(service, 1, open, move || _ = wake.try_send(())).unwrap();
     assert_eq!(persisted.outcome, Some(Ok(())));
     (persisted, verdicts, woken)
