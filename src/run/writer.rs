@@ -1,7 +1,7 @@
 //! A thread that saves the newest state of a service, so that the loop of the service never waits for a disk.
 //!
-//! States that are replaced before their turn are not written. A state that could not be saved is tried again every second. The newest one is
-//! saved a second time, so that no order is lost with one of the two files.
+//! States that are replaced before their turn are not written. A state that could not be saved is tried again every second. A saved state that
+//! is still the newest is saved into the other file too, so that no order is lost with one of them.
 
 #![expect(clippy::disallowed_methods, reason = "the disk is on the wall clock")]
 

@@ -2,8 +2,9 @@
 //!
 //! The last two generations of the state are kept, each in a file of its own with a checksum, a format version and the
 //! name of its owner. A new generation is written to a temporary file, synced and renamed over the older one, so at
-//! every moment one complete generation is on the disk. Where there is time for it, the other one is made the same
-//! ([`Store::save_again`]). Reading takes the newest good generation and says whether a newer one may be lost: [`Loaded::Behind`] and [`Loaded::Unusable`] are never the same as [`Loaded::Nothing`].
+//! every moment one complete generation is on the disk. [`Store::save_again`] makes the other one the same. Reading takes
+//! the newest good generation and says whether a newer one may be lost: [`Loaded::Behind`] and [`Loaded::Unusable`] are
+//! never the same as [`Loaded::Nothing`].
 //!
 //! Nothing is written without the lock, also not where the folder was replaced and with it the lock, and nothing into what belongs to
 //! another owner. A file that cannot be used is renamed before its name is used again, not removed.
@@ -97,8 +98,8 @@ pub struct Store<M = Folder> {
     slots: [Content; 2],
     behind: Content,
     is_locked: bool,
-    /// Both generations are what was saved last.
-    is_twice: bool,
+    /// Both generations hold what was saved last.
+    is_in_both: bool,
 }
 
 impl Store {
@@ -142,8 +143,8 @@ impl<M: Medium> Store<M> {
             Some(Err(_)) | None => false,
         };
         let (slots, behind) = Default::default();
-        let (generation, is_twice) = (0, false);
-        let mut store = Store { medium, name, owner, version, generation, slots, behind, is_locked, is_twice };
+        let (generation, is_in_both) = (0, false);
+        let mut store = Store { medium, name, owner, version, generation, slots, behind, is_locked, is_in_both };
         let loaded = match prepared {
             Ok(()) => store.load(),
             Err(cause) => Loaded::Unusable(Trouble::of_writing(store.medium.path(""), &cause)),
@@ -203,7 +204,7 @@ impl<M: Medium> Store<M> {
     /// [`Loaded::Behind`] says so to the next process unless the medium refuses even to rename a file. It may be tried
     /// again at any time.
     pub fn save(&mut self, contents: &[u8]) -> Result<(), Trouble> {
-        self.is_twice = false;
+        self.is_in_both = false;
         let saved = self.write(contents).and_then(|()| {
             // After the first generation and after a repair, the second file is written as well: from then on a
             // missing file means a loss.
@@ -211,7 +212,7 @@ impl<M: Medium> Store<M> {
                 return Ok(());
             }
             self.write(contents)?;
-            self.is_twice = true;
+            self.is_in_both = true;
             Ok(())
         });
         if saved.is_err() {
@@ -220,11 +221,11 @@ impl<M: Medium> Store<M> {
         saved
     }
 
-    /// Saves once more what was saved last, as the next generation, unless both generations are that already: whichever of the two files is
-    /// lost then, what it says is not. Where this does not work, what was saved is there all the same.
+    /// Saves what was saved last as the next generation too, unless both generations hold it already. Either file may be lost then. If this
+    /// fails, the first copy is still there.
     pub fn save_again(&mut self, contents: &[u8]) {
-        if !self.is_twice {
-            self.is_twice = self.write(contents).is_ok();
+        if !self.is_in_both {
+            self.is_in_both = self.write(contents).is_ok();
         }
     }
 

@@ -180,6 +180,19 @@ fn a_generation_that_is_garbled_is_a_loss_and_the_one_before_is_used() {
 }
 
 #[test]
+fn an_order_outlives_either_file_of_the_state() {
+    for file in ["planner.0", "planner.1"] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut first = in_folder(folder.path()).unwrap();
+        upload(&mut first);
+        drop(first);
+        std::fs::write(folder.path().join(file), "garbled").unwrap();
+        let second = in_folder(folder.path()).unwrap();
+        assert_eq!((mission(&second), loss(&second).is_some()), ("other".into(), true), "without {file}");
+    }
+}
+
+#[test]
 fn a_second_process_does_not_start() {
     let folder = tempfile::tempdir().unwrap();
     let _first = in_folder(folder.path()).unwrap();

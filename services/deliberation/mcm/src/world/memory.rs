@@ -23,7 +23,7 @@ pub(super) struct Memory {
     is_known: bool,
     /// It is of a flight with another mission file, and the vehicle was not seen since.
     is_of_another: bool,
-    /// So it was, and the vehicle flies on: a planner that was started since may know that file only.
+    /// The mission file was changed in flight: a planner that was started since may know only the new one.
     is_planner_in_doubt: bool,
 }
 
@@ -39,7 +39,7 @@ impl Memory {
         Memory { is_of_another: true, ..Memory::restored(Some(loss), accepted, true) }
     }
 
-    /// Whether the planner may have begun anew with another mission file.
+    /// Whether the planner may have started over with another mission file.
     pub(super) fn is_planner_in_doubt(&self) -> bool {
         self.is_planner_in_doubt
     }
@@ -97,8 +97,8 @@ impl World {
         self.show_memory();
     }
 
-    /// Whether a planner with such a memory, which has made so many plans, has lost what it knew, or may have begun anew, and no operator has
-    /// accepted that.
+    /// Whether the planner's areas may be those of another mission: its memory is lost, it may have started over with another file, or it has
+    /// made no plan while the manager's own memory is lost. An operator who accepts the loss ends that.
     pub(super) fn has_planner_lost(&self, health: &MemoryHealth, plans: u64) -> bool {
         let knows_nothing = self.memory.own.loss.is_some() && plans == 0;
         knows_nothing || self.memory.is_planner_in_doubt || self.memory.unaccepted(health).is_some()

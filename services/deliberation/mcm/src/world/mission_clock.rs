@@ -1,13 +1,13 @@
 //! The time since the mission was begun, which goes on over a restart of the process.
 //!
-//! While a process runs, its monotonic clock counts. What passed before its start is the difference in UTC to when the mission was
-//! begun, which is persisted, and by how much the wall clock was set since. Nothing is decided by this time: it is told.
+//! While a process runs, its monotonic clock counts. The time before its start is the difference in UTC to the beginning of the mission,
+//! corrected by how much the wall clock was set since; both are persisted. This time is only displayed: nothing is decided by it.
 
 use std::time::Duration;
 
 use domain::time::{Now, Pace};
 
-/// A step of the wall clock by less counts as none: clocks are adjusted all the time.
+/// A wall clock that differs by more from the monotonic one has stepped; less is not worth a write to the disk. (As the planner's `Begun`.)
 const STEP_MS: u64 = 1000;
 
 /// Counts the time of one mission.

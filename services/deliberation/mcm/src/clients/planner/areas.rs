@@ -57,21 +57,21 @@ impl KnownAreas {
         self.identity = identity;
     }
 
-    /// The memory is lost, or not the newest one: there may have been other areas since than those that it names.
+    /// The memory is lost or outdated, so the areas may have changed since. What the planner told stays.
     pub(crate) fn doubt_memory(&mut self) {
         if self.from != KnownFrom::Planner {
             self.forget();
         }
     }
 
-    /// Whoever told them may not know the mission that is flown.
+    /// Drops the areas: they may be those of another mission.
     pub(crate) fn forget(&mut self) {
         (self.all, self.from) = (Arc::default(), KnownFrom::Nowhere);
         self.identity.clear();
     }
 
-    /// The planner tells its areas. One that `has_lost` what it knew may have those of another mission: what was known stays as well, and for who
-    /// knew none, or other ones before a restart, they stay unknown.
+    /// The planner tells its areas. One that `has_lost` its memory may tell those of another mission: known areas then stay, and unknown ones stay
+    /// unknown, unless the planner tells the same areas that were known before the restart.
     pub(crate) fn hear(&mut self, told: &[Area], has_lost: bool) {
         if !self.is_known() && has_lost && identity_of_areas(told) != self.identity {
             return;

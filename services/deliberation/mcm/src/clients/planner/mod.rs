@@ -74,7 +74,7 @@ pub(crate) struct Planner {
     /// The epoch and the revision of the plan that was adopted last.
     epoch: u64,
     revision: u64,
-    /// That of all plans that ever were. A planner that has lost what it knew numbers them from the start again.
+    /// The highest one so far, also before a restart: a planner that has lost its memory counts from 1 again.
     highest_revision: u64,
     /// The objective of the last plan.
     planned_for: Option<u32>,
@@ -118,7 +118,7 @@ impl Planner {
         self.revision
     }
 
-    /// The highest revision of all plans that were ever adopted, also before a restart: a permission for one beyond it was never asked for.
+    /// The highest revision of any plan that was adopted, also before a restart: no permission was asked for a higher one.
     pub(crate) fn highest_revision(&self) -> u64 {
         self.highest_revision
     }
@@ -424,7 +424,7 @@ impl Planner {
         self.areas.hear(&status.areas, has_lost);
         let counted = self.status.as_ref().map_or(self.epoch, |it| it.epoch);
         if status.epoch < counted {
-            // It counts anew, as one does that has lost what it knew: also the plan that waits for approval.
+            // The planner has lost its memory, so it does not know the plan that waits for approval either.
             self.epoch = self.epoch.min(status.epoch);
             if self.request.proposal().is_some() {
                 self.request.on(RequestEvent::Withdrawn);
@@ -438,14 +438,14 @@ impl Planner {
         self.status = Some(status);
     }
 
-    /// An operator goes on with what the planner knows.
+    /// Takes the areas that the planner told last, since an operator has accepted its loss.
     pub(crate) fn believe_areas(&mut self) {
         if let Some(status) = &self.status {
             self.areas.hear(&status.areas, false);
         }
     }
 
-    /// Whether the planner was heard, and has made no plan for anybody.
+    /// Whether the planner was heard and has never made a plan.
     pub(crate) fn has_made_no_plan(&self) -> bool {
         self.status.as_ref().is_some_and(|it| it.revision == 0)
     }
