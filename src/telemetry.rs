@@ -8,16 +8,16 @@ use std::time::Duration;
 
 use opentelemetry::KeyValue;
 use opentelemetry::trace::TracerProvider;
-use opentelemetry_otlp::{Protocol, SpanExporter, WithExportConfig, WithHttpConfig};
 use opentelemetry_sdk::Resource;
-use opentelemetry_sdk::trace::{BatchConfigBuilder, BatchSpanProcessor, Sampler, SdkTracerProvider};
+use opentelemetry_sdk::trace::{BatchSpanProcessor, Sampler, SdkTracerProvider};
 use serde::Deserialize;
 use tracing_subscriber::filter::{EnvFilter, LevelFilter, Targets};
 use tracing_subscriber::prelude::*;
 
-use crate::http_client::client;
 use crate::output::LogRecord;
 
+#[cfg(feature = "otlp")]
+mod export;
 mod sampling;
 
 /// Where traces go.
@@ -31,10 +31,6 @@ pub struct Config {
 
 /// Names the collector, before the configuration.
 const VARIABLE: &str = "OTEL_EXPORTER_OTLP_ENDPOINT";
-/// Spans that wait for export; more are dropped.
-const QUEUE: usize = 2048;
-/// A collector that takes longer for a batch loses it.
-const EXPORT_LIMIT: Duration = Duration::from_secs(2);
 /// What is left is exported at the end of the process within this, or lost.
 const END_LIMIT: Duration = Duration::from_secs(1);
 
@@ -43,9 +39,9 @@ pub struct Telemetry(SdkTracerProvider);
 
 /// Starts logging and tracing for the process of `service`.
 pub fn start(service: &'static str, vehicle: &str, config: &Config) -> Telemetry {
-    let exporter = exporter(config);
-    let problem = exporter.as_ref().err().cloned();
-    let provider = provider(service, vehicle, exporter.ok().flatten());
+    let export = endpoint(config).map(|it| export(&it)).transpose();
+    let problem = export.as_ref().err().cloned();
+    let provider = provider(service, vehicle, export.ok().flatten());
     // The exporter's own log would only repeat that the collector does not answer.
     let default = EnvFilter::new("warn,opentelemetry=off,opentelemetry_sdk=off,opentelemetry_otlp=off,zenoh=error");
     let level = EnvFilter::try_from_default_env().unwrap_or(default);
@@ -69,30 +65,30 @@ impl Telemetry {
     }
 }
 
-fn provider(service: &'static str, vehicle: &str, exporter: Option<SpanExporter>) -> SdkTracerProvider {
+fn provider(service: &'static str, vehicle: &str, export: Option<BatchSpanProcessor>) -> SdkTracerProvider {
     let attributes = [KeyValue::new("service.name", service), KeyValue::new("kittiwake.vehicle", vehicle.to_owned())];
     let provider = SdkTracerProvider::builder().with_resource(Resource::builder().with_attributes(attributes).build());
-    let Some(exporter) = exporter else {
+    let Some(export) = export else {
         // Ids are passed on; spans are not recorded if they are not exported.
         return provider.with_sampler(Sampler::AlwaysOff).build();
     };
-    let provider = provider.with_sampler(sampling::ByCause);
-    let batches = BatchConfigBuilder::default().with_max_queue_size(QUEUE).build();
-    provider.with_span_processor(BatchSpanProcessor::builder(exporter).with_batch_config(batches).build()).build()
+    provider.with_sampler(sampling::ByCause).with_span_processor(export).build()
 }
 
-/// To the named collector; `None` where none is named.
-fn exporter(config: &Config) -> Result<Option<SpanExporter>, String> {
+/// The collector's base URL; `None` where none is named.
+fn endpoint(config: &Config) -> Option<String> {
     let named_by_environment = std::env::var(VARIABLE).ok().filter(|it| !it.is_empty());
-    let Some(endpoint) = named_by_environment.or_else(|| config.otlp_endpoint.clone()) else { return Ok(None) };
-    // Our own client: the library's would not be made on a machine without CA certificates.
-    let client = client(&endpoint, None, Some(EXPORT_LIMIT))?;
-    let exporter = SpanExporter::builder()
-        .with_http()
-        .with_http_client(client)
-        .with_protocol(Protocol::HttpBinary)
-        .with_timeout(EXPORT_LIMIT)
-        .with_endpoint(format!("{}/v1/traces", endpoint.trim_end_matches('/')))
-        .build();
-    exporter.map(Some).map_err(|it| it.to_string())
+    named_by_environment.or_else(|| config.otlp_endpoint.clone())
+}
+
+/// Exports to the collector at `endpoint`.
+#[cfg(feature = "otlp")]
+fn export(endpoint: &str) -> Result<BatchSpanProcessor, String> {
+    export::to(endpoint)
+}
+
+/// The libraries of the exporter are not in this build.
+#[cfg(not(feature = "otlp"))]
+fn export(endpoint: &str) -> Result<BatchSpanProcessor, String> {
+    Err(format!("this build has no exporter for {endpoint}: build it with `--features otlp`"))
 }

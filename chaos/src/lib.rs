@@ -71,11 +71,16 @@ pub fn run(args: &Args) -> u8 {
 }
 
 fn list(args: &Args) -> u8 {
-    for number in 0..args.runs.get() {
-        let schedule = Schedule::of(args.seed.wrapping_add(number.into()));
-        output::line(format_args!("seed {}  [{schedule}]", schedule.seed));
+    for run in listed(args) {
+        output::line(run);
     }
     OK
+}
+
+/// A line for each run of the campaign.
+fn listed(args: &Args) -> impl Iterator<Item = String> {
+    let schedules = (0..args.runs.get()).map(|number| Schedule::of(args.seed.wrapping_add(number.into())));
+    schedules.map(|schedule| format!("seed {}  [{schedule}]", schedule.seed))
 }
 
 fn soak(args: &Args, minutes: u32, interrupted: &AtomicBool) -> Result<u8, String> {
@@ -227,6 +232,27 @@ fn exit_code(runs: usize, flown: usize, violating: usize) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::Parser as _;
+
+    fn args(given: &[&str]) -> Result<Args, String> {
+        Args::try_parse_from([&["chaos"], given].concat()).map_err(|it| it.to_string())
+    }
+
+    #[test]
+    fn a_campaign_that_cannot_be_flown_is_no_success_and_one_can_be_listed() {
+        let nowhere = args(&["--runs", "1", "--program", "nowhere"]).unwrap();
+        let missing = "nowhere is missing: build it, or name another with --program";
+        assert_eq!(campaign(&nowhere, &AtomicBool::new(false)), Err(missing.to_owned()));
+        assert_eq!(soak(&nowhere, 1, &AtomicBool::new(false)), Err(missing.to_owned()));
+        let lines: Vec<_> = listed(&args(&["--list", "--runs", "2", "--seed", "7"]).unwrap()).collect();
+        assert!(lines.len() == 2 && lines[1].starts_with("seed 8  ["), "{lines:?}");
+    }
+
+    #[test]
+    fn arguments_out_of_range_are_refused() {
+        assert!(args(&["--runs", "0"]).unwrap_err().contains("--runs"));
+        assert!(args(&["--speed", "101"]).unwrap_err().contains("0.1 to 100"));
+    }
 
     #[test]
     fn a_violation_counts_more_than_a_run_that_could_not_be_flown() {

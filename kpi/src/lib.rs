@@ -320,3 +320,19 @@ fn outcome(last: &Tapped) -> Option<String> {
 fn say(text: &str) {
     output::error_line(text);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::Cli;
+    use clap::Parser as _;
+
+    #[test]
+    fn a_missing_program_and_arguments_that_exclude_each_other_are_refused() {
+        let parsed = |given: &[&str]| Cli::try_parse_from([&["kpi"], given].concat()).map_err(|it| it.to_string());
+        let nowhere = parsed(&["--link", "--program", "nowhere"]).unwrap().args;
+        let missing = measured_program(&nowhere).unwrap_err();
+        assert!(missing.starts_with("nowhere is missing: build it with `cargo build --release`"), "{missing}");
+        assert!(parsed(&["--link", "--operator"]).unwrap_err().contains("cannot be used with"));
+    }
+}

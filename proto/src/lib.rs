@@ -3,8 +3,6 @@
 //! Messages are compiled from `proto/kittiwake/v1/*.proto`. [`topics`] is the one table of what
 //! travels where and how. This crate knows nothing of any transport: `bus` does.
 
-#[cfg(test)]
-mod golden;
 pub mod json;
 pub mod schema;
 pub mod topics;

@@ -31,7 +31,6 @@ pub(crate) struct Files {
     pub(crate) planner: planner::config::Config,
     pub(crate) energy: EnergyModel,
     pub(crate) control_tower: control_tower::config::Config,
-    pub(crate) gateway: gateway::config::Config,
     /// Whether somebody reads the tree that the mission manager publishes.
     pub(crate) shows_tree: bool,
 }
@@ -49,7 +48,6 @@ struct Sections {
     energy: EnergyModel,
     mcm: mcm::config::Config,
     control_tower: control_tower::config::Config,
-    gateway: gateway::config::Config,
 }
 
 impl Files {
@@ -111,7 +109,6 @@ impl Files {
             planner: sections.planner,
             energy: sections.energy,
             control_tower: sections.control_tower,
-            gateway: sections.gateway,
             shows_tree: true,
         })
     }

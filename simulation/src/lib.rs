@@ -26,6 +26,7 @@ use signed_permissions::key::SecretKey;
 pub mod bounds;
 pub mod chaos;
 mod files;
+mod ground;
 mod lying;
 pub mod proof;
 pub mod recording;
@@ -35,6 +36,7 @@ mod seen;
 
 use bounds::Excursion;
 use files::Files;
+use ground::Ground;
 use lying::Lying;
 use recording::{Header, Recorded, Tape};
 pub use restart::Memory;
@@ -154,11 +156,10 @@ impl Simulation<'_> {
         let mut files = Files::read(setup)?;
         files.mission = changes.mission.clone().unwrap_or(files.mission);
         files.control_tower.grant_valid_s = changes.grant_valid_s.unwrap_or(files.control_tower.grant_valid_s);
-        // Without the gateway's API nobody sees it, unless it is recorded.
+        // Nobody sees it, unless it is recorded.
         files.shows_tree = changes.tape.is_some();
-        let access = gateway::AccessControl { tokens: Default::default(), audit: gateway::audit::Audit::in_memory() };
         let vehicle = simulated(&files, setup);
-        Ok(Simulation::of(setup, &Rc::new(files), access, changes, vehicle)?.0)
+        Simulation::of(setup, &Rc::new(files), changes, vehicle, Ground::default())
     }
 
     /// The same with another vehicle backend in place of the simulated vehicle, which is made of that one's configuration.
@@ -170,9 +171,8 @@ impl Simulation<'_> {
         vehicle: impl FnOnce(&vehicle_sim::config::Config) -> N,
     ) -> Result<Simulation<'static>, Mistakes> {
         let files = Files::read(setup)?;
-        let access = gateway::AccessControl { tokens: Default::default(), audit: gateway::audit::Audit::in_memory() };
         let vehicle = vehicle(&files.vehicle_sim);
-        Ok(Simulation::of(setup, &Rc::new(files), access, Changes::default(), vehicle)?.0)
+        Simulation::of(setup, &Rc::new(files), Changes::default(), vehicle, Ground::default())
     }
 
     /// What stands at the beginning of a recording of such a flight; `mission` is its text, if it is no file.
@@ -190,32 +190,29 @@ impl Simulation<'_> {
         })
     }
 
-    /// The same with the HTTP half of its gateway, which accepts the tokens of `access` and answers while the
-    /// simulation flies.
+    /// The same with this gateway, which is made of the contingency table, in place of one that only keeps contact.
     ///
     /// # Errors
     /// Every mistake in the files.
-    pub fn with_gateway(
+    pub fn with_gateway<N: Node + 'static>(
         setup: &Setup<'_>,
-        access: gateway::AccessControl,
-    ) -> Result<(Simulation<'static>, gateway::http::Api), Mistakes> {
+        gateway: impl FnOnce(&Contingencies) -> N,
+    ) -> Result<Simulation<'static>, Mistakes> {
         let files = Files::read(setup)?;
-        let vehicle = simulated(&files, setup);
-        Simulation::of(setup, &Rc::new(files), access, Changes::default(), vehicle)
+        let (vehicle, gateway) = (simulated(&files, setup), gateway(&files.contingencies));
+        Simulation::of(setup, &Rc::new(files), Changes::default(), vehicle, gateway)
     }
 
     fn of(
         setup: &Setup<'_>,
         files: &Rc<Files>,
-        access: gateway::AccessControl,
         changes: Changes,
         vehicle: impl Node + 'static,
-    ) -> Result<(Simulation<'static>, gateway::http::Api), Mistakes> {
+        gateway: impl Node + 'static,
+    ) -> Result<Simulation<'static>, Mistakes> {
         let mut simulation = Simulation::without_gateway(setup, files, files.mission.clone(), changes, vehicle)?;
-        let (rows, pace) = (files.contingencies.rows(), Pace::REAL_TIME);
-        let (gateway, api) = gateway::Gateway::new(&files.gateway, pace, access, rows, || {});
         simulation.bus.add(Scope::Fleet, gateway);
-        Ok((simulation, api))
+        Ok(simulation)
     }
 
     /// The services that fly, and the control tower: a vehicle that has never heard the ground.
@@ -545,3 +542,10 @@ impl Simulation<'_> {
         wanted.map(|(_, it)| it.text.clone()).collect()
     }
 }
+
+// The stories use this crate as others do, in the program of its unit tests: one program links faster than two.
+#[cfg(test)]
+extern crate self as simulation;
+#[cfg(test)]
+#[path = "../tests/main.rs"]
+mod stories;

@@ -8,7 +8,7 @@ use control_tower::policy::Policy;
 use kittiwake_proto::v1::{self, MissionOutcome, MissionReport};
 use simulation::{Machine, Setup, Simulation};
 
-use crate::support::{config, config_with, mission_file};
+use crate::stories::support::{config, config_with, mission_file};
 
 const LIMIT: Duration = Duration::from_secs(3000);
 /// A window that is open during the flight and ends some day, so that the place is not refused when the file is read.

@@ -7,7 +7,7 @@ use std::time::Duration;
 use kittiwake_proto::v1::ResumeMission;
 use kittiwake_proto::v1::operator_command::Verb;
 
-use crate::support::story::{s, when};
+use crate::stories::support::story::{s, when};
 
 /// How often it is looked.
 const STEP: Duration = Duration::from_millis(100);

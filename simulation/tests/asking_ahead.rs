@@ -6,7 +6,7 @@ use control_tower::policy::Policy;
 use kittiwake_proto::v1::MissionOutcome;
 use simulation::{Machine, Setup, Simulation};
 
-use crate::support::{config_with, mission_file};
+use crate::stories::support::{config_with, mission_file};
 
 /// A place to land at, in an area that is flown over without a permission and landed in with one.
 const YARD: &str = "\

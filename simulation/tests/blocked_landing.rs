@@ -9,7 +9,7 @@ use simulation::{Machine, Setup, Simulation};
 const LIMIT: Duration = Duration::from_secs(1500);
 
 fn simulation() -> Simulation<'static> {
-    let config = crate::support::config();
+    let config = crate::stories::support::config();
     let permissions = Policy::Grant;
     let setup = Setup { config: &config, mission: None, permissions, seed: 1, machine: Machine::Ideal };
     Simulation::new(&setup).unwrap()

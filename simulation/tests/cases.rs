@@ -8,8 +8,8 @@ use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, Decision, MissionOutcome};
 use simulation::Simulation;
 
-use crate::support::story::{LIMIT, ends, s, when};
-use crate::support::{mission_file, simulation};
+use crate::stories::support::story::{LIMIT, ends, s, when};
+use crate::stories::support::{mission_file, simulation};
 
 /// A mission of this text, flown until `there` holds for the place.
 #[track_caller]

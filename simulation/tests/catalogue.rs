@@ -302,7 +302,7 @@ fn text_of(path: &str) -> String {
 }
 
 fn shipped() -> Contingencies {
-    let config = crate::support::config();
+    let config = crate::stories::support::config();
     let trees = mcm::Trees::read(&config.join("trees")).unwrap_or_else(|it| panic!("{it}"));
     let source = Source::read(&config.join("contingencies.toml")).unwrap_or_else(|it| panic!("{it}"));
     Contingencies::read(&source, &trees.actions()).unwrap_or_else(|it| panic!("{it}"))

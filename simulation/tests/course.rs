@@ -7,8 +7,8 @@ use control_tower::policy::Policy;
 use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, Decision, MissionOutcome};
 
-use crate::support::story::{LIMIT, ends, s, when};
-use crate::support::{config_with, mission_file, simulation, simulation_of};
+use crate::stories::support::story::{LIMIT, ends, s, when};
+use crate::stories::support::{mission_file, simulation};
 
 /// An objective on the ground so far to the east.
 fn objective(east_m: f64) -> String {
@@ -125,20 +125,6 @@ fn a_landing_waits_until_a_ship_below_has_passed() {
         "`vessel_near` is over",
         "every objective is settled",
     ];
-    ends(simulation, MissionOutcome::Success, &expected);
-}
-
-#[test]
-fn a_record_that_cannot_be_written_is_told_and_decides_nothing() {
-    // A file is no folder.
-    let config = config_with("no-record", &[]);
-    let file = config.join("kittiwake.toml");
-    let folder = format!("20\nfolder = \"{}/recordings\"", file.display());
-    let config = config_with("unrecorded", &[("most_files", &folder)]);
-    let mission = crate::support::config().join("missions/reference.toml");
-    let mut simulation = simulation_of(&config, Some(&mission), Policy::Grant);
-    let expected = ["flag `record_unwritable` raised: ground.record_fails true", "every objective is settled"];
-    simulation.fly_until("flag `record_unwritable` raised", LIMIT);
     ends(simulation, MissionOutcome::Success, &expected);
 }
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::support::{mission_file, simulation};
+use crate::stories::support::{mission_file, simulation};
 use control_tower::policy::Policy;
 use domain::geometry::Ned;
 use kittiwake_proto::v1::{MissionOutcome, MissionReport, ObjectiveState};

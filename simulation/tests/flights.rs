@@ -6,10 +6,12 @@ use control_tower::policy::Policy;
 use kittiwake_proto::v1::{MissionOutcome, MissionReport};
 use simulation::{Machine, Setup, Simulation};
 
+use crate::stories::support::{each, sample};
+
 const LIMIT: Duration = Duration::from_secs(1200);
 
 fn reference(permissions: Policy, seed: u64) -> Simulation<'static> {
-    let config = crate::support::config();
+    let config = crate::stories::support::config();
     Simulation::new(&Setup { config: &config, mission: None, permissions, seed, machine: Machine::Ideal }).unwrap()
 }
 
@@ -191,24 +193,18 @@ fn once_a_critical_battery_has_brought_it_down_the_vehicle_stays_down() {
 
 #[test]
 fn a_flag_raised_before_it_lifts_off_keeps_it_on_the_ground_or_brings_it_back() {
-    #[track_caller]
-    fn check(flag: &str) {
-        for tenths in 0..40 {
-            let mut simulation = reference(Policy::Grant, 1);
-            assert!(simulation.fly_until("step 1 of 5", LIMIT));
-            simulation.pass(Duration::from_millis(tenths * 100));
-            simulation.inject_flag(flag);
-            let report = simulation.fly(LIMIT).expect("the mission to end");
-            simulation.pass(Duration::from_secs(60));
-            let told = format!("{tenths} tenths of a second after the start:\n{}", simulation.decision_log());
-            assert_eq!(report.outcome(), MissionOutcome::Emergency, "{told}");
-            assert_eq!(simulation.breaches(), [], "{told}");
-        }
+    for (flag, tenths) in sample(each(["battery_critical", "battery_low", "operator_abort", "operator_return"], 0..40))
+    {
+        let mut simulation = reference(Policy::Grant, 1);
+        assert!(simulation.fly_until("step 1 of 5", LIMIT));
+        simulation.pass(Duration::from_millis(tenths * 100));
+        simulation.inject_flag(flag);
+        let report = simulation.fly(LIMIT).expect("the mission to end");
+        simulation.pass(Duration::from_secs(60));
+        let told = format!("{tenths} tenths of a second after the start:\n{}", simulation.decision_log());
+        assert_eq!(report.outcome(), MissionOutcome::Emergency, "{told}");
+        assert_eq!(simulation.breaches(), [], "{told}");
     }
-    check("battery_critical");
-    check("battery_low");
-    check("operator_abort");
-    check("operator_return");
 }
 
 #[test]

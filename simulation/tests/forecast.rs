@@ -17,7 +17,7 @@ use kittiwake_proto::v1::mission_request::Request as Ask;
 use node::{Effect, Event, Node, Token};
 use planner::Planner;
 
-use crate::support::{config, mission_file, simulation};
+use crate::stories::support::{config, mission_file, simulation};
 
 /// Between the lines of the page that the test writes.
 const BEGIN: &str = "<!-- forecast -->\n";

@@ -6,10 +6,12 @@ use control_tower::policy::Policy;
 use kittiwake_proto::v1::MissionOutcome;
 use simulation::{Machine, Setup, Simulation};
 
+use crate::stories::support::sample;
+
 const LIMIT: Duration = Duration::from_secs(1500);
 
 fn simulation() -> Simulation<'static> {
-    let config = crate::support::config();
+    let config = crate::stories::support::config();
     let permissions = Policy::Grant;
     let setup = Setup { config: &config, mission: None, permissions, seed: 1, machine: Machine::Ideal };
     Simulation::new(&setup).unwrap()
@@ -216,7 +218,7 @@ fn a_monitor_that_hangs_is_noticed_by_the_manager() {
 fn processes_that_hang_at_random_end_no_mission_in_the_air() {
     const PROCESSES: [&str; 5] = ["planner", "skill-manager", "mcm", "monitor", "control-tower"];
     const FLAGS: [Option<&str>; 4] = [None, Some("obstacle"), Some("battery_low"), Some("operator_abort")];
-    for seed in 0..24_u64 {
+    for seed in sample(0..24_u64) {
         // Spread over the flight, and every process with every flag.
         let (process, flag) = (PROCESSES[seed as usize % 5], FLAGS[seed as usize % 4]);
         let (from_ms, hangs_ms) = (1_000 + seed * 7_919 % 150_000, 300 + seed * 3_571 % 25_000);

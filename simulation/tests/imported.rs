@@ -11,7 +11,7 @@ use formats::Import;
 use formats::assemble::{Assembled, Settings, assemble};
 use kittiwake_proto::v1::MissionOutcome;
 
-use crate::support::{config_with, mission_file, simulation, simulation_of};
+use crate::stories::support::{config_with, mission_file, simulation, simulation_of};
 
 /// The side of the harbour's square cells, in metres; each has a zone in its middle.
 const CELL_M: f64 = 400.0;

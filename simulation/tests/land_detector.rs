@@ -7,7 +7,7 @@ use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, MissionOutcome};
 use simulation::Simulation;
 
-use crate::support::simulation;
+use crate::stories::support::{each, sample, simulation};
 
 const LIMIT: Duration = Duration::from_secs(2400);
 const CONTRADICTS: &str = "flag `land_detector_contradicts` raised: the land detector has been reported against motors";
@@ -53,26 +53,25 @@ fn with_a_detector_that_hides_the_flight_the_mission_is_flown() {
 fn with_a_detector_that_hides_the_flight_each_order_is_obeyed_in_the_air() {
     const PAUSE: Verb = Verb::Pause(v1::PauseMission { overrides: false });
     let site = v1::Ned { north_m: 0.0, east_m: 60.0, down_m: 0.0 };
-    for fault in HIDES_THE_FLIGHT {
-        for (order, answered, east_m) in [
-            (Verb::Return(v1::ReturnHome::default()), "operator_return", Some(0.0)),
-            (Verb::LandAt(v1::LandAt { position: Some(site), overrides: false }), "operator_land", Some(60.0)),
-            (Verb::Abort(v1::AbortMission::default()), "operator_abort", None),
-        ] {
-            let mut simulation = with_fault(fault);
-            assert!(simulation.fly_until("step 2 of 5", LIMIT), "{fault:?}\n{}", simulation.decision_log());
-            simulation.pass(Duration::from_secs(3));
-            simulation.order(PAUSE);
-            simulation.pass(Duration::from_secs(20));
-            assert_eq!(simulation.responder(), "operator_pause", "{fault:?}\n{}", simulation.decision_log());
-            simulation.order(order);
-            simulation.pass(Duration::from_secs(1));
-            assert_eq!(simulation.responder(), answered, "{fault:?}\n{}", simulation.decision_log());
-            ends(&mut simulation, MissionOutcome::Emergency);
-            let place = simulation.position().expect("it is heard");
-            let is_there = east_m.is_none_or(|it: f64| (place.east_m - it).abs() < 3.0);
-            assert!(is_there, "{fault:?} {answered} {place:?}\n{}", simulation.decision_log());
-        }
+    let orders = [
+        (Verb::Return(v1::ReturnHome::default()), "operator_return", Some(0.0)),
+        (Verb::LandAt(v1::LandAt { position: Some(site), overrides: false }), "operator_land", Some(60.0)),
+        (Verb::Abort(v1::AbortMission::default()), "operator_abort", None),
+    ];
+    for (fault, (order, answered, east_m)) in sample(each(HIDES_THE_FLIGHT, orders)) {
+        let mut simulation = with_fault(fault);
+        assert!(simulation.fly_until("step 2 of 5", LIMIT), "{fault:?}\n{}", simulation.decision_log());
+        simulation.pass(Duration::from_secs(3));
+        simulation.order(PAUSE);
+        simulation.pass(Duration::from_secs(20));
+        assert_eq!(simulation.responder(), "operator_pause", "{fault:?}\n{}", simulation.decision_log());
+        simulation.order(order);
+        simulation.pass(Duration::from_secs(1));
+        assert_eq!(simulation.responder(), answered, "{fault:?}\n{}", simulation.decision_log());
+        ends(&mut simulation, MissionOutcome::Emergency);
+        let place = simulation.position().expect("it is heard");
+        let is_there = east_m.is_none_or(|it: f64| (place.east_m - it).abs() < 3.0);
+        assert!(is_there, "{fault:?} {answered} {place:?}\n{}", simulation.decision_log());
     }
 }
 

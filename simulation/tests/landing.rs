@@ -7,7 +7,7 @@ use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, Decision, MissionOutcome};
 use simulation::Simulation;
 
-use crate::support::{config, mission_file, simulation};
+use crate::stories::support::{config, mission_file, simulation};
 
 const LIMIT: Duration = Duration::from_secs(2400);
 

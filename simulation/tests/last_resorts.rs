@@ -6,8 +6,8 @@ use domain::mission::Mission;
 use kittiwake_proto::v1::MissionOutcome::Emergency;
 use simulation::{Changes, Machine, Setup, Simulation};
 
-use crate::support::config;
-use crate::support::story::{LIMIT, ends, s};
+use crate::stories::support::config;
+use crate::stories::support::story::{LIMIT, ends, s};
 
 /// On the way out there is a belt that needs a permission, another site in an area that does, and a lake to ditch in.
 const BELT: (u32, &str) = (

@@ -8,7 +8,7 @@ use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, Decision};
 use simulation::{Memory, Simulation};
 
-use crate::support::{config, config_with, mission_file, simulation, simulation_of};
+use crate::stories::support::{config, config_with, mission_file, simulation, simulation_of};
 
 const LIMIT: Duration = Duration::from_secs(2400);
 

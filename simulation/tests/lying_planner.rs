@@ -5,7 +5,7 @@ use std::time::Duration;
 use control_tower::policy::Policy;
 use simulation::{Changes, Machine, Setup, Simulation};
 
-use crate::support::{config, seeds};
+use crate::stories::support::{config, seeds};
 
 /// A flight with a planner that lies as `seed` draws it; what is wrong with it.
 fn wrong(seed: u64, permissions: Policy) -> Option<String> {
@@ -26,7 +26,7 @@ fn wrong(seed: u64, permissions: Policy) -> Option<String> {
 #[test]
 fn whatever_the_planner_says_the_vehicle_stays_where_it_may_be() {
     let policies = [Policy::Grant, Policy::Deny, Policy::Silent];
-    let flights = seeds(24).map(|seed| wrong(seed, policies[seed as usize % policies.len()]));
+    let flights = seeds(24).into_iter().map(|seed| wrong(seed, policies[seed as usize % policies.len()]));
     let wrong: Vec<String> = flights.flatten().collect();
     assert!(wrong.is_empty(), "{} flights went wrong:\n\n{}", wrong.len(), wrong.join("\n\n"));
 }

@@ -6,8 +6,8 @@ use control_tower::policy::Policy;
 use kittiwake_proto::v1::MissionOutcome;
 use simulation::Simulation;
 
-use crate::support::story::{ends, s};
-use crate::support::{config_with_rows, mission_file, simulation_of};
+use crate::stories::support::story::{ends, s};
+use crate::stories::support::{config_with_rows, mission_file, simulation_of};
 
 const LIMIT: Duration = Duration::from_secs(1800);
 
@@ -60,7 +60,7 @@ then = "end-mission"
 #[track_caller]
 fn flight(name: &str, mission: Option<&str>) -> Simulation<'static> {
     let config = config_with_rows(name, ROWS);
-    let reference = || crate::support::config().join("missions/reference.toml");
+    let reference = || crate::stories::support::config().join("missions/reference.toml");
     let path = mission.map_or_else(reference, |text| mission_file(name, text));
     simulation_of(&config, Some(&path), Policy::Grant)
 }

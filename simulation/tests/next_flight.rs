@@ -13,7 +13,7 @@ const A_WHILE: Duration = Duration::from_secs(5);
 const START: Verb = Verb::Start(v1::StartMission {});
 
 fn started() -> Simulation<'static> {
-    let config = crate::support::config();
+    let config = crate::stories::support::config();
     let setup = Setup { config: &config, mission: None, permissions: Policy::Grant, seed: 1, machine: Machine::Ideal };
     Simulation::new(&setup).unwrap()
 }

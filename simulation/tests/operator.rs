@@ -12,7 +12,7 @@ const LIMIT: Duration = Duration::from_secs(1200);
 
 /// On the way through area B, 10 s into the flight to the goal.
 fn under_way() -> Simulation<'static> {
-    let config = crate::support::config();
+    let config = crate::stories::support::config();
     let setup = Setup { config: &config, mission: None, permissions: Policy::Grant, seed: 1, machine: Machine::Ideal };
     let mut simulation = Simulation::new(&setup).unwrap();
     assert!(simulation.fly_until("step 4 of 5", LIMIT));

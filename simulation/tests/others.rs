@@ -8,6 +8,8 @@ use kittiwake_proto::v1;
 use simulation::{Memory, Simulation};
 use v1::operator_command::Verb;
 
+use crate::stories::support::sample;
+
 const LIMIT: Duration = Duration::from_secs(1200);
 
 fn resume() -> Verb {
@@ -17,7 +19,7 @@ fn resume() -> Verb {
 /// Flies until the decision, and some seconds more.
 #[track_caller]
 fn at(decision: &str, more_s: u64) -> Simulation<'static> {
-    let mut simulation = crate::support::simulation(None, Policy::Grant);
+    let mut simulation = crate::stories::support::simulation(None, Policy::Grant);
     assert!(simulation.fly_until(decision, LIMIT), "{decision}");
     simulation.pass(Duration::from_secs(more_s));
     simulation
@@ -160,7 +162,7 @@ fn a_failsafe_that_begins_while_something_else_is_answered_is_left_alone_as_long
         assert!(simulation.is_up("autopilot_preempts"), "{}", log());
         assert!(!simulation.is_on_ground(), "{}", log());
     }
-    for after_ms in [0, 20, 100, 500, 1000, 2000, 3000, 5000] {
+    for after_ms in sample([0, 20, 100, 500, 1000, 2000, 3000, 5000]) {
         check(|it| it.inject_flag("obstacle"), after_ms);
         check(|it| it.inject_flag("wind_too_strong"), after_ms);
         check(|it| it.order(Verb::Pause(v1::PauseMission { overrides: false })), after_ms);
@@ -245,9 +247,9 @@ const CROWD: &str = r#"
 
 #[test]
 fn a_landing_that_flies_aside_goes_on_aside_after_a_failsafe() {
-    let mission = crate::support::mission_file("crowd", CROWD);
+    let mission = crate::stories::support::mission_file("crowd", CROWD);
     let check = |before: fn(&mut Simulation<'_>), after_s: f64, lasts_s: f64| {
-        let mut simulation = crate::support::simulation(Some(&mission), Policy::Grant);
+        let mut simulation = crate::stories::support::simulation(Some(&mission), Policy::Grant);
         simulation.pass(Duration::from_secs(33));
         before(&mut simulation);
         simulation.pass(Duration::from_secs_f64(after_s));
@@ -278,7 +280,7 @@ fn an_autopilot_that_returns_by_itself_is_left_alone_until_it_has_landed() {
 
 #[test]
 fn nothing_takes_off_until_the_autopilot_would_arm() {
-    let mut simulation = crate::support::simulation(None, Policy::Grant);
+    let mut simulation = crate::stories::support::simulation(None, Policy::Grant);
     simulation.inject_fault("not_ready", &["compass not calibrated"]);
     assert!(simulation.fly_until("compass not calibrated", Duration::from_secs(10)), "\n{}", simulation.decision_log());
     simulation.pass(Duration::from_secs(30));

@@ -8,7 +8,7 @@ use simulation::Simulation;
 use v1::MissionOutcome;
 use v1::operator_command::Verb;
 
-use crate::support::{mission_file, simulation};
+use crate::stories::support::{mission_file, simulation};
 
 const LIMIT: Duration = Duration::from_secs(2400);
 

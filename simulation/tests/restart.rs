@@ -7,7 +7,7 @@ use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, MissionOutcome, MissionPhase};
 use simulation::{Disturbance, Memory, Simulation, System};
 
-use crate::support::simulation;
+use crate::stories::support::{each, sample, simulation};
 
 const LIMIT: Duration = Duration::from_secs(2400);
 /// Until a process that was killed is there again.
@@ -35,12 +35,10 @@ fn succeeds(mut simulation: Simulation<'_>, what: &str) {
 
 #[test]
 fn any_process_may_die_at_any_moment_of_the_mission() {
-    for moment in MOMENTS {
-        for process in ["mcm", "planner", "skill-manager", "monitor", "control-tower"] {
-            let mut simulation = when(moment);
-            simulation.restart(process, DEAD, Memory::Kept);
-            succeeds(simulation, &format!("{process} dies at \"{moment}\""));
-        }
+    for (moment, process) in sample(each(MOMENTS, ["mcm", "planner", "skill-manager", "monitor", "control-tower"])) {
+        let mut simulation = when(moment);
+        simulation.restart(process, DEAD, Memory::Kept);
+        succeeds(simulation, &format!("{process} dies at \"{moment}\""));
     }
 }
 
@@ -142,8 +140,8 @@ fn a_tower_that_is_silent_stays_lost_when_the_monitor_dies() {
 /// Nobody misses what was never there.
 #[test]
 fn a_vehicle_without_a_ground_flies_on_when_the_monitor_dies() {
-    let system = System::read(&crate::support::config()).unwrap();
-    let mission = std::fs::read_to_string(crate::support::config().join("missions/reference.toml")).unwrap();
+    let system = System::read(&crate::stories::support::config()).unwrap();
+    let mission = std::fs::read_to_string(crate::stories::support::config().join("missions/reference.toml")).unwrap();
     let mut simulation = system.simulation(&mission, Policy::Grant).unwrap();
     assert!(simulation.fly_until("step 3 of 5", LIMIT), "{}", simulation.decision_log());
     simulation.restart("monitor", DEAD, Memory::Kept);

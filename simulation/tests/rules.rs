@@ -4,8 +4,8 @@
 use control_tower::policy::Policy;
 use kittiwake_proto::v1::MissionOutcome;
 
-use crate::support::simulation;
-use crate::support::story::{ends, s, when};
+use crate::stories::support::simulation;
+use crate::stories::support::story::{ends, s, when};
 
 #[test]
 fn the_last_of_the_battery_brings_it_down_at_once() {

@@ -8,7 +8,7 @@ use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, Decision, MissionOutcome};
 use simulation::{Memory, Simulation};
 
-use crate::support::{config, simulation};
+use crate::stories::support::{config, each, sample, simulation};
 
 const LIMIT: Duration = Duration::from_secs(2400);
 const PAUSE: Verb = Verb::Pause(v1::PauseMission { overrides: false });
@@ -82,16 +82,14 @@ const HAPPENINGS: [(&str, Happens); 9] = [
 
 #[test]
 fn whatever_happens_at_a_touchdown_the_vehicle_stays_down() {
-    for (what, happens) in HAPPENINGS {
-        for height_m in [0.18, 0.05, -0.05] {
-            let mut simulation = when("step 5 of 5", |it| it < height_m);
-            happens(&mut simulation);
-            let highest_m = highest_m(&mut simulation, Duration::from_secs(30));
-            let log = || format!("{what} at {height_m} m\n{}", simulation.decision_log());
-            assert!(highest_m < 0.3 && simulation.is_on_ground(), "{highest_m} m high, {}", log());
-            assert!(!log().contains("step 1 of 3: takeoff"), "{}", log());
-            assert_eq!(simulation.breaches(), [], "{}", log());
-        }
+    for ((what, happens), height_m) in sample(each(HAPPENINGS, [0.18, 0.05, -0.05])) {
+        let mut simulation = when("step 5 of 5", |it| it < height_m);
+        happens(&mut simulation);
+        let highest_m = highest_m(&mut simulation, Duration::from_secs(30));
+        let log = || format!("{what} at {height_m} m\n{}", simulation.decision_log());
+        assert!(highest_m < 0.3 && simulation.is_on_ground(), "{highest_m} m high, {}", log());
+        assert!(!log().contains("step 1 of 3: takeoff"), "{}", log());
+        assert_eq!(simulation.breaches(), [], "{}", log());
     }
 }
 
@@ -138,23 +136,21 @@ fn a_manager_that_has_lost_its_memory_at_a_touchdown_lands_and_lifts_nothing_off
         ("an order to return", |it| it.order(RETURN)),
         ("the area is closed", |it| it.decide("B", Decision::Revoke)),
     ];
-    for (what, happens) in happenings {
-        // Alone, and with those with which it may share a process.
-        let (alone, onboard): (&[&str], &[&str]) = (&["mcm"], &["mcm", "skill-manager", "monitor", "planner"]);
-        for (killed, height_m, dead_ms) in
-            [(alone, 0.18, 200), (alone, 0.06, 200), (alone, -0.05, 400), (onboard, 0.18, 300), (onboard, 0.05, 150)]
-        {
-            let mut simulation = when("step 5 of 5", |it| it < height_m);
-            for process in killed {
-                simulation.restart(process, Duration::from_millis(dead_ms), Memory::Lost);
-            }
-            simulation.pass(Duration::from_secs(8));
-            happens(&mut simulation);
-            let highest_m = highest_m(&mut simulation, Duration::from_secs(60));
-            let log = || format!("{what} at {height_m} m, {killed:?}, {dead_ms} ms\n{}", simulation.decision_log());
-            assert!(highest_m < 0.3 && simulation.is_on_ground(), "{highest_m} m high, {}", log());
-            assert_eq!(simulation.breaches(), [], "{}", log());
+    // Alone, and with those with which it may share a process.
+    let (alone, onboard): (&[&str], &[&str]) = (&["mcm"], &["mcm", "skill-manager", "monitor", "planner"]);
+    let deaths =
+        [(alone, 0.18, 200), (alone, 0.06, 200), (alone, -0.05, 400), (onboard, 0.18, 300), (onboard, 0.05, 150)];
+    for ((what, happens), (killed, height_m, dead_ms)) in sample(each(happenings, deaths)) {
+        let mut simulation = when("step 5 of 5", |it| it < height_m);
+        for process in killed {
+            simulation.restart(process, Duration::from_millis(dead_ms), Memory::Lost);
         }
+        simulation.pass(Duration::from_secs(8));
+        happens(&mut simulation);
+        let highest_m = highest_m(&mut simulation, Duration::from_secs(60));
+        let log = || format!("{what} at {height_m} m, {killed:?}, {dead_ms} ms\n{}", simulation.decision_log());
+        assert!(highest_m < 0.3 && simulation.is_on_ground(), "{highest_m} m high, {}", log());
+        assert_eq!(simulation.breaches(), [], "{}", log());
     }
 }
 
@@ -166,14 +162,12 @@ fn whatever_happens_in_the_first_metre_of_a_takeoff_the_vehicle_lands_again() {
         ("too much wind", |it| it.inject_flag("wind_too_strong")),
         ("an order to return", |it| it.order(RETURN)),
     ];
-    for (what, happens) in happenings {
-        for height_m in [0.02, 0.4, 0.8] {
-            let mut simulation = when("step 1 of 3: takeoff", |it| height_m < it);
-            happens(&mut simulation);
-            let highest_m = highest_m(&mut simulation, Duration::from_secs(60));
-            let log = || format!("{what} at {height_m} m\n{}", simulation.decision_log());
-            assert!(highest_m < 1.8 && simulation.is_on_ground(), "{highest_m} m high, {}", log());
-        }
+    for ((what, happens), height_m) in sample(each(happenings, [0.02, 0.4, 0.8])) {
+        let mut simulation = when("step 1 of 3: takeoff", |it| height_m < it);
+        happens(&mut simulation);
+        let highest_m = highest_m(&mut simulation, Duration::from_secs(60));
+        let log = || format!("{what} at {height_m} m\n{}", simulation.decision_log());
+        assert!(highest_m < 1.8 && simulation.is_on_ground(), "{highest_m} m high, {}", log());
     }
 }
 

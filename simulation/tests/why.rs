@@ -10,7 +10,7 @@ use kittiwake_proto::v1::{self, DecisionKind, MissionOutcome};
 use node::virtual_bus::UTC_START_MS;
 use simulation::Simulation;
 
-use crate::support::simulation;
+use crate::stories::support::simulation;
 
 const LIMIT: Duration = Duration::from_secs(2400);
 

@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::support::{KITTIWAKE, SHORT, System, mission};
+use crate::px4::support::{KITTIWAKE, SHORT, System, mission};
 
 /// Names the executable.
 const VARIABLE: &str = "KITTIWAKE_ARDUCOPTER";
@@ -59,7 +59,7 @@ fn without_an_autopilot_nothing_takes_off_and_it_is_said_why() {
 }
 
 #[test]
-#[ignore = "needs an arducopter executable: KITTIWAKE_ARDUCOPTER=PATH cargo test --test autopilots -- --ignored"]
+#[ignore = "needs an arducopter executable: KITTIWAKE_ARDUCOPTER=PATH cargo test --test stories -- --ignored autopilots::"]
 fn a_short_mission_is_flown() {
     let program = program();
     let mission = mission("real-arducopter-short", SHORT);
@@ -68,7 +68,7 @@ fn a_short_mission_is_flown() {
 }
 
 #[test]
-#[ignore = "needs an arducopter executable: KITTIWAKE_ARDUCOPTER=PATH cargo test --test autopilots -- --ignored"]
+#[ignore = "needs an arducopter executable: KITTIWAKE_ARDUCOPTER=PATH cargo test --test stories -- --ignored autopilots::"]
 fn the_reference_mission_is_flown() {
     let program = program();
     let (code, said) = start(&program, "reference", &[]).end();
@@ -76,7 +76,7 @@ fn the_reference_mission_is_flown() {
 }
 
 #[test]
-#[ignore = "needs an arducopter executable: KITTIWAKE_ARDUCOPTER=PATH cargo test --test autopilots -- --ignored"]
+#[ignore = "needs an arducopter executable: KITTIWAKE_ARDUCOPTER=PATH cargo test --test stories -- --ignored autopilots::"]
 fn with_a_silent_tower_it_flies_round_the_first_area_and_comes_home() {
     let program = program();
     let (code, said) = start(&program, "silent", &["--permissions", "silent"]).end();

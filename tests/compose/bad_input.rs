@@ -2,12 +2,12 @@
 
 use std::net::TcpListener;
 
-use crate::support::docker_lines;
+use crate::compose::support::docker_lines;
+use crate::compose::support::{Project, wait_for};
 use crate::support::engine::docker;
-use crate::support::{Project, wait_for};
 
 #[test]
-#[ignore = "needs an image: KITTIWAKE_IMAGE=NAME cargo test --test compose -- --ignored"]
+#[ignore = "needs an image: KITTIWAKE_IMAGE=NAME cargo test --test stories -- --ignored compose::"]
 fn a_port_that_is_in_use() {
     let mut project = Project::new("port");
     let taken = TcpListener::bind("127.0.0.1:0").expect("the loopback is there");
@@ -21,11 +21,12 @@ fn a_port_that_is_in_use() {
 }
 
 #[test]
-#[ignore = "needs an image: KITTIWAKE_IMAGE=NAME cargo test --test compose -- --ignored"]
+#[ignore = "needs an image: KITTIWAKE_IMAGE=NAME cargo test --test stories -- --ignored compose::"]
 fn a_volume_that_cannot_be_written() {
     let project = Project::new("volume");
     project.up();
-    let (image, access, authority) = (crate::support::image(), project.volume("access"), project.volume("authority"));
+    let (image, access, authority) =
+        (crate::compose::support::image(), project.volume("access"), project.volume("authority"));
     let state = "/var/lib/kittiwake";
 
     /// Runs one process of the image with a read-only volume.
@@ -67,13 +68,13 @@ fn a_volume_that_cannot_be_written() {
 }
 
 #[test]
-#[ignore = "needs an image: KITTIWAKE_IMAGE=NAME cargo test --test compose -- --ignored"]
+#[ignore = "needs an image: KITTIWAKE_IMAGE=NAME cargo test --test stories -- --ignored compose::"]
 fn a_certificate_of_another_router_is_refused_on_the_ground_and_the_right_one_let_in_again() {
     let project = Project::new("credentials");
     project.up();
     let (router, volume) = (project.container("uav1-router"), project.volume("uav1-certificate"));
     docker(&["stop", "--time", "5", &router]);
-    let image = crate::support::image();
+    let image = crate::compose::support::image();
     let mount = format!("{volume}:/var/lib/kittiwake/certificate");
     // As the ground it has no certificate: the volume holds that of uav1.
     let args =

@@ -4,11 +4,11 @@ use std::time::Instant;
 
 use serde_json::Value;
 
+use crate::compose::support::{Project, wait_for};
 use crate::support::engine::docker;
-use crate::support::{Project, wait_for};
 
 #[test]
-#[ignore = "needs an image: KITTIWAKE_IMAGE=NAME cargo test --test compose -- --ignored"]
+#[ignore = "needs an image: KITTIWAKE_IMAGE=NAME cargo test --test stories -- --ignored compose::"]
 fn a_cut_link_is_seen_on_the_ground_and_changes_nothing_among_the_processes_on_board() {
     let mut project = Project::new("cuts");
     // Slow enough for the vehicle to be in the air all the time.

@@ -2,10 +2,10 @@
 
 use std::net::TcpListener;
 
-use crate::support::Project;
+use crate::compose::support::Project;
 
 #[test]
-#[ignore = "needs an image: KITTIWAKE_IMAGE=NAME cargo test --test compose -- --ignored"]
+#[ignore = "needs an image: KITTIWAKE_IMAGE=NAME cargo test --test stories -- --ignored compose::"]
 fn ten_times_up_and_down_leave_nothing_behind() {
     let project = Project::new("cycles");
     for cycle in 1..=10 {

@@ -1,9 +1,9 @@
 //! Three aircraft and one ground.
 
-use crate::support::Project;
+use crate::compose::support::Project;
 
 #[test]
-#[ignore = "needs an image: KITTIWAKE_IMAGE=NAME cargo test --test compose -- --ignored"]
+#[ignore = "needs an image: KITTIWAKE_IMAGE=NAME cargo test --test stories -- --ignored compose::"]
 fn three_fly_and_one_page_has_them_all() {
     let mut project = Project::new("fleet");
     project.with_profiles(&["three"]);

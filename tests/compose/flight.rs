@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use crate::support::Project;
-use crate::support::docker_lines;
+use crate::compose::support::Project;
+use crate::compose::support::docker_lines;
 use crate::support::engine::docker;
 
 /// An aircraft and its ground come up within this time.
@@ -23,13 +23,13 @@ const PROCESSES: [&str; 9] = [
 ];
 
 #[test]
-#[ignore = "needs an image: KITTIWAKE_IMAGE=NAME cargo test --test compose -- --ignored"]
+#[ignore = "needs an image: KITTIWAKE_IMAGE=NAME cargo test --test stories -- --ignored compose::"]
 fn it_comes_up_and_flies_the_reference_mission_watched_from_the_host() {
     let project = Project::new("flight");
     let start = Instant::now();
     project.up();
     let token = project.token();
-    let ready = crate::support::wait_for("the gateway to be ready", || {
+    let ready = crate::compose::support::wait_for("the gateway to be ready", || {
         project.get("/readyz", "").filter(|it| it.0 == 200).map(|_| start.elapsed())
     });
     assert!(ready < START_LIMIT, "ready after {ready:?}");

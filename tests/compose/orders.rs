@@ -6,11 +6,11 @@ use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand::seq::SliceRandom;
 
-use crate::support::Project;
+use crate::compose::support::Project;
 use crate::support::engine::docker;
 
 #[test]
-#[ignore = "needs an image: KITTIWAKE_IMAGE=NAME cargo test --test compose -- --ignored"]
+#[ignore = "needs an image: KITTIWAKE_IMAGE=NAME cargo test --test stories -- --ignored compose::"]
 fn started_in_any_order_it_flies() {
     let project = Project::new("orders");
     let seed = match std::env::var("SEED").map(|it| it.parse()) {

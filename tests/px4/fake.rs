@@ -12,7 +12,7 @@ use px4_bridge::port::Arrival;
 use serde::Deserialize;
 use zenoh::{Session, Wait};
 
-use crate::support::{KITTIWAKE, SHORT, System, mission};
+use crate::px4::support::{KITTIWAKE, SHORT, System, mission};
 
 #[derive(Deserialize)]
 struct Sections {

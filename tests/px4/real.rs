@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::support::{KITTIWAKE, System};
+use crate::px4::support::{KITTIWAKE, System};
 
 /// Names the executable.
 const VARIABLE: &str = "KITTIWAKE_PX4";
@@ -127,7 +127,7 @@ const ONCE: &[(&str, usize)] = &[("Takeoff detected", 1), ("Landing detected", 1
 macro_rules! stories {
     ($($name:ident: $story:expr;)*) => {
         $(#[test]
-        #[ignore = "needs a px4 executable: KITTIWAKE_PX4=PATH cargo test --test px4 -- --ignored"]
+        #[ignore = "needs a px4 executable: KITTIWAKE_PX4=PATH cargo test --test stories -- --ignored px4::"]
         fn $name() { check(&$story) })*
     };
 }

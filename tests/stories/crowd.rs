@@ -14,7 +14,7 @@ use nix::sys::socket::{setsockopt, sockopt};
 use prost::Message as _;
 use zenoh::Wait;
 
-use crate::bad_messages::stranger;
+use crate::stories::bad_messages::stranger;
 use crate::support::crowd::{Crowd, raise_socket_limit};
 use crate::support::files::Files;
 use crate::support::http::{Http, answer};

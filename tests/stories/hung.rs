@@ -5,7 +5,7 @@ use std::process::Command;
 
 use nix::sys::signal::Signal;
 
-use crate::bad_messages::{say_flag, stranger};
+use crate::stories::bad_messages::{say_flag, stranger};
 use crate::support::processes::{Process, wait_until_gone};
 use crate::support::{KITTIWAKE, System, wait_for};
 

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::bad_messages::{say_flag, stranger};
+use crate::stories::bad_messages::{say_flag, stranger};
 use crate::support::{System, shipped, wait_for};
 
 /// A thousand events a second, in batches of this period, for so many events: each flag rises and falls again and again.

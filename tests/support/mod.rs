@@ -13,13 +13,14 @@ use files::Files;
 
 pub mod browser;
 pub mod crowd;
+pub mod engine;
 pub mod files;
 pub mod http;
 pub mod http_proxy;
 pub mod people;
 pub mod processes;
 mod seats;
-mod wait;
+pub mod wait;
 
 /// On a machine in order every wait is much shorter than this. Beside eight busy loops some take two minutes.
 pub const LIMIT: Duration = Duration::from_secs(300);

@@ -1,11 +1,11 @@
 //! Enabled once, the system comes up by itself, flies, and remembers that it has.
 
-use crate::site::{ON_BOARD, Site, flies, is_armed, unpack_upgrade};
+use crate::systemd::site::{ON_BOARD, Site, flies, is_armed, unpack_upgrade};
 
 const SPEED: u32 = 20;
 
 #[test]
-#[ignore = "needs an image: KITTIWAKE_SYSTEMD_IMAGE=NAME cargo test --test systemd -- --ignored"]
+#[ignore = "needs an image: KITTIWAKE_SYSTEMD_IMAGE=NAME cargo test --test stories -- --ignored systemd::"]
 fn installed_as_documented_it_flies_and_stays_down_after_a_power_cut_and_an_upgrade() {
     let site = Site::start("flight", SPEED);
     site.check_active();
@@ -20,7 +20,7 @@ fn installed_as_documented_it_flies_and_stays_down_after_a_power_cut_and_an_upgr
 
     let before = ON_BOARD.map(|it| site.aircraft.process_id(it));
     unpack_upgrade(&site.aircraft, SPEED);
-    site.aircraft.run(&crate::documented::commands("\nsystemctl restart kittiwake.target"));
+    site.aircraft.run(&crate::systemd::documented::commands("\nsystemctl restart kittiwake.target"));
     for (process, before) in ON_BOARD.iter().zip(before) {
         site.aircraft.wait_for_another(process, before);
     }

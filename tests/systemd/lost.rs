@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use crate::machine::Machine;
-use crate::site::{ON_BOARD, ON_GROUND, Site};
+use crate::systemd::machine::Machine;
+use crate::systemd::site::{ON_BOARD, ON_GROUND, Site};
 
 /// What may die in flight, on its machine: with the simulator the vehicle itself would be gone.
 fn mortal(site: &Site) -> impl Iterator<Item = (&Machine, &'static str)> {
@@ -22,7 +22,7 @@ fn lose(site: &Site, (machine, process): (&Machine, &str), signal: &str) -> Dura
 }
 
 #[test]
-#[ignore = "needs an image: KITTIWAKE_SYSTEMD_IMAGE=NAME cargo test --test systemd -- --ignored"]
+#[ignore = "needs an image: KITTIWAKE_SYSTEMD_IMAGE=NAME cargo test --test stories -- --ignored systemd::"]
 fn whatever_is_killed_in_flight_is_started_again_with_the_files_that_were_checked_and_the_mission_is_achieved() {
     let site = Site::start("killed", 4);
     let machine = &site.aircraft;
@@ -49,7 +49,7 @@ fn whatever_is_killed_in_flight_is_started_again_with_the_files_that_were_checke
 }
 
 #[test]
-#[ignore = "needs an image: KITTIWAKE_SYSTEMD_IMAGE=NAME cargo test --test systemd -- --ignored"]
+#[ignore = "needs an image: KITTIWAKE_SYSTEMD_IMAGE=NAME cargo test --test stories -- --ignored systemd::"]
 fn whatever_hangs_in_flight_is_killed_by_the_watchdog_and_the_mission_is_achieved() {
     let site = Site::start("hung", 2);
     site.wait_for_flight();

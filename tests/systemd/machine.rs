@@ -4,8 +4,8 @@ use std::path::Path;
 use std::process::Output;
 use std::time::Duration;
 
-use crate::engine::docker;
-use crate::wait::wait_within;
+use crate::support::engine::docker;
+use crate::support::wait::wait_within;
 
 /// On a machine in order every wait is much shorter than this.
 const LIMIT: Duration = Duration::from_secs(120);

@@ -1,6 +1,6 @@
 //! What a process under systemd may do.
 
-use crate::site::Site;
+use crate::systemd::site::Site;
 
 /// The greatest exposure that `systemd-analyze security` may state, from 0 (confined) to 10.
 const EXPOSURE: f64 = 1.5;
@@ -21,7 +21,7 @@ systemctl start kittiwake@probe
 cat /run/probe";
 
 #[test]
-#[ignore = "needs an image: KITTIWAKE_SYSTEMD_IMAGE=NAME cargo test --test systemd -- --ignored"]
+#[ignore = "needs an image: KITTIWAKE_SYSTEMD_IMAGE=NAME cargo test --test stories -- --ignored systemd::"]
 fn a_process_writes_nowhere_but_to_its_own_state_and_little_else_is_open_to_it() {
     let site = Site::start("sandbox", 20);
     for process in ["mcm", "router"] {

@@ -5,9 +5,9 @@ use std::sync::{Mutex, MutexGuard};
 
 use serde_json::Value;
 
-use crate::documented::{commands, commands_of};
-use crate::engine::{self, docker};
-use crate::machine::{Machine, succeeded, wait_for};
+use crate::support::engine::{self, docker};
+use crate::systemd::documented::{commands, commands_of};
+use crate::systemd::machine::{Machine, succeeded, wait_for};
 
 /// Names the image of the machines.
 const IMAGE: &str = "KITTIWAKE_SYSTEMD_IMAGE";

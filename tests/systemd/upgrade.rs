@@ -1,12 +1,12 @@
 //! The program is replaced while the vehicle flies.
 
-use crate::documented::commands;
-use crate::site::{Site, unpack_upgrade};
+use crate::systemd::documented::commands;
+use crate::systemd::site::{Site, unpack_upgrade};
 
 const SPEED: u32 = 5;
 
 #[test]
-#[ignore = "needs an image: KITTIWAKE_SYSTEMD_IMAGE=NAME cargo test --test systemd -- --ignored"]
+#[ignore = "needs an image: KITTIWAKE_SYSTEMD_IMAGE=NAME cargo test --test stories -- --ignored systemd::"]
 fn upgraded_in_flight_one_process_after_the_other_the_mission_is_achieved() {
     let site = Site::start("upgrade", SPEED);
     let machine = &site.aircraft;

@@ -134,3 +134,10 @@ pub use values::types::{ObjectType, Type};
 pub use values::value::Value;
 pub use wake::WakeSignal;
 pub use xml::element::{Document, Element};
+
+// The stories use this crate as others do, in the program of its unit tests: one program links faster than two.
+#[cfg(test)]
+extern crate self as behavior_tree;
+#[cfg(test)]
+#[path = "../tests/it/main.rs"]
+mod stories;

@@ -61,3 +61,10 @@ impl LocatorInspector for TlsLocatorInspector {
         Ok(true)
     }
 }
+
+// The stories use this crate as others do, in the program of its unit tests: one program links faster than two.
+#[cfg(test)]
+extern crate self as zenoh_link_tls;
+#[cfg(test)]
+#[path = "../tests/link.rs"]
+mod stories;

@@ -203,7 +203,7 @@ async fn each_end_knows_the_others_name() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-#[ignore = "needs a loopback of IPv6; .ci/run runs it"]
+#[ignore = "needs a loopback of IPv6: .ci/long ipv6"]
 async fn a_host_may_be_an_address_of_ipv6() {
     let authority = Authority::new();
     let ground = Ground::listen_at("tls/[::1]:0", &authority, None).await;

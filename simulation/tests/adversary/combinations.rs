@@ -34,36 +34,33 @@ fn stays_down(simulation: &mut Simulation<'_>) {
 fn an_order_to_come_back_keeps_a_vehicle_down_whatever_it_waits_for_on_the_ground() {
     let port = |kind: &str, more: &str| area("port", kind, [-60.0, -60.0], [60.0, 60.0], more);
     let closed = window(0, Some(60));
-    for (name, parts, policy) in [
+    let waits = [
         ("permission", with(out_and_back(), port("permission", "")), Policy::Silent),
         ("denial", with(out_and_back(), port("permission", "")), Policy::Deny),
         ("closure", with(out_and_back(), port("keep-out", &closed)), Policy::Grant),
-    ] {
-        for verb in [RETURN, land_at(0.0, 0.0), land_at(120.0, 0.0)] {
-            let mut simulation = mission(&format!("waits-{name}"), &parts, policy);
-            simulation.pass(s(8));
-            simulation.order(verb.clone());
-            stays_down(&mut simulation);
-            says(&simulation, "stays, and ends the mission on the ground");
-        }
+    ];
+    for ((name, parts, policy), verb) in sample(each(waits, [RETURN, land_at(0.0, 0.0), land_at(120.0, 0.0)])) {
+        let mut simulation = mission(&format!("waits-{name}"), &parts, policy);
+        simulation.pass(s(8));
+        simulation.order(verb.clone());
+        stays_down(&mut simulation);
+        says(&simulation, "stays, and ends the mission on the ground");
     }
 }
 
 #[test]
 fn an_order_to_come_back_at_the_delivery_keeps_it_there_and_says_so() {
-    for verb in [RETURN, land_at(0.0, 0.0), land_at(0.0, 500.0)] {
-        for after_s in [0, 3, 6] {
-            let mut simulation = simulation(None, Policy::Grant);
-            lands_at_the_delivery(&mut simulation);
-            simulation.pass(s(after_s));
-            if !simulation.is_on_ground() {
-                // Still in the air by the rule, or with its motors on: it flies home.
-                continue;
-            }
-            simulation.order(verb.clone());
-            stays_down(&mut simulation);
-            says(&simulation, "ends the mission on the ground");
+    for (verb, after_s) in sample(each([RETURN, land_at(0.0, 0.0), land_at(0.0, 500.0)], [0, 3, 6])) {
+        let mut simulation = simulation(None, Policy::Grant);
+        lands_at_the_delivery(&mut simulation);
+        simulation.pass(s(after_s));
+        if !simulation.is_on_ground() {
+            // Still in the air by the rule, or with its motors on: it flies home.
+            continue;
         }
+        simulation.order(verb.clone());
+        stays_down(&mut simulation);
+        says(&simulation, "ends the mission on the ground");
     }
 }
 
@@ -365,27 +362,27 @@ fn an_abort_lands_also_with_a_status_that_is_frozen_and_a_land_detector_that_sti
 /// A pause in the first metre of a takeoff, and then nobody knows in which mode it is.
 #[test]
 fn who_hovers_low_with_a_silent_status_is_landed_by_an_abort_and_not_called_landed_before() {
-    for (fault, paused_at_m) in [("drop", 0.1), ("drop", 0.4), ("freeze", 0.2), ("freeze", 0.6)] {
-        for silent_for in [5, 9, 12, 30] {
-            let mut simulation = mission("low-hover", &out_and_back(), Policy::Grant);
-            until(&mut simulation, |it| paused_at_m < -it.down_m);
-            simulation.inject_flag("operator_pause");
-            simulation.pass(s(2));
-            simulation.inject_fault(fault, &["vehicle_status"]);
-            simulation.pass(s(silent_for));
-            let hovers_at = simulation.position().unwrap();
-            assert!((0.05..1.2).contains(&-hovers_at.down_m), "{hovers_at:?}");
-            // An order would end the pause.
-            simulation.inject_flag("operator_abort");
-            while simulation.report().is_none() && simulation.now() < at_s(200) {
-                simulation.pass(Duration::from_millis(100));
-            }
-            let at = simulation.position().unwrap();
-            let story =
-                || format!("{fault}, {paused_at_m} m, {silent_for} s: {hovers_at:?}, {at:?}\n{}", brief(&simulation));
-            assert!(simulation.report().is_some(), "{}", story());
-            assert!(-at.down_m < 0.2, "over in the air: {}", story());
+    for ((fault, paused_at_m), silent_for) in
+        sample(each([("drop", 0.1), ("drop", 0.4), ("freeze", 0.2), ("freeze", 0.6)], [5, 9, 12, 30]))
+    {
+        let mut simulation = mission("low-hover", &out_and_back(), Policy::Grant);
+        until(&mut simulation, |it| paused_at_m < -it.down_m);
+        simulation.inject_flag("operator_pause");
+        simulation.pass(s(2));
+        simulation.inject_fault(fault, &["vehicle_status"]);
+        simulation.pass(s(silent_for));
+        let hovers_at = simulation.position().unwrap();
+        assert!((0.05..1.2).contains(&-hovers_at.down_m), "{hovers_at:?}");
+        // An order would end the pause.
+        simulation.inject_flag("operator_abort");
+        while simulation.report().is_none() && simulation.now() < at_s(200) {
+            simulation.pass(Duration::from_millis(100));
         }
+        let at = simulation.position().unwrap();
+        let story =
+            || format!("{fault}, {paused_at_m} m, {silent_for} s: {hovers_at:?}, {at:?}\n{}", brief(&simulation));
+        assert!(simulation.report().is_some(), "{}", story());
+        assert!(-at.down_m < 0.2, "over in the air: {}", story());
     }
 }
 

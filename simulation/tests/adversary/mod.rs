@@ -20,7 +20,7 @@ use simulation::{Machine, Setup, Simulation};
 use v1::mission_request::Request as Ask;
 use v1::operator_command::Verb;
 
-use crate::support::{config, config_with, mission_file, simulation};
+use crate::stories::support::{config, config_with, each, mission_file, sample, simulation};
 
 const LIMIT: Duration = Duration::from_secs(3000);
 

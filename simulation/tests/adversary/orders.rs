@@ -63,24 +63,23 @@ fn orders_flags_and_missions_after_the_end_move_nothing() {
 #[test]
 fn of_contradicting_orders_the_last_one_counts() {
     use MissionOutcome::{Emergency, Success};
-    for (verbs, expected, home) in [
+    let orders = [
         (vec![RETURN, ABORT], Emergency, false),
         (vec![ABORT, RETURN], Emergency, true),
         (vec![ABORT, RESUME], Emergency, false),
         (vec![RETURN, PAUSE, RESUME], Success, true),
         (vec![PAUSE, PAUSE, RESUME], Success, true),
         (vec![REPLAN, REPLAN, PAUSE, REPLAN, RESUME], Success, true),
-    ] {
-        for gap_ms in [1, 3_000] {
-            let mut simulation = mission("contradict", &out_and_back(), Policy::Grant);
-            until(&mut simulation, |it| 150.0 < it.east_m);
-            for verb in &verbs {
-                simulation.order(verb.clone());
-                simulation.pass(Duration::from_millis(gap_ms));
-            }
-            ends_as(&mut simulation, expected);
-            assert_eq!(is_home(&simulation), home, "{verbs:?} {gap_ms} ms apart: {}", brief(&simulation));
+    ];
+    for ((verbs, expected, home), gap_ms) in sample(each(orders, [1, 3_000])) {
+        let mut simulation = mission("contradict", &out_and_back(), Policy::Grant);
+        until(&mut simulation, |it| 150.0 < it.east_m);
+        for verb in &verbs {
+            simulation.order(verb.clone());
+            simulation.pass(Duration::from_millis(gap_ms));
         }
+        ends_as(&mut simulation, expected);
+        assert_eq!(is_home(&simulation), home, "{verbs:?} {gap_ms} ms apart: {}", brief(&simulation));
     }
 }
 

@@ -56,22 +56,22 @@ fn a_pause_whose_grant_ends_with_a_low_battery_and_home_closed_ends() {
 
 #[test]
 fn a_process_that_freezes_in_the_middle_of_a_response_delays_it_and_no_more() {
-    for process in ["mcm", "planner", "skill-manager", "monitor"] {
-        for response in ["return", "battery_critical", "revoked"] {
-            let mut simulation = simulation(None, Policy::Grant);
-            assert!(simulation.fly_until("step 4 of 5", LIMIT));
-            until(&mut simulation, |it| 200.0 < it.east_m);
-            match response {
-                "return" => simulation.order(RETURN),
-                "battery_critical" => simulation.inject_fault("battery", &["0.09"]),
-                _ => simulation.decide("A", Decision::Revoke),
-            }
-            simulation.pass(Duration::from_millis(1_500));
-            simulation.freeze(process, s(25));
-            let report = ends(&mut simulation);
-            let expected = if response == "revoked" { MissionOutcome::Success } else { MissionOutcome::Emergency };
-            assert_eq!(report.outcome(), expected, "{process} {response}: {}", brief(&simulation));
+    for (process, response) in
+        sample(each(["mcm", "planner", "skill-manager", "monitor"], ["return", "battery_critical", "revoked"]))
+    {
+        let mut simulation = simulation(None, Policy::Grant);
+        assert!(simulation.fly_until("step 4 of 5", LIMIT));
+        until(&mut simulation, |it| 200.0 < it.east_m);
+        match response {
+            "return" => simulation.order(RETURN),
+            "battery_critical" => simulation.inject_fault("battery", &["0.09"]),
+            _ => simulation.decide("A", Decision::Revoke),
         }
+        simulation.pass(Duration::from_millis(1_500));
+        simulation.freeze(process, s(25));
+        let report = ends(&mut simulation);
+        let expected = if response == "revoked" { MissionOutcome::Success } else { MissionOutcome::Emergency };
+        assert_eq!(report.outcome(), expected, "{process} {response}: {}", brief(&simulation));
     }
 }
 
@@ -154,14 +154,12 @@ fn a_pause_while_the_motors_spool_up_keeps_it_on_the_ground() {
 
 #[test]
 fn a_skill_manager_that_hangs_in_the_takeoff_costs_no_objective() {
-    for height in [-1.0, 0.3, 5.0, 19.0] {
-        for seconds in [3, 25] {
-            let mut simulation = mission("hang-takeoff", &out_and_back(), Policy::Grant);
-            simulation.pass(s(1));
-            until(&mut simulation, |it| height < -it.down_m);
-            simulation.freeze("skill-manager", s(seconds));
-            ends_as(&mut simulation, MissionOutcome::Success);
-        }
+    for (height, seconds) in sample(each([-1.0, 0.3, 5.0, 19.0], [3, 25])) {
+        let mut simulation = mission("hang-takeoff", &out_and_back(), Policy::Grant);
+        simulation.pass(s(1));
+        until(&mut simulation, |it| height < -it.down_m);
+        simulation.freeze("skill-manager", s(seconds));
+        ends_as(&mut simulation, MissionOutcome::Success);
     }
 }
 

@@ -2,7 +2,10 @@
 
 #![expect(unreachable_pub, reason = "no other crate uses a test: here `pub` means outside of the module")]
 
+use std::hash::{BuildHasher as _, DefaultHasher, Hash as _, Hasher as _, RandomState};
+use std::panic::Location;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use control_tower::policy::Policy;
@@ -48,7 +51,10 @@ pub fn config_with_rows(name: &str, rows: &str) -> PathBuf {
 fn own_path(name: &str) -> PathBuf {
     static NUMBER: AtomicUsize = AtomicUsize::new(0);
     let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-    Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{number}"))
+    let program = std::env::current_exe().unwrap();
+    let folder = program.ancestors().nth(2).unwrap().join("tmp");
+    std::fs::create_dir_all(&folder).unwrap();
+    folder.join(format!("{name}-{number}"))
 }
 
 /// A mission of this text, in a file of its own.
@@ -71,13 +77,51 @@ pub fn simulation_of(config: &Path, mission: Option<&Path>, permissions: Policy)
     Simulation::new(&setup).unwrap_or_else(|mistakes| panic!("{mistakes}"))
 }
 
-/// The seeds that `KITTIWAKE_SEEDS` asks for, a number of them or a range, or else the first `few`.
+/// The seeds that `KITTIWAKE_SEEDS` asks for, a number of them or a range, or else a sample of the first `few`.
 #[track_caller]
-pub(crate) fn seeds(few: u64) -> std::ops::Range<u64> {
+pub(crate) fn seeds(few: u64) -> Vec<u64> {
     fn range(asked: &str) -> Option<std::ops::Range<u64>> {
         let (from, to) = asked.split_once("..").unwrap_or(("0", asked));
         Some(from.parse().ok()?..to.parse().ok()?)
     }
-    let Ok(asked) = std::env::var("KITTIWAKE_SEEDS") else { return 0..few };
-    range(&asked).expect("KITTIWAKE_SEEDS is a number of seeds, or a range of them such as 798..799")
+    let Ok(asked) = std::env::var("KITTIWAKE_SEEDS") else { return sample(0..few) };
+    range(&asked).expect("KITTIWAKE_SEEDS is a number of seeds, or a range of them such as 798..799").collect()
+}
+
+/// Of this many cases of a sweep one is flown.
+const SAMPLED: usize = 8;
+
+/// The cases of a sweep that are flown: one in eight, drawn by the seed `KITTIWAKE_SWEEP`, or by a random one. `KITTIWAKE_SWEEP=all` flies
+/// all, as `.ci/long sweeps` does. A test that fails prints the seed.
+#[track_caller]
+pub(crate) fn sample<T>(cases: impl IntoIterator<Item = T>) -> Vec<T> {
+    static SEED: LazyLock<Option<u64>> = LazyLock::new(|| match std::env::var("KITTIWAKE_SWEEP") {
+        Ok(all) if all == "all" => None,
+        Ok(seed) => Some(seed.parse().expect("KITTIWAKE_SWEEP is a seed, or `all`")),
+        Err(_) => Some(RandomState::new().hash_one("a seed") % 1_000_000),
+    });
+    let cases = cases.into_iter();
+    let Some(seed) = *SEED else { return cases.collect() };
+    let place = Location::caller();
+    println!(
+        "{place}: one case in {SAMPLED} is flown; KITTIWAKE_SWEEP={seed} flies the same, KITTIWAKE_SWEEP=all flies all"
+    );
+    // Each sweep draws by itself. The hasher of this name is the same in every run.
+    let draw = |group: usize| {
+        let mut hasher = DefaultHasher::new();
+        (seed, place.file(), place.line(), group).hash(&mut hasher);
+        hasher.finish() as usize
+    };
+    let mut cases: Vec<Option<T>> = cases.map(Some).collect();
+    let groups = cases.chunks_mut(SAMPLED).enumerate();
+    groups.filter_map(|(number, group)| group[draw(number) % group.len()].take()).collect()
+}
+
+/// Every `first` with every `second`.
+pub(crate) fn each<A: Clone, B>(
+    firsts: impl IntoIterator<Item = A>,
+    seconds: impl IntoIterator<Item = B> + Clone,
+) -> Vec<(A, B)> {
+    let pairs = |first: A| seconds.clone().into_iter().map(move |second| (first.clone(), second)).collect::<Vec<_>>();
+    firsts.into_iter().flat_map(pairs).collect()
 }

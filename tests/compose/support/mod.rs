@@ -9,13 +9,10 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-#[path = "../../support/engine.rs"]
-pub mod engine;
-pub mod http;
-#[path = "../../support/wait.rs"]
-mod wait;
+use crate::support::engine::{self, answers, docker};
+use crate::support::wait;
 
-use engine::{answers, docker};
+pub mod http;
 
 /// On a machine in order every wait is much shorter than this.
 pub const LIMIT: Duration = Duration::from_secs(240);

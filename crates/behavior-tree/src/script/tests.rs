@@ -1,5 +1,8 @@
 use std::collections::BTreeMap;
 
+use proptest::collection::vec;
+use proptest::prelude::*;
+
 use super::Script;
 use super::check::type_of;
 use super::eval::Scene;
@@ -234,17 +237,19 @@ fn text_of(bytes: &[u8]) -> String {
     }
 }
 
-#[test]
-fn any_text_is_an_expression_or_a_syntax_error() {
-    bolero::check!().with_iterations(1_000_000).with_max_len(64).with_type::<Vec<u8>>().for_each(|bytes| {
-        let text = text_of(bytes);
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1_000_000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_text_is_an_expression_or_a_syntax_error(bytes in vec(any::<u8>(), 0..=64)) {
+        let text = text_of(&bytes);
         if let Ok(Value::Text(text)) = compute(&text) {
-            assert!(text.len() <= 64 * 1024);
+            prop_assert!(text.len() <= 64 * 1024);
         }
         let mut keys = Keys::default();
         if let Ok(statements) = parse(&text, &mut |name| keys.number(name)) {
             let types = statements.iter().map(|statement| type_of(statement, &|_| Type::Int));
             types.for_each(|found| drop(found.map_err(|error| error.describe(&|key| key.to_string()))));
         }
-    });
+    }
 }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use behavior_tree::{Library, NodeStatus, Status};
 
-use crate::reference::{World, conditions_xml, flying, goal, registry, step_xml, template};
+use crate::stories::reference::{World, conditions_xml, flying, goal, registry, step_xml, template};
 use counting_allocator::{allocations, peak};
 
 #[test]
@@ -28,7 +28,10 @@ fn a_steady_tick_allocates_nothing() {
 fn a_condition_that_fails_at_every_tick_with_its_reason_allocates_nothing() {
     let root = r#"<Sequence><Script code="level := 17.5"/>
         <ReactiveFallback><ScriptCondition code="20 &lt; level"/><L id="1" s="R"/></ReactiveFallback></Sequence>"#;
-    let mut tree = crate::support::tree_of(&crate::support::registry(), &crate::support::file(root, ""));
+    let mut tree = crate::stories::support::tree_of(
+        &crate::stories::support::registry(),
+        &crate::stories::support::file(root, ""),
+    );
     let mut events = String::with_capacity(1 << 16);
     tree.tick_once(Duration::ZERO, &mut events);
     let counted = allocations(|| {

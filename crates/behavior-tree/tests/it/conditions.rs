@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use behavior_tree::{Cause, NodeErrorKind, Status, Value};
 
-use crate::support::{check, file, registry, tree_of};
+use crate::stories::support::{check, file, registry, tree_of};
 
 #[test]
 fn preconditions_decide_before_an_idle_node_is_ticked() {

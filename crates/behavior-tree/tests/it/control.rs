@@ -1,6 +1,6 @@
 //! What the conformance traces do not cover in control nodes: skipping, the asynchronous nodes, `Switch`.
 
-use crate::support::check;
+use crate::stories::support::check;
 
 #[test]
 fn a_sequence_passes_over_skipped_children_and_is_skipped_if_all_are() {

@@ -1,6 +1,6 @@
 //! What the conformance traces do not cover in decorators.
 
-use crate::support::check;
+use crate::stories::support::check;
 
 #[test]
 fn decorators_pass_skipped_on() {

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use behavior_tree::{NodeErrorKind, Status};
 
-use crate::support::{check, file, registry, tree_of};
+use crate::stories::support::{check, file, registry, tree_of};
 
 #[test]
 fn an_error_or_panic_fails_the_node_and_halts_what_it_started() {

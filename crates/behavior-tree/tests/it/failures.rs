@@ -6,7 +6,7 @@ use behavior_tree::{
     BuildError, Cause, Leaf, LeafResult, Library, Port, Ports, Registry, Status, Template, Tree, Value,
 };
 
-use crate::support::{Events, file, registry, tree_of};
+use crate::stories::support::{Events, file, registry, tree_of};
 
 /// A leaf that gives a reason in its first failure and none in later ones.
 struct Once {

@@ -1,12 +1,14 @@
 //! Loading any file ends soon, without a panic and without filling the memory.
 //!
-//! `BOLERO_RANDOM_ITERATIONS=1000000` tries more files. Expressions have their own target in `src/script/tests.rs`.
+//! `PROPTEST_CASES=1000000` tries more files. Expressions have their own test in `src/script/tests.rs`.
 
 use std::time::Duration;
 
 use behavior_tree::Library;
+use proptest::collection::vec;
+use proptest::prelude::*;
 
-use crate::support::registry;
+use crate::stories::support::registry;
 use counting_allocator::peak;
 
 /// Parts of tree files, and a few texts that belong in no tree file.
@@ -152,19 +154,29 @@ fn load_and_tick(text: &str) {
     }
 }
 
-#[test]
-fn loading_any_file_ends_without_panic_and_in_bounded_memory() {
-    bolero::check!().with_iterations(200_000).with_max_len(48).with_type::<Vec<u8>>().for_each(|bytes| {
-        let text = text_of(bytes);
-        let most = peak(|| load_and_tick(&text));
-        assert!(most < 1 << 20, "{most} bytes for\n{text}");
-    });
+/// The test tries at least this many files; `PROPTEST_CASES` asks for more.
+fn files(least: u32) -> ProptestConfig {
+    let config = ProptestConfig::default();
+    ProptestConfig { cases: least.max(config.cases), failure_persistence: None, ..config }
 }
 
-#[test]
-fn bytes_that_are_not_a_tree_file_are_refused() {
-    bolero::check!().with_iterations(100_000).with_max_len(256).with_type::<Vec<u8>>().for_each(|bytes| {
-        let text = String::from_utf8_lossy(bytes);
-        assert!(peak(|| load_and_tick(&text)) < 1 << 20);
-    });
+proptest! {
+    #![proptest_config(files(200_000))]
+
+    #[test]
+    fn loading_any_file_ends_without_panic_and_in_bounded_memory(bytes in vec(any::<u8>(), 0..=48)) {
+        let text = text_of(&bytes);
+        let most = peak(|| load_and_tick(&text));
+        prop_assert!(most < 1 << 20, "{most} bytes for\n{text}");
+    }
+}
+
+proptest! {
+    #![proptest_config(files(100_000))]
+
+    #[test]
+    fn bytes_that_are_not_a_tree_file_are_refused(bytes in vec(any::<u8>(), 0..=256)) {
+        let text = String::from_utf8_lossy(&bytes);
+        prop_assert!(peak(|| load_and_tick(&text)) < 1 << 20);
+    }
 }

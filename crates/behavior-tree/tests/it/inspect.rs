@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use behavior_tree::{BtlogWriter, NodeId, NodeStatus, Status, Tree};
 
-use crate::reference;
-use crate::support::{Events, file, registry, tree_of};
+use crate::stories::reference;
+use crate::stories::support::{Events, file, registry, tree_of};
 
 fn example() -> Tree<Events> {
     let root = r#"<Fallback name="top"><ScriptCondition name="enough &quot;fuel&quot;" code="fuel >= 20"/>

@@ -13,8 +13,7 @@ mod inspect;
 mod load_errors;
 mod ports;
 mod properties;
-#[allow(clippy::disallowed_methods, dead_code, reason = "written for the benches, which read a clock")]
-#[path = "../../benches/reference/mod.rs"]
+#[allow(clippy::disallowed_methods, dead_code, reason = "a bench uses it too, and reads a clock")]
 mod reference;
 mod subtrees;
 mod support;

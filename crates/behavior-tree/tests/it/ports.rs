@@ -6,7 +6,7 @@ use behavior_tree::{
     BuildError, In, Leaf, LeafResult, Library, NodeSpec, Object, Out, Port, Ports, Registry, SetError, Status, Value,
 };
 
-use crate::support::file;
+use crate::stories::support::file;
 
 #[derive(Clone, Debug, PartialEq)]
 struct Waypoint {

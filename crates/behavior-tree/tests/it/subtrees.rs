@@ -20,7 +20,7 @@ fn registry() -> Registry<Vec<String>> {
 }
 
 fn load(main: &str, others: &str) -> Result<Library<Vec<String>>, String> {
-    let xml = crate::support::file(main, others);
+    let xml = crate::stories::support::file(main, others);
     Library::load(&registry(), [("test.xml", xml)]).map_err(|errors| errors.to_string())
 }
 

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use behavior_tree::{NextTick, Status};
 
-use crate::support::{check, file, registry, tree_of};
+use crate::stories::support::{check, file, registry, tree_of};
 
 #[test]
 fn a_timeout_halts_its_child_without_ticking_it() {

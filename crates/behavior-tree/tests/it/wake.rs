@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use behavior_tree::{Leaf, LeafResult, Library, Ports, Registry, Status, WakeSignal};
 
-use crate::support::check;
+use crate::stories::support::check;
 
 /// Waits for a number from another thread.
 struct FromThread {
@@ -36,7 +36,7 @@ impl Leaf<Requests> for FromThread {
 fn a_leaf_wakes_the_caller_that_ticks_its_tree() {
     let mut registry = Registry::new();
     registry.action("Ask", [], |_| Ok(FromThread { receiver: None }));
-    let xml = crate::support::file("<Ask/>", "");
+    let xml = crate::stories::support::file("<Ask/>", "");
     let library = Library::load(&registry, [("test.xml", xml)]).unwrap_or_else(|errors| panic!("{errors}"));
     let mut tree = library.instantiate("m", &[]).expect("no parameters");
     let signal = WakeSignal::new();

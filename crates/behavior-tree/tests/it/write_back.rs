@@ -2,7 +2,7 @@
 
 use behavior_tree::{Document, Element, Library, Port, Registry};
 
-use crate::reference;
+use crate::stories::reference;
 
 #[test]
 fn a_file_that_is_written_back_and_read_again_is_the_same() {

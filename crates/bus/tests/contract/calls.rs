@@ -6,8 +6,8 @@ use kittiwake_proto::topics::{Request, Response, Service};
 use kittiwake_proto::v1;
 use node::{CallError, CallId, Effect, Event, Scope};
 
-use crate::probe::{Probe, Seen};
-use crate::shell::Shell;
+use crate::stories::contract::probe::{Probe, Seen};
+use crate::stories::contract::shell::Shell;
 
 const LONG: Duration = Duration::from_secs(50);
 const SHORT: Duration = Duration::from_millis(300);

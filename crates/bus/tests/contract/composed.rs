@@ -6,8 +6,8 @@ use bus::{Composition, Direct, Hosted, Nudge};
 use domain::time::Pace;
 use node::{Scope, VehicleId};
 
-use crate::probe::{Gate, Probe, Seen};
-use crate::shell::{Real, Shell};
+use crate::stories::contract::probe::{Gate, Probe, Seen};
+use crate::stories::contract::shell::{Real, Shell};
 
 /// A router, a thread for each node on the ground, and for each vehicle one thread for all of its nodes that are there when the story
 /// first waits. A node that comes later has a thread of its own, as in a process that is started later.

@@ -4,8 +4,8 @@ use kittiwake_proto::topics::{Message, Topic};
 use kittiwake_proto::v1;
 use node::{Effect, Event, Scope};
 
-use crate::probe::{Phase, Probe, Seen};
-use crate::shell::Shell;
+use crate::stories::contract::probe::{Phase, Probe, Seen};
+use crate::stories::contract::shell::Shell;
 
 /// Samples of one burst: far more than a node that comes late may see.
 const BURST: u32 = 400;

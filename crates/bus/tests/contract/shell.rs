@@ -12,7 +12,7 @@ use node::{Node, Scope};
 
 use tempfile::TempDir;
 
-use crate::probe::{Gate, Probe, Seen};
+use crate::stories::contract::probe::{Gate, Probe, Seen};
 
 /// What is waited for comes within this, on a machine that is not broken.
 pub const LIMIT: Duration = Duration::from_secs(60);

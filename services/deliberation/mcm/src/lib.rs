@@ -26,3 +26,10 @@ mod world;
 pub use manager::Mcm;
 pub use trees::{LoadedTrees, Trees, contingency_xml};
 pub use world::persisted::UnusableState;
+
+// The stories use this crate as others do, in the program of its unit tests: one program links faster than two.
+#[cfg(test)]
+extern crate self as mcm;
+#[cfg(test)]
+#[path = "../tests/stories.rs"]
+mod stories;

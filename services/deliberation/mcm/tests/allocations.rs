@@ -1,15 +1,9 @@
 //! The allocations of a wake.
 
-#[allow(dead_code)]
-mod rig;
-
-use counting_allocator::{Counting, allocations};
+use crate::stories::rig::{Rig, plan, step};
+use counting_allocator::allocations;
 use domain::skill::Goal;
 use kittiwake_proto::v1::FlightMode::Takeoff;
-use rig::{Rig, plan, step};
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// The tree is published at the reporting rate, twice a second, not with each of the hundred ticks a second.
 #[test]

@@ -10,6 +10,7 @@ use kittiwake_proto::v1::operator_command::Verb;
 use node::CallError;
 
 mod after_the_end;
+mod allocations;
 mod alternates;
 mod asking_ahead;
 mod drops;
@@ -27,6 +28,9 @@ mod signed;
 mod timing;
 mod why;
 use rig::{Rig, plan, step};
+
+#[global_allocator]
+static ALLOCATOR: counting_allocator::Counting = counting_allocator::Counting;
 
 fn fly(east_m: f64) -> Goal {
     let target = Ned::new(0.0, east_m, -10.0);

@@ -168,3 +168,10 @@ impl Node for Monitor {
         rules.chain([self.schedule.next()]).min()
     }
 }
+
+// The stories use this crate as others do, in the program of its unit tests: one program links faster than two.
+#[cfg(test)]
+extern crate self as monitor;
+#[cfg(test)]
+#[path = "../tests/monitor/main.rs"]
+mod stories;

@@ -125,3 +125,10 @@ impl Node for SkillManager {
         self.executor.deadline()
     }
 }
+
+// The stories use this crate as others do, in the program of its unit tests: one program links faster than two.
+#[cfg(test)]
+extern crate self as skill_manager;
+#[cfg(test)]
+#[path = "../tests/stories/main.rs"]
+mod stories;

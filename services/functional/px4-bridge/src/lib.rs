@@ -96,3 +96,10 @@ impl<P: Port> Node for Px4Bridge<P> {
         self.port.deadline()
     }
 }
+
+// The stories use this crate as others do, in the program of its unit tests: one program links faster than two.
+#[cfg(test)]
+extern crate self as px4_bridge;
+#[cfg(test)]
+#[path = "../tests/it/main.rs"]
+mod stories;

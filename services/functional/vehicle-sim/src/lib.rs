@@ -179,3 +179,10 @@ impl Node for VehicleSim {
         Some(self.publisher.deadline())
     }
 }
+
+// The stories use this crate as others do, in the program of its unit tests: one program links faster than two.
+#[cfg(test)]
+extern crate self as vehicle_sim;
+#[cfg(test)]
+#[path = "../tests/stories/main.rs"]
+mod stories;

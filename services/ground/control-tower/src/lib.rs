@@ -304,3 +304,10 @@ impl Node for ControlTower {
         self.vehicles.values().map(|it| it.deadline(self.rhythm)).min()
     }
 }
+
+// The stories use this crate as others do, in the program of its unit tests: one program links faster than two.
+#[cfg(test)]
+extern crate self as control_tower;
+#[cfg(test)]
+#[path = "../tests/stories.rs"]
+mod stories;

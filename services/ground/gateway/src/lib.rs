@@ -279,3 +279,10 @@ mod tests {
         check(20.0, false, 20);
     }
 }
+
+// The stories use this crate as others do, in the program of its unit tests: one program links faster than two.
+#[cfg(test)]
+extern crate self as gateway;
+#[cfg(test)]
+#[path = "../tests/main.rs"]
+mod stories;

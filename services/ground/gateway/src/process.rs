@@ -95,9 +95,14 @@ impl GatewayProcess {
         let _entered = runtime.enter();
         let listener = tokio::net::TcpListener::from_std(self.listener)?;
         let (end, ended) = oneshot::channel::<()>();
-        runtime.spawn(serve(listener, self.tls.map(|it| it.config), self.api, async {
-            let _ = ended.await;
-        }));
+        runtime.spawn(serve(
+            listener,
+            self.tls.map(|it| it.config),
+            self.api,
+            Box::pin(async {
+                let _ = ended.await;
+            }),
+        ));
         let result = run_node(&mut self.node);
         drop(end);
         // An open stream does not keep the process alive.

@@ -43,13 +43,27 @@ const TLS_BUFFER: usize = 4 * 1024;
 /// encrypted with `tls`, if there is any. Whether tokens are taken away is for others to notice (`token_watch`); the seats of their
 /// holders are given back here.
 ///
+/// Neither the argument nor the result is generic: each caller would compile the HTTP server again.
+///
 /// # Errors
 /// When the listener fails for good.
-pub async fn serve(
+pub fn serve(
     listener: TcpListener,
     tls: Option<Arc<rustls::ServerConfig>>,
     api: Api,
-    shutdown: impl Future<Output = ()> + Send + 'static,
+    shutdown: Boxed<()>,
+) -> Boxed<io::Result<()>> {
+    Box::pin(answer(listener, tls, api, shutdown))
+}
+
+/// A future whose type does not name what it is made from.
+pub type Boxed<T> = Pin<Box<dyn Future<Output = T> + Send>>;
+
+async fn answer(
+    listener: TcpListener,
+    tls: Option<Arc<rustls::ServerConfig>>,
+    api: Api,
+    shutdown: Boxed<()>,
 ) -> io::Result<()> {
     // The limit for a handshake, and for the head of a request from the end of the request before.
     let head_timeout = api.config.head_timeout_s.seconds();
@@ -61,10 +75,10 @@ pub async fn serve(
     beside.spawn(tick(api.standstill.clone()));
     beside.spawn(give_back(seats, api.tokens.clone()));
     let router = http::router(api, closing);
-    let shutdown = async move {
+    let shutdown: Boxed<()> = Box::pin(async move {
         shutdown.await;
         drop(close);
-    };
+    });
     match tls {
         None => run(listener, router, seating, head_timeout, shutdown).await,
         Some(config) => {
@@ -100,7 +114,7 @@ async fn run<A>(
     router: Router,
     acceptor: A,
     head_timeout: Duration,
-    shutdown: impl Future<Output = ()> + Send + 'static,
+    shutdown: Boxed<()>,
 ) -> io::Result<()>
 where
     A: Accept<TcpStream, Router, Service = Seated> + Clone + Send + Sync + 'static,

@@ -23,9 +23,8 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
 use tower::ServiceExt as _;
 
-#[allow(dead_code)]
-#[path = "world/description.rs"]
-mod description;
+use crate::stories::world::description::Description;
+
 mod restart;
 
 /// Few records and few streams, so that their limits are reached soon; the second status comes late, so that only
@@ -357,9 +356,14 @@ async fn the_server_stops_while_a_stream_is_open() {
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let address = listener.local_addr().unwrap();
     let (stop, stopped) = tokio::sync::oneshot::channel::<()>();
-    let server = tokio::spawn(serve(listener, None, world.api.clone(), async {
-        let _ = stopped.await;
-    }));
+    let server = tokio::spawn(serve(
+        listener,
+        None,
+        world.api.clone(),
+        Box::pin(async {
+            let _ = stopped.await;
+        }),
+    ));
     let mut client = TcpStream::connect(address).await.unwrap();
     client
         .write_all(b"GET /api/v1/vehicles/uav1/events HTTP/1.1\r\nhost: x\r\nauthorization: Bearer secret\r\n\r\n")
@@ -377,7 +381,7 @@ async fn the_server_stops_while_a_stream_is_open() {
 #[tokio::test(flavor = "multi_thread")]
 async fn every_event_is_as_it_is_described() {
     let mut world = World::with_vehicle();
-    let description = description::Description::new(world.get("/openapi.json").await.body);
+    let description = Description::new(world.get("/openapi.json").await.body);
     world.say(v1::McmStatus { mission_time_s: Some(1.0), report: Some(Default::default()), ..Default::default() });
     world.decide("one");
     world.say(v1::SkillEvent::default());

@@ -14,8 +14,7 @@ use serde_json::{Value, json};
 mod audit;
 mod decisions;
 mod recordings;
-mod world;
-use world::World;
+use crate::stories::world::{self, World};
 
 const ROLES: [&str; 4] = ["observer", "operator", "tower", "safety"];
 const UAV: &str = "/api/v1/vehicles/uav1";

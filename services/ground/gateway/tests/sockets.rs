@@ -20,10 +20,8 @@ use tokio_rustls::client::TlsStream;
 use x509_parser::prelude::{FromDer, X509Certificate};
 
 mod limits;
-#[allow(dead_code)]
-mod world;
-use world::World;
-use world::certificates::Certificates;
+use crate::stories::world::certificates::Certificates;
+use crate::stories::world::{self, World};
 
 /// Longer than any limit in the tests' configuration, on a machine that is busy.
 const LIMIT: Duration = Duration::from_secs(100);
@@ -58,9 +56,14 @@ impl Served {
         let (stop, stopped) = tokio::sync::oneshot::channel::<()>();
         let (config, shown) = tls.map(|Encryption { config, shown }| (config, shown)).unzip();
         let api = world.api.clone();
-        tokio::spawn(serve(listener, config, api, async {
-            let _ = stopped.await;
-        }));
+        tokio::spawn(serve(
+            listener,
+            config,
+            api,
+            Box::pin(async {
+                let _ = stopped.await;
+            }),
+        ));
         Served { address, certificates, shown, world, _stop: stop }
     }
 
@@ -392,9 +395,14 @@ async fn a_gateway_without_a_certificate_lets_clients_in_once_it_has_one() {
     let tls = encryption(&config, address, Demand::Nothing, SystemTime::now()).unwrap().unwrap();
     let (_stop, stopped) = tokio::sync::oneshot::channel::<()>();
     let world = World::new();
-    tokio::spawn(serve(listener, Some(tls.config), world.api.clone(), async {
-        let _ = stopped.await;
-    }));
+    tokio::spawn(serve(
+        listener,
+        Some(tls.config),
+        world.api.clone(),
+        Box::pin(async {
+            let _ = stopped.await;
+        }),
+    ));
     let call = async || tls_over(TcpStream::connect(address).await.unwrap(), Some(&files.ca)).await;
     assert!(call().await.is_err(), "there is nothing to show");
     files.sign("server", 2020, 2120);

@@ -1,11 +1,12 @@
 //! How much memory event streams take that nobody reads: all that there may be at a time, encrypted, on real sockets.
 //!
-//! It is a program of its own, since other tests in its process would count as well.
+//! The test starts itself in a process of its own: other tests beside it would count as well.
 
 #![expect(clippy::disallowed_methods, reason = "a test waits for what other threads do, up to a limit")]
 
 use std::io::ErrorKind;
 use std::net::SocketAddr;
+use std::process::Command;
 use std::sync::Arc;
 use std::time::SystemTime;
 
@@ -19,10 +20,8 @@ use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::{TcpSocket, TcpStream};
 use tokio_rustls::TlsConnector;
 
-#[allow(dead_code)]
-mod world;
-use world::World;
-use world::certificates::Certificates;
+use crate::stories::world::certificates::Certificates;
+use crate::stories::world::{self, World};
 
 /// As many as the shipped configuration allows.
 const STREAMS: usize = 2000;
@@ -67,9 +66,14 @@ impl Served {
         (config.tls_certificate, config.tls_key) = (Some(certificate), Some(key));
         let tls = encryption(&config, address, Demand::Valid, SystemTime::now()).unwrap().unwrap();
         let (stop, stopped) = tokio::sync::oneshot::channel::<()>();
-        tokio::spawn(serve(listener, Some(tls.config), world.api.clone(), async {
-            let _ = stopped.await;
-        }));
+        tokio::spawn(serve(
+            listener,
+            Some(tls.config),
+            world.api.clone(),
+            Box::pin(async {
+                let _ = stopped.await;
+            }),
+        ));
         let connector = connector(&certificates.ca);
         Served { address, connector, world, said: 0, _certificates: certificates, _stop: stop }
     }
@@ -139,8 +143,24 @@ fn memory_mb() -> u64 {
     line.trim().trim_end_matches(" kB").parse::<u64>().expect("a number") / 1024
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn as_many_unread_event_streams_as_there_may_be_take_a_bounded_memory() {
+/// Names the process in which the test runs alone.
+const ALONE: &str = "KITTIWAKE_TEST_ALONE";
+
+#[test]
+fn as_many_unread_event_streams_as_there_may_be_take_a_bounded_memory() {
+    if std::env::var_os(ALONE).is_none() {
+        let name = "stories::unread::as_many_unread_event_streams_as_there_may_be_take_a_bounded_memory";
+        let mut program = Command::new(std::env::current_exe().unwrap());
+        let output = program.args(["--exact", name, "--nocapture"]).env(ALONE, "1").output().unwrap();
+        let printed = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
+        assert!(output.status.success() && printed.contains("1 passed"), "{printed}");
+        return;
+    }
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
+    runtime.block_on(streams_take_a_bounded_memory());
+}
+
+async fn streams_take_a_bounded_memory() {
     // A client and a server in one process, and what it has itself.
     let (wanted, room) = (2 * STREAMS as u64 + 50, gateway::sockets::make_room(2 * STREAMS as u64 + 50).unwrap());
     assert!(wanted <= room, "it needs {wanted} descriptors, and may have {room}: ulimit -Hn");

@@ -5,8 +5,8 @@ use kittiwake_proto::v1::FlightMode::{Land, Loiter, Takeoff, Unspecified};
 use kittiwake_proto::v1::SkillOutcome::Succeeded;
 use v1::operator_command::Verb;
 
-use crate::rig::Rig;
-use crate::under_way;
+use crate::stories::rig::Rig;
+use crate::stories::under_way;
 
 const ABORT: Verb = Verb::Abort(v1::AbortMission { overrides: false });
 const START: Verb = Verb::Start(v1::StartMission {});

@@ -3,8 +3,8 @@
 use kittiwake_proto::v1;
 use kittiwake_proto::v1::FlightMode::{Loiter, Offboard};
 
-use crate::rig::Rig;
-use crate::under_way;
+use crate::stories::rig::Rig;
+use crate::stories::under_way;
 
 fn site(name: &str, north_m: f64, kind: v1::SiteKind) -> v1::Site {
     let position = Some(v1::Ned { north_m, east_m: 50.0, down_m: 0.0 });

@@ -5,8 +5,8 @@ use kittiwake_proto::v1;
 use kittiwake_proto::v1::FlightMode::{Loiter, Offboard};
 use kittiwake_proto::v1::SkillOutcome::Succeeded;
 
-use crate::fly;
-use crate::rig::{Rig, plan, step};
+use crate::stories::fly;
+use crate::stories::rig::{Rig, plan, step};
 
 /// A step that asks for B ahead, so many seconds after its beginning.
 fn asking_ahead(id: u64, goal: Goal, ask: &[&str], after_s: f64) -> v1::PlanStep {

@@ -7,7 +7,7 @@ use kittiwake_proto::v1::FlightMode::Loiter;
 use kittiwake_proto::v1::SkillOutcome::{Succeeded, TimedOut};
 use kittiwake_proto::v1::{self, Gripper};
 
-use crate::rig::{Rig, plan, step};
+use crate::stories::rig::{Rig, plan, step};
 
 /// Hovering over the place, the step under way; with the request id of its skill.
 fn releasing() -> (Rig, String) {
@@ -100,7 +100,7 @@ fn no_load_falls_into_an_area_below_that_must_not_be_entered() {
         ..Default::default()
     };
     let mut rig = Rig::new();
-    rig.plan(plan(&[step(1, crate::fly(50.0), &[]), release()]));
+    rig.plan(plan(&[step(1, crate::stories::fly(50.0), &[]), release()]));
     let skill = rig.execute();
     rig.next(Some(release()));
     rig.vehicle(true, Loiter, (0.0, 50.0, 10.0));

@@ -8,8 +8,8 @@ use kittiwake_proto::v1::SkillOutcome::{Failed, Rejected, Succeeded};
 use kittiwake_proto::v1::operator_command::Verb;
 use node::CallError;
 
-use crate::rig::{Rig, plan, step};
-use crate::{fly, under_way};
+use crate::stories::rig::{Rig, plan, step};
+use crate::stories::{fly, under_way};
 
 fn area_a() -> v1::Area {
     let corner = |(north_m, east_m)| v1::Ned { north_m, east_m, down_m: 0.0 };

@@ -5,7 +5,7 @@ use kittiwake_proto::topics::Request;
 use kittiwake_proto::v1::FlightMode::Loiter;
 use node::CallError;
 
-use crate::rig::{Rig, plan, step};
+use crate::stories::rig::{Rig, plan, step};
 
 /// The id of the request for a plan that waits for its answer.
 #[track_caller]

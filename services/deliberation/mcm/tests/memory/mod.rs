@@ -8,8 +8,8 @@ use kittiwake_proto::v1::FlightMode::{Land, Loiter, Offboard};
 use kittiwake_proto::v1::SkillOutcome::Succeeded;
 use v1::operator_command::Verb;
 
-use crate::rig::{Rig, plan, step};
-use crate::{fly, under_way};
+use crate::stories::rig::{Rig, plan, step};
+use crate::stories::{fly, under_way};
 
 const START: Verb = Verb::Start(v1::StartMission {});
 const RESUME: Verb = Verb::Resume(v1::ResumeMission {});

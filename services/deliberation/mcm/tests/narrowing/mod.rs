@@ -7,8 +7,8 @@ use kittiwake_proto::v1::FlightMode::{Land, Loiter, Offboard};
 use kittiwake_proto::v1::SkillOutcome::Succeeded;
 use kittiwake_proto::v1::operator_command::Verb;
 
-use crate::fly;
-use crate::rig::{Rig, plan, step};
+use crate::stories::fly;
+use crate::stories::rig::{Rig, plan, step};
 
 /// A row that is raised by hand.
 fn row(flag: &str, priority: u32, keys: &str) -> String {

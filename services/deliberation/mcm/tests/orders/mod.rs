@@ -6,7 +6,7 @@ use kittiwake_proto::v1::SkillOutcome::Succeeded;
 use v1::operator_command::Verb;
 
 use super::{fly, under_way};
-use crate::rig::{Rig, plan, step};
+use crate::stories::rig::{Rig, plan, step};
 
 const START: Verb = Verb::Start(v1::StartMission {});
 const PAUSE: Verb = Verb::Pause(v1::PauseMission { overrides: false });

@@ -6,8 +6,8 @@ use kittiwake_proto::v1::FlightMode::{Loiter, Offboard};
 use kittiwake_proto::v1::PermissionState::{self, Denied, Granted, Revoked};
 use kittiwake_proto::v1::SkillOutcome::Succeeded;
 
-use crate::fly;
-use crate::rig::{Rig, plan, step};
+use crate::stories::fly;
+use crate::stories::rig::{Rig, plan, step};
 
 /// The control tower's ledger: each area with its state, for how long it holds, and the number of the decision.
 fn decide(rig: &mut Rig, lines: &[(&str, PermissionState, f64, u64)]) {

@@ -5,8 +5,8 @@ use kittiwake_proto::v1::FlightMode::{Loiter, Offboard};
 use kittiwake_proto::v1::SkillOutcome::Failed;
 use kittiwake_proto::v1::operator_command::Verb;
 
-use crate::rig::Rig;
-use crate::under_way;
+use crate::stories::rig::Rig;
+use crate::stories::under_way;
 
 fn told(rig: &mut Rig) -> v1::FlightProgress {
     rig.wait(1.0);

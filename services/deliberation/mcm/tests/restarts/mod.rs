@@ -6,8 +6,8 @@ use kittiwake_proto::v1::SkillOutcome::Succeeded;
 use mcm::UnusableState;
 use v1::operator_command::Verb;
 
-use crate::rig::Rig;
-use crate::under_way;
+use crate::stories::rig::Rig;
+use crate::stories::under_way;
 
 #[test]
 fn what_was_ordered_is_flown_on() {
@@ -64,7 +64,7 @@ fn the_time_of_the_mission_goes_on() {
     let mut memory = rig.mcm.memory();
     // The mission was begun half a minute before the machine's clock shows zero, as it does in these stories.
     memory.began_utc_ms = -30_000;
-    let mut rig = crate::rig::Rig::new();
+    let mut rig = crate::stories::rig::Rig::new();
     rig.mcm.resume(memory).unwrap();
     rig.wait(1.0);
     let status = rig.status();

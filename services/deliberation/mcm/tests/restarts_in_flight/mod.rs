@@ -4,8 +4,8 @@ use kittiwake_proto::v1;
 use kittiwake_proto::v1::FlightMode::{Land, Loiter, Offboard, Unspecified};
 use v1::operator_command::Verb;
 
-use crate::rig::{Rig, plan, step};
-use crate::{fly, under_way};
+use crate::stories::rig::{Rig, plan, step};
+use crate::stories::{fly, under_way};
 
 const ABORT: Verb = Verb::Abort(v1::AbortMission { overrides: false });
 const RESUME: Verb = Verb::Resume(v1::ResumeMission {});

@@ -5,8 +5,8 @@ use kittiwake_proto::v1;
 use kittiwake_proto::v1::FlightMode::Loiter;
 use signed_permissions::key::SecretKey;
 
-use crate::fly;
-use crate::rig::{Rig, plan, step};
+use crate::stories::fly;
+use crate::stories::rig::{Rig, plan, step};
 
 fn tower() -> SecretKey {
     SecretKey::of_seed([1; 32]).expect("32 bytes make a key")

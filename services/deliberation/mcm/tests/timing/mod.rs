@@ -5,8 +5,8 @@ use kittiwake_proto::v1::NodeStatus::{Failure, Idle, Running, Success};
 use kittiwake_proto::v1::SkillOutcome::{Failed, Succeeded};
 use kittiwake_proto::v1::{LeafChange, NodeStatus};
 
-use crate::rig::{Rig, plan, step};
-use crate::{fly, under_way};
+use crate::stories::rig::{Rig, plan, step};
+use crate::stories::{fly, under_way};
 
 /// How leaves of these kinds changed in the last wake with a record.
 fn changes<'a>(rig: &'a Rig, kinds: &[&str]) -> Vec<(&'a str, NodeStatus, NodeStatus)> {

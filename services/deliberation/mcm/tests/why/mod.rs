@@ -9,8 +9,8 @@ use kittiwake_proto::v1::FlightMode::Land;
 use kittiwake_proto::v1::SkillOutcome::{Failed, Rejected, Succeeded};
 use kittiwake_proto::v1::operator_command::Verb;
 
-use crate::rig::{Rig, plan, step};
-use crate::{fly, under_way};
+use crate::stories::rig::{Rig, plan, step};
+use crate::stories::{fly, under_way};
 
 /// The monitor raises a flag by a value.
 fn raise(rig: &mut Rig, name: &str, (value, threshold, unit): (f64, f64, &str), reason: &str) {

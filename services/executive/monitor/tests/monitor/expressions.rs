@@ -2,7 +2,7 @@
 
 use kittiwake_proto::v1;
 
-use crate::rig::{Rig, Vehicle};
+use crate::stories::rig::{Rig, Vehicle};
 
 /// Flies two seconds in each state of the vehicle, and compares what the monitor says about its one flag.
 #[track_caller]

@@ -7,7 +7,7 @@ use kittiwake_proto::topics::{Message, Topic};
 use kittiwake_proto::v1;
 use proptest::prelude::*;
 
-use crate::rig::{Rig, s, table};
+use crate::stories::rig::{Rig, s, table};
 
 #[derive(Debug, Clone)]
 enum Step {

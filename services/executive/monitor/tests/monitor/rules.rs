@@ -3,7 +3,7 @@
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1::{self, FailureFlag};
 
-use crate::rig::{Rig, Vehicle, s};
+use crate::stories::rig::{Rig, Vehicle, s};
 
 const BATTERY_LOW: &str =
     "{ fact = 'below', value = 'battery-remaining', threshold = 0.2, clear = 0.3, for_s = 1.0, during = 'always' }";

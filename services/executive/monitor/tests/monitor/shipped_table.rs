@@ -6,7 +6,7 @@ use domain::time::Pace;
 use kittiwake_proto::topics::Topic;
 use kittiwake_proto::v1::{self, FailureFlag};
 
-use crate::rig::{Rig, SHIPPED, Vehicle, s, shipped};
+use crate::stories::rig::{Rig, SHIPPED, Vehicle, s, shipped};
 
 #[test]
 fn no_flag_is_raised_while_all_is_well() {

@@ -4,7 +4,7 @@ use domain::time::Pace;
 use kittiwake_proto::topics::Topic;
 use kittiwake_proto::v1;
 
-use crate::rig::{Rig, s, table};
+use crate::stories::rig::{Rig, s, table};
 
 const POSITION_STALE: &str = "{ fact = 'stale', source = 'local-position', after_s = 0.5, during = 'always' }";
 const POSITION_STALE_ARMED: &str = "{ fact = 'stale', source = 'local-position', after_s = 0.5, during = 'armed' }";
@@ -292,7 +292,7 @@ fn a_monitor_that_is_started_in_flight_goes_on_with_the_time_of_the_flight() {
 fn a_link_is_lost_when_either_direction_is_lost_and_only_if_it_existed() {
     /// Flies with a contact to the ground, then with `change`, and compares what is said about the link.
     #[track_caller]
-    fn check(before_s: f64, change: impl FnOnce(&mut crate::rig::Vehicle), after_s: f64, expected: &[&str]) {
+    fn check(before_s: f64, change: impl FnOnce(&mut crate::stories::rig::Vehicle), after_s: f64, expected: &[&str]) {
         let mut rig = Rig::watching("{ fact = 'stale', source = 'ground-link', after_s = 2.0, during = 'always' }");
         rig.vehicle.silent = vec![Topic::GroundContact];
         rig.fly(6.0);
@@ -302,7 +302,7 @@ fn a_link_is_lost_when_either_direction_is_lost_and_only_if_it_existed() {
         rig.fly(after_s);
         assert_eq!(rig.story(), expected);
     }
-    let silent = |vehicle: &mut crate::rig::Vehicle| vehicle.silent = vec![Topic::GroundContact];
+    let silent = |vehicle: &mut crate::stories::rig::Vehicle| vehicle.silent = vec![Topic::GroundContact];
     check(0.0, silent, 10.0, &[]);
     check(1.0, |_| (), 10.0, &[]);
     check(1.0, silent, 1.9, &[]);
@@ -312,7 +312,7 @@ fn a_link_is_lost_when_either_direction_is_lost_and_only_if_it_existed() {
         3.0,
         &["8.990 watched up: the link to the ground has been silent for 2.0 s, the limit is 2.0 s"],
     );
-    let unheard = |vehicle: &mut crate::rig::Vehicle| vehicle.unheard_s = 5.0;
+    let unheard = |vehicle: &mut crate::stories::rig::Vehicle| vehicle.unheard_s = 5.0;
     check(
         1.0,
         unheard,

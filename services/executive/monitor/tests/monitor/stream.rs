@@ -8,7 +8,7 @@ use kittiwake_proto::topics::Message;
 use node::Scope;
 use node::virtual_bus::{Machine, VirtualBus};
 
-use crate::rig::{Rig, monitor, s, shipped};
+use crate::stories::rig::{Rig, monitor, s, shipped};
 
 #[test]
 fn a_hundred_a_second_of_wall_time_exactly() {

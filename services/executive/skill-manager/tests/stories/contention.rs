@@ -4,9 +4,9 @@ use domain::geometry::Ned;
 use domain::skill::Goal;
 use kittiwake_proto::v1::{self, FlightMode, SkillOutcome::*, SkillState, WhenBusy::Refuse, WhenBusy::Replace};
 
-use crate::support::autopilot::Autopilot;
-use crate::support::autopilot::Reaction::{self, *};
-use crate::support::rig::Rig;
+use crate::stories::support::autopilot::Autopilot;
+use crate::stories::support::autopilot::Reaction::{self, *};
+use crate::stories::support::rig::Rig;
 
 fn fly_to(north_m: f64) -> Goal {
     Goal::Position { target: Ned::new(north_m, 0.0, -10.0), speed_limit_m_s: 5.0, yaw_rad: None, hold_at_target: false }

@@ -6,9 +6,9 @@ use domain::skill::Goal;
 use kittiwake_proto::v1::{FlightMode, SkillState, WhenBusy};
 use proptest::prelude::*;
 
-use crate::support::autopilot::Reaction::{self, *};
-use crate::support::autopilot::{Autopilot, Source};
-use crate::support::rig::Rig;
+use crate::stories::support::autopilot::Reaction::{self, *};
+use crate::stories::support::autopilot::{Autopilot, Source};
+use crate::stories::support::rig::Rig;
 
 #[derive(Debug, Clone)]
 enum Happening {

@@ -4,9 +4,9 @@ use domain::geometry::{Ned, NedVelocity};
 use domain::skill::Goal;
 use kittiwake_proto::v1::{Gripper, SkillOutcome::*};
 
-use crate::support::autopilot::Autopilot;
-use crate::support::autopilot::Reaction::*;
-use crate::support::rig::Rig;
+use crate::stories::support::autopilot::Autopilot;
+use crate::stories::support::autopilot::Reaction::*;
+use crate::stories::support::rig::Rig;
 
 /// North of where the vehicle hovers.
 fn release(north_m: f64) -> Goal {

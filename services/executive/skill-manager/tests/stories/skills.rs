@@ -4,9 +4,9 @@ use domain::geometry::{Ned, NedVelocity};
 use domain::skill::Goal;
 use kittiwake_proto::v1::{FlightMode, SkillOutcome::*};
 
-use crate::support::autopilot::Reaction::*;
-use crate::support::autopilot::{Autopilot, Source};
-use crate::support::rig::Rig;
+use crate::stories::support::autopilot::Reaction::*;
+use crate::stories::support::autopilot::{Autopilot, Source};
+use crate::stories::support::rig::Rig;
 
 fn fly_to(north_m: f64, hold_at_target: bool) -> Goal {
     Goal::Position { target: Ned::new(north_m, 0.0, -10.0), speed_limit_m_s: 10.0, yaw_rad: None, hold_at_target }

@@ -5,7 +5,7 @@ use kittiwake_proto::v1;
 use kittiwake_proto::v1::vehicle_command::Command;
 use px4_bridge::port::Arrival;
 
-use crate::rig::{Rig, output, token};
+use crate::stories::rig::{Rig, output, token};
 
 const ARM: Command = Command::Arm(v1::Arm {});
 

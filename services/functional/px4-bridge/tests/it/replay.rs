@@ -6,8 +6,8 @@ use kittiwake_proto::v1;
 use px4_bridge::keys;
 use px4_bridge::port::Arrival;
 
-use crate::data;
-use crate::rig::Rig;
+use crate::stories::data;
+use crate::stories::rig::Rig;
 
 /// Everything that the bridge publishes, with the time in milliseconds.
 fn replayed() -> Vec<(u64, Message)> {

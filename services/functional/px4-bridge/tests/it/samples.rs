@@ -3,7 +3,7 @@
 use px4_bridge::cdr::{Definitions, Record, Value};
 use px4_bridge::keys;
 
-use crate::data;
+use crate::stories::data;
 
 fn is_same(found: Value, expected: &serde_json::Value) -> bool {
     let text = expected.as_str();

@@ -1,6 +1,6 @@
 use domain::geometry::Ned;
 
-use crate::support::{Flight, arm, land, offboard, takeoff};
+use crate::stories::support::{Flight, arm, land, offboard, takeoff};
 
 #[test]
 fn the_same_seed_and_inputs_give_the_same_outputs_and_another_seed_others() {

@@ -3,7 +3,7 @@ use kittiwake_proto::topics::Topic;
 use kittiwake_proto::v1::{CommandResult, FailureFlag, FaultRequest, FlightMode};
 use vehicle_sim::faults::catalogue::catalogue;
 
-use crate::support::{Flight, arm, land, loiter, offboard, takeoff};
+use crate::stories::support::{Flight, arm, land, loiter, offboard, takeoff};
 
 #[test]
 fn a_rejected_command_is_not_carried_out() {

@@ -1,6 +1,6 @@
 use kittiwake_proto::v1::Gripper;
 
-use crate::support::{Flight, release};
+use crate::stories::support::{Flight, release};
 
 #[test]
 fn it_opens_a_second_after_the_command() {

@@ -2,7 +2,7 @@ use domain::geodesy::LatLon;
 use domain::geometry::{Ned, NedVelocity};
 use kittiwake_proto::v1::FlightMode;
 
-use crate::support::{Flight, arm, land, loiter, offboard, takeoff};
+use crate::stories::support::{Flight, arm, land, loiter, offboard, takeoff};
 
 #[track_caller]
 fn check(flight: &Flight, expected: &str) {

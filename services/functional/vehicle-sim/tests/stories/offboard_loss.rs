@@ -1,7 +1,7 @@
 use domain::geometry::{Ned, NedVelocity};
 use kittiwake_proto::v1::{self, FailureFlag, FlightMode};
 
-use crate::support::{Flight, land, loiter};
+use crate::stories::support::{Flight, land, loiter};
 
 #[test]
 fn it_loiters_when_the_proof_of_life_stops_and_resumes_by_itself() {
@@ -73,12 +73,12 @@ fn half_of_the_stream_is_no_proof_of_life_and_neither_is_an_invalid_one() {
 #[test]
 fn the_limit_keeps_its_wall_clock_floor() {
     let mut flight = Flight::at_speed(20.0, 1);
-    flight.accepted(crate::support::arm());
-    flight.accepted(crate::support::takeoff(10.0));
+    flight.accepted(crate::stories::support::arm());
+    flight.accepted(crate::stories::support::takeoff(10.0));
     flight.pass(20.0);
     flight.stream_position(Ned::new(0.0, 0.0, -10.0), None);
     flight.pass(1.0);
-    flight.accepted(crate::support::offboard());
+    flight.accepted(crate::stories::support::offboard());
     flight.pass(20.0);
     flight.stop_streaming();
     let took_s = flight.until("loiter", 30.0, |it| it.status.actual_mode() == FlightMode::Loiter);

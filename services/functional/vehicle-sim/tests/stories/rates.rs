@@ -1,6 +1,6 @@
 use kittiwake_proto::topics::Topic;
 
-use crate::support::Flight;
+use crate::stories::support::Flight;
 
 /// Table 4.1 of the reference, in wall time, at every speed.
 #[test]

@@ -1,7 +1,7 @@
 use domain::geometry::Ned;
 use kittiwake_proto::v1::{self, FlightMode};
 
-use crate::support::{Flight, arm, disarm, land, loiter, offboard, set_mode, takeoff};
+use crate::stories::support::{Flight, arm, disarm, land, loiter, offboard, set_mode, takeoff};
 
 #[test]
 fn what_is_rejected_while_disarmed() {

@@ -1,7 +1,7 @@
 use domain::geometry::{Ned, NedVelocity};
 use kittiwake_proto::v1;
 
-use crate::support::Flight;
+use crate::stories::support::Flight;
 
 /// A small generator of random numbers, with the same sequence everywhere.
 struct Draw(u64);

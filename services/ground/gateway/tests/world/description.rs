@@ -13,7 +13,6 @@ impl Description {
     }
 
     /// The paths of the routes with this method.
-    #[allow(dead_code)]
     pub fn paths(&self, method: &str) -> Vec<String> {
         let all = self.0["paths"].as_object().into_iter().flatten();
         all.filter(|(_, operations)| operations.get(method).is_some()).map(|(path, _)| path.clone()).collect()
@@ -46,7 +45,6 @@ impl Description {
     }
 
     /// Fails unless the data of an event of this kind are described.
-    #[allow(dead_code)]
     #[track_caller]
     pub fn check_event(&self, kind: &str, data: &Value) {
         let operation = self.operation("get", "/api/v1/vehicles/uav1/events").expect("the stream is described");

@@ -25,11 +25,10 @@ use serde_json::Value;
 use tokio::sync::watch;
 use tower::ServiceExt as _;
 
-#[allow(dead_code)]
 pub mod certificates;
 pub mod description;
 
-use description::Description;
+use crate::stories::world::description::Description;
 
 pub const CONFIG: &str = include_str!("config.toml");
 
@@ -50,7 +49,6 @@ enum Input {
 pub struct World {
     pub router: Router,
     /// To serve on a socket.
-    #[allow(dead_code)]
     pub api: Api,
     inputs: Sender<Input>,
     /// What the gateway says of its answers; each is compared with it.
@@ -86,7 +84,6 @@ impl World {
     }
 
     /// With one change, and services that reply as `play` does.
-    #[allow(dead_code)]
     pub fn configured_and_playing(
         from: &str,
         to: &str,
@@ -97,7 +94,6 @@ impl World {
     }
 
     /// With several changes.
-    #[allow(dead_code)]
     pub fn configured_with(changes: &[(&str, &str)]) -> World {
         let change = |config: String, (from, to): &(&str, &str)| {
             assert!(config.contains(from), "{from}");

@@ -1,0 +1,6 @@
+//! The wire contract as its users see it.
+
+mod golden;
+mod json;
+mod schema;
+mod topics;
