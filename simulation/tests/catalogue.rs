@@ -145,7 +145,11 @@ const STORIES: [(&str, &str, &str); 66] = [
     ),
     ("memory_unwritable", "tests/stories/memory.rs", "a_disk_that_cannot_be_written_to_lets_nothing_begin"),
     ("operator_silent", "simulation/tests/cases.rs", "a_pause_that_nobody_ends_ends_at_home"),
-    ("record_unwritable", "simulation/tests/course.rs", "a_record_that_cannot_be_written_is_told_and_decides_nothing"),
+    (
+        "record_unwritable",
+        "services/ground/gateway/tests/contract.rs",
+        "a_record_that_cannot_be_written_raises_a_flag_and_decides_nothing",
+    ),
     (
         "ended_in_air",
         "simulation/tests/responses.rs",

@@ -8,7 +8,7 @@ use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, Decision, MissionOutcome};
 
 use crate::stories::support::story::{LIMIT, ends, s, when};
-use crate::stories::support::{mission_file, simulation};
+use crate::stories::support::{config_with, mission_file, simulation, simulation_of};
 
 /// An objective on the ground so far to the east.
 fn objective(east_m: f64) -> String {
@@ -50,7 +50,11 @@ fn a_leg_that_takes_too_long_is_told_and_flown_to_its_end() {
 
 #[test]
 fn in_the_air_for_an_hour_it_comes_home() {
-    let mut simulation = when("step 3 of 5");
+    // An hour at the shipped rates takes a minute of a processor.
+    let config = config_with("hour", &[("introspection_rate_hz", "10.0"), ("tick_period_ms", "100.0")]);
+    let mission = crate::stories::support::config().join("missions/reference.toml");
+    let mut simulation = simulation_of(&config, Some(&mission), Policy::Grant);
+    assert!(simulation.fly_until("step 3 of 5", LIMIT), "{}", simulation.decision_log());
     // A battery that would last for a day, and a crew that pauses again and again.
     simulation.inject_fault("drain", &["0.05"]);
     let flown_since = simulation.now();

@@ -43,7 +43,8 @@ fn a_closed_sky_in_each_phase_is_held_through_or_landed_in() {
         let closed = window(opens_s, Some(opens_s + lasts_s));
         let sky = area("sky", "keep-out", [-5000.0, -5000.0], [5000.0, 5000.0], &closed);
         let mut simulation = mission("sky-phases", &with(out_and_back(), sky), Policy::Grant);
-        simulation.pass(s(900));
+        simulation.fly(s(900));
+        simulation.pass(s(10));
         let at = simulation.position().unwrap();
         let label = format!("from {opens_s} s for {lasts_s} s: {at:?}\n{}", brief(&simulation));
         assert!(at.north_m.hypot(at.east_m) < 400.0, "{label}");

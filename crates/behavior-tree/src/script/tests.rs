@@ -238,7 +238,7 @@ fn text_of(bytes: &[u8]) -> String {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1_000_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(crate::stories::fuzz::cases(1_000_000))]
 
     #[test]
     fn any_text_is_an_expression_or_a_syntax_error(bytes in vec(any::<u8>(), 0..=64)) {

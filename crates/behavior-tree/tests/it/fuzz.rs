@@ -1,6 +1,6 @@
 //! Loading any file ends soon, without a panic and without filling the memory.
 //!
-//! `PROPTEST_CASES=1000000` tries more files. Expressions have their own test in `src/script/tests.rs`.
+//! `KITTIWAKE_SWEEP=all` tries eight times as many files. Expressions have their own test in `src/script/tests.rs`.
 
 use std::time::Duration;
 
@@ -154,14 +154,14 @@ fn load_and_tick(text: &str) {
     }
 }
 
-/// The test tries at least this many files; `PROPTEST_CASES` asks for more.
-fn files(least: u32) -> ProptestConfig {
-    let config = ProptestConfig::default();
-    ProptestConfig { cases: least.max(config.cases), failure_persistence: None, ..config }
+/// The test draws an eighth of `all` cases, or all of them with `KITTIWAKE_SWEEP=all`, as `.ci/long sweeps` does.
+pub(crate) fn cases(all: u32) -> ProptestConfig {
+    let cases = if std::env::var("KITTIWAKE_SWEEP").is_ok_and(|it| it == "all") { all } else { all / 8 };
+    ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() }
 }
 
 proptest! {
-    #![proptest_config(files(200_000))]
+    #![proptest_config(cases(200_000))]
 
     #[test]
     fn loading_any_file_ends_without_panic_and_in_bounded_memory(bytes in vec(any::<u8>(), 0..=48)) {
@@ -172,7 +172,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(files(100_000))]
+    #![proptest_config(cases(100_000))]
 
     #[test]
     fn bytes_that_are_not_a_tree_file_are_refused(bytes in vec(any::<u8>(), 0..=256)) {
