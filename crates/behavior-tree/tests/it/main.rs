@@ -8,7 +8,7 @@ mod decorators;
 mod errors;
 mod executor;
 mod failures;
-mod fuzz;
+pub(crate) mod fuzz;
 mod inspect;
 mod load_errors;
 mod ports;
