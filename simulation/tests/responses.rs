@@ -8,7 +8,7 @@ use simulation::Simulation;
 use v1::MissionOutcome;
 use v1::operator_command::Verb;
 
-use crate::stories::support::{mission_file, simulation};
+use crate::stories::support::{mission_file, sample, simulation};
 
 const LIMIT: Duration = Duration::from_secs(2400);
 
@@ -146,7 +146,7 @@ fn a_crash_is_raised_once() {
 
 #[test]
 fn rejected_commands_delay_an_emergency_landing_and_do_not_end_it() {
-    for rejected in ["1", "6", "12"] {
+    for rejected in sample(["1", "6", "12"]) {
         let mut simulation = under_way();
         simulation.inject_fault("reject_acks", &[rejected]);
         simulation.inject_fault("battery", &["0.09"]);
@@ -157,7 +157,7 @@ fn rejected_commands_delay_an_emergency_landing_and_do_not_end_it() {
 
 #[test]
 fn a_rejected_stop_is_tried_again_and_does_not_become_a_landing() {
-    for rejected in ["1", "2", "4", "8"] {
+    for rejected in sample(["1", "2", "4", "8"]) {
         let mut simulation = under_way();
         simulation.inject_fault("reject_acks", &[rejected]);
         simulation.inject_flag("obstacle");

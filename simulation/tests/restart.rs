@@ -44,7 +44,7 @@ fn any_process_may_die_at_any_moment_of_the_mission() {
 
 #[test]
 fn all_of_them_die_together() {
-    for moment in MOMENTS {
+    for moment in sample(MOMENTS) {
         let mut simulation = when(moment);
         for process in ["mcm", "planner", "skill-manager", "monitor", "control-tower"] {
             simulation.restart(process, DEAD, Memory::Kept);
@@ -93,7 +93,7 @@ fn cut_and_monitor_dies(cut_s: u64, dies_after_s: u64) -> Simulation<'static> {
 /// What the one before had heard is missed by the one that has never heard it.
 #[test]
 fn a_link_that_is_cut_stays_cut_when_the_monitor_dies_and_the_vehicle_returns_as_without() {
-    for dies_after_s in [5, 15, 60] {
+    for dies_after_s in sample([5, 15, 60]) {
         let mut simulation = cut_and_monitor_dies(1000, dies_after_s);
         assert!(simulation.fly_until("`link_lost`: stop", Duration::from_secs(20)) || 10 < dies_after_s);
         simulation.pass(Duration::from_secs(60));
@@ -150,7 +150,7 @@ fn a_vehicle_without_a_ground_flies_on_when_the_monitor_dies() {
 
 #[test]
 fn one_message_in_twenty_lost_one_in_ten_twice_and_all_late_cost_time_and_no_mission() {
-    for seed in 0..5 {
+    for seed in sample(0..5) {
         let mut simulation = simulation(None, Policy::Grant);
         let late = Duration::from_millis(50);
         simulation.disturb(Disturbance { seed, lost: 0.05, twice: 0.1, late }, LIMIT);

@@ -5,7 +5,7 @@ use super::*;
 #[test]
 fn a_revocation_in_the_climb_of_a_takeoff_costs_no_objective() {
     // Lower than a metre it lands again, and waits for an operator.
-    for height in [1.2, 4.0, 9.0] {
+    for height in sample([1.2, 4.0, 9.0]) {
         let parts = with(out_and_back(), area("port", "permission", [-60.0, -60.0], [60.0, 60.0], ""));
         let mut simulation = mission("revoked-takeoff", &parts, Policy::Grant);
         until(&mut simulation, |it| height < -it.down_m);
@@ -92,7 +92,9 @@ fn a_return_out_of_a_slalom_of_sixty_areas_finds_home() {
 
 #[test]
 fn a_mission_below_a_low_sky_is_flown_and_each_response_comes_home() {
-    for (name, floor) in [("nothing", 13.0), ("nothing", 16.0), ("battery", 13.0), ("return", 13.0), ("pause", 13.0)] {
+    for (name, floor) in
+        sample([("nothing", 13.0), ("nothing", 16.0), ("battery", 13.0), ("return", 13.0), ("pause", 13.0)])
+    {
         let low = area("low", "keep-out", [-500.0, -500.0], [500.0, 500.0], &format!("floor_m = {floor:.1}\n"));
         let parts = vec![air("there", 0.0, 200.0, 6.0), ground("home", 0.0, 0.0), low];
         let mut simulation = mission("low-sky", &parts, Policy::Grant);

@@ -289,7 +289,7 @@ fn a_landing_ordered_into_a_closure_is_refused_as_long_as_it_applies() {
 
 #[test]
 fn a_status_that_freezes_for_a_minute_costs_no_more_than_that() {
-    for (moment, freezes_at) in [("spool-up", -1.0), ("climb", 5.0), ("way", 150.0), ("landing", 1000.0)] {
+    for (moment, freezes_at) in sample([("spool-up", -1.0), ("climb", 5.0), ("way", 150.0), ("landing", 1000.0)]) {
         let mut simulation = mission("frozen-status", &out_and_back(), Policy::Grant);
         match moment {
             "spool-up" => simulation.pass(s(1)),
@@ -311,7 +311,7 @@ fn a_status_that_freezes_for_a_minute_costs_no_more_than_that() {
 
 #[test]
 fn a_status_that_freezes_for_good_ends_the_mission_on_the_ground() {
-    for (moment, freezes_at) in [("climb", 5.0), ("way", 150.0), ("landing", 1000.0)] {
+    for (moment, freezes_at) in sample([("climb", 5.0), ("way", 150.0), ("landing", 1000.0)]) {
         let mut simulation = mission("frozen-for-good", &out_and_back(), Policy::Grant);
         match moment {
             "climb" => until(&mut simulation, |it| freezes_at < -it.down_m),
@@ -333,7 +333,7 @@ fn a_status_that_freezes_for_good_ends_the_mission_on_the_ground() {
 /// What it says of its mode and its motors is what was once, and its land detector lies as well.
 #[test]
 fn an_abort_lands_also_with_a_status_that_is_frozen_and_a_land_detector_that_sticks() {
-    for (moment, stuck) in [("climb", "landed"), ("climb", "flying"), ("way", "landed"), ("way", "flying")] {
+    for (moment, stuck) in sample([("climb", "landed"), ("climb", "flying"), ("way", "landed"), ("way", "flying")]) {
         let mut simulation = mission("frozen-and-stuck", &out_and_back(), Policy::Grant);
         match moment {
             "climb" => until(&mut simulation, |it| 0.2 < -it.down_m),
@@ -389,7 +389,7 @@ fn who_hovers_low_with_a_silent_status_is_landed_by_an_abort_and_not_called_land
 /// It speaks half a second or more too early, and sticks.
 #[test]
 fn a_land_detector_that_speaks_in_the_descent_ends_no_landing_above_the_ground() {
-    for height_m in [0.9, 0.6, 0.4, 0.2] {
+    for height_m in sample([0.9, 0.6, 0.4, 0.2]) {
         let mut simulation = simulation(None, Policy::Grant);
         assert!(simulation.fly_until("step 5 of 5: land", LIMIT), "{}", brief(&simulation));
         until(&mut simulation, |it| -it.down_m < height_m);

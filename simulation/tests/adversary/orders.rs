@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn an_abort_before_anything_was_planned_ends_on_the_ground() {
-    for after_ms in [0, 100, 1_000, 2_500] {
+    for after_ms in sample([0, 100, 1_000, 2_500]) {
         let mut simulation = mission("early-abort", &out_and_back(), Policy::Grant);
         simulation.pass(Duration::from_millis(after_ms));
         simulation.order(ABORT);
@@ -165,7 +165,7 @@ fn an_objective_that_is_skipped_during_its_landing_is_left() {
 
 #[test]
 fn a_mission_uploaded_in_any_moment_is_the_one_that_is_flown() {
-    for moment in ["spool-up", "climb", "landing", "paused", "last-metre"] {
+    for moment in sample(["spool-up", "climb", "landing", "paused", "last-metre"]) {
         let mut simulation = mission("upload-moments", &out_and_back(), Policy::Grant);
         match moment {
             "spool-up" => simulation.pass(s(1)),

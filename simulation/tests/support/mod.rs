@@ -91,7 +91,7 @@ pub(crate) fn seeds(few: u64) -> Vec<u64> {
 /// Of this many cases of a sweep one is flown.
 const SAMPLED: usize = 8;
 
-/// The cases of a sweep that are flown: one in eight, drawn by the seed `KITTIWAKE_SWEEP`, or by a random one. `KITTIWAKE_SWEEP=all` flies
+/// The cases of a sweep that are flown: one in eight and at least one, drawn by the seed `KITTIWAKE_SWEEP`, or by a random one. `KITTIWAKE_SWEEP=all` flies
 /// all, as `.ci/long sweeps` does. A test that fails prints the seed.
 #[track_caller]
 pub(crate) fn sample<T>(cases: impl IntoIterator<Item = T>) -> Vec<T> {
