@@ -1,5 +1,5 @@
 //! What an operator sees and does in a browser. These stories are ignored unless they are asked for, because they need one:
-//! `cargo test --test stories -- --ignored page`. `.ci/run` runs those of `page::`, `.ci/long` all.
+//! `cargo test --test stories -- --ignored stories::page`. `.ci/run` runs those of `page::`, `.ci/long` all.
 //!
 //! Screenshots of each story go to `target/tmp/screenshots`.
 
@@ -15,7 +15,7 @@ const AREA_A: &str = "[data-area=A]";
 const BATTERY: &str = "[data-flag=battery_low]";
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn an_area_turns_granted_and_the_mission_flies_to_its_end() {
     // Faster than a person could act, for nobody acts here but the tower: it answers once it is seen that it is asked, and is asked until then.
     let files = Files::shipped().with("kittiwake.toml", "permission_tries = 3", "permission_tries = 60");
@@ -42,7 +42,7 @@ fn an_area_turns_granted_and_the_mission_flies_to_its_end() {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn a_flag_is_raised_and_acknowledged() {
     let (system, browser) = watch(&[]);
     browser.wait_for("#strip", "offboard");
@@ -74,7 +74,7 @@ fn level(browser: &Browser, name: &str) -> Option<u64> {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn the_tree_includes_its_subtrees_and_says_why_nodes_failed() {
     let (system, browser) = watch(&[]);
     browser.wait_for("#strip", "offboard");
@@ -94,7 +94,7 @@ fn the_tree_includes_its_subtrees_and_says_why_nodes_failed() {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn abort_takes_two_steps() {
     let (_system, browser) = watch(&[]);
     browser.wait_for("#strip", "offboard");
@@ -114,7 +114,7 @@ fn abort_takes_two_steps() {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn loss_of_the_gateway_is_shown_until_it_is_back() {
     let (system, browser) = watch(&[]);
     browser.wait_for("#strip", "offboard");
@@ -134,7 +134,7 @@ fn loss_of_the_gateway_is_shown_until_it_is_back() {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn a_page_knows_after_a_restart_of_the_gateway_what_was_flown_before() {
     let folder = tempfile::tempdir().unwrap();
     let (system, browser) = watch(&["--recordings", folder.path().to_str().unwrap()]);
@@ -164,7 +164,7 @@ fn a_page_knows_after_a_restart_of_the_gateway_what_was_flown_before() {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn an_alarm_is_shelved_and_comes_back() {
     let (system, browser) = watch(&[]);
     browser.wait_for("#strip", "offboard");
@@ -189,7 +189,7 @@ fn an_alarm_is_shelved_and_comes_back() {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn it_is_legible_on_a_tablet_by_day_and_by_night() {
     let (_system, browser) = watch(&[]);
     browser.wait_for("#strip", "offboard");
@@ -198,7 +198,7 @@ fn it_is_legible_on_a_tablet_by_day_and_by_night() {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn the_description_of_the_api_is_shown_to_its_end() {
     let (system, browser) = watch(&[]);
     let api = system.http().json("/openapi.json");

@@ -39,7 +39,7 @@ impl Drop for Vehicle {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn of_two_vehicles_the_one_in_trouble_comes_first() {
     let (system, browser) = watch(&[]);
     let uav2 = Vehicle::start("uav2", &system);
@@ -96,7 +96,7 @@ const OVERTAKEN: &str = "
     };";
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn an_event_that_a_status_has_overtaken_changes_nothing_and_a_track_that_was_refused_is_asked_for_again() {
     let (system, browser) = watch(&[]);
     let _uav2 = Vehicle::start("uav2", &system);
@@ -128,7 +128,7 @@ const SPY: &str = "
     };";
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn what_was_asked_of_one_vehicle_is_never_ordered_of_another() {
     let (system, browser) = watch(&[]);
     let _uav2 = Vehicle::start("uav2", &system);

@@ -37,7 +37,7 @@ fn in_flight() -> (System, Browser) {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn another_mission_is_tried_out_and_uploaded_in_flight() {
     let (_system, browser) = in_flight();
     let shown = wait_for("the mission's text", || Some(browser.value("#mission-text")).filter(|it| !it.is_empty()));
@@ -88,7 +88,7 @@ fn under_pointer(browser: &Browser, at: (f64, f64)) -> Option<(f64, f64)> {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn an_objective_is_dragged_on_the_map_and_the_text_follows() {
     let (_system, browser) = in_flight();
     wait_for("the mission's text", || Some(browser.value("#mission-text")).filter(|it| !it.is_empty()));
@@ -120,7 +120,7 @@ fn an_objective_is_dragged_on_the_map_and_the_text_follows() {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn objectives_are_inserted_removed_and_skipped_in_flight() {
     let (_system, browser) = in_flight();
     // So that no objective is settled but by the operator.
@@ -159,7 +159,7 @@ fn objectives_are_inserted_removed_and_skipped_in_flight() {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn a_plan_waits_for_approval_and_the_page_shows_for_how_long() {
     let files = Files::shipped()
         .with("kittiwake.toml", "plan_approval = \"none\"", "plan_approval = \"each-plan\"")
@@ -188,7 +188,7 @@ fn a_plan_waits_for_approval_and_the_page_shows_for_how_long() {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn a_plan_without_a_decision_is_flown_where_that_is_the_default() {
     let files = Files::shipped()
         .with("kittiwake.toml", "plan_approval = \"none\"", "plan_approval = \"each-plan\"")

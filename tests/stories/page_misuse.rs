@@ -9,7 +9,7 @@ use crate::support::http_proxy::{HttpProxy, Manner};
 const GOOD: &str = "body:not(.stale) #strip[data-stale=false]";
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn a_page_behind_a_proxy_says_what_the_proxy_does_not_let_through_and_that_the_gateway_was_upgraded() {
     let browser = Browser::start();
     let system = System::up(&[], &[]);
@@ -36,7 +36,7 @@ fn a_page_behind_a_proxy_says_what_the_proxy_does_not_let_through_and_that_the_g
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn a_token_that_is_gone_is_told_with_what_to_do() {
     let (system, browser) = watch(&[]);
     browser.wait_for(GOOD, "");
@@ -53,7 +53,7 @@ fn a_token_that_is_gone_is_told_with_what_to_do() {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn a_vehicle_with_another_mission_under_the_same_name_is_told() {
     let (system, browser) = watch(&[]);
     browser.wait_for("#strip", "offboard");
@@ -166,7 +166,7 @@ fn expect_queue(browser: &Browser, what: &str, slow: Curve, answers: Curve) {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn a_page_behind_a_link_that_is_too_narrow_says_how_old_everything_is() {
     let browser = Browser::start();
     let system = System::up(&[], &[]);

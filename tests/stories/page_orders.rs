@@ -9,7 +9,7 @@ use crate::support::files::state_folder;
 use crate::support::{System, wait_for};
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn a_landing_place_is_clicked_on_the_map_and_confirmed() {
     let (_system, browser) = watch(&[]);
     browser.wait_for("#strip", "offboard");
@@ -45,7 +45,7 @@ fn number_after(text: &str, letter: &str) -> f64 {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn abort_needs_no_mouse() {
     let (_system, browser) = watch(&[]);
     browser.wait_for("#strip", "offboard");
@@ -84,7 +84,7 @@ fn forget(system: &System, state: &Path, process: &str) {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn a_vehicle_whose_manager_has_lost_its_memory_says_so_and_begins_by_hand_only() {
     let state = state_folder();
     let (system, browser) = watch_with_memory(state.path());
@@ -115,7 +115,7 @@ fn a_vehicle_whose_manager_has_lost_its_memory_says_so_and_begins_by_hand_only()
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn decisions_that_the_tower_has_lost_are_stale_until_somebody_accepts_the_loss() {
     let area = "[data-area=A]";
     let grant = format!("{area} [data-decision=DECISION_GRANT]");

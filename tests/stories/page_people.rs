@@ -21,7 +21,7 @@ fn up<const N: usize>(people: &People, names: [&str; N], more: &[&str]) -> (Syst
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn command_is_handed_over_from_one_operator_to_another() {
     let people = People::new(&[("anna", Role::Operator), ("ben", Role::Operator)]);
     let (_system, [anna, ben]) = up(&people, ["anna", "ben"], &[]);
@@ -52,7 +52,7 @@ fn command_is_handed_over_from_one_operator_to_another() {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn the_tower_grants_and_revokes_and_does_nothing_else() {
     let people = People::new(&[("tina", Role::Tower)]);
     let more = ["--permissions", "silent"];
@@ -88,7 +88,7 @@ const UNANSWERED: &str = "
         Response.json({ type: `urn:kittiwake:problem:${window.problem}`, detail: 'the tower is slow' }, { status: 503 }));";
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn a_decision_that_may_have_been_made_is_not_offered_again() {
     let people = People::new(&[("tina", Role::Tower)]);
     let (_system, [tina]) = up(&people, ["tina"], &["--permissions", "silent"]);
@@ -113,7 +113,7 @@ fn a_decision_that_may_have_been_made_is_not_offered_again() {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn flags_and_faults_are_injected_by_the_roles_that_may() {
     let people = People::new(&[("sam", Role::Safety), ("olga", Role::Observer)]);
     let (_system, [sam, olga]) = up(&people, ["sam", "olga"], &[]);
@@ -148,7 +148,7 @@ fn flags_and_faults_are_injected_by_the_roles_that_may() {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn nothing_is_injected_into_a_vehicle_that_is_not_simulated() {
     let files = Files::shipped().with("kittiwake.toml", "\nsimulation = true", "\nsimulation = false");
     let people = People::new(&[("sam", Role::Safety)]);

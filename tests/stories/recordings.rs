@@ -141,7 +141,7 @@ fn a_gateway_that_is_killed_in_flight_knows_again_what_was_flown() {
 }
 
 #[test]
-#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored page"]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored the_page_lists"]
 fn the_page_lists_a_mission_and_downloads_its_file() {
     let folder = tempfile::tempdir().unwrap();
     let args = ["--speed", "5", "--recordings", folder.path().to_str().unwrap()];
