@@ -9,6 +9,7 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
 
 use domain::time::Time;
+use mavlink_bridge::autopilot_voice;
 use mavlink_bridge::check::{Check, Finding, expectations};
 use mavlink_bridge::frame::{Found, Framer};
 use mavlink_bridge::link::Link;
@@ -55,6 +56,7 @@ fn run(mut link: Box<dyn Link>, arrivals: &Receiver<()>, writes: bool, limit: Du
         for _ in 0..AT_ONCE {
             let Some(bytes) = link.receive(now) else { break };
             let found = if link.is_datagram() { Framer::datagram(&bytes) } else { framer.push(&bytes) };
+            link.admit(autopilot_voice(&found));
             for it in found {
                 if let Found::Frame(frame) = it {
                     check.take_in(&frame);

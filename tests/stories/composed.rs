@@ -82,7 +82,7 @@ fn a_composition_that_is_killed_in_flight_comes_back_with_its_memory_and_the_mis
     let ending = system.end();
     ending.expect(0, &["SUCCESS"]);
     // From where it is: nodes without their memory would have waited on the ground, or taken off.
-    ending.expect_in_order(&["onboard ended by signal 9", "plan 2: fly to (0, 2000, 10); land", "step 1 of 2: fly to"]);
+    ending.expect_in_order(&["onboard ended by signal 9", ": fly to (0, 2000, 10); land", "step 1 of 2: fly to"]);
 }
 
 #[test]

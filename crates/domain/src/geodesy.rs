@@ -1,10 +1,13 @@
 //! The local frame on the Earth: WGS 84 to metres north and east of an origin, and back. No other place converts.
 //!
-//! The projection is azimuthal equidistant about the origin (Snyder, Map Projections: A Working Manual, USGS Professional
+//! Our projection is azimuthal equidistant about the origin (Snyder, Map Projections: A Working Manual, USGS Professional
 //! Paper 1395, 1987, chapter 25), on the ellipsoid: distance and direction of a place from the origin are those of the
 //! geodesic (Karney, Algorithms for geodesics, Journal of Geodesy 87, 2013), at any distance and across the antimeridian.
 //! Distances across that direction come out too long, by the square of the distance from the origin over six squared
 //! radii of the Earth: see the test for figures.
+//!
+//! Each autopilot has a projection of its own, by which its metres differ from ours: at 54 degrees north and 2 km from the origin by 2 to 5 m.
+//! A backend converts at its border.
 
 use std::fmt;
 
@@ -79,20 +82,54 @@ pub const NORTHERNMOST_ORIGIN_DEG: f64 = 89.0;
 #[derive(Debug, Clone, Copy)]
 pub struct LocalFrame {
     origin: LatLon,
-    ellipsoid: Geodesic,
+    projection: Projection,
 }
 
+#[derive(Debug, Clone, Copy)]
+enum Projection {
+    /// Azimuthal equidistant about the origin, on this ellipsoid.
+    Equidistant(Geodesic),
+    /// A degree of latitude is as long everywhere, and one of longitude that times the cosine of the mean latitude.
+    Equirectangular,
+}
+
+/// Of PX4's sphere, in metres. (PX4 lib/geo: CONSTANTS_RADIUS_OF_EARTH.)
+const PX4_RADIUS_M: f64 = 6_371_000.0;
+/// ArduPilot's metres in a degree of latitude. (AP_Math: LATLON_TO_M, for 1e-7 degrees.)
+const ARDUPILOT_DEGREE_M: f64 = 111_318.845_021_450_34;
+
 impl LocalFrame {
-    /// The frame with this origin.
+    /// Our frame with this origin.
     pub fn at(origin: LatLon) -> LocalFrame {
-        LocalFrame { origin, ellipsoid: Geodesic::wgs84() }
+        LocalFrame { origin, projection: Projection::Equidistant(Geodesic::wgs84()) }
+    }
+
+    /// PX4's frame with this origin. (PX4 lib/geo: MapProjection.)
+    pub fn of_px4(origin: LatLon) -> LocalFrame {
+        LocalFrame { origin, projection: Projection::Equidistant(Geodesic::new(PX4_RADIUS_M, 0.0)) }
+    }
+
+    /// ArduPilot's frame with this origin. (AP_Common: Location::get_distance_NE.)
+    pub fn of_ardupilot(origin: LatLon) -> LocalFrame {
+        LocalFrame { origin, projection: Projection::Equirectangular }
+    }
+
+    /// What `position` of this frame is in `other`. Its height stays as it is.
+    pub fn convert(&self, position: Ned, other: &LocalFrame) -> Ned {
+        other.local(self.lat_lon(position)).at_height(position.height_m())
     }
 
     /// Where a place is in the frame, at height 0.
     pub fn local(&self, place: LatLon) -> Ned {
         let LatLon { latitude_deg, longitude_deg } = self.origin;
+        let Projection::Equidistant(ellipsoid) = self.projection else {
+            let mean_deg = f64::midpoint(latitude_deg, place.latitude_deg);
+            let east_deg = (place.longitude_deg - longitude_deg + 180.0).rem_euclid(360.0) - 180.0;
+            let north_m = (place.latitude_deg - latitude_deg) * ARDUPILOT_DEGREE_M;
+            return Ned::new(north_m, east_deg * ARDUPILOT_DEGREE_M * mean_deg.to_radians().cos(), 0.0);
+        };
         let (distance_m, azimuth_deg, _, _): (f64, f64, f64, f64) =
-            self.ellipsoid.inverse(latitude_deg, longitude_deg, place.latitude_deg, place.longitude_deg);
+            ellipsoid.inverse(latitude_deg, longitude_deg, place.latitude_deg, place.longitude_deg);
         let (sin, cos) = azimuth_deg.to_radians().sin_cos();
         Ned::new(distance_m * cos, distance_m * sin, 0.0)
     }
@@ -100,10 +137,17 @@ impl LocalFrame {
     /// The place over which `position` is.
     pub fn lat_lon(&self, position: Ned) -> LatLon {
         let LatLon { latitude_deg, longitude_deg } = self.origin;
+        let Projection::Equidistant(ellipsoid) = self.projection else {
+            let latitude = latitude_deg + position.north_m / ARDUPILOT_DEGREE_M;
+            let mean_deg = f64::midpoint(latitude_deg, latitude);
+            let longitude = longitude_deg + position.east_m / (ARDUPILOT_DEGREE_M * mean_deg.to_radians().cos());
+            let longitude_deg = (longitude + 180.0).rem_euclid(360.0) - 180.0;
+            return LatLon { latitude_deg: latitude, longitude_deg };
+        };
         let azimuth_deg = position.east_m.atan2(position.north_m).to_degrees();
         let distance_m = position.horizontal_distance_m(Ned::default());
         let (latitude_deg, longitude_deg): (f64, f64) =
-            self.ellipsoid.direct(latitude_deg, longitude_deg, azimuth_deg, distance_m);
+            ellipsoid.direct(latitude_deg, longitude_deg, azimuth_deg, distance_m);
         LatLon { latitude_deg, longitude_deg }
     }
 }
@@ -135,6 +179,45 @@ mod tests {
         check(place(0.0, 179.5), place(0.0, -179.5), 0.0, 111_319.491);
         check(place(0.0, -179.5), place(0.0, 179.5), 0.0, -111_319.491);
         check(place(54.0, 6.6), place(54.0, 6.6), 0.0, 0.0);
+    }
+
+    #[test]
+    fn the_frames_of_both_autopilots_differ_from_ours_as_far_as_is_known() {
+        /// A place 2.1 km away, where it is in the frame of an autopilot at 47.4 degrees north.
+        #[track_caller]
+        fn check(frame: fn(LatLon) -> LocalFrame, ours: (f64, f64), expected: (f64, f64)) {
+            let origin = place(47.3977, 8.5456);
+            let (ours, theirs) = (Ned::new(ours.0, ours.1, -40.0), Ned::new(expected.0, expected.1, -40.0));
+            let found = LocalFrame::at(origin).convert(ours, &frame(origin));
+            let back = frame(origin).convert(found, &LocalFrame::at(origin));
+            assert!(found.distance_m(theirs) < 0.1, "{found:?}");
+            assert!(back.distance_m(ours) < 1e-3, "{back:?}");
+        }
+        // The ellipsoid's radius of curvature there is 6,370.0 km along the meridian and 6,389.7 km across; theirs are 6,371.0 and 6,378.1 km.
+        check(LocalFrame::of_px4, (2_100.0, 0.0), (2_100.3, 0.0));
+        check(LocalFrame::of_px4, (0.0, 2_100.0), (0.0, 2_093.8));
+        check(LocalFrame::of_ardupilot, (2_100.0, 0.0), (2_102.7, 0.0));
+        // A straight way to the east leaves the parallel, by 0.4 m here.
+        check(LocalFrame::of_ardupilot, (0.0, 2_100.0), (-0.4, 2_096.2));
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_converted_and_back_is_where_it_was(
+            latitude_deg in -80.0..80.0,
+            longitude_deg in -180.0..180.0,
+            north_m in -2e4..2e4,
+            east_m in -2e4..2e4,
+        ) {
+            let origin = place(latitude_deg, longitude_deg);
+            let ours = LocalFrame::at(origin);
+            let position = Ned::new(north_m, east_m, -12.5);
+            for theirs in [LocalFrame::of_px4(origin), LocalFrame::of_ardupilot(origin)] {
+                let there = ours.convert(position, &theirs);
+                prop_assert!(there.distance_m(position) < 0.01 * north_m.hypot(east_m) + 1e-3, "{there:?}");
+                prop_assert!(theirs.convert(there, &ours).distance_m(position) < 1e-3);
+            }
+        }
     }
 
     #[test]

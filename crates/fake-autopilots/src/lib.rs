@@ -5,6 +5,9 @@
 
 use std::time::Duration;
 
+use domain::geodesy::LocalFrame;
+use domain::geometry::Ned;
+use domain::quantity::Positive;
 use domain::time::{Now, Time};
 use kittiwake_proto::topics::{Message, Request, Response, Service};
 use kittiwake_proto::v1;
@@ -12,6 +15,7 @@ use mavlink_bridge::frame::{Found, Frame, Framer};
 use mavlink_bridge::signing::{Key, Signing};
 use node::{Effect, Event, Node, VehicleId};
 use vehicle_sim::VehicleSim;
+use vehicle_sim::config::{Config, Limits};
 
 mod ardupilot;
 pub mod bridged;
@@ -31,6 +35,17 @@ pub enum Kind {
     Px4,
     /// ArduPilot Copter.
     ArduPilot,
+}
+
+impl Kind {
+    /// A vehicle as this autopilot flies it by default.
+    pub fn flies(self, vehicle: Config) -> Config {
+        let acceleration_m_s2 = match self {
+            Kind::Px4 => vehicle.limits.acceleration_m_s2,
+            Kind::ArduPilot => Positive::try_from(ardupilot::BRAKING_M_S2).expect("a positive number"),
+        };
+        Config { limits: Limits { acceleration_m_s2, ..vehicle.limits }, ..vehicle }
+    }
 }
 
 /// An autopilot with its vehicle.
@@ -60,6 +75,12 @@ impl std::fmt::Debug for Make {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("Make")
     }
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Direction {
+    FromVehicle,
+    ToVehicle,
 }
 
 /// What only one of the two has.
@@ -97,6 +118,8 @@ pub const OTHER_ARMS: &str = "other_arms";
 pub const OTHER_SETS_TARGET: &str = "other_sets_target";
 /// ArduPilot's battery failsafe, by thresholds of its own: it lands, and reports it until it is started again.
 pub const BATTERY_FAILSAFE: &str = "battery_failsafe";
+/// ArduPilot's fence: setpoints farther from home than this many metres are dropped without a word; 0 takes it away.
+pub const FENCE: &str = "fence";
 /// Kills the autopilot and starts it again, with its vehicle where it stands: the argument is how many seconds later.
 pub const RESTART: &str = "restart";
 /// Cuts the link for this many seconds.
@@ -145,7 +168,10 @@ impl FakeAutopilot {
             let Effect::Publish { message, .. } = effect else { continue };
             match message {
                 Message::VehicleStatus(it) => self.vehicle.status = it,
-                Message::VehicleLocalPosition(it) => self.vehicle.local = it,
+                Message::VehicleLocalPosition(it) => {
+                    let position = it.position.map(|it| self.converted(it, Direction::FromVehicle));
+                    self.vehicle.local = v1::VehicleLocalPosition { position, ..it };
+                }
                 Message::VehicleGlobalPosition(it) => self.vehicle.global = it,
                 Message::VehicleAttitude(it) => self.vehicle.attitude = it,
                 Message::BatteryStatus(it) => self.vehicle.battery = it,
@@ -157,6 +183,26 @@ impl FakeAutopilot {
             }
         }
         answer
+    }
+
+    /// Its own local frame, once the origin is known.
+    pub(crate) fn frame(&self) -> Option<LocalFrame> {
+        spoken::origin(&self.vehicle).map(match self.kind {
+            Kind::Px4 => LocalFrame::of_px4,
+            Kind::ArduPilot => LocalFrame::of_ardupilot,
+        })
+    }
+
+    /// A place between its own local frame and the vehicle's, which is true to the Earth.
+    fn converted(&self, place: v1::Ned, direction: Direction) -> v1::Ned {
+        let (Some(own), Some(origin)) = (self.frame(), spoken::origin(&self.vehicle)) else { return place };
+        let vehicles = LocalFrame::at(origin);
+        let (from, to) = match direction {
+            Direction::FromVehicle => (vehicles, own),
+            Direction::ToVehicle => (own, vehicles),
+        };
+        let there = from.convert(Ned::new(place.north_m, place.east_m, place.down_m), &to);
+        v1::Ned { north_m: there.north_m, east_m: there.east_m, down_m: place.down_m }
     }
 
     /// Commands the vehicle; whether it obeys.
@@ -186,7 +232,8 @@ impl FakeAutopilot {
         self.tell(v1::OffboardControlMode { control: control as i32 }, now);
         let [north_m_s, east_m_s, down_m_s] = velocity;
         let velocity = position.is_none().then_some(v1::NedVelocity { north_m_s, east_m_s, down_m_s });
-        let position = position.map(|[north_m, east_m, down_m]| v1::Ned { north_m, east_m, down_m });
+        let position = position
+            .map(|[north_m, east_m, down_m]| self.converted(v1::Ned { north_m, east_m, down_m }, Direction::ToVehicle));
         self.tell(v1::TrajectorySetpoint { position, velocity, ..Default::default() }, now);
     }
 
@@ -308,6 +355,10 @@ impl FakeAutopilot {
             BATTERY_FAILSAFE => {
                 ardupilot::battery_fails(self, now);
                 Some("the autopilot finds its battery low".into())
+            }
+            FENCE => {
+                ardupilot::fence(self, number());
+                Some("the autopilot has a fence".into())
             }
             RESTART => {
                 self.restarts = Restart::DeadUntil(now.time + Duration::from_secs_f64(number()));

@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use domain::geodesy::{LatLon, LocalFrame};
+use domain::geometry::Ned;
 use domain::time::Time;
 
 use crate::{Kind, Telemetry};
@@ -191,21 +193,17 @@ pub(crate) fn messages(stream: Stream, vehicle: &mut Telemetry, modes: &Modes, b
             payload.u16(estimator_flags(vehicle, modes));
         }
         242 => {
-            /// Of a degree along a meridian.
-            const DEGREE_M: f64 = 111_319.5;
             let [north_m, east_m, down_m] = modes.home;
-            let latitude_deg = origin.latitude_deg + north_m / DEGREE_M;
-            let longitude_deg = origin.longitude_deg + east_m / (DEGREE_M * origin.latitude_deg.to_radians().cos());
-            payload.i32(e7(latitude_deg)).i32(e7(longitude_deg));
+            let Some(frame) = self::origin(vehicle).map(LocalFrame::of_ardupilot) else { return Vec::new() };
+            let home = frame.lat_lon(Ned::new(north_m, east_m, down_m));
+            payload.i32(e7(home.latitude_deg())).i32(e7(home.longitude_deg()));
             payload.i32(mm(origin.altitude_amsl_m() - down_m)).bytes(&[0; 40]);
         }
         245 => {
             payload.bytes(&[0, modes.landed]);
         }
         246 => {
-            let frame = domain::geodesy::LatLon::new(origin.latitude_deg, origin.longitude_deg)
-                .map(domain::geodesy::LocalFrame::at);
-            let Ok(frame) = frame else { return Vec::new() };
+            let Some(frame) = self::origin(vehicle).map(LocalFrame::at) else { return Vec::new() };
             let traffic = std::mem::take(&mut vehicle.traffic);
             return traffic.iter().map(|it| (246, aircraft(it, &frame, origin.altitude_amsl_m()))).collect();
         }
@@ -220,19 +218,21 @@ pub(crate) fn messages(stream: Stream, vehicle: &mut Telemetry, modes: &Modes, b
     }
 }
 
+/// Where the local frame begins.
+pub(crate) fn origin(vehicle: &Telemetry) -> Option<LatLon> {
+    let origin = vehicle.status.origin?;
+    LatLon::new(origin.latitude_deg, origin.longitude_deg).ok()
+}
+
 fn estimator_flags(vehicle: &Telemetry, modes: &Modes) -> u16 {
     let horizontal = if vehicle.local.horizontal_valid && modes.has_position { 2 | 8 | 16 | 256 | 512 } else { 128 };
     let vertical = if vehicle.local.vertical_valid { 4 | 32 } else { 0 };
     1 | horizontal | vertical
 }
 
-fn aircraft(
-    it: &kittiwake_proto::v1::TransponderReport,
-    frame: &domain::geodesy::LocalFrame,
-    sea_level_m: f64,
-) -> Vec<u8> {
+fn aircraft(it: &kittiwake_proto::v1::TransponderReport, frame: &LocalFrame, sea_level_m: f64) -> Vec<u8> {
     let (position, velocity) = (it.position.unwrap_or_default(), it.velocity.unwrap_or_default());
-    let place = frame.lat_lon(domain::geometry::Ned::new(position.north_m, position.east_m, position.down_m));
+    let place = frame.lat_lon(Ned::new(position.north_m, position.east_m, position.down_m));
     let heading = velocity.east_m_s.atan2(velocity.north_m_s).to_degrees().rem_euclid(360.0);
     let mut payload = Payload::default();
     payload.u32(0x3C_65_AC).i32((place.latitude_deg() * 1e7) as i32).i32((place.longitude_deg() * 1e7) as i32);

@@ -11,6 +11,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use domain::fmu::{Command, CommandId, OffboardControl, Setpoint, VehicleCommand};
+use domain::geodesy::{LatLon, LocalFrame};
 use domain::geometry::{Ned, NedVelocity};
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::Message;
@@ -263,7 +264,19 @@ impl FakePx4 {
     /// A position of its frame in the body's.
     fn in_body(&self, at: Ned) -> Ned {
         let offset = self.commander.offset;
-        Ned::new(at.north_m + offset.north_m, at.east_m + offset.east_m, at.down_m)
+        let at = Ned::new(at.north_m + offset.north_m, at.east_m + offset.east_m, at.down_m);
+        self.place().map_or(at, |it| LocalFrame::of_px4(it).convert(at, &LocalFrame::at(it)))
+    }
+
+    /// What a place of the vehicle's frame, which is true to the Earth, is in PX4's.
+    fn in_its_frame(&self, at: Ned) -> Ned {
+        self.place().map_or(at, |it| LocalFrame::at(it).convert(at, &LocalFrame::of_px4(it)))
+    }
+
+    /// Where the local frame begins.
+    fn place(&self) -> Option<LatLon> {
+        let origin = self.newest.status.origin?;
+        LatLon::new(origin.latitude_deg, origin.longitude_deg).ok()
     }
 
     fn is_fresh(&self) -> bool {

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use domain::geometry::Ned;
 use kittiwake_proto::topics::Message;
 use px4_bridge::cdr::{CdrError, Record};
 use px4_bridge::modes::NavState;
@@ -54,6 +55,7 @@ impl FakePx4 {
                 self.newest.position = it;
                 let (p, v) = (it.position.unwrap_or_default(), it.velocity.unwrap_or_default());
                 let origin = self.newest.status.origin.filter(|_| valid);
+                let p = self.in_its_frame(Ned::new(p.north_m, p.east_m, p.down_m));
                 self.send("vehicle_local_position", |sample| {
                     sample.set_number("timestamp_sample", at)?;
                     sample.set_flag("xy_valid", it.horizontal_valid && valid)?;

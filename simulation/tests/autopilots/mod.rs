@@ -46,7 +46,7 @@ fn with_keys(
     let setup = Setup { config: &config, mission: None, permissions, seed: 1, machine: Machine::Ideal };
     let sections: Sections = Source::read(&config.join("kittiwake.toml")).unwrap().parse().unwrap();
     let simulation = Simulation::with_vehicle(&setup, |vehicle| {
-        let (wire, vehicle) = (Wire::new(faults, 1), vehicle.clone());
+        let (wire, vehicle) = (Wire::new(faults, 1), kind.flies(vehicle.clone()));
         let make = move || VehicleSim::new(&vehicle, Pace::REAL_TIME, 1);
         let autopilot = FakeAutopilot::new(kind, wire.clone(), make);
         let autopilot = match autopilots {

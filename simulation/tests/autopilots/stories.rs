@@ -47,6 +47,8 @@ enum Trouble<'a> {
     Decides(&'a str, Decision),
     /// An operator resumes.
     Resume,
+    /// An operator has it return.
+    Return,
 }
 
 const NOTHING: Story<'_> = Story {
@@ -114,6 +116,7 @@ fn happens(trouble: &Trouble<'_>, kind: Kind, simulation: &mut Simulation<'_>) {
         }
         Trouble::Hangs(process, seconds) => simulation.freeze(process, Duration::from_secs(*seconds)),
         Trouble::Decides(area, decision) => simulation.decide(area, *decision),
+        Trouble::Return => simulation.order(Verb::Return(v1::ReturnHome { overrides: false })),
         Trouble::Resume => simulation.order(Verb::Resume(v1::ResumeMission {})),
     }
 }
@@ -171,6 +174,20 @@ fn with_a_low_battery_it_lands_early() {
         troubles: &[(ON_THE_WAY, Trouble::Fault("battery", &["0.24"]))],
         outcome: Some(MissionOutcome::Emergency),
         expected: &["`battery_low`: divert"],
+        never: &["path_deviated", "offboard_link_lost", "autopilot_preempts", "land_elsewhere"],
+        ..NOTHING
+    });
+}
+
+#[test]
+fn a_return_out_of_a_cruise_lands_at_home() {
+    // It turns round where it comes to rest, and not where the order reaches it.
+    check(&Story {
+        name: "return",
+        troubles: &[(ON_THE_WAY, Trouble::Return)],
+        outcome: Some(MissionOutcome::Emergency),
+        expected: &["`operator_return`: return_home", "over: `operator_return`"],
+        never: &["path_deviated", "offboard_link_lost", "autopilot_preempts", "land_elsewhere", "came down"],
         ..NOTHING
     });
 }

@@ -45,6 +45,7 @@ pub(crate) struct Published {
     pub(crate) status: Option<v1::VehicleStatus>,
     pub(crate) statuses: Vec<(Duration, v1::VehicleStatus)>,
     pub(crate) position: Option<v1::VehicleLocalPosition>,
+    pub(crate) globe: Option<v1::VehicleGlobalPosition>,
     pub(crate) landed: Option<bool>,
     pub(crate) acks: Vec<v1::VehicleCommandAck>,
     pub(crate) traffic: Option<v1::TransponderReport>,
@@ -62,6 +63,7 @@ impl Published {
                     self.status = Some(it);
                 }
                 Message::VehicleLocalPosition(it) => self.position = Some(it),
+                Message::VehicleGlobalPosition(it) => self.globe = Some(it),
                 Message::VehicleLandDetected(it) => self.landed = Some(it.landed),
                 Message::VehicleCommandAck(it) => self.acks.push(it),
                 Message::TransponderReport(it) => self.traffic = Some(it),
@@ -129,6 +131,7 @@ impl Rig {
     pub(crate) fn over(kind: Kind, faults: Faults) -> Rig {
         let vehicle: vehicle_sim::config::Config = section("vehicle_sim").expect("the shipped section");
         let wire = Wire::new(faults, 7);
+        let vehicle = kind.flies(vehicle);
         let make = move || VehicleSim::new(&vehicle, Pace::REAL_TIME, 1);
         let node = Bridged::new(FakeAutopilot::new(kind, wire.clone(), make), &config(), wire);
         Rig {

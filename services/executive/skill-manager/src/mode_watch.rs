@@ -55,7 +55,7 @@ impl ModeWatch {
         let preempted = |reason: String| Some(Ending::because(SkillOutcome::Preempted, reason));
         if !is_own(intended) {
             preempted(format!("another controller set the mode to {}", in_words(intended)))
-        } else if !is_own(actual) {
+        } else if !is_own(actual) && !status.waits_for_us {
             let (actual, intended) = (in_words(actual), in_words(intended));
             preempted(format!("the autopilot flies {actual} instead of {intended}{because}"))
         } else {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use domain::flight_state::{Evidence, FlightState, Motors, detector_limit};
-use domain::fmu::{Command, FlightMode, Gripper, LandDetected, LocalPosition, PreEmption, Status};
+use domain::fmu::{Command, FailsafeReason, FlightMode, Gripper, LandDetected, LocalPosition, PreEmption, Status};
 use domain::time::{Pace, Time};
 
 use crate::config::Config;
@@ -19,6 +19,8 @@ pub(crate) struct FlightStatus {
     pub(crate) actual: Option<FlightMode>,
     /// Whether one of the autopilot's own failsafes flies.
     pub(crate) failsafe: bool,
+    /// It waits for setpoints of ours, and for nothing else.
+    pub(crate) waits_for_us: bool,
     /// What its gripper does, if that is known.
     pub(crate) gripper: Option<Gripper>,
     /// Whether a pilot or another ground station flies.
@@ -36,6 +38,7 @@ impl From<&Status> for FlightStatus {
             intended: status.intended,
             actual: status.actual,
             failsafe: status.failsafe,
+            waits_for_us: status.failsafe_reason == Some(FailsafeReason::Setpoints),
             gripper: status.gripper,
             of_other: status.is_flown_by_other(),
             can_arm: status.can_arm,
@@ -59,8 +62,18 @@ impl FlightStatus {
     #[cfg(test)]
     pub(crate) fn flying() -> FlightStatus {
         let mode = Some(FlightMode::Loiter);
-        let (failsafe, of_other, gripper, can_arm, frame_epoch) = (false, false, None, None, 0);
-        FlightStatus { armed: true, intended: mode, actual: mode, failsafe, gripper, of_other, can_arm, frame_epoch }
+        let (failsafe, waits_for_us, of_other, gripper, can_arm, frame_epoch) = (false, false, false, None, None, 0);
+        FlightStatus {
+            armed: true,
+            intended: mode,
+            actual: mode,
+            failsafe,
+            waits_for_us,
+            gripper,
+            of_other,
+            can_arm,
+            frame_epoch,
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 use std::time::Duration;
 
 use domain::fmu::{Command, FlightMode, Setpoint};
+use domain::geodesy::{LatLon, LocalFrame};
 use domain::time::Time;
 
 use crate::personality::{Following, Personality, Stream, Submode};
@@ -138,6 +139,10 @@ impl Personality for ArduPilot {
 
     fn failsafe_texts(&self) -> &'static [&'static str] {
         &["ailsafe", "EKF variance", "ence", "Crash", "Terrain", "Vibration", "Dead Reckon"]
+    }
+
+    fn local_frame(&self, origin: LatLon) -> LocalFrame {
+        LocalFrame::of_ardupilot(origin)
     }
 
     fn following(&self, setpoint: &Setpoint) -> Following {

@@ -167,7 +167,10 @@ impl Bridge {
 
     fn say_to_vehicle(&mut self, says: impl IntoIterator<Item = Said>) {
         let Some(flown) = &self.flown else { return };
-        let frames = says.into_iter().map(|it| self.speaker.frame(it, flown.system));
+        let frames = says.into_iter().map(|it| match it {
+            Said::Setpoint(target) => self.speaker.frame(Said::Setpoint(flown.in_its_frame(target)), flown.system),
+            it => self.speaker.frame(it, flown.system),
+        });
         self.outgoing.extend(frames);
     }
 

@@ -3,6 +3,8 @@
 use std::time::Duration;
 
 use domain::fmu::{Command, CommandId, CommandResult, Setpoint};
+use domain::geodesy::LocalFrame;
+use domain::geometry::Ned;
 use domain::time::{Now, Time};
 use node::Effect;
 
@@ -59,6 +61,12 @@ const SETTLES: Duration = Duration::from_secs(1);
 /// A vehicle that is slower stands. (ENG: gusts move one that holds by less.)
 const STANDS_M_S: f64 = 0.3;
 
+fn converted(position: [f64; 3], from: &LocalFrame, to: &LocalFrame) -> [f64; 3] {
+    let [north_m, east_m, down_m] = position;
+    let there = from.convert(Ned::new(north_m, east_m, down_m), to);
+    [there.north_m, there.east_m, down_m]
+}
+
 impl Flown {
     /// It was heard for the first time.
     pub(crate) fn new(system: u8, personality: Box<dyn Personality>, config: &Config, now: Time) -> Flown {
@@ -87,6 +95,7 @@ impl Flown {
 
     /// It has said something.
     pub(crate) fn take_in(&mut self, heard: &Heard, now: Now, effects: &mut Vec<Effect>) {
+        let heard = &self.in_our_frame(heard);
         match self.epoch.take_in(heard, &self.vehicle, now.time) {
             Ok(None) if self.boots(heard) => {
                 self.epoch.restarted();
@@ -128,6 +137,33 @@ impl Flown {
             }
             _ => {}
         }
+    }
+
+    /// Its local frame, and ours, once their origin is known.
+    fn frames(&self) -> Option<(LocalFrame, LocalFrame)> {
+        let place = telemetry::origin(&self.vehicle)?.place;
+        Some((self.personality.local_frame(place), LocalFrame::at(place)))
+    }
+
+    /// What it says, with places as they are in our frame.
+    fn in_our_frame(&self, heard: &Heard) -> Heard {
+        let mut heard = heard.clone();
+        let place = match &mut heard {
+            Heard::LocalPosition(it) => Some(&mut it.position),
+            Heard::Target(it) => it.position.as_mut(),
+            _ => None,
+        };
+        if let (Some(place), Some((its, ours))) = (place, self.frames()) {
+            *place = converted(*place, &its, &ours);
+        }
+        heard
+    }
+
+    /// A target with its place in the autopilot's frame.
+    pub(crate) fn in_its_frame(&self, target: Target) -> Target {
+        let frames = self.frames();
+        let position = target.position.map(|it| frames.map_or(it, |(its, ours)| converted(it, &ours, &its)));
+        Target { position, ..target }
     }
 
     fn acknowledged(&mut self, ack: Ack, now: Time) {

@@ -51,6 +51,7 @@ use frame::Found;
 use ground::Ground;
 use intake::Intake;
 use link::Link;
+pub use peers::autopilot_voice;
 
 /// The bridge as a service.
 #[derive(Debug)]
@@ -79,6 +80,7 @@ impl<L: Link> MavlinkBridge<L> {
     fn receive(&mut self, now: Now, effects: &mut Vec<Effect>) {
         self.intake.begin_turn();
         while let Some(found) = self.intake.next(&mut self.link, now.time) {
+            self.link.admit(autopilot_voice(&found));
             for it in found {
                 match it {
                     Found::Frame(frame) => {

@@ -8,8 +8,9 @@ use std::time::Duration;
 
 use domain::time::Time;
 
-use crate::frame::Frame;
-use crate::heard::Heartbeat;
+use crate::frame::{Found, Frame};
+use crate::heard::{Heard, Heartbeat, heard};
+use crate::link::Voice;
 
 /// MAV_COMP_ID_AUTOPILOT1.
 const AUTOPILOT_COMPONENT: u8 = 1;
@@ -30,6 +31,17 @@ pub(crate) struct Peers {
     autopilots: BTreeMap<u8, (Time, Option<String>)>,
     /// Why something that has arrived was not believed, if anything was.
     pub(crate) refused: Option<String>,
+}
+
+/// Whether an autopilot speaks in what a link has handed on: with a heartbeat. All else may be forwarded by others.
+pub fn autopilot_voice(found: &[Found]) -> Voice {
+    let speaks = found.iter().any(|it| match it {
+        Found::Frame(frame) if frame.component() == AUTOPILOT_COMPONENT => {
+            matches!(heard(frame), Some(Heard::Heartbeat(it)) if it.autopilot != NO_AUTOPILOT)
+        }
+        _ => false,
+    });
+    if speaks { Voice::Believed } else { Voice::Unknown }
 }
 
 /// Who a heartbeat belongs to.

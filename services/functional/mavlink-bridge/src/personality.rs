@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use domain::fmu::{Command, FlightMode, Setpoint};
+use domain::geodesy::{LatLon, LocalFrame};
 use domain::time::Time;
 
 use crate::procedure::Step;
@@ -62,6 +63,9 @@ pub(crate) trait Personality: std::fmt::Debug + Send {
 
     /// The texts that come with a failsafe of its own.
     fn failsafe_texts(&self) -> &'static [&'static str];
+
+    /// How it maps the Earth about this origin: its metres are not quite ours.
+    fn local_frame(&self, origin: LatLon) -> LocalFrame;
 
     /// How a setpoint of the layers above is passed on.
     fn following(&self, setpoint: &Setpoint) -> Following;

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use domain::fmu::{Command, FlightMode, Setpoint};
+use domain::geodesy::{LatLon, LocalFrame};
 use domain::time::Time;
 
 use crate::personality::{Following, Personality, Stream, Submode};
@@ -135,6 +136,10 @@ impl Personality for Px4 {
 
     fn failsafe_texts(&self) -> &'static [&'static str] {
         &["Failsafe", "failsafe"]
+    }
+
+    fn local_frame(&self, origin: LatLon) -> LocalFrame {
+        LocalFrame::of_px4(origin)
     }
 
     fn following(&self, setpoint: &Setpoint) -> Following {

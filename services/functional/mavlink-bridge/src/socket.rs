@@ -12,15 +12,13 @@ use std::str::FromStr;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use domain::time::Time;
 use nix::sys::termios::{BaudRate, SetArg, cfmakeraw, cfsetspeed, tcgetattr, tcsetattr};
 use serde::Deserialize;
 
-use crate::frame::{Found, Framer};
-use crate::heard::{Heard, heard};
-use crate::link::{LONGEST_DATAGRAM, Link};
+use crate::link::{LONGEST_DATAGRAM, Link, Voice};
 
 /// Where the autopilot is.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
@@ -100,10 +98,16 @@ fn baud_rate(rate: u32) -> Option<BaudRate> {
 /// The way to an autopilot.
 #[derive(Debug)]
 pub struct Socket {
-    incoming: Receiver<Vec<u8>>,
+    incoming: Receiver<Piece>,
     outgoing: SyncSender<Vec<u8>>,
     is_datagram: bool,
+    /// Who sent the datagram that was received last, and when it was taken in.
+    last: Option<(SocketAddr, Time)>,
+    peer: Shared,
 }
+
+/// What has arrived, and of a datagram from where.
+type Piece = (Option<SocketAddr>, Vec<u8>);
 
 /// Pieces in the queue of what has arrived, and frames in that of what is sent: a second of full rates.
 const QUEUE: usize = 512;
@@ -121,8 +125,11 @@ impl Socket {
         let (sender, incoming) = sync_channel(QUEUE);
         let (outgoing, receiver) = sync_channel(QUEUE);
         let arrived = Arrived { queue: sender, wake: Box::new(wake) };
+        let peer = Shared::default();
         let opened = match endpoint {
-            Endpoint::UdpIn(address) => UdpSocket::bind(address).and_then(|it| udp(it, arrived, receiver)),
+            Endpoint::UdpIn(address) => {
+                UdpSocket::bind(address).and_then(|it| udp(it, arrived, receiver, peer.clone()))
+            }
             Endpoint::TcpOut(address) => {
                 tcp(*address, arrived, receiver);
                 Ok(())
@@ -130,13 +137,16 @@ impl Socket {
             Endpoint::Serial { path, baud } => serial(path, *baud, arrived, receiver),
         };
         opened.map_err(|error| io::Error::new(error.kind(), format!("{endpoint}: {error}")))?;
-        Ok(Socket { incoming, outgoing, is_datagram: matches!(endpoint, Endpoint::UdpIn(_)) })
+        let is_datagram = matches!(endpoint, Endpoint::UdpIn(_));
+        Ok(Socket { incoming, outgoing, is_datagram, last: None, peer })
     }
 }
 
 impl Link for Socket {
-    fn receive(&mut self, _now: Time) -> Option<Vec<u8>> {
-        self.incoming.try_recv().ok()
+    fn receive(&mut self, now: Time) -> Option<Vec<u8>> {
+        let (from, bytes) = self.incoming.try_recv().ok()?;
+        self.last = from.map(|it| (it, now));
+        Some(bytes)
     }
 
     fn send(&mut self, frame: &[u8], _now: Time) {
@@ -147,74 +157,82 @@ impl Link for Socket {
     fn is_datagram(&self) -> bool {
         self.is_datagram
     }
+
+    /// Everybody is listened to; frames go to one, whose place this gives and keeps.
+    fn admit(&mut self, voice: Voice) -> bool {
+        if let Some((from, at)) = self.last {
+            lock(&self.peer).hear(from, voice, at);
+        }
+        true
+    }
 }
 
 /// Takes what has arrived to the node's loop.
 struct Arrived {
-    queue: SyncSender<Vec<u8>>,
+    queue: SyncSender<Piece>,
     wake: Box<dyn Fn() + Send>,
 }
 
 impl Arrived {
     /// Whether somebody still listens.
-    fn take(&self, bytes: &[u8]) -> bool {
-        let is_heard = !matches!(self.queue.try_send(bytes.to_vec()), Err(TrySendError::Disconnected(_)));
+    fn take(&self, from: Option<SocketAddr>, bytes: &[u8]) -> bool {
+        let is_heard = !matches!(self.queue.try_send((from, bytes.to_vec())), Err(TrySendError::Disconnected(_)));
         (self.wake)();
         is_heard
     }
 }
 
-/// The address that the autopilot speaks from: frames to it go there. Another one becomes it when that is silent.
-type Peer = Arc<Mutex<Option<(SocketAddr, Instant)>>>;
+/// The address that the autopilot speaks from: frames to it go there.
+#[derive(Debug, Default)]
+struct Peer(Option<Place>);
 
-fn udp(socket: UdpSocket, arrived: Arrived, outgoing: Receiver<Vec<u8>>) -> io::Result<()> {
-    let peer = Peer::default();
-    let (sender, to) = (socket.try_clone()?, peer.clone());
+type Shared = Arc<Mutex<Peer>>;
+
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    address: SocketAddr,
+    heard: Time,
+    /// Otherwise it was only let in to hear, since nobody was there: one that is behind has to hear the time that it has to sign with.
+    is_believed: bool,
+}
+
+impl Peer {
+    /// What arrived from an address shows this voice of an autopilot. The place is given and kept by what is believed alone.
+    fn hear(&mut self, from: SocketAddr, voice: Voice, now: Time) {
+        let gives_place = match (self.0, voice) {
+            (_, Voice::Unknown) => false,
+            (None, _) => true,
+            (Some(_), Voice::Late) => false,
+            (Some(it), Voice::Believed) => it.address == from || !it.is_believed || PEER_GONE <= now - it.heard,
+        };
+        if gives_place {
+            self.0 = Some(Place { address: from, heard: now, is_believed: voice == Voice::Believed });
+        }
+    }
+}
+
+fn udp(socket: UdpSocket, arrived: Arrived, outgoing: Receiver<Vec<u8>>, peer: Shared) -> io::Result<()> {
+    let sender = socket.try_clone()?;
     thread::spawn(move || {
         // What is longer fills it, and is dropped.
         let mut buffer = [0; LONGEST_DATAGRAM + 1];
         loop {
             // An error is that of a former send: nobody listens there, which the silence shows.
             let Ok((length, from)) = socket.recv_from(&mut buffer) else { continue };
-            if LONGEST_DATAGRAM < length {
-                continue;
-            }
-            note_peer(&peer, from, &buffer[..length]);
-            if !arrived.take(&buffer[..length]) {
+            if length <= LONGEST_DATAGRAM && !arrived.take(Some(from), &buffer[..length]) {
                 return;
             }
         }
     });
     thread::spawn(move || {
         for frame in outgoing {
-            let to = *lock(&to);
-            if let Some((address, _)) = to {
-                let _ = sender.send_to(&frame, address);
+            let to = lock(&peer).0;
+            if let Some(place) = to {
+                let _ = sender.send_to(&frame, place.address);
             }
         }
     });
     Ok(())
-}
-
-#[expect(clippy::disallowed_methods, reason = "only the age of the address on the wire, of which no decision depends")]
-fn note_peer(peer: &Peer, from: SocketAddr, bytes: &[u8]) {
-    let mut peer = lock(peer);
-    let now = Instant::now();
-    match *peer {
-        Some((known, _)) if known == from => *peer = Some((from, now)),
-        Some((_, heard)) if now - heard < PEER_GONE => {}
-        _ => {
-            let speaks = |it: &Found| match it {
-                Found::Frame(frame) if frame.component() == 1 => {
-                    matches!(heard(frame), Some(Heard::Heartbeat(it)) if it.autopilot != 8)
-                }
-                _ => false,
-            };
-            if Framer::datagram(bytes).iter().any(speaks) {
-                *peer = Some((from, now));
-            }
-        }
-    }
 }
 
 fn tcp(address: SocketAddr, arrived: Arrived, outgoing: Receiver<Vec<u8>>) {
@@ -300,7 +318,7 @@ fn read(mut stream: impl Read, arrived: &Arrived) -> bool {
     loop {
         match stream.read(&mut buffer) {
             Ok(0) => return true,
-            Ok(length) if !arrived.take(&buffer[..length]) => return false,
+            Ok(length) if !arrived.take(None, &buffer[..length]) => return false,
             Ok(_) => {}
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
             Err(error) => {
@@ -323,6 +341,33 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Who has the place after these voices: seconds, port, voice.
+    #[track_caller]
+    fn check(voices: &[(u64, u16, Voice)], expected: Option<u16>) {
+        let mut peer = Peer::default();
+        for (second, port, voice) in voices {
+            peer.hear(([127, 0, 0, 1], *port).into(), *voice, Time::after(Duration::from_secs(*second)));
+        }
+        assert_eq!(peer.0.map(|it| it.address.port()), expected, "{voices:?}");
+    }
+
+    #[test]
+    fn frames_go_to_who_is_believed_and_after_a_silence_to_no_other() {
+        use Voice::{Believed, Late, Unknown};
+        check(&[(0, 1, Unknown)], None);
+        check(&[(0, 1, Believed), (1, 2, Believed)], Some(1));
+        check(&[(0, 1, Believed), (6, 2, Unknown)], Some(1));
+        // It repeats what was signed before.
+        check(&[(0, 1, Believed), (6, 2, Late), (90, 2, Late)], Some(1));
+        check(&[(0, 1, Believed), (6, 2, Believed)], Some(2));
+        check(&[(0, 1, Believed), (4, 1, Believed), (6, 2, Believed)], Some(1));
+        // What is not believed keeps no place.
+        check(&[(0, 1, Believed), (4, 1, Unknown), (6, 2, Believed)], Some(2));
+        // One that is behind hears the time, until one is believed.
+        check(&[(0, 1, Late)], Some(1));
+        check(&[(0, 1, Late), (0, 2, Late), (0, 3, Believed), (1, 1, Late)], Some(3));
+    }
 
     #[test]
     fn an_endpoint_is_read_and_written() {

@@ -81,7 +81,8 @@ impl Flown {
         let signal_lost = vehicle.is_armed() && self.misses_us(intended, actual, is_other, has_setpoint, now);
         let unflown = self.setpoints.are_unflown(config.unflown_s.seconds(), now);
         // It stands although it is to fly: by our own stop, or because the autopilot swallows what it is told.
-        if (signal_lost && personality.stop().is_some() && intended == actual) || unflown {
+        let stands = (signal_lost && personality.stop().is_some() && intended == actual) || unflown;
+        if stands {
             actual = actual.and(Some(fmu::FlightMode::Loiter));
         }
         let is_ground_mode = flown == personality.ground_mode();
@@ -99,7 +100,7 @@ impl Flown {
             intended,
             actual,
             failsafe,
-            failures: telemetry::failures(vehicle, signal_lost, now),
+            failures: telemetry::failures(vehicle, signal_lost || unflown, now),
             origin: telemetry::origin(vehicle),
             gripper: None,
             commanded_by_other: is_other,
@@ -107,7 +108,8 @@ impl Flown {
             can_arm: if problem.is_some() || vehicle.origin.is_none() { Some(false) } else { can_arm },
             frame_epoch: self.epoch.number(),
             vibration_m_s2: telemetry::vibration_m_s2(vehicle, personality.as_ref(), now),
-            failsafe_reason: None,
+            // That it stands is our conclusion, and no failsafe of the autopilot.
+            failsafe_reason: (stands && !failsafe).then_some(fmu::FailsafeReason::Setpoints),
             // A heartbeat has none.
             timestamp_us: 0,
         }

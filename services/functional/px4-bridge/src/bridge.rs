@@ -136,6 +136,7 @@ impl Bridge {
                 self.clocks.1 = clock;
                 self.frame.read(sample)?;
                 let position = telemetry::local_position(sample)?;
+                let position = position.map(|it| LocalPosition { position: self.frame.to_ours(it.position), ..it });
                 self.position = position.map(|it| (now, it));
                 out.effects.extend(position.map(|it| Effect::publish(v1::VehicleLocalPosition::from(it))));
             }
@@ -435,6 +436,7 @@ impl Bridge {
                     // Nothing says where the moving target should begin: PX4 misses its setpoints, and does what it does then.
                     (Some(_), None) => return,
                 };
+                let target = self.frame.to_its(target);
                 ([target.north_m, target.east_m, target.down_m], nowhere, yaw_rad, None)
             }
             Setpoint::Velocity { velocity, yaw_rate_rad_s } => {

@@ -1,6 +1,7 @@
 //! The local frame: where its origin is, and a number that changes when positions before and after cannot be compared.
 
-use domain::geodesy::{LatLon, Origin};
+use domain::geodesy::{LatLon, LocalFrame, Origin};
+use domain::geometry::Ned;
 
 use crate::cdr::{CdrError, Record};
 
@@ -35,6 +36,18 @@ impl Frame {
     /// The origin, while PX4 knows it.
     pub(crate) fn origin(&self) -> Option<Origin> {
         self.origin
+    }
+
+    /// A place of PX4's local frame as it is in ours, while the origin is known.
+    pub(crate) fn to_ours(&self, position: Ned) -> Ned {
+        let place = self.origin.map(|it| it.place);
+        place.map_or(position, |it| LocalFrame::of_px4(it).convert(position, &LocalFrame::at(it)))
+    }
+
+    /// A place of our local frame as it is in PX4's, while the origin is known.
+    pub(crate) fn to_its(&self, position: Ned) -> Ned {
+        let place = self.origin.map(|it| it.place);
+        place.map_or(position, |it| LocalFrame::at(it).convert(position, &LocalFrame::of_px4(it)))
     }
 
     /// Changes with the frame. The same for a bridge that was started again, as long as no reset was seen; 0 while there is no frame.

@@ -25,6 +25,8 @@ pub(super) struct FlightWatch {
 struct WatchedLeg {
     skill_id: u64,
     from: Ned,
+    /// Where it can come to rest first: it turns no sooner.
+    turn: Ned,
     to: Ned,
     since: Time,
     /// How long it takes; `None` where it is flown to hold at its end.
@@ -32,21 +34,27 @@ struct WatchedLeg {
 }
 
 impl WatchedLeg {
-    /// How far `here` is from its straight line over ground, in metres: climbs and descents have a speed of their own.
+    /// How far `here` is from its straight lines over ground, in metres: climbs and descents have a speed of their own.
     fn deviation_m(&self, here: Ned) -> f64 {
-        let (north_m, east_m) = (self.to.north_m - self.from.north_m, self.to.east_m - self.from.east_m);
-        let square = north_m * north_m + east_m * east_m;
-        let along = match 0.0 < square {
-            true => ((here.north_m - self.from.north_m) * north_m + (here.east_m - self.from.east_m) * east_m) / square,
-            false => 0.0,
-        };
-        here.horizontal_distance_m(self.from.towards(self.to, along.clamp(0.0, 1.0)))
+        let direct = [(self.from, self.to), (self.from, self.turn), (self.turn, self.to)];
+        direct.map(|(from, to)| from_line_m(here, from, to)).into_iter().fold(f64::INFINITY, f64::min)
     }
 
     /// By how much it has taken longer than it takes, as a share of that.
     fn overrun(&self, now: Time) -> Option<f64> {
         Some((now - self.since).as_secs_f64() / self.expected_s? - 1.0)
     }
+}
+
+/// How far `here` is from the straight line between two places, over ground.
+fn from_line_m(here: Ned, from: Ned, to: Ned) -> f64 {
+    let (north_m, east_m) = (to.north_m - from.north_m, to.east_m - from.east_m);
+    let square = north_m * north_m + east_m * east_m;
+    let along = match 0.0 < square {
+        true => ((here.north_m - from.north_m) * north_m + (here.east_m - from.east_m) * east_m) / square,
+        false => 0.0,
+    };
+    here.horizontal_distance_m(from.towards(to, along.clamp(0.0, 1.0)))
 }
 
 impl World {
@@ -77,7 +85,14 @@ impl World {
         let speeds = Speeds { cruise_m_s: speed_limit_m_s, ..self.limits_in_wind().speeds };
         let expected_s = speeds.time_s(vehicle.position, target) + START_AND_STOP_S;
         let expected_s = (!hold_at_target && expected_s.is_finite()).then_some(expected_s);
-        Some(WatchedLeg { skill_id, from: vehicle.position, to: target, since: self.now.time, expected_s })
+        let (from, velocity) = (vehicle.position, vehicle.velocity);
+        let braking_s = velocity.north_m_s.hypot(velocity.east_m_s) / (2.0 * self.limits.braking_m_s2);
+        let turn = Ned::new(
+            from.north_m + velocity.north_m_s * braking_s,
+            from.east_m + velocity.east_m_s * braking_s,
+            from.down_m,
+        );
+        Some(WatchedLeg { skill_id, from, turn, to: target, since: self.now.time, expected_s })
     }
 
     /// What rules read; `None` on the ground.
@@ -106,6 +121,7 @@ mod tests {
         let leg = WatchedLeg {
             skill_id: 1,
             from: Ned::new(0.0, 0.0, -10.0),
+            turn: Ned::new(0.0, 0.0, -10.0),
             to: Ned::new(300.0, 400.0, -50.0),
             since: Time::after(Duration::from_secs(10)),
             expected_s: Some(60.0),
@@ -119,6 +135,10 @@ mod tests {
         // Before its begin and behind its end.
         check(&leg, Ned::new(-3.0, -4.0, -10.0), 5.0);
         check(&leg, Ned::new(306.0, 408.0, -10.0), 10.0);
+        // One that flies another way at first turns where it comes to rest.
+        let turns = WatchedLeg { turn: Ned::new(-15.0, -20.0, -10.0), ..leg };
+        check(&turns, Ned::new(-12.0, -16.0, -10.0), 0.0);
+        check(&turns, Ned::new(-18.0, -24.0, -10.0), 5.0);
         let after = |s| leg.overrun(Time::after(Duration::from_secs(s)));
         assert_eq!([40, 70, 100].map(after), [-0.5, 0.0, 0.5].map(Some));
         // To hold at its end takes no time of its own.

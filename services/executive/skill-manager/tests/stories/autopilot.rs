@@ -27,6 +27,18 @@ fn a_pre_empted_skill_ends_and_so_does_its_stream() {
 }
 
 #[test]
+fn an_autopilot_that_holds_for_want_of_setpoints_alone_pre_empts_nothing() {
+    let mut rig = Rig::new(Autopilot::flying());
+    let position = rig.start(fly_to(100.0));
+    let autopilot = &mut rig.run(5.0).autopilot;
+    (autopilot.failsafe, autopilot.waits_for_setpoints) = (Some(FlightMode::Loiter), true);
+    rig.run(1.0);
+    // The mission manager answers that it is held. Once it is not, the leg is flown on.
+    rig.autopilot.failsafe = None;
+    assert_eq!(rig.outcome(position), Succeeded);
+}
+
+#[test]
 fn a_mode_that_somebody_else_has_set_pre_empts() {
     let mut rig = Rig::new(Autopilot::flying());
     let position = rig.start(fly_to(100.0));

@@ -51,6 +51,8 @@ pub(crate) struct Autopilot {
     opens: Option<Time>,
     /// The mode that is flown instead of the intended one.
     pub(crate) failsafe: Option<Mode>,
+    /// It says that this is for want of setpoints, and nothing else.
+    pub(crate) waits_for_setpoints: bool,
     /// Offboard is intended, and no setpoints come.
     misses_setpoints: bool,
     /// The mode was chosen by somebody else since the last command that sets one, or arms.
@@ -94,6 +96,7 @@ impl Default for Autopilot {
             gripper_stuck: false,
             opens: None,
             failsafe: None,
+            waits_for_setpoints: false,
             misses_setpoints: false,
             other: false,
             reason: "",
@@ -309,6 +312,7 @@ impl Autopilot {
                 reason: self.reason.to_owned(),
                 can_arm: self.can_arm,
                 frame_epoch: self.frame_epoch,
+                failsafe_reason: if self.waits_for_setpoints { v1::FailsafeReason::Setpoints as i32 } else { 0 },
                 ..Default::default()
             }));
         }
