@@ -63,7 +63,7 @@ fn trusting(builder: ClientBuilder, is_plain: bool, ca: Option<&Path>) -> Result
         // Without encryption no certificate is checked, so a machine without CA certificates can be used as well.
         return Ok(if is_plain { builder.tls_certs_only([]) } else { builder });
     };
-    let pem = std::fs::read(ca).map_err(|cause| format!("{}: cannot be read: {cause}", ca.display()))?;
+    let pem = regular_file::read(ca).map_err(|cause| format!("{}: cannot be read: {cause}", ca.display()))?;
     let certificates = Certificate::from_pem_bundle(&pem).unwrap_or_default();
     if certificates.is_empty() {
         return Err(format!("{}: holds no certificate, expected PEM", ca.display()));

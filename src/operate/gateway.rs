@@ -274,11 +274,11 @@ fn choose(args: &GatewayArgs, variable: Option<String>, running: Vec<Running>) -
 fn read_token(path: &std::path::Path) -> Result<String, String> {
     use std::os::unix::fs::PermissionsExt;
     let unreadable = |cause: std::io::Error| format!("{}: cannot be read: {cause}", path.display());
+    let text = regular_file::read_text(path).map_err(unreadable)?;
     let mode = std::fs::metadata(path).map_err(unreadable)?.permissions().mode() & 0o7777;
     if mode & 0o077 != 0 {
         return Err(format!("{}: its mode is {mode:04o}; only its owner may have access (chmod 600)", path.display()));
     }
-    let text = std::fs::read_to_string(path).map_err(unreadable)?;
     match text.lines().map(str::trim).find(|it| !it.is_empty()) {
         Some(token) if token.chars().all(|it| it.is_ascii_graphic()) => Ok(token.to_owned()),
         _ => Err(format!("{}: holds no token, expected one line of printable characters", path.display())),
