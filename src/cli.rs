@@ -461,7 +461,7 @@ pub enum Injection {
 /// For `kittiwake status`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n    kittiwake status                                          of the system that runs here\n    kittiwake status --url http://127.0.0.1:8080 --vehicle uav1   of another, with KITTIWAKE_TOKEN"
+    after_help = "Examples:\n    kittiwake status                                          of the system that runs here\n    kittiwake status --vehicle uav1                          of another, with KITTIWAKE_URL and KITTIWAKE_TOKEN"
 )]
 pub struct StatusArgs {
     #[command(flatten)]

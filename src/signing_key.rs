@@ -23,7 +23,7 @@ pub fn read(path: &Path) -> Result<Key, Mistakes> {
         let message = format!("the signing key may be read by others (mode {mode:04o}): they could fly the vehicle");
         return Err(mistake(message, "make it readable for its owner only: `chmod 600`"));
     }
-    let text = credentials::file::read_text(path).map_err(unreadable)?;
+    let text = regular_file::read_text(path).map_err(unreadable)?;
     text.parse().map_err(|why| mistake(format!("holds no signing key: {why}"), ""))
 }
 

@@ -8,10 +8,10 @@ use reqwest::StatusCode;
 use reqwest::blocking::Client;
 
 use crate::cli::StatusArgs;
-use crate::http_client::{client, root_cause};
+use crate::http_client::{client, parse, root_cause};
 use crate::outcome::Outcome;
 use crate::output;
-use crate::target::Target;
+use crate::target::{Environment, Target};
 
 /// Time without an answer after which the gateway counts as unavailable.
 const LIMIT: Duration = Duration::from_secs(5);
@@ -22,7 +22,10 @@ const PAUSE: Duration = Duration::from_millis(100);
 pub fn status(args: &StatusArgs) -> Outcome {
     let answer = Target::find(&args.target).and_then(|target| {
         let url = format!("{}/api/v1/vehicles/{}", target.http.trim_end_matches('/'), target.vehicle);
-        answer(&url, &target).map_err(|cause| format!("unavailable: {url} {cause}"))
+        let parsed = parse(&url)?;
+        let token = Environment::read().token_for(&target.http, target.token)?;
+        let client = client(&parsed, &token, target.ca.as_deref(), Some(LIMIT))?;
+        answer(&client, &url, &target.vehicle).map_err(|cause| format!("unavailable: {url} {cause}"))
     });
     match answer {
         Ok(body) => {
@@ -38,12 +41,11 @@ pub fn status(args: &StatusArgs) -> Outcome {
 
 /// The answer to a request that is repeated while a gateway that has just started may not know the
 /// vehicle yet, or is being started again.
-fn answer(url: &str, target: &Target) -> Result<String, String> {
-    let client = client(url, target.ca.as_deref(), Some(LIMIT))?;
+fn answer(client: &Client, url: &str, vehicle: &str) -> Result<String, String> {
     let until = Instant::now() + LIMIT;
     loop {
-        let failure = match ask(&client, url, &target.token) {
-            Ok((StatusCode::OK, body)) => match state(&body, &target.vehicle) {
+        let failure = match ask(client, url) {
+            Ok((StatusCode::OK, body)) => match state(&body, vehicle) {
                 Some(state) => return Ok(state),
                 // A proxy's page, perhaps, while the gateway is being started again.
                 None => "does not answer as a Kittiwake gateway".to_owned(),
@@ -58,8 +60,8 @@ fn answer(url: &str, target: &Target) -> Result<String, String> {
     }
 }
 
-fn ask(client: &Client, url: &str, token: &str) -> reqwest::Result<(StatusCode, String)> {
-    let response = client.get(url).bearer_auth(token).send()?;
+fn ask(client: &Client, url: &str) -> reqwest::Result<(StatusCode, String)> {
+    let response = client.get(url).send()?;
     Ok((response.status(), response.text()?))
 }
 

@@ -5,12 +5,38 @@ use std::path::PathBuf;
 use crate::cli::TargetArgs;
 use crate::run::run_file::{self, Running};
 
-/// The environment variable with the caller's own token, for a system started by another user: never an argument, which
-/// everybody on the machine could read.
-const TOKEN: &str = "KITTIWAKE_TOKEN";
+/// The gateway that the environment names, for a system started by another user, and the caller's token for it: never an argument,
+/// which everybody on the machine could read.
+#[derive(Debug, Default)]
+pub struct Environment {
+    /// `KITTIWAKE_URL`: the gateway's address, where no argument names a system.
+    pub url: Option<String>,
+    /// `KITTIWAKE_TOKEN`.
+    token: Option<String>,
+}
 
-/// The environment variable with the gateway's address, where no argument names a system: the one of the commands about vehicles.
-const URL: &str = "KITTIWAKE_URL";
+impl Environment {
+    /// An empty variable counts as unset.
+    pub fn read() -> Environment {
+        let variable = |name| std::env::var(name).ok().filter(|it| !it.is_empty());
+        Environment { url: variable("KITTIWAKE_URL"), token: variable("KITTIWAKE_TOKEN") }
+    }
+
+    /// The token for the gateway at `url`: the caller's own if that is the gateway it is for, else `of_run`, the one of its run file.
+    ///
+    /// # Errors
+    /// If the caller's own is the only one, and for another gateway: it may be a stranger that listens at `url`.
+    pub fn token_for(self, url: &str, of_run: String) -> Result<String, String> {
+        let is_named = self.url.is_some_and(|it| it.trim_end_matches('/') == url.trim_end_matches('/'));
+        match self.token {
+            Some(own) if is_named => Ok(own),
+            Some(_) if of_run.is_empty() => Err(format!(
+                "KITTIWAKE_TOKEN is sent to KITTIWAKE_URL only: set KITTIWAKE_URL={url} if the token is for it"
+            )),
+            _ => Ok(of_run),
+        }
+    }
+}
 
 /// The addresses of that system.
 #[derive(Debug, PartialEq, Eq)]
@@ -19,7 +45,7 @@ pub struct Target {
     pub connect: String,
     /// The gateway's address; empty if only the router's locator is known.
     pub http: String,
-    /// The token for the gateway.
+    /// The token in its run file; may be empty.
     pub token: String,
     /// The vehicle's name.
     pub vehicle: String,
@@ -32,20 +58,18 @@ pub struct Target {
 impl Target {
     /// The system that the arguments name, else the one of KITTIWAKE_URL, else the only one that runs.
     pub fn find(args: &TargetArgs) -> Result<Target, String> {
-        let args = named_by(args, std::env::var(URL).ok());
-        choose(&args, run_file::running(), std::env::var(TOKEN).ok())
+        choose(&named_by(args, Environment::read().url), run_file::running())
     }
 }
 
 /// The arguments, with the address of the environment where none of them names a system.
 fn named_by(args: &TargetArgs, url: Option<String>) -> TargetArgs {
     let names_one = args.pid.is_some() || args.connect.is_some() || args.http.is_some();
-    let http = args.http.clone().or(url.filter(|it| !names_one && !it.is_empty()));
+    let http = args.http.clone().or(url.filter(|_| !names_one));
     TargetArgs { http, ..args.clone() }
 }
 
-/// `own` is the caller's own token.
-fn choose(args: &TargetArgs, running: Vec<Running>, own: Option<String>) -> Result<Target, String> {
+fn choose(args: &TargetArgs, running: Vec<Running>) -> Result<Target, String> {
     let matches = |it: &Running| {
         args.pid.is_none_or(|pid| pid == it.pid)
             && args.connect.as_ref().is_none_or(|connect| *connect == it.connect)
@@ -59,7 +83,7 @@ fn choose(args: &TargetArgs, running: Vec<Running>, own: Option<String>) -> Resu
             Ok(Target {
                 connect: it.connect,
                 http: it.http,
-                token: own.unwrap_or(it.token),
+                token: it.token,
                 vehicle: it.vehicle,
                 config: Some(it.config),
                 ca: it.ca,
@@ -69,7 +93,7 @@ fn choose(args: &TargetArgs, running: Vec<Running>, own: Option<String>) -> Resu
         0 if args.connect.is_some() || args.http.is_some() => Ok(Target {
             connect: args.connect.clone().unwrap_or_default(),
             http: args.http.clone().unwrap_or_default(),
-            token: own.unwrap_or_default(),
+            token: String::new(),
             vehicle: args.vehicle.as_ref().map_or("uav1", |it| it.as_str()).to_owned(),
             config: args.config.clone(),
             ca: None,
@@ -107,7 +131,7 @@ mod tests {
 
     #[track_caller]
     fn check(args: TargetArgs, running: &[u32], expected: Result<&str, &str>) {
-        let found = choose(&args, running.iter().map(|it| system(*it)).collect(), None);
+        let found = choose(&args, running.iter().map(|it| system(*it)).collect());
         match (found, expected) {
             (Ok(target), Ok(connect)) => assert_eq!(target.connect, connect),
             (Err(said), Err(part)) => assert!(said.contains(part), "{said}"),
@@ -124,7 +148,6 @@ mod tests {
     fn the_address_of_the_environment_counts_where_no_argument_names_a_system() {
         let of = |args: TargetArgs, url: &str| named_by(&args, Some(url.into())).http;
         assert_eq!(of(TargetArgs::default(), "http://ground:8080").as_deref(), Some("http://ground:8080"));
-        assert_eq!(of(TargetArgs::default(), ""), None);
         assert_eq!(of(TargetArgs { pid: Some(2), ..Default::default() }, "http://ground:8080"), None);
         let here = TargetArgs { http: Some("http://here:1".into()), ..Default::default() };
         assert_eq!(of(here, "http://ground:8080").as_deref(), Some("http://here:1"));
@@ -151,5 +174,22 @@ mod tests {
         check(TargetArgs { connect: Some("tcp/10.0.0.1:7".into()), ..Default::default() }, &[1], Ok("tcp/10.0.0.1:7"));
         check(TargetArgs::default(), &[], Err("no system runs"));
         check(TargetArgs { pid: Some(3), ..Default::default() }, &[1], Err("no such system runs"));
+    }
+    #[test]
+    fn the_token_of_the_environment_is_for_the_gateway_of_the_environment_alone() {
+        #[track_caller]
+        fn check(named: Option<&str>, url: &str, of_run: &str, expected: Result<&str, &str>) {
+            let environment = Environment { url: named.map(str::to_owned), token: Some("own".into()) };
+            let found = environment.token_for(url, of_run.into());
+            match expected {
+                Ok(token) => assert_eq!(found.as_deref(), Ok(token)),
+                Err(part) => assert!(found.unwrap_err().contains(part)),
+            }
+        }
+        check(Some("http://127.0.0.1:1/"), "http://127.0.0.1:1", "of its run", Ok("own"));
+        check(Some("http://127.0.0.1:1"), "http://127.0.0.1:2", "of its run", Ok("of its run"));
+        check(None, "http://127.0.0.1:2", "of its run", Ok("of its run"));
+        check(None, "http://127.0.0.1:2", "", Err("set KITTIWAKE_URL=http://127.0.0.1:2 if"));
+        check(Some("http://127.0.0.1:1"), "http://127.0.0.1:2", "", Err("is sent to KITTIWAKE_URL only"));
     }
 }

@@ -149,7 +149,7 @@ fn publish(args: &Args, measured: &Measured) -> Result<(), String> {
 fn write_json(args: &Args, measured: &impl Serialize) -> Result<(), String> {
     let Some(path) = &args.json else { return Ok(()) };
     let json = serde_json::to_vec_pretty(measured).map_err(|it| it.to_string())?;
-    std::fs::write(path, json).map_err(|it| format!("{}: {it}", path.display()))
+    regular_file::write(path, json).map_err(|it| format!("{}: {it}", path.display()))
 }
 
 fn measure(program: &Path, args: &Args, vehicle: &str) -> Result<Measured, String> {

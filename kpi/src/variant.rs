@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use domain::file::Source;
+
 /// What differs from the given configuration.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Variant {
@@ -26,8 +28,8 @@ impl Folder {
 
     /// Writes the variant of `base` into the folder.
     pub(crate) fn write(&self, base: &Path, variant: &Variant) -> Result<PathBuf, String> {
-        let text = std::fs::read_to_string(base).map_err(|it| format!("{}: {it}", base.display()))?;
-        let mut config: toml::Table = text.parse().map_err(|it| format!("{}: {it}", base.display()))?;
+        let source = Source::read(base).map_err(|it| it.to_string())?;
+        let mut config: toml::Table = source.text.parse().map_err(|it| format!("{}: {it}", base.display()))?;
         let beside = base.canonicalize().map_err(|it| format!("{}: {it}", base.display()))?;
         let beside = beside.parent().unwrap_or(Path::new("/"));
         for (key, other) in

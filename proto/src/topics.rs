@@ -247,6 +247,16 @@ services! {
     Fault "sim/fault" FaultRequest => FaultReply;
 }
 
+impl Service {
+    /// Whether people ask it, as often as they please, such as an operator who tries out missions.
+    pub const fn is_order(self) -> bool {
+        matches!(
+            self,
+            Service::OperatorCommand | Service::Mission | Service::Decide | Service::AcceptLoss | Service::Fault
+        )
+    }
+}
+
 fn decode<M: prost::Message + Default>(key: &'static str, bytes: &[u8]) -> Result<M, Malformed> {
     M::decode(bytes).map_err(|cause| Malformed { key, cause: cause.to_string() })
 }

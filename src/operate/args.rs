@@ -18,8 +18,8 @@ pub struct GatewayArgs {
     /// The launcher's process id, where several systems run
     #[arg(long, global = true)]
     pub pid: Option<u32>,
-    /// A file with your token, which only its owner may read; else KITTIWAKE_TOKEN, else the token of the system
-    /// that runs here
+    /// A file with your token, which only its owner may read; else KITTIWAKE_TOKEN where KITTIWAKE_URL is the gateway's address, else the
+    /// token of the system that runs here
     #[arg(long, value_name = "FILE", global = true)]
     pub token_file: Option<PathBuf>,
     /// The private CA that signed the gateway's certificate, as PEM

@@ -69,7 +69,7 @@ pub fn judge(status: u16, body: &str) -> Result<Value, Failure> {
 fn words(status: u16, document: &Value) -> String {
     let detail = document["detail"].as_str().map_or_else(|| format!("the gateway answered {status}"), str::to_owned);
     let hint = match status {
-        401 => "; give one with --token-file or KITTIWAKE_TOKEN",
+        401 => "; give one with --token-file, or with KITTIWAKE_URL and KITTIWAKE_TOKEN",
         _ => "",
     };
     let mistakes = document["mistakes"].as_array().into_iter().flatten().filter_map(Value::as_str);
@@ -92,7 +92,7 @@ mod tests {
         {
             check(status, problem, code, "the reason");
         }
-        check(401, problem, 3, "the reason; give one with --token-file or KITTIWAKE_TOKEN");
+        check(401, problem, 3, "the reason; give one with --token-file, or with KITTIWAKE_URL and KITTIWAKE_TOKEN");
         check(
             422,
             r#"{"detail":"2 mistakes","mistakes":["m:1:1: a","m:2:1: b"]}"#,

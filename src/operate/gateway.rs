@@ -10,12 +10,13 @@ use reqwest::blocking::{Client, RequestBuilder};
 use reqwest::{Method, Url};
 use serde_json::Value;
 
-use crate::http_client::{client, root_cause};
+use crate::http_client::{client, parse, root_cause};
 use crate::operate::args::GatewayArgs;
 use crate::operate::failure::{Failure, judge};
 use crate::output;
 use crate::run::run_file::{self, Running};
 use crate::setup::access::random_hex;
+use crate::target::Environment;
 
 /// A request without an answer is repeated until this has passed.
 const LIMIT: Duration = Duration::from_secs(5);
@@ -52,7 +53,7 @@ struct NoAnswer {
     may_have_arrived: bool,
 }
 
-/// Where a gateway is, and the token for it.
+/// Where a gateway is, and the token in its run file, if there is one.
 #[derive(Debug, PartialEq, Eq)]
 struct Location {
     url: String,
@@ -64,17 +65,16 @@ struct Location {
 impl Gateway {
     /// The gateway that the arguments name, or that of the only system that runs here.
     pub fn find(args: &GatewayArgs) -> Result<Gateway, Failure> {
-        let variable = |name| std::env::var(name).ok().filter(|it| !it.is_empty());
-        let own = match &args.token_file {
-            Some(path) => Some(read_token(path).map_err(Failure::bad_input)?),
-            None => variable("KITTIWAKE_TOKEN"),
-        };
-        let location = choose(args, variable("KITTIWAKE_URL"), own, run_file::running())?;
-        let bad_url =
-            || Failure::bad_input(format!("found `{}`, expected a URL like http://127.0.0.1:8080", location.url));
-        let url = Url::parse(&location.url).ok().filter(|it| !it.cannot_be_a_base()).ok_or_else(bad_url)?;
-        let client = client(&location.url, location.ca.as_deref(), Some(ANSWER_LIMIT)).map_err(Failure::bad_input)?;
+        let environment = Environment::read();
+        let mut location = choose(args, environment.url.clone(), run_file::running())?;
+        location.token = match &args.token_file {
+            Some(path) => read_token(path),
+            None => environment.token_for(&location.url, location.token),
+        }
+        .map_err(Failure::bad_input)?;
+        let url = parse(&location.url).map_err(Failure::bad_input)?;
         let Location { token, ca, vehicle, .. } = location;
+        let client = client(&url, &token, ca.as_deref(), Some(ANSWER_LIMIT)).map_err(Failure::bad_input)?;
         Ok(Gateway { client, url, token, ca, vehicle, hand_over: args.hand_over })
     }
 
@@ -143,7 +143,7 @@ impl Gateway {
         let url = self.at(path);
         let until = Instant::now() + LIMIT;
         loop {
-            let mut request = self.client.request(method.clone(), url.clone()).bearer_auth(&self.token);
+            let mut request = self.client.request(method.clone(), url.clone());
             if method != Method::GET {
                 request = request.header("Idempotency-Key", &key);
             }
@@ -180,8 +180,8 @@ impl Gateway {
     pub fn events(&self, after: &str) -> Result<reqwest::blocking::Response, Failure> {
         let vehicle = self.vehicle()?;
         let url = self.at(&["vehicles", &vehicle, "events"]);
-        let client = client(url.as_str(), self.ca.as_deref(), None).map_err(Failure::bad_input)?;
-        let mut request = client.get(url).bearer_auth(&self.token);
+        let client = client(&url, &self.token, self.ca.as_deref(), None).map_err(Failure::bad_input)?;
+        let mut request = client.get(url);
         if !after.is_empty() {
             request = request.header("Last-Event-ID", after);
         }
@@ -237,12 +237,7 @@ fn may_take_command(refusal: &Failure, hand_over: bool) -> Result<(), Failure> {
 }
 
 /// Where the gateway is, by the arguments, else by the variable, else by the system that runs here.
-fn choose(
-    args: &GatewayArgs,
-    variable: Option<String>,
-    own_token: Option<String>,
-    running: Vec<Running>,
-) -> Result<Location, Failure> {
+fn choose(args: &GatewayArgs, variable: Option<String>, running: Vec<Running>) -> Result<Location, Failure> {
     let named = args.vehicle.as_ref().map(|it| it.as_str().to_owned());
     let variable = variable.filter(|_| args.pid.is_none());
     let url = args.url.clone().or(variable).map(|it| it.trim_end_matches('/').to_owned());
@@ -256,13 +251,13 @@ fn choose(
         let system = found.remove(0);
         return Ok(Location {
             url: system.http,
-            token: own_token.unwrap_or(system.token),
+            token: system.token,
             ca: args.ca.clone().or(system.ca),
             vehicle: Some(system.vehicle),
         });
     }
     if let Some(url) = url {
-        return Ok(Location { url, token: own_token.unwrap_or_default(), ca: args.ca.clone(), vehicle: named });
+        return Ok(Location { url, token: String::new(), ca: args.ca.clone(), vehicle: named });
     }
     if found.is_empty() && others.is_empty() {
         return Err(Failure::unreachable("no system runs here; start one with `kittiwake up`, or name one with --url"));
@@ -279,11 +274,11 @@ fn choose(
 fn read_token(path: &std::path::Path) -> Result<String, String> {
     use std::os::unix::fs::PermissionsExt;
     let unreadable = |cause: std::io::Error| format!("{}: cannot be read: {cause}", path.display());
+    let text = regular_file::read_text(path).map_err(unreadable)?;
     let mode = std::fs::metadata(path).map_err(unreadable)?.permissions().mode() & 0o7777;
     if mode & 0o077 != 0 {
         return Err(format!("{}: its mode is {mode:04o}; only its owner may have access (chmod 600)", path.display()));
     }
-    let text = std::fs::read_to_string(path).map_err(unreadable)?;
     match text.lines().map(str::trim).find(|it| !it.is_empty()) {
         Some(token) if token.chars().all(|it| it.is_ascii_graphic()) => Ok(token.to_owned()),
         _ => Err(format!("{}: holds no token, expected one line of printable characters", path.display())),
@@ -310,7 +305,7 @@ mod tests {
     #[track_caller]
     fn check(args: GatewayArgs, variable: Option<&str>, running: &[u32], expected: Result<&str, (u8, &str)>) {
         let running = running.iter().map(|it| system(*it)).collect();
-        match (choose(&args, variable.map(str::to_owned), None, running), expected) {
+        match (choose(&args, variable.map(str::to_owned), running), expected) {
             (Ok(it), Ok(text)) => assert_eq!(format!("{} `{}` {:?}", it.url, it.token, it.vehicle), text),
             (Err(it), Err((code, part))) => {
                 assert_eq!(u8::from(it.outcome), code);
@@ -359,7 +354,7 @@ mod tests {
     fn fake(answers: &'static [&'static str]) -> (Url, std::thread::JoinHandle<Vec<String>>) {
         use std::io::{BufRead, BufReader, Write};
         let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-        let url = Url::parse(&format!("http://{}", listener.local_addr().unwrap())).unwrap();
+        let url = parse(&format!("http://{}", listener.local_addr().unwrap())).unwrap();
         let serve = move || {
             let each = answers.iter().map(|answer| {
                 let (mut stream, _) = listener.accept().unwrap();
@@ -381,7 +376,7 @@ mod tests {
     fn gateway_at(url: Url) -> Gateway {
         // Fails if another test was quicker.
         let _ = rustls::crypto::ring::default_provider().install_default();
-        let client = client(url.as_str(), None, Some(ANSWER_LIMIT)).unwrap();
+        let client = client(&url, "", None, Some(ANSWER_LIMIT)).unwrap();
         Gateway { client, url, token: String::new(), ca: None, vehicle: None, hand_over: false }
     }
 

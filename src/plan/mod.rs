@@ -63,7 +63,7 @@ pub fn plan(args: &PlanArgs) -> Outcome {
     };
     let notes = inputs.notes();
     if let Some(path) = &args.html
-        && let Err(error) = std::fs::write(path, html::page(&reply, args.wind, &notes))
+        && let Err(error) = regular_file::write(path, html::page(&reply, args.wind, &notes))
     {
         output::error_line(format_args!("{}: cannot be written: {error}", path.display()));
         return Outcome::BadInput;

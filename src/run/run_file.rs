@@ -1,14 +1,16 @@
 //! How `kittiwake inject` and `kittiwake status` find a running system: the launcher leaves a file
 //! with its addresses while it runs.
 
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::hash::{BuildHasher as _, RandomState};
 use std::io::{self, Write as _};
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
 
+use crate::output;
 use crate::run::life_lock;
 
 /// The router's socket in its folder.
@@ -89,7 +91,7 @@ fn lock(file: &File) -> bool {
 
 /// Nobody sees the file before it is whole, and locked where that is possible.
 fn write_locked(path: &Path, running: &Running, lock: fn(&File) -> bool) -> io::Result<File> {
-    path.parent().map_or(Ok(()), private_folder)?;
+    path.parent().map_or(Ok(()), folder_of_runs)?;
     let unfinished = path.with_extension("part");
     write_private(&unfinished, &[])?;
     // For writing: a file system of another machine locks no file that is only read.
@@ -102,17 +104,32 @@ fn write_locked(path: &Path, running: &Running, lock: fn(&File) -> bool) -> io::
 
 /// Every running system of this user. Files of launchers that were killed are removed.
 pub fn running() -> Vec<Running> {
-    let entries = std::fs::read_dir(folder()).into_iter().flatten().flatten();
+    running_in(&folder()).unwrap_or_else(|why| {
+        output::error_line(format_args!("no system that runs here is looked for: {why}"));
+        Vec::new()
+    })
+}
+
+/// A stranger's file could name any address, and orders would go there with the operator's token.
+fn running_in(folder: &Path) -> io::Result<Vec<Running>> {
+    match check_closed(folder) {
+        Err(cause) if cause.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        checked => checked?,
+    }
+    let entries = std::fs::read_dir(folder)?.flatten();
     let mut found: Vec<Running> = entries.filter_map(|it| read(&it.path())).collect();
     found.sort_by_key(|it| it.pid);
-    found
+    Ok(found)
 }
 
 fn read(path: &Path) -> Option<Running> {
     if path.extension()? != "json" {
         return None;
     }
-    let file = File::open(path).ok()?;
+    let file = regular_file::open(path).ok()?;
+    if file.metadata().ok()?.uid() != own() {
+        return None;
+    }
     let Content { running, locked } = serde_json::from_str(&io::read_to_string(&file).ok()?).ok()?;
     // Where there are no locks, only the process id is left to go by.
     let is_taken = locked.then(|| life_lock::is_taken(&file)).flatten();
@@ -168,7 +185,7 @@ pub fn folder() -> PathBuf {
 }
 
 fn of_user(base: &Path) -> PathBuf {
-    base.join(format!("kittiwake-{}", nix::unistd::getuid()))
+    base.join(format!("kittiwake-{}", own()))
 }
 
 /// Where a router listens, and processes look for it, if nothing else is said: a socket in a folder that no other user can
@@ -178,16 +195,38 @@ pub fn router_locator() -> String {
     bus::sockets::locator_of(&named.unwrap_or_else(folder).join(ROUTER_SOCKET))
 }
 
-/// A folder that nobody else can put files into.
+/// A folder of this user's own; where there is none, one that nobody else can enter.
 pub fn private_folder(folder: &Path) -> io::Result<()> {
-    use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+    use std::os::unix::fs::DirBuilderExt;
     std::fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
-    let owner = std::fs::symlink_metadata(folder)?.uid();
-    if owner == nix::unistd::getuid().as_raw() {
-        Ok(())
-    } else {
-        Err(io::Error::other(format!("{} belongs to user {owner}", folder.display())))
+    check_owner(folder).map(drop)
+}
+
+/// A folder of running systems, which nobody else can enter.
+fn folder_of_runs(folder: &Path) -> io::Result<()> {
+    private_folder(folder)?;
+    check_closed(folder)
+}
+
+/// Whether nobody but this user can put files into the folder, or take any out.
+fn check_closed(folder: &Path) -> io::Result<()> {
+    let mode = check_owner(folder)?.mode() & 0o777;
+    if mode & 0o077 == 0 {
+        return Ok(());
     }
+    Err(io::Error::other(format!("{} may be entered by others (mode {mode:o}): `chmod 700` it", folder.display())))
+}
+
+fn check_owner(folder: &Path) -> io::Result<Metadata> {
+    let found = std::fs::symlink_metadata(folder)?;
+    if found.uid() == own() {
+        return Ok(found);
+    }
+    Err(io::Error::other(format!("{} belongs to user {}, expected {}", folder.display(), found.uid(), own())))
+}
+
+fn own() -> u32 {
+    nix::unistd::getuid().as_raw()
 }
 
 /// A folder of one run of this process, removed with the value. Until then it is locked, and so nobody else clears it away.
@@ -216,7 +255,7 @@ impl RunFolder {
 
     fn create_in(base: &Path, what: &str) -> io::Result<RunFolder> {
         use std::os::unix::fs::DirBuilderExt as _;
-        private_folder(base)?;
+        folder_of_runs(base)?;
         clear_away(base);
         for _ in 0..MOST_TRIES {
             let path = base.join(format!("{}.{what}", new_name()));
@@ -301,7 +340,7 @@ fn holds(path: &Path, bytes: &[u8]) -> bool {
     use std::io::Read as _;
     let mut found = Vec::new();
     // One byte more shows that there is more.
-    let read = credentials::file::open(path).and_then(|it| it.take(bytes.len() as u64 + 1).read_to_end(&mut found));
+    let read = regular_file::open(path).and_then(|it| it.take(bytes.len() as u64 + 1).read_to_end(&mut found));
     read.is_ok() && found == bytes
 }
 
@@ -314,6 +353,8 @@ impl Drop for RunFolder {
 
 #[cfg(test)]
 mod tests {
+    use std::os::unix::fs::PermissionsExt;
+
     use super::*;
 
     #[test]
@@ -342,6 +383,10 @@ mod tests {
         };
         check(|it| replace(it, |it| std::fs::create_dir(it)), true);
         check(|it| replace(it, |it| std::os::unix::fs::symlink("/dev/zero", it)), true);
+    }
+
+    fn private_tempdir() -> tempfile::TempDir {
+        tempfile::Builder::new().permissions(PermissionsExt::from_mode(0o700)).tempdir().unwrap()
     }
 
     fn system() -> Running {
@@ -396,7 +441,7 @@ mod tests {
 
     #[test]
     fn a_run_file_without_a_lock_is_believed_while_there_is_a_process_of_its_id() {
-        let folder = tempfile::tempdir().unwrap();
+        let folder = private_tempdir();
         let (flying, killed) = (system(), Running { pid: u32::MAX, ..system() });
         let path = folder.path().join("12-00c0ffee.json");
         // Where nothing can be locked.
@@ -414,8 +459,44 @@ mod tests {
     }
 
     #[test]
+    fn a_strangers_run_file_is_not_believed() {
+        #[track_caller]
+        fn check(change: impl Fn(&Path, &Path), expected: Result<usize, &str>) {
+            let base = private_tempdir();
+            let folder = base.path().join("kittiwake");
+            let path = folder.join("12-00c0ffee.json");
+            let flying = system();
+            let _file = write_locked(&path, &flying, lock).unwrap();
+            assert_eq!(running_in(&folder).unwrap(), [flying]);
+            change(&folder, &path);
+            match (running_in(&folder), expected) {
+                (Ok(found), Ok(count)) => assert_eq!(found.len(), count),
+                (Err(why), Err(part)) => assert!(why.to_string().contains(part), "{why}"),
+                other => panic!("{other:?}"),
+            }
+        }
+        let mode = |it: &Path, mode| std::fs::set_permissions(it, PermissionsExt::from_mode(mode)).unwrap();
+        check(|_, _| {}, Ok(1));
+        check(|folder, _| mode(folder, 0o1777), Err("may be entered by others (mode 777): `chmod 700` it"));
+        check(|folder, _| mode(folder, 0o755), Err("(mode 755)"));
+        // Only root can make a stranger's.
+        if own() == 0 {
+            let give = |it: &Path| std::os::unix::fs::chown(it, Some(65_534), None).unwrap();
+            check(|folder, _| give(folder), Err("belongs to user 65534, expected 0"));
+            check(|_, path| give(path), Ok(0));
+        }
+        // What waits for somebody at its other end is not waited for.
+        let pipe = |_: &Path, path: &Path| {
+            std::fs::remove_file(path).unwrap();
+            assert!(std::process::Command::new("mkfifo").arg(path).status().unwrap().success());
+        };
+        check(pipe, Ok(0));
+        check(|folder, _| std::fs::remove_dir_all(folder).unwrap(), Ok(0));
+    }
+
+    #[test]
     fn a_run_file_is_locked_as_a_file_that_is_written() {
-        let folder = tempfile::tempdir().unwrap();
+        let folder = private_tempdir();
         let path = folder.path().join("12-00c0ffee.json");
         let mut file = write_locked(&path, &system(), lock).unwrap();
         // What is only read cannot be locked in each file system.
@@ -426,7 +507,7 @@ mod tests {
 
     #[test]
     fn folders_of_runs_that_were_killed_are_cleared_away_and_no_others() {
-        let base = tempfile::tempdir().unwrap();
+        let base = private_tempdir();
         let create = || RunFolder::create_in(base.path(), "state").unwrap();
         let killed = create();
         std::fs::write(killed.0.join("mcm.0"), "a state").unwrap();

@@ -128,12 +128,12 @@ fn write_public(folder: &Path, key: PublicKey) -> Result<(), Failure> {
 
 /// A reader finds all of it or nothing, also after a power loss: a tower that finds half a key does not start.
 fn write_whole(path: &Path, line: &str) -> Result<(), Failure> {
-    let written = credentials::file::replace(path, 0o600, format!("{line}\n").as_bytes());
+    let written = regular_file::replace(path, 0o600, format!("{line}\n").as_bytes());
     written.map_err(|cause| Failure::Write { path: path.to_owned(), cause })
 }
 
 fn read<K: FromStr<Err = InvalidKey>>(path: &Path) -> Result<K, Failure> {
-    let text = credentials::file::read_text(path).map_err(|cause| Failure::Read { path: path.to_owned(), cause })?;
+    let text = regular_file::read_text(path).map_err(|cause| Failure::Read { path: path.to_owned(), cause })?;
     text.parse().map_err(|cause| Failure::Invalid { path: path.to_owned(), cause })
 }
 

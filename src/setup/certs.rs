@@ -9,7 +9,6 @@ use std::path::{Path, PathBuf};
 
 use bus::crossing::aircraft_name;
 use bus::link_credentials::{AUTHORITY, CERTIFICATE, KEY};
-use credentials::file;
 use rcgen::{
     BasicConstraints, CertificateParams, DnType, ExtendedKeyUsagePurpose, IsCa, Issuer, KeyPair, KeyUsagePurpose,
 };
@@ -227,7 +226,7 @@ fn params(name: &str, hosts: &[String], days: f64) -> Result<CertificateParams, 
 /// Replaces a file at once and for good: success is reported only when a power loss takes nothing back.
 fn replace(path: &Path, mode: u32, text: &str) -> Result<(), Failure> {
     let made = path.parent().map_or(Ok(()), private_folder);
-    let replaced = made.and_then(|()| file::replace(path, mode, text.as_bytes()));
+    let replaced = made.and_then(|()| regular_file::replace(path, mode, text.as_bytes()));
     replaced.map_err(|cause| Failure::Write { path: path.to_owned(), cause })
 }
 

@@ -114,7 +114,7 @@ fn proven(args: &CheckArgs, inputs: &Inputs) -> Outcome {
     if let Some(path) = &args.html {
         let is_picture = path.extension().is_some_and(|it| it == "svg");
         let page = if is_picture { matrix.picture(false) } else { matrix.page() };
-        if let Err(error) = std::fs::write(path, page) {
+        if let Err(error) = regular_file::write(path, page) {
             output::error_line(format_args!("{}: cannot be written: {error}", path.display()));
             return Outcome::BadInput;
         }

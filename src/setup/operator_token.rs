@@ -7,7 +7,6 @@ use std::io::ErrorKind;
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 
-use credentials::file;
 use gateway::access::{InvalidTokens, Role, Tokens, entry};
 
 use crate::cli::AccessArgs;
@@ -82,7 +81,7 @@ fn operator_token(folder: &Path, secret: &Path) -> Result<String, Refusal> {
 
 /// What is in the operator's file, if there is one.
 fn read(secret: &Path) -> Result<Option<String>, Refusal> {
-    match file::read_text(secret) {
+    match regular_file::read_text(secret) {
         Ok(text) => Ok(Some(text.trim().to_owned())),
         Err(cause) if cause.kind() == ErrorKind::NotFound => Ok(None),
         Err(cause) => Err(Refusal::File { path: secret.to_owned(), done: "read", cause }),
@@ -112,7 +111,7 @@ fn accepted(token: String, secret: &Path, tokens: &Path) -> Result<String, Refus
 
 /// At once and for good: a power loss leaves no part of it.
 fn write(path: &Path, text: &str) -> Result<(), Refusal> {
-    file::replace(path, PRIVATE, text.as_bytes()).map_err(|cause| Refusal::File {
+    regular_file::replace(path, PRIVATE, text.as_bytes()).map_err(|cause| Refusal::File {
         path: path.to_owned(),
         done: "written",
         cause,

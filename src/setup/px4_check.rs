@@ -6,6 +6,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use bus::{Clock, Nudge};
+use domain::file::Source;
 use domain::time::Pace;
 use kittiwake_proto::topics::Message;
 use kittiwake_proto::v1;
@@ -57,14 +58,10 @@ pub fn px4_check(args: &Px4CheckArgs) -> Outcome {
 }
 
 fn check_file(path: &Path, config: &Config) -> Outcome {
-    let text = match std::fs::read_to_string(path) {
-        Ok(text) => text,
-        Err(cause) => {
-            output::error_line(format_args!("{}: {cause}", path.display()));
-            return Outcome::BadInput;
-        }
+    let params = match Source::read(path) {
+        Ok(source) => Params::parse(&source.text),
+        Err(mistakes) => return check_inputs::tell(&mistakes),
     };
-    let params = Params::parse(&text);
     if params.is_empty() {
         output::error_line(format_args!(
             "{}: found no parameter, expected lines with a name and a value, as QGroundControl saves them",

@@ -1,6 +1,5 @@
 //! `kittiwake replay`: gives the mission manager and the planner of a recording the same again, and compares what they decide.
 
-use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
@@ -35,7 +34,7 @@ pub fn replay(args: &ReplayArgs) -> Outcome {
 
 /// Writes a recording.
 pub(super) fn write(path: &Path, header: &Header, entries: &[Entry]) -> io::Result<()> {
-    let mut writer = Writer::begin(BufWriter::new(File::create(path)?), header)?;
+    let mut writer = Writer::begin(BufWriter::new(regular_file::create(path)?), header)?;
     entries.iter().try_for_each(|it| writer.write(it))?;
     writer.end()?.flush()
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use opentelemetry_otlp::{Protocol, SpanExporter, WithExportConfig, WithHttpConfig};
 use opentelemetry_sdk::trace::{BatchConfigBuilder, BatchSpanProcessor};
 
-use crate::http_client::client;
+use crate::http_client::{client, parse};
 
 /// Spans that wait for export; more are dropped.
 const QUEUE: usize = 2048;
@@ -15,7 +15,7 @@ const EXPORT_LIMIT: Duration = Duration::from_secs(2);
 /// To the collector with this base URL.
 pub(super) fn to(endpoint: &str) -> Result<BatchSpanProcessor, String> {
     // Our own client: the library's would not be made on a machine without CA certificates.
-    let client = client(endpoint, None, Some(EXPORT_LIMIT))?;
+    let client = client(&parse(endpoint)?, "", None, Some(EXPORT_LIMIT))?;
     let exporter = SpanExporter::builder()
         .with_http()
         .with_http_client(client)

@@ -108,7 +108,7 @@ impl FlownFiles {
 
 /// The configuration, which names the copied files beside it.
 fn copy_config(from: &Path, to: &Path) -> Result<(), Failure> {
-    let text = fs::read_to_string(from).map_err(of(from))?;
+    let text = regular_file::open(from).and_then(io::read_to_string).map_err(of(from))?;
     let mut config: toml::Table = text.parse().map_err(|_| Failure::Changed(from.to_owned()))?;
     for (key, name) in [("mission", MISSION), ("contingencies", CONTINGENCIES), ("trees", TREES)] {
         config.insert(key.into(), name.into());
@@ -117,7 +117,7 @@ fn copy_config(from: &Path, to: &Path) -> Result<(), Failure> {
 }
 
 fn copy_file(from: &Path, to: &Path) -> Result<(), Failure> {
-    fs::copy(from, to).map(drop).map_err(of(from))
+    regular_file::open(from).and_then(|_| fs::copy(from, to)).map(drop).map_err(of(from))
 }
 
 fn copy_trees(from: &Path, to: &Path) -> Result<(), Failure> {

@@ -2,9 +2,10 @@
 
 use std::net::TcpListener;
 use std::path::Path;
+use std::process::{Command, Stdio};
 
 use crate::support::files::Files;
-use crate::support::{kittiwake, shipped};
+use crate::support::{KITTIWAKE, kittiwake, shipped};
 
 /// Makes one mistake in a shipped file: `from` becomes `to`. Both `kittiwake check` and `kittiwake up` must report it at
 /// the place of `at`, with all of `said`.
@@ -59,6 +60,44 @@ fn a_configuration_that_is_not_complete() {
         assert_eq!(output.status.code(), Some(2), "{told}");
         assert!(told.contains(said), "`{said}` is not said:\n{told}");
     }
+}
+
+/// To read a pipe is to wait for somebody at its other end, and a device may never end.
+#[test]
+fn a_file_that_is_a_pipe_or_a_device() {
+    #[track_caller]
+    fn check(args: &[&str], what: &str) {
+        let output = Command::new("timeout").args(["60", KITTIWAKE]).args(args).stdin(Stdio::null()).output().unwrap();
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {told}");
+        assert!(told.contains(&format!("it is a {what}, not a regular file")), "{args:?}: {told}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe").to_str().unwrap().to_owned();
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let mission = shipped().join("missions/reference.toml").to_str().unwrap().to_owned();
+    for (file, what) in [(pipe.as_str(), "pipe"), ("/dev/zero", "device")] {
+        for args in [
+            &["up", "--config", file][..],
+            &["up", "--mission", file],
+            &["check", "--files-only", "--link", file],
+            &["plan", file],
+            &["plan", &mission, "--html", file],
+            &["px4-check", "--listen-s", "0", "--params", file],
+            &["replay", file],
+            &["simulate", "--mission", file],
+            &["mission", "validate", file],
+            &["mission", "show", "--url", "http://127.0.0.1:1", "--token-file", file],
+            &["mission", "show", "--url", "http://127.0.0.1:1", "--ca", file],
+            &["mission", "import", file, "--out", "never-written.toml"],
+            &["why", file],
+            &["audit", "verify", file],
+        ] {
+            check(args, what);
+        }
+    }
+    let files = Files::shipped().with("kittiwake.toml", "missions/reference.toml", &pipe);
+    check(&["up", "--config", files.config().to_str().unwrap()], "pipe");
 }
 
 #[test]

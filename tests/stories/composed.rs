@@ -1,8 +1,16 @@
 //! Several nodes in one process: the same flights, the same signs of life, and one death for all of them.
 
-use nix::sys::signal::Signal;
-use serde_json::Value;
+use std::sync::mpsc::channel;
+use std::time::{Duration, Instant};
 
+use kittiwake_proto::topics::{Service, Topic};
+use kittiwake_proto::v1::{MissionRequest, MissionText, mission_request};
+use nix::sys::signal::Signal;
+use prost::Message as _;
+use serde_json::Value;
+use zenoh::Wait;
+
+use crate::stories::bad_messages::stranger;
 use crate::support::files::{Files, state_folder};
 use crate::support::{KITTIWAKE, System, kittiwake, shipped, wait_for};
 
@@ -96,6 +104,53 @@ fn a_composition_that_hangs_is_killed_and_started_again_as_one() {
     ending.expect(0, &["SUCCESS"]);
     let accused = |name: &str| ending.lines.iter().any(|it| it.contains(&format!("{name} does not answer")));
     assert!(!["router", "gateway", "vehicle-sim"].into_iter().any(accused), "{}", ending.lines.join("\n"));
+}
+
+/// Operators may ask for more than one thread can answer.
+#[test]
+fn a_burst_of_what_ifs_does_not_take_the_vehicle_out_of_offboard() {
+    let system = on_long_leg("1");
+    let objective = |it: u32| {
+        let (north, east) = (it % 20 * 10, it / 20 * 10);
+        format!("[[objective]]\nname = \"{it}\"\nnorth_m = {north}\neast_m = {east}\nheight_m = 10\nflying = true\n")
+    };
+    // Each leg is compared with each site.
+    let site = |it| format!("[[site]]\nname = \"{it}\"\nkind = \"landing\"\nnorth_m = {}\neast_m = -50\n", it * 10);
+    let text = (0..400).map(objective).chain((0..32).map(site)).collect::<String>();
+    let text = format!("name = \"many\"\n{text}");
+    let validate = mission_request::Request::Validate(MissionText { text, ..Default::default() });
+    let asking = stranger(&system.locator());
+    let ask = |number: u32| {
+        // Without one, the second gets the answer to the first.
+        let request =
+            MissionRequest { request_id: number.to_string(), request: Some(validate.clone()), ..Default::default() };
+        asking.get(format!("kw/uav1/{}", Service::Mission.key())).payload(request.encode_to_vec()).wait().unwrap()
+    };
+    let (sender, heard) = channel();
+    let proof_of_life = format!("kw/uav1/{}", Topic::OffboardControlMode.key());
+    let _listening = asking
+        .declare_subscriber(proof_of_life)
+        .callback(move |_| {
+            let _ = sender.send(Instant::now());
+        })
+        .wait()
+        .unwrap();
+    let begun = Instant::now();
+    let answers: Vec<_> = (0..40).map(ask).collect();
+    let answered = answers.iter().filter(|it| it.recv().is_ok_and(|it| it.result().is_ok())).count();
+    let ended = Instant::now();
+    assert!(10 < answered, "{answered} of 40");
+    let moments: Vec<Instant> = [begun].into_iter().chain(heard.try_iter()).chain([ended]).collect();
+    let longest = moments.windows(2).map(|it| it[1].saturating_duration_since(it[0])).max().unwrap();
+    // The autopilot leaves offboard after a second.
+    assert!(longest < Duration::from_secs(1), "no proof of life for {longest:?}, and {:?} in all", ended - begun);
+    let decisions = system.http().json("/api/v1/vehicles/uav1/decisions").to_string();
+    assert!(
+        decisions.contains("step 2 of 3") && !decisions.contains("step 3 of 3"),
+        "it is still on the leg: {decisions}"
+    );
+    assert!(!decisions.contains("autopilot_preempts"), "{decisions}");
+    assert_eq!(system.status()["aircraft"]["status"]["actualMode"], "FLIGHT_MODE_OFFBOARD");
 }
 
 #[test]

@@ -33,6 +33,7 @@ mod replay;
 mod simulate;
 mod sockets;
 mod storm;
+mod strangers;
 mod supervised;
 #[cfg(feature = "otlp")]
 mod telemetry;

@@ -360,8 +360,10 @@ impl Inbox {
     fn put_request(&self, key: &str, request: Request, said: u64, traceparent: &str, asker: Asker) -> Option<Asker> {
         let parent = Some(traceparent.to_owned()).filter(|it| !it.is_empty());
         let token = self.open.keep(asker);
-        let event = Event::Request { vehicle: self.scope.vehicle_of(key), token, request };
-        if self.mailbox.push_from(key, mail_of(said, event, parent)) {
+        let is_order = request.service().is_order();
+        let mail = mail_of(said, Event::Request { vehicle: self.scope.vehicle_of(key), token, request }, parent);
+        let has_room = if is_order { self.mailbox.push_order(mail) } else { self.mailbox.push_from(key, mail) };
+        if has_room {
             return None;
         }
         self.dropped(key);

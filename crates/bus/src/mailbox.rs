@@ -3,6 +3,8 @@
 //! Of a telemetry topic, and of the liveliness of a process, only the newest is kept; everything else queues in order up
 //! to a bound, beyond which it is dropped and counted, since a blocked callback would stall the link. Liveliness is
 //! said once: if it were dropped, a process would count as there, or as gone, until it is started again.
+//!
+//! Orders wait apart, since they come one at a time: people ask for as much work as they please, and a flight must not wait for it.
 
 #![expect(clippy::disallowed_methods, reason = "losses are counted by the wall clock")]
 
@@ -26,6 +28,8 @@ const SHARE: usize = CAPACITY / 4;
 const MOST_NEWEST: usize = CAPACITY / 2;
 /// Large messages that may wait: with those of 8 MiB that bounds the memory.
 const MOST_LARGE: usize = 16;
+/// Orders that may wait. (ENG: more than are answered before the last of them is too old to be obeyed.)
+const MOST_ORDERS: usize = 64;
 
 /// Something for the loop.
 #[derive(Debug)]
@@ -51,6 +55,7 @@ struct Shared {
 #[derive(Default)]
 struct Inner {
     queue: VecDeque<Entry>,
+    orders: VecDeque<Mail>,
     newest: HashMap<Slot, Mail>,
     /// Messages that wait, by their key.
     waiting: HashMap<String, usize>,
@@ -110,6 +115,18 @@ impl Mailbox {
         true
     }
 
+    /// Queues an order; false if there is no room.
+    pub(crate) fn push_order(&self, mail: Mail) -> bool {
+        let mut inner = self.lock();
+        if MOST_ORDERS <= inner.orders.len() {
+            return false;
+        }
+        inner.orders.push_back(mail);
+        drop(inner);
+        self.0.wake.wake();
+        true
+    }
+
     /// As [`Mailbox::push_from`], for a large message: there is room for few of them.
     pub(crate) fn push_large_from(&self, sender: &str, mail: Mail) -> bool {
         let mut inner = self.lock();
@@ -155,13 +172,23 @@ impl Mailbox {
         self.0.wake.wake();
     }
 
-    /// Whether the node has something to do.
+    /// Whether the node has something to do, besides orders.
     pub(crate) fn has_mail(&self) -> bool {
         let inner = self.lock();
         !inner.queue.is_empty() || inner.nudged
     }
 
-    /// Moves everything that has arrived into `batch`.
+    /// Whether an order waits.
+    pub(crate) fn has_order(&self) -> bool {
+        !self.lock().orders.is_empty()
+    }
+
+    /// Takes out the order that has waited longest.
+    pub(crate) fn take_order(&self) -> Option<Mail> {
+        self.lock().orders.pop_front()
+    }
+
+    /// Moves everything that has arrived into `batch`, but for the orders.
     pub(crate) fn take(&self, batch: &mut Vec<Mail>) {
         let mut inner = self.lock();
         inner.nudged = false;
@@ -282,6 +309,18 @@ mod tests {
     }
 
     #[test]
+    fn orders_wait_apart_and_few_of_them() {
+        let mailbox = mailbox();
+        (0..MOST_ORDERS).for_each(|_| assert!(mailbox.push_order(peer("order"))));
+        assert!(!mailbox.push_order(peer("one too many")));
+        assert!(mailbox.push(peer("event")));
+        assert_eq!(names(&mailbox), ["event"]);
+        assert!(mailbox.has_order() && !mailbox.has_mail());
+        assert_eq!(std::iter::from_fn(|| mailbox.take_order()).count(), MOST_ORDERS);
+        assert!(!mailbox.has_order() && mailbox.push_order(peer("after it")));
+    }
+
+    #[test]
     fn what_is_lost_is_counted() {
         let mailbox = mailbox();
         assert!(mailbox.lose(Loss::Dropped, "kw/uav1/event").is_some());
@@ -306,7 +345,8 @@ mod tests {
             let sender = std::thread::spawn(move || assert!(mailbox.push(peer("event"))));
             let mut found = 0;
             while found == 0 {
-                wake.wait(far(), || mailboxes.iter().any(Mailbox::has_mail), std::iter::empty());
+                let next = || if mailboxes.iter().any(Mailbox::has_mail) { Instant::now() } else { far() };
+                wake.wait(next, std::iter::empty());
                 found = mailboxes.iter().map(|it| names(it).len()).sum();
             }
             sender.join().unwrap();

@@ -53,6 +53,8 @@ pub(crate) struct Progress {
     /// Requests that the node left without a reply, by service.
     unanswered: BTreeMap<Service, u64>,
     next_heartbeat: Instant,
+    /// No order is obeyed before.
+    next_order: Instant,
     /// Empty between turns; kept for their room.
     batch: Vec<Mail>,
     effects: Vec<Effect>,
@@ -67,6 +69,7 @@ impl Progress {
             open: Vec::new(),
             unanswered: BTreeMap::new(),
             next_heartbeat: Instant::now(),
+            next_order: Instant::now(),
             batch: Vec::new(),
             effects: Vec::new(),
         }
@@ -77,7 +80,8 @@ impl Seat<'_> {
     /// When it has something to do even if nothing arrives.
     pub(crate) fn next_wake(&self) -> Instant {
         let wanted = self.node.deadline().map(|it| self.clock.instant_of(it));
-        [wanted, self.calls.deadline()].into_iter().flatten().fold(self.progress.next_heartbeat, Instant::min)
+        let order = self.inbox.mailbox().has_order().then_some(self.progress.next_order);
+        [wanted, self.calls.deadline(), order].into_iter().flatten().fold(self.progress.next_heartbeat, Instant::min)
     }
 
     /// Whether something has arrived.
@@ -117,7 +121,7 @@ impl Seat<'_> {
         drop(declared);
     }
 
-    /// Shows the node everything that has arrived, and lets it act.
+    /// Shows the node everything that has arrived, of the orders at most one, and lets it act.
     pub(crate) fn turn(&mut self) -> Result<(), BusError> {
         let mut batch = std::mem::take(&mut self.progress.batch);
         self.inbox.mailbox().take(&mut batch);
@@ -129,6 +133,7 @@ impl Seat<'_> {
             }
         }
         self.progress.batch = batch;
+        let ordered = self.show_order(&mut cause)?;
         let mut late = Vec::new();
         self.calls.tend(Instant::now(), &mut late, &mut self.links, &self.neighbours)?;
         for event in late {
@@ -140,8 +145,28 @@ impl Seat<'_> {
             self.node.act(self.clock.now(), &mut effects);
             self.perform(effects)?;
         }
+        if let Some(begun) = ordered {
+            // Half of the time is for everything else, whatever people ask for.
+            let now = Instant::now();
+            self.progress.next_order = now + (now - begun);
+        }
         self.fail_unanswered();
         self.beat()
+    }
+
+    /// Shows the node the first order that is not too old, if it is time for one; returns when it was shown.
+    fn show_order(&mut self, cause: &mut Option<Parent>) -> Result<Option<Instant>, BusError> {
+        let now = Instant::now();
+        if now < self.progress.next_order {
+            return Ok(None);
+        }
+        while let Some(mail) = self.inbox.mailbox().take_order() {
+            if let Some((event, parent)) = self.open(mail) {
+                self.show(event, parent, cause)?;
+                return Ok(Some(now));
+            }
+        }
+        Ok(None)
     }
 
     /// What a piece of mail means to the node, if anything.

@@ -18,9 +18,9 @@ pub(crate) fn run(mut seats: Vec<Seat<'_>>, wake: &Wake) -> Result<(), BusError>
 
 fn keep_turning(seats: &mut Vec<Seat<'_>>, wake: &Wake) -> Result<(), BusError> {
     loop {
-        let deadline = seats.iter().map(Seat::next_wake).min().unwrap_or_else(Instant::now);
-        let has_work = || seats.iter().any(Seat::has_mail);
-        wake.wait(deadline, has_work, seats.iter().flat_map(Seat::descriptors));
+        let has_mail = || seats.iter().any(Seat::has_mail).then(Instant::now);
+        let next = || has_mail().or_else(|| seats.iter().map(Seat::next_wake).min()).unwrap_or_else(Instant::now);
+        wake.wait(next, seats.iter().flat_map(Seat::descriptors));
         let go_on = !wake.is_stopped();
         seats.iter_mut().for_each(Seat::read);
         let now = Instant::now();

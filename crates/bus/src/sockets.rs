@@ -137,7 +137,8 @@ pub fn check_to_listen(path: &Path) -> Result<(), InvalidSocket> {
     }
 }
 
-/// Makes sure that what listens at `path`, now or later, is a process of this user or of root's. Root trusts every user's.
+/// Makes sure that what listens at `path`, now or later, is a process of this user or of root's: the folder is theirs, and nobody else
+/// can put a socket into it. Root trusts every user's.
 ///
 /// # Errors
 /// With what is wrong first.
@@ -148,6 +149,9 @@ pub(crate) fn check_to_connect(path: &Path) -> Result<(), InvalidSocket> {
     match std::fs::metadata(folder) {
         Ok(it) if it.uid() != own && it.uid() != 0 && own != 0 => {
             Err(InvalidSocket::Foreign { folder: folder.to_owned(), owner: it.uid(), own })
+        }
+        Ok(it) if it.mode() & 0o022 != 0 => {
+            Err(InvalidSocket::Open { folder: folder.to_owned(), mode: it.mode() & 0o777 })
         }
         // One that is missing may be made later: processes are started in any order.
         _ => Ok(()),
@@ -223,6 +227,20 @@ mod tests {
         let owner = std::fs::metadata(folder).unwrap().uid();
         refused(&folder.join("router.sock"), &format!("belongs to user {owner}, and this process runs as user {own}"));
         check_to_connect(&folder.join("router.sock")).expect("root trusts every user, and every user root");
+    }
+
+    #[test]
+    fn a_folder_into_which_others_can_put_a_socket_is_refused_by_both_ends() {
+        let root = tempfile::tempdir().unwrap();
+        let socket = root.path().join("router.sock");
+        for open in [0o1777, 0o770] {
+            mode(root.path(), open);
+            refused(&socket, "may be entered by others");
+            let refusal = check_to_connect(&socket).unwrap_err().to_string();
+            assert!(refusal.contains("may be entered by others"), "{refusal}");
+        }
+        mode(root.path(), 0o700);
+        check_to_connect(&socket).unwrap();
     }
 
     #[test]

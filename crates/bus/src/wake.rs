@@ -53,23 +53,18 @@ impl Wake {
         self.0.stopped.load(SeqCst)
     }
 
-    /// Waits for [`Wake::wake`], for something to read from one of `others`, or for `deadline`; not at all if `has_work` finds some.
-    pub(crate) fn wait<'a>(
-        &self,
-        deadline: Instant,
-        has_work: impl FnOnce() -> bool,
-        others: impl Iterator<Item = BorrowedFd<'a>>,
-    ) {
+    /// Waits for [`Wake::wake`], for something to read from one of `others`, or for the moment at which there is something to do by `next`.
+    pub(crate) fn wait<'a>(&self, next: impl FnOnce() -> Instant, others: impl Iterator<Item = BorrowedFd<'a>>) {
         self.0.asleep.store(true, SeqCst);
         // Only now: who leaves work from here on wakes the loop.
-        if self.is_stopped() || has_work() {
+        let left = next().saturating_duration_since(Instant::now());
+        if self.is_stopped() || left.is_zero() {
             self.0.asleep.store(false, SeqCst);
             return;
         }
         let event = PollFd::from_borrowed_fd(self.0.event.as_fd(), PollFlags::IN);
         let others = others.map(|it| PollFd::from_borrowed_fd(it, PollFlags::IN));
         let mut all: Vec<_> = std::iter::once(event).chain(others).collect();
-        let left = deadline.saturating_duration_since(Instant::now());
         // Whatever ends it, also a signal: the loop looks at everything.
         let _ = poll(&mut all, Timespec::try_from(left).ok().as_ref());
         let woken = all[0].revents().contains(PollFlags::IN);
@@ -94,18 +89,17 @@ mod tests {
     #[test]
     fn work_that_is_there_is_not_slept_on() {
         let wake = Wake::new().unwrap();
-        wake.wait(far(), || true, empty());
-        wake.wait(Instant::now(), || false, empty());
+        wake.wait(Instant::now, empty());
     }
 
     #[test]
     fn stopping_ends_the_sleep_and_every_later_one() {
         let wake = Wake::new().unwrap();
         let sleeper = wake.clone();
-        let sleeping = std::thread::spawn(move || sleeper.wait(far(), || false, empty()));
+        let sleeping = std::thread::spawn(move || sleeper.wait(far, empty()));
         wake.stop();
         sleeping.join().unwrap();
-        wake.wait(far(), || false, empty());
+        wake.wait(far, empty());
         assert!(wake.is_stopped());
     }
 
@@ -116,9 +110,9 @@ mod tests {
             // It comes right after the loop has looked.
             let found = work.swap(true, SeqCst);
             wake.wake();
-            found
+            if found { Instant::now() } else { far() }
         };
-        wake.wait(far(), looked, empty());
+        wake.wait(looked, empty());
         assert!(work.load(SeqCst));
     }
 }

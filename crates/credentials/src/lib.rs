@@ -5,7 +5,6 @@
 //! makes connections with them. Neither can ask the other: zenoh stands between them. What a certificate must say, and
 //! for how long, is for the bus to decide; this crate knows files and TLS only.
 
-pub mod file;
 mod seen;
 
 pub use seen::{Seen, Stamp};
@@ -220,7 +219,7 @@ impl Credentials {
 const CERTIFICATE: &str = "certificate";
 
 fn read(path: &Path) -> Result<Vec<u8>, InvalidCredentials> {
-    file::read(path).map_err(|source| InvalidCredentials::Unreadable { path: path.to_owned(), source })
+    regular_file::read(path).map_err(|source| InvalidCredentials::Unreadable { path: path.to_owned(), source })
 }
 
 fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, InvalidCredentials> {

@@ -47,12 +47,12 @@ impl Source {
             mistake(message, "cut it to what the mission needs")
         };
         let mut bytes = Vec::new();
-        let file = std::fs::File::open(path).map_err(unreadable)?;
-        let known_size = file.metadata().ok().filter(std::fs::Metadata::is_file).map(|it| it.len());
-        if let Some(size) = known_size.filter(|size| most < *size) {
+        let file = regular_file::open(path).map_err(unreadable)?;
+        let size = file.metadata().map_err(unreadable)?.len();
+        if most < size {
             return Err(too_large(&in_units(size)));
         }
-        // One byte more shows that there is more: a file may grow, and a pipe has no size.
+        // One byte more shows that there is more: a file may grow.
         file.take(most + 1).read_to_end(&mut bytes).map_err(unreadable)?;
         if most < bytes.len() as u64 {
             return Err(too_large("more"));

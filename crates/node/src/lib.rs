@@ -42,7 +42,8 @@ pub trait Node {
     fn on(&mut self, now: Now, event: Event, effects: &mut Vec<Effect>);
 
     /// Called once after each batch of events that arrived together, and when [`Node::deadline`] has come: the place
-    /// for decisions that look at everything at once.
+    /// for decisions that look at everything at once. A batch has one order at most ([`Service::is_order`]): the next ones wait until
+    /// everybody else in the loop has had a turn.
     fn act(&mut self, now: Now, effects: &mut Vec<Effect>) {
         let _ = (now, effects);
     }

@@ -76,7 +76,7 @@ impl<W: Write> Writer<W> {
 /// If it is none, is of another format, is cut off, or holds what makes no sense; with the place.
 pub fn read(path: &Path) -> Result<(Header, Vec<Entry>), Unreadable> {
     let unreadable = |what: String| Unreadable { path: path.to_owned(), what };
-    let file = std::fs::File::open(path).map_err(|it| unreadable(format!("cannot be read: {it}")))?;
+    let file = regular_file::open(path).map_err(|it| unreadable(format!("cannot be read: {it}")))?;
     let mut reader = BufReader::new(file);
     let mut first = Vec::new();
     let line = reader.by_ref().take(64).read_until(b'\n', &mut first);

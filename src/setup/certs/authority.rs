@@ -183,7 +183,7 @@ impl Authority {
 }
 
 pub(super) fn read(path: &Path) -> Result<String, Failure> {
-    credentials::file::read_text(path).map_err(|cause| Failure::Read { path: path.to_owned(), cause })
+    regular_file::read_text(path).map_err(|cause| Failure::Read { path: path.to_owned(), cause })
 }
 
 /// Serial numbers with the time of their revocation, and the number of the list; an authority without a list has revoked

@@ -6,8 +6,6 @@
 use std::fs::{File, TryLockError};
 use std::path::Path;
 
-use credentials::file;
-
 use super::Failure;
 use crate::output;
 
@@ -18,7 +16,7 @@ const NAME: &str = "certs.lock";
 pub(super) fn lock(authority: &Path) -> Result<File, Failure> {
     let path = authority.join(NAME);
     let failed = |cause| Failure::Write { path: path.clone(), cause };
-    let file = file::append(&path).map_err(failed)?;
+    let file = regular_file::append(&path).map_err(failed)?;
     match file.try_lock() {
         Ok(()) => {}
         Err(TryLockError::WouldBlock) => {

@@ -84,3 +84,36 @@ pub fn server_comes_later(shell: &mut dyn Shell) {
     shell.wait_for("the end of the second call", &mut || 2 <= outcomes(&seen).len());
     assert_eq!(outcomes(&seen), [(1, Err(CallError::Unavailable)), (2, Ok("B".into()))]);
 }
+
+/// People ask for as much work as they please: between two orders the node acts, and so does everybody else in its loop.
+pub fn one_order_at_a_time(shell: &mut dyn Shell) {
+    const ORDERS: u64 = 40;
+    let order = |id| call(id, Request::Mission(v1::MissionRequest::default()), LONG);
+    let calls = (1..=ORDERS).map(order).chain([call(ORDERS + 1, permission("A"), LONG)]).collect();
+    let scope = || Scope::Vehicle("uav1".into());
+    let gate = shell.gate(&scope());
+    let opened = gate.clone();
+    let server = server().serving(&[Service::Permission, Service::Mission]).on_event(move |event, effects| {
+        let Event::Request { token, request, .. } = event else { return };
+        // Until all have arrived.
+        gate.wait();
+        let response = match request {
+            Request::Mission(_) => Response::Mission(v1::MissionReply::default()),
+            _ => Response::Permission(v1::PermissionReceipt::default()),
+        };
+        effects.push(Effect::Reply { token: *token, response });
+    });
+    let seen = shell.add(scope(), caller("control-tower", calls));
+    let asked = shell.add(scope(), server);
+    shell.wait_for("the calls", &mut || seen.peer("control-tower", true));
+    opened.open();
+    shell.wait_for("an answer to every call", &mut || ORDERS < outcomes(&seen).len() as u64);
+    assert!(outcomes(&seen).iter().all(|(_, outcome)| outcome.is_ok()));
+    let order = |event: &Event| match event {
+        Event::Request { request, .. } if request.service() == Service::Mission => Some(()),
+        _ => None,
+    };
+    let turns: Vec<usize> = asked.turns(order).iter().map(Vec::len).collect();
+    assert_eq!(turns.iter().sum::<usize>() as u64, ORDERS);
+    assert!(turns.iter().all(|orders| *orders <= 1), "{turns:?}");
+}

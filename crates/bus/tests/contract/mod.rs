@@ -34,5 +34,6 @@ over_each! {
     crate::stories::contract::messages::in_order => events_of_one_sender_keep_their_order,
     crate::stories::contract::calls::one_answer_each => each_request_gets_one_answer_or_the_reason_why_there_is_none,
     crate::stories::contract::calls::server_comes_later => a_request_waits_for_a_node_that_serves_it,
+    crate::stories::contract::calls::one_order_at_a_time => of_the_orders_that_people_give_a_node_gets_one_in_each_turn,
     crate::stories::contract::peers::not_lost => who_is_there_is_known_however_full_the_mailbox_is,
 }

@@ -87,13 +87,17 @@ impl Queue {
     }
 
     /// Takes out what has arrived at `node`, as its mailbox has it: of each state only the newest, in the place of the
-    /// first.
+    /// first, and of the orders only the first.
     #[expect(clippy::vec_box, reason = "events are moved from list to list as they are, and some are large")]
     pub(super) fn take(&mut self, node: Index, now: Time) -> Vec<Box<Event>> {
         let Some(lane) = self.lanes.get_mut(node) else { return Vec::new() };
         let mut arrived: Vec<Queued> = lane.events.extract_if(.., |it| it.arrives <= now).collect();
-        lane.first_arrival = lane.events.iter().map(|it| it.arrives).min();
         arrived.sort_by_key(|it| it.arrives);
+        let mut has_order = false;
+        let waits = |it: &mut Queued| is_order(&it.event) && std::mem::replace(&mut has_order, true);
+        lane.events.extend(arrived.extract_if(.., waits));
+        lane.events.sort_by_key(|it| it.number);
+        lane.first_arrival = lane.events.iter().map(|it| it.arrives).min();
         let mut mailbox: Vec<Box<Event>> = Vec::new();
         for Queued { event, .. } in arrived {
             let older = state(&event).and_then(|new| mailbox.iter().position(|old| state(old).as_ref() == Some(&new)));
@@ -129,6 +133,10 @@ impl Class {
             Event::Peer { .. } => Class::Peer,
         }
     }
+}
+
+fn is_order(event: &Event) -> bool {
+    matches!(event, Event::Request { request, .. } if request.service().is_order())
 }
 
 fn state(event: &Event) -> Option<State<'_>> {

@@ -9,7 +9,6 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use credentials::file;
 use domain::file::{Mistakes, Source};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -236,7 +235,7 @@ fn source(path: &Path) -> Result<Source, InvalidTokens> {
     if mode & 0o077 != 0 {
         return Err(InvalidTokens::Exposed(path.to_owned(), mode));
     }
-    Ok(Source { path: path.to_owned(), text: file::read_text(path).map_err(unreadable)? })
+    Ok(Source { path: path.to_owned(), text: regular_file::read_text(path).map_err(unreadable)? })
 }
 
 /// Now, in milliseconds since the Unix epoch, as tokens expire.

@@ -1,6 +1,5 @@
 //! The decisions in a recording, without a gateway.
 
-use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
@@ -49,7 +48,7 @@ pub enum NoRecording {
 /// # Errors
 /// If nothing in it is a recording.
 pub fn read(path: &Path) -> Result<RecordedDecisions, NoRecording> {
-    let file = File::open(path).map_err(|cause| NoRecording::Closed { path: path.to_owned(), cause })?;
+    let file = regular_file::open(path).map_err(|cause| NoRecording::Closed { path: path.to_owned(), cause })?;
     let (mut decisions, mut is_recording) = (Vec::new(), false);
     let problem = read_each(BufReader::new(file), |found| {
         let Found::Message { topic, utc_ms, bytes } = found else { return };

@@ -152,7 +152,7 @@ impl Files {
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, Refusal> {
-    credentials::file::read(path).map_err(|cause| unreadable(path, &cause))
+    regular_file::read(path).map_err(|cause| unreadable(path, &cause))
 }
 
 /// The server's own certificate first, as TLS requires, and when that is valid.

@@ -9,8 +9,6 @@ use std::os::unix::fs::FileExt as _;
 use std::path::Path;
 use std::sync::Arc;
 
-use credentials::file;
-
 use crate::access::current::{first_line, usable};
 use crate::access::{InvalidTokens, Tokens, source};
 
@@ -28,7 +26,7 @@ impl Tokens {
             (Err(refusal), true) => copied(path, copy, &first_line(&refusal)).ok_or(refusal),
             _ => Tokens::read(path),
         };
-        let opened = file::in_place(copy).map(Arc::new).inspect_err(not_copied);
+        let opened = regular_file::in_place(copy).map(Arc::new).inspect_err(not_copied);
         tokens.map(|it| Tokens { copy: opened.ok(), ..it })
     }
 
@@ -64,7 +62,7 @@ mod tests {
 
     fn put(path: &Path, text: &str) {
         let _ = std::fs::remove_dir_all(path);
-        write(&file::in_place(path).unwrap(), text).unwrap();
+        write(&regular_file::in_place(path).unwrap(), text).unwrap();
     }
 
     fn of(token: &str) -> String {
@@ -123,7 +121,7 @@ mod tests {
                 std::fs::set_permissions(it, std::fs::Permissions::from_mode(0o700)).unwrap();
             },
             true,
-            Ok(("new", Some(": is no regular file"))),
+            Ok(("new", Some(": it is a folder, not a regular file"))),
         );
         check(|it| put(it, "[[token"), false, Err("tokens.toml:1:8: unclosed array table"));
         check(remove, false, Err("No such file"));

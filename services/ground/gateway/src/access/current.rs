@@ -181,7 +181,7 @@ mod tests {
                 std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o700)).unwrap();
             },
             "old",
-            Some(": is no regular file"),
+            Some(": it is a folder, not a regular file"),
         );
         check(
             |path| std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o644)).unwrap(),

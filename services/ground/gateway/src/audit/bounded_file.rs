@@ -4,7 +4,6 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use credentials::file;
 use kittiwake_proto::json::to_json;
 use kittiwake_proto::v1::RefusalRecord;
 
@@ -27,7 +26,7 @@ impl BoundedFile {
     /// # Errors
     /// When it cannot be written.
     pub(super) fn open(path: PathBuf) -> io::Result<BoundedFile> {
-        let file = file::append(&path)?;
+        let file = regular_file::append(&path)?;
         Ok(BoundedFile { bytes: file.metadata()?.len(), path, file })
     }
 
@@ -38,12 +37,12 @@ impl BoundedFile {
     pub(super) fn write(&mut self, refusal: &RefusalRecord) -> io::Result<()> {
         let line = format!("{}\n", to_json(refusal));
         if !is_at(&self.file, &self.path) {
-            self.file = file::append(&self.path)?;
+            self.file = regular_file::append(&self.path)?;
             self.bytes = self.file.metadata()?.len();
         }
         if MAX_BYTES < self.bytes + line.len() as u64 {
             std::fs::rename(&self.path, self.path.with_extension("1.jsonl"))?;
-            (self.file, self.bytes) = (file::append(&self.path)?, 0);
+            (self.file, self.bytes) = (regular_file::append(&self.path)?, 0);
         }
         self.bytes += line.len() as u64;
         self.file.write_all(line.as_bytes())

@@ -9,7 +9,6 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
-use credentials::file;
 use kittiwake_proto::v1::{AuditRecord, AuditStage};
 
 use super::chain::{self, Begun, Line, Tip};
@@ -69,7 +68,7 @@ impl DayFiles {
             }
         }
         let path = path_of(folder, &newest);
-        let file = file::append(&path).map_err(|cause| (path.clone(), cause))?;
+        let file = regular_file::append(&path).map_err(|cause| (path.clone(), cause))?;
         let (folder, lost) = (folder.to_owned(), None);
         let (is_unsure, former) = (false, Vec::new());
         let mut files = DayFiles { folder, most, day: newest, path, file, tip, begun, lost, is_unsure, former };
@@ -113,7 +112,7 @@ impl DayFiles {
         let day = record.utc.get(..DAY).unwrap_or_default();
         if self.day.as_str() < day {
             let path = path_of(&self.folder, day);
-            let next = file::append(&path)?;
+            let next = regular_file::append(&path)?;
             self.former.push(std::mem::replace(&mut self.file, next));
             (self.path, self.day) = (path, day.to_owned());
             self.begun = Some(self.begun.unwrap_or(Begun::Day));
@@ -138,7 +137,7 @@ impl DayFiles {
     /// Begins the file again that is not at its path any more, or goes on with the one that is there now. What comes before
     /// is known from memory, so that the chain has no break.
     fn begin_again(&mut self) -> io::Result<()> {
-        let file = file::append(&self.path)?;
+        let file = regular_file::append(&self.path)?;
         let end = End::read(&self.path)?;
         if !end.last.has_feed {
             (&file).write_all(b"\n")?;
@@ -246,7 +245,7 @@ struct End {
 impl End {
     /// Reads a file to its end.
     fn read(path: &Path) -> io::Result<End> {
-        let mut reader = BufReader::new(file::open(path)?);
+        let mut reader = BufReader::new(regular_file::open(path)?);
         let mut end = End { number: None, hash: chain::Hash::default(), last: Last::default() };
         let mut line = Vec::new();
         loop {

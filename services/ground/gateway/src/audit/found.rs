@@ -68,7 +68,7 @@ pub struct Misdated {
 /// Why the audit trail is not intact.
 #[derive(Debug, thiserror::Error)]
 pub enum Fault {
-    /// A file or the folder cannot be read, or is no regular file.
+    /// A file or the folder cannot be read, or is not a regular file.
     #[error("{path}: {1}", path = .0.display())]
     Unreadable(PathBuf, io::Error),
     /// The folder has no audit trail.

@@ -8,8 +8,6 @@ use std::io;
 use std::os::unix::fs::FileExt as _;
 use std::path::{Path, PathBuf};
 
-use credentials::file;
-
 use crate::in_place::is_at;
 
 const NAME: &str = "last-audit-number";
@@ -41,7 +39,7 @@ impl GivenNumber {
     /// Its path, and why it cannot be opened or read.
     pub(crate) fn open(folder: &Path) -> Result<(GivenNumber, u64), (PathBuf, io::Error)> {
         let path = folder.join(NAME);
-        let opened = file::in_place(&path).and_then(|file| Ok((read(&file)?, file)));
+        let opened = regular_file::in_place(&path).and_then(|file| Ok((read(&file)?, file)));
         let (given, file) = opened.map_err(|cause| (path.clone(), cause))?;
         // Without a number the records that there are say where the numbers go on.
         let number = if let Given::Number(number) = given { number } else { 0 };
@@ -62,7 +60,7 @@ impl GivenNumber {
     /// When it cannot be written; at the first time the disk must have room.
     pub(crate) fn set(&mut self, number: u64) -> io::Result<()> {
         if !is_at(&self.file, &self.path) {
-            self.file = file::in_place(&self.path)?;
+            self.file = regular_file::in_place(&self.path)?;
         }
         self.file.write_all_at(format!("{number:020}\n").as_bytes(), 0)
     }
@@ -73,7 +71,7 @@ impl GivenNumber {
 /// # Errors
 /// If it cannot be read.
 pub(crate) fn in_folder(folder: &Path) -> io::Result<Given> {
-    match file::open(&folder.join(NAME)) {
+    match regular_file::open(&folder.join(NAME)) {
         Err(cause) if cause.kind() == io::ErrorKind::NotFound => Ok(Given::Absent),
         file => read(&file?),
     }
@@ -119,6 +117,6 @@ mod tests {
         }
         std::fs::remove_file(&path).unwrap();
         std::fs::create_dir(&path).unwrap();
-        assert_eq!(GivenNumber::open(folder.path()).unwrap_err().1.to_string(), "is no regular file");
+        assert_eq!(GivenNumber::open(folder.path()).unwrap_err().1.to_string(), "it is a folder, not a regular file");
     }
 }

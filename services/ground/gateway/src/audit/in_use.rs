@@ -6,8 +6,6 @@ use std::fs::{File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use credentials::file;
-
 /// In the access folder. It has no content.
 const NAME: &str = "audit.lock";
 
@@ -32,7 +30,7 @@ pub fn check_free(folder: &Path) -> Result<(), InUse> {
 /// # Errors
 /// If another process has it.
 pub(super) fn lock(folder: &Path) -> Result<io::Result<File>, InUse> {
-    let file = match file::append(&folder.join(NAME)) {
+    let file = match regular_file::append(&folder.join(NAME)) {
         Ok(file) => file,
         Err(cause) => return Ok(Err(cause)),
     };

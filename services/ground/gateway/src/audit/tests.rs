@@ -336,18 +336,18 @@ fn a_file_that_is_gone_is_begun_again_with_the_chain_of_before_and_that_is_said(
             std::fs::create_dir(file).unwrap();
         },
         (1, "failing"),
-        Err("is no regular file"),
+        Err("it is a folder, not a regular file"),
     );
 }
 
 #[test]
 fn a_pipe_or_a_device_is_no_audit_trail_and_holds_nothing_up() {
-    assert!(verify(Path::new("/dev/zero")).unwrap_err().to_string().contains("is no regular file"));
+    assert!(verify(Path::new("/dev/zero")).unwrap_err().to_string().contains("not a regular file"));
     let folder = tempfile::tempdir().unwrap();
     let pipe = folder.path().join("audit-2026-01-01.jsonl");
     assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
     for trail in [folder.path(), &pipe] {
-        assert!(verify(trail).unwrap_err().to_string().contains("is no regular file"));
+        assert!(verify(trail).unwrap_err().to_string().contains("not a regular file"));
     }
     assert_eq!(unusable(folder.path()), pipe);
 }

@@ -3,8 +3,6 @@
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
-use credentials::file;
-
 use super::bounds::MAX_LINE;
 use super::chain::{self, Begun, Hash, Line, Link};
 use super::day_files;
@@ -83,7 +81,7 @@ struct Reading {
 impl Reading {
     fn file(&mut self, path: &Path) -> Result<(), Fault> {
         let unreadable = |cause| Fault::Unreadable(path.to_owned(), cause);
-        let mut reader = BufReader::new(file::open(path).map_err(unreadable)?);
+        let mut reader = BufReader::new(regular_file::open(path).map_err(unreadable)?);
         self.found.files += 1;
         self.day = day_files::day_of(path);
         let mut bytes = Vec::new();

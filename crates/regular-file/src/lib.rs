@@ -1,10 +1,9 @@
-//! Opens files of the folders for certificates and for access: certificates, keys, lists of what is revoked, and the audit trail. They are
-//! read and written in flight, so none of them may hold a process up or take its memory, whatever somebody has put in its place:
-//! a pipe waits for somebody at its other end, and a device may never end.
+//! Opens files that a human names or puts into a folder: configurations, missions, certificates, keys, the audit trail. None of them may hold
+//! a process up or take its memory, whatever is in its place: a pipe waits for somebody at its other end, and a device may never end.
 
-use std::fs::{File, OpenOptions};
+use std::fs::{File, FileType, OpenOptions};
 use std::io::{Error, ErrorKind, Read as _, Result, Write as _};
-use std::os::unix::fs::OpenOptionsExt as _;
+use std::os::unix::fs::{FileTypeExt as _, OpenOptionsExt as _};
 use std::path::Path;
 
 /// The most bytes that [`read`] reads: some ten thousand entries of a list of what is revoked, and far more than any key has.
@@ -13,21 +12,35 @@ pub const LARGEST_BYTES: u64 = 1 << 20;
 /// Opens a file to read it.
 ///
 /// # Errors
-/// If it cannot be opened, or is no regular file.
+/// If it cannot be opened, or is not a regular file.
 pub fn open(path: &Path) -> Result<File> {
     // Before it is opened: to open a pipe waits already.
-    if !std::fs::metadata(path)?.is_file() {
-        return Err(irregular());
-    }
+    check(std::fs::metadata(path)?.file_type())?;
     File::open(path)
+}
+
+/// Opens a file to write it from its beginning; what it had is gone.
+///
+/// # Errors
+/// If it cannot be opened or made, or is not a regular file.
+pub fn create(path: &Path) -> Result<File> {
+    make(path, File::options().write(true).truncate(true))
+}
+
+/// Writes a whole file, in place of what it had.
+///
+/// # Errors
+/// As [`create`], or if it cannot be written.
+pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
+    create(path)?.write_all(content.as_ref())
 }
 
 /// Opens a file to write at its end; it is made for the owner alone if there is none.
 ///
 /// # Errors
-/// If it cannot be opened or made, or is no regular file.
+/// If it cannot be opened or made, or is not a regular file.
 pub fn append(path: &Path) -> Result<File> {
-    make(path, File::options().append(true))
+    make(path, File::options().append(true).mode(0o600))
 }
 
 /// Opens a file to read and to write anywhere in it; it is made for the owner alone if there is none.
@@ -35,14 +48,14 @@ pub fn append(path: &Path) -> Result<File> {
 /// # Errors
 /// As [`append`].
 pub fn in_place(path: &Path) -> Result<File> {
-    make(path, File::options().read(true).write(true))
+    make(path, File::options().read(true).write(true).mode(0o600))
 }
 
 fn make(path: &Path, options: &mut OpenOptions) -> Result<File> {
-    if std::fs::metadata(path).is_ok_and(|it| !it.is_file()) {
-        return Err(irregular());
+    if let Ok(found) = std::fs::metadata(path) {
+        check(found.file_type())?;
     }
-    options.create(true).mode(0o600).open(path)
+    options.create(true).open(path)
 }
 
 /// Replaces a file at once and for good: a reader finds the old one or the new one, also after a power loss. It is written beside it,
@@ -71,8 +84,15 @@ fn write_synced(path: &Path, mode: u32, bytes: &[u8]) -> Result<()> {
     file.sync_all()
 }
 
-fn irregular() -> Error {
-    Error::new(ErrorKind::InvalidInput, "is no regular file")
+fn check(kind: FileType) -> Result<()> {
+    let what = match kind {
+        _ if kind.is_file() => return Ok(()),
+        _ if kind.is_dir() => "folder",
+        _ if kind.is_fifo() => "pipe",
+        _ if kind.is_socket() => "socket",
+        _ => "device",
+    };
+    Err(Error::new(ErrorKind::InvalidInput, format!("it is a {what}, not a regular file")))
 }
 
 /// The whole file.
@@ -92,7 +112,7 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
 /// As [`read`], of a text.
 ///
 /// # Errors
-/// As [`read`], or if it is no UTF-8.
+/// As [`read`], or if it is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String> {
     String::from_utf8(read(path)?).map_err(|cause| Error::new(ErrorKind::InvalidData, cause))
 }
@@ -131,14 +151,22 @@ mod tests {
         // A hole: nothing of what is beyond the limit is read.
         File::create(&path).unwrap().set_len(1 << 40).unwrap();
         assert_eq!(said(), Err("has more than 1048576 bytes".to_owned()));
-        std::fs::remove_file(&path).unwrap();
-        std::os::unix::fs::symlink("/dev/zero", &path).unwrap();
-        assert_eq!(said(), Err("is no regular file".to_owned()));
-        std::fs::remove_file(&path).unwrap();
-        assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
-        assert_eq!(said(), Err("is no regular file".to_owned()));
-        assert_eq!(append(&path).unwrap_err().to_string(), "is no regular file");
-        assert_eq!(read(folder.path()).unwrap_err().to_string(), "is no regular file");
         assert_eq!(read(Path::new("/nowhere/key.pem")).unwrap_err().kind(), ErrorKind::NotFound);
+    }
+
+    #[test]
+    fn what_is_not_a_regular_file_is_neither_read_nor_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::os::unix::fs::symlink("/dev/zero", path("device")).unwrap();
+        assert!(std::process::Command::new("mkfifo").arg(path("pipe")).status().unwrap().success());
+        let _listener = std::os::unix::net::UnixListener::bind(path("socket")).unwrap();
+        std::fs::create_dir(path("folder")).unwrap();
+        for name in ["device", "pipe", "socket", "folder"] {
+            for open in [open, create, append, in_place] {
+                let why = open(&path(name)).unwrap_err().to_string();
+                assert!(why.starts_with(&format!("it is a {name}, not a regular file")), "{why}");
+            }
+        }
     }
 }
