@@ -10,7 +10,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use control_tower::policy::Policy;
-use domain::contingency::Contingencies;
+use domain::contingency::{Contingencies, OPERATOR_ABORT};
 use domain::file::{Mistake, Mistakes, Source};
 use domain::geometry::Ned;
 use domain::mission::Mission;
@@ -312,6 +312,7 @@ impl Simulation<'_> {
     pub fn inject_flag(&mut self, name: &str) {
         let reason = "by hand".to_owned();
         let source = "injector".to_owned();
+        self.seen.borrow_mut().ordered_to_land_here(name);
         let flag = v1::FlagEvent { name: name.to_owned(), raised: true, source, reason, ..Default::default() };
         self.bus.publish(VEHICLE, flag);
     }
@@ -320,7 +321,7 @@ impl Simulation<'_> {
     pub fn order(&mut self, verb: v1::operator_command::Verb) {
         match verb {
             v1::operator_command::Verb::Start(_) => self.seen.borrow_mut().ordered_to_start(),
-            v1::operator_command::Verb::Abort(_) => self.seen.borrow_mut().ordered_to_abort(),
+            v1::operator_command::Verb::Abort(_) => self.seen.borrow_mut().ordered_to_land_here(OPERATOR_ABORT),
             _ => {}
         }
         let command =

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use domain::contingency::OPERATOR_ABORT;
+use domain::contingency::{OPERATOR_ABORT, OPERATOR_LAND};
 use domain::fmu::Status;
 use domain::quantity::Fraction;
 use domain::time::{Now, Time};
@@ -48,7 +48,8 @@ pub(crate) struct Seen {
     /// When anything was heard last.
     now: Time,
     start_ordered: bool,
-    abort_ordered: bool,
+    /// The flag of an order to land where the vehicle is.
+    landing_ordered: Option<&'static str>,
     /// Commands to release the load.
     pub(crate) releases: usize,
 }
@@ -76,7 +77,7 @@ impl Seen {
             status: None,
             now: Time::ZERO,
             start_ordered: false,
-            abort_ordered: false,
+            landing_ordered: None,
             releases: 0,
         }
     }
@@ -135,15 +136,17 @@ impl Seen {
         self.start_ordered = self.report.is_some();
     }
 
-    /// An operator orders an abort: it lands the vehicle where it is then, and that is a place that was asked for.
-    pub(crate) fn ordered_to_abort(&mut self) {
-        self.abort_ordered = true;
+    /// The flag of an order rises, without a place: an abort, or a landing. It lands the vehicle where it is then, and that is a place that
+    /// was asked for.
+    pub(crate) fn ordered_to_land_here(&mut self, flag: &str) {
+        let landing = [OPERATOR_ABORT, OPERATOR_LAND].into_iter().find(|it| *it == flag);
+        self.landing_ordered = landing.or(self.landing_ordered);
     }
 
     fn touched_down(&mut self) {
-        let by_abort = std::mem::take(&mut self.abort_ordered) && self.manager.acting == OPERATOR_ABORT;
-        if let Some(position) = self.aircraft.as_ref().and_then(|it| it.position).filter(|_| by_abort) {
-            let name = "where the abort has landed it".to_owned();
+        let by_order = self.landing_ordered.take().is_some_and(|flag| self.manager.acting == flag);
+        if let Some(position) = self.aircraft.as_ref().and_then(|it| it.position).filter(|_| by_order) {
+            let name = "where an order has landed it".to_owned();
             self.ordered.push(v1::Alternate { name, position: Some(position), ..v1::Alternate::default() });
         }
     }

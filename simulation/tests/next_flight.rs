@@ -115,6 +115,32 @@ fn nothing_is_uploaded_for_the_next_flight_between_the_end_of_the_last_one_and_i
     assert_eq!(answers(&simulation), ["anna: start: the next mission starts: `hop 2`"]);
 }
 
+#[test]
+fn a_vehicle_that_fell_starts_only_after_an_inspection() {
+    let mut simulation = started();
+    assert!(simulation.fly_until("step 4 of 5", LIMIT));
+    simulation.pass(A_WHILE);
+    simulation.inject_fault("flight_termination", &[]);
+    flies_to_its_end(&mut simulation, v1::MissionOutcome::Crash);
+    let report = simulation.report().expect("a report");
+    assert_eq!(report.reason, "`crashed`: the motors were stopped at 10 m: it fell");
+    // The damage does not show in flight: it would arm.
+    simulation.inject_fault("clear", &[]);
+    simulation.ask(hop(1));
+    simulation.pass(A_WHILE);
+    for order in [START, Verb::Resume(v1::ResumeMission {})] {
+        simulation.order(order);
+        simulation.pass(A_WHILE);
+        let refused = answers(&simulation).pop().unwrap_or_default();
+        assert!(refused.contains("refused: the mission is over: `crashed`: the motors were stopped"), "{refused}");
+    }
+    simulation.order(Verb::Inspected(v1::Inspected {}));
+    simulation.pass(A_WHILE);
+    assert!(simulation.is_on_ground(), "the order starts nothing");
+    start(&mut simulation);
+    flies_to_its_end(&mut simulation, v1::MissionOutcome::Success);
+}
+
 /// It was answered, and the flag was taken down with the landing: what raised it is not over by that.
 #[test]
 fn what_the_monitor_still_reports_after_it_was_answered_counts_for_the_next_flight() {

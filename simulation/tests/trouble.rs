@@ -91,6 +91,21 @@ fn reference(seed: u64, troubles: Vec<(Duration, Trouble)>) -> Flight {
 }
 
 #[test]
+fn a_landing_that_is_ordered_without_a_place_on_the_way_home_is_one_at_a_listed_place() {
+    let mission = "name = \"look\"\n\
+        [[objective]]\nname = \"there\"\nnorth_m = 100\neast_m = 200\nheight_m = 15\nflying = true\n";
+    for flag in ["operator_land", "operator_abort"] {
+        let mission = Choice::Drawn(mission.to_owned());
+        let troubles = vec![(Duration::from_secs(50), Trouble::Flag(flag.into()))];
+        let script = Script { mission, ..reference(1, Vec::new()).script }.with(troubles);
+        let flight = fly(&script, &config()).unwrap();
+        let story = flight.story();
+        assert!(story.iter().any(|(_, it)| it.starts_with(&format!("contingency: `{flag}`: land"))), "{story:?}");
+        assert_eq!(wrong(&flight), None, "{flag}");
+    }
+}
+
+#[test]
 fn a_seed_is_one_flight_to_the_bit_and_another_seed_is_another() {
     let (first, again, other) = (reference(3, Vec::new()), reference(3, Vec::new()), reference(4, Vec::new()));
     assert_eq!((first.hash, &first.decisions, first.flown), (again.hash, &again.decisions, again.flown));

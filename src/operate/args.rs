@@ -100,6 +100,8 @@ pub enum VehicleCommand {
     },
     /// Give up the present step and replan
     Replan,
+    /// The vehicle was inspected after a crash and may fly; before this order nothing starts
+    Inspected,
     /// Acknowledge a contingency: you have seen it
     Acknowledge {
         /// The contingency's flag

@@ -183,7 +183,9 @@ fn waits_for(vehicle: &Value) -> String {
     let operator = &vehicle["operator"];
     let is_left_to_autopilot = each(&vehicle["contingencies"]["active"]).any(|it| it["flag"] == "autopilot_preempts");
     let approval = &operator["planApproval"];
-    if operator["startAwaited"] == true {
+    if let Some(crash) = operator["uninspectedCrash"].as_str().filter(|it| !it.is_empty()) {
+        format!("an inspection: the vehicle has crashed, {crash}; then order `inspected`")
+    } else if operator["startAwaited"] == true {
         "the operator's start".to_owned()
     } else if approval.is_object() {
         let default = if approval["approveByDefault"] == true { "approved" } else { "rejected" };

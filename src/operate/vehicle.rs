@@ -24,6 +24,7 @@ pub fn run(what: &VehicleCommand, gateway: &Gateway) -> Result<Done, Failure> {
             verb(gateway, &["land-at"], Some(place))
         }
         VehicleCommand::Replan => verb(gateway, &["replan"], None),
+        VehicleCommand::Inspected => verb(gateway, &["inspected"], None),
         VehicleCommand::Acknowledge { flag } => verb(gateway, &["contingencies", flag, "acknowledge"], None),
         VehicleCommand::Take => command_authority(gateway, "take", None),
         VehicleCommand::Release => command_authority(gateway, "release", None),

@@ -116,6 +116,25 @@ fn a_vehicle_whose_manager_has_lost_its_memory_says_so_and_begins_by_hand_only()
 
 #[test]
 #[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
+fn after_a_crash_it_says_that_the_vehicle_fell_and_waits_for_an_inspection() {
+    let (system, browser) = watch(&[]);
+    browser.wait_for("#strip", "offboard");
+    browser.take_command();
+    assert_eq!(browser.text("#verb-inspected"), None, "it has not crashed");
+    assert!(system.inject(&["fault", "flight_termination"]).status.success());
+    browser.wait_for("#report", "the motors were stopped at");
+    browser.wait_for("#verb-reasons", "The vehicle has crashed, `crashed`: the motors were stopped at");
+    assert_eq!(browser.text("#verb-start:enabled"), None);
+    browser.picture("crashed");
+    browser.click("#verb-inspected");
+    browser.click("#confirm");
+    browser.wait_for("#said[data-tone=good]", "inspected");
+    wait_for("the order to go", || browser.text("#verb-inspected").is_none().then_some(()));
+    browser.expect_no_error();
+}
+
+#[test]
+#[ignore = "needs chromium and chromedriver: cargo test --test stories -- --ignored stories::page"]
 fn decisions_that_the_tower_has_lost_are_stale_until_somebody_accepts_the_loss() {
     let area = "[data-area=A]";
     let grant = format!("{area} [data-decision=DECISION_GRANT]");

@@ -184,6 +184,11 @@ impl FlightState {
         self.flying == Some(false) && is_slow && self.distance_m().is_some_and(|it| it < AT_GROUND_M / 2.0)
     }
 
+    /// Whether the vehicle is far from the height of its ground, or nothing shows that it is near.
+    pub fn is_away(&self) -> bool {
+        self.distance_m().is_none_or(|it| AWAY_FROM_GROUND_M < it)
+    }
+
     /// Takes in what is known now. To be called whenever anything changes, and at least once a second.
     pub fn update(&mut self, now: Time, evidence: Evidence) {
         let before = std::mem::replace(&mut self.latest, evidence);

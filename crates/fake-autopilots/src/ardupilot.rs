@@ -314,7 +314,8 @@ pub(crate) fn modes(fake: &mut FakeAutopilot, now: Time) -> Modes {
             (false, true, true) => 4,
             (false, true, false) => 3,
         },
-        landed: match landed {
+        // Also of a vehicle that falls: 60 ms after its motors were stopped.
+        landed: match landed || !armed {
             true => 1,
             false if climbs => 3,
             false if it.mode == LAND => 4,

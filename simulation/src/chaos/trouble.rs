@@ -98,6 +98,7 @@ fn order(verb: &Verb) -> String {
         }
         Verb::Replan(_) => ("replan".to_owned(), false),
         Verb::Acknowledge(it) => (format!("acknowledge {}", it.flag), false),
+        Verb::Inspected(_) => ("inspected".to_owned(), false),
         Verb::DecidePlan(_) => ("decide about the plan".to_owned(), false),
     };
     if overrides { what + ", before every response that may be overridden" } else { what }

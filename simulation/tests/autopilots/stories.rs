@@ -117,8 +117,26 @@ fn happens(trouble: &Trouble<'_>, kind: Kind, simulation: &mut Simulation<'_>) {
         Trouble::Hangs(process, seconds) => simulation.freeze(process, Duration::from_secs(*seconds)),
         Trouble::Decides(area, decision) => simulation.decide(area, *decision),
         Trouble::Return => simulation.order(Verb::Return(v1::ReturnHome { overrides: false })),
-        Trouble::Resume => simulation.order(Verb::Resume(v1::ResumeMission {})),
+        Trouble::Resume => {
+            simulation.order(Verb::Resume(v1::ResumeMission {}));
+            simulation.pass(Duration::from_secs(1));
+        }
     }
+}
+
+#[test]
+fn a_terminated_flight_is_a_crash_that_no_resume_ends() {
+    const FELL: &str = "`crashed`: the motors were stopped at";
+    check(&Story {
+        name: "terminated",
+        troubles: &[
+            (ON_THE_WAY, Trouble::Fault("flight_termination", &[])),
+            (("flag `crashed` raised: the motors were stopped at", 10), Trouble::Resume),
+        ],
+        outcome: Some(MissionOutcome::Crash),
+        expected: &[&format!("over: {FELL}"), &format!("resume: refused: the mission is over: {FELL}")],
+        ..NOTHING
+    });
 }
 
 #[test]

@@ -36,7 +36,14 @@ pub(crate) fn for_raising(fact: &Fact, sources: &Sources, now: Time) -> Evidence
             compared(quantity, sources, "below", threshold, &lasting(for_s))
         }
         Rule::Above { value: quantity, threshold, for_s, .. } => {
-            compared(quantity, sources, "above", threshold, &lasting(for_s))
+            let evidence = compared(quantity, sources, "above", threshold, &lasting(for_s));
+            match sources.fell_from_m().filter(|_| quantity == Quantity::TouchdownSpeed) {
+                // While it falls, its speed is not yet that of the touchdown.
+                Some(from_m) => {
+                    Evidence { reason: format!("the motors were stopped at {from_m:.0} m: it fell"), ..evidence }
+                }
+                None => evidence,
+            }
         }
         Rule::Reported { condition, for_s, .. } => {
             let (subject, state) = condition_words(condition);

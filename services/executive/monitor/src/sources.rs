@@ -10,8 +10,8 @@ use std::time::Duration;
 use domain::contingency::rule::DataSource;
 use domain::flight_state::{Evidence, FlightState, Motors};
 use domain::fmu::{
-    Attitude, Battery, GlobalPosition, LandDetected, LocalPosition, PreEmption, Status, TrafficKind, TransponderReport,
-    Wind,
+    Attitude, Battery, FlightMode, GlobalPosition, LandDetected, LocalPosition, PreEmption, Status, TrafficKind,
+    TransponderReport, Wind,
 };
 use domain::time::{Now, Pace, Time};
 
@@ -236,13 +236,14 @@ impl Sources {
                     self.began_armed = it.armed;
                 }
                 self.pre_emption.update(now, it.reported());
+                self.notice_motors(&it);
                 // Its time goes on also on the ground.
                 self.status.take(now, it, true);
             }
             Sample::Attitude(it) => self.attitude.take(now, it, armed),
             Sample::LocalPosition(it) => {
                 if it.vertical_valid {
-                    self.touchdown.descends(now, -it.velocity.climb_rate_m_s());
+                    self.touchdown.descends(now, it.position.height_m(), -it.velocity.climb_rate_m_s());
                 }
                 self.jumps.measure(now, &it);
                 self.local_position.take(now, it, armed);
@@ -276,6 +277,19 @@ impl Sources {
         self.judge_flight(now);
     }
 
+    /// The motors of a vehicle that has flown until now may be stopped.
+    fn notice_motors(&mut self, status: &Status) {
+        let stops = self.armed() && !status.armed && self.flight.flying() == Some(true);
+        let position = self.local_position.latest();
+        let away_m = position.filter(|_| self.flight.is_away()).map(|it| it.position.height_m());
+        self.touchdown.motors(status.armed, away_m);
+        let is_unseen =
+            stops && status.actual != Some(FlightMode::Land) && position.is_some_and(|it| !it.vertical_valid);
+        if let Some(height_m) = away_m.filter(|_| is_unseen) {
+            self.touchdown.falls_unseen(height_m);
+        }
+    }
+
     fn judge_flight(&mut self, now: Time) {
         let age = |update: Option<Update>| update.map_or(Duration::MAX, |it| now - it.at);
         let status = self.status.latest().map(|it| (age(self.status.last_update()), Motors::from(it)));
@@ -283,7 +297,7 @@ impl Sources {
         let landed = self.land_detected.latest().map(|it| (age(self.land_detected.last_update()), it.landed));
         self.flight.update(now, Evidence::new(self.pace, status, position, landed));
         if let Some(flying) = self.flight.flying() {
-            self.touchdown.flies(flying);
+            self.touchdown.flies(now, flying);
             self.flies_since = flying.then(|| self.flies_since.unwrap_or(now));
             if !flying {
                 self.flown_before = Duration::ZERO;
@@ -340,6 +354,11 @@ impl Sources {
     /// How fast the vehicle came down last, in metres per second; 0 in the air, `None` where it was not seen to come down.
     pub(crate) fn touchdown_m_s(&self) -> Option<f64> {
         self.touchdown.speed_m_s()
+    }
+
+    /// The height at which the motors were stopped in the air, if it fell from there.
+    pub(crate) fn fell_from_m(&self) -> Option<f64> {
+        self.touchdown.fell_from_m()
     }
 
     /// The clocks were read: this process runs.

@@ -107,6 +107,10 @@ pub(crate) fn inject(sim: &mut VehicleSim, fault: Fault, now: Time) -> String {
             vehicle.restart(holds, now);
             "the autopilot starts again".into()
         }
+        Fault::FlightTermination => {
+            vehicle.disarm();
+            "the flight is terminated".into()
+        }
         Fault::FrameJump { north_m, east_m, down_m } => {
             vehicle.boot.move_frame(Vector3::new(north_m, east_m, down_m));
             "the local frame has moved".into()

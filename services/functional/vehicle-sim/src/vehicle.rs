@@ -372,9 +372,11 @@ impl Vehicle {
         }
     }
 
+    /// Stops the motors, wherever it is.
+    ///
     /// PX4 returns to the mode before the landing, which after an offboard flight is offboard, and
     /// then refuses to arm until another mode is set. Here it is always loiter.
-    fn disarm(&mut self) {
+    pub(crate) fn disarm(&mut self) {
         self.arming.disarm();
         self.intended = Mode::Loiter;
         self.failsafe = false;

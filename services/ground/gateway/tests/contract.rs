@@ -181,7 +181,7 @@ fn every_document_is_as_described() {
 }
 
 const HERE: &str = r#"{"position":{"northM":0.0,"eastM":40.0}}"#;
-const VERBS: [(&str, &str); 9] = [
+const VERBS: [(&str, &str); 10] = [
     ("start", ""),
     ("pause", ""),
     ("resume", ""),
@@ -189,13 +189,14 @@ const VERBS: [(&str, &str); 9] = [
     ("return", ""),
     ("land-at", HERE),
     ("abort", ""),
+    ("inspected", ""),
     ("contingencies/obstacle/acknowledge", ""),
     ("plan/decision", r#"{"revision":"1","approve":true}"#),
 ];
 
 /// The answer to each verb in `state`; after each order that was carried out the next one gets a new flight.
 #[track_caller]
-fn check(state: State, expected: [(u16, &str); 9]) {
+fn check(state: State, expected: [(u16, &str); 10]) {
     let mut world = World::in_state(state);
     for ((verb, body), (status, words)) in VERBS.into_iter().zip(expected) {
         let answer = world.ask(verb, body);
@@ -213,6 +214,7 @@ const ANEW: (u16, &str) = (200, "a new plan is made");
 const HOME: (u16, &str) = (200, "flies home, lands and ends the mission");
 const THERE: (u16, &str) = (200, "flies to (0, 40), lands there and ends the mission");
 const DOWN: (u16, &str) = (200, "lands here and ends the mission");
+const NO_CRASH: (u16, &str) = (409, "no crash of the vehicle waits for an inspection");
 const NO_FLAG: (u16, &str) = (409, "`obstacle` is not up");
 const NO_PLAN: (u16, &str) = (409, "no plan waits for approval");
 
@@ -220,19 +222,19 @@ const NO_PLAN: (u16, &str) = (409, "no plan waits for approval");
 fn on_the_ground() {
     let ends = (200, "ends the mission on the ground");
     let stays = (200, "has not lifted off yet: stays, and ends the mission on the ground");
-    check(State::OnTheGround, [STARTED, HOLDS, NO_HOLD, ANEW, stays, stays, ends, NO_FLAG, NO_PLAN]);
+    check(State::OnTheGround, [STARTED, HOLDS, NO_HOLD, ANEW, stays, stays, ends, NO_CRASH, NO_FLAG, NO_PLAN]);
 }
 
 #[test]
 fn in_flight() {
-    check(State::InFlight, [STARTED, HOLDS, NO_HOLD, ANEW, HOME, THERE, DOWN, NO_FLAG, NO_PLAN]);
+    check(State::InFlight, [STARTED, HOLDS, NO_HOLD, ANEW, HOME, THERE, DOWN, NO_CRASH, NO_FLAG, NO_PLAN]);
 }
 
 #[test]
 fn paused() {
     let (twice, on) = ((409, "`operator_pause` is under way already"), (200, "goes on with a new plan"));
     let later = (409, "`operator_pause` is answered; a new plan is made when that is over");
-    check(State::Paused, [STARTED, twice, on, later, HOME, THERE, DOWN, NO_FLAG, NO_PLAN]);
+    check(State::Paused, [STARTED, twice, on, later, HOME, THERE, DOWN, NO_CRASH, NO_FLAG, NO_PLAN]);
 }
 
 #[test]
@@ -241,7 +243,10 @@ fn returning() {
     let later = (409, "`operator_return` is answered; a new plan is made when that is over");
     let instead =
         "holds until resumed; `operator_return` no longer counts: order it again, or a resume flies the mission on";
-    check(State::Returning, [STARTED, (200, instead), NO_HOLD, later, under_way, THERE, DOWN, NO_FLAG, NO_PLAN]);
+    check(
+        State::Returning,
+        [STARTED, (200, instead), NO_HOLD, later, under_way, THERE, DOWN, NO_CRASH, NO_FLAG, NO_PLAN],
+    );
 }
 
 #[test]
@@ -249,7 +254,7 @@ fn ended() {
     const OVER: (u16, &str) = (409, "the mission is over: `operator_abort`: ordered by anna");
     const NO_NEXT: (u16, &str) =
         (409, "the mission is over: `operator_abort`: ordered by anna; upload the next mission to fly again");
-    check(State::Ended, [NO_NEXT, OVER, OVER, OVER, OVER, OVER, OVER, NO_FLAG, NO_PLAN]);
+    check(State::Ended, [NO_NEXT, OVER, OVER, OVER, OVER, OVER, OVER, NO_CRASH, NO_FLAG, NO_PLAN]);
 }
 
 #[test]

@@ -141,6 +141,7 @@ async fn each_order_reaches_the_service_it_is_for() {
         ("POST", "pause", "safety", "", "mcm/command"),
         ("POST", "resume", "operator", "", "mcm/command"),
         ("POST", "replan", "operator", "", "mcm/command"),
+        ("POST", "inspected", "operator", "", "mcm/command"),
         ("POST", "return", "safety", "", "mcm/command"),
         ("POST", "abort", "safety", "", "mcm/command"),
         ("POST", "land-at", "operator", r#"{"position":{"northM":1.0,"eastM":2.0}}"#, "mcm/command"),

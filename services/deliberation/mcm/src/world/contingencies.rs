@@ -3,7 +3,6 @@
 use domain::contingency::{INTROSPECTION_LOST, Then};
 use domain::decision::DecisionKind;
 use domain::measured::{Measured, Unit};
-use domain::mission::MissionOutcome;
 use domain::time::Time;
 use kittiwake_proto::topics::Topic;
 
@@ -88,7 +87,7 @@ impl World {
                 }
             }
             // The touchdown that it is about stays what it was.
-            Some(row) if self.table.rows()[row].then == Then::Crashed && self.has_crashed() => {}
+            Some(row) if self.table.rows()[row].then == Then::Crashed && self.crash.is_some() => {}
             Some(row) => {
                 let reason = reason.into();
                 if self.flags.raise(self.now.time, row, source.into(), reason.clone(), measured) {
@@ -96,10 +95,6 @@ impl World {
                 }
             }
         }
-    }
-
-    fn has_crashed(&self) -> bool {
-        self.mission.over.as_ref().is_some_and(|over| over.outcome == MissionOutcome::Crash)
     }
 
     /// A transition action flies, or no longer does.

@@ -55,6 +55,7 @@ impl World {
             // Near the ground a land detector that bounces looks like a flight.
             if !self.is_near_ground() {
                 self.unplanned_landing = None;
+                self.forget_inspected_crash();
             }
             if !was_flying {
                 self.news.of_monitor.lifts_off();
@@ -124,7 +125,12 @@ impl World {
         let has_landed = self.unplanned_landing.is_some() && self.is_near_ground();
         self.mission.over.is_none()
             && (has_landed || !self.is_flying())
-            && (is_not_started || self.unplanned_landing.is_some() || self.memory.is_lost())
+            && (is_not_started || self.is_stopped_on_ground())
+    }
+
+    /// What has begun on the ground, or come down, goes on only by an operator's order.
+    fn is_stopped_on_ground(&self) -> bool {
+        self.unplanned_landing.is_some() || self.memory.is_lost() || self.uninspected_crash().is_some()
     }
 
     /// When a mission that waits to be resumed after an unplanned landing is given up; gives it up if that is now.

@@ -35,6 +35,7 @@ mod alternates;
 mod conditions;
 mod contingencies;
 mod control;
+mod crash;
 mod energy;
 mod ground;
 mod intake;
@@ -62,6 +63,7 @@ use alternates::Alternates;
 pub(crate) use alternates::Choice;
 use control::Control;
 pub(crate) use control::OF_ITS_OWN;
+use crash::Crash;
 use ground::UnplannedLanding;
 use memory::Memory;
 use mission_clock::MissionClock;
@@ -138,6 +140,7 @@ pub(crate) struct World {
     /// Since when it is known to fly.
     flies_since: Option<Time>,
     unplanned_landing: Option<UnplannedLanding>,
+    crash: Option<Crash>,
     /// Where landings have failed.
     blocked_sites: Vec<Ned>,
     /// The mission's sites as they were before a restart, until the planner is heard.
@@ -221,6 +224,7 @@ impl World {
             at_rest_since: None,
             flies_since: None,
             unplanned_landing: None,
+            crash: None,
             blocked_sites: Vec::new(),
             remembered_sites: Vec::new(),
             in_transition: false,
@@ -320,9 +324,12 @@ impl World {
     /// Latches the end of the mission; the first reason stays, except that a crash replaces it before the report is
     /// made.
     pub(crate) fn end_mission(&mut self, outcome: MissionOutcome, reason: impl Into<String>) {
-        let is_crash = outcome == MissionOutcome::Crash && self.mission.report.is_none();
-        if self.mission.over.is_none() || is_crash {
-            self.mission.over = Some(Over { outcome, reason: reason.into() });
+        let (reason, is_crash) = (reason.into(), outcome == MissionOutcome::Crash);
+        if is_crash {
+            self.note_crash(&reason);
+        }
+        if self.mission.over.is_none() || (is_crash && self.mission.report.is_none()) {
+            self.mission.over = Some(Over { outcome, reason });
         }
     }
 

@@ -2,11 +2,11 @@
 //!
 //! Nothing begins by itself: that a mission waits is shown like one that waits for its first start, and `start` begins it. What
 //! belonged to the flight before is over then (its end, its report, its plan, what was ordered); what is known of the vehicle and of the
-//! permissions stays. A vehicle that has crashed begins nothing: it is looked at first, and its system started again.
+//! permissions stays. A vehicle that has crashed begins nothing: it is inspected first.
 
 use domain::contingency::{MEMORY_UNUSABLE, MEMORY_UNWRITABLE};
-use domain::mission::MissionOutcome;
 
+use super::crash::INSPECT_FIRST;
 use super::operator::{self, Operator};
 use super::{Mission, SELF, World};
 
@@ -38,9 +38,8 @@ impl World {
 
     /// Why no other mission can be begun.
     fn why_not_to_begin(&self) -> Option<&'static str> {
-        let over = self.mission.over.as_ref();
-        if over.is_some_and(|it| it.outcome == MissionOutcome::Crash) {
-            Some("the vehicle has crashed: look at it, then start its system again")
+        if self.uninspected_crash().is_some() {
+            Some(INSPECT_FIRST)
         } else if !self.has_next_mission() || self.planner.all_settled() {
             Some("upload the next mission to fly again")
         } else if !self.is_on_ground() || self.vehicle.is_none_or(|it| it.armed) {

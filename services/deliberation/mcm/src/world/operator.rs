@@ -19,6 +19,7 @@ use kittiwake_proto::v1;
 use v1::operator_command::Verb;
 
 use super::World;
+use super::crash::INSPECT_FIRST;
 use crate::config::Verdict;
 use crate::journal::Said;
 
@@ -119,6 +120,7 @@ impl World {
             Some(Verb::LandAt(it)) => ("land at", self.land_at(it, order(it.overrides))),
             Some(Verb::Replan(_)) => ("replan", self.replan(&by, ended)),
             Some(Verb::Acknowledge(request)) => ("acknowledge", self.acknowledge(&request.flag, &by)),
+            Some(Verb::Inspected(_)) => ("inspected", self.inspected()),
             Some(Verb::DecidePlan(request)) => ("decide about the plan", self.decide(request, &by)),
         };
         let reply = match result {
@@ -155,6 +157,9 @@ impl World {
     fn start(&mut self, by: &str, ended: bool) -> Outcome {
         if ended || self.over().is_some() {
             return self.begin_next_flight(ended);
+        }
+        if self.uninspected_crash().is_some() {
+            return Err(INSPECT_FIRST.into());
         }
         if !self.awaits_start() {
             return Err("the mission has started already".into());

@@ -14,6 +14,7 @@ use domain::wire::InvalidMessage;
 use kittiwake_proto::v1;
 
 use super::control::Frame;
+use super::crash::Crash;
 use super::memory::Memory;
 use super::mission_clock::MissionClock;
 use super::news::{MONITOR, Told};
@@ -79,19 +80,23 @@ impl World {
             planned_for,
             plan_epoch,
             planner_in_doubt: self.memory.is_planner_in_doubt(),
+            crash: self.crash.as_ref().map(|it| it.why.clone()).unwrap_or_default(),
+            is_crash_inspected: self.crash.as_ref().is_some_and(|it| it.is_inspected),
         }
     }
 
-    /// Continues from `memory`; to be called before anything else. What the control tower has decided, and the numbers of decisions,
+    /// Continues from `memory`; to be called before anything else. What the control tower has decided, the numbers of decisions and a crash
     /// count for another mission as well. So does everything else of a vehicle that was in the air: its mission file was changed while it flew, and
     /// what was ordered holds; the rest waits for an operator.
     ///
     /// # Errors
     /// Why the rest of the state cannot be used; nothing else is changed then.
-    pub(crate) fn resume(&mut self, configured: &str, memory: v1::McmMemory) -> Result<(), UnusableState> {
+    pub(crate) fn resume(&mut self, configured: &str, mut memory: v1::McmMemory) -> Result<(), UnusableState> {
         self.permissions.restore(&memory.decisions, memory.tower_start);
         self.planner.restore_revision(memory.plan_revision);
         self.journal.number_above(memory.decision_numbers);
+        let (why, is_inspected) = (std::mem::take(&mut memory.crash), memory.is_crash_inspected);
+        self.crash = (!why.is_empty()).then_some(Crash { why, is_inspected });
         let is_of_another = memory.configured != configured;
         if is_of_another && !(memory.flying && memory.report.is_none()) {
             return Err(UnusableState::OfAnotherMission);

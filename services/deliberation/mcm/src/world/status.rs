@@ -33,6 +33,7 @@ struct Headline {
     paused: bool,
     proposed: Option<u64>,
     acknowledged: usize,
+    uninspected_crash: String,
 }
 
 impl Reporter {
@@ -104,6 +105,7 @@ impl World {
             paused: self.is_paused(),
             proposed: self.planner.request().proposal().map(|(plan, _)| plan.revision),
             acknowledged: self.flags.iter().filter(|(_, flag)| flag.acknowledged_by().is_some()).count(),
+            uninspected_crash: self.uninspected_crash().unwrap_or_default().to_owned(),
         }
     }
 
@@ -161,6 +163,7 @@ impl World {
             began_utc_ms: self.clock.began_utc_ms(),
             awaited: self.permissions.awaited(self.now.time, &self.limits),
             told: Some(self.told.to_wire(self.now.time)),
+            uninspected_crash: headline.uninspected_crash.clone(),
             ..v1::McmStatus::default()
         }
     }

@@ -101,6 +101,37 @@ fn a_flag_that_stays_up_until_the_landing_does_so() {
 }
 
 #[test]
+fn a_crash_counts_in_every_mission_until_the_vehicle_was_inspected() {
+    let (mut rig, _) = under_way();
+    rig.vehicle(false, Land, (0.0, 50.0, 0.0));
+    rig.flag("crashed", true);
+    rig.wait(1.0);
+    let memory = rig.mcm.memory();
+    // Another mission file, a restart, and a restart after the inspection.
+    let mut rig = Rig::new();
+    assert_eq!(
+        rig.mcm.resume(v1::McmMemory { configured: "another".into(), ..memory }),
+        Err(UnusableState::OfAnotherMission)
+    );
+    let mut rig = rig.started_again();
+    rig.vehicle(false, Loiter, (0.0, 50.0, 0.0));
+    rig.wait(60.0);
+    assert_eq!(rig.story(), "", "it asks for no plan");
+    assert_eq!(rig.status().uninspected_crash, "`crashed`: by hand");
+    let reply = rig.command(Verb::Start(v1::StartMission {}));
+    let first = "the vehicle has crashed: inspect it, then order `inspected`";
+    assert_eq!((reply.done, &*reply.text), (false, first));
+    let reply = rig.command(Verb::Inspected(v1::Inspected {}));
+    assert_eq!((reply.done, &*reply.text), (true, "the vehicle may fly again: start the mission"));
+    let mut rig = rig.started_again();
+    rig.vehicle(false, Loiter, (0.0, 50.0, 0.0));
+    rig.flag_of("monitor", "crashed", true);
+    rig.wait(1.0);
+    assert_eq!((rig.status().uninspected_crash.as_str(), rig.status().report.is_some()), ("", false));
+    assert!(!rig.command(Verb::Inspected(v1::Inspected {})).done, "it was inspected");
+}
+
+#[test]
 fn of_a_state_that_cannot_be_used_only_the_numbers_of_decisions_go_on() {
     let mut memory = Rig::new().mcm.memory();
     memory.outcome = v1::MissionOutcome::Success.into();

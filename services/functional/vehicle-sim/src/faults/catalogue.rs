@@ -167,6 +167,12 @@ const CATALOGUE: &[CatalogueEntry] = &[
         parse: |it| Ok(Fault::RestartAutopilot(it.holds()?)),
     },
     CatalogueEntry {
+        name: "flight_termination",
+        arguments: "",
+        effect: "somebody terminates the flight: the motors stop at once, also in the air",
+        parse: |_| Ok(Fault::FlightTermination),
+    },
+    CatalogueEntry {
         name: "frame_jump",
         arguments: "NORTH EAST DOWN",
         effect: "the local frame moves: positions jump by NORTH EAST DOWN (m) while the vehicle stays where it is",

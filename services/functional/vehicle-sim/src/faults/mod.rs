@@ -78,6 +78,8 @@ pub(crate) enum Fault {
     AutopilotFailsafe(Option<(Mode, String)>),
     /// The autopilot starts again; armed, it holds (true) or its motors stop.
     RestartAutopilot(bool),
+    /// The motors stop at once, also in the air.
+    FlightTermination,
     /// Positions of the local frame jump by this much.
     FrameJump {
         /// Metres north.
@@ -217,6 +219,7 @@ mod tests {
         check("autopilot_failsafe off", Ok(Fault::AutopilotFailsafe(None)));
         check("restart_autopilot", Ok(Fault::RestartAutopilot(true)));
         check("restart_autopilot falls", Ok(Fault::RestartAutopilot(false)));
+        check("flight_termination", Ok(Fault::FlightTermination));
         check("frame_jump 1 -2 3", Ok(Fault::FrameJump { north_m: 1.0, east_m: -2.0, down_m: 3.0 }));
         check("not_ready compass", Ok(Fault::NotReady(Some("compass".into()))));
         check("not_ready", Ok(Fault::NotReady(None)));

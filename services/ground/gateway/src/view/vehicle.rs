@@ -76,6 +76,7 @@ fn operator(mcm: &v1::McmStatus) -> doc::OperatorState {
         start_awaited: mcm.start_awaited,
         paused: mcm.paused,
         plan_approval: mcm.plan_approval.as_ref().map(approval),
+        uninspected_crash: mcm.uninspected_crash.clone(),
     }
 }
 

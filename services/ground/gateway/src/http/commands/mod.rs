@@ -84,6 +84,7 @@ verbs! {
     return_home "return" |body| read_optional(body).map(Verb::Return);
     land_at "land-at" |body| read(body).map(Verb::LandAt);
     replan "replan" |_| Ok(Verb::Replan(v1::ReplanMission {}));
+    inspected "inspected" |_| Ok(Verb::Inspected(v1::Inspected {}));
     decide_plan "plan/decision" |body| read(body).map(Verb::DecidePlan);
 }
 

@@ -5,8 +5,8 @@ use prost::Name;
 
 use super::{
     abort, accept_loss, acknowledge, decide_permission, decide_plan, hand_over, inject_fault, inject_flag, insert,
-    land_at, list_faults, pause, read_mission, release, remove, replan, resume, return_home, skip, start, take, upload,
-    validate,
+    inspected, land_at, list_faults, pause, read_mission, release, remove, replan, resume, return_home, skip, start,
+    take, upload, validate,
 };
 use crate::access::Role;
 use crate::http::routes::{Access, Method, READERS, Reply, Route, Routes};
@@ -65,6 +65,7 @@ pub(crate) fn add_to(routes: Routes, simulation: bool) -> Routes {
             land_at,
         )
         .add(route!(Post "replan" IN_COMMAND, "Give up the present step and replan", None => DONE), replan)
+        .add(route!(Post "inspected" IN_COMMAND, "The vehicle was inspected after a crash and may fly", None => DONE), inspected)
         .add(
             route!(Post "contingencies/{flag}/acknowledge" IN_COMMAND_OR_SAFETY, "Acknowledge a contingency",
                 None => DONE),

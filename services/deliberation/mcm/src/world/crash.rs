@@ -1,0 +1,43 @@
+//! A crash: nothing starts before an operator has said that the vehicle was inspected, in whatever flight, and after every restart.
+
+use super::World;
+
+/// What follows for an order that would start something.
+pub(super) const INSPECT_FIRST: &str = "the vehicle has crashed: inspect it, then order `inspected`";
+
+/// The last crash of the vehicle.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Crash {
+    pub(super) why: String,
+    /// An operator has said that the vehicle was inspected. It has not flown since.
+    pub(super) is_inspected: bool,
+}
+
+impl World {
+    /// The vehicle has crashed.
+    pub(super) fn note_crash(&mut self, why: &str) {
+        self.crash.get_or_insert(Crash { why: why.to_owned(), is_inspected: false });
+    }
+
+    /// The vehicle flies: a later crash is another one.
+    pub(super) fn forget_inspected_crash(&mut self) {
+        self.crash.take_if(|it| it.is_inspected);
+    }
+
+    /// Why the vehicle has to be inspected before anything starts.
+    pub(super) fn uninspected_crash(&self) -> Option<&str> {
+        self.crash.as_ref().filter(|it| !it.is_inspected).map(|it| &*it.why)
+    }
+
+    /// An operator says that the vehicle was inspected and may fly.
+    pub(super) fn inspected(&mut self) -> Result<String, String> {
+        let stands = self.vehicle.is_some_and(|it| !it.flying && !it.armed);
+        match &mut self.crash {
+            Some(crash) if !crash.is_inspected && stands => crash.is_inspected = true,
+            Some(crash) if !crash.is_inspected => return Err("the vehicle is not seen on the ground, disarmed".into()),
+            _ => return Err("no crash of the vehicle waits for an inspection".into()),
+        }
+        let next = if self.over().is_some() { "upload the next mission, then start it" } else { "start the mission" };
+        Ok(format!("the vehicle may fly again: {next}"))
+    }
+}
