@@ -12,7 +12,7 @@ use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Instant;
 
-use kittiwake_proto::topics::Topic;
+use kittiwake_proto::topics::{Request, Topic};
 use node::{CallError, CallId, Event, VehicleId};
 
 use crate::losses::{Loss, Losses, Report, Totals};
@@ -42,6 +42,14 @@ pub(crate) enum Mail {
     Answer { call: CallId, attempt: u32, result: Result<Event, CallError> },
     /// A query ended without any reply: nobody serves it at the moment.
     Unserved { call: CallId, attempt: u32 },
+}
+
+impl Mail {
+    /// An operator's command to the vehicle, such as an abort.
+    fn is_command(&self) -> bool {
+        let (Mail::Event(event, _) | Mail::Said(_, event, _)) = self else { return false };
+        matches!(event, Event::Request { request: Request::OperatorCommand(_), .. })
+    }
 }
 
 #[derive(Clone)]
@@ -118,7 +126,8 @@ impl Mailbox {
     /// Queues an order; false if there is no room.
     pub(crate) fn push_order(&self, mail: Mail) -> bool {
         let mut inner = self.lock();
-        if MOST_ORDERS <= inner.orders.len() {
+        // Those who try out missions leave room for who commands.
+        if MOST_ORDERS <= inner.orders.iter().filter(|it| it.is_command() == mail.is_command()).count() {
             return false;
         }
         inner.orders.push_back(mail);
@@ -183,9 +192,11 @@ impl Mailbox {
         !self.lock().orders.is_empty()
     }
 
-    /// Takes out the order that has waited longest.
+    /// Takes out the order that has waited longest: a command to the vehicle first.
     pub(crate) fn take_order(&self) -> Option<Mail> {
-        self.lock().orders.pop_front()
+        let orders = &mut self.lock().orders;
+        let first = orders.iter().position(Mail::is_command).unwrap_or(0);
+        orders.remove(first)
     }
 
     /// Moves everything that has arrived into `batch`, but for the orders.
@@ -318,6 +329,17 @@ mod tests {
         assert!(mailbox.has_order() && !mailbox.has_mail());
         assert_eq!(std::iter::from_fn(|| mailbox.take_order()).count(), MOST_ORDERS);
         assert!(!mailbox.has_order() && mailbox.push_order(peer("after it")));
+    }
+
+    #[test]
+    fn a_command_to_the_vehicle_waits_for_no_tried_out_mission() {
+        let mailbox = mailbox();
+        while mailbox.push_order(peer("mission")) {}
+        let request = Request::OperatorCommand(kittiwake_proto::v1::OperatorCommand::default());
+        let command = Event::Request { vehicle: "uav1".into(), token: node::Token(1), request };
+        assert!(mailbox.push_order(Mail::Event(command, None)));
+        assert!(mailbox.take_order().is_some_and(|it| it.is_command()));
+        assert!(mailbox.take_order().is_some_and(|it| !it.is_command()));
     }
 
     #[test]
