@@ -91,8 +91,8 @@ impl World {
                     self.airspace_watch.invalidate();
                     self.say("permission", "the control tower was started again".to_owned());
                 }
-                let (pace, plan) = (self.limits.pace, self.planner.highest_revision());
-                let Taken { decided, refused, outdated } = self.permissions.on_ledger(self.now, pace, plan, ledger);
+                let pace = self.limits.pace;
+                let Taken { decided, refused, outdated } = self.permissions.on_ledger(self.now, pace, ledger);
                 if is_whole {
                     self.permissions.on_whole_ledger();
                 }

@@ -114,6 +114,7 @@ fn no_takeoff_begins_by_a_permission_that_is_only_remembered() {
     #[track_caller]
     fn check(in_a_next_life: bool, begins: &str) {
         let mut rig = Rig::new();
+        rig.say(above_the_pad());
         decide(&mut rig, &[("A", Granted, 1000.0, 1)]);
         let mut rig = if in_a_next_life { rig.started_again() } else { rig };
         rig.vehicle(false, Loiter, (0.0, 0.0, 0.0));
