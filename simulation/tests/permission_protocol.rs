@@ -314,6 +314,7 @@ impl Model {
         }
         let taken = self.beliefs[vehicle].take(self.now, Pace::REAL_TIME, lines);
         taken.outdated.into_iter().for_each(|it| self.ask(vehicle, it.area));
+        taken.in_advance.into_iter().for_each(|(area, _)| self.ask(vehicle, area));
     }
 
     fn note_refusals(&mut self, vehicle: &str, lines: &[Permission]) {

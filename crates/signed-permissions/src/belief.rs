@@ -110,6 +110,8 @@ pub struct Taken {
     pub refused: Vec<(String, Refusal)>,
     /// Areas whose grant holds although a line says no: the tower is to be asked again.
     pub outdated: Vec<Outdated>,
+    /// Areas of the mission that were granted in advance, with the number: the tower is to be asked, so that it says for what.
+    pub in_advance: Vec<(String, u64)>,
 }
 
 /// A denial or revocation of what is granted, with a lower number than the grant has.
@@ -239,6 +241,12 @@ impl Belief {
         for permission in ledger {
             match self.judge(now, &permission) {
                 Ok(Judgement::Old) => taken.outdated.extend(self.outdated(now, &permission)),
+                Ok(Judgement::InAdvance) => {
+                    let Permission { area, decision, .. } = permission;
+                    if self.extent(&area).is_some() && self.remaining(&area, now.time).is_none() {
+                        taken.in_advance.push((area, decision));
+                    }
+                }
                 Ok(Judgement::Believed) => taken.decided.extend(self.believe(now, pace, permission)),
                 Err(refusal) => taken.refused.push((permission.area, refusal)),
             }
@@ -285,8 +293,8 @@ impl Belief {
         }
         let latest = self.latest.get(area).copied();
         if is_grant && permission.extent.is_none() {
-            // An answer in advance is for nothing yet: the tower says for what once it was asked.
-            return Ok(Judgement::Old);
+            // It is for nothing yet: the tower says for what once it was asked.
+            return Ok(if latest.is_none_or(|it| it <= *decision) { Judgement::InAdvance } else { Judgement::Old });
         } else if is_grant {
             // Where an area is that is not known yet is asked once the grant is needed.
             let extent = self.extents.get(area).copied().unwrap_or(permission.extent);
@@ -394,6 +402,7 @@ impl Line {
 enum Judgement {
     /// Neither wrong nor news.
     Old,
+    InAdvance,
     Believed,
 }
 

@@ -201,9 +201,13 @@ fn a_grant_of_another_flight_or_for_another_place_is_refused_also_after_a_restar
 #[test]
 fn a_grant_in_advance_is_not_wrong_and_lets_nobody_in() {
     let mut vehicle = belief();
-    let in_advance = signed(Permission { flight: String::new(), extent: None, ..grant(5) });
-    assert_eq!((take(&mut vehicle, 0, in_advance), remaining_s(&vehicle, 0)), (Ok(()), None));
+    let in_advance =
+        |area: &str| signed(Permission { area: area.into(), flight: String::new(), extent: None, ..grant(5) });
+    let taken = vehicle.take(at(0), Pace::REAL_TIME, vec![in_advance("A"), in_advance("elsewhere")]);
+    let expected = Taken { in_advance: vec![("A".into(), 5)], ..Taken::default() };
+    assert_eq!((taken, remaining_s(&vehicle, 0)), (expected, None));
     assert_eq!((take(&mut vehicle, 1, signed(grant(6))), remaining_s(&vehicle, 1)), (Ok(()), Some(899)));
+    assert_eq!(vehicle.take(at(2), Pace::REAL_TIME, vec![in_advance("A")]), Taken::default(), "it is held, and older");
 }
 
 #[test]

@@ -54,7 +54,8 @@ pub(crate) struct Permissions {
     has_heard: bool,
     /// Areas with why a line of the ledger was refused: each is said once.
     refused: BTreeSet<(String, Refusal)>,
-    /// Areas that are held although a line said no: the highest number of such a line, and how often the tower was asked about it.
+    /// Areas that are held although a line said no, or granted in advance: the highest number of such a line, and how often the tower was
+    /// asked about it.
     doubted: BTreeMap<String, (u64, u32)>,
     /// Makes request ids and flights unique among starts of this process.
     instance: u64,
@@ -260,8 +261,8 @@ impl Permissions {
         self.send_if_overdue(now, area, limits, outbox);
     }
 
-    /// Asks the tower about `area`, which is held although a line of this number says no; returns whether that is new. A few requests are
-    /// enough: what is only a recording comes again and again.
+    /// Asks the tower about `area`, which is held although a line of this number says no, or which a line grants in advance; returns whether
+    /// that is new. A few requests are enough: what is only a recording comes again and again.
     pub(crate) fn doubt(
         &mut self,
         now: Time,
