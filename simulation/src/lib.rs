@@ -428,6 +428,16 @@ impl Simulation<'_> {
         }));
     }
 
+    /// What the control tower has published last.
+    pub fn ledger(&self) -> v1::PermissionLedger {
+        self.seen.borrow().ledger.clone()
+    }
+
+    /// Somebody plays this ledger on the bus.
+    pub fn hear_again(&mut self, recorded: &v1::PermissionLedger) {
+        self.bus.publish(VEHICLE, recorded.clone());
+    }
+
     /// The control tower may grant again, although it has forgotten what it had decided; one that has not refuses that.
     pub fn accept_loss(&mut self) {
         self.request(Request::AcceptLoss(v1::AcceptLossRequest { vehicle: VEHICLE.to_owned() }));

@@ -33,6 +33,7 @@ pub(crate) struct Seen {
     /// Of the battery, 0 to 1.
     pub(crate) charge: Option<f64>,
     pub(crate) manager: v1::McmStatus,
+    pub(crate) ledger: v1::PermissionLedger,
     pub(crate) witness: Witness,
     /// By how much the wall clocks were set.
     pub(crate) ahead: Ahead,
@@ -65,6 +66,7 @@ impl Seen {
             aircraft: None,
             charge: None,
             manager: v1::McmStatus::default(),
+            ledger: v1::PermissionLedger::default(),
             witness: Witness::default(),
             ahead: Ahead::default(),
             true_time: TrueTime::default(),
@@ -110,6 +112,7 @@ impl Seen {
                 self.manager.clone_from(it);
             }
             Message::PlannerStatus(it) => self.planner.clone_from(it),
+            Message::PermissionLedger(it) => self.ledger.clone_from(it),
             Message::VehicleLandDetected(it) => {
                 if it.landed && !self.landed {
                     self.touched_down();

@@ -6,6 +6,7 @@ mod alarms;
 mod asking_ahead;
 mod autopilots;
 mod blocked_landing;
+mod bound_grants;
 mod busy;
 mod cases;
 mod catalogue;

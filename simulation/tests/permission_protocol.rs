@@ -1,15 +1,17 @@
 //! A model of how permissions travel: the tower itself, what vehicles believe, and between them a bus that loses, repeats,
 //! reorders, delays, misdirects and changes messages, while both ends are killed and started again.
 //!
-//! Whatever happens, a vehicle believes no grant but one that the tower has given for that area, vehicle, window and plan, and
-//! none about which it has heard a later decision. And a tower that is started again knows every grant that is out, and one that has
+//! Whatever happens, a vehicle believes no grant but one that the tower has given for that vehicle, flight, place and window, and none
+//! about which it has heard a later decision. And a tower that is started again knows every grant that is out, and one that has
 //! lost everything, its clock as well, can still take it back.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use control_tower::ControlTower;
 use control_tower::policy::Policy;
+use domain::area::{Area, AreaKind, Extent};
+use domain::geometry::Ned;
 use domain::memory::MemoryLoss;
 use domain::permission::{Permission, PermissionState};
 use domain::time::{Now, Pace, Time};
@@ -34,7 +36,7 @@ const CONFIG: &str = "
 /// What happens next.
 #[derive(Debug, Clone)]
 enum Step {
-    /// The vehicle asks for an area with its present plan.
+    /// The vehicle asks for an area where it is by its present mission.
     Ask {
         vehicle: usize,
         area: usize,
@@ -64,7 +66,12 @@ enum Step {
     KillVehicle {
         vehicle: usize,
     },
-    NewPlan {
+    /// The next flight of the vehicle begins.
+    NewFlight {
+        vehicle: usize,
+    },
+    /// A mission is uploaded in which the areas lie elsewhere, or again where they were.
+    Upload {
         vehicle: usize,
     },
     Pass {
@@ -80,7 +87,8 @@ enum Change {
     Window,
     Length,
     Number(i8),
-    Plan,
+    Flight,
+    Place,
     Unsigned,
     OtherKey,
 }
@@ -94,7 +102,8 @@ fn step() -> impl Strategy<Value = Step> {
         Just(Change::Window),
         Just(Change::Length),
         any::<i8>().prop_map(Change::Number),
-        Just(Change::Plan),
+        Just(Change::Flight),
+        Just(Change::Place),
         Just(Change::Unsigned),
         Just(Change::OtherKey),
     ];
@@ -108,13 +117,14 @@ fn step() -> impl Strategy<Value = Step> {
         1 => Just(S::AcceptLoss),
         12 => deliver.prop_map(|(message, vehicle, change)| S::Deliver { message, vehicle, change }),
         1 => vehicle.clone().prop_map(|vehicle| S::KillVehicle { vehicle }),
-        1 => vehicle.prop_map(|vehicle| S::NewPlan { vehicle }),
+        1 => vehicle.clone().prop_map(|vehicle| S::NewFlight { vehicle }),
+        1 => vehicle.prop_map(|vehicle| S::Upload { vehicle }),
         2 => (1..40u64).prop_map(|s| S::Pass { s }),
     ]
 }
 
-/// What a grant was given for; besides, its number.
-type Given = (String, String, u64, i64, u64);
+/// What a grant was given for: vehicle, area, number, end, flight and place.
+type Given = (String, String, u64, i64, String, Option<Extent>);
 
 struct Model {
     now: Now,
@@ -124,9 +134,11 @@ struct Model {
     disk: Option<v1::TowerMemory>,
     /// Every ledger that was ever published, and for which vehicle.
     published: Vec<(String, v1::PermissionLedger)>,
-    given: BTreeSet<Given>,
+    given: Vec<Given>,
     beliefs: Vec<Belief>,
-    plans: Vec<u64>,
+    flights: Vec<u64>,
+    /// Where the areas of each vehicle's mission lie.
+    places: Vec<f64>,
     /// The highest number of a decision other than a grant that the vehicle has heard from the tower.
     refused: BTreeMap<(String, String), u64>,
     believed: usize,
@@ -136,8 +148,19 @@ fn key() -> SecretKey {
     SecretKey::of_seed([1; 32]).expect("32 bytes make a key")
 }
 
-fn belief(vehicle: usize) -> Belief {
-    Belief::new(VEHICLES[vehicle], Some(key().public()))
+/// The areas of a mission, so far to the north.
+fn areas(north_m: f64) -> Vec<Area> {
+    let area = |name: &str| Area {
+        name: name.into(),
+        kind: AreaKind::Permission,
+        corners: [(0.0, 0.0), (9.0, 0.0), (0.0, 9.0)].map(|(n, e)| Ned::new(n + north_m, e, 0.0)).to_vec(),
+        floor_m: None,
+        ceiling_m: None,
+        from_utc_ms: None,
+        until_utc_ms: None,
+        hours: None,
+    };
+    AREAS.map(area).into()
 }
 
 impl Model {
@@ -149,14 +172,27 @@ impl Model {
             requests: 0,
             disk: None,
             published: Vec::new(),
-            given: BTreeSet::new(),
-            beliefs: (0..VEHICLES.len()).map(belief).collect(),
-            plans: vec![1; VEHICLES.len()],
+            given: Vec::new(),
+            beliefs: Vec::new(),
+            flights: vec![1; VEHICLES.len()],
+            places: vec![0.0; VEHICLES.len()],
             refused: BTreeMap::new(),
             believed: 0,
         };
+        model.beliefs = (0..VEHICLES.len()).map(|it| model.belief(it)).collect();
         model.store();
         model
+    }
+
+    fn flight(&self, vehicle: usize) -> String {
+        format!("flight {}", self.flights[vehicle])
+    }
+
+    /// Of a process that starts.
+    fn belief(&self, vehicle: usize) -> Belief {
+        let mut belief = Belief::new(VEHICLES[vehicle], self.flight(vehicle), Some(key().public()));
+        belief.know_areas(&areas(self.places[vehicle]).into());
+        belief
     }
 
     fn take(&mut self, step: &Step) {
@@ -184,7 +220,8 @@ impl Model {
             Step::AcceptLoss => self.send(0, Request::AcceptLoss(v1::AcceptLossRequest::default())),
             Step::Deliver { message, vehicle, change } => self.deliver(*message, *vehicle, *change),
             Step::KillVehicle { vehicle } => {
-                let before = std::mem::replace(&mut self.beliefs[*vehicle], belief(*vehicle));
+                let next = self.belief(*vehicle);
+                let before = std::mem::replace(&mut self.beliefs[*vehicle], next);
                 let after = &mut self.beliefs[*vehicle];
                 after.restore(before.latest().clone());
                 for area in before.latest().keys() {
@@ -194,7 +231,15 @@ impl Model {
                 }
                 after.begin(self.now, Pace::REAL_TIME);
             }
-            Step::NewPlan { vehicle } => self.plans[*vehicle] += 1,
+            Step::NewFlight { vehicle } => {
+                self.flights[*vehicle] += 1;
+                let flight = self.flight(*vehicle);
+                self.beliefs[*vehicle].begin_flight(flight);
+            }
+            Step::Upload { vehicle } => {
+                self.places[*vehicle] = 100.0 - self.places[*vehicle];
+                self.beliefs[*vehicle].know_areas(&areas(self.places[*vehicle]).into());
+            }
             Step::Pass { s } => self.pass(*s),
         }
         self.act();
@@ -209,10 +254,11 @@ impl Model {
         self.requests += 1;
         let request = v1::PermissionRequest {
             request_id: self.requests.to_string(),
-            area,
             step_id: 1,
-            plan_revision: self.plans[vehicle],
             latest_decision: self.beliefs[vehicle].highest(),
+            flight: self.flight(vehicle),
+            extent: self.beliefs[vehicle].extent(&area).map(Into::into),
+            area,
         };
         self.send(vehicle, Request::Permission(request));
     }
@@ -250,7 +296,9 @@ impl Model {
                 let of_vehicle = |it: &v1::TowerMemory| it.ledgers.iter().find(|it| *it.vehicle == *vehicle).cloned();
                 let stored = self.disk.as_ref().and_then(of_vehicle).map_or(0, |it| it.last_decision);
                 assert!(number <= stored, "grant {number} is out, and the disk knows those up to {stored}");
-                self.given.insert((vehicle.to_string(), area, number, it.expires_utc_ms, it.plan_revision));
+                let extent = it.extent.clone().map(|it| it.try_into().expect("an extent"));
+                let given = (vehicle.to_string(), area, number, it.expires_utc_ms, it.flight.clone(), extent);
+                self.given.push(given);
             }
             self.published.push((vehicle.to_string(), ledger));
         }
@@ -260,13 +308,13 @@ impl Model {
         let Some((of, wire)) = self.published.iter().rev().nth(message).cloned() else { return };
         let mut lines = ledger(wire).expect("what the tower publishes makes sense");
         match change {
-            Some(change) => lines.iter_mut().for_each(|it| change.of(it, VEHICLES[vehicle])),
+            Some(change) => lines.iter_mut().for_each(|it| change.of(it)),
             None if of == VEHICLES[vehicle] => self.note_refusals(&of, &lines),
             None => {}
         }
-        let (now, plan) = (self.now, self.plans[vehicle]);
-        let taken = self.beliefs[vehicle].take(now, Pace::REAL_TIME, plan, lines);
+        let taken = self.beliefs[vehicle].take(self.now, Pace::REAL_TIME, lines);
         taken.outdated.into_iter().for_each(|it| self.ask(vehicle, it.area));
+        taken.in_advance.into_iter().for_each(|(area, _)| self.ask(vehicle, area));
     }
 
     fn note_refusals(&mut self, vehicle: &str, lines: &[Permission]) {
@@ -284,16 +332,17 @@ impl Model {
                 let Some(remaining) = belief.remaining(area, self.now.time) else { continue };
                 self.believed += 1;
                 let it = belief.permission(area).expect("it is believed");
-                let given = self.given.iter().find(|(of, what, number, expires_utc_ms, plan)| {
-                    // Of one that is remembered over a restart, the number and the end of its own are known.
-                    let is_whole =
-                        it.signature.is_empty() || (*expires_utc_ms, *plan) == (it.expires_utc_ms, it.plan_revision);
-                    (of.as_str(), what.as_str(), *number) == (&*name, area, it.decision) && is_whole
+                let flight = self.flight(vehicle);
+                let place = areas(self.places[vehicle]).iter().find(|it| it.name == area).map(Area::extent);
+                let given = self.given.iter().find(|(of, what, number, expires_utc_ms, during, at)| {
+                    // Of one that is remembered over a restart, the end is reckoned by the clock then.
+                    let is_whole = it.signature.is_empty() || *expires_utc_ms == it.expires_utc_ms;
+                    let is_for_it = (of, what, during, at) == (&name, &area.to_owned(), &flight, &place);
+                    *number == it.decision && is_for_it && is_whole
                 });
                 prop_assert!(given.is_some(), "{it:?} was never given");
                 let left_ms = given.map_or(0, |it| it.3) - self.now.utc_ms;
                 prop_assert!(remaining.as_millis() as i64 <= left_ms, "{remaining:?} of {left_ms} ms");
-                prop_assert!(it.plan_revision <= self.plans[vehicle]);
                 let refused = self.refused.get(&(name.clone(), area.to_owned())).copied().unwrap_or_default();
                 prop_assert!(refused < it.decision, "{it:?} is believed after decision {refused}");
             }
@@ -303,7 +352,7 @@ impl Model {
 }
 
 impl Change {
-    fn of(self, line: &mut Permission, vehicle: &str) {
+    fn of(self, line: &mut Permission) {
         match self {
             Change::Area => line.area.push('A'),
             Change::Granted => line.state = PermissionState::Granted,
@@ -311,11 +360,12 @@ impl Change {
             // Not signed, and bounded by what is.
             Change::Length => line.valid_for += Duration::from_secs(1000),
             Change::Number(by) => line.decision = line.decision.saturating_add_signed(by.into()),
-            Change::Plan => line.plan_revision = line.plan_revision.saturating_sub(1),
+            Change::Flight => line.flight = "flight 2".into(),
+            Change::Place => line.extent = areas(100.0).first().map(Area::extent),
             Change::Unsigned => line.signature.clear(),
             Change::OtherKey => {
                 line.state = PermissionState::Granted;
-                line.signature = SecretKey::of_seed([2; 32]).expect("a key").sign(vehicle, line);
+                line.signature = SecretKey::of_seed([2; 32]).expect("a key").sign(line);
             }
         }
     }
@@ -398,11 +448,32 @@ fn a_tower_that_has_lost_its_numbers_and_whose_clock_was_set_back_takes_a_grant_
 fn a_recording_of_an_old_denial_takes_nothing_back() {
     let mut model = Model::new();
     let decide = |decision: v1::Decision| Step::Decide { vehicle: 0, area: 0, decision: decision as i32 };
-    assert!(!model.holds_after(&[decide(v1::Decision::Deny), DELIVER]));
+    assert!(!model.holds_after(&[decide(v1::Decision::Deny), ASK, DELIVER]));
     assert!(model.holds_after(&[decide(v1::Decision::Grant), Step::Store, DELIVER]));
     let denied = |it: &(String, v1::PermissionLedger)| it.1.permissions[0].state() == v1::PermissionState::Denied;
     let is_denial = |(_, ledger): &&(String, v1::PermissionLedger)| !ledger.permissions.is_empty();
     let message = model.published.iter().rev().filter(is_denial).position(denied).expect("it was published");
     assert!(model.holds_after(&[Step::Deliver { message, vehicle: 0, change: None }]));
     assert!(model.holds_after(&[Step::Store, DELIVER]));
+}
+
+#[test]
+fn a_grant_is_over_with_its_flight_and_its_place_and_a_new_one_is_asked_for_over_restarts_of_both() {
+    use Step::{KillTower, KillVehicle, NewFlight, Upload};
+    let killed = [&[][..], &[KillTower, Step::Store, DELIVER], &[KillVehicle { vehicle: 0 }, DELIVER]];
+    for (changed, killed) in
+        [NewFlight { vehicle: 0 }, Upload { vehicle: 0 }].iter().flat_map(|it| killed.map(|k| (it, k)))
+    {
+        let mut model = Model::new();
+        let decide = |decision: v1::Decision| Step::Decide { vehicle: 0, area: 0, decision: decision as i32 };
+        assert!(model.holds_after(&[ASK, Step::Store, DELIVER]));
+        let granted = model.published.len() - 1;
+        assert!(!model.holds_after(&[changed.clone(), DELIVER]), "what was held is for something else");
+        assert!(!model.holds_after(killed) && !model.holds_after(&[decide(v1::Decision::Revoke)]));
+        // The vehicle has not heard that, and somebody plays it the grant.
+        let message = model.published.len() - 1 - granted;
+        assert!(!model.holds_after(&[Step::Deliver { message, vehicle: 0, change: None }]));
+        assert!(!model.holds_after(&[ASK, Step::Store, DELIVER]), "it was revoked by hand");
+        assert!(model.holds_after(&[decide(v1::Decision::Grant), Step::Store, DELIVER]), "for what was asked last");
+    }
 }

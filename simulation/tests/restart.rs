@@ -7,6 +7,7 @@ use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, MissionOutcome, MissionPhase};
 use simulation::{Disturbance, Memory, Simulation, System};
 
+use crate::stories::support::story::kill;
 use crate::stories::support::{each, sample, simulation};
 
 const LIMIT: Duration = Duration::from_secs(2400);
@@ -37,7 +38,7 @@ fn succeeds(mut simulation: Simulation<'_>, what: &str) {
 fn any_process_may_die_at_any_moment_of_the_mission() {
     for (moment, process) in sample(each(MOMENTS, ["mcm", "planner", "skill-manager", "monitor", "control-tower"])) {
         let mut simulation = when(moment);
-        simulation.restart(process, DEAD, Memory::Kept);
+        kill(&mut simulation, process, DEAD);
         succeeds(simulation, &format!("{process} dies at \"{moment}\""));
     }
 }
@@ -47,7 +48,7 @@ fn all_of_them_die_together() {
     for moment in sample(MOMENTS) {
         let mut simulation = when(moment);
         for process in ["mcm", "planner", "skill-manager", "monitor", "control-tower"] {
-            simulation.restart(process, DEAD, Memory::Kept);
+            kill(&mut simulation, process, DEAD);
         }
         succeeds(simulation, moment);
     }
@@ -57,7 +58,7 @@ fn all_of_them_die_together() {
 fn one_that_dies_again_while_it_is_started_is_there_later() {
     let mut simulation = when("step 2 of 5");
     for _ in 0..3 {
-        simulation.restart("mcm", DEAD, Memory::Kept);
+        kill(&mut simulation, "mcm", DEAD);
         simulation.pass(DEAD / 2);
     }
     succeeds(simulation, "three deaths in half a second");
@@ -86,7 +87,7 @@ fn cut_and_monitor_dies(cut_s: u64, dies_after_s: u64) -> Simulation<'static> {
     let mut simulation = when("step 3 of 5");
     simulation.freeze("gateway", Duration::from_secs(cut_s));
     simulation.pass(Duration::from_secs(dies_after_s));
-    simulation.restart("monitor", DEAD, Memory::Kept);
+    kill(&mut simulation, "monitor", DEAD);
     simulation
 }
 
@@ -119,7 +120,7 @@ fn a_link_that_is_back_ends_the_hold_that_a_monitor_before_has_begun() {
 fn when_monitor_and_manager_die_together_the_link_stays_cut() {
     for dies_after_s in [5, 15] {
         let mut simulation = cut_and_monitor_dies(1000, dies_after_s);
-        simulation.restart("mcm", DEAD, Memory::Kept);
+        kill(&mut simulation, "mcm", DEAD);
         assert!(simulation.fly_until("`link_gone`: return_home", LIMIT), "{}", simulation.decision_log());
         let log = simulation.decision_log();
         assert!(!log.contains("`link_lost` is over"), "dead after {dies_after_s} s:\n{log}");
@@ -131,7 +132,7 @@ fn a_tower_that_is_silent_stays_lost_when_the_monitor_dies() {
     let mut simulation = when("step 3 of 5");
     simulation.freeze("control-tower", Duration::from_secs(60));
     assert!(simulation.fly_until("flag `tower_lost` raised", Duration::from_secs(20)));
-    simulation.restart("monitor", DEAD, Memory::Kept);
+    kill(&mut simulation, "monitor", DEAD);
     simulation.pass(Duration::from_secs(30));
     assert!(simulation.is_up("tower_lost"), "{}", simulation.decision_log());
     assert!(simulation.fly_until("`tower_lost` is over", Duration::from_secs(60)), "{}", simulation.decision_log());
@@ -144,7 +145,7 @@ fn a_vehicle_without_a_ground_flies_on_when_the_monitor_dies() {
     let mission = std::fs::read_to_string(crate::stories::support::config().join("missions/reference.toml")).unwrap();
     let mut simulation = system.simulation(&mission, Policy::Grant).unwrap();
     assert!(simulation.fly_until("step 3 of 5", LIMIT), "{}", simulation.decision_log());
-    simulation.restart("monitor", DEAD, Memory::Kept);
+    kill(&mut simulation, "monitor", DEAD);
     succeeds(simulation, "without a ground");
 }
 

@@ -1,6 +1,7 @@
 //! Areas: polygons with an altitude band, a time window and hours, entered with a permission or not at all.
 
 use geo::{Contains, Distance, Euclidean, Intersects, Line, Polygon};
+use sha2::{Digest, Sha256};
 
 use crate::geometry::Ned;
 use crate::hours::WeeklyHours;
@@ -18,6 +19,17 @@ pub enum AreaKind {
 /// The height above the origin up to which an area is barred that may not be landed in, in metres. (ENG: with the vertical margin of 2 m
 /// below the least height of a flight, 5 m; it reaches down as far as there is ground.)
 pub const NO_LANDING_TO_M: f64 = 3.0;
+
+/// Where an area is, as a grant names it: no other area of the same name has the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Extent {
+    /// The SHA-256 of the corners in canonical form: see docs/formats.md.
+    pub outline: [u8; 32],
+    /// [`Area::floor_m`] in tenths of a millimetre.
+    pub floor_tenth_mm: Option<i64>,
+    /// [`Area::ceiling_m`] in tenths of a millimetre.
+    pub ceiling_tenth_mm: Option<i64>,
+}
 
 /// A polygon over the ground with an altitude band, a time window and hours.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,6 +56,27 @@ impl Area {
     /// Whether it is one that may be flown over and not landed in.
     pub fn only_bars_landings(&self) -> bool {
         self.kind == AreaKind::KeepOut && self.floor_m.is_none() && self.ceiling_m == Some(NO_LANDING_TO_M)
+    }
+
+    /// Where it is: the same on every machine, and whatever corner is listed first.
+    pub fn extent(&self) -> Extent {
+        let tenth_mm = |m: f64| (m * 1e4).round() as i64;
+        let mut ring: Vec<_> = self.corners.iter().map(|it| (tenth_mm(it.north_m), tenth_mm(it.east_m))).collect();
+        let first = (0..ring.len()).min_by_key(|it| ring[*it]).unwrap_or_default();
+        ring.rotate_left(first);
+        if ring.last() < ring.get(1) {
+            ring[1..].reverse();
+        }
+        let mut hash = Sha256::new_with_prefix(b"kittiwake outline 1\0");
+        for (north, east) in ring {
+            hash.update(north.to_le_bytes());
+            hash.update(east.to_le_bytes());
+        }
+        Extent {
+            outline: hash.finalize().into(),
+            floor_tenth_mm: self.floor_m.map(tenth_mm),
+            ceiling_tenth_mm: self.ceiling_m.map(tenth_mm),
+        }
     }
 
     /// The polygon; x is east, y is north.
@@ -239,6 +272,31 @@ mod tests {
         // Above the ceiling.
         check((0.0, 0.0, 120.0), (0.0, 500.0, 120.0), false);
         check((0.0, 0.0, 120.0), (0.0, 500.0, 90.0), true);
+    }
+
+    #[test]
+    fn an_extent_is_that_of_the_place_and_of_no_other() {
+        let base = area(&[(0.0, 0.0), (10.0, 0.0), (10.0, 10.5)]);
+        let hex: String = base.extent().outline.iter().map(|it| format!("{it:02x}")).collect();
+        assert_eq!(hex, "de4862abc50faa59535d3b35a24f57877c8ff4c0f1185810b47478c36dc90656", "the form is fixed");
+        let of = |corners: &[(f64, f64)]| area(corners).extent();
+        for same in [
+            area(&[(10.0, 10.5), (0.0, -0.0), (10.0, 0.0)]),
+            area(&[(10.0, 10.5), (10.0, 0.0), (0.0, 0.0)]),
+            area(&[(0.000_04, 0.0), (10.0, 0.0), (10.0, 10.5)]),
+            Area { name: "b".into(), until_utc_ms: Some(1), ..base.clone() },
+        ] {
+            assert_eq!(same.extent(), base.extent(), "{same:?}");
+        }
+        let other = [
+            of(&[(0.0, 0.0), (10.0, 0.0), (10.0, 10.6)]),
+            of(&[(0.0, 0.0), (10.0, 0.0), (10.0, 10.5), (0.0, 10.5)]),
+            of(&[(0.0, 0.0), (0.0, 10.0), (10.5, 10.0)]),
+            Area { floor_m: Some(0.0), ..base.clone() }.extent(),
+            Area { ceiling_m: None, ..base.clone() }.extent(),
+            Area { ceiling_m: Some(100.1), ..base.clone() }.extent(),
+        ];
+        assert!(!other.contains(&base.extent()), "{other:?}");
     }
 
     #[test]

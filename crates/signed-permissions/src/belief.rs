@@ -1,27 +1,32 @@
 //! What a vehicle believes of the ledgers that it hears.
 //!
-//! A line is believed if its signature is the tower's under this vehicle's name, if no later decision about its area was heard
-//! (also before a restart), if its window has not ended, and if it was not given for a plan that this vehicle has never made.
+//! A line is believed if its signature is the tower's and it is this vehicle's, and if no later decision about its area was heard (also before
+//! a restart). What a grant allows is one rule, [`Permission::allows`]: it is asked when a grant is heard, and each time that somebody wants to
+//! fly by it, since the mission, and with it the place that a name stands for, may change in between. So a grant of an earlier flight, or for
+//! another area of the same name, lets nobody in, also where it was heard or stored before.
+//!
 //! A grant never lasts longer than its signed window, by the wall clock as it was when the grant was heard first, nor longer than any
 //! earlier sending of it said.
 //!
-//! A restart forgets no grant: it is believed until its end, or until the tower is heard, which [`Belief::is_remembered`] tells. What remains of it is reckoned by the wall
-//! clock then, since no other goes on between two processes; a clock that was set meanwhile is wrong only until the tower is heard.
+//! A restart in flight forgets no grant: it is believed until its end, or until the tower is heard, which [`Belief::is_remembered`] tells. What
+//! remains of it is reckoned by the wall clock then, since no other goes on between two processes; a clock that was set meanwhile is wrong only until the tower is heard.
 //!
 //! A denial or revocation with a lower number than is known is not believed either: it may be a recording, and the later grant holds.
 //! But where a grant is held, it may also be the word of a tower that has lost its numbers and whose clock was set back. It is reported as
 //! outdated, and the vehicle asks the tower again, a few times, naming the highest number that it knows: what the tower answers is above
 //! that. A recording achieves a question, and an answer that may renew the grant.
 //!
-//! Without a key nothing is verified; the order of decisions counts all the same.
+//! Without a key no signature is verified; everything else counts all the same.
 //!
 //! Where there is no room for another area, the one that was decided about longest ago and is not granted is forgotten. Numbers
 //! of decisions rise over all areas, so no grant of an area that is not known is believed that is as old as what was forgotten.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Duration;
 
-use domain::permission::{Permission, PermissionState};
+use domain::area::{Area, Extent};
+use domain::permission::{Entry, NotForIt, Permission, PermissionState};
 use domain::time::{Now, Pace, Time};
 
 use crate::key::PublicKey;
@@ -33,6 +38,10 @@ const MAX_AREAS: usize = 1024;
 #[derive(Debug)]
 pub struct Belief {
     vehicle: String,
+    flight: String,
+    /// The mission's areas, as far as they are known, and where each name lies: nowhere for certain if two areas of that name differ.
+    areas: Arc<[Area]>,
+    extents: BTreeMap<String, Option<Extent>>,
     key: Option<PublicKey>,
     lines: BTreeMap<String, Line>,
     /// The highest number of a decision by area, also from before a restart.
@@ -55,7 +64,7 @@ struct Line {
 }
 
 /// A grant as the next process needs it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StoredGrant {
     /// The number of the decision.
     pub decision: u64,
@@ -63,6 +72,10 @@ pub struct StoredGrant {
     pub until_utc_ms: i64,
     /// Mission time that was left of it when it was heard first: no more is left of it later, whatever a clock says.
     pub longest: Duration,
+    /// The flight that it was given for.
+    pub flight: String,
+    /// Where the area was that it was given for.
+    pub extent: Option<Extent>,
 }
 
 /// A stored end that differs by less is kept, so that the state is not written with every ledger. (ENG: the way of a ledger takes
@@ -77,31 +90,12 @@ pub enum Refusal {
     /// A key is configured, and the line has no signature.
     #[error("it is not signed")]
     Unsigned,
-    /// Somebody has changed it, or it is another vehicle's, or signed by somebody else.
-    #[error("its signature is not the tower's for this vehicle")]
+    /// Somebody has changed it, or signed it in the tower's place.
+    #[error("its signature is not the tower's")]
     NotTheTowers,
-    /// A grant, repeated after a later decision.
-    #[error("a later decision than number {found} is known: {latest}")]
-    Replayed {
-        /// Its number.
-        found: u64,
-        /// The highest one that is known.
-        latest: u64,
-    },
-    /// A grant whose window has ended.
-    #[error("it expired {since_s} s ago")]
-    Expired {
-        /// Wall seconds.
-        since_s: u64,
-    },
-    /// A grant for a plan of the future.
-    #[error("it was given for plan {found}, and the newest is {newest}")]
-    UnknownPlan {
-        /// The revision for which it was given.
-        found: u64,
-        /// The newest revision.
-        newest: u64,
-    },
+    /// It is not for what this vehicle may need a grant for.
+    #[error(transparent)]
+    NotForIt(#[from] NotForIt),
     /// The areas of this vehicle are too many to be kept.
     #[error("{MAX_AREAS} areas are granted already")]
     TooMany,
@@ -116,6 +110,8 @@ pub struct Taken {
     pub refused: Vec<(String, Refusal)>,
     /// Areas whose grant holds although a line says no: the tower is to be asked again.
     pub outdated: Vec<Outdated>,
+    /// Areas of the mission that were granted in advance, with the number: the tower is to be asked, so that it says for what.
+    pub in_advance: Vec<(String, u64)>,
 }
 
 /// A denial or revocation of what is granted, with a lower number than the grant has.
@@ -130,10 +126,13 @@ pub struct Outdated {
 }
 
 impl Belief {
-    /// Of `vehicle`, which verifies with `key`.
-    pub fn new(vehicle: &str, key: Option<PublicKey>) -> Belief {
+    /// Of `vehicle` in `flight`, which verifies with `key`.
+    pub fn new(vehicle: &str, flight: String, key: Option<PublicKey>) -> Belief {
         Belief {
             vehicle: vehicle.to_owned(),
+            flight,
+            areas: Arc::default(),
+            extents: BTreeMap::new(),
             key,
             lines: BTreeMap::new(),
             latest: BTreeMap::new(),
@@ -145,6 +144,35 @@ impl Belief {
     /// Believes only what this key verifies from now on.
     pub fn verify_with(&mut self, key: PublicKey) {
         self.key = Some(key);
+    }
+
+    /// The present flight.
+    pub fn flight(&self) -> &str {
+        &self.flight
+    }
+
+    /// Another flight begins, or goes on after a restart: no grant of any other one counts.
+    pub fn begin_flight(&mut self, flight: String) {
+        self.flight = flight;
+    }
+
+    /// The mission's areas, as they are known now: no grant counts for a place that it does not name.
+    pub fn know_areas(&mut self, areas: &Arc<[Area]>) {
+        if Arc::ptr_eq(&self.areas, areas) {
+            return;
+        }
+        self.areas = areas.clone();
+        self.extents.clear();
+        for area in &**areas {
+            let extent = Some(area.extent());
+            let known = self.extents.entry(area.name.clone()).or_insert(extent);
+            *known = known.filter(|it| Some(*it) == extent);
+        }
+    }
+
+    /// Where `area` is; `None` if that is not known for certain.
+    pub fn extent(&self, area: &str) -> Option<Extent> {
+        self.extents.get(area).copied().flatten()
     }
 
     /// The highest number of a decision by area: to be stored, and restored at the next start.
@@ -160,7 +188,7 @@ impl Belief {
     /// The grant for `area`, if there is one: to be stored, and restored at the next start.
     pub fn stored_grant(&self, area: &str) -> Option<StoredGrant> {
         let line = self.lines.get(area).filter(|it| it.permission.state == PermissionState::Granted);
-        line.map(|it| it.stored).or_else(|| self.stored.get(area).copied())
+        line.map(|it| &it.stored).or_else(|| self.stored.get(area)).cloned()
     }
 
     /// Whether what is known about `area` is from before a restart, and was not heard since.
@@ -193,8 +221,10 @@ impl Belief {
                 valid_for,
                 request_id: String::new(),
                 decision: grant.decision,
-                plan_revision: 0,
                 signature: Vec::new(),
+                vehicle: self.vehicle.clone(),
+                flight: grant.flight.clone(),
+                extent: grant.extent,
             };
             let expires = now.time + valid_for;
             self.lines.entry(area).or_insert(Line { permission, expires, stored: grant, is_remembered: true });
@@ -205,12 +235,18 @@ impl Belief {
         }
     }
 
-    /// Takes in a ledger. `newest_plan` is the highest revision of a plan that this vehicle has made.
-    pub fn take(&mut self, now: Now, pace: Pace, newest_plan: u64, ledger: Vec<Permission>) -> Taken {
+    /// Takes in a ledger.
+    pub fn take(&mut self, now: Now, pace: Pace, ledger: Vec<Permission>) -> Taken {
         let mut taken = Taken::default();
         for permission in ledger {
-            match self.judge(now, newest_plan, &permission) {
+            match self.judge(now, &permission) {
                 Ok(Judgement::Old) => taken.outdated.extend(self.outdated(now, &permission)),
+                Ok(Judgement::InAdvance) => {
+                    let Permission { area, decision, .. } = permission;
+                    if self.extent(&area).is_some() && self.remaining(&area, now.time).is_none() {
+                        taken.in_advance.push((area, decision));
+                    }
+                }
                 Ok(Judgement::Believed) => taken.decided.extend(self.believe(now, pace, permission)),
                 Err(refusal) => taken.refused.push((permission.area, refusal)),
             }
@@ -218,10 +254,17 @@ impl Belief {
         taken
     }
 
-    /// How long the grant for `area` is believed from now on; `None`: there is none.
+    /// How long `area`, as it is now, may be entered in this flight; `None`: no grant allows it.
     pub fn remaining(&self, area: &str, now: Time) -> Option<Duration> {
-        let line = self.lines.get(area).filter(|it| it.permission.state == PermissionState::Granted)?;
-        Some(line.expires - now).filter(|it| !it.is_zero())
+        let line = self.lines.get(area)?;
+        let left = line.expires - now;
+        let left_ms = i64::try_from(left.as_millis()).unwrap_or(i64::MAX);
+        line.permission.allows(&self.entry(area, self.extent(area)), left_ms).is_ok().then_some(left)
+    }
+
+    fn entry<'a>(&'a self, area: &'a str, extent: Option<Extent>) -> Entry<'a> {
+        let latest = self.latest.get(area).copied().unwrap_or_default();
+        Entry { vehicle: &self.vehicle, flight: &self.flight, area, extent, latest }
     }
 
     /// What is known of `area`.
@@ -234,37 +277,44 @@ impl Belief {
         self.lines.keys()
     }
 
-    fn judge(&self, now: Now, newest_plan: u64, permission: &Permission) -> Result<Judgement, Refusal> {
-        let Permission { area, decision, plan_revision, expires_utc_ms, .. } = permission;
+    fn judge(&self, now: Now, permission: &Permission) -> Result<Judgement, Refusal> {
+        let Permission { area, decision, vehicle, expires_utc_ms, .. } = permission;
         let is_grant = permission.state == PermissionState::Granted;
         if let Some(key) = self.key {
             if permission.signature.is_empty() {
                 return Err(Refusal::Unsigned);
             }
-            if !key.verifies(&self.vehicle, permission) {
+            if !key.verifies(permission) {
                 return Err(Refusal::NotTheTowers);
             }
         }
-        let latest = self.latest.get(area).copied();
-        if let Some(latest) = latest.filter(|it| decision < it) {
-            // What is no grant does no harm: two connections may swap two messages.
-            return if is_grant { Err(Refusal::Replayed { found: *decision, latest }) } else { Ok(Judgement::Old) };
+        if *vehicle != self.vehicle {
+            return Err(NotForIt::OtherVehicle(vehicle.clone()).into());
         }
-        if self.key.is_some() && is_grant {
-            if newest_plan < *plan_revision {
-                return Err(Refusal::UnknownPlan { found: *plan_revision, newest: newest_plan });
+        let latest = self.latest.get(area).copied();
+        if is_grant && permission.extent.is_none() {
+            // It is for nothing yet: the tower says for what once it was asked.
+            return Ok(if latest.is_none_or(|it| it <= *decision) { Judgement::InAdvance } else { Judgement::Old });
+        } else if is_grant {
+            // Where an area is that is not known yet is asked once the grant is needed.
+            let extent = self.extents.get(area).copied().unwrap_or(permission.extent);
+            let left_ms = expires_utc_ms.saturating_sub(now.utc_ms);
+            // That a grant which is known ends is nothing to refuse: it ends here as well.
+            let is_same = |it: &Line| !it.is_remembered && it.permission.decision == *decision;
+            match permission.allows(&self.entry(area, extent), left_ms) {
+                Err(NotForIt::Expired { .. }) if self.lines.get(area).is_some_and(is_same) => {
+                    return Ok(Judgement::Old);
+                }
+                allowed => allowed?,
             }
-            if *expires_utc_ms <= now.utc_ms {
-                // That a grant which is known ends is nothing to refuse: it ends here as well.
-                let is_same = |it: &Line| !it.is_remembered && it.permission.decision == *decision;
-                let is_known = self.lines.get(area).is_some_and(is_same);
-                let since_s = now.utc_ms.abs_diff(*expires_utc_ms) / 1000;
-                return if is_known { Ok(Judgement::Old) } else { Err(Refusal::Expired { since_s }) };
-            }
+        } else if latest.is_some_and(|it| *decision < it) {
+            // It does no harm: two connections may swap two messages.
+            return Ok(Judgement::Old);
         }
         if latest.is_none() {
             if let Some(latest) = self.forgotten.filter(|it| decision <= it) {
-                return if is_grant { Err(Refusal::Replayed { found: *decision, latest }) } else { Ok(Judgement::Old) };
+                let found = *decision;
+                return if is_grant { Err(NotForIt::Replayed { found, latest }.into()) } else { Ok(Judgement::Old) };
             }
             if MAX_AREAS <= self.latest.len() && self.least_needed(now).is_none() {
                 return Err(Refusal::TooMany);
@@ -284,7 +334,8 @@ impl Belief {
 
     /// The area that was decided about longest ago of those that are not granted.
     fn least_needed(&self, now: Now) -> Option<String> {
-        let not_granted = self.latest.iter().filter(|(area, _)| self.remaining(area, now.time).is_none());
+        let holds_nothing = |it: &Line| it.permission.state != PermissionState::Granted || it.expires <= now.time;
+        let not_granted = self.latest.iter().filter(|(area, _)| self.lines.get(*area).is_none_or(holds_nothing));
         not_granted.min_by_key(|(_, decision)| **decision).map(|(area, _)| area.clone())
     }
 
@@ -308,11 +359,11 @@ impl Belief {
             // The window was reckoned with when it was heard first. From then on the clock of this process counts, which goes on evenly:
             // a wall clock that is wrong for a moment cuts no grant.
             expires = expires.min(same.expires);
-        } else if self.key.is_some() {
+        } else {
             let left_ms = u64::try_from(permission.expires_utc_ms.saturating_sub(now.utc_ms)).unwrap_or_default();
             expires = expires.min(now.time + pace.wall(Duration::from_millis(left_ms)));
         }
-        let stored = stored(now, pace, permission.decision, expires, same.map(|it| it.stored));
+        let stored = stored(now, pace, &permission, expires, same.map(|it| it.stored.clone()));
         let state = |it: &Permission| (it.state, it.decision);
         let is_new = before.is_none_or(|it| state(&it.permission) != state(&permission));
         self.make_room(&permission.area, now);
@@ -326,7 +377,7 @@ impl Belief {
 }
 
 /// A grant that ends at `expires` as it is to be stored; `before`: as it was.
-fn stored(now: Now, pace: Pace, decision: u64, expires: Time, before: Option<StoredGrant>) -> StoredGrant {
+fn stored(now: Now, pace: Pace, permission: &Permission, expires: Time, before: Option<StoredGrant>) -> StoredGrant {
     let left = (expires - now.time).min(LONGEST);
     let left_ms = i64::try_from(pace.to_wall(left).as_millis()).unwrap_or(i64::MAX);
     let until_utc_ms = now.utc_ms.saturating_add(left_ms);
@@ -334,7 +385,10 @@ fn stored(now: Now, pace: Pace, decision: u64, expires: Time, before: Option<Sto
         Some(before) if before.until_utc_ms.abs_diff(until_utc_ms) < SAME_END_MS => before,
         // The clock was set, or less is left than was said at first.
         Some(before) => StoredGrant { until_utc_ms, ..before },
-        None => StoredGrant { decision, until_utc_ms, longest: left },
+        None => {
+            let Permission { decision, flight, extent, .. } = permission.clone();
+            StoredGrant { decision, until_utc_ms, longest: left, flight, extent }
+        }
     }
 }
 
@@ -348,6 +402,7 @@ impl Line {
 enum Judgement {
     /// Neither wrong nor news.
     Old,
+    InAdvance,
     Believed,
 }
 

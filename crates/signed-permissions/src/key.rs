@@ -65,9 +65,9 @@ impl SecretKey {
         PublicKey(bytes)
     }
 
-    /// The signature under this permission of this vehicle. The same for the same permission, whatever its `valid_for`.
-    pub fn sign(&self, vehicle: &str, permission: &Permission) -> Vec<u8> {
-        self.pair.sign(&statement::bytes(vehicle, permission)).as_ref().to_vec()
+    /// The signature under this permission. The same for the same permission, whatever its `valid_for`.
+    pub fn sign(&self, permission: &Permission) -> Vec<u8> {
+        self.pair.sign(&statement::bytes(permission)).as_ref().to_vec()
     }
 
     /// As [`str::parse`] reads it. To be kept secret.
@@ -77,10 +77,10 @@ impl SecretKey {
 }
 
 impl PublicKey {
-    /// Whether the tower has signed this permission for this vehicle.
-    pub fn verifies(&self, vehicle: &str, permission: &Permission) -> bool {
+    /// Whether the tower has signed this permission.
+    pub fn verifies(&self, permission: &Permission) -> bool {
         let key = UnparsedPublicKey::new(&ED25519, self.0);
-        key.verify(&statement::bytes(vehicle, permission), &permission.signature).is_ok()
+        key.verify(&statement::bytes(permission), &permission.signature).is_ok()
     }
 }
 

@@ -205,7 +205,7 @@ struct Lifting {
     is_forbidden: bool,
 }
 
-/// Whether an area may be entered by it.
+/// Whether the area that it names may be entered by it.
 fn is_valid(permission: &v1::Permission, utc_ms: i64) -> bool {
     permission.state() == v1::PermissionState::Granted && utc_ms < permission.expires_utc_ms
 }
@@ -406,7 +406,8 @@ impl Witness {
                 continue;
             }
             let permission = self.permissions.get(&area.name);
-            let permitted = area.kind == AreaKind::Permission && permission.is_some_and(|it| is_valid(it, utc_ms));
+            let is_for_it = |it: &v1::Permission| is_valid(it, utc_ms) && it.extent == Some(area.extent().into());
+            let permitted = area.kind == AreaKind::Permission && permission.is_some_and(is_for_it);
             let leave_by = || {
                 let way_out = Duration::from_secs_f64(area.distance_to_border_m(position) / LEAVING_M_S);
                 Inside::Leaves(at.max(self.disturbed_until) + self.limits.notice + way_out)

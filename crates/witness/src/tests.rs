@@ -130,13 +130,14 @@ fn a_permission_that_is_withdrawn_counts_once_the_vehicle_can_know_it() {
             until_utc_ms: None,
             hours: None,
         };
+        let extent = Some(area.extent().into());
         let mut witness = Witness::with(limits).expecting(vec![area]);
         let mode = v1::FlightMode::Offboard as i32;
         for second in 0..200 {
             let now = Now { time: Time::after(Duration::from_secs(second)), utc_ms: second as i64 * 1000 };
             let state = if second < 10 { Granted } else { state };
-            let permission =
-                v1::Permission { area: "A".into(), state: state as i32, expires_utc_ms, ..Default::default() };
+            let (area, state, extent) = ("A".into(), state as i32, extent.clone());
+            let permission = v1::Permission { area, state, expires_utc_ms, extent, ..Default::default() };
             witness.take_in(now, &v1::PermissionLedger { permissions: vec![permission], ..Default::default() }.into());
             for &(at_s, for_s) in disturbed.iter().filter(|it| it.0 == second) {
                 witness.disturbed(Time::after(Duration::from_secs(at_s)), Duration::from_secs(for_s));
@@ -175,6 +176,38 @@ fn a_permission_that_is_withdrawn_counts_once_the_vehicle_can_know_it() {
     check(5, Revoked, &[(8, 20), (9, 19), (9, 5)], 33, &["entered 33"]);
     check(5, Revoked, &[(14, 20), (20, 20)], 40, &["stayed 66"]);
     check(5, Revoked, &[(14, 20), (20, 20)], 41, &["entered 41"]);
+}
+
+#[test]
+fn a_grant_for_another_area_of_the_name_lets_nobody_in() {
+    #[track_caller]
+    fn check(granted_to_east_m: f64, expected: &[&str]) {
+        let area = |east_m: f64| Area {
+            name: "A".into(),
+            kind: AreaKind::Permission,
+            corners: [(-5.0, -5.0), (20.0, 0.0), (-5.0, east_m)].map(|(n, e)| Ned::new(n, e, 0.0)).to_vec(),
+            floor_m: None,
+            ceiling_m: None,
+            from_utc_ms: None,
+            until_utc_ms: None,
+            hours: None,
+        };
+        let mut witness = Witness::default().expecting(vec![area(5.0)]);
+        let (name, state, extent) = ("A".into(), Granted as i32, Some(area(granted_to_east_m).extent().into()));
+        let permission = v1::Permission { area: name, state, expires_utc_ms: 9, extent, ..Default::default() };
+        let mode = v1::FlightMode::Offboard as i32;
+        let position = Some(v1::Ned { north_m: 0.0, east_m: 0.0, down_m: -10.0 });
+        let messages: [Message; 3] = [
+            v1::PermissionLedger { permissions: vec![permission], ..Default::default() }.into(),
+            v1::VehicleStatus { armed: true, intended_mode: mode, ..Default::default() }.into(),
+            v1::VehicleLocalPosition { position, ..Default::default() }.into(),
+        ];
+        messages.iter().for_each(|it| witness.take_in(Now::default(), it));
+        let said: Vec<String> = witness.breaches().iter().map(Breach::what).collect();
+        assert_eq!(said, expected);
+    }
+    check(5.0, &[]);
+    check(6.0, &["it entered area A without a permission: Granted"]);
 }
 
 #[test]

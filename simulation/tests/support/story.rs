@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use control_tower::policy::Policy;
 use kittiwake_proto::v1::MissionOutcome;
-use simulation::Simulation;
+use simulation::{Memory, Simulation};
 
 use super::simulation;
 
@@ -25,6 +25,11 @@ pub fn when(decided: &str) -> Simulation<'static> {
     let mut simulation = simulation(None, Policy::Grant);
     assert!(simulation.fly_until(decided, LIMIT), "{}", simulation.decision_log());
     simulation
+}
+
+/// Kills a process, which is there again with its memory after this time.
+pub fn kill(simulation: &mut Simulation<'_>, process: &str, time: Duration) {
+    simulation.restart(process, time, Memory::Kept);
 }
 
 /// Flies to the end of the mission: the vehicle is on the ground, nothing forbidden has happened, and these parts were decided in

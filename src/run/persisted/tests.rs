@@ -251,7 +251,13 @@ fn grants_are_published_although_each_state_that_is_saved_is_outdated_by_then() 
                 continue;
             }
             let (request_id, area) = (format!("{part} {n}"), "A".to_owned());
-            let request = Request::Permission(v1::PermissionRequest { request_id, area, ..Default::default() });
+            let request = Request::Permission(v1::PermissionRequest {
+                request_id,
+                area,
+                flight: "f".into(),
+                extent: Some(v1::AreaExtent { outline: vec![0; 32], ..Default::default() }),
+                ..Default::default()
+            });
             let event = Event::Request { vehicle: vehicle.into(), token: Token(n), request };
             persisted.on(Now::default(), event, &mut Vec::new());
             let mut effects = Vec::new();

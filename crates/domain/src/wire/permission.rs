@@ -2,7 +2,8 @@
 
 use kittiwake_proto::v1;
 
-use super::{InvalidMessage, duration, not_empty};
+use super::{InvalidMessage, duration, not_empty, out_of_range};
+use crate::area::Extent;
 use crate::permission::{Permission, PermissionState};
 
 impl From<PermissionState> for v1::PermissionState {
@@ -41,9 +42,30 @@ impl From<Permission> for v1::Permission {
             valid_for_s: permission.valid_for.as_secs_f64(),
             request_id: permission.request_id,
             decision: permission.decision,
-            plan_revision: permission.plan_revision,
             signature: permission.signature,
+            vehicle: permission.vehicle,
+            flight: permission.flight,
+            extent: permission.extent.map(Into::into),
         }
+    }
+}
+
+impl From<Extent> for v1::AreaExtent {
+    fn from(extent: Extent) -> v1::AreaExtent {
+        let Extent { outline, floor_tenth_mm, ceiling_tenth_mm } = extent;
+        v1::AreaExtent { outline: outline.to_vec(), floor_tenth_mm, ceiling_tenth_mm }
+    }
+}
+
+impl TryFrom<v1::AreaExtent> for Extent {
+    type Error = InvalidMessage;
+    fn try_from(extent: v1::AreaExtent) -> Result<Extent, InvalidMessage> {
+        let v1::AreaExtent { outline, floor_tenth_mm, ceiling_tenth_mm } = extent;
+        let bytes = outline.len();
+        let outline = outline.try_into();
+        let outline =
+            outline.map_err(|_| out_of_range("outline", format_args!("{bytes} bytes"), "a SHA-256, 32 bytes"))?;
+        Ok(Extent { outline, floor_tenth_mm, ceiling_tenth_mm })
     }
 }
 
@@ -58,8 +80,10 @@ impl TryFrom<v1::Permission> for Permission {
             valid_for: duration("valid_for_s", permission.valid_for_s)?,
             request_id: permission.request_id,
             decision: permission.decision,
-            plan_revision: permission.plan_revision,
             signature: permission.signature,
+            vehicle: permission.vehicle,
+            flight: permission.flight,
+            extent: permission.extent.map(Extent::try_from).transpose()?,
         })
     }
 }
@@ -84,8 +108,11 @@ mod tests {
     fn permission() -> impl Strategy<Value = Permission> {
         use PermissionState::*;
         let state = prop::sample::select(vec![Requested, Granted, Denied, Revoked, Expired]);
-        (name(), state, name(), any::<i64>(), 0..1_000_000u32, name(), any::<(u64, u64, [u8; 4])>()).prop_map(
-            |(area, state, reason, expires_utc_ms, valid_ms, request_id, (decision, plan_revision, signature))| {
+        let extent = any::<Option<([u8; 32], Option<i64>, Option<i64>)>>();
+        let whom = (name(), name(), extent);
+        (name(), state, name(), any::<i64>(), 0..1_000_000u32, name(), any::<(u64, [u8; 4])>(), whom).prop_map(
+            |(area, state, reason, expires_utc_ms, valid_ms, request_id, (decision, signature), whom)| {
+                let (vehicle, flight, extent) = whom;
                 Permission {
                     area,
                     state,
@@ -95,8 +122,14 @@ mod tests {
                     valid_for: Duration::from_millis(valid_ms.into()),
                     request_id,
                     decision,
-                    plan_revision,
                     signature: signature.to_vec(),
+                    vehicle,
+                    flight,
+                    extent: extent.map(|(outline, floor_tenth_mm, ceiling_tenth_mm)| Extent {
+                        outline,
+                        floor_tenth_mm,
+                        ceiling_tenth_mm,
+                    }),
                 }
             },
         )
@@ -123,5 +156,6 @@ mod tests {
         check(|permission| permission.state = 77);
         check(|permission| permission.valid_for_s = f64::NAN);
         check(|permission| permission.valid_for_s = -1.0);
+        check(|permission| permission.extent = Some(v1::AreaExtent::default()));
     }
 }

@@ -1,5 +1,7 @@
 //! What is believed and what is not, case by case and for anything that may come.
 
+use domain::area::AreaKind;
+use domain::geometry::Ned;
 use proptest::prelude::*;
 
 use super::*;
@@ -11,15 +13,36 @@ fn tower() -> SecretKey {
     SecretKey::of_seed([1; 32]).expect("a seed of 32 bytes makes a key")
 }
 
+/// A permission area of this name and size.
+fn area(name: &str, size_m: f64) -> Area {
+    Area {
+        name: name.into(),
+        kind: AreaKind::Permission,
+        corners: [(0.0, 0.0), (size_m, 0.0), (0.0, size_m)].map(|(north, east)| Ned::new(north, east, 0.0)).to_vec(),
+        floor_m: None,
+        ceiling_m: Some(50.0),
+        from_utc_ms: None,
+        until_utc_ms: None,
+        hours: None,
+    }
+}
+
+/// Of a vehicle in flight `f1`, in whose mission there is an area A.
 fn belief() -> Belief {
-    Belief::new("uav1", Some(tower().public()))
+    knowing(Some(tower().public()), &["A"])
+}
+
+fn knowing(key: Option<PublicKey>, names: &[&str]) -> Belief {
+    let mut belief = Belief::new("uav1", "f1".into(), key);
+    belief.know_areas(&names.iter().map(|it| area(it, 10.0)).collect());
+    belief
 }
 
 fn at(s: u64) -> Now {
     Now { time: Time::after(Duration::from_secs(s)), utc_ms: UTC_MS + 1000 * s as i64 }
 }
 
-/// A grant for area A, given at 0 s for 900 s, for plan 3.
+/// A grant for area A in flight `f1`, given at 0 s for 900 s.
 fn grant(decision: u64) -> Permission {
     Permission {
         area: "A".into(),
@@ -29,13 +52,15 @@ fn grant(decision: u64) -> Permission {
         valid_for: Duration::from_secs(900),
         request_id: "mcm-1-p1".into(),
         decision,
-        plan_revision: 3,
         signature: Vec::new(),
+        vehicle: "uav1".into(),
+        flight: "f1".into(),
+        extent: Some(area("A", 10.0).extent()),
     }
 }
 
 fn signed(permission: Permission) -> Permission {
-    Permission { signature: tower().sign("uav1", &permission), ..permission }
+    Permission { signature: tower().sign(&permission), ..permission }
 }
 
 fn state(state: PermissionState, decision: u64) -> Permission {
@@ -44,7 +69,7 @@ fn state(state: PermissionState, decision: u64) -> Permission {
 
 /// Takes one line at `s` seconds.
 fn take(belief: &mut Belief, s: u64, line: Permission) -> Result<(), Refusal> {
-    let taken = belief.take(at(s), Pace::REAL_TIME, 3, vec![line]);
+    let taken = belief.take(at(s), Pace::REAL_TIME, vec![line]);
     taken.refused.into_iter().next().map_or(Ok(()), |(_, refusal)| Err(refusal))
 }
 
@@ -62,10 +87,11 @@ fn what_the_tower_has_not_signed_for_this_vehicle_is_refused() {
     }
     check(signed(grant(5)), Ok(()));
     check(grant(5), Err(Refusal::Unsigned));
-    let other_vehicle = Permission { signature: tower().sign("uav2", &grant(5)), ..grant(5) };
-    check(other_vehicle, Err(Refusal::NotTheTowers));
+    let other_vehicle = || Permission { vehicle: "uav2".into(), ..grant(5) };
+    check(signed(other_vehicle()), Err(NotForIt::OtherVehicle("uav2".into()).into()));
+    check(Permission { vehicle: "uav1".into(), ..signed(other_vehicle()) }, Err(Refusal::NotTheTowers));
     let other_key = SecretKey::of_seed([2; 32]).unwrap();
-    check(Permission { signature: other_key.sign("uav1", &grant(5)), ..grant(5) }, Err(Refusal::NotTheTowers));
+    check(Permission { signature: other_key.sign(&grant(5)), ..grant(5) }, Err(Refusal::NotTheTowers));
 }
 
 #[test]
@@ -82,7 +108,11 @@ fn a_line_that_was_changed_is_refused() {
     check(|it| it.expires_utc_ms += 1);
     check(|it| it.request_id.push('1'));
     check(|it| it.decision += 1);
-    check(|it| it.plan_revision -= 1);
+    check(|it| it.vehicle = "uav2".into());
+    check(|it| it.flight = "f2".into());
+    check(|it| it.extent = None);
+    check(|it| it.extent = Some(area("A", 11.0).extent()));
+    check(|it| it.extent = it.extent.map(|it| Extent { floor_tenth_mm: Some(0), ..it }));
     check(|it| it.signature[10] ^= 1);
     check(|it| it.signature.truncate(63));
 }
@@ -111,7 +141,7 @@ fn a_grant_is_not_believed_after_a_later_decision_also_not_after_a_restart() {
 #[test]
 fn a_grant_ends_with_its_window_however_often_and_late_it_is_sent() {
     let mut belief = belief();
-    assert_eq!(take(&mut belief, 1000, signed(grant(5))), Err(Refusal::Expired { since_s: 100 }));
+    assert_eq!(take(&mut belief, 1000, signed(grant(5))), Err(NotForIt::Expired { since_s: 100 }.into()));
     take(&mut belief, 10, Permission { valid_for: Duration::from_secs(5000), ..signed(grant(5)) }).unwrap();
     assert_eq!(remaining_s(&belief, 10), Some(890), "`valid_for` is not signed, and bounded by what is");
     take(&mut belief, 20, Permission { valid_for: Duration::from_secs(30), ..signed(grant(5)) }).unwrap();
@@ -128,10 +158,10 @@ fn a_clock_that_is_set_cuts_no_grant_that_is_held_and_prolongs_none() {
         let left = |s: u64| signed(Permission { valid_for: Duration::from_secs(900 - s), ..grant(5) });
         take(&mut belief, 100, left(100)).unwrap();
         let wrong = Now { utc_ms: at(101).utc_ms + 1000 * set_s, ..at(101) };
-        let refused = belief.take(wrong, Pace::REAL_TIME, 3, vec![left(101)]).refused;
+        let refused = belief.take(wrong, Pace::REAL_TIME, vec![left(101)]).refused;
         assert_eq!((refused, remaining_s(&belief, 101)), (Vec::new(), Some(799)), "set by {set_s} s");
         // Nor does a repetition that claims more, while the clock is wrong.
-        belief.take(wrong, Pace::REAL_TIME, 3, vec![left(0)]);
+        belief.take(wrong, Pace::REAL_TIME, vec![left(0)]);
         assert_eq!(remaining_s(&belief, 101), Some(799), "set by {set_s} s");
         take(&mut belief, 102, left(102)).unwrap();
         assert_eq!(remaining_s(&belief, 102), Some(798), "set by {set_s} s, and corrected");
@@ -149,10 +179,58 @@ fn a_grant_that_has_expired_for_the_tower_has_expired() {
 }
 
 #[test]
-fn a_grant_for_a_plan_that_was_never_made_is_refused() {
-    let line = signed(Permission { plan_revision: 4, ..grant(5) });
-    assert_eq!(take(&mut belief(), 0, line), Err(Refusal::UnknownPlan { found: 4, newest: 3 }));
-    assert_eq!(take(&mut belief(), 0, signed(Permission { plan_revision: 0, ..grant(5) })), Ok(()), "by hand");
+fn a_grant_of_another_flight_or_for_another_place_is_refused_also_after_a_restart() {
+    #[track_caller]
+    fn check(line: Permission, expected: NotForIt) {
+        for restarts in [false, true] {
+            let mut vehicle = belief();
+            if restarts {
+                vehicle = started_again(&vehicle, 1, 0);
+            }
+            assert_eq!(take(&mut vehicle, 2, signed(line.clone())), Err(expected.clone().into()));
+            assert_eq!((remaining_s(&vehicle, 2), vehicle.highest()), (None, 0));
+        }
+    }
+    let (found, present) = ("f0".to_owned(), "f1".to_owned());
+    check(Permission { flight: "f0".into(), ..grant(5) }, NotForIt::OtherFlight { found, present });
+    check(Permission { extent: Some(area("A", 11.0).extent()), ..grant(5) }, NotForIt::OtherOutline);
+    let higher = Area { ceiling_m: Some(60.0), ..area("A", 10.0) };
+    check(Permission { extent: Some(higher.extent()), ..grant(5) }, NotForIt::OtherBand);
+}
+
+#[test]
+fn a_grant_in_advance_is_not_wrong_and_lets_nobody_in() {
+    let mut vehicle = belief();
+    let in_advance =
+        |area: &str| signed(Permission { area: area.into(), flight: String::new(), extent: None, ..grant(5) });
+    let taken = vehicle.take(at(0), Pace::REAL_TIME, vec![in_advance("A"), in_advance("elsewhere")]);
+    let expected = Taken { in_advance: vec![("A".into(), 5)], ..Taken::default() };
+    assert_eq!((taken, remaining_s(&vehicle, 0)), (expected, None));
+    assert_eq!((take(&mut vehicle, 1, signed(grant(6))), remaining_s(&vehicle, 1)), (Ok(()), Some(899)));
+    assert_eq!(vehicle.take(at(2), Pace::REAL_TIME, vec![in_advance("A")]), Taken::default(), "it is held, and older");
+}
+
+#[test]
+fn what_is_held_ends_with_the_flight_and_with_the_place_also_where_it_was_stored() {
+    for restarts in [false, true] {
+        let held = || {
+            let mut vehicle = belief();
+            take(&mut vehicle, 0, signed(grant(5))).unwrap();
+            if restarts { started_again(&vehicle, 1, 0) } else { vehicle }
+        };
+        assert!(remaining_s(&held(), 1).is_some());
+        let mut next_flight = held();
+        next_flight.begin_flight("f2".into());
+        assert_eq!(remaining_s(&next_flight, 1), None);
+        // One that lies elsewhere; one more of this name; none of this name any more.
+        for areas in [vec![area("A", 11.0)], vec![area("A", 10.0), area("A", 11.0)], Vec::new()] {
+            let mut other_place = held();
+            other_place.know_areas(&areas.into());
+            assert_eq!(remaining_s(&other_place, 1), None);
+            other_place.know_areas(&[area("A", 10.0), area("B", 9.0)].into());
+            assert!(remaining_s(&other_place, 1).is_some(), "it is the area that was granted");
+        }
+    }
 }
 
 #[test]
@@ -164,19 +242,23 @@ fn a_request_that_a_new_tower_hears_takes_no_grant_away() {
 }
 
 #[test]
-fn without_a_key_only_the_order_of_decisions_counts() {
-    let mut belief = Belief::new("uav1", None);
-    let line = Permission { expires_utc_ms: 0, plan_revision: 99, ..grant(5) };
-    assert_eq!(take(&mut belief, 0, line.clone()), Ok(()));
-    assert_eq!(
-        take(&mut belief, 1, Permission { decision: 4, ..line }),
-        Err(Refusal::Replayed { found: 4, latest: 5 })
-    );
+fn without_a_key_all_but_the_signature_counts() {
+    let mut belief = knowing(None, &["A"]);
+    assert_eq!(take(&mut belief, 0, grant(5)), Ok(()));
+    let refused = |line: Permission, expected: NotForIt| {
+        let mut belief = knowing(None, &["A"]);
+        take(&mut belief, 0, grant(5)).unwrap();
+        assert_eq!(take(&mut belief, 1, line), Err(expected.into()));
+    };
+    refused(grant(4), NotForIt::Replayed { found: 4, latest: 5 });
+    refused(Permission { vehicle: "uav2".into(), ..grant(6) }, NotForIt::OtherVehicle("uav2".into()));
+    refused(Permission { extent: Some(area("A", 11.0).extent()), ..grant(6) }, NotForIt::OtherOutline);
+    refused(Permission { expires_utc_ms: UTC_MS, ..grant(6) }, NotForIt::Expired { since_s: 1 });
 }
 
 #[test]
 fn names_from_the_network_do_not_fill_the_memory() {
-    let mut belief = Belief::new("uav1", None);
+    let mut belief = knowing(None, &[]);
     for n in 0..2 * MAX_AREAS {
         let _ = take(&mut belief, 0, Permission { area: n.to_string(), ..grant(5) });
     }
@@ -186,11 +268,12 @@ fn names_from_the_network_do_not_fill_the_memory() {
 #[test]
 fn areas_of_which_nothing_is_granted_any_more_make_room_and_no_old_grant_comes_back() {
     for restarts in [false, true] {
-        let mut vehicle = Belief::new("uav1", None);
+        let last = 2 * MAX_AREAS as u64;
+        let of_mission = || knowing(None, &["area 0", "area 1", &format!("area {last}")]);
+        let mut vehicle = of_mission();
         let line = |n: u64, decision| Permission { area: format!("area {n}"), ..grant(decision) };
         let denied = |n: u64, decision| Permission { state: PermissionState::Denied, ..line(n, decision) };
         take(&mut vehicle, 0, line(0, 1)).unwrap();
-        let last = 2 * MAX_AREAS as u64;
         for n in 1..last {
             assert_eq!(take(&mut vehicle, 0, denied(n, n + 10)), Ok(()), "area {n}");
         }
@@ -199,13 +282,13 @@ fn areas_of_which_nothing_is_granted_any_more_make_room_and_no_old_grant_comes_b
         if restarts {
             let latest = vehicle.latest().clone();
             let grant = vehicle.stored_grant("area 0").unwrap();
-            vehicle = Belief::new("uav1", None);
+            vehicle = of_mission();
             vehicle.restore(latest);
             vehicle.restore_grant("area 0".to_owned(), grant);
             vehicle.begin(at(0), Pace::REAL_TIME);
         }
         let replayed = take(&mut vehicle, 0, line(1, 5)).unwrap_err();
-        assert!(matches!(replayed, Refusal::Replayed { found: 5, .. }), "{replayed}");
+        assert!(matches!(replayed, Refusal::NotForIt(NotForIt::Replayed { found: 5, .. })), "{replayed}");
         assert!(!remaining_area(&vehicle, "area 1"));
         let old = Permission { state: PermissionState::Requested, ..line(last, 0) };
         assert_eq!(take(&mut vehicle, 0, old), Ok(()), "a request is no decision yet");
@@ -222,9 +305,10 @@ fn remaining_area(belief: &Belief, area: &str) -> bool {
 fn any_permission() -> impl Strategy<Value = Permission> {
     use PermissionState::*;
     let state = prop::sample::select(vec![Requested, Granted, Denied, Revoked, Expired]);
-    let texts = ("[a-c]{0,3}", "[a-c]{0,3}", "[a-c]{0,3}");
-    (texts, state, any::<i64>(), any::<u32>(), any::<u64>(), any::<u64>()).prop_map(
-        |((area, reason, request_id), state, expires_utc_ms, valid_ms, decision, plan_revision)| Permission {
+    let text = || "[a-c]{0,2}";
+    let extent = any::<Option<([u8; 32], Option<i64>, Option<i64>)>>();
+    ((text(), text(), text(), text(), text()), state, any::<i64>(), any::<u32>(), any::<u64>(), extent).prop_map(
+        |((area, reason, request_id, vehicle, flight), state, expires_utc_ms, valid_ms, decision, extent)| Permission {
             area,
             state,
             reason,
@@ -232,40 +316,56 @@ fn any_permission() -> impl Strategy<Value = Permission> {
             valid_for: Duration::from_millis(valid_ms.into()),
             request_id,
             decision,
-            plan_revision,
             signature: Vec::new(),
+            vehicle,
+            flight,
+            extent: extent.map(|(outline, floor_tenth_mm, ceiling_tenth_mm)| Extent {
+                outline,
+                floor_tenth_mm,
+                ceiling_tenth_mm,
+            }),
         },
     )
 }
 
 proptest! {
     #[test]
-    fn a_signature_is_under_one_statement_only(
-        (vehicle, first) in ("[a-c]{0,3}", any_permission()),
-        (other_vehicle, second) in ("[a-c]{0,3}", any_permission()),
-    ) {
-        let signature = tower().sign(&vehicle, &first);
-        let is_same = vehicle == other_vehicle
-            && first == Permission { valid_for: first.valid_for, ..second.clone() };
-        let verified = tower().public().verifies(&other_vehicle, &Permission { signature: signature.clone(), ..second });
+    fn a_signature_is_under_one_statement_only(first in any_permission(), other in any_permission(), changed in 0..11u8) {
+        let signature = tower().sign(&first);
+        let mut second = first.clone();
+        match changed {
+            0 => second.area = other.area,
+            1 => second.state = other.state,
+            2 => second.reason = other.reason,
+            3 => second.expires_utc_ms = other.expires_utc_ms,
+            4 => second.valid_for = other.valid_for,
+            5 => second.request_id = other.request_id,
+            6 => second.decision = other.decision,
+            7 => second.vehicle = other.vehicle,
+            8 => second.flight = other.flight,
+            9 => second.extent = other.extent,
+            _ => second = other,
+        }
+        let is_same = first == Permission { valid_for: first.valid_for, ..second.clone() };
+        let verified = tower().public().verifies(&Permission { signature: signature.clone(), ..second });
         prop_assert_eq!(verified, is_same);
-        let verified = tower().public().verifies(&vehicle, &Permission { signature, ..first });
+        let verified = tower().public().verifies(&Permission { signature, ..first });
         prop_assert!(verified);
     }
 
     #[test]
     fn a_signature_of_which_a_bit_was_changed_is_none(permission in any_permission(), bit in 0..512usize) {
-        let mut signature = tower().sign("uav1", &permission);
+        let mut signature = tower().sign(&permission);
         signature[bit / 8] ^= 1 << (bit % 8);
-        let verified = tower().public().verifies("uav1", &Permission { signature, ..permission });
+        let verified = tower().public().verifies(&Permission { signature, ..permission });
         prop_assert!(!verified);
     }
 
     #[test]
-    fn what_is_refused_is_not_held(permission in any_permission(), newest in any::<u64>(), s in 0..10_000u64) {
+    fn what_is_refused_is_not_held(permission in any_permission(), s in 0..10_000u64) {
         let line = Permission { area: "A".into(), ..permission };
         let mut belief = belief();
-        let taken = belief.take(at(s), Pace::REAL_TIME, newest, vec![line.clone(), Permission { decision: 1, ..line }]);
+        let taken = belief.take(at(s), Pace::REAL_TIME, vec![line.clone(), Permission { decision: 1, ..line }]);
         prop_assert_eq!(taken.refused.len(), 2);
         prop_assert_eq!(belief.remaining("A", at(s).time), None);
         prop_assert!(belief.latest().is_empty());
@@ -333,7 +433,7 @@ fn what_is_stored_changes_with_a_decision_or_a_clock_and_not_with_each_ledger() 
     assert_eq!(belief.stored_grant("A"), Some(first));
     // The clock goes wrong by 100 s, and what is left by mission time stays the same.
     let now = Now { utc_ms: UTC_MS - 80_000, ..at(20) };
-    belief.take(now, Pace::REAL_TIME, 3, vec![signed(Permission { valid_for: Duration::from_secs(880), ..grant(1) })]);
+    belief.take(now, Pace::REAL_TIME, vec![signed(Permission { valid_for: Duration::from_secs(880), ..grant(1) })]);
     assert_eq!(belief.stored_grant("A").map(|it| it.until_utc_ms), Some(UTC_MS - 80_000 + 879_900));
     take(&mut belief, 30, state(PermissionState::Revoked, 2)).unwrap();
     assert_eq!(belief.stored_grant("A"), None);

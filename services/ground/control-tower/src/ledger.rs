@@ -7,13 +7,15 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use domain::area::Extent;
 use domain::time::{Now, Time};
+use domain::wire::{InvalidMessage, not_empty};
 use kittiwake_proto::v1;
 
 use crate::numbers::Numbers;
 use crate::permission::{self, By, Expiry, Next, NotGranted, Ruling, Standing};
 use crate::policy::Answer;
-use crate::texts::{MAX_AREA_BYTES, MAX_REASON_BYTES, MAX_REQUEST_ID_BYTES};
+use crate::texts::{MAX_AREA_BYTES, MAX_FLIGHT_BYTES, MAX_REASON_BYTES, MAX_REQUEST_ID_BYTES};
 
 mod parts;
 
@@ -62,12 +64,14 @@ struct Shown {
 pub(crate) struct Line {
     pub(crate) standing: Standing,
     pub(crate) request_id: String,
-    pub(crate) plan_revision: u64,
     pub(crate) decision: u64,
+    /// The flight, and where the area is, as requested last; empty and `None` as long as only people have decided.
+    pub(crate) flight: String,
+    pub(crate) extent: Option<Extent>,
 }
 
 /// Why a request or a ruling was refused.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub(crate) enum Refusal {
     /// It names no area.
     #[error("`area` is missing")]
@@ -75,6 +79,12 @@ pub(crate) enum Refusal {
     /// Without an id a repetition would look like a new request.
     #[error("`request_id` is missing")]
     NoRequestId,
+    /// Its flight is too long to be one, and for a ledger.
+    #[error("`flight` has {bytes} bytes, more than the {MAX_FLIGHT_BYTES} that are served")]
+    LongFlight { bytes: usize },
+    /// It does not say for what flight, or where the area is: nothing could be granted by it.
+    #[error(transparent)]
+    Invalid(#[from] InvalidMessage),
     /// The id was used before, for another area.
     #[error("request `{id}` asked for area `{first}` before, and asks for `{now}` now")]
     OtherArea { id: String, first: String, now: String },
@@ -123,6 +133,11 @@ impl Ledger {
             return Err(Refusal::LongRequestId { bytes: request_id.len() });
         }
         check_name(area)?;
+        let flight = not_empty("flight", request.flight.clone())?;
+        if MAX_FLIGHT_BYTES < flight.len() {
+            return Err(Refusal::LongFlight { bytes: flight.len() });
+        }
+        let extent = Some(request.extent.clone().ok_or(InvalidMessage::Missing("extent"))?.try_into()?);
         numbers.go_on_above(request.latest_decision);
         if let Some((_, first)) = self.requests.iter().find(|(id, _)| id == request_id) {
             return if first == area {
@@ -136,11 +151,18 @@ impl Ledger {
             self.requests.pop_front();
         }
         self.requests.push_back((request_id.clone(), area.clone()));
-        let before = self.permissions.get(area).map(|it| it.line.standing.clone());
+        // What a person has forbidden is forbidden by its name. All else holds for what it was requested for; an answer in advance for
+        // whatever is requested first.
+        let holds = |it: &Line| {
+            let is_the_same = it.flight == flight && it.extent == extent;
+            is_the_same || !it.was_asked_for() || it.standing.is_forbidden_by_hand()
+        };
+        let before = self.permissions.get(area).map(|it| &it.line).filter(|it| holds(it));
+        let before = before.map(|it| it.standing.clone());
         let line = self.line(area);
         line.take(permission::on_request(before, now.time, fresh, answer), || numbers.next(now));
         line.request_id.clone_from(request_id);
-        line.plan_revision = request.plan_revision;
+        (line.flight, line.extent) = (flight, extent);
         Ok(())
     }
 
@@ -251,7 +273,7 @@ impl Ledger {
     fn line(&mut self, area: &str) -> &mut Line {
         let unknown = || {
             let standing = Standing::Requested { due: None };
-            let line = Line { standing, request_id: String::new(), plan_revision: 0, decision: 0 };
+            let line = Line { standing, request_id: String::new(), decision: 0, flight: String::new(), extent: None };
             Permission { line, waiting: None, shown: None }
         };
         &mut self.permissions.entry(area.to_owned()).or_insert_with(unknown).line
@@ -307,8 +329,10 @@ impl Line {
             valid_for_s: expiry.map_or(0.0, |it| (it.at - now).as_secs_f64()),
             request_id: self.request_id.clone(),
             decision: self.decision,
-            plan_revision: self.plan_revision,
             signature: Vec::new(),
+            vehicle: String::new(),
+            flight: self.flight.clone(),
+            extent: self.extent.map(Into::into),
         }
     }
 }

@@ -11,7 +11,8 @@
 //! knows every grant that is out. A tower that has lost decisions grants nothing until an operator has accepted that; until
 //! then every area can be revoked.
 //!
-//! The tower does not know where areas or vehicles are, and calls no other service.
+//! A grant is for one flight of the vehicle and for the place that was requested: a request for another area of the same name, or in another
+//! flight, is a new one. The tower does not know what lies there, nor where vehicles are, and calls no other service.
 
 use std::collections::BTreeMap;
 
@@ -238,10 +239,10 @@ fn published(health: &MemoryHealth) -> v1::MemoryHealth {
     MemoryHealth { loss, failing: failing.map(|it| shortened(&it, MAX_TROUBLE_BYTES)) }.into()
 }
 
-fn sign(key: &SecretKey, vehicle: &VehicleId, permission: &mut v1::Permission) {
+fn sign(key: &SecretKey, permission: &mut v1::Permission) {
     // What a tower publishes always makes sense; if it did not, no vehicle would believe it without a signature.
     if let Ok(statement) = Permission::try_from(permission.clone()) {
-        permission.signature = key.sign(vehicle, &statement);
+        permission.signature = key.sign(&statement);
     }
 }
 
@@ -290,8 +291,9 @@ impl Node for ControlTower {
             vehicle.ledger.advance(now, &mut vehicle.numbers, fresh);
             vehicle.ledger.settle(now.time, |decision| self.stored.has(id, decision));
             while let Some(mut part) = vehicle.next_part(now, self.rhythm) {
-                if let Some(key) = &self.key {
-                    part.permissions.iter_mut().for_each(|it| sign(key, id, it));
+                for permission in &mut part.permissions {
+                    permission.vehicle = id.to_string();
+                    self.key.iter().for_each(|key| sign(key, permission));
                 }
                 part.tower_start = self.start;
                 part.memory = Some(published(self.stored.health()));

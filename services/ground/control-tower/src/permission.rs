@@ -64,6 +64,11 @@ impl Standing {
         }
     }
 
+    /// Whether an operator has said no.
+    pub(crate) fn is_forbidden_by_hand(&self) -> bool {
+        matches!(self, Standing::Denied { by: By::Operator, .. } | Standing::Revoked { .. })
+    }
+
     /// Whether nothing of it holds at `now`: without it the vehicle has the same rights, and gets an answer when it asks again.
     pub(crate) fn may_be_forgotten(&self, now: Time) -> bool {
         match self {

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use domain::area::Extent;
 use domain::time::{Now, Pace};
 use domain::wire::{InvalidMessage, duration, not_empty};
 use kittiwake_proto::v1;
@@ -71,6 +72,7 @@ fn line(now: Now, pace: Pace, memory: &v1::PermissionMemory) -> Result<(String, 
         S::Revoked => Standing::Revoked { reason: reason() },
         S::Expired => Standing::Expired,
     };
-    let (plan_revision, decision) = (it.plan_revision, it.decision);
-    Ok((not_empty("area", it.area.clone())?, Line { standing, request_id, plan_revision, decision }))
+    let extent = it.extent.clone().map(Extent::try_from).transpose()?;
+    let (flight, decision) = (it.flight.clone(), it.decision);
+    Ok((not_empty("area", it.area.clone())?, Line { standing, request_id, decision, flight, extent }))
 }

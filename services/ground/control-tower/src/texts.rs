@@ -8,6 +8,8 @@ pub(crate) const MAX_AREA_BYTES: usize = 4 * LONGEST_NAME;
 pub(crate) const MAX_REASON_BYTES: usize = 256;
 /// Of a request: longer than any id that the mission manager makes.
 pub(crate) const MAX_REQUEST_ID_BYTES: usize = 64;
+/// Of a flight: longer than any that the mission manager names.
+pub(crate) const MAX_FLIGHT_BYTES: usize = 64;
 /// What is wrong with the memory, of which the tower's log has the whole: a sentence and a path.
 pub(crate) const MAX_TROUBLE_BYTES: usize = 512;
 

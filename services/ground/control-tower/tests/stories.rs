@@ -50,13 +50,14 @@ impl Story {
 
     /// The vehicle asks for an area.
     fn ask(mut self, id: &str, area: &str) -> Story {
-        let request = v1::PermissionRequest {
-            request_id: id.into(),
-            area: area.into(),
-            step_id: 1,
-            plan_revision: 1,
-            latest_decision: 0,
-        };
+        self.send("uav1", Request::Permission(request(id, area)));
+        self
+    }
+
+    /// It asks for an area of the same name that lies elsewhere, or in another flight.
+    fn ask_changed(mut self, id: &str, area: &str, change: impl FnOnce(&mut v1::PermissionRequest)) -> Story {
+        let mut request = request(id, area);
+        change(&mut request);
         self.send("uav1", Request::Permission(request));
         self
     }
@@ -323,18 +324,11 @@ fn an_invalid_request_is_refused_with_the_reason() {
 #[test]
 fn vehicles_beyond_the_limit_are_refused_with_the_reason() {
     let mut story = Story::of(Policy::Grant);
-    let request = || v1::PermissionRequest {
-        request_id: "1".into(),
-        area: "a".into(),
-        step_id: 1,
-        plan_revision: 1,
-        latest_decision: 0,
-    };
     for n in 0..65 {
-        story.send(&format!("uav{n}"), Request::Permission(request()));
+        story.send(&format!("uav{n}"), Request::Permission(request("1", "a")));
     }
     // A vehicle that is known is still served.
-    story.send("uav0", Request::Permission(v1::PermissionRequest { request_id: "2".into(), ..request() }));
+    story.send("uav0", Request::Permission(request("2", "a")));
     let last = story.log.split_off(64);
     let refused = "0 refused: 64 vehicles have asked already, the most that are served";
     assert_eq!(last, [refused, "0 uav0: a granted until 900 [2, decision 2]"]);
@@ -343,14 +337,7 @@ fn vehicles_beyond_the_limit_are_refused_with_the_reason() {
 #[test]
 fn each_vehicle_has_its_own_ledger() {
     let mut story = Story::of(Policy::Grant).ask("1", "a");
-    let request = v1::PermissionRequest {
-        request_id: "1".into(),
-        area: "b".into(),
-        step_id: 1,
-        plan_revision: 1,
-        latest_decision: 0,
-    };
-    story.send("uav2", Request::Permission(request));
+    story.send("uav2", Request::Permission(request("1", "b")));
     let request = v1::DecideRequest { vehicle: "uav1".into(), area: "b".into(), decision: 2, ..Default::default() };
     story.send("uav2", Request::Decide(request));
     story.expect_log(&[
@@ -390,7 +377,7 @@ fn a_grant_that_has_ended_while_no_tower_ran_is_not_given_anew_without_a_decisio
         }
     };
     let killed = || Story::of(Policy::Grant).ask("1", "a").wait(10.0);
-    let asked = v1::PermissionRequest { request_id: "2".into(), area: "a".into(), ..Default::default() };
+    let asked = request("2", "a");
     killed()
         .restart(Policy::Deny, 2000, arrives(Request::Permission(asked)))
         .expect_log(&["0 uav1: a granted until 900 [1, decision 1]", "2010 uav1: a denied (closed) [2, decision 2]"]);
@@ -476,4 +463,66 @@ fn a_memory_that_makes_no_sense_is_refused_and_changes_nothing() {
     check(|it| it.granted_for_s = f64::NAN);
     check(|it| it.permission.as_mut().unwrap().area.clear());
     check(|it| it.permission.as_mut().unwrap().state = 0);
+}
+
+/// In flight `f`, for an area that has the same place whatever its name.
+pub(crate) fn request(id: &str, area: &str) -> v1::PermissionRequest {
+    v1::PermissionRequest {
+        request_id: id.into(),
+        area: area.into(),
+        step_id: 1,
+        latest_decision: 0,
+        flight: "f".into(),
+        extent: Some(v1::AreaExtent { outline: vec![7; 32], ..Default::default() }),
+    }
+}
+
+#[test]
+fn what_was_granted_or_requested_for_another_place_or_flight_is_no_answer_and_a_denial_by_hand_is() {
+    let elsewhere = |it: &mut v1::PermissionRequest| it.extent.as_mut().unwrap().outline[0] = 8;
+    let higher = |it: &mut v1::PermissionRequest| it.extent.as_mut().unwrap().ceiling_tenth_mm = Some(1);
+    let next_flight = |it: &mut v1::PermissionRequest| it.flight = "g".into();
+    let changes: [fn(&mut v1::PermissionRequest); 3] = [elsewhere, higher, next_flight];
+    for (change, restarts) in changes.into_iter().flat_map(|it| [(it, false), (it, true)]) {
+        // A grant that holds is renewed at once; for anything else the policy takes its time again.
+        let mut story = Story::of(Policy::Delay).ask("1", "a").wait(5.0).ask("2", "a").wait(1.0);
+        if restarts {
+            story = story.restart(Policy::Delay, 0, |_| {});
+        }
+        story = story.ask_changed("3", "a", change).ask("4", "a");
+        story.decide(v1::Decision::Deny, "a").ask_changed("5", "a", change).expect_log(&[
+            "0 uav1: a requested [1, decision 0]",
+            "5 uav1: a granted until 905 [1, decision 1]",
+            "5 uav1: a granted until 905 [2, decision 2]",
+            "6 uav1: a requested [3, decision 2]",
+            "6 uav1: a requested [4, decision 2]",
+            "6 uav1: a denied (by hand) [4, decision 3]",
+            "6 uav1: a denied (by hand) [5, decision 4]",
+        ]);
+    }
+}
+
+#[test]
+fn a_grant_by_hand_in_advance_is_the_answer_to_the_first_request_and_to_no_other() {
+    let mut story = Story::of(Policy::Silent).decide(v1::Decision::Grant, "a").ask("1", "a");
+    story = story.ask_changed("2", "a", |it| it.flight = "g".into());
+    story.expect_log(&[
+        "0 uav1: a granted until 900 [, decision 1]",
+        "0 uav1: a granted until 900 [1, decision 2]",
+        "0 uav1: a requested [2, decision 2]",
+    ]);
+}
+
+#[test]
+fn a_request_that_does_not_say_for_what_is_refused() {
+    let mut story = Story::of(Policy::Grant);
+    story = story.ask_changed("1", "a", |it| it.flight.clear()).ask_changed("2", "a", |it| it.extent = None);
+    story = story.ask_changed("3", "a", |it| it.flight = "f".repeat(65));
+    story = story.ask_changed("4", "a", |it| it.extent = Some(v1::AreaExtent::default()));
+    story.expect_log(&[
+        "0 refused: `flight` is missing",
+        "0 refused: `extent` is missing",
+        "0 refused: `flight` has 65 bytes, more than the 64 that are served",
+        "0 refused: `outline` is 0 bytes, expected a SHA-256, 32 bytes",
+    ]);
 }

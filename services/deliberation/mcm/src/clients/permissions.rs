@@ -1,12 +1,15 @@
 //! Permissions as the control tower's ledger has them, and the requests for them.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 use std::time::Duration;
 
 use domain::airspace::Grants;
+use domain::area::{Area, Extent};
 use domain::permission::{Permission, PermissionState};
 use domain::plan::{Denial, DenialKind, PermissionNeed, StepId};
 use domain::time::{Now, Pace, Time};
+use domain::wire::InvalidMessage;
 use kittiwake_proto::topics::Request;
 use kittiwake_proto::v1;
 use node::CallError;
@@ -51,24 +54,18 @@ pub(crate) struct Permissions {
     has_heard: bool,
     /// Areas with why a line of the ledger was refused: each is said once.
     refused: BTreeSet<(String, Refusal)>,
-    /// Areas that are held although a line said no: the highest number of such a line, and how often the tower was asked about it.
+    /// Areas that are held although a line said no, or granted in advance: the highest number of such a line, and how often the tower was
+    /// asked about it.
     doubted: BTreeMap<String, (u64, u32)>,
-    /// Makes request ids unique among starts of this process.
+    /// Makes request ids and flights unique among starts of this process.
     instance: u64,
+    /// How many flights this process has begun.
+    flights: u64,
     revision: u64,
 }
 
 /// Refusals that are said one by one; what a forger invents beyond that is only counted.
 const MAX_REFUSALS: usize = 64;
-
-/// What an area is asked for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct NeededBy {
-    /// The step during which it is asked for.
-    pub(crate) step: StepId,
-    /// The revision of the plan.
-    pub(crate) plan_revision: u64,
-}
 
 /// Wall time after the start of the process within which a tower that can be heard is heard. (ENG: a ledger comes once a second of wall
 /// time, and a link to the ground is there within another.)
@@ -81,16 +78,16 @@ const GRANT_AGE: Duration = Duration::from_secs(2);
 #[derive(Debug)]
 enum PermissionRequest {
     /// Sent this many times, and not answered yet.
-    Sent { tries: u32, answer_by: Time, after_decision: u64, by: NeededBy, undelivered: Option<CallError> },
+    Sent { tries: u32, answer_by: Time, after_decision: u64, by: StepId, undelivered: Option<CallError> },
     /// Denied; kept until the failed step has been reported.
     Denied(Denial),
 }
 
 impl Permissions {
-    /// Of `vehicle`; `instance` makes request ids unique among restarts.
+    /// Of `vehicle`; `instance` makes request ids and flights unique among restarts.
     pub(crate) fn new(vehicle: &str, instance: u64) -> Permissions {
         Permissions {
-            belief: Belief::new(vehicle, None),
+            belief: Belief::new(vehicle, flight(instance, 0), None),
             requests: BTreeMap::new(),
             asked_ahead: BTreeSet::new(),
             renewals: BTreeMap::new(),
@@ -102,8 +99,30 @@ impl Permissions {
             refused: BTreeSet::new(),
             doubted: BTreeMap::new(),
             instance,
+            flights: 0,
             revision: 0,
         }
+    }
+
+    /// The present flight, as requests and grants name it.
+    pub(crate) fn flight(&self) -> &str {
+        self.belief.flight()
+    }
+
+    /// Another flight begins.
+    pub(crate) fn begin_flight(&mut self) {
+        self.flights += 1;
+        self.belief.begin_flight(flight(self.instance, self.flights));
+    }
+
+    /// After a restart this flight goes on.
+    pub(crate) fn go_on_with(&mut self, flight: String) {
+        self.belief.begin_flight(flight);
+    }
+
+    /// The mission's areas as they are known now.
+    pub(crate) fn know_areas(&mut self, areas: &Arc<[Area]>) {
+        self.belief.know_areas(areas);
     }
 
     /// Only what this key verifies is believed from now on.
@@ -114,12 +133,17 @@ impl Permissions {
     /// The last decision on each area: to be stored, and restored at the next start.
     pub(crate) fn stored(&self) -> Vec<v1::AreaDecision> {
         let decision = |(area, &decision): (&String, &u64)| {
-            let grant = self.belief.stored_grant(area);
+            let (area, grant) = (area.clone(), self.belief.stored_grant(area));
+            let Some(StoredGrant { until_utc_ms, longest, flight, extent, .. }) = grant else {
+                return v1::AreaDecision { area, decision, ..Default::default() };
+            };
             v1::AreaDecision {
-                area: area.clone(),
+                area,
                 decision,
-                granted_until_utc_ms: grant.map_or(0, |it| it.until_utc_ms),
-                granted_for_ms: grant.map_or(0, |it| it.longest.as_millis() as u64),
+                granted_until_utc_ms: until_utc_ms,
+                granted_for_ms: longest.as_millis() as u64,
+                flight,
+                extent: extent.map(Into::into),
             }
         };
         self.belief.latest().iter().map(decision).collect()
@@ -130,15 +154,24 @@ impl Permissions {
         self.tower_start
     }
 
-    /// Continues after a restart.
-    pub(crate) fn restore(&mut self, decisions: &[v1::AreaDecision], tower_start: u64) {
+    /// Continues after a restart with the tower's decisions: by the grants among them only what [`Permissions::go_on_with`] names is flown.
+    ///
+    /// # Errors
+    /// What makes no sense in a grant; it is left out then, and those after it.
+    pub(crate) fn restore(&mut self, decisions: &[v1::AreaDecision], tower_start: u64) -> Result<(), InvalidMessage> {
         self.tower_start = tower_start;
         self.belief.restore(decisions.iter().map(|it| (it.area.clone(), it.decision)));
         for it in decisions.iter().filter(|it| it.granted_for_ms != 0) {
-            let longest = Duration::from_millis(it.granted_for_ms);
-            let grant = StoredGrant { decision: it.decision, until_utc_ms: it.granted_until_utc_ms, longest };
+            let grant = StoredGrant {
+                decision: it.decision,
+                until_utc_ms: it.granted_until_utc_ms,
+                longest: Duration::from_millis(it.granted_for_ms),
+                flight: it.flight.clone(),
+                extent: it.extent.clone().map(Extent::try_from).transpose()?,
+            };
             self.belief.restore_grant(it.area.clone(), grant);
         }
+        Ok(())
     }
 
     /// The present moment: the first one begins what was restored.
@@ -206,10 +239,9 @@ impl Permissions {
         is_another
     }
 
-    /// Takes in a ledger. Returns the tower's decisions since the last one, and what is not believed. `newest_plan` is the
-    /// revision of the plan that was adopted last.
-    pub(crate) fn on_ledger(&mut self, now: Now, pace: Pace, newest_plan: u64, ledger: Vec<Permission>) -> Taken {
-        let taken = self.belief.take(now, pace, newest_plan, ledger);
+    /// Takes in a ledger. Returns the tower's decisions since the last one, and what is not believed.
+    pub(crate) fn on_ledger(&mut self, now: Now, pace: Pace, ledger: Vec<Permission>) -> Taken {
+        let taken = self.belief.take(now, pace, ledger);
         self.revision += taken.decided.len() as u64;
         taken
     }
@@ -220,7 +252,7 @@ impl Permissions {
     }
 
     /// Asks for the permissions that `step` needs, unless a request is under way already.
-    pub(crate) fn ask(&mut self, now: Time, area: &str, by: NeededBy, limits: &Limits, outbox: &mut Outbox) {
+    pub(crate) fn ask(&mut self, now: Time, area: &str, by: StepId, limits: &Limits, outbox: &mut Outbox) {
         if !matches!(self.requests.get(area), Some(PermissionRequest::Sent { .. })) {
             let after_decision = self.belief.permission(area).map_or(0, |it| it.decision);
             let request = PermissionRequest::Sent { tries: 0, answer_by: now, after_decision, by, undelivered: None };
@@ -229,14 +261,14 @@ impl Permissions {
         self.send_if_overdue(now, area, limits, outbox);
     }
 
-    /// Asks the tower about `area`, which is held although a line of this number says no; returns whether that is new. A few requests are
-    /// enough: what is only a recording comes again and again.
+    /// Asks the tower about `area`, which is held although a line of this number says no, or which a line grants in advance; returns whether
+    /// that is new. A few requests are enough: what is only a recording comes again and again.
     pub(crate) fn doubt(
         &mut self,
         now: Time,
         area: &str,
         found: u64,
-        by: NeededBy,
+        by: StepId,
         limits: &Limits,
         outbox: &mut Outbox,
     ) -> bool {
@@ -251,7 +283,7 @@ impl Permissions {
 
     /// Asks again for `area`, whose permission is held and will expire, or is of a tower that is gone, or doubted; returns whether a request
     /// was sent. Answers are overdue as for any other request, but silence is no denial here: the flight reacts to the expiry itself.
-    pub(crate) fn renew(&mut self, now: Time, area: &str, by: NeededBy, limits: &Limits, outbox: &mut Outbox) -> bool {
+    pub(crate) fn renew(&mut self, now: Time, area: &str, by: StepId, limits: &Limits, outbox: &mut Outbox) -> bool {
         if self.requests.contains_key(area) || self.renewals.get(area).is_some_and(|until| now < *until) {
             return false;
         }
@@ -375,13 +407,21 @@ impl Permissions {
         self.send(area, by, limits, outbox);
     }
 
-    fn send(&mut self, area: &str, by: NeededBy, limits: &Limits, outbox: &mut Outbox) {
+    fn send(&mut self, area: &str, by: StepId, limits: &Limits, outbox: &mut Outbox) {
         self.last_request += 1;
-        let request_id = format!("mcm-{:x}-p{}", self.instance, self.last_request);
-        let NeededBy { step, plan_revision } = by;
-        let (area_name, latest_decision) = (area.to_owned(), self.belief.highest());
-        let request =
-            v1::PermissionRequest { request_id, area: area_name, step_id: step.0, plan_revision, latest_decision };
+        let request = v1::PermissionRequest {
+            request_id: format!("mcm-{:x}-p{}", self.instance, self.last_request),
+            area: area.to_owned(),
+            step_id: by.0,
+            latest_decision: self.belief.highest(),
+            flight: self.flight().to_owned(),
+            extent: self.belief.extent(area).map(Into::into),
+        };
         outbox.call(Purpose::Permission(area.to_owned()), Request::Permission(request), limits.permission_answer);
     }
+}
+
+/// The name of a flight: no other process that was ever started has given it.
+fn flight(instance: u64, number: u64) -> String {
+    format!("{instance:x}-{number}")
 }

@@ -91,8 +91,9 @@ impl World {
                     self.airspace_watch.invalidate();
                     self.say("permission", "the control tower was started again".to_owned());
                 }
-                let (pace, plan) = (self.limits.pace, self.planner.highest_revision());
-                let Taken { decided, refused, outdated } = self.permissions.on_ledger(self.now, pace, plan, ledger);
+                let pace = self.limits.pace;
+                let Taken { decided, refused, outdated, in_advance } =
+                    self.permissions.on_ledger(self.now, pace, ledger);
                 if is_whole {
                     self.permissions.on_whole_ledger();
                 }
@@ -106,6 +107,13 @@ impl World {
                     self.outbox.refuse(Topic::PermissionLedger, format_args!("area {area}: {refusal}"));
                     if self.permissions.is_news(&area, &refusal) {
                         self.say("permission", format!("area {area}: a permission is not believed: {refusal}"));
+                    }
+                }
+                for (area, number) in in_advance {
+                    let (now, by) = (self.now.time, self.needed_by());
+                    if self.permissions.doubt(now, &area, number, by, &self.limits, &mut self.outbox) {
+                        let text = format!("asking for area {area}, which was granted in advance");
+                        self.record(Said::new("permission", DecisionKind::PermissionAsked, text).about_area(area));
                     }
                 }
                 for Outdated { area, found, latest } in outdated {

@@ -239,6 +239,7 @@ impl World {
         self.now = now;
         self.clock.pass(now, self.limits.pace);
         self.permissions.pass(now, self.limits.pace);
+        self.permissions.know_areas(self.planner.areas());
     }
 
     /// Mission time.

@@ -1,8 +1,8 @@
 //! The next flight: a mission that was uploaded after the end of the one before, begun by an operator's order.
 //!
 //! Nothing begins by itself: that a mission waits is shown like one that waits for its first start, and `start` begins it. What
-//! belonged to the flight before is over then (its end, its report, its plan, what was ordered); what is known of the vehicle and of the
-//! permissions stays. A vehicle that has crashed begins nothing: it is inspected first.
+//! belonged to the flight before is over then (its end, its report, its plan, what was ordered, what was granted); what is known of the
+//! vehicle and of the numbers of the tower's decisions stays. A vehicle that has crashed begins nothing: it is inspected first.
 
 use domain::contingency::{MEMORY_UNUSABLE, MEMORY_UNWRITABLE};
 
@@ -92,6 +92,7 @@ impl World {
         self.mission = Mission { vehicle_name, ..Mission::default() };
         self.operator = Operator::of_next_flight(std::mem::take(&mut self.operator));
         self.forget_frame();
+        self.permissions.begin_flight();
         (self.unplanned_landing, self.was_flying) = (None, false);
         self.clock.begin(self.now);
     }

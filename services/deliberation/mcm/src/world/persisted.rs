@@ -61,7 +61,6 @@ impl World {
             loss: self.memory.own().loss.clone().map(Into::into),
             accepted_planner_loss: self.memory.accepted_loss(),
             decisions: self.permissions.stored(),
-            plan_revision: self.planner.highest_revision(),
             sites: self.mission_sites().iter().map(Into::into).collect(),
             decision_numbers: self.journal.ceiling(),
             ended_epoch: self.mission.ended_epoch.unwrap_or_default(),
@@ -69,6 +68,7 @@ impl World {
             began_utc_ms: self.clock.began_utc_ms(),
             clock_set_by_ms: self.clock.set_by_ms(),
             tower_start: self.permissions.tower_start(),
+            flight: self.permissions.flight().to_owned(),
             flying: self.was_flying,
             lands_by_plan: self.was_flying && self.landing_by_plan().is_some(),
             lands_at: self.landing_by_plan().filter(|_| self.was_flying).map(Into::into),
@@ -85,15 +85,14 @@ impl World {
         }
     }
 
-    /// Continues from `memory`; to be called before anything else. What the control tower has decided, the numbers of decisions and a crash
-    /// count for another mission as well. So does everything else of a vehicle that was in the air: its mission file was changed while it flew, and
-    /// what was ordered holds; the rest waits for an operator.
+    /// Continues from `memory`; to be called before anything else. The numbers of the tower's decisions, those of the manager's own, and a crash
+    /// count for another mission as well. So does everything else, the flight and its grants among it, of a vehicle that was in the air: its
+    /// mission file was changed while it flew, and what was ordered holds; the rest waits for an operator.
     ///
     /// # Errors
     /// Why the rest of the state cannot be used; nothing else is changed then.
     pub(crate) fn resume(&mut self, configured: &str, mut memory: v1::McmMemory) -> Result<(), UnusableState> {
-        self.permissions.restore(&memory.decisions, memory.tower_start);
-        self.planner.restore_revision(memory.plan_revision);
+        let grants = self.permissions.restore(&memory.decisions, memory.tower_start);
         self.journal.number_above(memory.decision_numbers);
         let (why, is_inspected) = (std::mem::take(&mut memory.crash), memory.is_crash_inspected);
         self.crash = (!why.is_empty()).then_some(Crash { why, is_inspected });
@@ -101,6 +100,7 @@ impl World {
         if is_of_another && !(memory.flying && memory.report.is_none()) {
             return Err(UnusableState::OfAnotherMission);
         }
+        grants?;
         let frame = memory.frame.map(Frame::try_from).transpose()?;
         let landing_site = memory.landing_site.map(Ned::try_from).transpose()?;
         let lands_at = memory.lands_at.map(Ned::try_from).transpose()?;
@@ -111,6 +111,7 @@ impl World {
         let report = memory.report.map(MissionReport::try_from).transpose()?;
         let sites = memory.sites.into_iter().map(Site::try_from).collect::<Result<_, _>>()?;
         let overriding = Some(memory.overriding).filter(|it| !it.is_empty());
+        self.permissions.go_on_with(memory.flight);
         self.restore_frame(frame);
         (self.was_flying, self.landed_by_plan) = (memory.flying, lands_at.filter(|_| memory.lands_by_plan));
         self.planner.known_areas_mut().restore(memory.areas);

@@ -12,7 +12,7 @@ use signed_permissions::key::PublicKey;
 
 use super::World;
 use super::operator::is_order;
-use crate::clients::permissions::{Asking, NeededBy};
+use crate::clients::permissions::Asking;
 use crate::clients::planner::Next;
 use crate::journal::{Cause, Said};
 
@@ -156,10 +156,9 @@ impl World {
         self.permissions.verify_with(key);
     }
 
-    /// What a permission that is asked for now is needed for.
-    pub(super) fn needed_by(&self) -> NeededBy {
-        let step = self.planner.step().map_or(StepId(0), |(step, ..)| step.id);
-        NeededBy { step, plan_revision: self.planner.revision() }
+    /// The step that a permission is needed for that is asked for now.
+    pub(super) fn needed_by(&self) -> StepId {
+        self.planner.step().map_or(StepId(0), |(step, ..)| step.id)
     }
 
     /// The state of the request for a permission.

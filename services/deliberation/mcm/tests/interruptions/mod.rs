@@ -29,8 +29,10 @@ fn ledger(state: v1::PermissionState, valid_for_s: f64, decision: u64) -> v1::Pe
 /// A transition through area A is flown, with the permission; the planner has said to hold.
 fn in_transition() -> Rig {
     let (mut rig, skill) = under_way_to(500.0);
-    rig.say(ledger(v1::PermissionState::Granted, 900.0, 1));
-    rig.say(v1::PlannerStatus { areas: vec![area_a()], ..Default::default() });
+    rig.together(|rig| {
+        rig.say(v1::PlannerStatus { areas: vec![area_a()], ..Default::default() });
+        rig.say(ledger(v1::PermissionState::Granted, 900.0, 1));
+    });
     rig.end(&skill, Failed, "x");
     rig.plan(v1::replan_reply::Reply::Hold(v1::HoldUntil { wait_s: 500.0, reason: "later".into(), planned: false }));
     assert_eq!(rig.story(), "replan after 1 (failed: x) []\nstart fly 0 500 10");
@@ -327,8 +329,10 @@ fn the_mission_does_not_end_on_the_ground_as_long_as_nobody_says_that_it_is_ther
 /// The vehicle is in the middle of area A, with a grant of the tower that began first.
 fn inside_a(decision: u64) -> Rig {
     let (mut rig, _) = under_way_to(500.0);
-    rig.say(v1::PermissionLedger { tower_start: 1, ..ledger(v1::PermissionState::Granted, 900.0, decision) });
-    rig.say(v1::PlannerStatus { areas: vec![area_a()], ..Default::default() });
+    rig.together(|rig| {
+        rig.say(v1::PlannerStatus { areas: vec![area_a()], ..Default::default() });
+        rig.say(v1::PermissionLedger { tower_start: 1, ..ledger(v1::PermissionState::Granted, 900.0, decision) });
+    });
     rig.vehicle(true, Offboard, (0.0, 200.0, 10.0));
     rig.story();
     rig

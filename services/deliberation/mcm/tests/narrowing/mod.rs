@@ -52,8 +52,10 @@ fn with_area(mut rig: Rig) -> Rig {
     let granted = v1::PermissionState::Granted as i32;
     let entry =
         v1::Permission { area: "A".into(), state: granted, valid_for_s: 900.0, decision: 1, ..Default::default() };
-    rig.say(v1::PermissionLedger { permissions: vec![entry], ..Default::default() });
-    rig.say(v1::PlannerStatus { areas: vec![area], ..Default::default() });
+    rig.together(|rig| {
+        rig.say(v1::PlannerStatus { areas: vec![area], ..Default::default() });
+        rig.say(v1::PermissionLedger { permissions: vec![entry], ..Default::default() });
+    });
     rig.wait(0.5);
     rig.story();
     rig

@@ -108,12 +108,39 @@ fn above_the_pad() -> v1::PlannerStatus {
     v1::PlannerStatus { areas: vec![area], ..Default::default() }
 }
 
+/// It says for nothing yet: the tower is asked, so that it does, and a recording achieves no more than a few questions.
+#[test]
+fn an_area_of_the_mission_that_is_granted_in_advance_is_asked_for() {
+    let mut rig = Rig::new();
+    rig.say(above_the_pad());
+    let line = v1::Permission {
+        area: "A".into(),
+        state: Granted as i32,
+        valid_for_s: 1000.0,
+        decision: 1,
+        vehicle: "uav1".into(),
+        // With one the line is not completed.
+        signature: vec![1],
+        ..Default::default()
+    };
+    let mut asked = 0;
+    for _ in 0..60 {
+        rig.say(v1::PermissionLedger { permissions: vec![line.clone()], ..Default::default() });
+        rig.wait(1.0);
+        asked += rig.story().matches("ask A").count();
+    }
+    assert_eq!(asked, 3);
+    let said = |it: &&String| it.contains("asking for area A, which was granted in advance");
+    assert_eq!(rig.decisions.iter().filter(said).count(), 1);
+}
+
 /// What the tower has revoked meanwhile, a vehicle that stands can wait to hear.
 #[test]
 fn no_takeoff_begins_by_a_permission_that_is_only_remembered() {
     #[track_caller]
     fn check(in_a_next_life: bool, begins: &str) {
         let mut rig = Rig::new();
+        rig.say(above_the_pad());
         decide(&mut rig, &[("A", Granted, 1000.0, 1)]);
         let mut rig = if in_a_next_life { rig.started_again() } else { rig };
         rig.vehicle(false, Loiter, (0.0, 0.0, 0.0));

@@ -7,9 +7,11 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
+use domain::area::{Area, AreaKind};
 use domain::contingency::Contingencies;
 use domain::energy::EnergyModel;
 use domain::file::Source;
+use domain::geometry::Ned;
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::{Message, Request, Response};
 use kittiwake_proto::v1;
@@ -53,6 +55,11 @@ plan_approval = "none"
 plan_approval_limit_s = 60.0
 plan_approval_default = "refuse"
 "#;
+
+/// The wall clock stands still.
+const UTC_MS: i64 = 0;
+/// What the manager calls its first flight.
+const FLIGHT: &str = "1-0";
 
 /// Of latitude.
 const METRES_PER_DEGREE: f64 = 111_320.0;
@@ -98,6 +105,8 @@ pub struct Rig {
     answer: Option<v1::OperatorReply>,
     commands: u64,
     reported: bool,
+    /// As the planner has said last.
+    planner: v1::PlannerStatus,
     /// Whether the planner has told how many plans it has made.
     has_heard_planner: bool,
     /// All its decisions, in words.
@@ -192,6 +201,7 @@ impl Rig {
             answer: None,
             commands: 0,
             reported: false,
+            planner: v1::PlannerStatus::default(),
             has_heard_planner: false,
             decisions: Vec::new(),
             records: Vec::new(),
@@ -274,9 +284,36 @@ impl Rig {
     }
 
     pub fn say(&mut self, message: impl Into<Message>) {
-        let message = message.into();
-        self.has_heard_planner |= matches!(message, Message::PlannerStatus(_));
+        let mut message = message.into();
+        match &mut message {
+            Message::PlannerStatus(status) => {
+                self.has_heard_planner = true;
+                self.planner.clone_from(status);
+            }
+            Message::PermissionLedger(ledger) => ledger.permissions.iter_mut().for_each(|it| self.complete(it)),
+            _ => {}
+        }
         self.event(Event::Message { vehicle: "uav1".into(), message });
+    }
+
+    /// What a line that is not signed does not say is said as the tower would answer this vehicle.
+    pub fn complete(&self, line: &mut v1::Permission) {
+        if !line.signature.is_empty() {
+            return;
+        }
+        let or = |text: &mut String, other: &str| {
+            if text.is_empty() {
+                other.clone_into(text)
+            }
+        };
+        or(&mut line.vehicle, "uav1");
+        or(&mut line.flight, FLIGHT);
+        if line.expires_utc_ms == 0 {
+            line.expires_utc_ms = UTC_MS + (1000.0 * line.valid_for_s) as i64;
+        }
+        let told = self.planner.areas.iter().find(|it| it.name == line.area);
+        let area = told.map_or(far_away(&line.area), |it| it.clone().try_into().expect("an area"));
+        line.extent.get_or_insert(area.extent().into());
     }
 
     /// Another process of the monitor has appeared.
@@ -332,9 +369,25 @@ impl Rig {
         self.event(Event::Reply { call, result });
     }
 
+    /// The planner has told of every area that these steps ask for; those of which the story says nothing are far away from it.
+    fn tell_areas(&mut self, steps: &[v1::PlanStep]) {
+        let mut status = self.planner.clone();
+        for name in steps.iter().flat_map(|it| &it.ask_permissions) {
+            if status.areas.iter().all(|it| it.name != *name) {
+                status.areas.push((&far_away(name)).into());
+            }
+        }
+        if status != self.planner {
+            self.say(status);
+        }
+    }
+
     /// The planner answers the open request for a plan.
     #[track_caller]
     pub fn plan(&mut self, reply: v1::replan_reply::Reply) {
+        if let v1::replan_reply::Reply::Plan(plan) = &reply {
+            self.tell_areas(&plan.steps);
+        }
         let reply = v1::ReplanReply { reply: Some(reply) };
         self.answer(|it| matches!(it, Request::Replan(_)).then(|| Ok(Response::Replan(reply.clone()))));
     }
@@ -342,6 +395,7 @@ impl Rig {
     /// The planner answers the prefetch.
     #[track_caller]
     pub fn next(&mut self, step: Option<v1::PlanStep>) {
+        self.tell_areas(step.as_slice());
         let reply = v1::NextStepReply { step };
         self.answer(|it| matches!(it, Request::NextStep(_)).then(|| Ok(Response::NextStep(reply.clone()))));
     }
@@ -426,7 +480,7 @@ impl Rig {
     }
 
     fn event(&mut self, event: Event) {
-        let now = Now { time: self.now, utc_ms: 0 };
+        let now = Now { time: self.now, utc_ms: UTC_MS };
         let mut effects = Vec::new();
         self.mcm.on(now, event, &mut effects);
         effects.into_iter().for_each(|it| self.write_down(it));
@@ -437,7 +491,7 @@ impl Rig {
 
     fn act(&mut self) {
         let mut effects = Vec::new();
-        self.mcm.act(Now { time: self.now, utc_ms: 0 }, &mut effects);
+        self.mcm.act(Now { time: self.now, utc_ms: UTC_MS }, &mut effects);
         effects.into_iter().for_each(|it| self.write_down(it));
     }
 
@@ -473,6 +527,20 @@ impl Rig {
             }
             _ => {}
         }
+    }
+}
+
+fn far_away(name: &str) -> Area {
+    let corner = |(north_m, east_m)| Ned::new(50_000.0 + north_m, 50_000.0 + east_m, 0.0);
+    Area {
+        name: name.into(),
+        kind: AreaKind::Permission,
+        corners: [(0.0, 0.0), (9.0, 0.0), (0.0, 9.0)].map(corner).to_vec(),
+        floor_m: None,
+        ceiling_m: None,
+        from_utc_ms: None,
+        until_utc_ms: None,
+        hours: None,
     }
 }
 

@@ -10,8 +10,9 @@ use crate::vehicle::Rhythm;
 /// Of the lines of one part: far below the 12,000 bytes of a message that cross (`config/zenoh/link.toml`), and two of them fit into what may
 /// wait for the link. (ENG: it crosses twice, over both connections: a full one takes a second of 64 kbit/s.)
 const MAX_LINES_BYTES: usize = 4096;
-/// Of a line without its texts: five numbers of at most 11 bytes, the signature, and the lengths.
-const REST_OF_LINE_BYTES: usize = 160;
+/// Of a line without its other texts: four numbers of at most 11 bytes, the signature, the vehicle's name of at most 64 bytes, where the area
+/// is, and the lengths.
+const REST_OF_LINE_BYTES: usize = 240;
 /// Publications of a change that do not wait for their turn: the link loses two in a row only if it is down.
 const TIMES_SAID: u32 = 3;
 
@@ -99,7 +100,7 @@ impl Line {
             Standing::Denied { reason, .. } | Standing::Revoked { reason } => reason.len(),
             Standing::Requested { .. } | Standing::Granted { .. } | Standing::Expired => 0,
         };
-        REST_OF_LINE_BYTES + area.len() + reason + self.request_id.len()
+        REST_OF_LINE_BYTES + area.len() + reason + self.request_id.len() + self.flight.len()
     }
 }
 

@@ -3,19 +3,14 @@
 use super::*;
 use crate::persisted;
 use crate::policy::Verdict;
+use crate::stories::request;
 use crate::vehicle::Rhythm;
 use domain::time::Pace;
 use std::collections::BTreeSet;
 use std::time::Duration;
 
 fn ask(ledger: &mut Ledger, id: &str, area: &str) -> Result<(), Refusal> {
-    let request = v1::PermissionRequest {
-        request_id: id.into(),
-        area: area.into(),
-        step_id: 1,
-        plan_revision: 1,
-        latest_decision: 0,
-    };
+    let request = request(id, area);
     let fresh = Expiry::after(Now::default(), Duration::from_secs(900), Pace::REAL_TIME);
     let answer = || Some(Answer { after: Duration::ZERO, verdict: Verdict::Grant });
     let taken = ledger.request(Now::default(), &mut Numbers::default(), &request, fresh, answer);
@@ -45,8 +40,7 @@ impl Tower {
     fn ask(&mut self, area: &str, verdict: Option<Verdict>) -> Result<(), Refusal> {
         let (now, fresh) = (self.now(), self.until(900));
         let request_id = format!("{area} at {}", self.second);
-        let request =
-            v1::PermissionRequest { request_id, area: area.into(), step_id: 1, plan_revision: 1, latest_decision: 0 };
+        let request = request(&request_id, area);
         let answer = || Some(Answer { after: Duration::ZERO, verdict: verdict? });
         self.passes(|it| it.ledger.request(now, &mut it.numbers, &request, fresh, answer))
     }
@@ -192,8 +186,7 @@ fn a_denial_of_an_area_that_the_vehicle_does_not_know_yet_finds_room_again_as_th
 fn a_repeated_request_for_what_was_forgotten_is_answered_anew() {
     let mut ledger = Ledger::default();
     let deny = || Some(Answer { after: Duration::ZERO, verdict: Verdict::Deny { reason: "".into() } });
-    let request =
-        |n: usize| v1::PermissionRequest { request_id: n.to_string(), area: format!("area {n}"), ..Default::default() };
+    let request = |n: usize| request(&n.to_string(), &format!("area {n}"));
     let mut numbers = Numbers::default();
     let fresh = Expiry::after(Now::default(), Duration::from_secs(900), Pace::REAL_TIME);
     for n in (0..=MAX_AREAS).chain([0]) {

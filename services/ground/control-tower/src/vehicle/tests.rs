@@ -10,6 +10,7 @@ use signed_permissions::key::SecretKey;
 use super::*;
 use crate::ControlTower;
 use crate::policy::Policy;
+use crate::stories::request;
 
 const CONFIG: &str = "
     delay_s = 5.0
@@ -32,14 +33,13 @@ struct Rig {
 impl Rig {
     fn with(areas: impl Iterator<Item = String>) -> Rig {
         let key = SecretKey::of_seed([1; 32]).unwrap();
-        let belief = Belief::new("uav1", Some(key.public()));
+        let belief = Belief::new("uav1", "f".into(), Some(key.public()));
         let tower = ControlTower::new(&toml::from_str(CONFIG).unwrap(), Policy::Grant, 1, Pace::REAL_TIME, u64::MAX);
         let now = Now { time: Time::ZERO, utc_ms: 1_700_000_000_000 };
         let mut rig = Rig { tower: tower.that_signs_with(key), now, belief, heard: Vec::new() };
         for (n, area) in areas.enumerate() {
             let request_id = format!("{n:0>64}");
-            let request = v1::PermissionRequest { request_id, area, plan_revision: 1, ..Default::default() };
-            rig.send(Request::Permission(request));
+            rig.send(Request::Permission(request(&request_id, &area)));
         }
         rig
     }
@@ -69,7 +69,7 @@ impl Rig {
                 let Effect::Publish { vehicle, message: Message::PermissionLedger(part) } = effect else { continue };
                 if vehicle.as_deref() == Some("uav1") && passes(&part) {
                     let lines = ledger(part.clone()).unwrap();
-                    let taken = self.belief.take(self.now, Pace::REAL_TIME, 1, lines);
+                    let taken = self.belief.take(self.now, Pace::REAL_TIME, lines);
                     assert_eq!((taken.refused, taken.outdated), (Vec::new(), Vec::new()));
                     self.heard.push((self.now.time.since_start().as_secs_f64(), part));
                 }
@@ -101,7 +101,7 @@ fn the_largest_ledger_arrives_in_parts_that_the_link_lets_pass() {
     let revoked = |n: usize| n.is_multiple_of(2);
     names().enumerate().filter(|(n, _)| revoked(*n)).for_each(|(_, area)| rig.revoke(&area));
     rig.tower.memory_written(Err("x".repeat(5000)), None);
-    rig.until(30, |_| true);
+    rig.until(40, |_| true);
     for (n, area) in names().enumerate() {
         assert_eq!(rig.state(&area), Some(if revoked(n) { Revoked } else { Granted }), "area {n}");
     }
@@ -150,13 +150,7 @@ fn every_area_has_its_turn_and_a_revocation_arrives_also_while_another_one_chang
             if n == 5 {
                 rig.revoke("area 200");
             }
-            let (request_id, area) = (format!("again {n}"), "area 000".into());
-            rig.send(Request::Permission(v1::PermissionRequest {
-                request_id,
-                area,
-                plan_revision: 1,
-                ..Default::default()
-            }));
+            rig.send(Request::Permission(request(&format!("again {n}"), "area 000")));
             rig.until_ms(60_000 + (n + 1) * period_ms, |_| true);
             if (n + 1) * period_ms == 10_000 {
                 assert_eq!(rig.state("area 200"), Some(Revoked), "every {period_ms} ms");
@@ -195,8 +189,7 @@ fn what_has_expired_is_said_as_long_as_it_is_known() {
 fn numbers_that_a_vehicle_names_move_those_of_no_other_vehicle() {
     let mut rig = Rig::with(["area".to_owned()].into_iter());
     let ask = |latest_decision, id: &str| {
-        let (request_id, area) = (id.to_owned(), "another".to_owned());
-        Request::Permission(v1::PermissionRequest { request_id, area, latest_decision, ..Default::default() })
+        Request::Permission(v1::PermissionRequest { latest_decision, ..request(id, "another") })
     };
     let far_ms = 9_000_000_000_000;
     rig.send(ask(far_ms, "1"));

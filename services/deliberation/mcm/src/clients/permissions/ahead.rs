@@ -1,16 +1,16 @@
 //! Requests that are made ahead of the step that needs the permission: whatever becomes of them is for that step.
 
 use domain::permission::PermissionState;
-use domain::plan::{DenialKind, PermissionNeed};
+use domain::plan::{DenialKind, PermissionNeed, StepId};
 use domain::time::Time;
 
-use super::{NeededBy, PermissionRequest, Permissions};
+use super::{PermissionRequest, Permissions};
 use crate::config::Limits;
 use crate::outbox::Outbox;
 
 impl Permissions {
     /// Asks for a permission that a later step needs, unless a request is under way already.
-    pub(crate) fn ask_ahead(&mut self, now: Time, area: &str, by: NeededBy, limits: &Limits, outbox: &mut Outbox) {
+    pub(crate) fn ask_ahead(&mut self, now: Time, area: &str, by: StepId, limits: &Limits, outbox: &mut Outbox) {
         self.asked_ahead.insert(area.to_owned());
         self.ask(now, area, by, limits, outbox);
     }

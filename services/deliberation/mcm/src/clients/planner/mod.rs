@@ -71,11 +71,8 @@ pub(crate) struct Planner {
     pauses: Pauses,
     status: Option<PlannerStatus>,
     areas: KnownAreas,
-    /// The epoch and the revision of the plan that was adopted last.
+    /// The epoch of the plan that was adopted last.
     epoch: u64,
-    revision: u64,
-    /// The highest one so far, also before a restart: a planner that has lost its memory counts from 1 again.
-    highest_revision: u64,
     /// The objective of the last plan.
     planned_for: Option<u32>,
 }
@@ -92,8 +89,6 @@ impl Planner {
             status: None,
             areas: KnownAreas::default(),
             epoch: 0,
-            revision: 0,
-            highest_revision: 0,
             planned_for: None,
         }
     }
@@ -111,21 +106,6 @@ impl Planner {
     /// The step that is flown, its place in the plan from 1, and the number of steps in the plan.
     pub(crate) fn step(&self) -> Option<(&Arc<Step>, u32, u32)> {
         self.flight.step()
-    }
-
-    /// The revision of the plan that was adopted last; zero before the first.
-    pub(crate) fn revision(&self) -> u64 {
-        self.revision
-    }
-
-    /// The highest revision of any plan that was adopted, also before a restart: no permission was asked for a higher one.
-    pub(crate) fn highest_revision(&self) -> u64 {
-        self.highest_revision
-    }
-
-    /// Continues after a restart.
-    pub(crate) fn restore_revision(&mut self, highest: u64) {
-        (self.revision, self.highest_revision) = (highest, highest);
     }
 
     /// The place in the order of the objective that a plan was adopted for last, and the epoch of that plan.
@@ -302,8 +282,7 @@ impl Planner {
 
     /// Flies `plan`.
     pub(crate) fn adopt(&mut self, plan: Plan) {
-        (self.epoch, self.revision) = (plan.epoch, plan.revision);
-        self.highest_revision = self.highest_revision.max(plan.revision);
+        self.epoch = plan.epoch;
         self.planned_for = Some(plan.objective);
         self.flight.on(FlightEvent::Adopted(plan));
         self.request.on(RequestEvent::Adopted);
