@@ -185,7 +185,8 @@ fn a_gateway_that_is_not_there_is_unreachable_and_invalid_arguments_are_refused(
     assert!(refused.json()["detail"].as_str().unwrap().contains("does not answer"));
     run("vehicle pause --url nonsense").expect(2, "expected a URL");
     run("mission validate /nowhere/m.toml").expect(2, "/nowhere/m.toml: cannot be read");
-    run("vehicle pause --token-file /nowhere/token").expect(2, "/nowhere/token: cannot be read");
+    run(&format!("vehicle pause --url http://{free} --token-file /nowhere/token"))
+        .expect(2, "/nowhere/token: cannot be read");
     run(&format!("vehicle show --url https://{free} --ca /nowhere/ca.pem")).expect(2, "ca.pem: cannot be read");
 }
 

@@ -64,6 +64,7 @@ pub struct FakeAutopilot {
     pilot: Pilot,
     restarts: Restart,
     make: Make,
+    glitches_until: Time,
 }
 
 /// Makes a vehicle that stands disarmed.
@@ -108,6 +109,7 @@ pub(crate) struct Telemetry {
     landed: v1::VehicleLandDetected,
     wind: v1::WindEstimate,
     traffic: Vec<v1::TransponderReport>,
+    glitches: bool,
 }
 
 /// What somebody else does to the vehicle, in a request for a fault whose name is none of the simulator's.
@@ -120,6 +122,8 @@ pub const OTHER_SETS_TARGET: &str = "other_sets_target";
 pub const BATTERY_FAILSAFE: &str = "battery_failsafe";
 /// ArduPilot's fence: setpoints farther from home than this many metres are dropped without a word; 0 takes it away.
 pub const FENCE: &str = "fence";
+/// For this many seconds the estimator does not believe its satellite receiver, which has a fix.
+pub const GNSS_GLITCH: &str = "gnss_glitch";
 /// Kills the autopilot and starts it again, with its vehicle where it stands: the argument is how many seconds later.
 pub const RESTART: &str = "restart";
 /// Cuts the link for this many seconds.
@@ -141,6 +145,7 @@ impl FakeAutopilot {
             pilot: pilot(kind),
             restarts: Restart::Runs,
             make: Make(Box::new(make)),
+            glitches_until: Time::ZERO,
         }
     }
 
@@ -360,6 +365,10 @@ impl FakeAutopilot {
                 ardupilot::fence(self, number());
                 Some("the autopilot has a fence".into())
             }
+            GNSS_GLITCH => {
+                self.glitches_until = now.time + Duration::from_secs_f64(number());
+                Some("the receiver glitches".into())
+            }
             RESTART => {
                 self.restarts = Restart::DeadUntil(now.time + Duration::from_secs_f64(number()));
                 Some("the autopilot is killed".into())
@@ -432,6 +441,7 @@ impl Node for FakeAutopilot {
             }
             self.boot(now);
         }
+        self.vehicle.glitches = now.time < self.glitches_until;
         self.advance(now);
         self.take_frames(now);
         match self.kind {

@@ -227,7 +227,12 @@ pub(crate) fn origin(vehicle: &Telemetry) -> Option<LatLon> {
 fn estimator_flags(vehicle: &Telemetry, modes: &Modes) -> u16 {
     let horizontal = if vehicle.local.horizontal_valid && modes.has_position { 2 | 8 | 16 | 256 | 512 } else { 128 };
     let vertical = if vehicle.local.vertical_valid { 4 | 32 } else { 0 };
-    1 | horizontal | vertical
+    let glitches = match (vehicle.glitches, modes.autopilot) {
+        (false, _) => 0,
+        (true, 12) => 1 << 10,
+        (true, _) => 1 << 15,
+    };
+    1 | horizontal | vertical | glitches
 }
 
 fn aircraft(it: &kittiwake_proto::v1::TransponderReport, frame: &LocalFrame, sea_level_m: f64) -> Vec<u8> {

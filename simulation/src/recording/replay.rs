@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::fmt;
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use domain::file::Mistakes;
 use domain::time::{Now, Pace, Time};
@@ -120,7 +121,10 @@ fn planner(files: &Files, pace: Pace) -> planner::Planner {
 fn nodes(header: &Header) -> Result<Nodes, Refusal> {
     let other = |what: &str| Refusal::Other(what.to_owned());
     let pace = Pace::new(header.speed).ok_or_else(|| other("the speed in the recording is none"))?;
-    let folder = std::env::temp_dir().join(format!("kittiwake-replay-{}-{}", std::process::id(), header.instance));
+    // One recording may be replayed twice at once.
+    static REPLAYS: AtomicU64 = AtomicU64::new(0);
+    let number = REPLAYS.fetch_add(1, Relaxed);
+    let folder = std::env::temp_dir().join(format!("kittiwake-replay-{}-{number}", std::process::id()));
     let unpacked = unpack(header, &folder).and_then(|()| {
         let config = folder.join(CONFIG);
         let (mission, machine) = (folder.join(MISSION), Machine::Ideal);

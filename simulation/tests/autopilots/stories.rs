@@ -5,7 +5,7 @@ use std::time::Duration;
 use control_tower::policy::Policy;
 use fake_autopilots::bridged::BRIDGE_DIES;
 use fake_autopilots::wire::Faults;
-use fake_autopilots::{Kind, LINK_GAP, OTHER_SETS_MODE, RESTART};
+use fake_autopilots::{GNSS_GLITCH, Kind, LINK_GAP, OTHER_SETS_MODE, RESTART};
 use kittiwake_proto::v1::MissionOutcome;
 use kittiwake_proto::v1::operator_command::Verb;
 use kittiwake_proto::v1::{self, Decision};
@@ -206,6 +206,16 @@ fn a_return_out_of_a_cruise_lands_at_home() {
         outcome: Some(MissionOutcome::Emergency),
         expected: &["`operator_return`: return_home", "over: `operator_return`"],
         never: &["path_deviated", "offboard_link_lost", "autopilot_preempts", "land_elsewhere", "came down"],
+        ..NOTHING
+    });
+}
+
+#[test]
+fn a_receiver_that_the_estimator_does_not_believe_is_lost() {
+    check(&Story {
+        name: "glitch",
+        troubles: &[(ON_THE_WAY, Trouble::Fault(GNSS_GLITCH, &["12"]))],
+        expected: &["flag `gnss_lost` raised", "`gnss_lost`: stop", "`gnss_lost` is over"],
         ..NOTHING
     });
 }

@@ -53,6 +53,8 @@ pub enum Heard {
         flags: u16,
         /// One standard deviation, horizontal and vertical.
         accuracy_m: Option<(f64, f64)>,
+        /// It does not believe its satellite receiver.
+        gnss_glitches: bool,
     },
     /// The satellite receiver: fix and accuracy.
     Gnss {
@@ -246,8 +248,15 @@ pub fn heard(frame: &Frame) -> Option<Heard> {
         }
         231 => Heard::Wind([bytes.f32(8), bytes.f32(12)]),
         241 => Heard::Vibration([8, 12, 16].map(|at| bytes.f32(at))),
-        193 => Heard::Estimator { flags: bytes.u16(20), accuracy_m: None },
-        230 => Heard::Estimator { flags: bytes.u16(40), accuracy_m: Some((bytes.f32(32), bytes.f32(36))) },
+        // EKF_GPS_GLITCHING, and ESTIMATOR_GPS_GLITCH: the only bits with another meaning in each.
+        193 => {
+            let flags = bytes.u16(20);
+            Heard::Estimator { flags, accuracy_m: None, gnss_glitches: flags & 1 << 15 != 0 }
+        }
+        230 => {
+            let (flags, accuracy_m) = (bytes.u16(40), Some((bytes.f32(32), bytes.f32(36))));
+            Heard::Estimator { flags, accuracy_m, gnss_glitches: flags & 1 << 10 != 0 }
+        }
         22 => Heard::Parameter(Parameter { name: bytes.text(8, 16), value: bytes.f32(0) as f32, kind: bytes.u8(24) }),
         245 => Heard::Landed(bytes.u8(1)),
         246 => traffic(&bytes)?,

@@ -167,7 +167,7 @@ pub(crate) fn failures(vehicle: &Vehicle, signal_lost: bool, now: Time) -> Vec<f
     let is_critical = vehicle.battery.is_some_and(|(at, it)| now - at <= FRESH && CRITICAL.contains(&it.charge_state));
     let failures = [
         (signal_lost, fmu::Failure::OffboardSignalLost),
-        (no_fix, fmu::Failure::GnssLost),
+        (no_fix || vehicle.gnss_glitches, fmu::Failure::GnssLost),
         (!horizontal || !vertical, fmu::Failure::Estimator),
         (is_critical, fmu::Failure::Battery),
     ];

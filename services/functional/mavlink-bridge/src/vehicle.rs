@@ -28,6 +28,8 @@ pub(crate) struct Vehicle {
     pub(crate) global: Option<(Time, GlobalPosition)>,
     /// The estimator's flags and accuracy.
     pub(crate) estimator: Option<(Time, u16, AccuracyM)>,
+    /// The estimator does not believe the satellite receiver.
+    pub(crate) gnss_glitches: bool,
     /// Fix type and accuracy.
     pub(crate) gnss: Option<(Time, u8, AccuracyM)>,
     /// VIBRATION, as it was said.
@@ -72,7 +74,9 @@ impl Vehicle {
             Heard::Battery(it) => self.battery = Some((now, *it)),
             Heard::LocalPosition(it) => self.local = Some((now, *it)),
             Heard::GlobalPosition(it) => self.global = Some((now, *it)),
-            Heard::Estimator { flags, accuracy_m } => self.estimator = Some((now, *flags, *accuracy_m)),
+            Heard::Estimator { flags, accuracy_m, gnss_glitches } => {
+                (self.estimator, self.gnss_glitches) = (Some((now, *flags, *accuracy_m)), *gnss_glitches);
+            }
             Heard::Gnss { fix, accuracy_m } => self.gnss = Some((now, *fix, *accuracy_m)),
             Heard::Vibration(it) => self.vibration = Some((now, *it)),
             Heard::Origin(it) => self.origin = Some(*it),
