@@ -341,6 +341,11 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::autopilot_voice;
+    use crate::frame::{Frame, Framer};
+    use crate::signing::{Key, SignedLink, Signing};
+
+    const UTC_MS: i64 = 1_767_225_600_000;
 
     /// Who has the place after these voices: seconds, port, voice.
     #[track_caller]
@@ -367,6 +372,30 @@ mod tests {
         // One that is behind hears the time, until one is believed.
         check(&[(0, 1, Late)], Some(1));
         check(&[(0, 1, Late), (0, 2, Late), (0, 3, Believed), (1, 1, Late)], Some(3));
+    }
+
+    #[test]
+    fn a_stranger_without_the_key_gets_no_frame_after_a_silence() {
+        let bind = || UdpSocket::bind("127.0.0.1:0").unwrap();
+        let here = bind().local_addr().unwrap();
+        let (woken, wakes) = sync_channel(8);
+        let socket = Socket::open(&Endpoint::UdpIn(here), move || _ = woken.try_send(())).unwrap();
+        let key: Key = "11".repeat(32).parse().unwrap();
+        let mut link = SignedLink::new(socket, Signing::new(key.clone(), 0), || UTC_MS);
+        let (autopilot, stranger) = (bind(), bind());
+        let heartbeat = || Frame::new(1, 1, 1, 0, &[0, 0, 0, 0, 2, 3, 0, 3, 3]);
+        let signed = Signing::new(key, 0).sign(heartbeat(), UTC_MS);
+        for (second, from, frame) in [(0, &autopilot, signed), (6, &stranger, heartbeat())] {
+            from.send_to(frame.bytes(), here).unwrap();
+            wakes.recv_timeout(Duration::from_secs(60)).expect("a datagram");
+            let bytes = link.receive(Time::after(Duration::from_secs(second))).unwrap();
+            link.admit(autopilot_voice(&Framer::datagram(&bytes)));
+        }
+        link.send(heartbeat().bytes(), Time::after(Duration::from_secs(6)));
+        autopilot.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        autopilot.recv(&mut [0; 280]).expect("the frame");
+        stranger.set_nonblocking(true).unwrap();
+        stranger.recv(&mut [0; 280]).expect_err("it went to the autopilot");
     }
 
     #[test]
