@@ -123,7 +123,7 @@ impl Mailbox {
         true
     }
 
-    /// Queues an order; false if there is no room.
+    /// Queues an order. Returns false if the queue is full.
     pub(crate) fn push_order(&self, mail: Mail) -> bool {
         let mut inner = self.lock();
         // Those who try out missions leave room for who commands.

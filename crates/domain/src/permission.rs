@@ -47,7 +47,7 @@ pub struct Permission {
     pub extent: Option<Extent>,
 }
 
-/// What a vehicle needs a grant for, and what it knows of the tower's decisions about that.
+/// An entry that needs a grant, and the newest decision about its area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Entry<'a> {
     /// The vehicle.
@@ -65,7 +65,7 @@ pub struct Entry<'a> {
 /// Why a permission does not allow an entry.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
 pub enum NotForIt {
-    /// It is no grant.
+    /// It was denied, revoked or not decided.
     #[error("it is not granted")]
     NotGranted,
     /// It was given to somebody else.

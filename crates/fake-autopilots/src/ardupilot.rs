@@ -77,7 +77,7 @@ pub(crate) struct ArduPilot {
     battery_failed: bool,
     announced: Option<u32>,
     refresh: Time,
-    /// What lies farther from home is dropped, in metres.
+    /// A setpoint farther from home than this is dropped, in metres.
     fence_m: f64,
 }
 

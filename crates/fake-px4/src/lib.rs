@@ -268,7 +268,7 @@ impl FakePx4 {
         self.place().map_or(at, |it| LocalFrame::of_px4(it).convert(at, &LocalFrame::at(it)))
     }
 
-    /// What a place of the vehicle's frame, which is true to the Earth, is in PX4's.
+    /// Converts a place from the vehicle's frame, which is true to the Earth, to PX4's.
     fn in_its_frame(&self, at: Ned) -> Ned {
         self.place().map_or(at, |it| LocalFrame::at(it).convert(at, &LocalFrame::of_px4(it)))
     }

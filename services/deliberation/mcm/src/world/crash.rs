@@ -2,7 +2,7 @@
 
 use super::World;
 
-/// What follows for an order that would start something.
+/// Why an order to start or resume is refused.
 pub(super) const INSPECT_FIRST: &str = "the vehicle has crashed: inspect it, then order `inspected`";
 
 /// The last crash of the vehicle.
