@@ -314,7 +314,7 @@ impl Model {
         }
         let taken = self.beliefs[vehicle].take(self.now, Pace::REAL_TIME, lines);
         taken.outdated.into_iter().for_each(|it| self.ask(vehicle, it.area));
-        taken.in_advance.into_iter().for_each(|(area, _)| self.ask(vehicle, area));
+        taken.to_ask.into_iter().for_each(|it| self.ask(vehicle, it.area));
     }
 
     fn note_refusals(&mut self, vehicle: &str, lines: &[Permission]) {
@@ -455,6 +455,20 @@ fn a_recording_of_an_old_denial_takes_nothing_back() {
     let message = model.published.iter().rev().filter(is_denial).position(denied).expect("it was published");
     assert!(model.holds_after(&[Step::Deliver { message, vehicle: 0, change: None }]));
     assert!(model.holds_after(&[Step::Store, DELIVER]));
+}
+
+#[test]
+fn a_recording_of_a_grant_that_was_revoked_during_a_restart_lets_nobody_in() {
+    let mut model = Model::new();
+    assert!(model.holds_after(&[ASK, Step::Store, DELIVER]));
+    let granted = model.published.len() - 1;
+    let revoke = Step::Decide { vehicle: 0, area: 0, decision: v1::Decision::Revoke as i32 };
+    model.holds_after(&[revoke, Step::KillVehicle { vehicle: 0 }]);
+    let message = model.published.len() - 1 - granted;
+    let asked = model.requests;
+    assert!(model.holds_after(&[Step::Deliver { message, vehicle: 0, change: None }]), "where it is it may stay");
+    assert!(model.beliefs[0].is_remembered("A") && asked < model.requests, "the tower is asked");
+    assert!(!model.holds_after(&[Step::Store, DELIVER]));
 }
 
 #[test]

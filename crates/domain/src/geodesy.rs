@@ -104,21 +104,6 @@ impl LocalFrame {
         LocalFrame { origin, projection: Projection::Equidistant(Geodesic::wgs84()) }
     }
 
-    /// PX4's frame with this origin. (PX4 lib/geo: MapProjection.)
-    pub fn of_px4(origin: LatLon) -> LocalFrame {
-        LocalFrame { origin, projection: Projection::Equidistant(Geodesic::new(PX4_RADIUS_M, 0.0)) }
-    }
-
-    /// ArduPilot's frame with this origin. (AP_Common: Location::get_distance_NE.)
-    pub fn of_ardupilot(origin: LatLon) -> LocalFrame {
-        LocalFrame { origin, projection: Projection::Equirectangular }
-    }
-
-    /// What `position` of this frame is in `other`. Its height stays as it is.
-    pub fn convert(&self, position: Ned, other: &LocalFrame) -> Ned {
-        other.local(self.lat_lon(position)).at_height(position.height_m())
-    }
-
     /// Where a place is in the frame, at height 0.
     pub fn local(&self, place: LatLon) -> Ned {
         let LatLon { latitude_deg, longitude_deg } = self.origin;
@@ -149,6 +134,44 @@ impl LocalFrame {
         let (latitude_deg, longitude_deg): (f64, f64) =
             ellipsoid.direct(latitude_deg, longitude_deg, azimuth_deg, distance_m);
         LatLon { latitude_deg, longitude_deg }
+    }
+}
+
+/// The local frame of an autopilot, beside ours with the same origin: each is another map of the Earth. Heights are the same in both.
+#[derive(Debug, Clone, Copy)]
+pub struct AutopilotFrame {
+    its: LocalFrame,
+    ours: LocalFrame,
+}
+
+impl AutopilotFrame {
+    /// PX4's with this origin. (PX4 lib/geo: MapProjection.)
+    pub fn of_px4(origin: LatLon) -> AutopilotFrame {
+        AutopilotFrame::new(origin, Projection::Equidistant(Geodesic::new(PX4_RADIUS_M, 0.0)))
+    }
+
+    /// ArduPilot's with this origin. (AP_Common: Location::get_distance_NE.)
+    pub fn of_ardupilot(origin: LatLon) -> AutopilotFrame {
+        AutopilotFrame::new(origin, Projection::Equirectangular)
+    }
+
+    fn new(origin: LatLon, projection: Projection) -> AutopilotFrame {
+        AutopilotFrame { its: LocalFrame { origin, projection }, ours: LocalFrame::at(origin) }
+    }
+
+    /// Where a position of its frame is in ours.
+    pub fn to_ours(&self, position: Ned) -> Ned {
+        self.ours.local(self.its.lat_lon(position)).at_height(position.height_m())
+    }
+
+    /// Where a position of our frame is in its.
+    pub fn to_its(&self, position: Ned) -> Ned {
+        self.its.local(self.ours.lat_lon(position)).at_height(position.height_m())
+    }
+
+    /// The place over which a position of its frame is.
+    pub fn lat_lon(&self, position: Ned) -> LatLon {
+        self.its.lat_lon(position)
     }
 }
 
@@ -185,20 +208,19 @@ mod tests {
     fn the_frames_of_both_autopilots_differ_from_ours_as_far_as_is_known() {
         /// A place 2.1 km away, where it is in the frame of an autopilot at 47.4 degrees north.
         #[track_caller]
-        fn check(frame: fn(LatLon) -> LocalFrame, ours: (f64, f64), expected: (f64, f64)) {
-            let origin = place(47.3977, 8.5456);
+        fn check(of: fn(LatLon) -> AutopilotFrame, ours: (f64, f64), expected: (f64, f64)) {
+            let frame = of(place(47.3977, 8.5456));
             let (ours, theirs) = (Ned::new(ours.0, ours.1, -40.0), Ned::new(expected.0, expected.1, -40.0));
-            let found = LocalFrame::at(origin).convert(ours, &frame(origin));
-            let back = frame(origin).convert(found, &LocalFrame::at(origin));
+            let (found, back) = (frame.to_its(ours), frame.to_ours(frame.to_its(ours)));
             assert!(found.distance_m(theirs) < 0.1, "{found:?}");
             assert!(back.distance_m(ours) < 1e-3, "{back:?}");
         }
         // The ellipsoid's radius of curvature there is 6,370.0 km along the meridian and 6,389.7 km across; theirs are 6,371.0 and 6,378.1 km.
-        check(LocalFrame::of_px4, (2_100.0, 0.0), (2_100.3, 0.0));
-        check(LocalFrame::of_px4, (0.0, 2_100.0), (0.0, 2_093.8));
-        check(LocalFrame::of_ardupilot, (2_100.0, 0.0), (2_102.7, 0.0));
+        check(AutopilotFrame::of_px4, (2_100.0, 0.0), (2_100.3, 0.0));
+        check(AutopilotFrame::of_px4, (0.0, 2_100.0), (0.0, 2_093.8));
+        check(AutopilotFrame::of_ardupilot, (2_100.0, 0.0), (2_102.7, 0.0));
         // A straight way to the east leaves the parallel, by 0.4 m here.
-        check(LocalFrame::of_ardupilot, (0.0, 2_100.0), (-0.4, 2_096.2));
+        check(AutopilotFrame::of_ardupilot, (0.0, 2_100.0), (-0.4, 2_096.2));
     }
 
     proptest! {
@@ -210,12 +232,11 @@ mod tests {
             east_m in -2e4..2e4,
         ) {
             let origin = place(latitude_deg, longitude_deg);
-            let ours = LocalFrame::at(origin);
             let position = Ned::new(north_m, east_m, -12.5);
-            for theirs in [LocalFrame::of_px4(origin), LocalFrame::of_ardupilot(origin)] {
-                let there = ours.convert(position, &theirs);
+            for frame in [AutopilotFrame::of_px4(origin), AutopilotFrame::of_ardupilot(origin)] {
+                let there = frame.to_its(position);
                 prop_assert!(there.distance_m(position) < 0.01 * north_m.hypot(east_m) + 1e-3, "{there:?}");
-                prop_assert!(theirs.convert(there, &ours).distance_m(position) < 1e-3);
+                prop_assert!(frame.to_ours(there).distance_m(position) < 1e-3);
             }
         }
     }

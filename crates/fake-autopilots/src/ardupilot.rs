@@ -238,7 +238,10 @@ fn announce(fake: &mut FakeAutopilot, now: Time) {
     if own(fake).announced.replace(mode) != Some(mode) {
         let modes = modes(fake, now);
         let boot_ms = fake.boot_ms(now);
-        for (id, payload) in crate::spoken::messages(crate::spoken::Stream(0), &mut fake.vehicle, &modes, boot_ms) {
+        let frame = fake.frame();
+        for (id, payload) in
+            crate::spoken::messages(crate::spoken::Stream(0), &mut fake.vehicle, frame, &modes, boot_ms)
+        {
             fake.say(id, &payload, now);
         }
     }

@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 
-use domain::geodesy::LocalFrame;
+use domain::geodesy::AutopilotFrame;
 use domain::geometry::Ned;
 use domain::quantity::Positive;
 use domain::time::{Now, Time};
@@ -76,12 +76,6 @@ impl std::fmt::Debug for Make {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("Make")
     }
-}
-
-#[derive(Debug, Clone, Copy)]
-enum Direction {
-    FromVehicle,
-    ToVehicle,
 }
 
 /// What only one of the two has.
@@ -174,7 +168,10 @@ impl FakeAutopilot {
             match message {
                 Message::VehicleStatus(it) => self.vehicle.status = it,
                 Message::VehicleLocalPosition(it) => {
-                    let position = it.position.map(|it| self.converted(it, Direction::FromVehicle));
+                    let position = it.position.map(|it| match self.frame() {
+                        Some(frame) => frame.to_its(Ned::new(it.north_m, it.east_m, it.down_m)).into(),
+                        None => it,
+                    });
                     self.vehicle.local = v1::VehicleLocalPosition { position, ..it };
                 }
                 Message::VehicleGlobalPosition(it) => self.vehicle.global = it,
@@ -191,23 +188,11 @@ impl FakeAutopilot {
     }
 
     /// Its own local frame, once the origin is known.
-    pub(crate) fn frame(&self) -> Option<LocalFrame> {
+    fn frame(&self) -> Option<AutopilotFrame> {
         spoken::origin(&self.vehicle).map(match self.kind {
-            Kind::Px4 => LocalFrame::of_px4,
-            Kind::ArduPilot => LocalFrame::of_ardupilot,
+            Kind::Px4 => AutopilotFrame::of_px4,
+            Kind::ArduPilot => AutopilotFrame::of_ardupilot,
         })
-    }
-
-    /// A place between its own local frame and the vehicle's, which is true to the Earth.
-    fn converted(&self, place: v1::Ned, direction: Direction) -> v1::Ned {
-        let (Some(own), Some(origin)) = (self.frame(), spoken::origin(&self.vehicle)) else { return place };
-        let vehicles = LocalFrame::at(origin);
-        let (from, to) = match direction {
-            Direction::FromVehicle => (vehicles, own),
-            Direction::ToVehicle => (own, vehicles),
-        };
-        let there = from.convert(Ned::new(place.north_m, place.east_m, place.down_m), &to);
-        v1::Ned { north_m: there.north_m, east_m: there.east_m, down_m: place.down_m }
     }
 
     /// Commands the vehicle; whether it obeys.
@@ -237,8 +222,9 @@ impl FakeAutopilot {
         self.tell(v1::OffboardControlMode { control: control as i32 }, now);
         let [north_m_s, east_m_s, down_m_s] = velocity;
         let velocity = position.is_none().then_some(v1::NedVelocity { north_m_s, east_m_s, down_m_s });
-        let position = position
-            .map(|[north_m, east_m, down_m]| self.converted(v1::Ned { north_m, east_m, down_m }, Direction::ToVehicle));
+        let frame = self.frame();
+        let position = position.map(|[north_m, east_m, down_m]| Ned::new(north_m, east_m, down_m));
+        let position = position.map(|it| frame.map_or(it, |frame| frame.to_ours(it)).into());
         self.tell(v1::TrajectorySetpoint { position, velocity, ..Default::default() }, now);
     }
 
@@ -330,7 +316,8 @@ impl FakeAutopilot {
             Kind::Px4 => px4::modes(self),
             Kind::ArduPilot => ardupilot::modes(self, now.time),
         };
-        for (id, payload) in spoken::messages(Stream(id), &mut self.vehicle, &mode, boot_ms) {
+        let frame = self.frame();
+        for (id, payload) in spoken::messages(Stream(id), &mut self.vehicle, frame, &mode, boot_ms) {
             self.say(id, &payload, now.time);
         }
     }

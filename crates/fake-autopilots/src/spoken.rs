@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use domain::geodesy::{LatLon, LocalFrame};
+use domain::geodesy::{AutopilotFrame, LatLon, LocalFrame};
 use domain::geometry::Ned;
 use domain::time::Time;
 
@@ -93,7 +93,13 @@ pub(crate) struct Modes {
 }
 
 /// The frames of one stream: id and payload.
-pub(crate) fn messages(stream: Stream, vehicle: &mut Telemetry, modes: &Modes, boot_ms: u32) -> Vec<(u32, Vec<u8>)> {
+pub(crate) fn messages(
+    stream: Stream,
+    vehicle: &mut Telemetry,
+    frame: Option<AutopilotFrame>,
+    modes: &Modes,
+    boot_ms: u32,
+) -> Vec<(u32, Vec<u8>)> {
     let mut payload = Payload::default();
     let local = vehicle.local.position.unwrap_or_default();
     let velocity = vehicle.local.velocity.unwrap_or_default();
@@ -194,7 +200,7 @@ pub(crate) fn messages(stream: Stream, vehicle: &mut Telemetry, modes: &Modes, b
         }
         242 => {
             let [north_m, east_m, down_m] = modes.home;
-            let Some(frame) = self::origin(vehicle).map(LocalFrame::of_ardupilot) else { return Vec::new() };
+            let Some(frame) = frame else { return Vec::new() };
             let home = frame.lat_lon(Ned::new(north_m, east_m, down_m));
             payload.i32(e7(home.latitude_deg())).i32(e7(home.longitude_deg()));
             payload.i32(mm(origin.altitude_amsl_m() - down_m)).bytes(&[0; 40]);

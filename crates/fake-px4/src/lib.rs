@@ -11,7 +11,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use domain::fmu::{Command, CommandId, OffboardControl, Setpoint, VehicleCommand};
-use domain::geodesy::{LatLon, LocalFrame};
+use domain::geodesy::{AutopilotFrame, LatLon};
 use domain::geometry::{Ned, NedVelocity};
 use domain::time::{Now, Pace, Time};
 use kittiwake_proto::topics::Message;
@@ -265,18 +265,17 @@ impl FakePx4 {
     fn in_body(&self, at: Ned) -> Ned {
         let offset = self.commander.offset;
         let at = Ned::new(at.north_m + offset.north_m, at.east_m + offset.east_m, at.down_m);
-        self.place().map_or(at, |it| LocalFrame::of_px4(it).convert(at, &LocalFrame::at(it)))
+        self.frame().map_or(at, |it| it.to_ours(at))
     }
 
     /// Converts a place from the vehicle's frame, which is true to the Earth, to PX4's.
     fn in_its_frame(&self, at: Ned) -> Ned {
-        self.place().map_or(at, |it| LocalFrame::at(it).convert(at, &LocalFrame::of_px4(it)))
+        self.frame().map_or(at, |it| it.to_its(at))
     }
 
-    /// Where the local frame begins.
-    fn place(&self) -> Option<LatLon> {
+    fn frame(&self) -> Option<AutopilotFrame> {
         let origin = self.newest.status.origin?;
-        LatLon::new(origin.latitude_deg, origin.longitude_deg).ok()
+        LatLon::new(origin.latitude_deg, origin.longitude_deg).ok().map(AutopilotFrame::of_px4)
     }
 
     fn is_fresh(&self) -> bool {

@@ -8,8 +8,9 @@
 //! A grant never lasts longer than its signed window, by the wall clock as it was when the grant was heard first, nor longer than any
 //! earlier sending of it said.
 //!
-//! A restart in flight forgets no grant: it is believed until its end, or until the tower is heard, which [`Belief::is_remembered`] tells. What
-//! remains of it is reckoned by the wall clock then, since no other goes on between two processes; a clock that was set meanwhile is wrong only until the tower is heard.
+//! A restart in flight forgets no grant: it is believed until its end, or until the tower decides again. What remains of it is reckoned by
+//! the wall clock, since no other goes on between two processes; a clock that was set meanwhile is wrong only until the tower is heard. The tower may have
+//! revoked it meanwhile, and what comes with its number may be a recording: [`Belief::is_remembered`] tells that, and the tower is to be asked.
 //!
 //! A denial or revocation with a lower number than is known is not believed either: it may be a recording, and the later grant holds.
 //! But where a grant is held, it may also be the word of a tower that has lost its numbers and whose clock was set back. It is reported as
@@ -22,6 +23,7 @@
 //! of decisions rise over all areas, so no grant of an area that is not known is believed that is as old as what was forgotten.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -48,6 +50,8 @@ pub struct Belief {
     latest: BTreeMap<String, u64>,
     /// The highest number of a decision that was forgotten.
     forgotten: Option<u64>,
+    /// The same as it was when this process started: the tower may have decided again since.
+    latest_at_start: BTreeMap<String, u64>,
     /// Grants from before a restart, until the first moment is known.
     stored: BTreeMap<String, StoredGrant>,
 }
@@ -59,8 +63,8 @@ struct Line {
     expires: Time,
     /// As it is to be stored if it is a grant.
     stored: StoredGrant,
-    /// It is from before a restart, and was not heard since.
-    is_remembered: bool,
+    /// It was heard since this process started.
+    is_heard: bool,
 }
 
 /// A grant as the next process needs it.
@@ -110,8 +114,38 @@ pub struct Taken {
     pub refused: Vec<(String, Refusal)>,
     /// Areas whose grant holds although a line says no: the tower is to be asked again.
     pub outdated: Vec<Outdated>,
-    /// Areas of the mission that were granted in advance, with the number: the tower is to be asked, so that it says for what.
-    pub in_advance: Vec<(String, u64)>,
+    /// Grants for areas of the mission that let nobody in until the tower was asked.
+    pub to_ask: Vec<ToAsk>,
+}
+
+/// A grant that lets nobody in yet.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ToAsk {
+    /// The area.
+    pub area: String,
+    /// The number of the grant.
+    pub decision: u64,
+    /// Why it is not enough.
+    pub granted: Granted,
+}
+
+/// When a grant was given that is not enough.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Granted {
+    /// The tower has not said yet where the area is.
+    InAdvance,
+    /// It may be a recording of one that was revoked since.
+    BeforeTheStart,
+}
+
+/// As in a decision record.
+impl fmt::Display for Granted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Granted::InAdvance => "in advance",
+            Granted::BeforeTheStart => "before the start",
+        })
+    }
 }
 
 /// A denial or revocation of what is granted, with a lower number than the grant has.
@@ -137,6 +171,7 @@ impl Belief {
             lines: BTreeMap::new(),
             latest: BTreeMap::new(),
             forgotten: None,
+            latest_at_start: BTreeMap::new(),
             stored: BTreeMap::new(),
         }
     }
@@ -191,14 +226,16 @@ impl Belief {
         line.map(|it| &it.stored).or_else(|| self.stored.get(area)).cloned()
     }
 
-    /// Whether what is known about `area` is from before a restart, and was not heard since.
+    /// Whether the tower has decided nothing about `area` since this process started, as far as is known.
     pub fn is_remembered(&self, area: &str) -> bool {
-        self.lines.get(area).is_some_and(|it| it.is_remembered)
+        let at_start = self.latest_at_start.get(area);
+        at_start.is_some() && at_start == self.latest.get(area)
     }
 
     /// Continues after a restart.
     pub fn restore(&mut self, latest: impl IntoIterator<Item = (String, u64)>) {
         self.latest = latest.into_iter().take(MAX_AREAS).collect();
+        self.latest_at_start = self.latest.clone();
     }
 
     /// Continues with this grant after [`Belief::restore`]; it counts from [`Belief::begin`] on.
@@ -227,7 +264,7 @@ impl Belief {
                 extent: grant.extent,
             };
             let expires = now.time + valid_for;
-            self.lines.entry(area).or_insert(Line { permission, expires, stored: grant, is_remembered: true });
+            self.lines.entry(area).or_insert(Line { permission, expires, stored: grant, is_heard: false });
         }
         if MAX_AREAS <= self.latest.len() {
             // The process before may have forgotten others; they were decided about before those that it kept without a grant.
@@ -244,10 +281,16 @@ impl Belief {
                 Ok(Judgement::InAdvance) => {
                     let Permission { area, decision, .. } = permission;
                     if self.extent(&area).is_some() && self.remaining(&area, now.time).is_none() {
-                        taken.in_advance.push((area, decision));
+                        taken.to_ask.push(ToAsk { area, decision, granted: Granted::InAdvance });
                     }
                 }
-                Ok(Judgement::Believed) => taken.decided.extend(self.believe(now, pace, permission)),
+                Ok(Judgement::Believed) => {
+                    let (area, decision) = (permission.area.clone(), permission.decision);
+                    taken.decided.extend(self.believe(now, pace, permission));
+                    if self.is_remembered(&area) && self.remaining(&area, now.time).is_some() {
+                        taken.to_ask.push(ToAsk { area, decision, granted: Granted::BeforeTheStart });
+                    }
+                }
                 Err(refusal) => taken.refused.push((permission.area, refusal)),
             }
         }
@@ -300,7 +343,7 @@ impl Belief {
             let extent = self.extents.get(area).copied().unwrap_or(permission.extent);
             let left_ms = expires_utc_ms.saturating_sub(now.utc_ms);
             // That a grant which is known ends is nothing to refuse: it ends here as well.
-            let is_same = |it: &Line| !it.is_remembered && it.permission.decision == *decision;
+            let is_same = |it: &Line| it.is_heard && it.permission.decision == *decision;
             match permission.allows(&self.entry(area, extent), left_ms) {
                 Err(NotForIt::Expired { .. }) if self.lines.get(area).is_some_and(is_same) => {
                     return Ok(Judgement::Old);
@@ -351,8 +394,8 @@ impl Belief {
 
     /// Returns the permission if it is a new decision.
     fn believe(&mut self, now: Now, pace: Pace, permission: Permission) -> Option<Permission> {
-        // What is only remembered limits nothing: its end is reckoned by a clock that may have been set since.
-        let before = self.lines.get(&permission.area).filter(|it| !it.is_remembered);
+        // The end of one that was not heard since the start is reckoned by a clock that may have been set: it limits nothing.
+        let before = self.lines.get(&permission.area).filter(|it| it.is_heard);
         let mut expires = now.time + permission.valid_for;
         let same = before.filter(|it| it.was_granted() && it.permission.decision == permission.decision);
         if let Some(same) = same {
@@ -368,10 +411,8 @@ impl Belief {
         let is_new = before.is_none_or(|it| state(&it.permission) != state(&permission));
         self.make_room(&permission.area, now);
         self.latest.insert(permission.area.clone(), permission.decision);
-        self.lines.insert(
-            permission.area.clone(),
-            Line { permission: permission.clone(), expires, stored, is_remembered: false },
-        );
+        self.lines
+            .insert(permission.area.clone(), Line { permission: permission.clone(), expires, stored, is_heard: true });
         Some(permission).filter(|it| is_new && it.state != PermissionState::Requested)
     }
 }

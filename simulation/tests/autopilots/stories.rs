@@ -265,11 +265,11 @@ fn whoever_lands_it_has_landed_it() {
 }
 
 #[test]
-fn an_autopilot_that_is_killed_in_flight_takes_off_by_nobodys_will() {
+fn an_autopilot_that_is_killed_in_flight_has_fallen() {
     check(&Story {
         name: "restart",
         troubles: &[(ON_THE_WAY, Trouble::Fault(RESTART, &["2"]))],
-        outcome: None,
+        outcome: Some(MissionOutcome::Crash),
         never: &[],
         ..NOTHING
     });

@@ -111,6 +111,12 @@ fn what_the_autopilot_drops_beyond_its_fence_is_our_conclusion_and_no_failsafe_o
     assert!(!status.failsafe && status.failsafe_reason() == v1::FailsafeReason::Setpoints, "{status:?}");
     assert!(status.failures().eq([v1::FailureFlag::OffboardSignalLost]), "{status:?}");
     assert!(status.reason.contains("does not fly its setpoints"), "{status:?}");
+    // What it flies by its own failsafe meanwhile is one.
+    rig.fault(BATTERY_FAILSAFE, 9);
+    rig.pass(2.0);
+    let status = rig.status();
+    assert!(status.failsafe && status.failsafe_reason() != v1::FailsafeReason::Setpoints, "{status:?}");
+    assert_eq!(status.actual_mode(), FlightMode::Land, "{status:?}");
 }
 
 #[test]

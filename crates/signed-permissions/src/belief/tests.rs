@@ -204,7 +204,10 @@ fn a_grant_in_advance_is_not_wrong_and_lets_nobody_in() {
     let in_advance =
         |area: &str| signed(Permission { area: area.into(), flight: String::new(), extent: None, ..grant(5) });
     let taken = vehicle.take(at(0), Pace::REAL_TIME, vec![in_advance("A"), in_advance("elsewhere")]);
-    let expected = Taken { in_advance: vec![("A".into(), 5)], ..Taken::default() };
+    let expected = Taken {
+        to_ask: vec![ToAsk { area: "A".into(), decision: 5, granted: Granted::InAdvance }],
+        ..Taken::default()
+    };
     assert_eq!((taken, remaining_s(&vehicle, 0)), (expected, None));
     assert_eq!((take(&mut vehicle, 1, signed(grant(6))), remaining_s(&vehicle, 1)), (Ok(()), Some(899)));
     assert_eq!(vehicle.take(at(2), Pace::REAL_TIME, vec![in_advance("A")]), Taken::default(), "it is held, and older");
@@ -421,6 +424,23 @@ fn what_the_tower_says_counts_more_than_what_is_remembered() {
     check(signed(Permission { valid_for: Duration::from_secs(800), ..grant(1) }), Some(800));
     check(state(PermissionState::Revoked, 2), None);
     check(state(PermissionState::Denied, 2), None);
+}
+
+/// The tower may have revoked it while nobody listened, and somebody plays what was heard before.
+#[test]
+fn after_a_restart_a_grant_of_before_is_one_to_stay_until_the_tower_has_decided_again() {
+    let mut before = belief();
+    take(&mut before, 0, signed(grant(5))).unwrap();
+    assert!(!before.is_remembered("A"));
+    let mut after = started_again(&before, 100, 0);
+    for s in [101, 102] {
+        let repeated = Permission { valid_for: Duration::from_secs(900 - s), ..grant(5) };
+        let taken = after.take(at(s), Pace::REAL_TIME, vec![signed(repeated)]);
+        assert_eq!(taken.to_ask, [ToAsk { area: "A".into(), decision: 5, granted: Granted::BeforeTheStart }]);
+        assert_eq!((after.is_remembered("A"), remaining_s(&after, s)), (true, Some(900 - s)));
+    }
+    let taken = after.take(at(103), Pace::REAL_TIME, vec![signed(grant(6))]);
+    assert_eq!((taken.to_ask, after.is_remembered("A"), remaining_s(&after, 103)), (Vec::new(), false, Some(797)));
 }
 
 #[test]

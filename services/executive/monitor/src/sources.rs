@@ -236,7 +236,7 @@ impl Sources {
                     self.began_armed = it.armed;
                 }
                 self.pre_emption.update(now, it.reported());
-                self.notice_motors(&it);
+                self.notice_motors(now, &it);
                 // Its time goes on also on the ground.
                 self.status.take(now, it, true);
             }
@@ -278,14 +278,14 @@ impl Sources {
     }
 
     /// The motors of a vehicle that has flown until now may be stopped.
-    fn notice_motors(&mut self, status: &Status) {
+    fn notice_motors(&mut self, now: Time, status: &Status) {
         let stops = self.armed() && !status.armed && self.flight.flying() == Some(true);
         let position = self.local_position.latest();
         let away_m = position.filter(|_| self.flight.is_away()).map(|it| it.position.height_m());
         self.touchdown.motors(status.armed, away_m);
-        let is_unseen =
-            stops && status.actual != Some(FlightMode::Land) && position.is_some_and(|it| !it.vertical_valid);
-        if let Some(height_m) = away_m.filter(|_| is_unseen) {
+        let is_blind = position.is_some_and(|it| !it.vertical_valid) && status.actual != Some(FlightMode::Land);
+        let is_unseen = is_blind || self.touchdown.must_have_fallen(now);
+        if let Some(height_m) = away_m.filter(|_| stops && is_unseen) {
             self.touchdown.falls_unseen(height_m);
         }
     }

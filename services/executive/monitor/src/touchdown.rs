@@ -10,8 +10,12 @@ use domain::time::Time;
 /// The touchdown is over when the vehicle has been at rest for this long: an autopilot whose motors are stopped in the air reports the
 /// ground before the fall. (ArduPilot: 60 ms after the disarming.)
 const WINDOW: Duration = Duration::from_millis(1500);
+/// No more time at rest is left out than this: a vehicle that hovers before it lands has not come down as it did before. (ENG)
+const LONGEST_REST: Duration = Duration::from_secs(10);
 /// A vehicle that descends faster falls. (PX4: no descent is faster than MPC_Z_VEL_MAX_DN, 1.5 m/s; ENG: above it.)
 const FALLS_M_S: f64 = 2.5;
+/// A longer silence hides a fall: its mean speed counts. (ENG: five times the period of the slowest autopilot.)
+const SILENCE: Duration = Duration::from_millis(500);
 /// Standard gravity.
 const GRAVITY_M_S2: f64 = 9.81;
 
@@ -36,7 +40,11 @@ pub(crate) struct Touchdown {
     this_window: Descent,
     last_window: Descent,
     ends: Time,
+    /// Time at rest that was left out of this window.
+    rested: Duration,
+    /// The last height, and when it was heard.
     heard: Time,
+    height_m: f64,
     /// The height at which it was last seen not to fall.
     steady_m: f64,
     armed: bool,
@@ -51,13 +59,17 @@ pub(crate) struct Touchdown {
 impl Touchdown {
     /// The vehicle is at this height and moves downwards so fast, in metres per second.
     pub(crate) fn descends(&mut self, now: Time, height_m: f64, speed_m_s: f64) {
-        let since = std::mem::replace(&mut self.heard, now);
-        if speed_m_s.abs() < AT_REST_M_S {
-            self.ends = self.ends + (now - since);
+        let (rest, mean_m) = (now - self.heard, self.height_m - height_m);
+        let is_silence = SILENCE < rest && Time::ZERO < self.heard;
+        let speed_m_s = if is_silence { speed_m_s.max(mean_m / rest.as_secs_f64()) } else { speed_m_s };
+        (self.heard, self.height_m) = (now, height_m);
+        if speed_m_s.abs() < AT_REST_M_S && self.rested < LONGEST_REST {
+            self.ends = self.ends + rest;
+            self.rested += rest;
         }
         if self.ends <= now {
             self.last_window = std::mem::take(&mut self.this_window);
-            self.ends = now + WINDOW;
+            (self.ends, self.rested) = (now + WINDOW, Duration::ZERO);
         }
         if speed_m_s <= FALLS_M_S {
             self.steady_m = height_m;
@@ -75,6 +87,12 @@ impl Touchdown {
         let stops = self.armed && self.flying;
         self.stopped_at_m = self.stopped_at_m.or(away_m.filter(|_| stops)).filter(|_| !armed);
         self.armed = armed;
+    }
+
+    /// Whether the height of a vehicle that is down now was last heard so high and so recently that it has fallen.
+    pub(crate) fn must_have_fallen(&self, now: Time) -> bool {
+        let silence = now - self.heard;
+        SILENCE < silence && FALLS_M_S * silence.as_secs_f64() < self.height_m
     }
 
     /// The motors were stopped at this height, and nothing vouches for how fast it comes down: as fast as it must.
@@ -102,7 +120,7 @@ impl Touchdown {
     /// The height at which the motors were stopped, if it fell from there.
     pub(crate) fn fell_from_m(&self) -> Option<f64> {
         let fall = self.touchdown.filter(|it| FALLS_M_S < it.speed_m_s)?;
-        // It may be seen later than the fall.
+        // The motors may be seen to be stopped when it has fallen for some metres.
         Some(self.stopped_at_m?.max(fall.from_m))
     }
 }
@@ -146,6 +164,8 @@ mod tests {
         check(&before_a_landing, 0.7);
         let noticed_late: Vec<f64> = [6.0].into_iter().chain([0.0; 100]).collect();
         check(&noticed_late, 6.0);
+        let hovered_before: Vec<f64> = [2.6].into_iter().chain([0.0; 300]).chain([0.5; 10]).collect();
+        check(&hovered_before, 0.5);
     }
 
     #[test]
@@ -165,6 +185,30 @@ mod tests {
         check(&[0.0; 40], (0.0, None));
         let carried: Vec<f64> = [0.0; 40].into_iter().chain([3.0; 5]).collect();
         check(&carried, (0.0, None));
+    }
+
+    #[test]
+    fn a_fall_in_a_silence_is_as_fast_as_its_mean() {
+        /// Nothing is heard for some time, in which it comes down by 15 m.
+        #[track_caller]
+        fn check(silence_s: u64, expected_m_s: f64, fell_from_m: Option<f64>) {
+            for disarmed_first in [false, true] {
+                let mut touchdown = in_the_air();
+                descends(&mut touchdown, &[0.0; 40]);
+                let now = touchdown.heard + Duration::from_secs(silence_s);
+                if disarmed_first {
+                    assert_eq!(touchdown.must_have_fallen(now), fell_from_m.is_some());
+                } else {
+                    touchdown.descends(now, 0.0, 0.0);
+                }
+                touchdown.motors(false, Some(15.0));
+                touchdown.flies(now, false);
+                touchdown.descends(now, 0.0, 0.0);
+                assert_eq!((touchdown.speed_m_s(), touchdown.fell_from_m()), (Some(expected_m_s), fell_from_m));
+            }
+        }
+        check(2, 7.5, Some(15.0));
+        check(10, 1.5, None);
     }
 
     #[test]

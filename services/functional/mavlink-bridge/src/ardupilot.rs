@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use domain::fmu::{Command, FlightMode, Setpoint};
-use domain::geodesy::{LatLon, LocalFrame};
+use domain::geodesy::{AutopilotFrame, LatLon};
 use domain::time::Time;
 
 use crate::personality::{Following, Personality, Stream, Submode};
@@ -141,14 +141,16 @@ impl Personality for ArduPilot {
         &["ailsafe", "EKF variance", "ence", "Crash", "Terrain", "Vibration", "Dead Reckon"]
     }
 
-    fn local_frame(&self, origin: LatLon) -> LocalFrame {
-        LocalFrame::of_ardupilot(origin)
+    fn local_frame(&self, origin: LatLon) -> AutopilotFrame {
+        AutopilotFrame::of_ardupilot(origin)
     }
 
     fn following(&self, setpoint: &Setpoint) -> Following {
         match setpoint {
-            // A position that is sent alone is held for ever, whatever becomes of us.
-            Setpoint::Position { .. } => Following::Carrot { with_velocity: true, lag: Duration::from_millis(2_500) },
+            // A position that is sent alone is held for ever, whatever becomes of us. (Measured: it brakes by 2 m/s2.)
+            Setpoint::Position { .. } => {
+                Following::Carrot { with_velocity: true, lag: Duration::from_millis(2_500), turning_m_s2: 2.0 }
+            }
             // After GUID_TIMEOUT, 3 s, it stands.
             Setpoint::Velocity { .. } => Following::Direct,
         }

@@ -16,8 +16,8 @@ pub(crate) struct Carrot {
     position: [f64; 3],
     velocity: [f64; 3],
     at: Time,
-    /// Since when the vehicle is too far from it, and does not come nearer.
-    behind: Option<Time>,
+    /// Since when the vehicle is too far from it without coming nearer, and how far it was then.
+    behind: Option<(Time, f64)>,
 }
 
 /// Where to and how fast.
@@ -27,16 +27,18 @@ pub(crate) struct Aim {
     pub(crate) end: [f64; 3],
     /// No faster than this.
     pub(crate) speed_m_s: f64,
-    /// How fast the speed changes.
+    /// How fast the speed changes on the way to the end.
     pub(crate) acceleration_m_s2: f64,
+    /// How fast the vehicle can lose the speed that it has in another direction.
+    pub(crate) turning_m_s2: f64,
     /// How far the vehicle may be behind: seconds of the target's speed, and of its own: one that moves cannot turn at once.
     pub(crate) lag: Duration,
 }
 
 /// Farther behind than the lag allows by this, the vehicle is not following. (ENG: gusts and overshoot.)
 const MARGIN_M: f64 = 3.0;
-/// One that comes nearer at this speed follows. (ENG: gusts move one that holds by less.)
-const NEARER_M_S: f64 = 0.5;
+/// One that has come nearer by this follows. (ENG: gusts move one that holds by less.)
+const NEARER_M: f64 = 1.5;
 /// A pause of the setpoints that is longer is no motion.
 const LONGEST_STEP_S: f64 = 0.5;
 
@@ -48,7 +50,8 @@ impl Carrot {
 
     /// Moves on towards `aim`; `vehicle` is where the vehicle is, if that is known. Returns position and velocity.
     ///
-    /// It turns as a vehicle must: what it moves by beside the way, or away from the end, is lost at `acceleration_m_s2`.
+    /// It turns as a vehicle must: its velocity goes straight over into the wanted one, by `turning_m_s2` at most. So it never moves in a direction
+    /// that neither of them has, such as down on the way to a climb.
     pub(crate) fn advance(&mut self, aim: &Aim, vehicle: Option<&LocalPosition>, now: Time) -> ([f64; 3], [f64; 3]) {
         let dt_s = (now - self.at).as_secs_f64().min(LONGEST_STEP_S);
         self.at = now;
@@ -57,43 +60,46 @@ impl Carrot {
         let direction = if left_m <= 1e-6 { [0.0; 3] } else { way.map(|it| it / left_m) };
         self.watch(aim, direction, vehicle, now);
         let along_m_s = dot(self.velocity, direction);
-        let beside = difference(self.velocity, direction.map(|it| it * along_m_s));
+        let beside_m_s = length(difference(self.velocity, direction.map(|it| it * along_m_s)));
         let braking_m_s = (2.0 * aim.acceleration_m_s2 * left_m).sqrt();
         let wanted_m_s = if self.behind.is_some() { 0.0 } else { aim.speed_m_s.min(braking_m_s) };
-        let change = aim.acceleration_m_s2 * dt_s;
-        let along_m_s = along_m_s + (wanted_m_s - along_m_s).clamp(-2.0 * change, change);
-        let beside_m_s = length(beside);
-        let arrives = left_m <= along_m_s * dt_s && along_m_s <= braking_m_s + 2.0 * change;
-        if (arrives || left_m <= 1e-6) && beside_m_s <= change {
+        let is_on_its_way = 0.0 <= along_m_s && beside_m_s <= aim.turning_m_s2 * dt_s;
+        let most_m_s2 = match is_on_its_way {
+            false => aim.turning_m_s2,
+            true if along_m_s < wanted_m_s => aim.acceleration_m_s2,
+            true => 2.0 * aim.acceleration_m_s2,
+        };
+        let most_m_s = most_m_s2 * dt_s;
+        let arrives = left_m <= along_m_s * dt_s && along_m_s <= braking_m_s + most_m_s;
+        if is_on_its_way && (arrives || left_m <= 1e-6) {
             (self.position, self.velocity) = (aim.end, [0.0; 3]);
             return (self.position, self.velocity);
         }
-        let kept = if beside_m_s <= change { 0.0 } else { 1.0 - change / beside_m_s };
-        self.velocity = std::array::from_fn(|i| direction[i] * along_m_s + beside[i] * kept);
+        let change = difference(direction.map(|it| it * wanted_m_s), self.velocity);
+        let part = (most_m_s / length(change)).min(1.0);
+        self.velocity = std::array::from_fn(|i| self.velocity[i] + change[i] * part);
         self.position = std::array::from_fn(|i| self.position[i] + self.velocity[i] * dt_s);
         (self.position, self.velocity)
     }
 
-    /// Looks whether the vehicle follows. One that is ahead on the way does; one that moves may need its way to brake.
+    /// Looks whether the vehicle follows. One that is ahead on the way does; one that moves may need its way to brake. Where the vehicle is not
+    /// known, nothing new is known of that.
     fn watch(&mut self, aim: &Aim, direction: [f64; 3], vehicle: Option<&LocalPosition>, now: Time) {
-        let Some(vehicle) = vehicle else {
-            self.behind = None;
-            return;
-        };
+        let Some(vehicle) = vehicle else { return };
         let apart = difference(self.position, vehicle.position);
         let ahead_m = dot(apart, direction).min(0.0);
         let behind_m = length(std::array::from_fn(|i| apart[i] - direction[i] * ahead_m));
         let speed_m_s = length(vehicle.velocity);
         let lag_m = (length(self.velocity) + speed_m_s) * aim.lag.as_secs_f64();
         let braking_m = speed_m_s * speed_m_s / (2.0 * aim.acceleration_m_s2);
-        let comes_nearer = NEARER_M_S * length(apart) < dot(vehicle.velocity, apart);
         let is_behind = lag_m + braking_m + MARGIN_M < behind_m;
-        self.behind = is_behind.then_some(self.behind.filter(|_| !comes_nearer).unwrap_or(now));
+        let before = self.behind.filter(|(_, from_m)| *from_m < length(apart) + NEARER_M);
+        self.behind = is_behind.then(|| before.unwrap_or((now, length(apart))));
     }
 
     /// Whether the vehicle has not followed for `limit`.
     pub(crate) fn is_unflown(&self, limit: Duration, now: Time) -> bool {
-        self.behind.is_some_and(|since| limit <= now - since)
+        self.behind.is_some_and(|(since, _)| limit <= now - since)
     }
 }
 
@@ -102,8 +108,13 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const AIM: Aim =
-        Aim { end: [0.0, 30.0, -10.0], speed_m_s: 2.0, acceleration_m_s2: 2.0, lag: Duration::from_millis(2_500) };
+    const AIM: Aim = Aim {
+        end: [0.0, 30.0, -10.0],
+        speed_m_s: 2.0,
+        acceleration_m_s2: 2.0,
+        turning_m_s2: 2.0,
+        lag: Duration::from_millis(2_500),
+    };
 
     fn at(ms: u64) -> Time {
         Time::after(Duration::from_millis(ms))
@@ -182,21 +193,23 @@ mod tests {
         #[test]
         fn a_vehicle_that_flies_its_target_within_its_limits_follows(
             ends in prop::collection::vec((prop::array::uniform2(-300.0..300.0), 1..40_u64), 1..8),
-            acceleration_m_s2 in 2.0..5.0,
+            turning_m_s2 in 2.0..5.0,
+            better_m_s2 in 0.0..3.0,
             delay in 0..12_usize,
         ) {
             let rest = resting(0.0, 0.0);
+            let acceleration_m_s2 = turning_m_s2 + better_m_s2;
             let mut vehicle = Follower { at: rest, acceleration_m_s2, delay, heard: Default::default() };
             let mut carrot = Carrot::new(&rest, at(0));
             let (mut ms, mut before) = (0, [0.0; 3]);
             for ([north_m, east_m], seconds) in &ends {
-                let aim = Aim { end: [*north_m, *east_m, -10.0], ..AIM_FAST };
+                let aim = Aim { end: [*north_m, *east_m, -10.0], turning_m_s2, ..AIM_FAST };
                 for _ in 0..seconds * 20 {
                     ms += 50;
                     let target = carrot.advance(&aim, Some(&vehicle.at), at(ms));
                     let change = length(difference(target.1, before)) / 0.05;
                     let rests = target.1 == [0.0; 3];
-                    prop_assert!(rests || change <= 2.5 * aim.acceleration_m_s2, "{change} m/s2 at {ms} ms");
+                    prop_assert!(rests || change <= 2.0 * aim.acceleration_m_s2 + turning_m_s2, "{change} m/s2 at {ms} ms");
                     before = target.1;
                     vehicle.fly(target, 0.05);
                     prop_assert!(!carrot.is_unflown(Duration::from_secs(3), at(ms)), "{ms} ms: {carrot:?} {vehicle:?}");
@@ -210,6 +223,23 @@ mod tests {
                 vehicle.fly(target, 0.05);
             }
             prop_assert_eq!((carrot.position, carrot.velocity), (aim.end, [0.0; 3]));
+        }
+    }
+
+    /// It climbs to where it is while it flies on: it must brake, and has no reason to sink.
+    #[test]
+    fn a_turn_into_a_climb_never_sinks() {
+        let moving = LocalPosition { velocity: [0.0, 10.0, 0.0], ..resting(0.0, 0.0) };
+        for turning_m_s2 in [2.0, 5.0] {
+            let aim = Aim { end: [0.0, -10.0, -15.0], turning_m_s2, ..AIM_FAST };
+            let mut carrot = Carrot::new(&moving, at(0));
+            for step in 1..400 {
+                let before_m = carrot.position[2];
+                let vehicle = LocalPosition { boot_ms: 0, position: carrot.position, velocity: carrot.velocity };
+                let (position, _) = carrot.advance(&aim, Some(&vehicle), at(step * 50));
+                assert!(position[2] <= before_m, "{position:?}");
+            }
+            assert_eq!(carrot.position, aim.end);
         }
     }
 

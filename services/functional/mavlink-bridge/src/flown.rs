@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use domain::fmu::{Command, CommandId, CommandResult, Setpoint};
-use domain::geodesy::LocalFrame;
+use domain::geodesy::AutopilotFrame;
 use domain::geometry::Ned;
 use domain::time::{Now, Time};
 use node::Effect;
@@ -61,10 +61,12 @@ const SETTLES: Duration = Duration::from_secs(1);
 /// A vehicle that is slower stands. (ENG: gusts move one that holds by less.)
 const STANDS_M_S: f64 = 0.3;
 
-fn converted(position: [f64; 3], from: &LocalFrame, to: &LocalFrame) -> [f64; 3] {
-    let [north_m, east_m, down_m] = position;
-    let there = from.convert(Ned::new(north_m, east_m, down_m), to);
-    [there.north_m, there.east_m, down_m]
+fn ned([north_m, east_m, down_m]: [f64; 3]) -> Ned {
+    Ned::new(north_m, east_m, down_m)
+}
+
+fn array(it: Ned) -> [f64; 3] {
+    [it.north_m, it.east_m, it.down_m]
 }
 
 impl Flown {
@@ -139,10 +141,9 @@ impl Flown {
         }
     }
 
-    /// Its local frame, and ours, once their origin is known.
-    fn frames(&self) -> Option<(LocalFrame, LocalFrame)> {
-        let place = telemetry::origin(&self.vehicle)?.place;
-        Some((self.personality.local_frame(place), LocalFrame::at(place)))
+    /// Its local frame, once the origin is known.
+    fn frame(&self) -> Option<AutopilotFrame> {
+        Some(self.personality.local_frame(telemetry::origin(&self.vehicle)?.place))
     }
 
     /// What it says, with places as they are in our frame.
@@ -153,16 +154,16 @@ impl Flown {
             Heard::Target(it) => it.position.as_mut(),
             _ => None,
         };
-        if let (Some(place), Some((its, ours))) = (place, self.frames()) {
-            *place = converted(*place, &its, &ours);
+        if let (Some(place), Some(frame)) = (place, self.frame()) {
+            *place = array(frame.to_ours(ned(*place)));
         }
         heard
     }
 
     /// A target with its place in the autopilot's frame.
     pub(crate) fn in_its_frame(&self, target: Target) -> Target {
-        let frames = self.frames();
-        let position = target.position.map(|it| frames.map_or(it, |(its, ours)| converted(it, &ours, &its)));
+        let frame = self.frame();
+        let position = target.position.map(|it| frame.map_or(it, |frame| array(frame.to_its(ned(it)))));
         Target { position, ..target }
     }
 

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use domain::fmu::{Command, FlightMode, Setpoint};
-use domain::geodesy::{LatLon, LocalFrame};
+use domain::geodesy::{AutopilotFrame, LatLon};
 use domain::time::Time;
 
 use crate::procedure::Step;
@@ -65,7 +65,7 @@ pub(crate) trait Personality: std::fmt::Debug + Send {
     fn failsafe_texts(&self) -> &'static [&'static str];
 
     /// How it maps the Earth about this origin: its metres are not quite ours.
-    fn local_frame(&self, origin: LatLon) -> LocalFrame;
+    fn local_frame(&self, origin: LatLon) -> AutopilotFrame;
 
     /// How a setpoint of the layers above is passed on.
     fn following(&self, setpoint: &Setpoint) -> Following;
@@ -91,6 +91,8 @@ pub(crate) enum Following {
         with_velocity: bool,
         /// How far the vehicle may be behind it: seconds of its speed.
         lag: Duration,
+        /// How fast the vehicle turns.
+        turning_m_s2: f64,
     },
 }
 

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use domain::fmu::{Command, FlightMode, Setpoint};
-use domain::geodesy::{LatLon, LocalFrame};
+use domain::geodesy::{AutopilotFrame, LatLon};
 use domain::time::Time;
 
 use crate::personality::{Following, Personality, Stream, Submode};
@@ -138,16 +138,17 @@ impl Personality for Px4 {
         &["Failsafe", "failsafe"]
     }
 
-    fn local_frame(&self, origin: LatLon) -> LocalFrame {
-        LocalFrame::of_px4(origin)
+    fn local_frame(&self, origin: LatLon) -> AutopilotFrame {
+        AutopilotFrame::of_px4(origin)
     }
 
     fn following(&self, setpoint: &Setpoint) -> Following {
         match setpoint {
             // Its own limit in offboard is MPC_XY_VEL_MAX, which no command changes.
             Setpoint::Position { speed_limit_m_s: Some(_), .. } => {
-                // MPC_XY_P, 0.95 1/s, makes it follow a moving position by a second; the rest is for gaining speed.
-                Following::Carrot { with_velocity: false, lag: Duration::from_millis(2_500) }
+                // MPC_XY_P, 0.95 1/s, makes it follow a moving position by a second; the rest is for gaining speed. It turns by
+                // MPC_ACC_HOR_MAX, 5 m/s2.
+                Following::Carrot { with_velocity: false, lag: Duration::from_millis(2_500), turning_m_s2: 5.0 }
             }
             _ => Following::Direct,
         }

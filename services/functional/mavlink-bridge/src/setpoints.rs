@@ -89,7 +89,10 @@ impl Setpoints {
                 yaw_rad: *yaw_rad,
                 yaw_rate_rad_s: None,
             },
-            (Setpoint::Position { target, speed_limit_m_s, yaw_rad }, Following::Carrot { with_velocity, lag }) => {
+            (
+                Setpoint::Position { target, speed_limit_m_s, yaw_rad },
+                Following::Carrot { with_velocity, lag, turning_m_s2 },
+            ) => {
                 let vehicle = vehicle.local_now(now);
                 if self.carrot.is_none() {
                     // Without a position there is nowhere to begin.
@@ -99,6 +102,7 @@ impl Setpoints {
                     end: [target.north_m, target.east_m, target.down_m],
                     speed_m_s: speed_limit_m_s.unwrap_or(f64::INFINITY).min(config.cruise_m_s.get()),
                     acceleration_m_s2: config.acceleration_m_s2.get(),
+                    turning_m_s2,
                     lag,
                 };
                 let (position, velocity) = self.carrot.as_mut()?.advance(&aim, vehicle.as_ref(), now);

@@ -79,7 +79,11 @@ impl Flown {
             _ => actual,
         };
         let signal_lost = vehicle.is_armed() && self.misses_us(intended, actual, is_other, has_setpoint, now);
-        let unflown = self.setpoints.are_unflown(config.unflown_s.seconds(), now);
+        // ArduPilot keeps one that has landed it until it is started again: on the ground it flies nothing.
+        let is_critical = vehicle.is_armed() && vehicle.critical_since.is_some();
+        // What the autopilot flies of its own, or for somebody else, it does not owe us.
+        let is_ours = *author == Author::Ours && !is_critical;
+        let unflown = is_ours && self.setpoints.are_unflown(config.unflown_s.seconds(), now);
         // It stands although it is to fly: by our own stop, or because the autopilot swallows what it is told.
         let stands = (signal_lost && personality.stop().is_some() && intended == actual) || unflown;
         if stands {
@@ -87,8 +91,6 @@ impl Flown {
         }
         let is_ground_mode = flown == personality.ground_mode();
         let can_arm = vehicle.prearm(now).filter(|_| is_ground_mode || vehicle.is_armed());
-        // ArduPilot keeps one that has landed it until it is started again: on the ground it flies nothing.
-        let is_critical = vehicle.is_armed() && vehicle.critical_since.is_some();
         let failsafe = *author == Author::Failsafe || is_critical;
         let unable = can_arm == Some(false) && !vehicle.is_armed();
         let mut reasons = self.reasons(problem.as_deref(), unflown);

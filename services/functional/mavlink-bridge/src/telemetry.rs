@@ -56,7 +56,7 @@ pub(crate) fn vibration_m_s2(vehicle: &Vehicle, personality: &dyn Personality, n
 /// Whether the estimator vouches for the position, horizontally and vertically. One that is silent does not.
 fn validity(vehicle: &Vehicle, now: Time) -> (bool, bool) {
     match vehicle.estimator {
-        Some((at, flags, _)) if now - at <= FRESH => {
+        Some((at, flags, ..)) if now - at <= FRESH => {
             (flags & flags::POS_HORIZ_ABS != 0 && flags & flags::CONST_POS_MODE == 0, flags & flags::POS_VERT_ABS != 0)
         }
         _ => (false, false),
@@ -65,7 +65,7 @@ fn validity(vehicle: &Vehicle, now: Time) -> (bool, bool) {
 
 /// One standard deviation, horizontal and vertical: the estimator's own, that of the receiver, or that of a poor one.
 fn accuracy_m(vehicle: &Vehicle, now: Time) -> (f64, f64) {
-    let of_estimator = vehicle.estimator.filter(|(at, ..)| now - *at <= FRESH).and_then(|(.., it)| it);
+    let of_estimator = vehicle.estimator.filter(|(at, ..)| now - *at <= FRESH).and_then(|(_, _, it, _)| it);
     let of_receiver = vehicle.gnss.filter(|(at, ..)| now - *at <= FRESH).and_then(|(.., it)| it);
     let finite = |it: &(f64, f64)| it.0.is_finite() && it.1.is_finite() && 0.0 <= it.0 && 0.0 <= it.1;
     of_estimator.filter(finite).or(of_receiver).unwrap_or((UNKNOWN_ACCURACY_M, UNKNOWN_ACCURACY_M))
@@ -163,11 +163,12 @@ pub(crate) fn failures(vehicle: &Vehicle, signal_lost: bool, now: Time) -> Vec<f
     /// MAV_BATTERY_CHARGE_STATE_CRITICAL, and worse up to UNHEALTHY; CHARGING is 7.
     const CRITICAL: std::ops::RangeInclusive<u8> = 3..=6;
     let no_fix = vehicle.gnss.is_some_and(|(at, fix, _)| now - at <= FRESH && fix < FIX_3D);
+    let glitches = vehicle.estimator.is_some_and(|(at, .., glitches)| now - at <= FRESH && glitches);
     let (horizontal, vertical) = validity(vehicle, now);
     let is_critical = vehicle.battery.is_some_and(|(at, it)| now - at <= FRESH && CRITICAL.contains(&it.charge_state));
     let failures = [
         (signal_lost, fmu::Failure::OffboardSignalLost),
-        (no_fix || vehicle.gnss_glitches, fmu::Failure::GnssLost),
+        (no_fix || glitches, fmu::Failure::GnssLost),
         (!horizontal || !vertical, fmu::Failure::Estimator),
         (is_critical, fmu::Failure::Battery),
     ];

@@ -26,10 +26,8 @@ pub(crate) struct Vehicle {
     pub(crate) local: Option<(Time, LocalPosition)>,
     /// On the globe.
     pub(crate) global: Option<(Time, GlobalPosition)>,
-    /// The estimator's flags and accuracy.
-    pub(crate) estimator: Option<(Time, u16, AccuracyM)>,
-    /// The estimator does not believe the satellite receiver.
-    pub(crate) gnss_glitches: bool,
+    /// The estimator's flags and accuracy, and whether it does not believe the satellite receiver.
+    pub(crate) estimator: Option<(Time, u16, AccuracyM, bool)>,
     /// Fix type and accuracy.
     pub(crate) gnss: Option<(Time, u8, AccuracyM)>,
     /// VIBRATION, as it was said.
@@ -75,7 +73,7 @@ impl Vehicle {
             Heard::LocalPosition(it) => self.local = Some((now, *it)),
             Heard::GlobalPosition(it) => self.global = Some((now, *it)),
             Heard::Estimator { flags, accuracy_m, gnss_glitches } => {
-                (self.estimator, self.gnss_glitches) = (Some((now, *flags, *accuracy_m)), *gnss_glitches);
+                self.estimator = Some((now, *flags, *accuracy_m, *gnss_glitches));
             }
             Heard::Gnss { fix, accuracy_m } => self.gnss = Some((now, *fix, *accuracy_m)),
             Heard::Vibration(it) => self.vibration = Some((now, *it)),

@@ -1,6 +1,6 @@
 //! The local frame: where its origin is, and a number that changes when positions before and after cannot be compared.
 
-use domain::geodesy::{LatLon, LocalFrame, Origin};
+use domain::geodesy::{AutopilotFrame, LatLon, Origin};
 use domain::geometry::Ned;
 
 use crate::cdr::{CdrError, Record};
@@ -38,16 +38,18 @@ impl Frame {
         self.origin
     }
 
-    /// A place of PX4's local frame as it is in ours, while the origin is known.
+    /// A position of PX4's local frame as it is in ours, while the origin is known.
     pub(crate) fn to_ours(&self, position: Ned) -> Ned {
-        let place = self.origin.map(|it| it.place);
-        place.map_or(position, |it| LocalFrame::of_px4(it).convert(position, &LocalFrame::at(it)))
+        self.of_px4().map_or(position, |it| it.to_ours(position))
     }
 
-    /// A place of our local frame as it is in PX4's, while the origin is known.
+    /// A position of our local frame as it is in PX4's, while the origin is known.
     pub(crate) fn to_its(&self, position: Ned) -> Ned {
-        let place = self.origin.map(|it| it.place);
-        place.map_or(position, |it| LocalFrame::at(it).convert(position, &LocalFrame::of_px4(it)))
+        self.of_px4().map_or(position, |it| it.to_its(position))
+    }
+
+    fn of_px4(&self) -> Option<AutopilotFrame> {
+        Some(AutopilotFrame::of_px4(self.origin?.place))
     }
 
     /// Changes with the frame. The same for a bridge that was started again, as long as no reset was seen; 0 while there is no frame.

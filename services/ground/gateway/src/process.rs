@@ -95,7 +95,7 @@ impl GatewayProcess {
         let _entered = runtime.enter();
         let listener = tokio::net::TcpListener::from_std(self.listener)?;
         let (end, ended) = oneshot::channel::<()>();
-        runtime.spawn(serve(
+        let server = runtime.spawn(serve(
             listener,
             self.tls.map(|it| it.config),
             self.api,
@@ -105,7 +105,9 @@ impl GatewayProcess {
         ));
         let result = run_node(&mut self.node);
         drop(end);
-        // An open stream does not keep the process alive.
+        // Who has asked for something gets the answer, if there is one by now. That takes no longer than the server's grace period.
+        let _ = runtime.block_on(server);
+        // A blocked disk does not keep the process alive.
         runtime.shutdown_background();
         Ok(result)
     }

@@ -54,8 +54,7 @@ pub(crate) struct Permissions {
     has_heard: bool,
     /// Areas with why a line of the ledger was refused: each is said once.
     refused: BTreeSet<(String, Refusal)>,
-    /// Areas that are held although a line said no, or granted in advance: the highest number of such a line, and how often the tower was
-    /// asked about it.
+    /// Areas whose line the tower is to be asked about, see [`Taken`]: the highest number of such a line, and how often it was asked.
     doubted: BTreeMap<String, (u64, u32)>,
     /// Makes request ids and flights unique among starts of this process.
     instance: u64,
@@ -184,10 +183,15 @@ impl Permissions {
 
     /// Whether what the tower has decided is still to be heard after the start: until then nobody knows that a permission is missing.
     pub(crate) fn awaits_first_ledger(&self, now: Time) -> bool {
-        !self.has_heard && self.silent_until.is_some_and(|until| now < until)
+        !self.has_heard && self.may_still_ask(now)
     }
 
-    /// Whether the permission for `area` is only remembered: the tower has not been heard about it since the start, and may have revoked it
+    /// Whether there is time left to ask the tower about what was granted before the start.
+    pub(crate) fn may_still_ask(&self, now: Time) -> bool {
+        self.silent_until.is_some_and(|until| now < until)
+    }
+
+    /// Whether the permission for `area` is only remembered: the tower has not decided again since the start, and may have revoked it
     /// before. It is one to stay, not one to go in.
     pub(crate) fn is_only_remembered(&self, area: &str) -> bool {
         self.belief.is_remembered(area)
@@ -243,6 +247,8 @@ impl Permissions {
     pub(crate) fn on_ledger(&mut self, now: Now, pace: Pace, ledger: Vec<Permission>) -> Taken {
         let taken = self.belief.take(now, pace, ledger);
         self.revision += taken.decided.len() as u64;
+        // What is asked about from here on is something else.
+        self.doubted.retain(|area, _| taken.decided.iter().all(|it| it.area != *area));
         taken
     }
 
@@ -261,7 +267,7 @@ impl Permissions {
         self.send_if_overdue(now, area, limits, outbox);
     }
 
-    /// Asks the tower about `area`, which is held although a line of this number says no, or which a line grants in advance; returns whether
+    /// Asks the tower about `area`, of which a line of this number does not settle whether it may be entered, see [`Taken`]; returns whether
     /// that is new. A few requests are enough: what is only a recording comes again and again.
     pub(crate) fn doubt(
         &mut self,
@@ -334,7 +340,7 @@ impl Permissions {
         self.requests.insert(area.to_owned(), PermissionRequest::Denied(denial));
     }
 
-    /// Whether every permission that is needed is held, and was heard of since the start.
+    /// Whether every permission that is needed is held, and was decided since the start.
     pub(crate) fn meets(&self, need: &PermissionNeed, now: Time, limits: &Limits) -> bool {
         let least = need.lasts.max(limits.permission_margin);
         // A grant is already a moment old when it arrives.

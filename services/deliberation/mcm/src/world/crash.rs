@@ -29,6 +29,11 @@ impl World {
         self.crash.as_ref().filter(|it| !it.is_inspected).map(|it| &*it.why)
     }
 
+    /// Whether nothing starts because of a crash: it is inspected first, and started by an operator then.
+    pub(super) fn may_not_start_after_crash(&self) -> bool {
+        self.crash.as_ref().is_some_and(|it| !it.is_inspected || !self.operator.has_started())
+    }
+
     /// An operator says that the vehicle was inspected and may fly.
     pub(super) fn inspected(&mut self) -> Result<String, String> {
         let stands = self.vehicle.is_some_and(|it| !it.flying && !it.armed);

@@ -55,6 +55,8 @@ impl World {
             // Near the ground a land detector that bounces looks like a flight.
             if !self.is_near_ground() {
                 self.unplanned_landing = None;
+            }
+            if self.vehicle.is_some_and(|it| it.armed) {
                 self.forget_inspected_crash();
             }
             if !was_flying {
@@ -130,7 +132,7 @@ impl World {
 
     /// What has begun on the ground, or come down, goes on only by an operator's order.
     fn is_stopped_on_ground(&self) -> bool {
-        self.unplanned_landing.is_some() || self.memory.is_lost() || self.uninspected_crash().is_some()
+        self.unplanned_landing.is_some() || self.memory.is_lost() || self.may_not_start_after_crash()
     }
 
     /// When a mission that waits to be resumed after an unplanned landing is given up; gives it up if that is now.

@@ -11,7 +11,7 @@ use domain::wire::{InvalidMessage, decision, finite, permission};
 use kittiwake_proto::topics::{Message, Response, Service, Topic};
 use kittiwake_proto::v1;
 use node::{CallError, CallId};
-use signed_permissions::belief::{Outdated, Taken};
+use signed_permissions::belief::{Outdated, Taken, ToAsk};
 
 use super::World;
 use super::news::{FlagNews, ListedFlag};
@@ -92,8 +92,7 @@ impl World {
                     self.say("permission", "the control tower was started again".to_owned());
                 }
                 let pace = self.limits.pace;
-                let Taken { decided, refused, outdated, in_advance } =
-                    self.permissions.on_ledger(self.now, pace, ledger);
+                let Taken { decided, refused, outdated, to_ask } = self.permissions.on_ledger(self.now, pace, ledger);
                 if is_whole {
                     self.permissions.on_whole_ledger();
                 }
@@ -109,10 +108,10 @@ impl World {
                         self.say("permission", format!("area {area}: a permission is not believed: {refusal}"));
                     }
                 }
-                for (area, number) in in_advance {
+                for ToAsk { area, decision, granted } in to_ask {
                     let (now, by) = (self.now.time, self.needed_by());
-                    if self.permissions.doubt(now, &area, number, by, &self.limits, &mut self.outbox) {
-                        let text = format!("asking for area {area}, which was granted in advance");
+                    if self.permissions.doubt(now, &area, decision, by, &self.limits, &mut self.outbox) {
+                        let text = format!("asking for area {area}, which was granted {granted}");
                         self.record(Said::new("permission", DecisionKind::PermissionAsked, text).about_area(area));
                     }
                 }

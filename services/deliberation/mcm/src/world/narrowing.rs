@@ -99,8 +99,8 @@ impl World {
     }
 
     /// The permissions that may be used for a way from here on: while no new area may be entered, those of the areas around the
-    /// vehicle, as long as a response has a landing in reach with them. So it is with a permission that the tower should have been heard about
-    /// since the start by now, and was not.
+    /// vehicle, as long as a response has a landing in reach with them. The same holds for a permission older than the start that the tower has
+    /// not given again in time.
     pub(super) fn grants_in_use(&self) -> Grants {
         let mut grants = self.grants();
         if !self.needs_held_areas {
@@ -116,11 +116,11 @@ impl World {
         self.vehicle.map(|it| self.areas_around(it.position).map(|it| &*it.name).collect()).unwrap_or_default()
     }
 
-    /// Whether `area` may not be entered by its permission: that is only remembered, the tower should have been heard about it by now, and the vehicle
+    /// Whether `area` may not be entered by its permission: that is only remembered, the tower should have answered by now, and the vehicle
     /// does not fly in the area already. `around`: the names of the areas around it. On the ground, where waiting costs nothing, the tower is asked
     /// at once.
     pub(super) fn is_overdue_in(&self, around: &BTreeSet<&str>, area: &str) -> bool {
-        let is_due = !self.is_flying() || !self.permissions.awaits_first_ledger(self.now.time);
+        let is_due = !self.is_flying() || !self.permissions.may_still_ask(self.now.time);
         let stays = self.is_flying() && around.contains(area);
         self.permissions.is_only_remembered(area) && is_due && !stays
     }
@@ -153,7 +153,7 @@ impl World {
         let (areas, row) = (areas.join(", "), self.narrowing.no_new_area);
         let although = match row {
             Some(row) => format!("`{}` is up", self.flags.name(row)),
-            None => "the tower has not been heard about it since the start".to_owned(),
+            None => "the tower has not decided about it again since the start".to_owned(),
         };
         let text =
             format!("area {areas} may be entered although {although}: it is held, and else no landing can be reached");

@@ -134,6 +134,23 @@ fn an_area_of_the_mission_that_is_granted_in_advance_is_asked_for() {
     assert_eq!(rig.decisions.iter().filter(said).count(), 1);
 }
 
+/// It was asked about the grant that is older than the restart, and that question is over.
+#[test]
+fn a_tower_that_has_lost_its_numbers_is_asked_also_after_a_restart() {
+    let mut rig = Rig::new();
+    rig.say(above_the_pad());
+    decide(&mut rig, &[("A", Granted, 1000.0, 5)]);
+    let mut rig = rig.started_again();
+    rig.vehicle(false, Loiter, (0.0, 0.0, 0.0));
+    rig.say(above_the_pad());
+    decide(&mut rig, &[("A", Granted, 999.0, 5)]);
+    decide(&mut rig, &[("A", Granted, 999.0, 6)]);
+    assert_eq!(rig.story(), "replan after 0 () []\nask A");
+    rig.wait(60.0);
+    decide(&mut rig, &[("A", Revoked, 0.0, 3)]);
+    assert_eq!(rig.story(), "ask A");
+}
+
 /// What the tower has revoked meanwhile, a vehicle that stands can wait to hear.
 #[test]
 fn no_takeoff_begins_by_a_permission_that_is_only_remembered() {
@@ -148,8 +165,10 @@ fn no_takeoff_begins_by_a_permission_that_is_only_remembered() {
         rig.plan(plan(&[step(1, Goal::Takeoff { climb_m: 10.0 }, &[])]));
         assert_eq!(rig.story(), ["replan after 0 () []", begins].join("\n"));
         if in_a_next_life {
-            // The tower still grants it.
+            // Somebody repeats that grant: the tower is asked, which may have revoked it.
             decide(&mut rig, &[("A", Granted, 999.0, 1)]);
+            assert_eq!(rig.story(), "ask A");
+            decide(&mut rig, &[("A", Granted, 999.0, 2)]);
             rig.plan(plan(&[step(2, Goal::Takeoff { climb_m: 10.0 }, &[])]));
             assert_eq!(rig.story(), "start takeoff 10");
         }

@@ -129,6 +129,18 @@ fn a_crash_counts_in_every_mission_until_the_vehicle_was_inspected() {
     rig.wait(1.0);
     assert_eq!((rig.status().uninspected_crash.as_str(), rig.status().report.is_some()), ("", false));
     assert!(!rig.command(Verb::Inspected(v1::Inspected {})).done, "it was inspected");
+    rig.wait(60.0);
+    assert_eq!(rig.story(), "", "an operator starts it");
+    assert!(rig.command(Verb::Start(v1::StartMission {})).done);
+    rig.wait(1.0);
+    assert_eq!(rig.story(), "replan after 0 () []");
+    // It falls again, from less than a metre.
+    rig.flag_of("monitor", "crashed", false);
+    rig.vehicle(true, Loiter, (0.0, 50.0, 0.8));
+    rig.vehicle(false, Loiter, (0.0, 50.0, 0.0));
+    rig.flag_of("monitor", "crashed", true);
+    rig.wait(1.0);
+    assert_eq!(rig.status().uninspected_crash, "`crashed`: ");
 }
 
 #[test]
