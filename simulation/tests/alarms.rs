@@ -4,10 +4,12 @@
 
 use std::time::Duration;
 
+use control_tower::policy::Policy;
 use kittiwake_proto::v1::ResumeMission;
 use kittiwake_proto::v1::operator_command::Verb;
 
-use crate::stories::support::story::{s, when};
+use crate::stories::support::story::{s, when_flown};
+use crate::stories::support::{shipped, simulation_of};
 
 /// How often it is looked.
 const STEP: Duration = Duration::from_millis(100);
@@ -56,7 +58,7 @@ fn one_cause_is_one_alarm_and_none_stands_when_it_is_gone() {
 
 /// What is wrong with the alarms of this cause.
 fn wrong(cause: &str, expected: &[&str]) -> Option<String> {
-    let mut simulation = when("step 2 of 5");
+    let mut simulation = when_flown(simulation_of(&shipped(), None, Policy::Grant), "step 2 of 5");
     simulation.pass(s(5));
     let words: Vec<&str> = cause.split(' ').collect();
     simulation.inject_fault(words[0], &words[1..]);

@@ -20,7 +20,7 @@ struct Sections {
 
 /// The shipped system over a PX4, and that PX4.
 fn over_px4(permissions: Policy) -> (Simulation<'static>, FakeLink) {
-    let config = crate::stories::support::config();
+    let config = crate::stories::support::shipped();
     let text = std::fs::read_to_string(config.join("kittiwake.toml")).unwrap();
     let sections: Sections = toml::from_str(&text).unwrap();
     let setup = Setup { config: &config, mission: None, permissions, seed: 1, machine: Machine::Ideal };

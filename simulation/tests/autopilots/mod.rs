@@ -42,7 +42,7 @@ fn with_keys(
     bridges: Option<&str>,
 ) -> Simulation<'static> {
     let [autopilots, bridges] = [autopilots, bridges].map(|it| it.map(|it| it.repeat(32).parse::<Key>().unwrap()));
-    let config = crate::stories::support::config();
+    let config = crate::stories::support::shipped();
     let setup = Setup { config: &config, mission: None, permissions, seed: 1, machine: Machine::Ideal };
     let sections: Sections = Source::read(&config.join("kittiwake.toml")).unwrap().parse().unwrap();
     let simulation = Simulation::with_vehicle(&setup, |vehicle| {

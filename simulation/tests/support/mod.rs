@@ -13,19 +13,44 @@ use simulation::{Machine, Setup, Simulation};
 
 pub mod story;
 
-/// The shipped configuration.
+/// The rates at which a flight costs half as much. Rules ask for times and limits, not for a number of messages.
+const RATES: [(&str, &str); 5] = [
+    ("vehicle_attitude", "40.0"),
+    ("vehicle_local_position", "40.0"),
+    ("vehicle_global_position", "5.0"),
+    ("battery_status", "5.0"),
+    ("introspection_rate_hz", "25.0"),
+];
+
+/// The shipped configuration, at [`RATES`]: where all of each sweep is flown, at its own rates.
 pub fn config() -> PathBuf {
+    static SLOWER: LazyLock<PathBuf> = LazyLock::new(|| match *SEED {
+        Some(_) => copy_with(&shipped(), "rates", &RATES),
+        None => shipped(),
+    });
+    SLOWER.clone()
+}
+
+/// The shipped configuration, for a flight that counts on its rates.
+pub fn shipped() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../config")
 }
 
 /// A copy of the shipped configuration in which keys of `kittiwake.toml` have other values.
 #[track_caller]
 pub fn config_with(name: &str, changes: &[(&str, &str)]) -> PathBuf {
-    let (shipped, copy) = (config(), own_path(name));
-    std::fs::create_dir_all(copy.join("trees")).unwrap();
-    for file in std::fs::read_dir(shipped.join("trees")).unwrap() {
-        let path = file.unwrap().path();
-        std::fs::copy(&path, copy.join("trees").join(path.file_name().unwrap())).unwrap();
+    copy_with(&config(), name, changes)
+}
+
+#[track_caller]
+fn copy_with(shipped: &Path, name: &str, changes: &[(&str, &str)]) -> PathBuf {
+    let copy = own_path(name);
+    for folder in ["trees", "missions"] {
+        std::fs::create_dir_all(copy.join(folder)).unwrap();
+        for file in std::fs::read_dir(shipped.join(folder)).unwrap() {
+            let path = file.unwrap().path();
+            std::fs::copy(&path, copy.join(folder).join(path.file_name().unwrap())).unwrap();
+        }
     }
     std::fs::copy(shipped.join("contingencies.toml"), copy.join("contingencies.toml")).unwrap();
     let mut text = std::fs::read_to_string(shipped.join("kittiwake.toml")).unwrap();
@@ -91,15 +116,17 @@ pub(crate) fn seeds(few: u64) -> Vec<u64> {
 /// Of this many cases of a sweep one is flown.
 const SAMPLED: usize = 8;
 
+/// The seed of the draws of this run; `None`: all is flown.
+static SEED: LazyLock<Option<u64>> = LazyLock::new(|| match std::env::var("KITTIWAKE_SWEEP") {
+    Ok(all) if all == "all" => None,
+    Ok(seed) => Some(seed.parse().expect("KITTIWAKE_SWEEP is a seed, or `all`")),
+    Err(_) => Some(RandomState::new().hash_one("a seed") % 1_000_000),
+});
+
 /// The cases of a sweep that are flown: one in eight and at least one, drawn by the seed `KITTIWAKE_SWEEP`, or by a random one. `KITTIWAKE_SWEEP=all` flies
 /// all, as `.ci/long sweeps` does. A test that fails prints the seed.
 #[track_caller]
 pub(crate) fn sample<T>(cases: impl IntoIterator<Item = T>) -> Vec<T> {
-    static SEED: LazyLock<Option<u64>> = LazyLock::new(|| match std::env::var("KITTIWAKE_SWEEP") {
-        Ok(all) if all == "all" => None,
-        Ok(seed) => Some(seed.parse().expect("KITTIWAKE_SWEEP is a seed, or `all`")),
-        Err(_) => Some(RandomState::new().hash_one("a seed") % 1_000_000),
-    });
     let cases = cases.into_iter();
     let Some(seed) = *SEED else { return cases.collect() };
     let place = Location::caller();

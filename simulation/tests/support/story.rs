@@ -22,7 +22,12 @@ pub const fn s(seconds: u64) -> Duration {
 /// The reference mission, when this was decided.
 #[track_caller]
 pub fn when(decided: &str) -> Simulation<'static> {
-    let mut simulation = simulation(None, Policy::Grant);
+    when_flown(simulation(None, Policy::Grant), decided)
+}
+
+/// This flight, when this was decided.
+#[track_caller]
+pub fn when_flown(mut simulation: Simulation<'static>, decided: &str) -> Simulation<'static> {
     assert!(simulation.fly_until(decided, LIMIT), "{}", simulation.decision_log());
     simulation
 }
