@@ -39,8 +39,14 @@ fn a_flight_from_the_ground_to_the_ground() {
             assert_eq!(rig.command(LOITER), Ok(()));
             rig.setpoint = None;
             assert_eq!(rig.command(LAND), Ok(()));
+            let commanded_at = rig.now;
             let down = |it: &Published| it.status.as_ref().is_some_and(|it| !it.armed) && it.landed == Some(true);
             assert!(rig.run(Duration::from_secs(60), down), "{kind:?} {:?}", rig.status());
+            // PX4 says that it has left the mode before it says that its motors are off.
+            let leaves = |(at, it): &&(_, v1::VehicleStatus)| {
+                commanded_at < *at && it.armed && it.intended_mode() != FlightMode::Land
+            };
+            assert_eq!(rig.published.statuses.iter().find(leaves), None, "{kind:?}");
             assert!(!rig.status().commanded_by_other, "{kind:?} {:?}", rig.status());
             // The mode that a landing leaves behind cannot be armed in; it is left at once.
             rig.ready();

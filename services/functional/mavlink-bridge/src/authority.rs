@@ -5,9 +5,10 @@
 
 use std::time::Duration;
 
+use domain::fmu::FlightMode;
 use domain::time::Time;
 
-use crate::personality::Personality;
+use crate::personality::{Personality, Submode};
 use crate::vehicle::Vehicle;
 
 /// A failsafe says so at about the same time as it changes the mode: 3 ms apart where it was measured.
@@ -93,7 +94,9 @@ impl Authority {
                 }
             } else if !armed || by_itself() {
                 // With its motors off nobody flies it: a switch of its remote control, or whoever prepares it, has changed the mode.
-                self.commanded = Some(asked);
+                if self.landing(vehicle, personality).is_none() {
+                    self.commanded = Some(asked);
+                }
             } else {
                 self.doubt(vehicle, personality, asked, now);
             }
@@ -105,9 +108,19 @@ impl Authority {
         }
     }
 
+    /// The landing that is over, until the motors are seen to be off: PX4 tells the mode that follows it up to a second before that.
+    pub(crate) fn landing(&self, vehicle: &Vehicle, personality: &dyn Personality) -> Option<u32> {
+        let is_landing = |mode: &u32| personality.mode(*mode, Submode::Holding) == Some(FlightMode::Land);
+        let is_over = |mode: &u32| {
+            let next = vehicle.custom_mode();
+            next.is_some_and(|next| next != *mode && personality.changes_by_itself(*mode, next, vehicle.is_on_ground()))
+        };
+        self.commanded.filter(is_landing).filter(is_over).filter(|_| vehicle.is_armed())
+    }
+
     /// The first mode that is seen. On the ground nobody has chosen it; in the air we may have, before this process was started again.
     fn first(&mut self, vehicle: &Vehicle, personality: &dyn Personality, asked: u32) {
-        let has_name = personality.mode(asked, crate::personality::Submode::Holding).is_some();
+        let has_name = personality.mode(asked, Submode::Holding).is_some();
         let started = vehicle.heartbeat.is_some_and(|(_, it)| personality.has_started(it.system_status));
         if !vehicle.is_armed() && !started {
             return;

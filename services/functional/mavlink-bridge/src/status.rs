@@ -69,11 +69,12 @@ impl Flown {
     fn status(&self, around: Surroundings, config: &Config, now: Time) -> fmu::Status {
         let Surroundings { problem, has_setpoint } = around;
         let Flown { vehicle, personality, authority, submode, .. } = self;
-        let flown = vehicle.custom_mode().unwrap_or_default();
+        let landing = authority.landing(vehicle, personality.as_ref());
+        let flown = landing.or(vehicle.custom_mode()).unwrap_or_default();
         let mut actual = personality.mode(flown, *submode);
         let author = authority.author();
         let is_other = matches!(author, Author::Other(_));
-        let intended = match (vehicle.intended(now), authority.commanded()) {
+        let intended = match (landing.or(vehicle.intended(now)), authority.commanded()) {
             (Some(mode), _) => personality.mode(mode, *submode),
             (None, Some(commanded)) if !is_other => personality.mode(commanded, *submode),
             _ => actual,
