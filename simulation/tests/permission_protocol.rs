@@ -313,7 +313,6 @@ impl Model {
             None => {}
         }
         let taken = self.beliefs[vehicle].take(self.now, Pace::REAL_TIME, lines);
-        taken.outdated.into_iter().for_each(|it| self.ask(vehicle, it.area));
         taken.to_ask.into_iter().for_each(|it| self.ask(vehicle, it.area));
     }
 

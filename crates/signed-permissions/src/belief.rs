@@ -23,7 +23,6 @@
 //! of decisions rise over all areas, so no grant of an area that is not known is believed that is as old as what was forgotten.
 
 use std::collections::BTreeMap;
-use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -112,51 +111,33 @@ pub struct Taken {
     pub decided: Vec<Permission>,
     /// Areas whose line was refused.
     pub refused: Vec<(String, Refusal)>,
-    /// Areas whose grant holds although a line says no: the tower is to be asked again.
-    pub outdated: Vec<Outdated>,
-    /// Grants for areas of the mission that let nobody in until the tower was asked.
+    /// Lines about which the tower is to be asked: what they say counts only if it says so again, with a higher number.
     pub to_ask: Vec<ToAsk>,
 }
 
-/// A grant that lets nobody in yet.
+/// A line about which the tower is to be asked.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ToAsk {
     /// The area.
     pub area: String,
-    /// The number of the grant.
-    pub decision: u64,
-    /// Why it is not enough.
-    pub granted: Granted,
-}
-
-/// When a grant was given that is not enough.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Granted {
-    /// The tower has not said yet where the area is.
-    InAdvance,
-    /// It may be a recording of one that was revoked since.
-    BeforeTheStart,
-}
-
-/// As in a decision record.
-impl fmt::Display for Granted {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Granted::InAdvance => "in advance",
-            Granted::BeforeTheStart => "before the start",
-        })
-    }
-}
-
-/// A denial or revocation of what is granted, with a lower number than the grant has.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Outdated {
-    /// The area.
-    pub area: String,
     /// The number of the line.
-    pub found: u64,
-    /// The highest one that is known about the area.
-    pub latest: u64,
+    pub decision: u64,
+    /// Why the line settles nothing.
+    pub why: Why,
+}
+
+/// Why a line settles nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Why {
+    /// It grants in advance: the tower has not said yet where the area is.
+    InAdvance,
+    /// It grants with a number from before the start: it may be a recording of a grant that was revoked since.
+    BeforeTheStart,
+    /// It denies or revokes what is granted, with a lower number than the highest one that is known about the area.
+    SaysNo {
+        /// The highest number.
+        latest: u64,
+    },
 }
 
 impl Belief {
@@ -277,18 +258,18 @@ impl Belief {
         let mut taken = Taken::default();
         for permission in ledger {
             match self.judge(now, &permission) {
-                Ok(Judgement::Old) => taken.outdated.extend(self.outdated(now, &permission)),
+                Ok(Judgement::Old) => taken.to_ask.extend(self.outdated(now, &permission)),
                 Ok(Judgement::InAdvance) => {
                     let Permission { area, decision, .. } = permission;
                     if self.extent(&area).is_some() && self.remaining(&area, now.time).is_none() {
-                        taken.to_ask.push(ToAsk { area, decision, granted: Granted::InAdvance });
+                        taken.to_ask.push(ToAsk { area, decision, why: Why::InAdvance });
                     }
                 }
                 Ok(Judgement::Believed) => {
                     let (area, decision) = (permission.area.clone(), permission.decision);
                     taken.decided.extend(self.believe(now, pace, permission));
                     if self.is_remembered(&area) && self.remaining(&area, now.time).is_some() {
-                        taken.to_ask.push(ToAsk { area, decision, granted: Granted::BeforeTheStart });
+                        taken.to_ask.push(ToAsk { area, decision, why: Why::BeforeTheStart });
                     }
                 }
                 Err(refusal) => taken.refused.push((permission.area, refusal)),
@@ -367,12 +348,12 @@ impl Belief {
     }
 
     /// Whether the line says no to what is granted, with a lower number.
-    fn outdated(&self, now: Now, permission: &Permission) -> Option<Outdated> {
-        let Permission { area, state, decision: found, .. } = permission;
-        let latest = self.latest.get(area).copied().filter(|it| found < it)?;
+    fn outdated(&self, now: Now, permission: &Permission) -> Option<ToAsk> {
+        let &Permission { ref area, state, decision, .. } = permission;
+        let latest = self.latest.get(area).copied().filter(|it| decision < *it)?;
         let says_no = matches!(state, PermissionState::Denied | PermissionState::Revoked);
         let is_granted = self.remaining(area, now.time).is_some();
-        (says_no && is_granted).then(|| Outdated { area: area.clone(), found: *found, latest })
+        (says_no && is_granted).then(|| ToAsk { area: area.clone(), decision, why: Why::SaysNo { latest } })
     }
 
     /// The area that was decided about longest ago of those that are not granted.

@@ -204,10 +204,8 @@ fn a_grant_in_advance_is_not_wrong_and_lets_nobody_in() {
     let in_advance =
         |area: &str| signed(Permission { area: area.into(), flight: String::new(), extent: None, ..grant(5) });
     let taken = vehicle.take(at(0), Pace::REAL_TIME, vec![in_advance("A"), in_advance("elsewhere")]);
-    let expected = Taken {
-        to_ask: vec![ToAsk { area: "A".into(), decision: 5, granted: Granted::InAdvance }],
-        ..Taken::default()
-    };
+    let expected =
+        Taken { to_ask: vec![ToAsk { area: "A".into(), decision: 5, why: Why::InAdvance }], ..Taken::default() };
     assert_eq!((taken, remaining_s(&vehicle, 0)), (expected, None));
     assert_eq!((take(&mut vehicle, 1, signed(grant(6))), remaining_s(&vehicle, 1)), (Ok(()), Some(899)));
     assert_eq!(vehicle.take(at(2), Pace::REAL_TIME, vec![in_advance("A")]), Taken::default(), "it is held, and older");
@@ -436,7 +434,7 @@ fn after_a_restart_a_grant_of_before_is_one_to_stay_until_the_tower_has_decided_
     for s in [101, 102] {
         let repeated = Permission { valid_for: Duration::from_secs(900 - s), ..grant(5) };
         let taken = after.take(at(s), Pace::REAL_TIME, vec![signed(repeated)]);
-        assert_eq!(taken.to_ask, [ToAsk { area: "A".into(), decision: 5, granted: Granted::BeforeTheStart }]);
+        assert_eq!(taken.to_ask, [ToAsk { area: "A".into(), decision: 5, why: Why::BeforeTheStart }]);
         assert_eq!((after.is_remembered("A"), remaining_s(&after, s)), (true, Some(900 - s)));
     }
     let taken = after.take(at(103), Pace::REAL_TIME, vec![signed(grant(6))]);

@@ -13,7 +13,7 @@ use domain::wire::InvalidMessage;
 use kittiwake_proto::topics::Request;
 use kittiwake_proto::v1;
 use node::CallError;
-use signed_permissions::belief::{Belief, Refusal, StoredGrant, Taken};
+use signed_permissions::belief::{Belief, Refusal, StoredGrant, Taken, ToAsk, Why};
 use signed_permissions::key::PublicKey;
 
 use crate::config::Limits;
@@ -54,8 +54,9 @@ pub(crate) struct Permissions {
     has_heard: bool,
     /// Areas with why a line of the ledger was refused: each is said once.
     refused: BTreeSet<(String, Refusal)>,
-    /// Areas whose line the tower is to be asked about, see [`Taken`]: the highest number of such a line, and how often it was asked.
-    doubted: BTreeMap<String, (u64, u32)>,
+    /// Areas about which the tower was asked because of a line that settles nothing, and whether that says no: the highest number of such a line, and
+    /// how often it was asked.
+    doubted: BTreeMap<(String, bool), (u64, u32)>,
     /// Makes request ids and flights unique among starts of this process.
     instance: u64,
     /// How many flights this process has begun.
@@ -247,8 +248,6 @@ impl Permissions {
     pub(crate) fn on_ledger(&mut self, now: Now, pace: Pace, ledger: Vec<Permission>) -> Taken {
         let taken = self.belief.take(now, pace, ledger);
         self.revision += taken.decided.len() as u64;
-        // What is asked about from here on is something else.
-        self.doubted.retain(|area, _| taken.decided.iter().all(|it| it.area != *area));
         taken
     }
 
@@ -267,23 +266,17 @@ impl Permissions {
         self.send_if_overdue(now, area, limits, outbox);
     }
 
-    /// Asks the tower about `area`, of which a line of this number does not settle whether it may be entered, see [`Taken`]; returns whether
-    /// that is new. A few requests are enough: what is only a recording comes again and again.
-    pub(crate) fn doubt(
-        &mut self,
-        now: Time,
-        area: &str,
-        found: u64,
-        by: StepId,
-        limits: &Limits,
-        outbox: &mut Outbox,
-    ) -> bool {
-        let (highest, tries) = self.doubted.get(area).copied().unwrap_or_default();
-        let tries = if highest < found { 0 } else { tries };
-        if found < highest || limits.permission_tries <= tries || !self.renew(now, area, by, limits, outbox) {
+    /// Asks the tower about a line that settles nothing; returns whether that is new. A few requests are enough: what is only a recording comes
+    /// again and again.
+    pub(crate) fn doubt(&mut self, now: Time, line: &ToAsk, by: StepId, limits: &Limits, outbox: &mut Outbox) -> bool {
+        let key = (line.area.clone(), matches!(line.why, Why::SaysNo { .. }));
+        let (highest, tries) = self.doubted.get(&key).copied().unwrap_or_default();
+        let tries = if highest < line.decision { 0 } else { tries };
+        let is_enough = line.decision < highest || limits.permission_tries <= tries;
+        if is_enough || !self.renew(now, &line.area, by, limits, outbox) {
             return false;
         }
-        self.doubted.insert(area.to_owned(), (found, tries + 1));
+        self.doubted.insert(key, (line.decision, tries + 1));
         tries == 0
     }
 

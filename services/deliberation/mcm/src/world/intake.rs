@@ -11,7 +11,7 @@ use domain::wire::{InvalidMessage, decision, finite, permission};
 use kittiwake_proto::topics::{Message, Response, Service, Topic};
 use kittiwake_proto::v1;
 use node::{CallError, CallId};
-use signed_permissions::belief::{Outdated, Taken, ToAsk};
+use signed_permissions::belief::{Taken, ToAsk, Why};
 
 use super::World;
 use super::news::{FlagNews, ListedFlag};
@@ -92,7 +92,7 @@ impl World {
                     self.say("permission", "the control tower was started again".to_owned());
                 }
                 let pace = self.limits.pace;
-                let Taken { decided, refused, outdated, to_ask } = self.permissions.on_ledger(self.now, pace, ledger);
+                let Taken { decided, refused, to_ask } = self.permissions.on_ledger(self.now, pace, ledger);
                 if is_whole {
                     self.permissions.on_whole_ledger();
                 }
@@ -108,20 +108,10 @@ impl World {
                         self.say("permission", format!("area {area}: a permission is not believed: {refusal}"));
                     }
                 }
-                for ToAsk { area, decision, granted } in to_ask {
+                for line in to_ask {
                     let (now, by) = (self.now.time, self.needed_by());
-                    if self.permissions.doubt(now, &area, decision, by, &self.limits, &mut self.outbox) {
-                        let text = format!("asking for area {area}, which was granted {granted}");
-                        self.record(Said::new("permission", DecisionKind::PermissionAsked, text).about_area(area));
-                    }
-                }
-                for Outdated { area, found, latest } in outdated {
-                    let (now, by) = (self.now.time, self.needed_by());
-                    if self.permissions.doubt(now, &area, found, by, &self.limits, &mut self.outbox) {
-                        let why = format!(
-                            "number {found} says no, and a later decision is known: {latest}; the tower is asked again"
-                        );
-                        self.say("permission", format!("area {area}: a decision is not believed: {why}"));
+                    if self.permissions.doubt(now, &line, by, &self.limits, &mut self.outbox) {
+                        self.record(asking_about(line));
                     }
                 }
             }
@@ -215,6 +205,23 @@ impl World {
         let said = Said::new("permission", DecisionKind::PermissionDecided, format!("area {area}: {reason}"));
         self.record(said.about_area(area.to_owned()).led_to_by(Cause::Asked(area.to_owned())));
     }
+}
+
+/// What is said where the tower is asked about a line.
+fn asking_about(line: ToAsk) -> Said {
+    let ToAsk { area, decision, why } = line;
+    let granted = match why {
+        Why::InAdvance => "in advance",
+        Why::BeforeTheStart => "before the start",
+        Why::SaysNo { latest } => {
+            let text = format!(
+                "area {area}: a decision is not believed: number {decision} says no, and a later decision is known: {latest}; the tower is asked again"
+            );
+            return Said::new("permission", DecisionKind::Note, text);
+        }
+    };
+    let text = format!("asking for area {area}, which was granted {granted}");
+    Said::new("permission", DecisionKind::PermissionAsked, text).about_area(area)
 }
 
 fn listed(flag: v1::RaisedFlag) -> ListedFlag {

@@ -70,7 +70,7 @@ impl Rig {
                 if vehicle.as_deref() == Some("uav1") && passes(&part) {
                     let lines = ledger(part.clone()).unwrap();
                     let taken = self.belief.take(self.now, Pace::REAL_TIME, lines);
-                    assert_eq!((taken.refused, taken.outdated), (Vec::new(), Vec::new()));
+                    assert_eq!((taken.refused, taken.to_ask), (Vec::new(), Vec::new()));
                     self.heard.push((self.now.time.since_start().as_secs_f64(), part));
                 }
             }
