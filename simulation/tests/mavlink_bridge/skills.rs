@@ -117,7 +117,7 @@ fn what_the_autopilot_drops_beyond_its_fence_is_our_conclusion_and_no_failsafe_o
     assert!(!status.failsafe && status.failsafe_reason() == v1::FailsafeReason::Setpoints, "{status:?}");
     assert!(status.failures().eq([v1::FailureFlag::OffboardSignalLost]), "{status:?}");
     assert!(status.reason.contains("does not fly its setpoints"), "{status:?}");
-    // What it flies by its own failsafe meanwhile is one.
+    // A failsafe of its own is still reported as one.
     rig.fault(BATTERY_FAILSAFE, 9);
     rig.pass(2.0);
     let status = rig.status();

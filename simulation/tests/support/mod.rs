@@ -22,7 +22,7 @@ const RATES: [(&str, &str); 5] = [
     ("introspection_rate_hz", "25.0"),
 ];
 
-/// The shipped configuration, at [`RATES`]: where all of each sweep is flown, at its own rates.
+/// The shipped configuration at [`RATES`]. `KITTIWAKE_SWEEP=all` flies at the shipped rates.
 pub fn config() -> PathBuf {
     static SLOWER: LazyLock<PathBuf> = LazyLock::new(|| match *SEED {
         Some(_) => copy_with(&shipped(), "rates", &RATES),

@@ -82,7 +82,7 @@ impl Flown {
         let signal_lost = vehicle.is_armed() && self.misses_us(intended, actual, is_other, has_setpoint, now);
         // ArduPilot keeps one that has landed it until it is started again: on the ground it flies nothing.
         let is_critical = vehicle.is_armed() && vehicle.critical_since.is_some();
-        // What the autopilot flies of its own, or for somebody else, it does not owe us.
+        // While the autopilot flies a failsafe, or somebody else flies, nobody expects it to fly our setpoints.
         let is_ours = *author == Author::Ours && !is_critical;
         let unflown = is_ours && self.setpoints.are_unflown(config.unflown_s.seconds(), now);
         // It stands although it is to fly: by our own stop, or because the autopilot swallows what it is told.

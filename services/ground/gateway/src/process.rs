@@ -105,7 +105,7 @@ impl GatewayProcess {
         ));
         let result = run_node(&mut self.node);
         drop(end);
-        // Who has asked for something gets the answer, if there is one by now. That takes no longer than the server's grace period.
+        // Answers that are ready are still sent, for no longer than the server's grace period.
         let _ = runtime.block_on(server);
         // A blocked disk does not keep the process alive.
         runtime.shutdown_background();

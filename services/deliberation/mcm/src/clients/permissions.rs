@@ -157,7 +157,7 @@ impl Permissions {
     /// Continues after a restart with the tower's decisions: by the grants among them only what [`Permissions::go_on_with`] names is flown.
     ///
     /// # Errors
-    /// What is wrong with a stored grant; this one and the rest are left out.
+    /// If a stored grant is invalid. It is not restored, nor are those after it.
     pub(crate) fn restore(&mut self, decisions: &[v1::AreaDecision], tower_start: u64) -> Result<(), InvalidMessage> {
         self.tower_start = tower_start;
         self.belief.restore(decisions.iter().map(|it| (it.area.clone(), it.decision)));

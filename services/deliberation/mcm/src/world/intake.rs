@@ -207,7 +207,7 @@ impl World {
     }
 }
 
-/// What is said where the tower is asked about a line.
+/// The record of a question to the tower about this line.
 fn asking_about(line: ToAsk) -> Said {
     let ToAsk { area, decision, why } = line;
     let granted = match why {
