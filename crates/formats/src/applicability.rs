@@ -1,78 +1,96 @@
-//! When a zone applies, as ED-269 and ED-318 say it. Our areas have one window and hours of the week: the hull of all periods, and
-//! the hours of all their schedules together, since an area that applies too long is on the safe side.
+//! When a zone applies, as ED-269 and ED-318 say it: each of its periods is one of ours.
 
 use domain::hours::WeeklyHours;
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
-use crate::content::Window;
+use crate::content::{Outline, Period, Window};
 use crate::findings::{Findings, Wrong};
 use crate::json::{Node, short};
-use crate::schedule::{self, Spans};
+use crate::schedule::{self, Daylight};
+use crate::sun;
 
-/// The hull of `periods`, each an object with `startDateTime`, `endDateTime` and `schedule`, and the hours of all of them. None
-/// means always.
-pub(crate) fn hull(
-    periods: &[Node<'_>],
+/// The most periods of a zone. More become one from the first to the last.
+const MOST_PERIODS: usize = 50;
+const FIELDS: [&str; 4] = ["permanent", "startDateTime", "endDateTime", "schedule"];
+
+/// The periods of a zone: a list of objects with `startDateTime`, `endDateTime` and `schedule`, or one of them. None means always.
+pub(crate) fn periods<'a>(
+    field: Option<Node<'_>>,
+    outlines: impl Iterator<Item = &'a Outline>,
     remarks: &mut Vec<String>,
     findings: &mut Findings,
-) -> Result<(Window, Option<WeeklyHours>), Wrong> {
-    let read = periods.iter().map(|it| period(it, remarks, findings)).collect::<Result<Vec<_>, _>>()?;
-    let (windows, spans): (Vec<Window>, Vec<Option<Spans>>) = read.into_iter().unzip();
-    if let [_, second, ..] = periods {
-        findings.note(&second.place, "a second period has no counterpart: the area applies from the first to the last");
-    }
-    let starts: Option<Vec<i64>> = windows.iter().map(|it| it.from_utc_ms).collect();
-    let ends: Option<Vec<i64>> = windows.iter().map(|it| it.until_utc_ms).collect();
-    let window = Window {
-        from_utc_ms: starts.and_then(|it| it.into_iter().min()),
-        until_utc_ms: ends.and_then(|it| it.into_iter().max()),
-    };
-    Ok((window, hours(periods, spans, findings)))
-}
-
-/// The hours of these periods together; a period without any applies at all of them.
-fn hours(periods: &[Node<'_>], spans: Vec<Option<Spans>>, findings: &mut Findings) -> Option<WeeklyHours> {
-    let scheduled = periods.iter().zip(&spans).find(|(_, spans)| spans.is_some()).map(|(period, _)| period)?;
-    let place = format!("{}/schedule", scheduled.place);
-    let Some(spans) = spans.into_iter().collect::<Option<Vec<Spans>>>() else {
-        findings.note(&place, "another period has no schedule: the area applies at all hours");
-        return None;
-    };
-    match WeeklyHours::new(spans.concat()) {
-        Ok(hours) => Some(hours).filter(|it| !it.is_whole_week()),
-        Err(invalid) => {
-            findings.note(&place, format!("{invalid}: the area applies at all hours"));
-            None
+) -> Result<Vec<Period>, Wrong> {
+    let Some(field) = field else { return Ok(vec![Period::default()]) };
+    let list = if field.value.is_object() { vec![field.clone()] } else { field.items()? };
+    let places = sun::places(outlines);
+    let mut periods = Vec::new();
+    for node in &list {
+        let read = period(node, &places, remarks, findings)?;
+        if !periods.contains(&read) {
+            periods.push(read);
         }
     }
+    if periods.is_empty() || periods.contains(&Period::default()) {
+        return Ok(vec![Period::default()]);
+    }
+    if MOST_PERIODS < periods.len() {
+        let text =
+            format!("it has more than {MOST_PERIODS} periods: it applies from the first to the last, all the time");
+        findings.note(&field.place, text);
+        let starts: Option<Vec<i64>> = periods.iter().map(|it| it.window.from_utc_ms).collect();
+        let ends: Option<Vec<i64>> = periods.iter().map(|it| it.window.until_utc_ms).collect();
+        let window = Window {
+            from_utc_ms: starts.and_then(|it| it.into_iter().min()),
+            until_utc_ms: ends.and_then(|it| it.into_iter().max()),
+        };
+        periods = vec![Period { window, hours: None }];
+    }
+    Ok(periods)
 }
 
 fn period(
     node: &Node<'_>,
+    places: &[domain::geodesy::LatLon],
     remarks: &mut Vec<String>,
     findings: &mut Findings,
-) -> Result<(Window, Option<Spans>), Wrong> {
+) -> Result<Period, Wrong> {
     node.object()?;
-    node.note_unknown(&["permanent", "startDateTime", "endDateTime", "schedule"], findings);
-    let schedule = node.list("schedule")?;
+    node.note_unknown(&[&FIELDS[..], &schedule::ENTRY].concat(), findings);
+    let schedule = match node.get("schedule") {
+        Some(it) if it.value.is_object() => vec![it],
+        Some(it) => it.items()?,
+        None if schedule::ENTRY.iter().any(|it| node.get(it).is_some()) => vec![node.clone()],
+        None => Vec::new(),
+    };
     remarks.extend(schedule.iter().map(|it| format!("Published schedule: {}", in_words(it))));
     let is_permanent = match node.get("permanent") {
-        Some(it) => it.one_of(&[("YES", true), ("NO", false)])?,
+        Some(it) if it.value.is_boolean() => it.boolean()?,
+        Some(it) => it.one_of(&[("YES", true), ("NO", false), ("TRUE", true), ("FALSE", false)])?,
         None => false,
     };
-    let bound = |key| node.get(key).map(|it| moment(&it)).transpose();
-    let window = Window { from_utc_ms: bound("startDateTime")?, until_utc_ms: bound("endDateTime")? };
-    if is_permanent {
-        if window != Window::default() {
-            findings.note(&node.place, "permanent, and with dates besides: the area always applies");
-        }
-        if !schedule.is_empty() {
-            findings.note(&node.place, "permanent, and with a schedule besides: the area applies at all hours");
-        }
-        return Ok((Window::default(), None));
+    let bound = |key, side| node.get(key).map(|it| bound(&it, side)).transpose();
+    let window =
+        Window { from_utc_ms: bound("startDateTime", Side::From)?, until_utc_ms: bound("endDateTime", Side::Until)? };
+    if is_permanent && window != Window::default() {
+        findings.note(&node.place, "permanent, and with dates besides: the area always applies");
     }
-    Ok((checked(window, &node.place)?, schedule::spans(&schedule, findings)))
+    if is_permanent && !schedule.is_empty() {
+        findings.note(&node.place, "permanent, and with a schedule besides: the area applies at all hours");
+    }
+    if is_permanent {
+        return Ok(Period::default());
+    }
+    let window = checked(window, &node.place)?;
+    let spans = schedule::spans(&schedule, Daylight { places, window }, findings);
+    let hours = spans.and_then(|spans| match WeeklyHours::new(spans) {
+        Ok(hours) => Some(hours).filter(|it| !it.is_whole_week()),
+        Err(invalid) => {
+            findings.note(&format!("{}/schedule", node.place), format!("{invalid}: the area applies at all hours"));
+            None
+        }
+    });
+    Ok(Period { window, hours })
 }
 
 /// The window, if it does not end before it begins.
@@ -85,6 +103,35 @@ pub(crate) fn checked(window: Window, place: &str) -> Result<Window, Wrong> {
     }
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Side {
+    From,
+    Until,
+}
+
+/// The beginning or the end of a period. A date without a time is the whole day; without an offset it may be that day anywhere on
+/// Earth, from UTC+14 to UTC-12.
+fn bound(node: &Node<'_>, side: Side) -> Result<i64, Wrong> {
+    let wrong = |message| Wrong::at(&node.place, message, "write it like 2026-05-01T08:00:00Z");
+    bound_of(node.text()?, side).map_err(wrong)
+}
+
+/// As [`bound`], of a text.
+pub(crate) fn bound_of(text: &str, side: Side) -> Result<i64, String> {
+    const HOUR_MS: i64 = 3_600_000;
+    let text = text.trim();
+    let exactly = utc_ms(text);
+    let anywhere = |text: &str| {
+        let utc = utc_ms(&format!("{text}Z")).ok()?;
+        Some(if side == Side::From { (utc - 14 * HOUR_MS).max(0) } else { utc + 12 * HOUR_MS })
+    };
+    let day = |text: &str| {
+        let begins = anywhere(&format!("{text}T00:00:00"))?;
+        Some(if side == Side::From { begins } else { begins + 24 * HOUR_MS })
+    };
+    exactly.or_else(|message| anywhere(text).or_else(|| day(text)).ok_or(message))
+}
+
 /// A date and time with its offset from UTC, in milliseconds since the Unix epoch.
 pub(crate) fn moment(node: &Node<'_>) -> Result<i64, Wrong> {
     utc_ms(node.text()?).map_err(|message| Wrong::at(&node.place, message, "write it like 2026-05-01T08:00:00Z"))
@@ -92,7 +139,7 @@ pub(crate) fn moment(node: &Node<'_>) -> Result<i64, Wrong> {
 
 /// As [`moment`], of a text; what is wrong with it otherwise.
 pub(crate) fn utc_ms(text: &str) -> Result<i64, String> {
-    let parsed = OffsetDateTime::parse(text.trim(), &Rfc3339);
+    let parsed = OffsetDateTime::parse(&with_seconds(text.trim()), &Rfc3339);
     let moment =
         parsed.map_err(|_| format!("found `{}`, expected a date and time with Z or an offset", short(text)))?;
     // Our own files reach from the epoch on.
@@ -103,9 +150,19 @@ pub(crate) fn utc_ms(text: &str) -> Result<i64, String> {
         .ok_or_else(|| format!("found `{}`, expected a date after 1970", short(text)))
 }
 
+/// A date and a time, in which seconds may be missing.
+pub(crate) fn with_seconds(text: &str) -> String {
+    let Some((date, time)) = text.split_once(['T', 't']) else { return text.to_owned() };
+    match (time.get(..5), time.get(5..)) {
+        (Some(minutes), Some(rest)) if !rest.starts_with(':') => format!("{date}T{minutes}:00{rest}"),
+        _ => text.to_owned(),
+    }
+}
+
 /// The texts of a schedule in the order of the file.
 fn in_words(schedule: &Node<'_>) -> String {
-    let words = schedule.value.as_object().into_iter().flat_map(|it| it.iter()).map(|(key, value)| {
+    let entries = schedule.value.as_object().into_iter().flat_map(|it| it.iter());
+    let words = entries.filter(|(key, _)| schedule::ENTRY.contains(&key.as_str())).map(|(key, value)| {
         let value = match value {
             serde_json::Value::Array(days) => days.iter().filter_map(|it| it.as_str()).collect::<Vec<_>>().join(" "),
             serde_json::Value::String(text) => text.clone(),

@@ -10,12 +10,14 @@ use domain::mission::bounds::LONGEST_NAME;
 use geo::{Contains as _, Polygon};
 
 use crate::Import;
-use crate::content::{Height, Rule, Site, Survey, Waypoint, Zone};
+use crate::content::{Doubt, Height, Lost, Period, Rule, Site, Survey, Unused, Waypoint, Zone};
 use crate::export::utc;
 use crate::findings::{Findings, Note, Wrong};
 use crate::heights::{self, Band, Terrain};
 use crate::local::{self, Side};
 use crate::mission_file::{AreaEntry, MissionFile, ObjectiveEntry, SiteEntry, SurveyEntry, corner, one_line};
+
+const STRICT: &str = "correct it, or import without --strict: the zone then bars more";
 
 /// What the files do not say.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +28,10 @@ pub struct Settings {
     pub origin: Option<Origin>,
     /// The ground lies at most this much above or below the take-off point, in metres.
     pub relief_m: Option<f64>,
+    /// A zone that is not understood is a mistake. Otherwise it bars more, and that is said.
+    pub strict: bool,
+    /// A file of areas may have none.
+    pub allow_empty: bool,
 }
 
 /// A mission file and what was read differently from how it was published, or not at all.
@@ -62,14 +68,34 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
         names: Names::default(),
         areas: Vec::new(),
         fences: Vec::new(),
+        strict: settings.strict,
     };
     let (mut notes, mut mistakes) = (Vec::new(), Vec::new());
     let (mut objectives, mut sites) = (Vec::new(), Vec::new());
     for (index, import) in std::iter::once(mission).chain(others).enumerate() {
         let mut findings = Findings::about(&import.path);
+        let before = assembly.areas.len();
+        for lost in &import.content.lost {
+            let outcome = assembly.lost(lost, &mut findings);
+            findings.unless_wrong(outcome);
+        }
         for zone in &import.content.zones {
             let outcome = assembly.zone(zone, &mut findings);
             findings.unless_wrong(outcome);
+        }
+        let is_empty = assembly.areas.len() == before && !findings.has_mistakes();
+        if 0 < index && is_empty && !settings.allow_empty {
+            let help = "give --allow-empty if that is right: no area of it limits the flight";
+            findings.wrong(Wrong::at("", format!("no area was found in this file ({})", import.format), help));
+        }
+        for unused in &import.content.unused {
+            let Unused { what, source } = unused;
+            if index == 0 {
+                let help = "say what it is by its property `kind`, or leave it out with --leave-out";
+                findings.wrong(Wrong::at(source, format!("a {what} without `kind`"), help));
+            } else {
+                findings.note(source, format!("a {what} without a radius is no area: left out"));
+            }
         }
         if index == 0 {
             let converted = import.content.waypoints.iter().map(|it| assembly.objective(it, origin));
@@ -121,6 +147,8 @@ struct Assembly {
     areas: Vec<AreaEntry>,
     /// What is not left, to be checked against the places.
     fences: Vec<Polygon<f64>>,
+    /// Whether a zone that is not understood is a mistake.
+    strict: bool,
 }
 
 impl Assembly {
@@ -153,13 +181,49 @@ impl Assembly {
             findings.note(&zone.source, "it lies more than 100 km from the take-off point: left out");
             return Ok(());
         }
-        local::checked(&outline, &zone.source)?;
-        let Some(band) = heights::band(zone, self.terrain, findings)? else { return Ok(()) };
+        for doubt in &zone.doubts {
+            let Doubt { place, message } = doubt;
+            self.doubt(Wrong::at(place, message.clone(), STRICT), "it bars more", findings)?;
+        }
+        let outline = match local::checked(&outline, &zone.source) {
+            Ok(()) => outline,
+            Err(wrong) => {
+                self.doubt(wrong, "it covers all that its corners enclose", findings)?;
+                local::hull(&outline)
+            }
+        };
+        let mut zone = zone.clone();
+        if let Some(wrong) = heights::exchanged(&zone) {
+            self.doubt(wrong, "it has no limits of height", findings)?;
+            (zone.lower, zone.upper) = (None, None);
+        }
+        let Some(band) = heights::band(&zone, self.terrain, findings) else { return Ok(()) };
+        let zone = &zone;
         let parts = Assembly::cut(outline, zone, findings);
         let kind = if zone.rule == Rule::Permission { "permission" } else { "keep-out" };
         for part in &parts {
             self.add(zone, kind, part, band)?;
         }
+        Ok(())
+    }
+
+    /// Something that was not understood, which is a mistake only for who asks for that.
+    fn doubt(&self, wrong: Wrong, instead: &str, findings: &mut Findings) -> Result<(), Wrong> {
+        if self.strict {
+            return Err(wrong);
+        }
+        findings.note(&wrong.place, format!("NOT UNDERSTOOD: {}: {instead}", wrong.message));
+        Ok(())
+    }
+
+    /// A zone whose shape cannot be read does not matter if the places of it that can be read are all far away.
+    fn lost(&self, lost: &Lost, findings: &mut Findings) -> Result<(), Wrong> {
+        let is_far = |it: &LatLon| 2.0 * local::REACH_M < self.frame.local(*it).horizontal_distance_m(Ned::default());
+        if lost.places.is_empty() || !lost.places.iter().all(is_far) {
+            return Err(lost.wrong.clone());
+        }
+        let text = format!("its shape cannot be read ({}), and it lies far away: left out", lost.wrong.message);
+        findings.note(&lost.wrong.place, text);
         Ok(())
     }
 
@@ -188,18 +252,19 @@ impl Assembly {
         if !local::area_of(corners.clone()).is_simple() {
             return Err(Wrong::at(&zone.source, "it has no simple outline where it is cut", "simplify it"));
         }
-        let utc = |moment: Option<i64>| moment.map(utc);
-        self.areas.push(AreaEntry {
-            remarks: zone.remarks.clone(),
-            name: self.names.unique(&zone.name, "area"),
-            kind,
-            corners_deg: corners.iter().map(|it| corner(self.frame.lat_lon(*it))).collect(),
-            floor_m: band.floor_m,
-            ceiling_m: band.ceiling_m,
-            from_utc: utc(zone.window.from_utc_ms),
-            until_utc: utc(zone.window.until_utc_ms),
-            hours_utc: zone.hours.as_ref().map(WeeklyHours::to_texts).unwrap_or_default(),
-        });
+        for Period { window, hours } in &zone.periods {
+            self.areas.push(AreaEntry {
+                remarks: zone.remarks.clone(),
+                name: self.names.unique(&zone.name, "area"),
+                kind,
+                corners_deg: corners.iter().map(|it| corner(self.frame.lat_lon(*it))).collect(),
+                floor_m: band.floor_m,
+                ceiling_m: band.ceiling_m,
+                from_utc: window.from_utc_ms.map(utc),
+                until_utc: window.until_utc_ms.map(utc),
+                hours_utc: hours.as_ref().map(WeeklyHours::to_texts).unwrap_or_default(),
+            });
+        }
         Ok(())
     }
 

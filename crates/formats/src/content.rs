@@ -1,5 +1,6 @@
 //! What the files of all formats say, in one form: places in WGS 84, heights with the reference they were given in.
 
+use crate::findings::Wrong;
 use domain::geodesy::{LatLon, Origin};
 use domain::hours::WeeklyHours;
 use domain::mission::terms::{Order, Terms};
@@ -18,6 +19,40 @@ pub struct Content {
     pub order: Order,
     /// Where a flight may end early.
     pub sites: Vec<Site>,
+    /// Points and lines that are neither places to fly to nor areas.
+    pub unused: Vec<Unused>,
+    /// Zones whose shape cannot be read.
+    pub(crate) lost: Vec<Lost>,
+    /// What the file says of itself.
+    pub edition: Edition,
+}
+
+/// A zone of which only some places are known.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Lost {
+    pub(crate) wrong: Wrong,
+    /// Those of its places that can be read.
+    pub(crate) places: Vec<LatLon>,
+}
+
+/// Which edition of a data set a file is. All of it may be unknown.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Edition {
+    /// Who publishes it.
+    pub provider: Option<String>,
+    /// When it was published, milliseconds since the Unix epoch, UTC.
+    pub issued_utc_ms: Option<i64>,
+    /// From when to when its zones are to be used.
+    pub valid: Window,
+}
+
+/// A point or a line without a word on what it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unused {
+    /// `Point`, `LineString`.
+    pub what: String,
+    /// Its place in the file.
+    pub source: String,
 }
 
 /// A place to fly to.
@@ -78,14 +113,49 @@ pub struct Zone {
     pub lower: Option<Height>,
     /// It ends there; `None`: it has no limit.
     pub upper: Option<Height>,
-    /// When it applies.
+    /// When it applies: in each of these, of which there is one at least.
+    pub periods: Vec<Period>,
+    /// What a human should know: authority, reason, schedule. They become comments.
+    pub remarks: Vec<String>,
+    /// What of it was not understood; it is read as a zone that bars more.
+    pub doubts: Vec<Doubt>,
+    /// Its place in the file.
+    pub source: String,
+}
+
+impl Zone {
+    /// One that always applies, at all heights.
+    pub fn always(name: impl Into<String>, rule: Rule, outline: Outline, source: impl Into<String>) -> Zone {
+        Zone {
+            name: name.into(),
+            rule,
+            outline,
+            lower: None,
+            upper: None,
+            periods: vec![Period::default()],
+            remarks: Vec::new(),
+            doubts: Vec::new(),
+            source: source.into(),
+        }
+    }
+}
+
+/// Something that was not understood.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Doubt {
+    /// Where in the file.
+    pub place: String,
+    /// What was found and what was expected.
+    pub message: String,
+}
+
+/// One time at which a zone applies.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Period {
+    /// From when to when.
     pub window: Window,
     /// At which hours of the week within the window; `None`: at all of them.
     pub hours: Option<WeeklyHours>,
-    /// What a human should know: authority, reason, schedule. They become comments.
-    pub remarks: Vec<String>,
-    /// Its place in the file.
-    pub source: String,
 }
 
 /// What holds in a zone.

@@ -64,6 +64,10 @@ impl Findings {
         self.notes.push(Note { path: self.path.clone(), place, text: one_line(&text, LONGEST) });
     }
 
+    pub(crate) fn has_mistakes(&self) -> bool {
+        !self.mistakes.is_empty()
+    }
+
     /// A mistake. The line itself is not shown: in files that programs write it may have megabytes.
     pub(crate) fn wrong(&mut self, wrong: Wrong) {
         let message =

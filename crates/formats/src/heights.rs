@@ -49,15 +49,18 @@ pub(crate) struct Band {
     pub(crate) ceiling_m: Option<f64>,
 }
 
-/// The heights of a zone; `None` if it begins above everything that flies.
-pub(crate) fn band(zone: &Zone, terrain: Terrain, findings: &mut Findings) -> Result<Option<Band>, Wrong> {
-    if let (Some(lower), Some(upper)) = (zone.lower, zone.upper)
-        && lower.above == upper.above
-        && upper.metres <= lower.metres
-    {
-        let message = format!("the upper limit {} m is not above the lower limit {} m", upper.metres, lower.metres);
-        return Err(Wrong::at(&zone.source, message, "correct the limits, or leave the zone out"));
+/// What is wrong with limits that are given above the same reference.
+pub(crate) fn exchanged(zone: &Zone) -> Option<Wrong> {
+    let (lower, upper) = zone.lower.zip(zone.upper)?;
+    if lower.above != upper.above || lower.metres < upper.metres {
+        return None;
     }
+    let message = format!("the upper limit {} m is not above the lower limit {} m", upper.metres, lower.metres);
+    Some(Wrong::at(&zone.source, message, "correct the limits, or leave the zone out"))
+}
+
+/// The heights of a zone; `None` if it has none at which anything flies.
+pub(crate) fn band(zone: &Zone, terrain: Terrain, findings: &mut Findings) -> Option<Band> {
     let mut limit = |height: Height, which: &str, bound: usize, instead: &str| {
         let bounds = terrain.bounds_m(height);
         match (bounds, height.above) {
@@ -85,12 +88,15 @@ pub(crate) fn band(zone: &Zone, terrain: Terrain, findings: &mut Findings) -> Re
     if let (Some(floor_m), Some(ceiling_m)) = (floor_m, ceiling_m)
         && ceiling_m <= floor_m
     {
-        let message = format!("it ends {ceiling_m} m above the take-off point, and begins at {floor_m} m");
-        return Err(Wrong::at(&zone.source, message, "correct the limits, or the take-off point's altitude"));
+        let text = format!(
+            "it would end at {ceiling_m} m above the take-off point and begin at {floor_m} m: there is nothing of it there, left out"
+        );
+        findings.note(&zone.source, text);
+        return None;
     }
     if floor_m.is_some_and(|it| HIGHEST_M < it) || ceiling_m.is_some_and(|it| it < -HIGHEST_M) {
         findings.note(&zone.source, "it lies beyond all heights that a vehicle flies at: left out");
-        return Ok(None);
+        return None;
     }
-    Ok(Some(Band { floor_m: floor_m.filter(|it| -HIGHEST_M < *it), ceiling_m: ceiling_m.filter(|it| *it < HIGHEST_M) }))
+    Some(Band { floor_m: floor_m.filter(|it| -HIGHEST_M < *it), ceiling_m: ceiling_m.filter(|it| *it < HIGHEST_M) })
 }

@@ -6,7 +6,7 @@ use domain::geodesy::LatLon;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::applicability;
-use crate::content::{Content, Height, Outline, Reference, Rule, Window, Zone};
+use crate::content::{Content, Height, Outline, Period, Reference, Rule, Window, Zone};
 use crate::findings::{Findings, Wrong};
 use crate::json::short;
 use crate::shape;
@@ -113,7 +113,8 @@ fn zones(placemark: Node<'_, '_>, lines: &Lines, findings: &mut Findings) -> Res
         let source = lines.place(polygon);
         let (outline, upper) = outline(polygon, &source, lines, findings)?;
         let (name, remarks) = (name.to_owned(), remarks.clone());
-        Ok(Zone { name, rule, outline, lower: None, upper, window, hours: None, remarks, source })
+        let periods = vec![Period { window, hours: None }];
+        Ok(Zone { upper, periods, remarks, ..Zone::always(name, rule, outline, source) })
     };
     polygons.into_iter().map(zone).collect()
 }

@@ -1,14 +1,16 @@
 //! Missions and areas in the formats of other programs: plans of QGroundControl, GeoJSON, KML, ED-269 and ED-318.
 //!
 //! Each format has one file, which reads a text into [`content::Content`]; [`assemble`] makes one mission file of what was read,
-//! and [`export`] writes a mission in another format. What has no counterpart, and what was repaired, becomes a [`Note`] with
-//! its place; what cannot be read safely is a mistake, and then there is no mission. `docs/formats.md` has the tables.
+//! and [`export`] writes a mission in another format. What was repaired becomes a [`Note`] with its place. What is not understood of
+//! a zone is a [`content::Doubt`], and the zone bars more. What cannot be read safely is a mistake, and then there is no mission.
+//! `docs/formats.md` has the tables.
 //!
 //! Nothing here opens a file: texts come in, texts go out.
 
 use std::path::PathBuf;
 
 use domain::file::{Mistake, Mistakes, Source};
+use serde_json::Value;
 
 use crate::content::Content;
 use crate::findings::Findings;
@@ -17,8 +19,7 @@ use crate::json::Node;
 mod applicability;
 pub mod assemble;
 pub mod content;
-mod ed269;
-mod ed318;
+mod edition;
 pub mod export;
 mod findings;
 mod geojson;
@@ -31,8 +32,10 @@ mod qgc;
 mod qgc_survey;
 mod schedule;
 mod shape;
+mod sun;
 mod terms;
 mod zone_text;
+mod zones;
 
 pub use findings::Note;
 
@@ -76,15 +79,48 @@ pub fn read(source: &Source) -> Result<Import, Mistakes> {
         let content = kml::read(source, &mut findings)?;
         return import(source, Format::Kml, content, findings);
     }
-    let document = json::parse(source)?;
+    let mut content = Content::default();
+    let mut format = None;
+    let document = json::scan(source, &LISTS, |item| {
+        let read = feature(item, &mut content, &mut findings);
+        format.get_or_insert(read);
+    })?;
     let document = Node::root(&document);
-    let (format, content) = match format_of(&document).ok_or_else(|| unknown(source))? {
-        Format::Plan => (Format::Plan, qgc::read(&document, &mut findings)),
-        Format::Ed269 => (Format::Ed269, ed269::read(&document, &mut findings)),
-        Format::Ed318 => (Format::Ed318, ed318::read(&document, &mut findings)),
-        Format::GeoJson | Format::Kml => (Format::GeoJson, geojson::read(&document, &mut findings)),
-    };
+    if document.value.get("fileType").and_then(Value::as_str) == Some("Plan") {
+        let content = qgc::read(&document, &mut findings);
+        return import(source, Format::Plan, content, findings);
+    }
+    let kind = document.value.get("type").and_then(Value::as_str);
+    if kind == Some("Feature") {
+        format = Some(feature(&document, &mut content, &mut findings));
+    }
+    let has_list = |it: &&str| document.value.get(it).is_some_and(Value::is_array);
+    let empty = if kind == Some("FeatureCollection") { Format::GeoJson } else { Format::Ed269 };
+    let format = format.or_else(|| LISTS.iter().any(has_list).then_some(empty)).ok_or_else(|| unknown(source))?;
+    content.edition = edition::read(&document, &mut findings);
     import(source, format, content, findings)
+}
+
+/// The lists that may be as long as a country has zones.
+const LISTS: [&str; 2] = ["features", "UASZoneList"];
+
+/// Reads an item of such a list, in the format that it has itself.
+fn feature(item: &Node<'_>, content: &mut Content, findings: &mut Findings) -> Format {
+    let index = item.place.rsplit('/').next().and_then(|it| it.parse().ok()).unwrap_or_default();
+    if zones::is_zone(item) {
+        match zones::read(item, index, findings) {
+            Ok(zones) => content.zones.extend(zones),
+            Err(lost) => content.lost.push(lost),
+        }
+        return if item.get("properties").is_some() { Format::Ed318 } else { Format::Ed269 };
+    }
+    let read = geojson::read(item, index, content, findings);
+    match read {
+        Err(wrong) if geojson::is_area(item) => content.lost.push(zones::lost(item, wrong)),
+        Err(wrong) => findings.wrong(wrong),
+        Ok(()) => {}
+    }
+    Format::GeoJson
 }
 
 fn import(source: &Source, format: Format, content: Content, findings: Findings) -> Result<Import, Mistakes> {
@@ -92,26 +128,15 @@ fn import(source: &Source, format: Format, content: Content, findings: Findings)
     Ok(Import { path: source.path.clone(), format, content, notes })
 }
 
-/// By what only one of the formats has.
-fn format_of(document: &Node<'_>) -> Option<Format> {
-    let text = |key| document.value.get(key).and_then(|it| it.as_str());
-    if text("fileType") == Some("Plan") {
-        return Some(Format::Plan);
-    }
-    if document.get("UASZoneList").is_some() {
-        return Some(Format::Ed269);
-    }
-    match text("type") {
-        Some("FeatureCollection") => {
-            // ED-318 asks for both in each feature.
-            let is_zone = |it: &Node<'_>| {
-                it.get("properties").is_some_and(|it| it.get("identifier").is_some() && it.get("variant").is_some())
-            };
-            let features = document.list("features").unwrap_or_default();
-            Some(if features.iter().any(is_zone) { Format::Ed318 } else { Format::GeoJson })
-        }
-        Some("Feature") => Some(Format::GeoJson),
-        _ => document.get("features").map(|_| Format::Ed269),
+impl std::fmt::Display for Format {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Format::Plan => "a plan of QGroundControl",
+            Format::GeoJson => "GeoJSON",
+            Format::Kml => "KML",
+            Format::Ed269 => "ED-269",
+            Format::Ed318 => "ED-318",
+        })
     }
 }
 

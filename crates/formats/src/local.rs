@@ -57,14 +57,19 @@ pub(crate) fn polygon(outline: &Outline, frame: &LocalFrame, side: Side) -> Poly
                 Side::Contain => radius_m * (1.0 + PLANE) / (PI / f64::from(SIDES)).cos(),
                 Side::Inscribe => radius_m * (1.0 - PLANE),
             };
-            let corner = |side| {
-                let (sin, cos) = (2.0 * PI * f64::from(side) / f64::from(SIDES)).sin_cos();
-                Ned::new(centre.north_m + radius_m * cos, centre.east_m + radius_m * sin, 0.0)
-            };
-            (0..SIDES).map(corner).collect()
+            return circle(centre, radius_m);
         }
     };
     Polygon::new(corners.iter().map(|it| (it.east_m, it.north_m)).collect(), vec![])
+}
+
+/// The polygon with its corners at this distance from a place.
+fn circle(centre: Ned, radius_m: f64) -> Polygon<f64> {
+    let corner = |side| {
+        let (sin, cos) = (2.0 * PI * f64::from(side) / f64::from(SIDES)).sin_cos();
+        (centre.east_m + radius_m * sin, centre.north_m + radius_m * cos)
+    };
+    Polygon::new((0..SIDES).map(corner).collect(), vec![])
 }
 
 /// The places from `a` on, before `b`, between which a line that is straight in latitude and longitude is straight in the
@@ -120,6 +125,19 @@ pub(crate) fn checked(polygon: &Polygon<f64>, source: &str) -> Result<(), Wrong>
         ));
     }
     Ok(())
+}
+
+/// All that the corners of a polygon enclose, whatever their order: its convex hull, or a circle where that has no area.
+pub(crate) fn hull(polygon: &Polygon<f64>) -> Polygon<f64> {
+    use geo::{BoundingRect as _, Simplify as _};
+    let hull = polygon.convex_hull();
+    if LEAST_AREA_M2 <= hull.unsigned_area() {
+        // Rounder than this no zone is.
+        return if hull.exterior().0.len() <= MOST_CORNERS { hull } else { hull.simplify(1.0) };
+    }
+    let Some(bounds) = polygon.bounding_rect() else { return hull };
+    let centre = Ned::new(bounds.center().y, bounds.center().x, 0.0);
+    circle(centre, bounds.width().hypot(bounds.height()) / 2.0 + 1.0)
 }
 
 /// The polygon, cut off where a mission file ends: none, one or several parts, and whether something was cut.

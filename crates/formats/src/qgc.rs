@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 
-use crate::content::{Content, Height, Outline, Reference, Rule, Site, Survey, Waypoint, Window, Zone};
+use crate::content::{Content, Height, Outline, Reference, Rule, Site, Survey, Waypoint, Zone};
 use crate::export::{Geographic, degrees};
 use crate::findings::{Findings, Wrong};
 use crate::json::{Node, short};
@@ -245,17 +245,7 @@ fn fence_part(part: &Node<'_>, index: usize, findings: &mut Findings) -> Result<
             Outline::Polygon(shape::open_ring(corners, &polygon.place, findings)?)
         }
     };
-    Ok(Zone {
-        name: format!("fence {}", index + 1),
-        rule,
-        outline,
-        lower: None,
-        upper: None,
-        window: Window::default(),
-        hours: None,
-        remarks: Vec::new(),
-        source: part.place.clone(),
-    })
+    Ok(Zone::always(format!("fence {}", index + 1), rule, outline, part.place.clone()))
 }
 
 fn rally_points(document: &Node<'_>, content: &mut Content, findings: &mut Findings) -> Result<(), Wrong> {

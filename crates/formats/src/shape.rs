@@ -21,16 +21,19 @@ pub(crate) fn lat_lon(node: &Node<'_>, order: Order) -> Result<LatLon, Wrong> {
     position(node.value, order).map_err(|message| Wrong::at(&node.place, message, order.help()))
 }
 
-fn position(value: &Value, order: Order) -> Result<LatLon, String> {
+/// The place in a list of numbers. A third one is a height, and some publishers add a fourth.
+pub(crate) fn position(value: &Value, order: Order) -> Result<LatLon, String> {
     let numbers = value.as_array().map(Vec::as_slice).unwrap_or_default();
     match (numbers, order) {
-        ([first, second] | [first, second, _], _) => match (first.as_f64(), second.as_f64(), order) {
-            (Some(longitude), Some(latitude), Order::LongitudeFirst)
-            | (Some(latitude), Some(longitude), Order::LatitudeFirst) => {
-                LatLon::new(latitude, longitude).map_err(|error| error.to_string())
+        ([first, second] | [first, second, _] | [first, second, _, _], _) => {
+            match (first.as_f64(), second.as_f64(), order) {
+                (Some(longitude), Some(latitude), Order::LongitudeFirst)
+                | (Some(latitude), Some(longitude), Order::LatitudeFirst) => {
+                    LatLon::new(latitude, longitude).map_err(|error| error.to_string())
+                }
+                _ => Err("expected a place, two numbers".into()),
             }
-            _ => Err("expected a place, two numbers".into()),
-        },
+        }
         _ => Err("expected a place, two numbers".into()),
     }
 }

@@ -19,7 +19,7 @@ fn origin() -> Origin {
 }
 
 fn settings() -> Settings {
-    Settings { name: "sample".into(), origin: Some(origin()), relief_m: None }
+    Settings { name: "sample".into(), origin: Some(origin()), relief_m: None, strict: false, allow_empty: false }
 }
 
 fn source(name: &str, text: &str) -> Source {
