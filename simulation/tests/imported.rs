@@ -105,7 +105,8 @@ fn imported() -> Assembled {
     let read = |name: &str, text: String| -> Import {
         formats::read(&Source { path: name.into(), text }).unwrap_or_else(|mistakes| panic!("{mistakes}"))
     };
-    let settings = Settings { name: "harbour-zones".into(), origin: None, relief_m: None };
+    let settings =
+        Settings { name: "harbour-zones".into(), origin: None, relief_m: None, strict: false, allow_empty: false };
     let files = [read("harbour.json", zones())];
     assemble(&read("berths.plan", plan()), &files, &settings).unwrap_or_else(|mistakes| panic!("{mistakes}"))
 }
@@ -122,7 +123,7 @@ const REEF: &str = r#"{"fileType": "Plan", "mission": {"plannedHomePosition": [-
 #[track_caller]
 fn reef(name: &str) -> std::path::PathBuf {
     let plan = formats::read(&Source { path: "reef.plan".into(), text: REEF.into() });
-    let settings = Settings { name: "reef".into(), origin: None, relief_m: None };
+    let settings = Settings { name: "reef".into(), origin: None, relief_m: None, strict: false, allow_empty: false };
     let assembled = plan.and_then(|plan| assemble(&plan, &[], &settings));
     mission_file(name, &assembled.unwrap_or_else(|mistakes| panic!("{mistakes}")).text)
 }

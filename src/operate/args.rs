@@ -215,6 +215,12 @@ pub struct ImportArgs {
     /// are not converted, and areas reach from the ground upwards
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = relief)]
     pub relief: Option<f64>,
+    /// Refuse a zone that is not understood, in place of barring more
+    #[arg(long)]
+    pub strict: bool,
+    /// A file of areas may have none
+    #[arg(long)]
+    pub allow_empty: bool,
     /// Where to write the mission file
     #[arg(long, value_name = "MISSION")]
     pub out: PathBuf,

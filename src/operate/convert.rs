@@ -30,7 +30,13 @@ pub(super) fn import(args: &ImportArgs) -> Result<Done, Failure> {
     Mistakes(mistakes).or(()).map_err(bad_input)?;
     let (mission, areas) = imports.split_first().expect("one file at least was read");
     let stem = args.out.file_stem().map_or_else(|| "mission".into(), |it| it.to_string_lossy().into_owned());
-    let settings = assemble::Settings { name: stem, origin: args.origin, relief_m: args.relief };
+    let settings = assemble::Settings {
+        name: stem,
+        origin: args.origin,
+        relief_m: args.relief,
+        strict: args.strict,
+        allow_empty: args.allow_empty,
+    };
     let assembled = assemble(mission, areas, &settings).map_err(bad_input)?;
     Mission::read(&Source { path: args.out.clone(), text: assembled.text.clone() }).map_err(|mistakes| {
         Failure::bad_input(format!("nothing was written, since the mission could not be flown:\n{mistakes}"))
@@ -138,7 +144,7 @@ mod tests {
     }
 
     fn import_of(file: PathBuf, areas: Vec<PathBuf>, out: PathBuf) -> ImportArgs {
-        ImportArgs { file, origin: None, areas, relief: None, out }
+        ImportArgs { file, origin: None, areas, relief: None, strict: false, allow_empty: false, out }
     }
 
     #[test]
