@@ -107,12 +107,13 @@ const LISTS: [&str; 2] = ["features", "UASZoneList"];
 /// Reads an item of such a list, in the format that it has itself.
 fn feature(item: &Node<'_>, content: &mut Content, findings: &mut Findings) -> Format {
     let index = item.place.rsplit('/').next().and_then(|it| it.parse().ok()).unwrap_or_default();
-    if zones::is_zone(item) {
+    let is_feature = item.get("type").is_some_and(|it| it.value == "Feature") || item.get("properties").is_some();
+    if !is_feature || zones::is_zone(item) {
         match zones::read(item, index, findings) {
             Ok(zones) => content.zones.extend(zones),
             Err(lost) => content.lost.push(lost),
         }
-        return if item.get("properties").is_some() { Format::Ed318 } else { Format::Ed269 };
+        return if is_feature { Format::Ed318 } else { Format::Ed269 };
     }
     let read = geojson::read(item, index, content, findings);
     match read {

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::samples::{ED_269, ED_318, GEO_JSON, KML, PLAN};
-use super::{check_mistake, import, notes, settings};
-use formats::assemble::Settings;
+use super::{check_mistake, import, mission, notes, settings};
+use formats::assemble::{Settings, assemble};
 use proptest::prelude::*;
 
 #[test]
@@ -62,7 +62,7 @@ fn a_wrong_zone_of_ed_269_is_reported_with_its_place() {
     check(
         "\"AMSL\"",
         "\"FL\"",
-        "/UASZoneList/0/geometry/0/upperVerticalReference: found `FL`, expected AGL, AMSL, WGS84",
+        "/UASZoneList/0/geometry/0/upperVerticalReference: found `FL`, expected AGL, SFC, AMSL, MSL, WGS84, HAE",
     );
     check("2026-10-31", "2025-10-31", "/UASZoneList/1/applicability/0: the period ends before it begins");
     check(
@@ -71,16 +71,15 @@ fn a_wrong_zone_of_ed_269_is_reported_with_its_place() {
         "/UASZoneList/1/applicability/0/endDateTime: found `soon`, expected a date and time",
     );
     // What a zone must have.
-    check("\"identifier\": \"HBR001\",", "", "/UASZoneList/0: `identifier` is missing");
     check(
         "\"PROHIBITED\"",
-        "\"Prohibited\"",
-        "/UASZoneList/0/restriction: found `Prohibited`, expected PROHIBITED, REQ_AUTHORISATION",
+        "\"CLOSED\"",
+        "/UASZoneList/0/restriction: found `CLOSED`, expected PROHIBITED, REQ_AUTHORISATION",
     );
     check(
         "\"uomDimensions\": \"M\"",
-        "\"uomDimensions\": \"KM\"",
-        "/UASZoneList/0/geometry/0/uomDimensions: found `KM`, expected M, FT",
+        "\"uomDimensions\": \"YD\"",
+        "/UASZoneList/0/geometry/0/uomDimensions: found `YD`, expected M, FT",
     );
 }
 
@@ -109,7 +108,7 @@ fn a_wrong_file_of_another_format_is_reported_with_its_place() {
         ED_318,
         "\"uom\": \"ft\"",
         "\"uom\": \"yd\"",
-        "/features/0/geometry/geometries/1/layer/uom: found `yd`, expected m, ft",
+        "/features/0/geometry/geometries/1/layer/uom: found `yd`, expected M, FT",
     );
     check(
         "z.json",
@@ -188,7 +187,9 @@ fn shapes_heights_and_times_are_judged_alike_in_all_formats() {
             r#"{{"type": "Feature", "properties": {{"kind": "keep-out"{properties}}},
                 "geometry": {{"type": "Polygon", "coordinates": {rings}}}}}"#
         );
-        import("a.geojson", &text, &settings()).map(|it| notes(&it)).map_err(|it| it.to_string())
+        import("a.geojson", &text, &Settings { strict: true, ..settings() })
+            .map(|it| notes(&it))
+            .map_err(|it| it.to_string())
     }
     #[track_caller]
     fn check(found: Result<String, String>, expected: Result<&str, &str>) {
@@ -229,7 +230,7 @@ fn shapes_heights_and_times_are_judged_alike_in_all_formats() {
     check(geojson(&square, window), Err("a.geojson: /properties: the period ends before it begins"));
     check(
         geojson(&square, r#", "hours_utc": ["Mon 08:00-09:00", "Mon"]"#),
-        Err("a.geojson: /properties/hours_utc/1: found `Mon`, expected days and hours\n  help: write it like"),
+        Err("a.geojson: /properties/hours_utc/1: found `Mon`, expected days and hours"),
     );
     check(geojson(&square, r#", "hours_utc": 8"#), Err("a.geojson: /properties/hours_utc: found 8, expected a list"));
     check(geojson(&square, r#", "hours": []"#), Ok("/properties: field `hours` is not in the format: not read"));
@@ -270,9 +271,16 @@ fn hostile_files_are_refused() {
         let told = import("f", text, &settings()).unwrap_err().to_string();
         assert!(told.contains(expected) && told.len() < 10_000, "{told:.300}");
     }
-    check(&"[".repeat(100_000), "recursion limit exceeded");
-    check(&format!("[{}", "{},".repeat(300_000)), "has more than 200000 objects");
-    check(&format!("[{}", "0,".repeat(5_000_000)), "4000000 list items");
+    let nested = format!("{}{}", "[".repeat(100_000), "]".repeat(100_000));
+    check(&format!("{{\"features\": [{nested}]}}"), "/features/0: recursion limit exceeded");
+    check(&format!("{{\"features\": [[{}0]]}}", "{},".repeat(300_000)), "/features/0: has more than 200000 objects");
+    check(
+        &format!("{{\"a\": [{}0]}}", "0,".repeat(5_000_000)),
+        "/a: has more than 200000 objects or 4000000 list items",
+    );
+    check(&format!("{{\"features\": [{}0]}}", "0,".repeat(1_000_001)), "/features: more than 1000000 items");
+    check(&"[".repeat(100_000), "none of the formats");
+    check("{\"features\": [], \"features\": []}", "/features is there twice");
     check("<!DOCTYPE a [<!ENTITY b \"bb\">]><a>&b;</a>", "no valid XML: ");
     check("", "line 1 column 0");
     check("null", "none of the formats");
@@ -331,5 +339,58 @@ proptest! {
             let names: BTreeSet<_> = assembled.text.lines().filter(|it| it.starts_with("name = ")).collect();
             prop_assert!(!names.is_empty());
         }
+    }
+}
+
+/// A zone that is not understood bars more, and a file of areas that has none is refused.
+#[test]
+fn a_mistake_costs_a_zone_and_not_a_country() {
+    /// What becomes of the first zone, and what is said of it.
+    #[track_caller]
+    fn check(find: &str, replace: &str, expected: &str, said: &str) {
+        assert!(ED_269.contains(find), "{find}");
+        let read =
+            import("z.json", &ED_269.replacen(find, replace, 1), &settings()).unwrap_or_else(|it| panic!("{it}"));
+        let area = &mission(&read).areas[0];
+        let found =
+            format!("{:?} {:?} to {:?}, {} corners", area.kind, area.floor_m, area.ceiling_m, area.corners.len());
+        assert_eq!(found, expected);
+        assert!(notes(&read).contains(&format!("NOT UNDERSTOOD: {said}")), "{}", notes(&read));
+    }
+    check("\"PROHIBITED\"", "\"CLOSED\"", "KeepOut None to Some(130.0), 24 corners", "found `CLOSED`");
+    check("\"AMSL\"", "\"FL\"", "KeepOut None to None, 24 corners", "found `FL`");
+    check("\"upperLimit\": 150", "\"upperLimit\": \"high\"", "KeepOut None to None, 24 corners", "found `high`");
+    check(
+        "\"type\": \"Circle\", \"center\": [6.604, 54.001], \"radius\": 100",
+        "\"type\": \"Polygon\", \"coordinates\": [[[6.606, 54.004], [6.609, 54.006], [6.609, 54.004], [6.606, 54.006], [6.606, 54.004]]]",
+        "KeepOut None to Some(130.0), 4 corners",
+        "the ring crosses or touches itself: it covers all that its corners enclose",
+    );
+    // Nobody knows where a zone without a shape is, unless what is left of it lies far away.
+    let bad = |place: &str| {
+        ED_269.replacen("[6.606, 54.004]", place, 1).replacen("54.004], [6.609, 54.006]", "54.004], 7", 1)
+    };
+    let told = import("z.json", &bad("[6.606, 54.004]"), &settings()).unwrap_err().to_string();
+    assert!(told.contains("coordinates/0/2: expected a place"), "{told}");
+    let far =
+        ED_269.replacen("[6.606, 54.004], [6.609, 54.004], [6.609, 54.006], [6.606, 54.006]", "[26.606, 54.004], 7", 1);
+    let far = far.replacen("[6.606, 54.004]]", "[26.606, 54.004]]", 1).replacen(
+        "[6.607, 54.0045], [6.608, 54.0045], [6.608, 54.005], [6.607, 54.0045]",
+        "",
+        1,
+    );
+    let read = import("z.json", &far, &settings()).unwrap_or_else(|it| panic!("{it}"));
+    assert!(notes(&read).contains("and it lies far away: left out"), "{}", notes(&read));
+}
+
+#[test]
+fn a_file_of_areas_without_any_is_refused() {
+    let read = |text: &str| formats::read(&super::source("z.json", text)).unwrap();
+    let mission = formats::read(&super::source("q.plan", PLAN)).unwrap();
+    let far = ED_269.replace("6.6", "16.6").replace("6.5", "16.5");
+    for text in [r#"{"features": []}"#, r#"{"type": "FeatureCollection", "features": []}"#, &far] {
+        let told = assemble(&mission, &[read(text)], &settings()).unwrap_err().to_string();
+        assert!(told.starts_with("z.json: no area was found in this file ("), "{told}");
+        assert!(assemble(&mission, &[read(text)], &Settings { allow_empty: true, ..settings() }).is_ok());
     }
 }

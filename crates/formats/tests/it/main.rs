@@ -45,11 +45,11 @@ fn notes(assembled: &Assembled) -> String {
     assembled.notes.iter().map(|it| format!("{}: {}\n", it.place, it.text)).collect()
 }
 
-/// Replaces `find` in a good text by `replace`, and checks that a mistake says `expected`.
+/// Replaces `find` in a good text by `replace`, and checks that a mistake says `expected` where every zone must be understood.
 #[track_caller]
 fn check_mistake(name: &str, good: &str, find: &str, replace: &str, expected: &str) {
     assert!(good.contains(find), "the test's own text lacks `{find}`");
-    match import(name, &good.replacen(find, replace, 1), &settings()) {
+    match import(name, &good.replacen(find, replace, 1), &Settings { strict: true, ..settings() }) {
         Ok(read) => panic!("read without a mistake; expected `{expected}`\n{}", notes(&read)),
         Err(mistakes) => {
             let told = mistakes.to_string();

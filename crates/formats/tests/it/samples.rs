@@ -177,14 +177,12 @@ fn zones_of_ed_269_become_areas() {
         &[
             // 150 m above sea level are 130 m above the take-off point.
             "HBR001: keep-out, 24 corners, None to Some(130.0), (None, None)",
-            // From the first of April 2026 to the last of October 2027.
-            "HBR002: permission, 4 corners, None to None, (Some(1775001600000), Some(1824940800000))",
+            // The summers of 2026 and 2027.
+            "HBR002: permission, 4 corners, None to None, (Some(1775001600000), Some(1793491199000))",
+            "HBR002 2: permission, 4 corners, None to None, (Some(1806537600000), Some(1824940800000))",
             "HBR003: permission, 4 corners, None to None, (None, None)",
         ],
         "\
-/title: not needed: not read
-/UASZoneList/1/applicability/1: a second period has no counterpart: the area applies from the first to the last
-/UASZoneList/1/applicability/0/schedule: another period has no schedule: the area applies at all hours
 /UASZoneList/1/geometry/0/horizontalProjection/coordinates/1: a hole has no counterpart: it is filled, the area covers it
 /UASZoneList/2: field `colour` is not in the format: not read
 /UASZoneList/2/restriction: conditions cannot be checked on board: the area needs a permission
@@ -226,10 +224,7 @@ fn zones_of_ed_318_become_areas() {
             "HB318B: permission, 4 corners, None to None, (None, None)",
         ],
         "\
-/name: not needed: not read
-/metadata: not needed: not read
 /features/1/properties/type: U-space needs an authorised flight: the area needs a permission
-/features/1/properties/limitedApplicability/0/schedule/0: sunrise and sunset have no fixed hour: the area applies on the whole day, and on the day after it
 /features/0/geometry/geometries/0: its upper limit is above the ellipsoid: converted with the most that the geoid differs from it
 ",
     );
@@ -249,9 +244,36 @@ fn polygons_of_geojson_become_areas() {
         "\
 /features/1/properties: field `owner` is not in the format: not read
 /features/1: a polygon without `kind`: read as a keep-out area, the safe side
-/features/2/geometry: LineString without `kind` has no counterpart: left out
 ",
     );
+}
+
+/// What has a place and no word on what it is: a mistake in a mission, a note among areas.
+#[test]
+fn a_point_becomes_a_circle_if_it_says_how_large() {
+    let file = |geometry: &str, properties: &str| {
+        format!(r#"{{"type": "Feature", "properties": {{{properties}}}, "geometry": {geometry}}}"#)
+    };
+    let point = r#"{"type": "Point", "coordinates": [6.61, 54.0]}"#;
+    let line = r#"{"type": "LineString", "coordinates": [[6.6, 54.0], [6.7, 54.0]]}"#;
+    let collection = format!(r#"{{"type": "GeometryCollection", "geometries": [{point}, {line}]}}"#);
+    let circle = import("a.geojson", &file(point, r#""radius": 100"#), &settings()).unwrap();
+    assert_eq!(in_words(&mission(&circle).areas), ["feature 0: keep-out, 24 corners, None to None, (None, None)"]);
+    for (geometry, expected) in [
+        (point, "a.geojson: /geometry: a Point without `kind`\n  help: say what it is"),
+        (line, "a.geojson: /geometry: a LineString without `kind`"),
+        (&collection, "a.geojson: /geometry/geometries/0/geometry: a Point without `kind`"),
+    ] {
+        let text = file(geometry, "");
+        let told = import("a.geojson", &text, &settings()).unwrap_err().to_string();
+        assert!(told.starts_with(expected), "{told}");
+        let areas = [formats::read(&source("a.geojson", &text)).unwrap()];
+        let mission = formats::read(&source("quay.plan", PLAN)).unwrap();
+        let read = assemble(&mission, &areas, &Settings { allow_empty: true, ..settings() }).unwrap();
+        assert!(notes(&read).contains("without a radius is no area: left out"), "{}", notes(&read));
+    }
+    let told = import("a.geojson", &file(line, r#""radius": 100"#), &settings()).unwrap_err().to_string();
+    assert!(told.starts_with("a.geojson: /geometry: LineString with a radius"), "{told}");
 }
 
 #[test]
@@ -278,7 +300,7 @@ fn a_mission_is_made_of_several_files() {
     let assembled = assemble(&read("quay.plan", PLAN), &files, &settings()).unwrap_or_else(|it| panic!("{it}"));
     let mission = mission(&assembled);
     let names: Vec<_> = mission.areas.iter().map(|it| it.name.as_str()).collect();
-    assert_eq!(names, ["fence 1", "fence 1 2", "fence 2", "HBR001", "HBR002", "HBR003", "crane", "gate"]);
+    assert_eq!(names, ["fence 1", "fence 1 2", "fence 2", "HBR001", "HBR002", "HBR002 2", "HBR003", "crane", "gate"]);
     assert_eq!((mission.name.as_str(), mission.objectives.len()), ("sample", 4));
     assert!(assembled.text.starts_with("# Made by `kittiwake mission import` from quay.plan, z.json, a.kml.\n"));
 }

@@ -1,6 +1,7 @@
 //! Days and times of day at which zones apply: read where they are fixed, and on the safe side where they are not.
 
 use super::{import, mission, notes, settings};
+use domain::area::Area;
 
 /// A zone of ED-269 with these periods.
 fn ed_269(periods: &str) -> String {
@@ -24,12 +25,13 @@ fn ed_318(periods: &str) -> String {
     )
 }
 
-/// The hours of the one area, `always` for none, and what was said.
+/// The hours of each area, `always` for none, and what was said.
 #[track_caller]
 fn read(text: &str) -> (String, String) {
     let assembled = import("z.json", text, &settings()).unwrap_or_else(|it| panic!("{it}"));
-    let hours = mission(&assembled).areas[0].hours.as_ref().map(|it| it.to_texts().join("; "));
-    (hours.unwrap_or_else(|| "always".into()), notes(&assembled))
+    let hours = |area: &Area| area.hours.as_ref().map_or_else(|| "always".into(), |it| it.to_texts().join("; "));
+    let hours: Vec<String> = mission(&assembled).areas.iter().map(hours).collect();
+    (hours.join(" | "), notes(&assembled))
 }
 
 fn scheduled(entries: &str) -> String {
@@ -61,6 +63,12 @@ fn fixed_times_become_hours() {
     // Local time with its offset: the day begins on the one before.
     check(r#"{"day": ["MON"], "startTime": "01:00:00+02:00", "endTime": "03:00:00+02:00"}"#, "Sun 23:00-01:00");
     check(r#"{"day": "MON", "startTime": "08:00", "endTime": "09:00"}"#, "Mon 08:00-09:00");
+    // Neither seconds nor an offset.
+    check(r#"{"day": ["MON"], "startTime": "06:00Z", "endTime": "21:00Z"}"#, "Mon 06:00-21:00");
+    // The sun at 54.0 north, 6.6 east, in all seasons: it rises from 03:00 to 07:53 and sets from 15:11 to 20:10 UTC, give or take ten minutes.
+    check(r#"{"day": ["MON"], "startEvent": "SR", "endEvent": "SS"}"#, "Mon 02:50-20:20");
+    check(r#"{"day": ["MON"], "startEvent": "SS", "endEvent": "SR"}"#, "Mon 15:01-08:03");
+    check(r#"{"day": ["MON"], "startTime": "08:00:00Z", "endEvent": "SS"}"#, "Mon 08:00-20:20");
     // All of the week is no schedule.
     check(r#"{"day": ["ANY"]}"#, "always");
 }
@@ -72,12 +80,9 @@ fn what_has_no_fixed_hour_applies_longer_and_is_told() {
         let at = "/UASZoneList/0/applicability/0/schedule";
         assert_eq!(read(&ed_269(&scheduled(entries))), (hours.to_owned(), format!("{at}{said}\n")), "{entries}");
     }
-    let by_sun =
-        "/0: sunrise and sunset have no fixed hour: the area applies on the whole day, and on the day after it";
-    check(r#"{"day": ["MON"], "startEvent": "SR", "endEvent": "SS"}"#, "Mon,Tue 00:00-24:00", by_sun);
-    check(r#"{"day": ["MON"], "startEvent": "SS", "endEvent": "SR"}"#, "Mon,Tue 00:00-24:00", by_sun);
-    check(r#"{"day": ["MON"], "startTime": "08:00:00Z", "endEvent": "SS"}"#, "Mon,Tue 00:00-24:00", by_sun);
-    check(r#"{"day": ["ANY"], "startEvent": "SR", "endEvent": "SS"}"#, "always", by_sun);
+    let by_sun = "/0: when the sun rises and sets there cannot be said: the area applies on the whole day, and on the day after it";
+    // In summer the sun sets after 18:00, in winter before.
+    check(r#"{"day": ["MON"], "startTime": "18:00:00Z", "endEvent": "SS"}"#, "Mon,Tue 00:00-24:00", by_sun);
     let always = "the area applies at all times of the period";
     check(
         r#"{"day": ["HOL"], "startTime": "08:00:00Z", "endTime": "09:00:00Z"}"#,
@@ -99,20 +104,36 @@ fn what_has_no_fixed_hour_applies_longer_and_is_told() {
 }
 
 #[test]
-fn periods_share_their_hours() {
+fn a_period_is_a_window_of_its_own_with_its_hours() {
     let monday = r#"{"startDateTime": "2026-04-01T00:00:00Z", "endDateTime": "2026-05-01T00:00:00Z",
         "schedule": [{"day": ["MON"], "startTime": "08:00:00Z", "endTime": "09:00:00Z"}]}"#;
     let friday = monday.replace("MON", "FRI").replace("2026", "2027");
-    let second = "/UASZoneList/0/applicability/1: a second period has no counterpart: the area applies from the first to the last\n";
-    assert_eq!(read(&ed_269(&format!("{monday}, {friday}"))), ("Mon,Fri 08:00-09:00".into(), second.into()));
+    assert_eq!(read(&ed_269(&format!("{monday}, {friday}"))), ("Mon 08:00-09:00 | Fri 08:00-09:00".into(), "".into()));
     let unscheduled = r#"{"startDateTime": "2027-04-01T00:00:00Z", "endDateTime": "2027-05-01T00:00:00Z"}"#;
-    let other =
-        "/UASZoneList/0/applicability/0/schedule: another period has no schedule: the area applies at all hours\n";
-    assert_eq!(read(&ed_269(&format!("{monday}, {unscheduled}"))), ("always".into(), format!("{second}{other}")));
+    assert_eq!(read(&ed_269(&format!("{monday}, {unscheduled}"))), ("Mon 08:00-09:00 | always".into(), "".into()));
+    // A period that is there twice is one, and one that is permanent is all that is needed.
+    assert_eq!(read(&ed_269(&format!("{monday}, {monday}"))).0, "Mon 08:00-09:00");
+    assert_eq!(read(&ed_269(&format!(r#"{monday}, {{"permanent": "YES"}}"#))).0, "always");
     let permanent = monday.replacen('{', r#"{"permanent": "YES", "#, 1);
     let (hours, said) = read(&ed_269(&permanent));
     assert_eq!(hours, "always");
     assert!(said.contains("permanent, and with a schedule besides: the area applies at all hours"), "{said}");
+}
+
+#[test]
+fn only_a_zone_of_very_many_periods_applies_in_between() {
+    let period = |day: usize| {
+        format!(
+            r#"{{"startDateTime": "2026-{:02}-{:02}T08:00Z", "endDateTime": "2026-{0:02}-{1:02}T09:00Z"}}"#,
+            1 + day / 28,
+            1 + day % 28
+        )
+    };
+    let periods = |count| ed_269(&(0..count).map(period).collect::<Vec<_>>().join(", "));
+    let areas = |count| mission(&import("z.json", &periods(count), &settings()).unwrap()).areas.len();
+    assert_eq!((areas(50), areas(51)), (50, 1));
+    let (_, said) = read(&periods(51));
+    assert!(said.contains("more than 50 periods: it applies from the first to the last, all the time"), "{said}");
 }
 
 #[test]
