@@ -85,7 +85,7 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
         }
         let is_empty = assembly.areas.len() == before && !findings.has_mistakes();
         if 0 < index && is_empty && !settings.allow_empty {
-            let help = "give --allow-empty if that is right: no area of it limits the flight";
+            let help = "give --allow-empty if it limits no flight";
             findings.wrong(Wrong::at("", format!("no area was found in this file ({})", import.format), help));
         }
         for unused in &import.content.unused {
@@ -94,7 +94,7 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
                 let help = "say what it is by its property `kind`, or leave it out with --leave-out";
                 findings.wrong(Wrong::at(source, format!("a {what} without `kind`"), help));
             } else {
-                findings.note(source, format!("a {what} without a radius is no area: left out"));
+                findings.note(source, format!("a {what} without a radius: left out"));
             }
         }
         if index == 0 {
@@ -216,7 +216,7 @@ impl Assembly {
         Ok(())
     }
 
-    /// A zone whose shape cannot be read does not matter if the places of it that can be read are all far away.
+    /// A zone whose shape cannot be read does not matter if all its places that can be read are far away.
     fn lost(&self, lost: &Lost, findings: &mut Findings) -> Result<(), Wrong> {
         let is_far = |it: &LatLon| 2.0 * local::REACH_M < self.frame.local(*it).horizontal_distance_m(Ned::default());
         if lost.places.is_empty() || !lost.places.iter().all(is_far) {

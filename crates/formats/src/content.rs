@@ -31,11 +31,11 @@ pub struct Content {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Lost {
     pub(crate) wrong: Wrong,
-    /// Those of its places that can be read.
+    /// The places that can be read.
     pub(crate) places: Vec<LatLon>,
 }
 
-/// Which edition of a data set a file is. All of it may be unknown.
+/// Which edition of a data set a file is. Each field may be unknown.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Edition {
     /// Who publishes it.
@@ -117,7 +117,7 @@ pub struct Zone {
     pub periods: Vec<Period>,
     /// What a human should know: authority, reason, schedule. They become comments.
     pub remarks: Vec<String>,
-    /// What of it was not understood; it is read as a zone that bars more.
+    /// What was not understood; the zone then bars more.
     pub doubts: Vec<Doubt>,
     /// Its place in the file.
     pub source: String,

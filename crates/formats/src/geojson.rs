@@ -177,7 +177,7 @@ fn radius<'a>(properties: &Node<'a>) -> Option<Node<'a>> {
     properties.any_of(&["radius_m", "radius", "buffer_m", "buffer"])
 }
 
-/// What is not understood of it becomes a doubt.
+/// What is not understood becomes a doubt.
 fn zone(name: String, rule: Rule, outline: Outline, properties: &Node<'_>, source: String) -> Zone {
     let height = |key| -> Result<Option<Height>, Wrong> {
         let metres = properties.get(key).map(|it| it.number()).transpose()?;

@@ -89,7 +89,7 @@ pub(crate) fn band(zone: &Zone, terrain: Terrain, findings: &mut Findings) -> Op
         && ceiling_m <= floor_m
     {
         let text = format!(
-            "it would end at {ceiling_m} m above the take-off point and begin at {floor_m} m: there is nothing of it there, left out"
+            "it would end at {ceiling_m} m above the take-off point and begin at {floor_m} m: nothing is there, left out"
         );
         findings.note(&zone.source, text);
         return None;

@@ -48,7 +48,7 @@ fn spans_or_note(entry: &Node<'_>, daylight: Daylight<'_>, findings: &mut Findin
 
 fn spans_of(entry: &Node<'_>, daylight: Daylight<'_>, findings: &mut Findings) -> Result<Spans, Wrong> {
     if entry.object().is_err() {
-        return Err(Wrong::at(&entry.place, "this is no entry of a schedule", ""));
+        return Err(Wrong::at(&entry.place, "an entry of a schedule is expected", ""));
     }
     entry.note_unknown(&ENTRY, findings);
     let days = days(entry)?;
@@ -84,7 +84,7 @@ fn whole_days(entry: &Node<'_>, days: &[i64], findings: &mut Findings) -> Spans 
     days.iter().map(|day| (day * DAY, 2 * DAY)).collect()
 }
 
-/// When an entry begins or ends: a minute of the day, or the earliest and the latest of its season.
+/// When an entry begins or ends: a minute of the day, or, in its season, the earliest and the latest one.
 enum Edge {
     Between((i64, i64)),
     Missing,

@@ -2,7 +2,7 @@
 //!
 //! The two standards differ in where they put things, not in what they say: the fields of a zone stand in the item itself
 //! (ED-269) or in its `properties`; its shape in volumes with a `horizontalProjection` (ED-269) or in a GeoJSON `geometry`; its
-//! limits beside the shape, in a `layer` of it, in `properties.geometry`, or flat in the properties.
+//! limits beside the shape, in its `layer`, in `properties.geometry`, or flat in the properties.
 //!
 //! What is not understood of a zone becomes a doubt, and the zone bars more. A zone without a shape that can be read is a mistake:
 //! nobody knows where it lies.

@@ -345,7 +345,7 @@ proptest! {
 /// A zone that is not understood bars more, and a file of areas that has none is refused.
 #[test]
 fn a_mistake_costs_a_zone_and_not_a_country() {
-    /// What becomes of the first zone, and what is said of it.
+    /// What becomes of the first zone, and what is said.
     #[track_caller]
     fn check(find: &str, replace: &str, expected: &str, said: &str) {
         assert!(ED_269.contains(find), "{find}");
@@ -366,7 +366,7 @@ fn a_mistake_costs_a_zone_and_not_a_country() {
         "KeepOut None to Some(130.0), 4 corners",
         "the ring crosses or touches itself: it covers all that its corners enclose",
     );
-    // Nobody knows where a zone without a shape is, unless what is left of it lies far away.
+    // Nobody knows where a zone without a shape is, unless the places that are left lie far away.
     let bad = |place: &str| {
         ED_269.replacen("[6.606, 54.004]", place, 1).replacen("54.004], [6.609, 54.006]", "54.004], 7", 1)
     };

@@ -270,7 +270,7 @@ fn a_point_becomes_a_circle_if_it_says_how_large() {
         let areas = [formats::read(&source("a.geojson", &text)).unwrap()];
         let mission = formats::read(&source("quay.plan", PLAN)).unwrap();
         let read = assemble(&mission, &areas, &Settings { allow_empty: true, ..settings() }).unwrap();
-        assert!(notes(&read).contains("without a radius is no area: left out"), "{}", notes(&read));
+        assert!(notes(&read).contains("without a radius: left out"), "{}", notes(&read));
     }
     let told = import("a.geojson", &file(line, r#""radius": 100"#), &settings()).unwrap_err().to_string();
     assert!(told.starts_with("a.geojson: /geometry: LineString with a radius"), "{told}");

@@ -94,7 +94,7 @@ fn what_has_no_fixed_hour_applies_longer_and_is_told() {
         "always",
         &format!("/0/startTime: found `dawn`, expected a time like 08:00:00Z: {always}"),
     );
-    check("7", "always", &format!("/0: this is no entry of a schedule: {always}"));
+    check("7", "always", &format!("/0: an entry of a schedule is expected: {always}"));
     // One that is not understood is enough, and the others are looked at all the same.
     check(
         r#"{"day": ["MON"], "startTime": "08:00:00Z", "endTime": "09:00:00Z"}, {"day": ["TUE"], "endTime": 9}"#,
