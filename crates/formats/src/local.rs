@@ -132,7 +132,7 @@ pub(crate) fn hull(polygon: &Polygon<f64>) -> Polygon<f64> {
     use geo::{BoundingRect as _, Simplify as _};
     let hull = polygon.convex_hull();
     if LEAST_AREA_M2 <= hull.unsigned_area() {
-        // A hull of so many corners is nearly round.
+        // Its corners are then so near to each other that a metre is nothing.
         return if hull.exterior().0.len() <= MOST_CORNERS { hull } else { hull.simplify(1.0) };
     }
     let Some(bounds) = polygon.bounding_rect() else { return hull };
