@@ -321,8 +321,13 @@ fn broken() -> impl Strategy<Value = String> {
     })
 }
 
+/// `PROPTEST_CASES=2000000 cargo test -p formats broken` looks for about an hour.
+fn cases() -> u32 {
+    std::env::var("PROPTEST_CASES").ok().and_then(|it| it.parse().ok()).unwrap_or(2_000)
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2_000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(), failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Whatever stands in a file: it is refused, or becomes a mission whose areas are sound.
     #[test]
