@@ -115,27 +115,3 @@ pub(crate) fn places<'a>(outlines: impl Iterator<Item = &'a Outline>) -> Vec<Lat
     }
     places
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_sun_rises_and_sets_as_in_the_almanac() {
-        /// Hours and minutes in UTC of that day of the year.
-        #[track_caller]
-        fn check(event: Event, place: (f64, f64), day: f64, expected: Option<(f64, f64)>) {
-            let at = LatLon::new(place.0, place.1).unwrap();
-            let minute = event.minute(at, day);
-            let off = minute.zip(expected).map(|(minute, (hour, min))| (minute - hour * 60.0 - min).abs());
-            assert!(minute.is_some() == expected.is_some() && off.is_none_or(|it| it < 4.0), "{minute:?} {expected:?}");
-        }
-        // London (Royal Observatory), 20 March and 21 June; Reykjavik, 21 June; Tromso has no sunset on that day.
-        check(Event::Sunrise, (51.48, 0.0), 79.0, Some((6.0, 5.0)));
-        check(Event::Sunset, (51.48, 0.0), 79.0, Some((18.0, 13.0)));
-        check(Event::Sunrise, (51.48, 0.0), 172.0, Some((3.0, 43.0)));
-        check(Event::Sunset, (51.48, 0.0), 172.0, Some((20.0, 21.0)));
-        check(Event::Sunset, (64.15, -21.94), 172.0, Some((24.0, 3.0)));
-        check(Event::Sunset, (69.65, 18.96), 172.0, None);
-    }
-}

@@ -2,6 +2,8 @@
 
 use super::{import, mission, notes, settings};
 use domain::area::Area;
+use domain::geodesy::{LatLon, Origin};
+use formats::assemble::Settings;
 
 /// A zone of ED-269 with these periods.
 fn ed_269(periods: &str) -> String {
@@ -71,6 +73,30 @@ fn fixed_times_become_hours() {
     check(r#"{"day": ["MON"], "startTime": "08:00:00Z", "endEvent": "SS"}"#, "Mon 08:00-20:20");
     // All of the week is no schedule.
     check(r#"{"day": ["ANY"]}"#, "always");
+}
+
+#[test]
+fn the_sun_rises_and_sets_as_in_the_almanac() {
+    /// The hours from sunrise to sunset on a day at a place.
+    #[track_caller]
+    fn check(latitude: f64, longitude: f64, day: &str, expected: &str) {
+        let period = format!(
+            r#"{{"startDateTime": "{day}T00:00Z", "endDateTime": "{day}T23:59Z", "schedule": [{{"startEvent": "SR", "endEvent": "SS"}}]}}"#
+        );
+        let text = ed_269(&period).replace("[6.61, 54.0]", &format!("[{}, {latitude}]", longitude + 0.01));
+        let place = LatLon::new(latitude, longitude).unwrap();
+        let origin = Some(Origin { place, altitude_m: None });
+        let read = import("z.json", &text, &Settings { origin, ..settings() }).unwrap_or_else(|it| panic!("{it}"));
+        let hours = mission(&read).areas[0].hours.as_ref().map(|it| it.to_texts().join("; "));
+        assert_eq!(hours.as_deref().unwrap_or("always"), expected);
+    }
+    // Ten minutes more at both ends. Greenwich: 06:05 to 18:13, and 03:43 to 20:21.
+    check(51.48, 0.0, "2026-03-20", "Mon-Sun 05:52-18:23");
+    check(51.48, 0.0, "2026-06-21", "Mon-Sun 03:32-20:31");
+    // Reykjavik: 02:55 to 00:03 on the next day. In Tromso the sun does not set on that day.
+    check(64.15, -21.94, "2026-06-21", "Mon-Sun 02:44-00:15");
+    check(69.65, 18.96, "2026-06-21", "always");
+    check(-33.87, 151.21, "2026-06-21", "always");
 }
 
 #[test]
