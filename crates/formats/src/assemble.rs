@@ -1,6 +1,6 @@
 //! One mission of several files: what was read, in the local frame of one origin.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 use domain::file::{Mistake, Mistakes};
 use domain::geodesy::{LatLon, LocalFrame, Origin};
@@ -10,13 +10,14 @@ use domain::mission::bounds::LONGEST_NAME;
 use geo::{Contains as _, Polygon};
 
 use crate::Import;
-use crate::content::{Doubt, Height, Lost, Period, Rule, Site, Survey, Unused, Waypoint, Zone};
+use crate::content::{Doubt, Height, Lost, Outline, Period, Rule, Site, Survey, Unused, Waypoint, Zone};
 use crate::export::utc;
 use crate::findings::{Findings, Note, Wrong};
 use crate::heights::{self, Band, Terrain};
 use crate::local::{self, Side};
 use crate::mission_file::{AreaEntry, MissionFile, ObjectiveEntry, SiteEntry, SurveyEntry, corner, one_line};
 
+const FAR: &str = "it lies more than 100 km from the take-off point: left out";
 const STRICT: &str = "correct it, or import without --strict: the zone then bars more";
 
 /// What the files do not say.
@@ -63,6 +64,7 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
         }])
     })?;
     let mut assembly = Assembly {
+        origin: origin.place,
         frame: LocalFrame::at(origin.place),
         terrain: Terrain::at(Some(origin), settings.relief_m),
         names: Names::default(),
@@ -141,6 +143,7 @@ fn remarks(mission: &Import, others: &[Import]) -> Vec<String> {
 }
 
 struct Assembly {
+    origin: LatLon,
     frame: LocalFrame,
     terrain: Terrain,
     names: Names,
@@ -154,6 +157,10 @@ struct Assembly {
 impl Assembly {
     fn zone(&mut self, zone: &Zone, findings: &mut Findings) -> Result<(), Wrong> {
         let side = if zone.rule == Rule::StayInside { Side::Inscribe } else { Side::Contain };
+        if zone.rule != Rule::StayInside && self.is_far(&zone.outline) {
+            findings.note(&zone.source, FAR);
+            return Ok(());
+        }
         let outline = local::polygon(&zone.outline, &self.frame, side);
         if zone.rule == Rule::StayInside {
             local::checked(&outline, &zone.source)?;
@@ -178,7 +185,7 @@ impl Assembly {
                     "correct the order of its numbers, or leave the zone out",
                 ));
             }
-            findings.note(&zone.source, "it lies more than 100 km from the take-off point: left out");
+            findings.note(&zone.source, FAR);
             return Ok(());
         }
         for doubt in &zone.doubts {
@@ -207,12 +214,19 @@ impl Assembly {
         Ok(())
     }
 
+    /// Whether a zone is out of reach, whatever the order of its numbers, as can be told without a projection. Most zones of a country
+    /// are.
+    fn is_far(&self, outline: &Outline) -> bool {
+        let is_far = |it: &Outline| local::is_far(it, self.origin);
+        is_far(outline) && local::exchanged(outline).is_none_or(|it| is_far(&it))
+    }
+
     /// Something that was not understood, which is a mistake only for who asks for that.
     fn doubt(&self, wrong: Wrong, instead: &str, findings: &mut Findings) -> Result<(), Wrong> {
         if self.strict {
             return Err(wrong);
         }
-        findings.note(&wrong.place, format!("NOT UNDERSTOOD: {}: {instead}", wrong.message));
+        findings.loud(&wrong.place, &format!("{}: {instead}", wrong.message));
         Ok(())
     }
 
@@ -338,9 +352,9 @@ impl Assembly {
     }
 }
 
-/// Names that were given.
+/// Names that were given, with the number that each was given last: a feed may have ten thousand zones of one name.
 #[derive(Default)]
-struct Names(BTreeSet<(&'static str, String)>);
+struct Names(BTreeMap<(&'static str, String), u32>);
 
 impl Names {
     /// `wanted`, or with a number that makes it unique.
@@ -354,10 +368,17 @@ impl Names {
             let number = number.to_string();
             format!("{} {number}", one_line(&wanted, LONGEST_NAME - number.len() - 1))
         };
-        let candidates = std::iter::once(wanted.clone()).chain((2..).map(numbered));
-        let free = candidates.into_iter().find(|it| !self.0.contains(&(among, it.clone())));
-        let name = free.unwrap_or(wanted);
-        self.0.insert((among, name.clone()));
+        let last = self.0.get(&(among, wanted.clone())).copied();
+        let free = |it: &(u32, String)| !self.0.contains_key(&(among, it.1.clone()));
+        let (number, name) = match last {
+            None => (1, wanted.clone()),
+            Some(last) => {
+                let candidates = (last + 1..).map(|number| (number, numbered(number)));
+                candidates.into_iter().find(free).unwrap_or_else(|| (last, wanted.clone()))
+            }
+        };
+        self.0.insert((among, wanted), number);
+        self.0.entry((among, name.clone())).or_insert(1);
         name
     }
 }

@@ -6,7 +6,7 @@ use domain::file::{Mistake, Mistakes};
 
 use crate::mission_file::one_line;
 
-/// The most notes about one file: a file that needs more has another format.
+/// The most notes about one file, and the most [loud](Findings::loud) ones: a file that needs more has another format.
 const MOST: usize = 10_000;
 /// The most mistakes of one file that are reported together.
 const MOST_MISTAKES: usize = 100;
@@ -43,19 +43,29 @@ impl Wrong {
 pub(crate) struct Findings {
     path: PathBuf,
     notes: Vec<Note>,
+    /// How many of them are loud.
+    loud: usize,
     mistakes: Vec<Mistake>,
 }
 
 impl Findings {
     pub(crate) fn about(path: &Path) -> Findings {
-        Findings { path: path.to_owned(), notes: Vec::new(), mistakes: Vec::new() }
+        Findings { path: path.to_owned(), notes: Vec::new(), loud: 0, mistakes: Vec::new() }
     }
 
     pub(crate) fn note(&mut self, place: &str, text: impl Into<String>) {
-        match self.notes.len() {
+        match self.notes.len() - self.loud {
             MOST => self.push_note("", format!("there are more than {MOST} notes: the others are not listed")),
             count if count < MOST => self.push_note(place, text.into()),
             _ => {}
+        }
+    }
+
+    /// What was not understood: all the other notes leave room for it.
+    pub(crate) fn loud(&mut self, place: &str, text: &str) {
+        if self.loud < MOST {
+            self.loud += 1;
+            self.push_note(place, format!("NOT UNDERSTOOD: {text}"));
         }
     }
 

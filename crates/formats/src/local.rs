@@ -95,6 +95,27 @@ pub(crate) fn is_in_reach(polygon: &Polygon<f64>) -> bool {
     polygon.contains(&origin) || Euclidean.distance(&origin, polygon.exterior()) <= REACH_M
 }
 
+/// Whether all of an outline is certainly out of reach of the origin, by its latitudes or longitudes alone.
+pub(crate) fn is_far(outline: &Outline, origin: LatLon) -> bool {
+    /// Half as far again as the reach: degrees differ by less than that in length.
+    const FAR_M: f64 = 1.5 * REACH_M;
+    let (corners, radius_m) = match outline {
+        Outline::Polygon(corners) => (corners.as_slice(), 0.0),
+        Outline::Circle { centre, radius_m } => (std::slice::from_ref(centre), *radius_m),
+    };
+    // Of the sphere: the way to the nearest place of a parallel, and of a meridian less than a quarter round.
+    let far = (FAR_M + radius_m) / EARTH_M;
+    let turn_deg = (far.sin() / origin.latitude_deg().to_radians().cos()).asin().to_degrees();
+    let all = |is_beyond: &dyn Fn(LatLon) -> bool| corners.iter().all(|it| is_beyond(*it));
+    let north_deg = |it: LatLon| it.latitude_deg() - origin.latitude_deg();
+    let east_deg = |it: LatLon| shape::turn_deg(origin, it);
+    let far_deg = far.to_degrees();
+    all(&|it| far_deg < north_deg(it))
+        || all(&|it| north_deg(it) < -far_deg)
+        || all(&|it| turn_deg < east_deg(it) && east_deg(it) < 90.0)
+        || all(&|it| east_deg(it) < -turn_deg && -90.0 < east_deg(it))
+}
+
 /// The same outline with latitudes and longitudes exchanged, if there are such places.
 pub(crate) fn exchanged(outline: &Outline) -> Option<Outline> {
     let exchange = |it: &LatLon| LatLon::new(it.longitude_deg(), it.latitude_deg()).ok();
