@@ -9,6 +9,7 @@ use crate::findings::{Findings, Wrong};
 use crate::json::Node;
 use crate::shape::{self, Order};
 use crate::terms;
+use crate::zone_text::in_words;
 use crate::zones::Doubts;
 use domain::geodesy::{LatLon, Origin};
 use domain::hours::{InvalidHours, WeeklyHours, text};
@@ -39,7 +40,11 @@ const PROPERTIES: [&str; 17] = [
 
 /// Reads a feature.
 pub(crate) fn read(node: &Node<'_>, index: usize, content: &mut Content, findings: &mut Findings) -> Result<(), Wrong> {
+    node.object()?;
     let Some(geometry) = node.get("geometry") else {
+        if let Some(kind) = node.get("properties").and_then(|it| it.get(KIND)) {
+            return Err(Wrong::at(&node.place, format!("{} without geometry", in_words(kind.value)), "give it one"));
+        }
         findings.note(&node.place, "a feature without geometry: left out");
         return Ok(());
     };
@@ -111,6 +116,9 @@ pub(crate) fn read(node: &Node<'_>, index: usize, content: &mut Content, finding
                 Rule::KeepOut
             };
             let polygons = if shape == "Polygon" { vec![coordinates()?] } else { coordinates()?.items()? };
+            if polygons.is_empty() {
+                return Err(coordinates()?.wrong("at least one polygon"));
+            }
             for polygon in polygons {
                 let outline = shape::polygon(&polygon, findings)?;
                 let mut zone = zone(name.clone(), rule, outline, &properties, polygon.place.clone());

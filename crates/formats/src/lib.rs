@@ -26,8 +26,10 @@ mod geojson;
 mod heights;
 mod json;
 mod kml;
+mod limits;
 mod local;
 mod mission_file;
+mod national;
 mod qgc;
 mod qgc_survey;
 mod schedule;
@@ -72,10 +74,12 @@ pub enum Format {
 /// # Errors
 /// The mistakes, each with its place: a JSON pointer or a line.
 pub fn read(source: &Source) -> Result<Import, Mistakes> {
-    let text = source.text.strip_prefix('\u{feff}').unwrap_or(&source.text);
-    let source = &Source { path: source.path.clone(), text: text.to_owned() };
+    // A feed may have half a gigabyte: only a text that begins with a mark is copied.
+    let unmarked = source.text.strip_prefix('\u{feff}');
+    let unmarked = unmarked.map(|text| Source { path: source.path.clone(), text: text.to_owned() });
+    let source = unmarked.as_ref().unwrap_or(source);
     let mut findings = Findings::about(&source.path);
-    if text.trim_start().starts_with('<') {
+    if source.text.trim_start().starts_with('<') {
         let content = kml::read(source, &mut findings)?;
         return import(source, Format::Kml, content, findings);
     }
@@ -107,6 +111,13 @@ const LISTS: [&str; 2] = ["features", "UASZoneList"];
 /// Reads an item of such a list, in the format that it has itself.
 fn feature(item: &Node<'_>, content: &mut Content, findings: &mut Findings) -> Format {
     let index = item.place.rsplit('/').next().and_then(|it| it.parse().ok()).unwrap_or_default();
+    if let Some(form) = national::form(item) {
+        match national::read(form, item, index, findings) {
+            Ok(zones) => content.zones.extend(zones),
+            Err(lost) => content.lost.push(lost),
+        }
+        return Format::GeoJson;
+    }
     let is_feature = item.get("type").is_some_and(|it| it.value == "Feature") || item.get("properties").is_some();
     if !is_feature || zones::is_zone(item) {
         match zones::read(item, index, findings) {

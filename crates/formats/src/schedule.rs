@@ -11,6 +11,7 @@ use crate::content::Window;
 use crate::findings::{Findings, Wrong};
 use crate::json::{Node, short};
 use crate::sun::Event;
+use crate::zones::Doubts;
 
 /// Parts of a week: each begins at a minute after Monday 00:00 UTC and lasts so many minutes.
 pub(crate) type Spans = Vec<(i64, i64)>;
@@ -29,21 +30,17 @@ pub(crate) struct Daylight<'a> {
 }
 
 /// When an area applies in a period with these entries; `None`: at all its times.
-pub(crate) fn spans(schedule: &[Node<'_>], daylight: Daylight<'_>, findings: &mut Findings) -> Option<Spans> {
+pub(crate) fn spans(
+    schedule: &[Node<'_>],
+    daylight: Daylight<'_>,
+    doubts: &mut Doubts,
+    findings: &mut Findings,
+) -> Option<Spans> {
     // Every entry is looked at, so that all that is not understood is told.
-    let entries: Vec<Option<Spans>> = schedule.iter().map(|it| spans_or_note(it, daylight, findings)).collect();
+    let entries = schedule.iter().map(|it| doubts.or(spans_of(it, daylight, findings).map(Some), None));
+    let entries: Vec<Option<Spans>> = entries.collect();
     let spans = entries.into_iter().collect::<Option<Vec<Spans>>>()?;
     if spans.is_empty() { None } else { Some(spans.concat()) }
-}
-
-fn spans_or_note(entry: &Node<'_>, daylight: Daylight<'_>, findings: &mut Findings) -> Option<Spans> {
-    match spans_of(entry, daylight, findings) {
-        Ok(spans) => Some(spans),
-        Err(wrong) => {
-            findings.note(&wrong.place, format!("{}: the area applies at all times of the period", wrong.message));
-            None
-        }
-    }
 }
 
 fn spans_of(entry: &Node<'_>, daylight: Daylight<'_>, findings: &mut Findings) -> Result<Spans, Wrong> {
@@ -51,7 +48,7 @@ fn spans_of(entry: &Node<'_>, daylight: Daylight<'_>, findings: &mut Findings) -
         return Err(Wrong::at(&entry.place, "an entry of a schedule is expected", ""));
     }
     entry.note_unknown(&ENTRY, findings);
-    let days = days(entry)?;
+    let days = days(entry, findings)?;
     // Whole minutes that contain the time. What is missing is midnight.
     let starts = edge(entry, "startTime", "startEvent", daylight, |seconds| seconds.div_euclid(60))?;
     let ends = edge(entry, "endTime", "endEvent", daylight, |seconds| (seconds + 59).div_euclid(60))?;
@@ -108,7 +105,7 @@ fn edge(
 }
 
 /// Counted from Monday.
-fn days(entry: &Node<'_>) -> Result<Vec<i64>, Wrong> {
+fn days(entry: &Node<'_>, findings: &mut Findings) -> Result<Vec<i64>, Wrong> {
     let Some(node) = entry.get("day") else { return Ok((0..7).collect()) };
     // Some authorities publish a single day as a text.
     let listed = node.items().unwrap_or_else(|_| vec![node.clone()]);
@@ -117,6 +114,10 @@ fn days(entry: &Node<'_>) -> Result<Vec<i64>, Wrong> {
         let name = day.text().unwrap_or_default().trim().to_ascii_uppercase();
         match (name.as_str(), (0..7).zip(DAYS).find(|(_, known)| *known == name)) {
             ("ANY", _) => days.extend(0..7),
+            ("HOL", _) => {
+                findings.note(&day.place, "a holiday may be any day: the area applies at these hours of every day");
+                days.extend(0..7);
+            }
             (_, Some((index, _))) => days.push(index),
             _ => {
                 let message = format!("found `{}`, expected {} or ANY", short(&name), DAYS.join(", "));

@@ -11,12 +11,13 @@ use domain::geodesy::LatLon;
 use serde_json::{Map, Value};
 
 use crate::applicability;
-use crate::content::{Doubt, Height, Lost, Outline, Reference, Rule, Zone};
+use crate::content::{Doubt, Height, Lost, Outline, Rule, Zone};
 use crate::findings::{Findings, Wrong};
 use crate::json::Node;
+use crate::limits::{self, End, LENGTHS};
 use crate::schedule;
 use crate::shape::{self, Order};
-use crate::zone_text::{self, FEET};
+use crate::zone_text;
 
 /// What a zone has in any form of the standards.
 const ZONE: [&str; 45] = [
@@ -84,7 +85,7 @@ const SHAPE: [&str; 15] = [
     "subType",
 ];
 /// A zone says by one of these fields what it restricts.
-const RULES: [(&str, Option<Rule>); 7] = [
+pub(crate) const RULES: [(&str, Option<Rule>); 7] = [
     ("PROHIBITED", Some(Rule::KeepOut)),
     ("REQ_AUTHORISATION", Some(Rule::Permission)),
     ("REQ_AUTHORIZATION", Some(Rule::Permission)),
@@ -93,27 +94,16 @@ const RULES: [(&str, Option<Rule>); 7] = [
     ("NO_RESTRICTION", None),
     ("INFORMATION", None),
 ];
-const UNITS: [(&str, f64); 4] = [("M", 1.0), ("FT", FEET), ("KM", 1000.0), ("NM", 1852.0)];
-const REFERENCES: [(&str, Reference); 6] = [
-    ("AGL", Reference::Ground),
-    ("SFC", Reference::Ground),
-    ("AMSL", Reference::SeaLevel),
-    ("MSL", Reference::SeaLevel),
-    ("WGS84", Reference::Ellipsoid),
-    ("HAE", Reference::Ellipsoid),
-];
-
-/// Whether an item of `features` is a zone of one of the standards, by what only those have.
+/// Whether a feature is a zone of one of the standards, by what only those have.
 pub(crate) fn is_zone(item: &Node<'_>) -> bool {
-    let Some(properties) = item.get("properties") else {
-        return item.get("identifier").is_some() && item.get("geometry").is_some();
-    };
+    let Some(properties) = item.get("properties") else { return item.get("identifier").is_some() };
     let has = |key| properties.get(key).is_some();
+    let restricts = |key| properties.get(key).is_some_and(|it| it.one_of(&RULES).is_ok());
     let is_named = has("identifier") || has("country");
-    is_named
-        && (has("restriction")
-            || has("variant")
-            || (has("type") && item.get("geometry").is_some_and(|it| it.get("layer").is_some())))
+    let has_layer = item.get("geometry").is_some_and(|it| it.get("layer").is_some());
+    restricts("restriction")
+        || restricts("type")
+        || is_named && (has("restriction") || has("variant") || has("type") && has_layer)
 }
 
 /// What was not understood so far.
@@ -171,17 +161,18 @@ fn zones(item: &Node<'_>, index: usize, findings: &mut Findings) -> Result<Vec<Z
     let geometry = item.need("geometry")?;
     let volumes = if geometry.value.is_array() { geometry.items()? } else { vec![geometry] };
     for volume in &volumes {
-        parts(volume, findings, &mut shapes)?;
+        parts(volume, None, findings, &mut shapes)?;
     }
     if shapes.is_empty() {
         return Err(Wrong::at(&item.place, format!("zone `{name}` has no geometry"), "a zone has at least one"));
     }
     let within = shapes.iter().map(|it| &it.outline);
-    let periods = doubts.or(applicability::periods(periods, within, &mut remarks, findings), vec![Default::default()]);
+    let periods = applicability::periods(periods, within, &mut remarks, &mut doubts, findings);
     let zone = |Shape { outline, limits: beside, place }: Shape<'_>| {
         let mut doubts = Doubts(doubts.0.clone());
-        let limits = limits_of(&beside, &properties).map_or(Ok([None, None]), |it| limits(&it));
-        let [lower, upper] = doubts.or(limits, [None, None]);
+        let limits = doubts.or(limits_of(&beside, &properties), None);
+        let mut limit = |end| doubts.or(limits.as_ref().map_or(Ok(None), |it| limit(it, end)), None);
+        let (lower, upper) = (limit(End::Lower), limit(End::Upper));
         let (name, remarks, periods) = (name.clone(), remarks.clone(), periods.clone());
         Zone { name, rule, outline, lower, upper, periods, remarks, doubts: doubts.0, source: place }
     };
@@ -208,18 +199,31 @@ fn say_rule(field: &Node<'_>, rule: Option<Rule>, findings: &mut Findings) {
     }
 }
 
-struct Shape<'a> {
-    outline: Outline,
+/// A shape of a zone.
+#[derive(Debug)]
+pub(crate) struct Shape<'a> {
+    pub(crate) outline: Outline,
     /// What may have the limits.
     limits: Node<'a>,
-    place: String,
+    pub(crate) place: String,
 }
 
-/// The shapes of a geometry or a volume; one of several geometries has one for each.
-fn parts<'a>(geometry: &Node<'a>, findings: &mut Findings, shapes: &mut Vec<Shape<'a>>) -> Result<(), Wrong> {
+/// The shapes of a geometry or a volume. One of several geometries has one for each,
+/// which may have its limits from what is `around` it.
+pub(crate) fn parts<'a>(
+    geometry: &Node<'a>,
+    around: Option<&Node<'a>>,
+    findings: &mut Findings,
+    shapes: &mut Vec<Shape<'a>>,
+) -> Result<(), Wrong> {
     geometry.object()?;
     geometry.note_unknown(&SHAPE, findings);
-    let beside = geometry.get("layer").unwrap_or_else(|| geometry.clone());
+    let beside = [geometry.get("layer").as_ref(), Some(geometry), around]
+        .into_iter()
+        .flatten()
+        .find(|it| has_limits(it))
+        .cloned();
+    let beside = beside.unwrap_or_else(|| geometry.clone());
     let mut add = |outline, place: &str| {
         shapes.push(Shape { outline, limits: beside.clone(), place: place.to_owned() });
     };
@@ -229,12 +233,16 @@ fn parts<'a>(geometry: &Node<'a>, findings: &mut Findings, shapes: &mut Vec<Shap
         // JSON is not parsed deeper than 128 levels, so this ends.
         "GeometryCollection" => {
             for part in figure.need("geometries")?.items()? {
-                parts(&part, findings, shapes)?;
+                parts(&part, Some(&beside), findings, shapes)?;
             }
         }
         "Polygon" => add(shape::polygon(&figure.need("coordinates")?, findings)?, &geometry.place),
         "MultiPolygon" => {
-            for polygon in figure.need("coordinates")?.items()? {
+            let polygons = figure.need("coordinates")?;
+            if polygons.items()?.is_empty() {
+                return Err(polygons.wrong("at least one polygon"));
+            }
+            for polygon in polygons.items()? {
                 add(shape::polygon(&polygon, findings)?, &polygon.place);
             }
         }
@@ -242,13 +250,13 @@ fn parts<'a>(geometry: &Node<'a>, findings: &mut Findings, shapes: &mut Vec<Shap
             let centre = shape::lat_lon(&figure.need("center")?, Order::LongitudeFirst)?;
             let radius = figure.need("radius")?;
             // The radius has the unit of the limits.
-            let unit_m = geometry.get("uomDimensions").map_or(Ok(1.0), |it| it.one_of(&UNITS))?;
+            let unit_m = geometry.get("uomDimensions").map_or(Ok(1.0), |it| it.one_of(&LENGTHS))?;
             add(shape::circle(centre, radius.number()? * unit_m, &radius.place)?, &geometry.place);
         }
         "Point" => {
             let extent = figure.need("extent")?;
             extent.need("subType")?.one_of(&[("Circle", ())])?;
-            let unit_m = extent.get("uom").map_or(Ok(1.0), |it| it.one_of(&UNITS))?;
+            let unit_m = extent.get("uom").map_or(Ok(1.0), |it| it.one_of(&LENGTHS))?;
             let centre = shape::lat_lon(&figure.need("coordinates")?, Order::LongitudeFirst)?;
             let radius = extent.need("radius")?;
             add(shape::circle(centre, radius.number()? * unit_m, &radius.place)?, &geometry.place);
@@ -265,28 +273,29 @@ fn parts<'a>(geometry: &Node<'a>, findings: &mut Findings, shapes: &mut Vec<Shap
 const LOWER: [&str; 2] = ["lower", "lowerLimit"];
 const UPPER: [&str; 2] = ["upper", "upperLimit"];
 
-/// The object that has the limits: what is beside the shape, the `geometry` in the properties, or the properties.
-fn limits_of<'a>(beside: &Node<'a>, properties: &Node<'a>) -> Option<Node<'a>> {
-    let inner = properties.get("geometry").map(|it| match it.items() {
-        Ok(items) => items.into_iter().next().unwrap_or(it),
-        Err(_) => it,
-    });
-    let has = |it: &Node<'_>| it.any_of(&LOWER).is_some() || it.any_of(&UPPER).is_some();
-    [Some(beside.clone()), inner, Some(properties.clone())].into_iter().flatten().find(has)
+fn has_limits(node: &Node<'_>) -> bool {
+    node.any_of(&LOWER).is_some() || node.any_of(&UPPER).is_some()
 }
 
-fn limits(node: &Node<'_>) -> Result<[Option<Height>; 2], Wrong> {
-    let unit_m = node.any_of(&["uom", "uomDimensions"]).map_or(Ok(1.0), |it| it.one_of(&UNITS[..2]))?;
-    let limit = |values: &[&str], references: [&str; 2]| -> Result<Option<Height>, Wrong> {
-        let Some(value) = node.any_of(values) else { return Ok(None) };
-        let metres = value.number()? * unit_m;
-        match node.any_of(&references) {
-            Some(reference) => Ok(Some(Height { metres, above: reference.one_of(&REFERENCES)? })),
-            None => Err(Wrong::at(&node.place, format!("`{}` is missing", references[1]), "")),
-        }
+/// The object that has the limits: what is beside the shape, the `geometry` in the properties, or the properties.
+fn limits_of<'a>(beside: &Node<'a>, properties: &Node<'a>) -> Result<Option<Node<'a>>, Wrong> {
+    let inner = match properties.get("geometry") {
+        Some(it) if it.value.is_array() => match it.items()?.as_slice() {
+            [] => None,
+            [only] => Some(only.clone()),
+            _ => return Err(it.wrong("one pair of limits for this shape")),
+        },
+        other => other,
     };
-    Ok([
-        limit(&LOWER, ["lowerReference", "lowerVerticalReference"])?,
-        limit(&UPPER, ["upperReference", "upperVerticalReference"])?,
-    ])
+    Ok([Some(beside.clone()), inner, Some(properties.clone())].into_iter().flatten().find(has_limits))
+}
+
+fn limit(node: &Node<'_>, end: End) -> Result<Option<Height>, Wrong> {
+    let (value, reference) = match end {
+        End::Lower => (&LOWER, ["lowerReference", "lowerVerticalReference"]),
+        End::Upper => (&UPPER, ["upperReference", "upperVerticalReference"]),
+    };
+    let Some(value) = node.any_of(value) else { return Ok(None) };
+    let (unit, reference) = (node.any_of(&["uom", "uomDimensions"]), node.any_of(&reference));
+    limits::height(end, &value, unit.as_ref(), reference.as_ref())
 }

@@ -57,12 +57,12 @@ fn a_wrong_zone_of_ed_269_is_reported_with_its_place() {
     check(
         "\"upperLimit\": 150, \"upperVerticalReference\": \"AMSL\"",
         "\"upperLimit\": 150",
-        "/UASZoneList/0/geometry/0: `upperVerticalReference` is missing",
+        "/UASZoneList/0/geometry/0/upperLimit: its reference is missing",
     );
     check(
         "\"AMSL\"",
         "\"FL\"",
-        "/UASZoneList/0/geometry/0/upperVerticalReference: found `FL`, expected AGL, SFC, AMSL, MSL, WGS84, HAE",
+        "/UASZoneList/0/geometry/0/upperVerticalReference: found `FL`, expected AGL, GND, SFC, AMSL, MSL, ALT, WGS84",
     );
     check("2026-10-31", "2025-10-31", "/UASZoneList/1/applicability/0: the period ends before it begins");
     check(
@@ -79,7 +79,7 @@ fn a_wrong_zone_of_ed_269_is_reported_with_its_place() {
     check(
         "\"uomDimensions\": \"M\"",
         "\"uomDimensions\": \"YD\"",
-        "/UASZoneList/0/geometry/0/uomDimensions: found `YD`, expected M, FT",
+        "/UASZoneList/0/geometry/0/uomDimensions: found `YD`, expected M, METERS, METRES, FT, FEET",
     );
 }
 
@@ -108,7 +108,7 @@ fn a_wrong_file_of_another_format_is_reported_with_its_place() {
         ED_318,
         "\"uom\": \"ft\"",
         "\"uom\": \"yd\"",
-        "/features/0/geometry/geometries/1/layer/uom: found `yd`, expected M, FT",
+        "/features/0/geometry/geometries/1/layer/uom: found `yd`, expected M, METERS, METRES, FT, FEET",
     );
     check(
         "z.json",

@@ -1,6 +1,9 @@
 //! Files of other programs become missions, with a word about everything that has no counterpart.
 
 mod bad_input;
+mod golden;
+mod odd_values;
+mod one_change;
 mod round_trips;
 mod samples;
 mod schedules;
@@ -34,10 +37,15 @@ fn import(name: &str, text: &str, settings: &Settings) -> Result<Assembled, Mist
 /// What is written is a mission, but for objectives, which files of areas lack.
 #[track_caller]
 fn mission(assembled: &Assembled) -> Mission {
+    try_mission(assembled).unwrap_or_else(|it| panic!("{it}"))
+}
+
+/// As [`mission`]; what the command `import` would refuse otherwise.
+fn try_mission(assembled: &Assembled) -> Result<Mission, Mistakes> {
     let objective = "[[objective]]\nname = \"here\"\nnorth_m = 0.0\neast_m = 0.0\nheight_m = 20.0\nflying = true\n";
     let text =
         if assembled.objectives == 0 { format!("{}{objective}", assembled.text) } else { assembled.text.clone() };
-    Mission::read(&Source { path: Path::new("m.toml").into(), text }).unwrap_or_else(|it| panic!("{it}"))
+    Mission::read(&Source { path: Path::new("m.toml").into(), text })
 }
 
 /// A line for each note.
