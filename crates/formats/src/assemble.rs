@@ -128,14 +128,12 @@ impl Assembly {
         let side = if zone.rule == Rule::StayInside { Side::Inscribe } else { Side::Contain };
         let outline = local::polygon(&zone.outline, &self.frame, side);
         if zone.rule == Rule::StayInside {
-            local::checked(&outline, &zone.source)?;
-            self.inside(&outline, zone)?;
-            findings.note(&zone.source, "a fence to stay inside is read as keep-out areas round it, 500 m wide");
+            let fence = local::checked(outline, &zone.source, findings)?;
+            self.inside(&fence, zone)?;
+            findings.note(&zone.source, "a fence to stay inside is read as a keep-out area all round it");
             let band = Band { floor_m: None, ceiling_m: None };
-            for fence in Assembly::cut(outline, zone, findings) {
-                for part in local::frame_round(&fence) {
-                    self.add(zone, "keep-out", &part, band)?;
-                }
+            for part in local::frame_round(&fence) {
+                self.add(zone, "keep-out", &part, band)?;
             }
             return Ok(());
         }
@@ -153,26 +151,16 @@ impl Assembly {
             findings.note(&zone.source, "it lies more than 100 km from the take-off point: left out");
             return Ok(());
         }
-        local::checked(&outline, &zone.source)?;
+        let outline = local::checked(outline, &zone.source, findings)?;
         let Some(band) = heights::band(zone, self.terrain, findings)? else { return Ok(()) };
-        let parts = Assembly::cut(outline, zone, findings);
         let kind = if zone.rule == Rule::Permission { "permission" } else { "keep-out" };
-        for part in &parts {
-            self.add(zone, kind, part, band)?;
+        for part in local::cut(outline) {
+            self.add(zone, kind, &part, band)?;
         }
         Ok(())
     }
 
-    /// What of a zone a mission file takes.
-    fn cut(outline: Polygon<f64>, zone: &Zone, findings: &mut Findings) -> Vec<Polygon<f64>> {
-        let (parts, is_cut) = local::cut(outline);
-        if is_cut {
-            findings.note(&zone.source, "it is cut off 140 km from the take-off point");
-        }
-        parts
-    }
-
-    /// A fence that is not left has the take-off point in it: otherwise its frame may be too narrow to be noticed.
+    /// A fence that is not left has the take-off point in it: otherwise nothing could be flown.
     fn inside(&mut self, fence: &Polygon<f64>, zone: &Zone) -> Result<(), Wrong> {
         if !fence.contains(&geo::Point::new(0.0, 0.0)) {
             let message = "the take-off point lies outside of a fence to stay inside";
@@ -183,17 +171,20 @@ impl Assembly {
     }
 
     fn add(&mut self, zone: &Zone, kind: &'static str, part: &Polygon<f64>, band: Band) -> Result<(), Wrong> {
-        let corners = local::corners(part.exterior());
+        let area = local::area_of(part);
         // Cutting and framing may leave corners that touch.
-        if !local::area_of(corners.clone()).is_simple() {
+        if !area.is_simple() {
             return Err(Wrong::at(&zone.source, "it has no simple outline where it is cut", "simplify it"));
         }
         let utc = |moment: Option<i64>| moment.map(utc);
+        let degrees = |ring: &Vec<Ned>| ring.iter().map(|it| corner(self.frame.lat_lon(*it))).collect();
+        let (corners_deg, holes_deg) = (degrees(&area.corners), area.holes.iter().map(degrees).collect());
         self.areas.push(AreaEntry {
             remarks: zone.remarks.clone(),
             name: self.names.unique(&zone.name, "area"),
             kind,
-            corners_deg: corners.iter().map(|it| corner(self.frame.lat_lon(*it))).collect(),
+            corners_deg,
+            holes_deg,
             floor_m: band.floor_m,
             ceiling_m: band.ceiling_m,
             from_utc: utc(zone.window.from_utc_ms),
