@@ -229,9 +229,10 @@ fn hash_of(message: &impl prost::Message) -> String {
 pub fn identity_of_areas(areas: &[Area]) -> String {
     let round = |m: f64| (m * 1e4).round() / 1e4 + 0.0;
     let rounded = |area: &Area| {
-        let corners = area.corners.iter().map(|it| Ned::new(round(it.north_m), round(it.east_m), 0.0)).collect();
+        let ring = |ring: &Vec<Ned>| ring.iter().map(|it| Ned::new(round(it.north_m), round(it.east_m), 0.0)).collect();
+        let (corners, holes) = (ring(&area.corners), area.holes.iter().map(ring).collect());
         let (floor_m, ceiling_m) = (area.floor_m.map(round), area.ceiling_m.map(round));
-        (&Area { corners, floor_m, ceiling_m, ..area.clone() }).into()
+        (&Area { corners, holes, floor_m, ceiling_m, ..area.clone() }).into()
     };
     hash_of(&v1::PlannerStatus { areas: areas.iter().map(rounded).collect(), ..v1::PlannerStatus::default() })
 }
@@ -398,6 +399,10 @@ struct AreaEntry {
     corners_m: Option<Spanned<Vec<[f64; 2]>>>,
     /// `[latitude, longitude]` each, instead.
     corners_deg: Option<Spanned<Vec<[f64; 2]>>>,
+    /// A list of corners for each hole.
+    holes_m: Option<Vec<Spanned<Vec<[f64; 2]>>>>,
+    /// The same in degrees, instead.
+    holes_deg: Option<Vec<Spanned<Vec<[f64; 2]>>>>,
     floor_m: Option<Spanned<f64>>,
     ceiling_m: Option<Spanned<f64>>,
     from_utc: Option<Spanned<String>>,
@@ -469,8 +474,8 @@ impl Checker<'_> {
     }
 
     fn area(&mut self, it: &AreaEntry) -> Area {
-        let corners = self.area_corners(it);
-        let has_corners = corners.is_some();
+        let (corners, holes) = (self.area_corners(it), self.area_holes(it));
+        let has_rings = corners.is_some() && holes.is_some();
         let is_below = matches!(it.kind, Kind::NoLanding);
         if let Some(height) = it.floor_m.as_ref().or(it.ceiling_m.as_ref()).filter(|_| is_below) {
             self.say(
@@ -487,6 +492,7 @@ impl Checker<'_> {
                 Kind::KeepOut | Kind::NoLanding => AreaKind::KeepOut,
             },
             corners: corners.unwrap_or_default(),
+            holes: holes.unwrap_or_default(),
             floor_m: it.floor_m.as_ref().map(|it| self.within("floor_m", it, -HIGHEST_M, HIGHEST_M)),
             ceiling_m: match is_below {
                 true => Some(NO_LANDING_TO_M),
@@ -496,22 +502,8 @@ impl Checker<'_> {
             until_utc_ms: it.until_utc.as_ref().and_then(|it| self.moment(it)),
             hours: it.hours_utc.as_ref().and_then(|it| self.hours(it)),
         };
-        let corners = Some(it.corners_span());
-        if !has_corners {
-            // Reported already.
-        } else if !area
-            .corners
-            .iter()
-            .all(|it| it.is_sound() && it.horizontal_distance_m(Ned::default()) <= 2.0 * FARTHEST_M)
-        {
-            self.say(
-                corners,
-                format!("area `{}` has a corner out of range", area.name),
-                "corners are metres [north, east], or degrees [latitude, longitude], at most 200 km from the origin",
-            );
-        } else if !area.is_simple() {
-            let message = format!("area `{}` crosses itself or has fewer than three corners", area.name);
-            self.say(corners, message, "list at least three corners in order round the area");
+        if has_rings {
+            self.rings(&area, &format!("area `{}`", area.name), &it.ring_spans());
         }
         if let (Some(floor), Some(ceiling)) = (area.floor_m, area.ceiling_m)
             && ceiling <= floor

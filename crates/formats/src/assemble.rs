@@ -163,14 +163,12 @@ impl Assembly {
         }
         let outline = local::polygon(&zone.outline, &self.frame, side);
         if zone.rule == Rule::StayInside {
-            local::checked(&outline, &zone.source)?;
-            self.inside(&outline, zone)?;
-            findings.note(&zone.source, "a fence to stay inside is read as keep-out areas round it, 500 m wide");
+            let fence = local::checked(outline, &zone.source, findings)?;
+            self.inside(&fence, zone)?;
+            findings.note(&zone.source, "a fence to stay inside is read as a keep-out area all round it");
             let band = Band { floor_m: None, ceiling_m: None };
-            for fence in Assembly::cut(outline, zone, findings) {
-                for part in local::frame_round(&fence) {
-                    self.add(zone, "keep-out", &part, band)?;
-                }
+            for part in local::frame_round(&fence) {
+                self.add(zone, "keep-out", &part, band)?;
             }
             return Ok(());
         }
@@ -192,11 +190,12 @@ impl Assembly {
             let Doubt { place, message } = doubt;
             self.doubt(Wrong::at(place, message.clone(), STRICT), "it bars more", findings)?;
         }
-        let outline = match local::checked(&outline, &zone.source) {
-            Ok(()) => outline,
+        let hull = local::hull(&outline);
+        let outline = match local::checked(outline, &zone.source, findings) {
+            Ok(outline) => outline,
             Err(wrong) => {
                 self.doubt(wrong, "it covers all that its corners enclose", findings)?;
-                local::hull(&outline)
+                local::checked(hull, &zone.source, findings)?
             }
         };
         let mut zone = zone.clone();
@@ -206,10 +205,9 @@ impl Assembly {
         }
         let Some(band) = heights::band(&zone, self.terrain, findings) else { return Ok(()) };
         let zone = &zone;
-        let parts = Assembly::cut(outline, zone, findings);
         let kind = if zone.rule == Rule::Permission { "permission" } else { "keep-out" };
-        for part in &parts {
-            self.add(zone, kind, part, band)?;
+        for part in local::cut(outline) {
+            self.add(zone, kind, &part, band)?;
         }
         Ok(())
     }
@@ -241,16 +239,7 @@ impl Assembly {
         Ok(())
     }
 
-    /// What of a zone a mission file takes.
-    fn cut(outline: Polygon<f64>, zone: &Zone, findings: &mut Findings) -> Vec<Polygon<f64>> {
-        let (parts, is_cut) = local::cut(outline);
-        if is_cut {
-            findings.note(&zone.source, "it is cut off 140 km from the take-off point");
-        }
-        parts
-    }
-
-    /// A fence that is not left has the take-off point in it: otherwise its frame may be too narrow to be noticed.
+    /// A fence that is not left has the take-off point in it: otherwise nothing could be flown.
     fn inside(&mut self, fence: &Polygon<f64>, zone: &Zone) -> Result<(), Wrong> {
         if !fence.contains(&geo::Point::new(0.0, 0.0)) {
             let message = "the take-off point lies outside of a fence to stay inside";
@@ -261,17 +250,19 @@ impl Assembly {
     }
 
     fn add(&mut self, zone: &Zone, kind: &'static str, part: &Polygon<f64>, band: Band) -> Result<(), Wrong> {
-        let corners = local::corners(part.exterior());
+        let area = local::area_of(part);
         // Cutting and framing may leave corners that touch.
-        if !local::area_of(corners.clone()).is_simple() {
+        if !area.is_simple() {
             return Err(Wrong::at(&zone.source, "it has no simple outline where it is cut", "simplify it"));
         }
+        let degrees = |ring: &Vec<Ned>| ring.iter().map(|it| corner(self.frame.lat_lon(*it))).collect();
         for Period { window, hours } in &zone.periods {
             self.areas.push(AreaEntry {
                 remarks: zone.remarks.clone(),
                 name: self.names.unique(&zone.name, "area"),
                 kind,
-                corners_deg: corners.iter().map(|it| corner(self.frame.lat_lon(*it))).collect(),
+                corners_deg: degrees(&area.corners),
+                holes_deg: area.holes.iter().map(degrees).collect(),
                 floor_m: band.floor_m,
                 ceiling_m: band.ceiling_m,
                 from_utc: window.from_utc_ms.map(utc),

@@ -172,8 +172,13 @@ pub enum Rule {
 /// The shape of a zone over the ground.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outline {
-    /// The corners in order, not closed; straight between them in latitude and longitude.
-    Polygon(Vec<LatLon>),
+    /// Straight between its corners in latitude and longitude.
+    Polygon {
+        /// The corners in order, not closed.
+        border: Vec<LatLon>,
+        /// The corners of what is cut out, in the same form.
+        holes: Vec<Vec<LatLon>>,
+    },
     /// All within a distance.
     Circle {
         /// The middle.

@@ -101,7 +101,13 @@ pub(crate) fn read(node: &Node<'_>, index: usize, content: &mut Content, finding
         }
         (Some(Kind::Survey), "Polygon") => {
             let height = Height { metres: properties.need("height_m")?.number()?, above: Reference::TakeOff };
-            let Outline::Polygon(corners) = shape::polygon(&coordinates()?, findings)? else { return Ok(()) };
+            let coordinates = coordinates()?;
+            let Outline::Polygon { border: corners, holes } = shape::polygon(&coordinates, findings)? else {
+                return Ok(());
+            };
+            if !holes.is_empty() {
+                findings.note(&coordinates.place, "a survey has no holes: its lines lead over them too");
+            }
             let spacing_m = properties.need("spacing_m")?.number()?;
             let heading_deg = properties.get("heading_deg").map(|it| it.number()).transpose()?;
             let survey = Some(Survey { corners, spacing_m, heading_deg });
@@ -240,13 +246,13 @@ pub(crate) fn write(mission: &crate::export::Geographic<'_>) -> String {
         properties.insert("spacing_m".into(), json!(survey.spacing_m()));
         properties.insert("heading_deg".into(), json!(survey.heading_deg()));
         let corners = crate::export::on_earth(survey.corners(), mission.frame);
-        feature_of(json!({ "type": "Polygon", "coordinates": [ring(&corners)] }), Value::Object(properties))
+        feature_of(json!({ "type": "Polygon", "coordinates": [ring(&corners, false)] }), Value::Object(properties))
     }));
     features.extend(mission.sites.iter().map(|(site, at)| {
         let height_m = site.position.height_m() + 0.0;
         feature_of(point(*at), json!({ KIND: site.kind.word(), "name": site.name, "height_m": height_m }))
     }));
-    features.extend(mission.areas.iter().map(|(area, corners)| {
+    features.extend(mission.areas.iter().map(|(area, rings)| {
         let properties = json!({
             KIND: crate::export::kind(area.kind),
             "name": area.name,
@@ -256,7 +262,8 @@ pub(crate) fn write(mission: &crate::export::Geographic<'_>) -> String {
             "until_utc": area.until_utc_ms.map(crate::export::utc),
             "hours_utc": area.hours.as_ref().map(WeeklyHours::to_texts),
         });
-        feature_of(json!({ "type": "Polygon", "coordinates": [ring(corners)] }), properties)
+        let rings: Vec<Value> = rings.iter().enumerate().map(|(number, it)| ring(it, 0 < number)).collect();
+        feature_of(json!({ "type": "Polygon", "coordinates": rings }), properties)
     }));
     features.extend(mission.route.iter().map(|leg| {
         let ends = [leg.way.0, leg.way.1];
@@ -287,10 +294,10 @@ fn feature_of(geometry: Value, properties: Value) -> Value {
     json!({ "type": "Feature", "properties": properties, "geometry": geometry })
 }
 
-/// Closed, and counterclockwise, as the RFC asks (section 3.1.6).
-fn ring(corners: &[LatLon]) -> Value {
+/// Closed; counterclockwise, and a hole clockwise, as the RFC asks (section 3.1.6).
+fn ring(corners: &[LatLon], is_hole: bool) -> Value {
     let mut ring = corners.to_vec();
-    if shape::is_clockwise(&ring) {
+    if shape::is_clockwise(&ring) != is_hole {
         ring.reverse();
     }
     ring.extend(ring.first().copied());

@@ -135,7 +135,7 @@ fn window(placemark: Node<'_, '_>, place: &str) -> Result<Window, Wrong> {
     applicability::checked(Window { from_utc_ms: moment("begin")?, until_utc_ms: moment("end")? }, place)
 }
 
-/// The border, and the height up to which a polygon is extruded from the ground.
+/// The outline, and the height up to which a polygon is extruded from the ground.
 fn outline(
     polygon: Node<'_, '_>,
     place: &str,
@@ -143,17 +143,22 @@ fn outline(
     findings: &mut Findings,
 ) -> Result<(Outline, Option<Height>), Wrong> {
     let ring = polygon.child("outerBoundaryIs").and_then(|it| it.child("LinearRing"));
-    let text = ring.and_then(|it| it.child_text("coordinates"));
-    let text = text.ok_or_else(|| Wrong::at(place, "a polygon without outer coordinates", ""))?;
-    for hole in polygon.children().filter(|it| it.has_tag_name_of("innerBoundaryIs")) {
-        findings.note(&lines.place(hole), "a hole has no counterpart: it is filled, the area covers it");
-    }
-    let points = text.split_whitespace().map(|it| point(it, place)).collect::<Result<Vec<_>, _>>()?;
+    let ring = ring.ok_or_else(|| Wrong::at(place, "a polygon without outer coordinates", ""))?;
+    let points = points(ring, place)?;
     let highest_m = points.iter().map(|(_, height)| *height).fold(f64::NEG_INFINITY, f64::max);
-    let corners = shape::ring(points.into_iter().map(|(at, _)| at).collect(), place, findings)?;
+    let border = shape::ring(points.into_iter().map(|(at, _)| at).collect(), place, findings)?;
+    let mut holes = Vec::new();
+    // Some programs write one boundary with all rings, others one for each.
+    let inner = polygon.children().filter(|it| it.has_tag_name_of("innerBoundaryIs")).flat_map(|it| it.children());
+    for ring in inner.filter(|it| it.has_tag_name_of("LinearRing")) {
+        let place = lines.place(ring);
+        let corners = self::points(ring, &place).map(|it| it.into_iter().map(|(at, _)| at).collect());
+        holes.extend(shape::hole(corners, &place, findings));
+    }
+    let outline = Outline::Polygon { border, holes };
     let is_extruded = polygon.child_text("extrude") == Some("1");
     let above = match polygon.child_text("altitudeMode") {
-        None | Some("clampToGround") => return Ok((Outline::Polygon(corners), None)),
+        None | Some("clampToGround") => return Ok((outline, None)),
         Some("relativeToGround") => Reference::Ground,
         Some("absolute") => Reference::SeaLevel,
         Some(other) => return Err(Wrong::at(place, format!("altitude mode `{}` is not known", short(other)), "")),
@@ -165,7 +170,13 @@ fn outline(
         );
     }
     let upper = is_extruded.then_some(Height { metres: highest_m, above });
-    Ok((Outline::Polygon(corners), upper))
+    Ok((outline, upper))
+}
+
+/// The places of a ring, each with its height.
+fn points(ring: Node<'_, '_>, place: &str) -> Result<Vec<(LatLon, f64)>, Wrong> {
+    let text = ring.child_text("coordinates").ok_or_else(|| Wrong::at(place, "a ring without coordinates", ""))?;
+    text.split_whitespace().map(|it| point(it, place)).collect()
 }
 
 /// `longitude,latitude` with a height, which is 0 if it is not given.

@@ -92,6 +92,8 @@ pub(crate) struct AreaEntry {
     pub(crate) name: String,
     pub(crate) kind: &'static str,
     pub(crate) corners_deg: Vec<[f64; 2]>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) holes_deg: Vec<Vec<[f64; 2]>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) floor_m: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]

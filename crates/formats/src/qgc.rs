@@ -13,8 +13,9 @@ use crate::findings::{Findings, Wrong};
 use crate::json::{Node, short};
 use crate::shape::{self, Order};
 use crate::terms;
-use domain::area::AreaKind;
+use domain::area::{Area, AreaKind};
 use domain::geodesy::{LatLon, Origin};
+use domain::geometry::Ned;
 use domain::mission::Objective;
 use domain::mission::terms::Terms;
 use domain::site::SiteKind;
@@ -242,7 +243,8 @@ fn fence_part(part: &Node<'_>, index: usize, findings: &mut Findings) -> Result<
         None => {
             let polygon = part.need("polygon")?;
             let corners = shape::places(&polygon, Order::LatitudeFirst)?;
-            Outline::Polygon(shape::open_ring(corners, &polygon.place, findings)?)
+            let border = shape::open_ring(corners, &polygon.place, findings)?;
+            Outline::Polygon { border, holes: Vec::new() }
         }
     };
     Ok(Zone::always(format!("fence {}", index + 1), rule, outline, part.place.clone()))
@@ -317,7 +319,7 @@ pub(crate) fn write(mission: &Geographic<'_>, findings: &mut Findings) -> String
         findings.note("order", "that the order is free has no counterpart: it becomes the order of the file");
     }
     let mut polygons = Vec::new();
-    for (area, corners) in &mission.areas {
+    for (area, rings) in &mission.areas {
         if area.kind == AreaKind::Permission {
             findings.note(&area.name, "a permission area has no counterpart in a plan: left out");
             continue;
@@ -332,8 +334,19 @@ pub(crate) fn write(mission: &Geographic<'_>, findings: &mut Findings) -> String
             findings.note(&area.name, "a fence has no hours: the area applies at all of them in the plan");
         }
         findings.note(&area.name, "the name of an area has no counterpart in a plan");
-        let corners: Vec<Value> = corners.iter().map(|at| pair(*at)).collect();
-        polygons.push(json!({ "polygon": corners, "inclusion": false, "version": 1 }));
+        // A fence has no holes. That round the take-off point is what the mission is flown in.
+        let home = (1..rings.len()).find(|it| is_round_home(&area.holes[it - 1]));
+        if home.is_some() {
+            findings.note(
+                &area.name,
+                "an area with a hole round the take-off point is written as a fence to stay inside the hole",
+            );
+        }
+        if usize::from(home.is_some()) + 1 < rings.len() {
+            findings.note(&area.name, "a fence has no holes: the fence covers them");
+        }
+        let corners: Vec<Value> = rings[home.unwrap_or(0)].iter().map(|at| pair(*at)).collect();
+        polygons.push(json!({ "polygon": corners, "inclusion": home.is_some(), "version": 1 }));
     }
     let points = rally(mission, findings);
     let home = mission.origin.place;
@@ -384,6 +397,11 @@ fn note_terms(objective: &Objective, findings: &mut Findings) {
 const RALLY_HEIGHT_M: f64 = 15.0;
 /// The least height of a takeoff item. (The planner's `takeoff_height_m`.)
 const TAKEOFF_HEIGHT_M: f64 = 10.0;
+
+/// Whether the take-off point is inside of a hole.
+fn is_round_home(hole: &[Ned]) -> bool {
+    Area::new("", AreaKind::KeepOut, hole.to_vec()).is_at_or_below(Ned::default())
+}
 
 fn pair(at: LatLon) -> Value {
     json!([degrees(at.latitude_deg()), degrees(at.longitude_deg())])

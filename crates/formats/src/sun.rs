@@ -99,7 +99,7 @@ pub(crate) fn places<'a>(outlines: impl Iterator<Item = &'a Outline>) -> Vec<Lat
     let mut places = Vec::new();
     for outline in outlines {
         let corners = match outline {
-            Outline::Polygon(corners) => corners.clone(),
+            Outline::Polygon { border, .. } => border.clone(),
             Outline::Circle { centre, .. } => vec![*centre],
         };
         let range = |of: fn(&LatLon) -> f64| {

@@ -13,7 +13,7 @@ pub const MOST_OBJECTIVES: usize = 500;
 pub const MOST_AREAS: usize = 2_000;
 /// The most corners of all areas together. With these the planner's status has less than 4 MiB, see `docs/planning.md`.
 pub const MOST_CORNERS: usize = 100_000;
-/// The most corners of one area: whether it crosses itself is found by comparing each side with each.
+/// The most corners of one area, its holes included: whether it crosses itself is found by comparing each side with each.
 pub const MOST_CORNERS_OF_AREA: usize = 4_000;
 /// The longest name of a mission, an objective, an area or a site, in characters.
 pub const LONGEST_NAME: usize = 100;
@@ -21,8 +21,10 @@ pub const LONGEST_NAME: usize = 100;
 const CUT: &str = "cut the mission to what one flight needs";
 
 impl AreaEntry {
+    /// Those of all rings.
     fn corner_count(&self) -> usize {
-        self.corners_m.as_ref().or(self.corners_deg.as_ref()).map_or(0, |it| it.as_ref().len())
+        let outline = self.corners_m.as_ref().or(self.corners_deg.as_ref()).map_or(0, |it| it.as_ref().len());
+        outline + self.holes().iter().map(|it| it.as_ref().len()).sum::<usize>()
     }
 }
 
@@ -37,7 +39,13 @@ impl Checker<'_> {
         let first_beyond = file.objective.get(MOST_OBJECTIVES).map(|it| &it.name);
         self.count("objectives", file.objective.len(), MOST_OBJECTIVES, first_beyond);
         self.count("areas", file.area.len(), MOST_AREAS, file.area.get(MOST_AREAS).map(|it| &it.name));
-        let (mut corners, mut first_beyond) = (0, None);
+        // A volume becomes two areas.
+        let of_volume = file.volume.as_ref().map_or(0, |it| it.as_ref().corner_count());
+        let (mut corners, mut first_beyond) = (2 * of_volume, None);
+        if MOST_CORNERS_OF_AREA < of_volume {
+            let message = format!("the volume has {of_volume} corners, at most {MOST_CORNERS_OF_AREA} are allowed");
+            self.say(file.volume.as_ref().map(Spanned::span), message, "simplify its outline");
+        }
         for area in &file.area {
             let count = area.corner_count();
             corners += count;
@@ -49,7 +57,7 @@ impl Checker<'_> {
                     "area `{}` has {count} corners, at most {MOST_CORNERS_OF_AREA} are allowed",
                     area.name.as_ref()
                 );
-                self.say(Some(area.name.span()), message, "simplify its outline");
+                self.say(Some(area.name.span()), message, "simplify its outline and its holes");
             }
         }
         self.count("corners of areas", corners, MOST_CORNERS, first_beyond);
@@ -225,10 +233,13 @@ mod tests {
     fn the_largest_mission_fits_a_message_on_the_bus() {
         use prost::Message as _;
         let corner = crate::geometry::Ned::new(123.456, -7890.123, -1.5);
+        // A third of the corners in holes, as many holes as that makes.
+        let (outline, hole) = (vec![corner; MOST_CORNERS / MOST_AREAS - 15], vec![corner; 3]);
         let area = crate::area::Area {
             name: "ä".repeat(LONGEST_NAME),
             kind: crate::area::AreaKind::KeepOut,
-            corners: vec![corner; MOST_CORNERS / MOST_AREAS],
+            corners: outline,
+            holes: vec![hole; 5],
             floor_m: Some(1.5),
             ceiling_m: Some(99.5),
             from_utc_ms: Some(i64::MAX),

@@ -128,7 +128,7 @@ pub(super) struct TooNearInWind {
 fn is_at_heights_of(site: Place, area: &Area) -> bool {
     let height_m = site.position.height_m();
     let highest_m = if site.flying { height_m } else { height_m + CLIMB_M };
-    area.is_simple() && area.touches_heights(height_m, highest_m)
+    area.touches_heights(height_m, highest_m)
 }
 
 /// What is wrong with `site` because of `area`, if that applies when the site is used.

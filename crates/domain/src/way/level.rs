@@ -53,7 +53,7 @@ pub struct Effort {
 impl Effort {
     /// The efforts with which a way is searched among these areas, in this order.
     pub fn among<'a>(areas: impl Iterator<Item = &'a Area>) -> Vec<Effort> {
-        let corners: usize = areas.map(|it| it.corners.len()).sum();
+        let corners: usize = areas.map(|it| it.rings().map(<[Ned]>::len).sum::<usize>()).sum();
         let few = (corners <= FEW_CORNERS).then_some(EVERYTHING);
         let is_exact = |it: &Effort| it.factor == 1.0;
         few.into_iter().chain(EFFORTS.into_iter().filter(|it| corners <= MANY_CORNERS || !is_exact(it))).collect()
@@ -190,8 +190,7 @@ impl<'a> Search<'a> {
             }
             let area = self.level.areas[area];
             let point = |at, corner| Point { at, corner, settled: None };
-            let corners = corners(&area.corners, margin_m);
-            self.points.extend(corners.into_iter().map(|it| point(it.at.at_height(to.height_m()), Some(it))));
+            self.points.extend(corners(area, margin_m).map(|it| point(it.at.at_height(to.height_m()), Some(it))));
             let beside = [from, to].into_iter().flat_map(|end| footholds(end, &[area], margin_m));
             self.points.extend(beside.map(|at| point(at, None)));
         }
@@ -236,16 +235,7 @@ mod tests {
             let (north, east) = (TAU * corner as f64 / corners as f64).sin_cos();
             Ned::new(centre.0 + radius_m * north, centre.1 + radius_m * east, 0.0)
         };
-        Area {
-            name: format!("{centre:?}"),
-            kind: AreaKind::KeepOut,
-            corners: (0..corners).map(corner).collect(),
-            floor_m: None,
-            ceiling_m: None,
-            from_utc_ms: None,
-            until_utc_ms: None,
-            hours: None,
-        }
+        Area::new(format!("{centre:?}"), AreaKind::KeepOut, (0..corners).map(corner).collect())
     }
 
     fn level<'a>(areas: &'a [Area], legs_left: &'a Cell<u32>) -> Level<'a> {

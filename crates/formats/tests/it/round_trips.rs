@@ -43,10 +43,15 @@ fn is_same_outline(a: &[Ned], b: &[Ned]) -> bool {
     is_same_ring(a, b) || is_same_ring(a, &reversed)
 }
 
+/// The holes in the same order.
+fn are_same_rings(a: &Area, b: &Area) -> bool {
+    a.holes.len() == b.holes.len() && a.rings().zip(b.rings()).all(|(a, b)| is_same_outline(a, b))
+}
+
 fn is_same_area(a: &Area, b: &Area) -> bool {
     let band = |it: &Area| [it.floor_m, it.ceiling_m].map(|it| it.map(|it| (it * 100.0).round()));
     let rest = |it: &Area| (it.name.clone(), it.kind, it.from_utc_ms, it.until_utc_ms, it.hours.clone(), band(it));
-    rest(a) == rest(b) && is_same_outline(&a.corners, &b.corners)
+    rest(a) == rest(b) && are_same_rings(a, b)
 }
 
 fn is_same_objective(a: &Objective, b: &Objective) -> bool {
@@ -75,19 +80,23 @@ fn area() -> impl Strategy<Value = Area> {
     let window = (prop::option::of(1_i64..2_000_000_000), prop::option::of(2_000_000_001_i64..4_000_000_000));
     let band = (prop::option::of(1.0..50.0_f64), prop::option::of(60.0..110.0_f64));
     // Within 100 km everything is in reach, and farther than 100 m nothing is too near to the take-off point.
-    let place = (200.0..60_000.0_f64, 0.0..std::f64::consts::TAU, 20.0..90.0_f64, 3_usize..9);
+    let place = (200.0..60_000.0_f64, 0.0..std::f64::consts::TAU, 20.0..90.0_f64, 3_usize..9, any::<bool>());
     let hours = prop::option::of(prop::collection::vec((0..10_080_i64, 1..2_000_i64), 1..4));
     (any::<bool>(), window, hours, band, place).prop_map(
-        |(keep_out, window, hours, band, (distance_m, direction, radius_m, count))| {
+        |(keep_out, window, hours, band, (distance_m, direction, radius_m, count, has_hole))| {
             let (sin, cos) = direction.sin_cos();
-            let corner = |index: usize| {
-                let (east, north) = (std::f64::consts::TAU * index as f64 / count as f64).sin_cos();
-                Ned::new(distance_m * cos + radius_m * north, distance_m * sin + radius_m * east, 0.0)
+            let ring = |radius_m: f64| -> Vec<Ned> {
+                let corner = |index: usize| {
+                    let (east, north) = (std::f64::consts::TAU * index as f64 / count as f64).sin_cos();
+                    Ned::new(distance_m * cos + radius_m * north, distance_m * sin + radius_m * east, 0.0)
+                };
+                (0..count).map(corner).collect()
             };
             Area {
                 name: String::new(),
                 kind: if keep_out { AreaKind::KeepOut } else { AreaKind::Permission },
-                corners: (0..count).map(corner).collect(),
+                corners: ring(radius_m),
+                holes: if has_hole { vec![ring(0.5 * radius_m)] } else { Vec::new() },
                 floor_m: band.0,
                 ceiling_m: band.1,
                 from_utc_ms: window.0.map(|it| it * 1000),
@@ -226,6 +235,7 @@ proptest! {
             prop_assert_eq!(said("no heights"), is_closed && (area.floor_m.is_some() || area.ceiling_m.is_some()));
             prop_assert_eq!(said("no time window"), is_closed && (area.from_utc_ms.is_some() || area.until_utc_ms.is_some()));
             prop_assert_eq!(said("no hours"), is_closed && area.hours.is_some());
+            prop_assert_eq!(said("no holes"), is_closed && !area.holes.is_empty());
         }
     }
 }
@@ -258,10 +268,8 @@ fn the_sample_plan_comes_back_as_it_was_read() {
     let first = back(PLAN);
     let again = back(&written(&first, Target::Plan).0);
     assert!(first.objectives.iter().zip(&again.objectives).all(|(a, b)| a.position.distance_m(b.position) < NEAR_M));
-    assert!(
-        first.areas.iter().zip(&again.areas).all(|(a, b)| is_same_ring(&a.corners, &b.corners)),
-        "{first:?} {again:?}"
-    );
+    assert!(first.areas.iter().zip(&again.areas).all(|(a, b)| are_same_rings(a, b)), "{first:?} {again:?}");
+    assert_eq!(first.areas[0].holes.len(), 1);
     assert_eq!((first.objectives.len(), first.areas.len()), (again.objectives.len(), again.areas.len()));
 }
 
