@@ -63,9 +63,12 @@ impl Findings {
 
     /// What was not understood: all the other notes leave room for it.
     pub(crate) fn loud(&mut self, place: &str, text: &str) {
-        if self.loud < MOST {
+        if self.loud <= MOST {
+            let is_last = self.loud == MOST;
+            let text =
+                if is_last { format!("more than {MOST} things: the others are not listed") } else { text.to_owned() };
             self.loud += 1;
-            self.push_note(place, format!("NOT UNDERSTOOD: {text}"));
+            self.push_note(if is_last { "" } else { place }, format!("NOT UNDERSTOOD: {text}"));
         }
     }
 

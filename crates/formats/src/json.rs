@@ -14,7 +14,7 @@ const MOST_ITEMS: usize = 4_000_000;
 /// The most items of a list: twenty times the zones of the largest country.
 const MOST_ZONES: usize = 1_000_000;
 
-/// Reads a document. Each item of a list of one of these names at its top is given to `item`, and none of them is kept: a feed takes no
+/// Reads a document. Each item of a list of one of these names at its top, or of the document if it is a list, is given to `item`, and none is kept: a feed takes no
 /// more memory than its text. What is returned has an empty list in place of each.
 pub(crate) fn scan(source: &Source, lists: &[&str], mut item: impl FnMut(&Node<'_>)) -> Result<Value, Mistakes> {
     let wrong = |message: String| {
@@ -22,6 +22,18 @@ pub(crate) fn scan(source: &Source, lists: &[&str], mut item: impl FnMut(&Node<'
         Mistakes(vec![Mistake { path: source.path.clone(), place: None, message, help }])
     };
     let at = |error: serde_json::Error| wrong(format!("line {} column {}: {error}", error.line(), error.column()));
+    let mut each = |Items(items): Items<'_>, list: &str| {
+        for (index, raw) in items.into_iter().enumerate() {
+            let place = format!("{list}/{index}");
+            let value = bounded(raw).map_err(|why| wrong(format!("{place}: {why}")))?;
+            item(&Node { value: &value, place });
+        }
+        Ok(Value::Array(Vec::new()))
+    };
+    // A list without anything round it.
+    if source.text.trim_start().starts_with('[') {
+        return each(serde_json::from_str(&source.text).map_err(at)?, "");
+    }
     let Members(members) = match serde_json::from_str(&source.text) {
         Ok(members) => members,
         Err(error) if error.is_data() => return Ok(Value::Null),
@@ -31,13 +43,8 @@ pub(crate) fn scan(source: &Source, lists: &[&str], mut item: impl FnMut(&Node<'
     for (name, value) in members {
         let place = format!("/{name}");
         let kept = if lists.contains(&name.as_str()) && value.get().starts_with('[') {
-            let Items(items) = serde_json::from_str(value.get()).map_err(|error| wrong(format!("{place}: {error}")))?;
-            for (index, raw) in items.into_iter().enumerate() {
-                let place = format!("{place}/{index}");
-                let value = bounded(raw).map_err(|why| wrong(format!("{place}: {why}")))?;
-                item(&Node { value: &value, place });
-            }
-            Value::Array(Vec::new())
+            let items = serde_json::from_str(value.get()).map_err(|error| wrong(format!("{place}: {error}")))?;
+            each(items, &place)?
         } else {
             bounded(value).map_err(|why| wrong(format!("{place}: {why}")))?
         };

@@ -49,15 +49,13 @@ fn spans_of(entry: &Node<'_>, daylight: Daylight<'_>, findings: &mut Findings) -
     }
     entry.note_unknown(&ENTRY, findings);
     let days = days(entry, findings)?;
-    // Whole minutes that contain the time. What is missing is midnight.
+    // Whole minutes that contain the time.
     let starts = edge(entry, "startTime", "startEvent", daylight, |seconds| seconds.div_euclid(60))?;
     let ends = edge(entry, "endTime", "endEvent", daylight, |seconds| (seconds + 59).div_euclid(60))?;
     let (starts, ends) = match (starts, ends) {
         (Edge::Between(starts), Edge::Between(ends)) => (starts, ends),
-        (Edge::Missing, Edge::Between(ends)) => ((0, 0), ends),
-        (Edge::Between(starts), Edge::Missing) => (starts, (DAY, DAY)),
         (Edge::Missing, Edge::Missing) => ((0, 0), (DAY, DAY)),
-        (Edge::Unknown, _) | (_, Edge::Unknown) => return Ok(whole_days(entry, &days, findings)),
+        _ => return Ok(whole_days(entry, &days, findings)),
     };
     let lasts = if starts.1 < ends.0 {
         ends.1 - starts.0
@@ -73,10 +71,9 @@ fn spans_of(entry: &Node<'_>, daylight: Daylight<'_>, findings: &mut Findings) -
     Ok(days.into_iter().map(|day| (day * DAY + starts.0, lasts)).collect())
 }
 
-/// A night ends on the next day, and far from Greenwich so does a day.
+/// A night whose end is missing ends on the next day, and far from Greenwich so does a day.
 fn whole_days(entry: &Node<'_>, days: &[i64], findings: &mut Findings) -> Spans {
-    let text =
-        "when the sun rises and sets there cannot be said: the area applies on the whole day, and on the day after it";
+    let text = "when it begins or ends cannot be said: the area applies on the whole day, and on the day after it";
     findings.note(&entry.place, text);
     days.iter().map(|day| (day * DAY, 2 * DAY)).collect()
 }

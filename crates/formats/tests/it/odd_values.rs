@@ -156,3 +156,33 @@ fn rings() {
     refused(&RING.replace("6.62", "\"6.62\""), "expected a place, two numbers");
     refused(&RING.replace("6.62", "null"), "expected a place, two numbers");
 }
+
+#[test]
+fn documents() {
+    let limits = r#""lower": 0, "lowerReference": "AGL", "upper": 120, "upperReference": "AGL", "uom": "M""#;
+    let [in_ed_269, in_ed_318] = texts(limits, RING, PERIOD);
+    let zone = in_ed_269.strip_prefix("{\"features\": [").and_then(|it| it.strip_suffix("]}")).unwrap().to_owned();
+    let good = "ground to 130 | 2027-05-01T00:00:00Z to 2027-06-01T00:00:00Z";
+    let check = |text: &str, expected: &str| check_text([text.to_owned(), text.to_owned()], expected, "");
+    check(&in_ed_269, good);
+    check(&format!("\u{feff}  {in_ed_318}"), good);
+    // Norway publishes a list without anything round it.
+    check(&format!("[{zone}]"), good);
+    check(&format!(r#"{{"UASZoneList": [{zone}], "features": []}}"#), good);
+    check(&format!("[{zone}, {zone}]"), &format!("{good}; Z 2 | keep-out | {good}"));
+    #[track_caller]
+    fn refused(text: &str, expected: &str) {
+        let told =
+            import("z.json", text, &over_ground()).map(|_| "read".to_owned()).unwrap_or_else(|it| it.to_string());
+        assert!(told.contains(expected), "{told}\n{text}");
+    }
+    refused(&format!("[{zone}"), "EOF while parsing");
+    refused("[null]", "/0: found nothing, expected an object");
+    refused("[7]", "/0: found 7, expected an object");
+    refused("[]", "this JSON is in none of the formats that are read");
+    refused(&format!(r#"{{"features": {{"features": [{zone}]}}}}"#), "this JSON is in none of the formats");
+    refused(&format!(r#"{{"features": [[{zone}]]}}"#), "/features/0: found a list, expected an object");
+    refused(&format!(r#"{{"features": [{in_ed_318}]}}"#), "/features/0: `geometry` is missing");
+    refused(&in_ed_318.replace("\"geometry\"", "\"Geometry\""), "/features/0: `geometry` is missing");
+    refused(&in_ed_269.replace("\"horizontalProjection\"", "\"projection\""), "`type` is missing");
+}

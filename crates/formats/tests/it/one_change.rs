@@ -96,9 +96,8 @@ fn covers(hours: Option<&WeeklyHours>, others: Option<&WeeklyHours>) -> bool {
     hours.is_none() || moments.into_iter().all(|ms| at(hours, ms) || !at(others, ms))
 }
 
-/// Without these a zone says something else, which is as good: a time that is missing is midnight, and a period that is not permanent has
-/// its dates.
-const SAYS_SOMETHING_ELSE: [&str; 5] = ["/startTime", "/endTime", "/startEvent", "/endEvent", "/permanent"];
+/// Without it a zone says something else, which is as good: a period that is not permanent has its dates.
+const SAYS_SOMETHING_ELSE: [&str; 1] = ["/permanent"];
 
 #[test]
 fn nothing_vanishes_without_a_word() {

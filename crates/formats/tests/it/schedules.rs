@@ -56,9 +56,8 @@ fn fixed_times_become_hours() {
     );
     check(r#"{"day": ["ANY"], "startTime": "06:00:00Z", "endTime": "07:00:00Z"}"#, "Mon-Sun 06:00-07:00");
     check(r#"{"startTime": "06:00:00Z", "endTime": "07:00:00Z"}"#, "Mon-Sun 06:00-07:00");
-    // A day without times is a whole one, and a time that is missing is midnight.
+    // A day without times is a whole one.
     check(r#"{"day": ["SUN"]}"#, "Sun 00:00-24:00");
-    check(r#"{"day": ["SUN"], "startTime": "12:00:00Z"}"#, "Sun 12:00-24:00");
     check(r#"{"day": ["SUN"], "startTime": "12:00:00Z", "endTime": "24:00:00Z"}"#, "Sun 12:00-24:00");
     // The whole minutes that contain the time.
     check(r#"{"day": ["SUN"], "startTime": "12:00:59Z", "endTime": "23:59:59Z"}"#, "Sun 12:00-24:00");
@@ -106,7 +105,10 @@ fn what_has_no_fixed_hour_applies_longer_and_is_told() {
         let at = "/UASZoneList/0/applicability/0/schedule";
         assert_eq!(read(&ed_269(&scheduled(entries))), (hours.to_owned(), format!("{at}{said}\n")), "{entries}");
     }
-    let by_sun = "/0: when the sun rises and sets there cannot be said: the area applies on the whole day, and on the day after it";
+    let by_sun =
+        "/0: when it begins or ends cannot be said: the area applies on the whole day, and on the day after it";
+    check(r#"{"day": ["SUN"], "startTime": "12:00:00Z"}"#, "Mon,Sun 00:00-24:00", by_sun);
+    check(r#"{"day": ["SUN"], "endTime": "12:00:00Z"}"#, "Mon,Sun 00:00-24:00", by_sun);
     // In summer the sun sets after 18:00, in winter before.
     check(r#"{"day": ["MON"], "startTime": "18:00:00Z", "endEvent": "SS"}"#, "Mon,Tue 00:00-24:00", by_sun);
     // These are doubts: with --strict they are mistakes.
