@@ -10,10 +10,11 @@ use domain::mission::bounds::LONGEST_NAME;
 use geo::{Contains as _, Polygon};
 
 use crate::Import;
-use crate::content::{Height, Rule, Site, Survey, Waypoint, Zone};
+use crate::content::{Height, Place, Rule, Site, Survey, Waypoint, Zone};
 use crate::export::utc;
 use crate::findings::{Findings, Note, Wrong};
 use crate::heights::{self, Band, Terrain};
+use crate::leave_out;
 use crate::local::{self, Side};
 use crate::mission_file::{AreaEntry, MissionFile, ObjectiveEntry, SiteEntry, SurveyEntry, corner, one_line};
 
@@ -58,6 +59,7 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
     })?;
     let mut assembly = Assembly {
         frame: LocalFrame::at(origin.place),
+        here: origin.place,
         terrain: Terrain::at(Some(origin), settings.relief_m),
         names: Names::default(),
         areas: Vec::new(),
@@ -65,17 +67,29 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
     };
     let (mut notes, mut mistakes) = (Vec::new(), Vec::new());
     let (mut objectives, mut sites) = (Vec::new(), Vec::new());
+    let mut leave_outs = Vec::new();
     for (index, import) in std::iter::once(mission).chain(others).enumerate() {
-        let mut findings = Findings::about(&import.path);
+        let mut findings = Findings::about(&import.path).leaving_out(import.leave_out.clone());
         for zone in &import.content.zones {
+            if findings.leaves_out(&zone.source, &zone.name) {
+                continue;
+            }
             let outcome = assembly.zone(zone, &mut findings);
             findings.unless_wrong(outcome);
         }
         if index == 0 {
-            let converted = import.content.waypoints.iter().map(|it| assembly.objective(it, origin));
-            objectives = converted.filter_map(|it| findings.unless_wrong(it)).collect();
-            let converted = import.content.sites.iter().map(|it| assembly.site(it));
-            sites = converted.filter_map(|it| findings.unless_wrong(it)).collect();
+            for waypoint in &import.content.waypoints {
+                if !findings.leaves_out(&waypoint.source, &waypoint.name) {
+                    let converted = assembly.objective(waypoint, origin);
+                    objectives.extend(findings.unless_wrong(converted));
+                }
+            }
+            for site in &import.content.sites {
+                if !findings.leaves_out(&site.source, &site.name) {
+                    let converted = assembly.site(site);
+                    sites.extend(findings.unless_wrong(converted));
+                }
+            }
         } else {
             for waypoint in &import.content.waypoints {
                 findings.note(&waypoint.source, "a place to fly to in a file of areas: left out");
@@ -85,11 +99,13 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
             }
         }
         notes.extend(import.notes.iter().cloned());
+        leave_outs.push((import.path.as_path(), findings.leave_out().clone()));
         match findings.with(()) {
             Ok(((), found)) => notes.extend(found),
             Err(found) => mistakes.extend(found.0),
         }
     }
+    mistakes.extend(leave_out::unmatched(leave_outs.into_iter()));
     let file = MissionFile {
         name: one_line(&settings.name, LONGEST_NAME),
         remarks: remarks(mission, others),
@@ -116,6 +132,8 @@ fn remarks(mission: &Import, others: &[Import]) -> Vec<String> {
 
 struct Assembly {
     frame: LocalFrame,
+    /// Where the vehicle is after the places so far.
+    here: LatLon,
     terrain: Terrain,
     names: Names,
     areas: Vec<AreaEntry>,
@@ -204,11 +222,22 @@ impl Assembly {
     }
 
     fn objective(&mut self, waypoint: &Waypoint, origin: Origin) -> Result<ObjectiveEntry, Wrong> {
-        let at = waypoint.at.unwrap_or(origin.place);
-        let survey = waypoint.survey.as_ref().map(|it| self.survey(it, waypoint)).transpose()?;
-        if survey.is_none() {
-            self.within_fences(at, &waypoint.name, &waypoint.source)?;
-        }
+        let at = match waypoint.at {
+            Place::At(at) => at,
+            Place::TakeOff => origin.place,
+            Place::Here => self.here,
+        };
+        let (survey, end) = match &waypoint.survey {
+            Some(survey) => {
+                let (entry, end) = self.survey(survey, waypoint)?;
+                (Some(entry), end)
+            }
+            None => {
+                self.within_fences(at, &waypoint.name, &waypoint.source)?;
+                (None, at)
+            }
+        };
+        self.here = end;
         let [latitude_deg, longitude_deg] = corner(at).map(|it| Some(it).filter(|_| survey.is_none()));
         Ok(ObjectiveEntry {
             name: self.names.unique(&waypoint.name, "objective"),
@@ -221,24 +250,26 @@ impl Assembly {
         })
     }
 
-    /// A survey whose lines can be flown, with all corners inside of all fences.
-    fn survey(&self, survey: &Survey, waypoint: &Waypoint) -> Result<SurveyEntry, Wrong> {
+    /// A survey whose lines can be flown, with all corners inside of all fences; and where its last line ends.
+    fn survey(&self, survey: &Survey, waypoint: &Waypoint) -> Result<(SurveyEntry, LatLon), Wrong> {
         for at in &survey.corners {
             self.within_fences(*at, &waypoint.name, &waypoint.source)?;
         }
         let corners = survey.corners.iter().map(|it| self.frame.local(*it)).collect();
-        domain::survey::Survey::new(corners, survey.spacing_m, survey.heading_deg).map_err(|invalid| {
+        let flown = domain::survey::Survey::new(corners, survey.spacing_m, survey.heading_deg).map_err(|invalid| {
             Wrong::at(
                 &waypoint.source,
                 format!("a survey: {invalid}"),
                 "change it in the program that made it, or leave it out",
             )
         })?;
-        Ok(SurveyEntry {
+        let end = flown.turns().last().map_or(self.here, |it| self.frame.lat_lon(it.at));
+        let entry = SurveyEntry {
             corners_deg: survey.corners.iter().map(|it| corner(*it)).collect(),
             spacing_m: survey.spacing_m,
             heading_deg: survey.heading_deg,
-        })
+        };
+        Ok((entry, end))
     }
 
     fn site(&mut self, site: &Site) -> Result<SiteEntry, Wrong> {

@@ -1,4 +1,4 @@
-//! Missions and areas in the formats of other programs: plans of QGroundControl, GeoJSON, KML, ED-269 and ED-318.
+//! Missions and areas in the formats of other programs: plans of QGroundControl, `QGC WPL`, GeoJSON, KML, ED-269 and ED-318.
 //!
 //! Each format has one file, which reads a text into [`content::Content`]; [`assemble`] makes one mission file of what was read,
 //! and [`export`] writes a mission in another format. What has no counterpart, and what was repaired, becomes a [`Note`] with
@@ -25,16 +25,17 @@ mod geojson;
 mod heights;
 mod json;
 mod kml;
+mod leave_out;
 mod local;
 mod mission_file;
-mod qgc;
-mod qgc_survey;
+mod plan;
 mod schedule;
 mod shape;
 mod terms;
 mod zone_text;
 
-pub use findings::Note;
+pub use findings::{Note, Weight};
+pub use leave_out::LeaveOut;
 
 /// A file that was read.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,6 +48,8 @@ pub struct Import {
     pub content: Content,
     /// What has no counterpart, and what was repaired.
     pub notes: Vec<Note>,
+    /// Which items are left out.
+    pub leave_out: LeaveOut,
 }
 
 /// The formats that are read.
@@ -54,6 +57,8 @@ pub struct Import {
 pub enum Format {
     /// A plan of QGroundControl.
     Plan,
+    /// A mission as lines of text, `QGC WPL 110`.
+    Wpl,
     /// GeoJSON, RFC 7946.
     GeoJson,
     /// KML 2.2.
@@ -69,33 +74,46 @@ pub enum Format {
 /// # Errors
 /// The mistakes, each with its place: a JSON pointer or a line.
 pub fn read(source: &Source) -> Result<Import, Mistakes> {
+    read_without(source, &LeaveOut::default())
+}
+
+/// The same, without what a person has decided to leave out.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_without(source: &Source, leave_out: &LeaveOut) -> Result<Import, Mistakes> {
     let text = source.text.strip_prefix('\u{feff}').unwrap_or(&source.text);
     let source = &Source { path: source.path.clone(), text: text.to_owned() };
-    let mut findings = Findings::about(&source.path);
+    let mut findings = Findings::about(&source.path).leaving_out(leave_out.clone());
     if text.trim_start().starts_with('<') {
         let content = kml::read(source, &mut findings)?;
         return import(source, Format::Kml, content, findings);
     }
+    if text.starts_with(plan::wpl::BEGINNING) {
+        let content = plan::wpl::read(text, &mut findings);
+        return import(source, Format::Wpl, content, findings);
+    }
     let document = json::parse(source)?;
     let document = Node::root(&document);
     let (format, content) = match format_of(&document).ok_or_else(|| unknown(source))? {
-        Format::Plan => (Format::Plan, qgc::read(&document, &mut findings)),
+        Format::Plan => (Format::Plan, plan::read(&document, &mut findings)),
         Format::Ed269 => (Format::Ed269, ed269::read(&document, &mut findings)),
         Format::Ed318 => (Format::Ed318, ed318::read(&document, &mut findings)),
-        Format::GeoJson | Format::Kml => (Format::GeoJson, geojson::read(&document, &mut findings)),
+        Format::GeoJson | Format::Kml | Format::Wpl => (Format::GeoJson, geojson::read(&document, &mut findings)),
     };
     import(source, format, content, findings)
 }
 
 fn import(source: &Source, format: Format, content: Content, findings: Findings) -> Result<Import, Mistakes> {
+    let leave_out = findings.leave_out().clone();
     let (content, notes) = findings.with(content)?;
-    Ok(Import { path: source.path.clone(), format, content, notes })
+    Ok(Import { path: source.path.clone(), format, content, notes, leave_out })
 }
 
 /// By what only one of the formats has.
 fn format_of(document: &Node<'_>) -> Option<Format> {
     let text = |key| document.value.get(key).and_then(|it| it.as_str());
-    if text("fileType") == Some("Plan") {
+    if plan::is_plan(document) {
         return Some(Format::Plan);
     }
     if document.get("UASZoneList").is_some() {

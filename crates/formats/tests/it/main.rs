@@ -1,6 +1,7 @@
 //! Files of other programs become missions, with a word about everything that has no counterpart.
 
 mod bad_input;
+mod plans;
 mod round_trips;
 mod samples;
 mod schedules;
