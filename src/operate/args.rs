@@ -203,7 +203,7 @@ pub enum MissionCommand {
 /// For `kittiwake mission import`.
 #[derive(Debug, Args)]
 pub struct ImportArgs {
-    /// Where to fly, and areas: a `.plan`, or GeoJSON as `export` writes it; see `docs/formats.md`
+    /// Where to fly, and areas: a `.plan`, a mission of QGC WPL, or GeoJSON as `export` writes it; see `docs/formats.md`
     pub file: PathBuf,
     /// The take-off point in degrees, and its altitude above mean sea level in metres; without it, the planned home
     #[arg(long, value_name = "LAT,LON[,ALT]", allow_hyphen_values = true, value_parser = origin)]
@@ -221,6 +221,10 @@ pub struct ImportArgs {
     /// A file of areas may have none
     #[arg(long)]
     pub allow_empty: bool,
+    /// What to leave out: a place as a mistake prints it (/mission/items/3, "line 7"), or the name of a zone; may be given several
+    /// times. One that several files have is written FILE:ITEM
+    #[arg(long, value_name = "ITEM", value_parser = clap::builder::NonEmptyStringValueParser::new())]
+    pub leave_out: Vec<String>,
     /// Where to write the mission file
     #[arg(long, value_name = "MISSION")]
     pub out: PathBuf,
@@ -410,6 +414,8 @@ mod tests {
         );
         check("mission export m.toml --format geojson", None);
         check("mission export m.toml --format geojson --route --config c.toml", None);
+        check("mission import a.plan --leave-out /mission/items/3 --leave-out EDR7 --out m.toml", None);
+        check("mission import a.plan --leave-out= --out m.toml", Some("a value is required"));
         check("mission import a.plan", Some("--out"));
         check("mission import a.plan --out m --origin 54", Some("expected LATITUDE,LONGITUDE"));
         check("mission import a.plan --out m --origin 89.5,0", Some("expected at most 89"));

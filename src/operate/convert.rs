@@ -8,7 +8,7 @@ use domain::file::{Mistakes, Source};
 use domain::mission::Mission;
 use formats::assemble::{self, Assembled, assemble};
 use formats::export::Target;
-use formats::{Import, Note};
+use formats::{Import, LeaveOut, Note, Weight};
 use serde_json::{Value, json};
 
 use crate::operate::Done;
@@ -18,7 +18,8 @@ use crate::operate::route::route;
 
 /// Writes a mission file. What is written passes `kittiwake check`; if it would not, nothing is written.
 pub(super) fn import(args: &ImportArgs) -> Result<Done, Failure> {
-    let read = |path: &Path| Source::read(path).and_then(|it| formats::read(&it));
+    let leave_out = LeaveOut::new(&args.leave_out);
+    let read = |path: &Path| Source::read(path).and_then(|it| formats::read_without(&it, &leave_out));
     let mut mistakes = Vec::new();
     let mut imports: Vec<Import> = Vec::new();
     for path in std::iter::once(&args.file).chain(&args.areas) {
@@ -104,15 +105,22 @@ fn done(path: &Path, written: String, notes: &[Note]) -> Done {
     Done { document: json!({ "written": path.display().to_string(), "notes": listed }), text }
 }
 
-/// A line for each thing to say about a file, with all places of which it is said.
+/// The most places that a line has; `--json` has them all.
+const MOST_PLACES: usize = 10;
+
+/// A line for each thing to say about a file, with the places of which it is said; what matters most comes first.
 fn in_words(notes: &[Note]) -> Vec<String> {
-    let mut places: BTreeMap<(&Path, &str), Vec<&str>> = BTreeMap::new();
+    let mut places: BTreeMap<(Weight, &Path, &str), Vec<&str>> = BTreeMap::new();
     for note in notes {
-        places.entry((&note.path, &note.text)).or_default().push(&note.place);
+        places.entry((note.weight, &note.path, &note.text)).or_default().push(&note.place);
     }
-    let line = |((path, text), places): ((&Path, &str), Vec<&str>)| {
+    let line = |((_, path, text), places): ((Weight, &Path, &str), Vec<&str>)| {
         let places: Vec<_> = places.into_iter().filter(|it| !it.is_empty()).collect();
-        let at = if places.is_empty() { String::new() } else { format!("\n  at {}", places.join(", ")) };
+        let at = match places.len() {
+            0 => String::new(),
+            count if count <= MOST_PLACES => format!("\n  at {}", places.join(", ")),
+            count => format!("\n  at {} places, the first ones {}", count, places[..MOST_PLACES].join(", ")),
+        };
         format!("note: {}: {text}{at}", path.display())
     };
     places.into_iter().map(line).collect()
@@ -144,7 +152,8 @@ mod tests {
     }
 
     fn import_of(file: PathBuf, areas: Vec<PathBuf>, out: PathBuf) -> ImportArgs {
-        ImportArgs { file, origin: None, areas, relief: None, strict: false, allow_empty: false, out }
+        let leave_out = Vec::new();
+        ImportArgs { file, origin: None, areas, relief: None, strict: false, allow_empty: false, leave_out, out }
     }
 
     #[test]
@@ -181,6 +190,45 @@ mod tests {
         assert!(done.text.contains("a leg of a plan: left out"), "{}", done.text);
         let plan = ExportArgs { format: ExportFormat::Plan, ..args };
         assert!(export(&plan).err().unwrap().why.contains("use --format geojson"));
+    }
+
+    #[test]
+    fn what_matters_most_is_said_first_and_what_is_left_out_before_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("w.plan");
+        let item = |command: u16, place: &str| {
+            format!(r#"{{"type": "SimpleItem", "command": {command}, "frame": 3, "params": [0, 0, 0, null, {place}]}}"#)
+        };
+        let items =
+            [item(16, "54.001, 6.6, 30"), item(206, "0, 0, 0"), item(34, "54.002, 6.6, 30"), item(2000, "0, 0, 0")];
+        let text = format!(
+            r#"{{"fileType": "Plan", "version": 1, "mission": {{"version": 2, "cruiseSpeed": 5, "hoverSpeed": 5,
+            "plannedHomePosition": [54, 6.6, 20], "items": [{}]}}}}"#,
+            items.join(", ")
+        );
+        std::fs::write(&file, text).unwrap();
+        let args = |out: &str, item: &str| ImportArgs {
+            leave_out: vec![item.into()],
+            ..import_of(file.clone(), Vec::new(), folder.path().join(out))
+        };
+        let done = import(&args("m.toml", "/mission/items/2")).unwrap();
+        let said: Vec<_> = done.text.lines().map(|it| it.rsplit(": ").next().unwrap()).collect();
+        let expected = [
+            "left out as asked",
+            "  at /mission/items/2",
+            "a command to camera, gimbal, speed or other payload",
+            "  at /mission/items/1, /mission/items/3",
+            "not read",
+            "  at /mission/cruiseSpeed, /mission/hoverSpeed",
+        ];
+        assert_eq!(said[..6], expected, "{}", done.text);
+        let failure = import(&args("n.toml", "/mission/items/9")).err().unwrap();
+        for expected in [
+            "MAV_CMD_DO_ORBIT (34): the way it flies",
+            "help: correct it, or leave it out: --leave-out \"/mission/items/2\"",
+        ] {
+            assert!(failure.why.contains(expected), "{}", failure.why);
+        }
     }
 
     #[test]

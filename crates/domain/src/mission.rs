@@ -17,7 +17,7 @@ use sha2::{Digest as _, Sha256};
 use toml::Spanned;
 
 use crate::area::{Area, AreaKind, NO_LANDING_TO_M};
-use crate::file::{MOST_MISTAKES, Mistakes, Source};
+use crate::file::{MOST_MISTAKES, Mistake, Mistakes, Source};
 use crate::geodesy::{LocalFrame, Origin};
 use crate::geometry::Ned;
 use crate::site::Site;
@@ -268,6 +268,9 @@ impl Mission {
     /// # Errors
     /// The mistakes, each with its place.
     pub fn read(source: &Source) -> Result<Mission, Mistakes> {
+        if let Some(mistake) = of_another_program(source) {
+            return Err(Mistakes(vec![mistake]));
+        }
         let file: MissionFile = source.parse()?;
         let mut check = Checker { source, mistakes: Mistakes::default(), frame: None };
         check.bounds(&file);
@@ -349,6 +352,22 @@ pub fn unfit_landing_site<'a>(site: Ned, areas: impl IntoIterator<Item = &'a Are
     areas.into_iter().find_map(|area| sites::unfit(site, area)).map(|it| it.in_words())
 }
 
+/// One mistake in place of those of a TOML parser, for a file that is to be imported.
+fn of_another_program(source: &Source) -> Option<Mistake> {
+    let text = source.text.trim_start_matches('\u{feff}').trim_start();
+    let format = match text.chars().next()? {
+        '{' if text.contains("\"fileType\"") => "a plan of QGroundControl",
+        '{' => "JSON",
+        '<' => "XML",
+        _ if text.starts_with("QGC WPL") => "a mission of QGC WPL",
+        _ => return None,
+    };
+    let message = format!("this is {format}, not a mission file");
+    let (path, out) = (source.path.display(), source.path.with_extension("toml"));
+    let help = format!("import it first: kittiwake mission import \"{path}\" --out \"{}\"", out.display());
+    Some(source.mistake(None, message, help))
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct MissionFile {
@@ -388,6 +407,8 @@ struct ObjectiveEntry {
     reach_by_utc: Option<Spanned<String>>,
     dwell_s: Option<Spanned<f64>>,
     drop: Option<Spanned<bool>>,
+    #[serde(default)]
+    actions: Vec<Spanned<String>>,
 }
 
 #[derive(Deserialize)]

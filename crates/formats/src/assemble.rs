@@ -10,10 +10,11 @@ use domain::mission::bounds::LONGEST_NAME;
 use geo::{Contains as _, Polygon};
 
 use crate::Import;
-use crate::content::{Doubt, Height, Lost, Outline, Period, Rule, Site, Survey, Unused, Waypoint, Zone};
+use crate::content::{Doubt, Height, Lost, Outline, Period, Place, Rule, Site, Survey, Unused, Waypoint, Zone};
 use crate::export::utc;
 use crate::findings::{Findings, Note, Wrong};
 use crate::heights::{self, Band, Terrain};
+use crate::leave_out;
 use crate::local::{self, Side};
 use crate::mission_file::{AreaEntry, MissionFile, ObjectiveEntry, SiteEntry, SurveyEntry, corner, one_line};
 
@@ -66,6 +67,7 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
     let mut assembly = Assembly {
         origin: origin.place,
         frame: LocalFrame::at(origin.place),
+        here: origin.place,
         terrain: Terrain::at(Some(origin), settings.relief_m),
         names: Names::default(),
         areas: Vec::new(),
@@ -74,18 +76,22 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
     };
     let (mut notes, mut mistakes) = (Vec::new(), Vec::new());
     let (mut objectives, mut sites) = (Vec::new(), Vec::new());
+    let mut leave_outs = Vec::new();
     for (index, import) in std::iter::once(mission).chain(others).enumerate() {
-        let mut findings = Findings::about(&import.path);
+        let mut findings = Findings::about(&import.path).leaving_out(import.leave_out.clone());
         let before = assembly.areas.len();
         for lost in &import.content.lost {
             let outcome = assembly.lost(lost, &mut findings);
             findings.unless_wrong(outcome);
         }
         for zone in &import.content.zones {
+            if findings.leaves_out(&zone.source, &zone.name) {
+                continue;
+            }
             let outcome = assembly.zone(zone, &mut findings);
             findings.unless_wrong(outcome);
         }
-        let is_empty = assembly.areas.len() == before && !findings.has_mistakes();
+        let is_empty = assembly.areas.len() == before && !findings.has_mistakes() && !findings.has_left_out();
         if 0 < index && is_empty && !settings.allow_empty {
             let help = "give --allow-empty if it limits no flight";
             findings.wrong(Wrong::at("", format!("no area was found in this file ({})", import.format), help));
@@ -100,10 +106,18 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
             }
         }
         if index == 0 {
-            let converted = import.content.waypoints.iter().map(|it| assembly.objective(it, origin));
-            objectives = converted.filter_map(|it| findings.unless_wrong(it)).collect();
-            let converted = import.content.sites.iter().map(|it| assembly.site(it));
-            sites = converted.filter_map(|it| findings.unless_wrong(it)).collect();
+            for waypoint in &import.content.waypoints {
+                if !findings.leaves_out(&waypoint.source, &waypoint.name) {
+                    let converted = assembly.objective(waypoint, origin);
+                    objectives.extend(findings.unless_wrong(converted));
+                }
+            }
+            for site in &import.content.sites {
+                if !findings.leaves_out(&site.source, &site.name) {
+                    let converted = assembly.site(site);
+                    sites.extend(findings.unless_wrong(converted));
+                }
+            }
         } else {
             for waypoint in &import.content.waypoints {
                 findings.note(&waypoint.source, "a place to fly to in a file of areas: left out");
@@ -113,11 +127,13 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
             }
         }
         notes.extend(import.notes.iter().cloned());
+        leave_outs.push((import.path.as_path(), findings.leave_out().clone()));
         match findings.with(()) {
             Ok(((), found)) => notes.extend(found),
             Err(found) => mistakes.extend(found.0),
         }
     }
+    mistakes.extend(leave_out::unmatched(leave_outs.into_iter()));
     let file = MissionFile {
         name: one_line(&settings.name, LONGEST_NAME),
         remarks: remarks(mission, others),
@@ -145,6 +161,8 @@ fn remarks(mission: &Import, others: &[Import]) -> Vec<String> {
 struct Assembly {
     origin: LatLon,
     frame: LocalFrame,
+    /// Where the vehicle is after the places so far.
+    here: LatLon,
     terrain: Terrain,
     names: Names,
     areas: Vec<AreaEntry>,
@@ -274,11 +292,22 @@ impl Assembly {
     }
 
     fn objective(&mut self, waypoint: &Waypoint, origin: Origin) -> Result<ObjectiveEntry, Wrong> {
-        let at = waypoint.at.unwrap_or(origin.place);
-        let survey = waypoint.survey.as_ref().map(|it| self.survey(it, waypoint)).transpose()?;
-        if survey.is_none() {
-            self.within_fences(at, &waypoint.name, &waypoint.source)?;
-        }
+        let at = match waypoint.at {
+            Place::At(at) => at,
+            Place::TakeOff => origin.place,
+            Place::Here => self.here,
+        };
+        let (survey, end) = match &waypoint.survey {
+            Some(survey) => {
+                let (entry, end) = self.survey(survey, waypoint)?;
+                (Some(entry), end)
+            }
+            None => {
+                self.within_fences(at, &waypoint.name, &waypoint.source)?;
+                (None, at)
+            }
+        };
+        self.here = end;
         let [latitude_deg, longitude_deg] = corner(at).map(|it| Some(it).filter(|_| survey.is_none()));
         Ok(ObjectiveEntry {
             name: self.names.unique(&waypoint.name, "objective"),
@@ -291,24 +320,26 @@ impl Assembly {
         })
     }
 
-    /// A survey whose lines can be flown, with all corners inside of all fences.
-    fn survey(&self, survey: &Survey, waypoint: &Waypoint) -> Result<SurveyEntry, Wrong> {
+    /// A survey whose lines can be flown, with all corners inside of all fences; and where its last line ends.
+    fn survey(&self, survey: &Survey, waypoint: &Waypoint) -> Result<(SurveyEntry, LatLon), Wrong> {
         for at in &survey.corners {
             self.within_fences(*at, &waypoint.name, &waypoint.source)?;
         }
         let corners = survey.corners.iter().map(|it| self.frame.local(*it)).collect();
-        domain::survey::Survey::new(corners, survey.spacing_m, survey.heading_deg).map_err(|invalid| {
+        let flown = domain::survey::Survey::new(corners, survey.spacing_m, survey.heading_deg).map_err(|invalid| {
             Wrong::at(
                 &waypoint.source,
                 format!("a survey: {invalid}"),
                 "change it in the program that made it, or leave it out",
             )
         })?;
-        Ok(SurveyEntry {
+        let end = flown.turns().last().map_or(self.here, |it| self.frame.lat_lon(it.at));
+        let entry = SurveyEntry {
             corners_deg: survey.corners.iter().map(|it| corner(*it)).collect(),
             spacing_m: survey.spacing_m,
             heading_deg: survey.heading_deg,
-        })
+        };
+        Ok((entry, end))
     }
 
     fn site(&mut self, site: &Site) -> Result<SiteEntry, Wrong> {

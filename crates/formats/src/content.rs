@@ -60,8 +60,8 @@ pub struct Unused {
 pub struct Waypoint {
     /// Made unique when a mission is written.
     pub name: String,
-    /// Where; `None`: the take-off point.
-    pub at: Option<LatLon>,
+    /// Where.
+    pub at: Place,
     /// How high.
     pub height: Height,
     /// In the air, or on the ground.
@@ -72,6 +72,17 @@ pub struct Waypoint {
     pub survey: Option<Survey>,
     /// Its place in the file.
     pub source: String,
+}
+
+/// Where a place to fly to is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Place {
+    /// In WGS 84.
+    At(LatLon),
+    /// At the take-off point.
+    TakeOff,
+    /// Where the place before it has brought the vehicle, and first the take-off point: at the end of a survey.
+    Here,
 }
 
 /// A place to come down at.

@@ -74,7 +74,7 @@ pub fn export(
     let mut findings = Findings::about(&source.path);
     let text = match target {
         Target::GeoJson => crate::geojson::write(&geographic),
-        Target::Plan => crate::qgc::write(&geographic, &mut findings),
+        Target::Plan => crate::plan::write(&geographic, &mut findings),
     };
     (text, findings.into_notes())
 }

@@ -4,7 +4,9 @@
 use serde_json::{Map, Value, json};
 
 use crate::applicability;
-use crate::content::{Content, Height, Outline, Period, Reference, Rule, Site, Survey, Unused, Waypoint, Window, Zone};
+use crate::content::{
+    Content, Height, Outline, Period, Place, Reference, Rule, Site, Survey, Unused, Waypoint, Window, Zone,
+};
 use crate::findings::{Findings, Wrong};
 use crate::json::Node;
 use crate::shape::{self, Order};
@@ -88,7 +90,7 @@ pub(crate) fn read(node: &Node<'_>, index: usize, content: &mut Content, finding
         }
         (Some(Kind::Objective), "Point") => {
             let height = Height { metres: properties.need("height_m")?.number()?, above: Reference::TakeOff };
-            let at = Some(shape::lat_lon(&coordinates()?, Order::LongitudeFirst)?);
+            let at = Place::At(shape::lat_lon(&coordinates()?, Order::LongitudeFirst)?);
             let flying = properties.need("flying")?.boolean()?;
             let (terms, source) = (terms::read(&properties)?, node.place.clone());
             content.waypoints.push(Waypoint { name, at, height, flying, terms, survey: None, source });
@@ -112,7 +114,7 @@ pub(crate) fn read(node: &Node<'_>, index: usize, content: &mut Content, finding
             let heading_deg = properties.get("heading_deg").map(|it| it.number()).transpose()?;
             let survey = Some(Survey { corners, spacing_m, heading_deg });
             let (terms, source) = (terms::read(&properties)?, node.place.clone());
-            content.waypoints.push(Waypoint { name, at: None, height, flying: true, terms, survey, source });
+            content.waypoints.push(Waypoint { name, at: Place::Here, height, flying: true, terms, survey, source });
         }
         (kind @ (None | Some(Kind::Zone(_))), "Polygon" | "MultiPolygon") => {
             let rule = if let Some(Kind::Zone(rule)) = kind {

@@ -5,7 +5,7 @@ use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde_json::Value;
 use serde_json::value::RawValue;
 
-use crate::findings::{Findings, Wrong};
+use crate::findings::{Findings, Weight, Wrong};
 
 /// The most objects, and the most list items, of what is parsed at once: an item of a list, or a document without its lists. Parsed
 /// they take up to 700 and 70 bytes of memory each, many times that of their text.
@@ -182,6 +182,12 @@ impl<'a> Node<'a> {
         self.value.as_f64().or_else(written).ok_or_else(|| self.wrong("a number"))
     }
 
+    /// A number without a fraction.
+    pub(crate) fn whole(&self) -> Result<i64, Wrong> {
+        let number = self.number()?;
+        if number.fract() == 0.0 && number.abs() < 1e9 { Ok(number as i64) } else { Err(self.wrong("a whole number")) }
+    }
+
     pub(crate) fn boolean(&self) -> Result<bool, Wrong> {
         self.value.as_bool().ok_or_else(|| self.wrong("true or false"))
     }
@@ -202,7 +208,8 @@ impl<'a> Node<'a> {
     pub(crate) fn note_unknown(&self, known: &[&str], findings: &mut Findings) {
         for key in self.value.as_object().into_iter().flat_map(|it| it.keys()) {
             if !known.contains(&key.as_str()) {
-                findings.note(&self.place, format!("field `{}` is not in the format: not read", short(key)));
+                let text = "a field that is not in the format: not read";
+                findings.say(Weight::Furniture, &format!("{}/{}", self.place, short(key)), text);
             }
         }
     }
@@ -210,7 +217,7 @@ impl<'a> Node<'a> {
     /// Notes each of these members that is there.
     pub(crate) fn note_unused(&self, fields: &[&str], why: &str, findings: &mut Findings) {
         for field in fields.iter().filter_map(|key| self.get(key)) {
-            findings.note(&field.place, why);
+            findings.say(Weight::Furniture, &field.place, why);
         }
     }
 }

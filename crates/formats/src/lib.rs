@@ -1,4 +1,4 @@
-//! Missions and areas in the formats of other programs: plans of QGroundControl, GeoJSON, KML, ED-269 and ED-318.
+//! Missions and areas in the formats of other programs: plans of QGroundControl, `QGC WPL`, GeoJSON, KML, ED-269 and ED-318.
 //!
 //! Each format has one file, which reads a text into [`content::Content`]; [`assemble`] makes one mission file of what was read,
 //! and [`export`] writes a mission in another format. What was repaired becomes a [`Note`] with its place. What is not understood of
@@ -26,12 +26,12 @@ mod geojson;
 mod heights;
 mod json;
 mod kml;
+mod leave_out;
 mod limits;
 mod local;
 mod mission_file;
 mod national;
-mod qgc;
-mod qgc_survey;
+mod plan;
 mod schedule;
 mod shape;
 mod sun;
@@ -39,7 +39,8 @@ mod terms;
 mod zone_text;
 mod zones;
 
-pub use findings::Note;
+pub use findings::{Note, Weight};
+pub use leave_out::LeaveOut;
 
 /// A file that was read.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,6 +53,8 @@ pub struct Import {
     pub content: Content,
     /// What has no counterpart, and what was repaired.
     pub notes: Vec<Note>,
+    /// Which items are left out.
+    pub leave_out: LeaveOut,
 }
 
 /// The formats that are read.
@@ -59,6 +62,8 @@ pub struct Import {
 pub enum Format {
     /// A plan of QGroundControl.
     Plan,
+    /// A mission as lines of text, `QGC WPL 110`.
+    Wpl,
     /// GeoJSON, RFC 7946.
     GeoJson,
     /// KML 2.2.
@@ -74,14 +79,26 @@ pub enum Format {
 /// # Errors
 /// The mistakes, each with its place: a JSON pointer or a line.
 pub fn read(source: &Source) -> Result<Import, Mistakes> {
+    read_without(source, &LeaveOut::default())
+}
+
+/// The same, without what a person has decided to leave out.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_without(source: &Source, leave_out: &LeaveOut) -> Result<Import, Mistakes> {
     // A feed may have half a gigabyte: only a text that begins with a mark is copied.
     let unmarked = source.text.strip_prefix('\u{feff}');
     let unmarked = unmarked.map(|text| Source { path: source.path.clone(), text: text.to_owned() });
     let source = unmarked.as_ref().unwrap_or(source);
-    let mut findings = Findings::about(&source.path);
+    let mut findings = Findings::about(&source.path).leaving_out(leave_out.clone());
     if source.text.trim_start().starts_with('<') {
         let content = kml::read(source, &mut findings)?;
         return import(source, Format::Kml, content, findings);
+    }
+    if source.text.starts_with(plan::wpl::BEGINNING) {
+        let content = plan::wpl::read(&source.text, &mut findings);
+        return import(source, Format::Wpl, content, findings);
     }
     let mut content = Content::default();
     let mut format = None;
@@ -90,8 +107,8 @@ pub fn read(source: &Source) -> Result<Import, Mistakes> {
         format.get_or_insert(read);
     })?;
     let document = Node::root(&document);
-    if document.value.get("fileType").and_then(Value::as_str) == Some("Plan") {
-        let content = qgc::read(&document, &mut findings);
+    if plan::is_plan(&document) {
+        let content = plan::read(&document, &mut findings);
         return import(source, Format::Plan, content, findings);
     }
     let kind = document.value.get("type").and_then(Value::as_str);
@@ -136,14 +153,16 @@ fn feature(item: &Node<'_>, content: &mut Content, findings: &mut Findings) -> F
 }
 
 fn import(source: &Source, format: Format, content: Content, findings: Findings) -> Result<Import, Mistakes> {
+    let leave_out = findings.leave_out().clone();
     let (content, notes) = findings.with(content)?;
-    Ok(Import { path: source.path.clone(), format, content, notes })
+    Ok(Import { path: source.path.clone(), format, content, notes, leave_out })
 }
 
 impl std::fmt::Display for Format {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Format::Plan => "a plan of QGroundControl",
+            Format::Wpl => "QGC WPL",
             Format::GeoJson => "GeoJSON",
             Format::Kml => "KML",
             Format::Ed269 => "ED-269",

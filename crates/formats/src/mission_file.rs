@@ -52,6 +52,8 @@ pub(crate) struct TermsEntry {
     dwell_s: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     drop: Option<bool>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    actions: Vec<String>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -72,6 +74,7 @@ impl From<&Terms> for TermsEntry {
             reach_by_utc: terms.by_utc_ms.map(utc),
             dwell_s: Some(terms.dwell.as_secs_f64()).filter(|it| 0.0 < *it),
             drop: terms.drop.then_some(true),
+            actions: terms.actions.clone(),
         }
     }
 }

@@ -15,6 +15,10 @@ pub const MOST_AREAS: usize = 2_000;
 pub const MOST_CORNERS: usize = 100_000;
 /// The most corners of one area, its holes included: whether it crosses itself is found by comparing each side with each.
 pub const MOST_CORNERS_OF_AREA: usize = 4_000;
+/// The most actions of all objectives together.
+pub const MOST_ACTIONS: usize = 2_000;
+/// The longest action, in characters: a name and seven numbers.
+pub const LONGEST_ACTION: usize = 200;
 /// The longest name of a mission, an objective, an area or a site, in characters.
 pub const LONGEST_NAME: usize = 100;
 
@@ -61,6 +65,8 @@ impl Checker<'_> {
             }
         }
         self.count("corners of areas", corners, MOST_CORNERS, first_beyond);
+        let mut actions = file.objective.iter().flat_map(|it| &it.actions);
+        self.count("actions", actions.clone().count(), MOST_ACTIONS, actions.nth(MOST_ACTIONS));
         self.counts_of_after(&file.objective);
         if let Some(first) = file.site.get(MOST_SITES) {
             let message = format!("{} sites, expected at most {MOST_SITES}", file.site.len());
@@ -162,6 +168,10 @@ mod tests {
         check(
             &mission(1, &[3_500; 30]),
             "m.toml:121:8: the mission has 105000 corners of areas, at most 100000 are allowed",
+        );
+        check(
+            &mission(1, &[]).replace("true\n", &format!("true\nactions = [{}]\n", "\"A\", ".repeat(2_001))),
+            "m.toml:8:10012: the mission has 2001 actions, at most 2000 are allowed",
         );
         let long = "x".repeat(101);
         check(

@@ -291,3 +291,17 @@ fn an_area_that_may_not_be_landed_in_is_barred_near_the_ground_and_has_no_height
     let error = read(&text.replacen("\"no-landing\"", "\"no-landing\"\nceiling_m = 9.0", 1)).unwrap_err().to_string();
     assert!(error.contains("may not be landed in, and has a height"), "{error}");
 }
+
+#[test]
+fn a_file_of_another_program_is_answered_by_the_command_that_imports_it() {
+    #[track_caller]
+    fn check(text: &str, expected: &str) {
+        let told = Mission::read(&Source { path: "berths.plan".into(), text: text.into() }).unwrap_err().to_string();
+        let help = "import it first: kittiwake mission import \"berths.plan\" --out \"berths.toml\"";
+        assert_eq!(told, format!("berths.plan: this is {expected}, not a mission file\n  help: {help}"));
+    }
+    check("\u{feff}\n{ \"fileType\": \"Plan\" }", "a plan of QGroundControl");
+    check("{\"type\": \"FeatureCollection\"}", "JSON");
+    check("<?xml version=\"1.0\"?><kml/>", "XML");
+    check("QGC WPL 110\n", "a mission of QGC WPL");
+}

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use super::plans::{JUMP, WPL};
 use super::samples::{ED_269, ED_318, GEO_JSON, KML, PLAN};
 use super::{check_mistake, import, mission, notes, settings};
 use formats::assemble::{Settings, assemble};
@@ -145,11 +146,18 @@ fn a_wrong_file_of_another_format_is_reported_with_its_place() {
         "q.plan",
         PLAN,
         "\"frame\": 0",
+        "\"frame\": 7",
+        "/mission/items/3/TransectStyleComplexItem/Items/0: frame 7, expected 0",
+    );
+    check(
+        "q.plan",
+        PLAN,
+        "\"frame\": 0",
         "\"frame\": 10",
-        "/mission/items/3/TransectStyleComplexItem/Items/0/frame: frame 10, expected 0",
+        "/mission/items/3/TransectStyleComplexItem/Items/0: its height cannot be counted from the take-off point",
     );
     check("q.plan", PLAN, "\"radius\": 200", "\"radius\": null", "/geoFence/circles/0/circle: `radius` is missing");
-    check("q.plan", PLAN, "54.002, 6.6, 40", "94.002, 6.6, 40", "/mission/items/1/params: latitude 94.002");
+    check("q.plan", PLAN, "54.002, 6.6, 40", "94.002, 6.6, 40", "/mission/items/1: latitude 94.002");
     check(
         "q.plan",
         PLAN,
@@ -236,7 +244,7 @@ fn shapes_heights_and_times_are_judged_alike_in_all_formats() {
         Err("a.geojson: /properties/hours_utc/1: found `Mon`, expected days and hours"),
     );
     check(geojson(&square, r#", "hours_utc": 8"#), Err("a.geojson: /properties/hours_utc: found 8, expected a list"));
-    check(geojson(&square, r#", "hours": []"#), Ok("/properties: field `hours` is not in the format: not read"));
+    check(geojson(&square, r#", "hours": []"#), Ok("/properties/hours: a field that is not in the format: not read"));
     check_mistake(
         "a.kml",
         KML,
@@ -309,7 +317,7 @@ fn what_is_said_fits_a_terminal() {
 
 /// Every sample with some bytes replaced, removed or repeated.
 fn broken() -> impl Strategy<Value = String> {
-    let samples = [PLAN, ED_269, ED_318, GEO_JSON, KML];
+    let samples = [PLAN, JUMP, WPL, ED_269, ED_318, GEO_JSON, KML];
     let change = (any::<prop::sample::Index>(), 0_usize..30, "[\\-0-9a-z\"{}\\[\\],:<>/ e.]{0,12}");
     (0..samples.len(), prop::collection::vec(change, 1..6)).prop_map(move |(sample, changes)| {
         let mut text: Vec<char> = samples[sample].chars().collect();

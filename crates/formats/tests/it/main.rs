@@ -4,6 +4,7 @@ mod bad_input;
 mod golden;
 mod odd_values;
 mod one_change;
+mod plans;
 mod round_trips;
 mod samples;
 mod schedules;

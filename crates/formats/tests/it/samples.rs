@@ -62,11 +62,12 @@ fn a_plan_becomes_objectives_and_areas() {
 /mission/hoverSpeed: the configuration says how fast a vehicle flies: not read
 /mission/firmwareType: the mission is flown by any vehicle: not read
 /mission/vehicleType: the mission is flown by any vehicle: not read
-/mission/items/0: the planner takes off by itself: no objective
-/mission/items/2: command 178 has no counterpart: left out
+/mission/items/0: the planner takes off by itself, and climbs to the height of the next place: no objective
+/mission/items/2: kept, not flown yet: a command to camera, gimbal, speed or other payload
 /mission/items/3: not read as a survey, since its polygon or its camera is missing
 /mission/items/3: a pattern is read as its items, which QGroundControl has made
-/mission/items/3/TransectStyleComplexItem/Items/1: command 206 has no counterpart: left out
+/mission/items/3/TransectStyleComplexItem/Items/1: kept, not flown yet: a command to camera, gimbal, speed or other payload
+/mission/items/5: no takeoff stands between the landing before it and it: an autopilot may stay on the ground there, the planner takes off
 /rallyPoints/points/0: a rally point is read as a site on the ground, as high as the take-off point; how high to fly there is not read
 /geoFence/polygons/0: a fence to stay inside is read as a keep-out area all round it
 "
@@ -79,7 +80,7 @@ fn a_release_and_a_load_to_be_placed_become_drops() {
     #[track_caller]
     fn check(items: &str, expected: &[bool], said: &str) {
         let text = format!(
-            r#"{{"fileType": "Plan", "mission": {{"plannedHomePosition": [54, 6.6, 20], "items": [
+            r#"{{"fileType": "Plan", "version": 1, "mission": {{"version": 2, "plannedHomePosition": [54, 6.6, 20], "items": [
             {{"type": "SimpleItem", "command": 16, "frame": 3, "params": [0, 0, 0, null, 54.001, 6.6, 40]}}{items}]}}}}"#
         );
         let assembled =
@@ -96,12 +97,12 @@ fn a_release_and_a_load_to_be_placed_become_drops() {
     check(
         grab,
         &[false],
-        "/mission/items/1: a gripper that does anything else than release has no counterpart: left out\n",
+        "/mission/items/1: kept, not flown yet: a command to camera, gimbal, speed or other payload\n",
     );
     check(
         &[release, release].concat(),
         &[true],
-        "/mission/items/2: a second release at a place has no counterpart: left out\n",
+        "/mission/items/2: kept, not flown yet: a command to camera, gimbal, speed or other payload\n",
     );
     check(
         place,
@@ -111,12 +112,12 @@ fn a_release_and_a_load_to_be_placed_become_drops() {
     check(
         &[land, release].concat(),
         &[false, false],
-        "/mission/items/2: a release that follows no place in flight has no counterpart: left out\n",
+        "/mission/items/2: kept, not flown yet: a command to camera, gimbal, speed or other payload\n",
     );
 }
 
 /// A survey of a field of 200 m by 90 m, as QGroundControl writes it.
-const SURVEY: &str = r#"{"fileType": "Plan", "mission": {"plannedHomePosition": [54, 6.6, 20], "items": [{
+const SURVEY: &str = r#"{"fileType": "Plan", "version": 1, "mission": {"version": 2, "plannedHomePosition": [54, 6.6, 20], "items": [{
     "type": "ComplexItem", "complexItemType": "survey", "version": 5, "angle": 0, "entryLocation": 0,
     "flyAlternateTransects": false, "splitConcavePolygons": false,
     "polygon": [[54.0009, 6.6], [54.0027, 6.6], [54.0027, 6.60137], [54.0009, 6.60137]],
@@ -184,7 +185,7 @@ fn zones_of_ed_269_become_areas() {
             "HBR003: permission, 4 corners, None to None, (None, None)",
         ],
         "\
-/UASZoneList/2: field `colour` is not in the format: not read
+/UASZoneList/2/colour: a field that is not in the format: not read
 /UASZoneList/2/restriction: conditions cannot be checked on board: the area needs a permission
 /UASZoneList/2/geometry/0/horizontalProjection/coordinates/0: the ring does not end where it begins: it is closed
 /UASZoneList/2/geometry/0/horizontalProjection/coordinates/0: the corners run clockwise, against RFC 7946: read all the same
@@ -242,7 +243,7 @@ fn polygons_of_geojson_become_areas() {
             "feature 1: keep-out, 4 corners, None to None, (None, None)",
         ],
         "\
-/features/1/properties: field `owner` is not in the format: not read
+/features/1/properties/owner: a field that is not in the format: not read
 /features/1: a polygon without `kind`: read as a keep-out area, the safe side
 ",
     );

@@ -43,7 +43,7 @@ function among(waiting) {
   return (it) => ({ ...it, after: (it.after ?? []).filter((name) => names.has(name)) });
 }
 
-function objective({ name, position, flying, survey, worth, after, reachWithinS, reachByUtcMs, dwellS, drop }) {
+function objective({ name, position, flying, survey, worth, after, reachWithinS, reachByUtcMs, dwellS, drop, actions = [] }) {
   const place = survey ? [surveyed(survey)] : [`north_m = ${float(position?.northM)}`, `east_m = ${float(position?.eastM)}`];
   return [
     "[[objective]]",
@@ -57,6 +57,7 @@ function objective({ name, position, flying, survey, worth, after, reachWithinS,
     reachByUtcMs == null ? null : `reach_by_utc = ${quoted(utc(reachByUtcMs))}`,
     dwellS ? `dwell_s = ${float(dwellS)}` : null,
     drop ? "drop = true" : null,
+    actions.length ? `actions = [${actions.map(quoted).join(", ")}]` : null,
     "",
   ].filter((it) => it != null);
 }
