@@ -247,8 +247,12 @@ mod tests {
     }
 
     fn any_area() -> impl Strategy<Value = Area> {
-        ((-400.0..400.0, -400.0..400.0), 20.0..150.0, 3..9usize)
-            .prop_map(|(centre, radius_m, corners)| area(centre, radius_m, corners))
+        let radius_m = prop_oneof![4 => 20.0..150.0, 1 => 300.0..800.0];
+        let hole = proptest::option::weighted(0.4, 0.3..0.95);
+        ((-400.0..400.0, -400.0..400.0), radius_m, 3..9usize, hole).prop_map(|(centre, radius_m, corners, hole)| {
+            let ring = |part: f64| area(centre, part * radius_m, corners).corners;
+            Area { holes: hole.into_iter().map(ring).collect(), ..area(centre, radius_m, corners) }
+        })
     }
 
     proptest! {

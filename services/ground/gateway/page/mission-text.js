@@ -65,17 +65,19 @@ function objective({ name, position, flying, survey, worth, after, reachWithinS,
 /** The whole survey: an upload begins it again. */
 function surveyed({ corners, spacingM, headingDeg }) {
   const heading = headingDeg == null ? "" : `, heading_deg = ${float(headingDeg)}`;
-  return `survey = { corners_m = [${corners.map(corner).join(", ")}], spacing_m = ${float(spacingM)}${heading} }`;
+  return `survey = { corners_m = ${ring(corners)}, spacing_m = ${float(spacingM)}${heading} }`;
 }
 
+const ring = (corners) => `[${corners.map(corner).join(", ")}]`;
 const corner = ({ northM, eastM }) => `[${float(northM)}, ${float(eastM)}]`;
 
-function area({ name, kind, corners, floorM, ceilingM, fromUtcMs, untilUtcMs, hoursUtc = [] }) {
+function area({ name, kind, corners, holes = [], floorM, ceilingM, fromUtcMs, untilUtcMs, hoursUtc = [] }) {
   return [
     "[[area]]",
     `name = ${quoted(name)}`,
     `kind = ${quoted(KINDS[kind])}`,
-    `corners_m = [${corners.map(corner).join(", ")}]`,
+    `corners_m = ${ring(corners)}`,
+    holes.length ? `holes_m = [${holes.map((it) => ring(it.corners)).join(", ")}]` : null,
     floorM == null ? null : `floor_m = ${float(floorM)}`,
     ceilingM == null ? null : `ceiling_m = ${float(ceilingM)}`,
     fromUtcMs == null ? null : `from_utc = ${quoted(utc(fromUtcMs))}`,
