@@ -5,12 +5,14 @@ use std::collections::BTreeSet;
 use domain::file::{Mistake, Mistakes};
 use domain::geodesy::{LatLon, LocalFrame, Origin};
 use domain::geometry::Ned;
+use domain::ground::GroundModel;
 use domain::hours::WeeklyHours;
 use domain::mission::bounds::LONGEST_NAME;
 use geo::{Contains as _, Polygon};
 
 use crate::Import;
-use crate::content::{Height, Rule, Site, Survey, Waypoint, Zone};
+use crate::clearance;
+use crate::content::{Height, Reference, Rule, Site, Survey, Waypoint, Zone};
 use crate::export::utc;
 use crate::findings::{Findings, Note, Wrong};
 use crate::heights::{self, Band, Terrain};
@@ -18,14 +20,16 @@ use crate::local::{self, Side};
 use crate::mission_file::{AreaEntry, MissionFile, ObjectiveEntry, SiteEntry, SurveyEntry, corner, one_line};
 
 /// What the files do not say.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
+#[derive(Debug, Clone)]
+pub struct Settings<'a> {
     /// The mission's name.
     pub name: String,
     /// The take-off point, before the one that the mission's own file names.
     pub origin: Option<Origin>,
     /// The ground lies at most this much above or below the take-off point, in metres.
     pub relief_m: Option<f64>,
+    /// The ground, where it is known.
+    pub ground: Option<&'a dyn GroundModel>,
 }
 
 /// A mission file and what was read differently from how it was published, or not at all.
@@ -47,7 +51,7 @@ pub struct Assembled {
 ///
 /// # Errors
 /// Every zone and place that cannot be converted, and a take-off point that is not known.
-pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Result<Assembled, Mistakes> {
+pub fn assemble(mission: &Import, others: &[Import], settings: &Settings<'_>) -> Result<Assembled, Mistakes> {
     let origin = settings.origin.or(mission.content.origin).ok_or_else(|| {
         Mistakes(vec![Mistake {
             path: mission.path.clone(),
@@ -56,14 +60,16 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
             help: "give it with --origin LATITUDE,LONGITUDE[,ALTITUDE]".into(),
         }])
     })?;
+    let terrain = Terrain::at(origin, settings.relief_m, settings.ground);
     let mut assembly = Assembly {
         frame: LocalFrame::at(origin.place),
-        terrain: Terrain::at(Some(origin), settings.relief_m),
+        terrain,
         names: Names::default(),
         areas: Vec::new(),
         fences: Vec::new(),
     };
     let (mut notes, mut mistakes) = (Vec::new(), Vec::new());
+    mistakes.extend(terrain.contradiction(origin, &mission.path));
     let (mut objectives, mut sites) = (Vec::new(), Vec::new());
     for (index, import) in std::iter::once(mission).chain(others).enumerate() {
         let mut findings = Findings::about(&import.path);
@@ -72,10 +78,14 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
             findings.unless_wrong(outcome);
         }
         if index == 0 {
-            let converted = import.content.waypoints.iter().map(|it| assembly.objective(it, origin));
-            objectives = converted.filter_map(|it| findings.unless_wrong(it)).collect();
-            let converted = import.content.sites.iter().map(|it| assembly.site(it));
-            sites = converted.filter_map(|it| findings.unless_wrong(it)).collect();
+            let converted = import.content.waypoints.iter().map(|it| assembly.objective(it, origin, &mut findings));
+            let converted: Vec<_> = converted.collect();
+            objectives = converted.into_iter().filter_map(|it| findings.unless_wrong(it)).collect();
+            for wrong in clearance::of_legs(&import.content.waypoints, &assembly.frame, terrain) {
+                findings.wrong(wrong);
+            }
+            let converted: Vec<_> = import.content.sites.iter().map(|it| assembly.site(it, &mut findings)).collect();
+            sites = converted.into_iter().filter_map(|it| findings.unless_wrong(it)).collect();
         } else {
             for waypoint in &import.content.waypoints {
                 findings.note(&waypoint.source, "a place to fly to in a file of areas: left out");
@@ -93,7 +103,7 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
     let file = MissionFile {
         name: one_line(&settings.name, LONGEST_NAME),
         remarks: remarks(mission, others),
-        origin,
+        origin: Origin { altitude_m: terrain.altitude_m, ..origin },
         order: mission.content.order,
         objectives,
         areas: assembly.areas,
@@ -114,16 +124,16 @@ fn remarks(mission: &Import, others: &[Import]) -> Vec<String> {
     ]
 }
 
-struct Assembly {
+struct Assembly<'a> {
     frame: LocalFrame,
-    terrain: Terrain,
+    terrain: Terrain<'a>,
     names: Names,
     areas: Vec<AreaEntry>,
     /// What is not left, to be checked against the places.
     fences: Vec<Polygon<f64>>,
 }
 
-impl Assembly {
+impl Assembly<'_> {
     fn zone(&mut self, zone: &Zone, findings: &mut Findings) -> Result<(), Wrong> {
         let side = if zone.rule == Rule::StayInside { Side::Inscribe } else { Side::Contain };
         let outline = local::polygon(&zone.outline, &self.frame, side);
@@ -154,8 +164,10 @@ impl Assembly {
             return Ok(());
         }
         local::checked(&outline, &zone.source)?;
-        let Some(band) = heights::band(zone, self.terrain, findings)? else { return Ok(()) };
         let parts = Assembly::cut(outline, zone, findings);
+        let corners = parts.iter().flat_map(|it| local::corners(it.exterior()));
+        let terrain = self.terrain.over(zone, corners.map(|it| self.frame.lat_lon(it)));
+        let Some(band) = heights::band(zone, terrain, findings)? else { return Ok(()) };
         let kind = if zone.rule == Rule::Permission { "permission" } else { "keep-out" };
         for part in &parts {
             self.add(zone, kind, part, band)?;
@@ -203,7 +215,17 @@ impl Assembly {
         Ok(())
     }
 
-    fn objective(&mut self, waypoint: &Waypoint, origin: Origin) -> Result<ObjectiveEntry, Wrong> {
+    fn objective(
+        &mut self,
+        waypoint: &Waypoint,
+        origin: Origin,
+        findings: &mut Findings,
+    ) -> Result<ObjectiveEntry, Wrong> {
+        let Height { metres, above } = waypoint.height;
+        if waypoint.flying && above == Reference::Ground && metres <= 0.0 {
+            let message = format!("it is flown to at {metres} m above the ground");
+            return Err(Wrong::at(&waypoint.source, message, "give it a height above 0"));
+        }
         let at = waypoint.at.unwrap_or(origin.place);
         let survey = waypoint.survey.as_ref().map(|it| self.survey(it, waypoint)).transpose()?;
         if survey.is_none() {
@@ -214,7 +236,7 @@ impl Assembly {
             name: self.names.unique(&waypoint.name, "objective"),
             latitude_deg,
             longitude_deg,
-            height_m: self.height_m(waypoint.height, &waypoint.source)?,
+            height_m: self.height_m(waypoint.height, waypoint.at, &waypoint.source, findings)?,
             flying: waypoint.flying,
             terms: (&waypoint.terms).into(),
             survey,
@@ -223,6 +245,14 @@ impl Assembly {
 
     /// A survey whose lines can be flown, with all corners inside of all fences.
     fn survey(&self, survey: &Survey, waypoint: &Waypoint) -> Result<SurveyEntry, Wrong> {
+        if waypoint.height.above == Reference::Ground {
+            let message = "a survey above the ground has no counterpart: all its lines are flown at one height";
+            return Err(Wrong::at(
+                &waypoint.source,
+                message,
+                "give its height above the take-off point, or leave it out",
+            ));
+        }
         for at in &survey.corners {
             self.within_fences(*at, &waypoint.name, &waypoint.source)?;
         }
@@ -241,7 +271,7 @@ impl Assembly {
         })
     }
 
-    fn site(&mut self, site: &Site) -> Result<SiteEntry, Wrong> {
+    fn site(&mut self, site: &Site, findings: &mut Findings) -> Result<SiteEntry, Wrong> {
         self.within_fences(site.at, &site.name, &site.source)?;
         let [latitude_deg, longitude_deg] = corner(site.at);
         Ok(SiteEntry {
@@ -249,7 +279,7 @@ impl Assembly {
             kind: site.kind.word(),
             latitude_deg,
             longitude_deg,
-            height_m: self.height_m(site.height, &site.source)?,
+            height_m: self.height_m(site.height, Some(site.at), &site.source, findings)?,
         })
     }
 
@@ -262,10 +292,26 @@ impl Assembly {
         Err(Wrong::at(source, message, "move one of them"))
     }
 
-    fn height_m(&self, height: Height, source: &str) -> Result<f64, Wrong> {
-        match self.terrain.bounds_m(height) {
-            Some([low, high]) if low == high => Ok((low * 100.0).round() / 100.0 + 0.0),
-            _ => {
+    /// How high a place is above the take-off point, which it is itself without `at`.
+    fn height_m(
+        &self,
+        height: Height,
+        at: Option<LatLon>,
+        source: &str,
+        findings: &mut Findings,
+    ) -> Result<f64, Wrong> {
+        match self.terrain.height_m(height, at) {
+            Some(height_m) => Ok((height_m * 100.0).round() / 100.0 + 0.0),
+            None if height == Height::ON_GROUND => {
+                let text = "the ground there is not known: it counts as high as the take-off point; see --ground";
+                findings.note(source, text);
+                Ok(0.0)
+            }
+            None if height.above == Reference::Ground => {
+                let message = "its height is above the ground, which is not known there";
+                Err(Wrong::at(source, message, "give a model of the ground with --ground, or another frame"))
+            }
+            None => {
                 let help = "give the take-off point's altitude as the third number of --origin";
                 Err(Wrong::at(source, "its height cannot be counted from the take-off point", help))
             }

@@ -122,6 +122,11 @@ pub struct Height {
     pub above: Reference,
 }
 
+impl Height {
+    /// Of a place to stand at. Where the ground is not known, it counts as that of the take-off point.
+    pub const ON_GROUND: Height = Height { metres: 0.0, above: Reference::Ground };
+}
+
 /// What a height is counted from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reference {

@@ -16,6 +16,7 @@ use crate::json::Node;
 
 mod applicability;
 pub mod assemble;
+mod clearance;
 pub mod content;
 mod ed269;
 mod ed318;

@@ -170,14 +170,17 @@ fn item(node: &Node<'_>, content: &mut Content, findings: &mut Findings) -> Resu
     let above = match frame.number()? as i64 {
         0 | 5 => Reference::SeaLevel,
         RELATIVE | 6 => Reference::TakeOff,
+        10 | 11 => Reference::Ground,
         other => {
-            let message = format!("frame {other}, expected 0 (above sea level) or 3 (above the take-off point)");
+            let message = format!(
+                "frame {other}, expected 0 (above sea level), 3 (above the take-off point) or 10 (above the ground)"
+            );
             return Err(Wrong::at(&frame.place, message, "give the item one of these frames in QGroundControl"));
         }
     };
     let count = content.waypoints.len() + 1;
     let name = if flying { format!("waypoint {count}") } else { format!("land {count}") };
-    let height = Height { metres: number(6)?, above };
+    let height = if flying { Height { metres: number(6)?, above } } else { Height::ON_GROUND };
     let terms = Terms { dwell, drop: command == PAYLOAD_PLACE, ..Terms::default() };
     content.waypoints.push(Waypoint { name, at, height, flying, terms, survey: None, source: node.place.clone() });
     Ok(())
@@ -265,9 +268,9 @@ fn rally_points(document: &Node<'_>, content: &mut Content, findings: &mut Findi
         // `[latitude, longitude, height to fly at]`.
         let at = shape::lat_lon(point, Order::LatitudeFirst);
         let Some(at) = findings.unless_wrong(at) else { continue };
-        let text = "a rally point is read as a site on the ground, as high as the take-off point; how high to fly there is not read";
+        let text = "a rally point is read as a site on the ground; how high to fly there is not read";
         findings.note(&point.place, text);
-        let height = Height { metres: 0.0, above: Reference::TakeOff };
+        let height = Height::ON_GROUND;
         let (name, kind, source) = (format!("rally {}", index + 1), SiteKind::Landing, point.place.clone());
         content.sites.push(Site { name, at, height, kind, source });
     }

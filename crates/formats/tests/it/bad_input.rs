@@ -146,8 +146,8 @@ fn a_wrong_file_of_another_format_is_reported_with_its_place() {
         "q.plan",
         PLAN,
         "\"frame\": 0",
-        "\"frame\": 10",
-        "/mission/items/3/TransectStyleComplexItem/Items/0/frame: frame 10, expected 0",
+        "\"frame\": 12",
+        "/mission/items/3/TransectStyleComplexItem/Items/0/frame: frame 12, expected 0",
     );
     check("q.plan", PLAN, "\"radius\": 200", "\"radius\": null", "/geoFence/circles/0/circle: `radius` is missing");
     check("q.plan", PLAN, "54.002, 6.6, 40", "94.002, 6.6, 40", "/mission/items/1/params: latitude 94.002");

@@ -1,6 +1,7 @@
 //! Files of other programs become missions, with a word about everything that has no counterpart.
 
 mod bad_input;
+mod ground;
 mod round_trips;
 mod samples;
 mod schedules;
@@ -18,8 +19,8 @@ fn origin() -> Origin {
     Origin { place: LatLon::new(54.0, 6.6).unwrap(), altitude_m: Some(20.0) }
 }
 
-fn settings() -> Settings {
-    Settings { name: "sample".into(), origin: Some(origin()), relief_m: None }
+fn settings() -> Settings<'static> {
+    Settings { name: "sample".into(), origin: Some(origin()), relief_m: None, ground: None }
 }
 
 fn source(name: &str, text: &str) -> Source {
@@ -27,7 +28,7 @@ fn source(name: &str, text: &str) -> Source {
 }
 
 /// The text as a file of its own.
-fn import(name: &str, text: &str, settings: &Settings) -> Result<Assembled, Mistakes> {
+fn import(name: &str, text: &str, settings: &Settings<'_>) -> Result<Assembled, Mistakes> {
     assemble(&formats::read(&source(name, text))?, &[], settings)
 }
 
