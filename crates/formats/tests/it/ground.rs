@@ -89,6 +89,8 @@ fn heights_above_the_ground_become_heights_above_the_takeoff_point() {
 #[test]
 fn a_landing_and_a_site_are_as_high_as_the_ground_there() {
     assert_eq!(heights(&SLOPE, &[(16, 3, 54.001, 60.0), (21, 3, 54.002, 0.0)]).0, [60.0, 20.0]);
+    // Lower than the take-off point.
+    assert_eq!(heights(&SLOPE, &[(16, 3, 54.001, 60.0), (21, 3, 53.9996, 0.0)]).0, [60.0, -4.0]);
     // Home is where it is, whatever a model says.
     assert_eq!(heights(&SLOPE, &[(16, 3, 54.001, 60.0), (20, 2, 0.0, 0.0)]).0, [60.0, 0.0]);
     let assembled = import("quay.plan", PLAN, &over(&SLOPE)).unwrap_or_else(|it| panic!("{it}"));
