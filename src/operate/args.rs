@@ -225,6 +225,10 @@ pub struct ImportArgs {
     /// times. One that several files have is written FILE:ITEM
     #[arg(long, value_name = "ITEM", value_parser = clap::builder::NonEmptyStringValueParser::new())]
     pub leave_out: Vec<String>,
+    /// A folder with the heights of the ground: SRTM tiles (.hgt) or GeoTIFF (.tif). With it, heights above the ground are converted, and
+    /// places to land at are as high as the ground there; see `docs/formats.md`
+    #[arg(long, value_name = "FOLDER")]
+    pub ground: Option<PathBuf>,
     /// Where to write the mission file
     #[arg(long, value_name = "MISSION")]
     pub out: PathBuf,
@@ -409,7 +413,7 @@ mod tests {
         check("mission approve", None);
         check("mission reject 7", None);
         check(
-            "mission import a.plan --origin -33.9,18.4,12 --areas z.json --areas y.kml --relief 5 --out m.toml",
+            "mission import a.plan --origin -33.9,18.4,12 --areas z.json --areas y.kml --relief 5 --ground tiles --out m.toml",
             None,
         );
         check("mission export m.toml --format geojson", None);

@@ -5,10 +5,12 @@ use std::io::Write as _;
 use std::path::Path;
 
 use domain::file::{Mistakes, Source};
+use domain::ground::GroundModel;
 use domain::mission::Mission;
 use formats::assemble::{self, Assembled, assemble};
 use formats::export::Target;
 use formats::{Import, LeaveOut, Note, Weight};
+use ground::Ground;
 use serde_json::{Value, json};
 
 use crate::operate::Done;
@@ -31,14 +33,19 @@ pub(super) fn import(args: &ImportArgs) -> Result<Done, Failure> {
     Mistakes(mistakes).or(()).map_err(bad_input)?;
     let (mission, areas) = imports.split_first().expect("one file at least was read");
     let stem = args.out.file_stem().map_or_else(|| "mission".into(), |it| it.to_string_lossy().into_owned());
+    let ground = args.ground.as_deref().map(Ground::open).transpose().map_err(bad_input)?;
     let settings = assemble::Settings {
         name: stem,
         origin: args.origin,
         relief_m: args.relief,
+        ground: ground.as_ref().map(|it| it as &dyn GroundModel),
         strict: args.strict,
         allow_empty: args.allow_empty,
     };
-    let assembled = assemble(mission, areas, &settings).map_err(bad_input)?;
+    let assembled = assemble(mission, areas, &settings);
+    // A broken tile before what is not known for it.
+    ground.map_or(Ok(()), |it| it.check_tiles_read()).map_err(bad_input)?;
+    let assembled = assembled.map_err(bad_input)?;
     Mission::read(&Source { path: args.out.clone(), text: assembled.text.clone() }).map_err(|mistakes| {
         Failure::bad_input(format!("nothing was written, since the mission could not be flown:\n{mistakes}"))
     })?;
@@ -152,8 +159,17 @@ mod tests {
     }
 
     fn import_of(file: PathBuf, areas: Vec<PathBuf>, out: PathBuf) -> ImportArgs {
-        let leave_out = Vec::new();
-        ImportArgs { file, origin: None, areas, relief: None, strict: false, allow_empty: false, leave_out, out }
+        ImportArgs {
+            file,
+            origin: None,
+            areas,
+            relief: None,
+            ground: None,
+            strict: false,
+            allow_empty: false,
+            leave_out: Vec::new(),
+            out,
+        }
     }
 
     #[test]
@@ -229,6 +245,28 @@ mod tests {
         ] {
             assert!(failure.why.contains(expected), "{}", failure.why);
         }
+    }
+
+    #[test]
+    fn heights_above_the_ground_are_imported_with_a_folder_of_tiles() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, tile) = (folder.path().join("g.plan"), folder.path().join("N54E006.hgt"));
+        let plan = r#"{"fileType": "Plan", "mission": {"plannedHomePosition": [54.5, 6.6, null], "items": [
+            {"type": "SimpleItem", "command": 16, "frame": 10, "params": [0, 0, 0, 0, 54.501, 6.6, 40]}]}}"#;
+        std::fs::write(&file, plan).unwrap();
+        let args = |out: &str| {
+            let ground = Some(folder.path().to_owned());
+            ImportArgs { ground, ..import_of(file.clone(), Vec::new(), folder.path().join(out)) }
+        };
+        // Level ground; a broken tile is named before what is not known for it.
+        std::fs::write(&tile, 17_i16.to_be_bytes().repeat(1_201 * 1_201)).unwrap();
+        import(&args("m.toml")).unwrap();
+        let mission = Mission::read(&Source::read(&folder.path().join("m.toml")).unwrap()).unwrap();
+        assert_eq!((mission.objectives[0].position.height_m(), mission.origin.unwrap().altitude_m), (40.0, Some(17.0)));
+        std::fs::write(&tile, "cut off").unwrap();
+        let failure = import(&args("n.toml")).err().unwrap();
+        assert!(failure.why.contains("N54E006.hgt: has 7 bytes, expected "), "{}", failure.why);
+        assert!(!folder.path().join("n.toml").exists());
     }
 
     #[test]

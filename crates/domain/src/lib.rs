@@ -18,6 +18,7 @@ pub mod flight_state;
 pub mod fmu;
 pub mod geodesy;
 pub mod geometry;
+pub mod ground;
 pub mod hours;
 pub mod measured;
 pub mod memory;

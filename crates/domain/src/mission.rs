@@ -26,7 +26,7 @@ use area_hours::HoursEntry;
 use bounds::{LONGEST_NAME, control_character};
 use place::OriginEntry;
 use site_entry::SiteEntry;
-use sites::Place;
+use sites::{LOWEST_GROUND_M, Place};
 use terms::{Order, Terms};
 use volume::VolumeEntry;
 
@@ -164,7 +164,7 @@ pub enum InvalidObjective {
         /// The greatest height of such an objective.
         most_m: f64,
     },
-    /// It lies below the take-off point, or is to be reached in flight at no height.
+    /// It lies too far below the take-off point, or is to be reached in flight at no height.
     #[error("objective `{name}` is inside the ground: its height is {height_m} m")]
     InTheGround {
         /// Its name.
@@ -190,7 +190,7 @@ impl Objective {
         if !sound {
             return Err(InvalidObjective::TooFar(name));
         }
-        if height_m < 0.0 || (flying && height_m <= 0.0) {
+        if height_m < LOWEST_GROUND_M || (flying && height_m <= 0.0) {
             return Err(InvalidObjective::InTheGround { name, height_m });
         }
         if let Some(most_m) = sites::too_high(height_m, flying) {
@@ -474,10 +474,14 @@ impl Checker<'_> {
                 message,
                 "lower it: every place of a mission can be left and reached by a response",
             );
-        } else if !it.flying && height_m < 0.0 {
+        } else if !it.flying && height_m < LOWEST_GROUND_M {
             let message =
                 format!("objective `{}` is inside the ground: it stands at height {height_m} m", it.name.as_ref());
-            self.say(Some(it.height_m.span()), message, "an objective on the ground has height 0 or more");
+            self.say(
+                Some(it.height_m.span()),
+                message,
+                "an objective on the ground lies at most 5 m below the take-off point",
+            );
         }
         let survey = self.survey(it);
         let end = match &survey {

@@ -5,12 +5,16 @@ use std::collections::BTreeMap;
 use domain::file::{Mistake, Mistakes};
 use domain::geodesy::{LatLon, LocalFrame, Origin};
 use domain::geometry::Ned;
+use domain::ground::GroundModel;
 use domain::hours::WeeklyHours;
 use domain::mission::bounds::LONGEST_NAME;
 use geo::{Contains as _, Polygon};
 
 use crate::Import;
-use crate::content::{Doubt, Height, Lost, Outline, Period, Place, Rule, Site, Survey, Unused, Waypoint, Zone};
+use crate::clearance;
+use crate::content::{
+    Doubt, Height, Lost, Outline, Period, Place, Reference, Rule, Site, Survey, Unused, Waypoint, Zone,
+};
 use crate::export::utc;
 use crate::findings::{Findings, Note, Wrong};
 use crate::heights::{self, Band, Terrain};
@@ -22,14 +26,16 @@ const FAR: &str = "it lies more than 100 km from the take-off point: left out";
 const STRICT: &str = "correct it, or import without --strict: the zone then bars more";
 
 /// What the files do not say.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
+#[derive(Debug, Clone)]
+pub struct Settings<'a> {
     /// The mission's name.
     pub name: String,
     /// The take-off point, before the one that the mission's own file names.
     pub origin: Option<Origin>,
     /// The ground lies at most this much above or below the take-off point, in metres.
     pub relief_m: Option<f64>,
+    /// The ground, where it is known.
+    pub ground: Option<&'a dyn GroundModel>,
     /// A zone that is not understood is a mistake. Otherwise it bars more, and that is said.
     pub strict: bool,
     /// A file of areas may have none.
@@ -55,7 +61,7 @@ pub struct Assembled {
 ///
 /// # Errors
 /// Every zone and place that cannot be converted, and a take-off point that is not known.
-pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Result<Assembled, Mistakes> {
+pub fn assemble(mission: &Import, others: &[Import], settings: &Settings<'_>) -> Result<Assembled, Mistakes> {
     let origin = settings.origin.or(mission.content.origin).ok_or_else(|| {
         Mistakes(vec![Mistake {
             path: mission.path.clone(),
@@ -64,17 +70,19 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
             help: "give it with --origin LATITUDE,LONGITUDE[,ALTITUDE]".into(),
         }])
     })?;
+    let terrain = Terrain::at(origin, settings.relief_m, settings.ground);
     let mut assembly = Assembly {
         origin: origin.place,
         frame: LocalFrame::at(origin.place),
         here: origin.place,
-        terrain: Terrain::at(Some(origin), settings.relief_m),
+        terrain,
         names: Names::default(),
         areas: Vec::new(),
         fences: Vec::new(),
         strict: settings.strict,
     };
     let (mut notes, mut mistakes) = (Vec::new(), Vec::new());
+    mistakes.extend(terrain.contradiction(origin, &mission.path));
     let (mut objectives, mut sites) = (Vec::new(), Vec::new());
     let mut leave_outs = Vec::new();
     for (index, import) in std::iter::once(mission).chain(others).enumerate() {
@@ -106,15 +114,22 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
             }
         }
         if index == 0 {
+            let mut flown = Vec::new();
             for waypoint in &import.content.waypoints {
                 if !findings.leaves_out(&waypoint.source, &waypoint.name) {
-                    let converted = assembly.objective(waypoint, origin);
-                    objectives.extend(findings.unless_wrong(converted));
+                    let converted = assembly.objective(waypoint, origin, &mut findings);
+                    if let Some((entry, place)) = findings.unless_wrong(converted) {
+                        objectives.push(entry);
+                        flown.push(Waypoint { at: place, ..waypoint.clone() });
+                    }
                 }
+            }
+            for wrong in clearance::of_legs(&flown, &assembly.frame, terrain) {
+                findings.wrong(wrong);
             }
             for site in &import.content.sites {
                 if !findings.leaves_out(&site.source, &site.name) {
-                    let converted = assembly.site(site);
+                    let converted = assembly.site(site, &mut findings);
                     sites.extend(findings.unless_wrong(converted));
                 }
             }
@@ -137,7 +152,7 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings) -> Res
     let file = MissionFile {
         name: one_line(&settings.name, LONGEST_NAME),
         remarks: remarks(mission, others),
-        origin,
+        origin: Origin { altitude_m: terrain.altitude_m, ..origin },
         order: mission.content.order,
         objectives,
         areas: assembly.areas,
@@ -158,12 +173,12 @@ fn remarks(mission: &Import, others: &[Import]) -> Vec<String> {
     ]
 }
 
-struct Assembly {
+struct Assembly<'a> {
     origin: LatLon,
     frame: LocalFrame,
     /// Where the vehicle is after the places so far.
     here: LatLon,
-    terrain: Terrain,
+    terrain: Terrain<'a>,
     names: Names,
     areas: Vec<AreaEntry>,
     /// What is not left, to be checked against the places.
@@ -172,7 +187,7 @@ struct Assembly {
     strict: bool,
 }
 
-impl Assembly {
+impl Assembly<'_> {
     fn zone(&mut self, zone: &Zone, findings: &mut Findings) -> Result<(), Wrong> {
         let side = if zone.rule == Rule::StayInside { Side::Inscribe } else { Side::Contain };
         if zone.rule != Rule::StayInside && self.is_far(&zone.outline) {
@@ -221,11 +236,14 @@ impl Assembly {
             self.doubt(wrong, "it has no limits of height", findings)?;
             (zone.lower, zone.upper) = (None, None);
         }
-        let Some(band) = heights::band(&zone, self.terrain, findings) else { return Ok(()) };
         let zone = &zone;
+        let parts = local::cut(outline);
+        let corners = parts.iter().flat_map(|it| local::corners(it.exterior()));
+        let terrain = self.terrain.over(zone, corners.map(|it| self.frame.lat_lon(it)));
+        let Some(band) = heights::band(zone, terrain, findings) else { return Ok(()) };
         let kind = if zone.rule == Rule::Permission { "permission" } else { "keep-out" };
-        for part in local::cut(outline) {
-            self.add(zone, kind, &part, band)?;
+        for part in &parts {
+            self.add(zone, kind, part, band)?;
         }
         Ok(())
     }
@@ -291,7 +309,18 @@ impl Assembly {
         Ok(())
     }
 
-    fn objective(&mut self, waypoint: &Waypoint, origin: Origin) -> Result<ObjectiveEntry, Wrong> {
+    /// The entry, and its place as it is: no longer where the one before has ended.
+    fn objective(
+        &mut self,
+        waypoint: &Waypoint,
+        origin: Origin,
+        findings: &mut Findings,
+    ) -> Result<(ObjectiveEntry, Place), Wrong> {
+        let Height { metres, above } = waypoint.height;
+        if waypoint.flying && above == Reference::Ground && metres <= 0.0 {
+            let message = format!("it is flown to at {metres} m above the ground");
+            return Err(Wrong::at(&waypoint.source, message, "give it a height above 0"));
+        }
         let at = match waypoint.at {
             Place::At(at) => at,
             Place::TakeOff => origin.place,
@@ -308,20 +337,30 @@ impl Assembly {
             }
         };
         self.here = end;
+        let place = if at == origin.place { Place::TakeOff } else { Place::At(at) };
         let [latitude_deg, longitude_deg] = corner(at).map(|it| Some(it).filter(|_| survey.is_none()));
-        Ok(ObjectiveEntry {
+        let entry = ObjectiveEntry {
             name: self.names.unique(&waypoint.name, "objective"),
             latitude_deg,
             longitude_deg,
-            height_m: self.height_m(waypoint.height, &waypoint.source)?,
+            height_m: self.height_m(waypoint.height, place.known(), &waypoint.source, findings)?,
             flying: waypoint.flying,
             terms: (&waypoint.terms).into(),
             survey,
-        })
+        };
+        Ok((entry, place))
     }
 
     /// A survey whose lines can be flown, with all corners inside of all fences; and where its last line ends.
     fn survey(&self, survey: &Survey, waypoint: &Waypoint) -> Result<(SurveyEntry, LatLon), Wrong> {
+        if waypoint.height.above == Reference::Ground {
+            let message = "a survey above the ground has no counterpart: all its lines are flown at one height";
+            return Err(Wrong::at(
+                &waypoint.source,
+                message,
+                "give its height above the take-off point, or leave it out",
+            ));
+        }
         for at in &survey.corners {
             self.within_fences(*at, &waypoint.name, &waypoint.source)?;
         }
@@ -342,7 +381,7 @@ impl Assembly {
         Ok((entry, end))
     }
 
-    fn site(&mut self, site: &Site) -> Result<SiteEntry, Wrong> {
+    fn site(&mut self, site: &Site, findings: &mut Findings) -> Result<SiteEntry, Wrong> {
         self.within_fences(site.at, &site.name, &site.source)?;
         let [latitude_deg, longitude_deg] = corner(site.at);
         Ok(SiteEntry {
@@ -350,7 +389,7 @@ impl Assembly {
             kind: site.kind.word(),
             latitude_deg,
             longitude_deg,
-            height_m: self.height_m(site.height, &site.source)?,
+            height_m: self.height_m(site.height, Some(site.at), &site.source, findings)?,
         })
     }
 
@@ -363,10 +402,26 @@ impl Assembly {
         Err(Wrong::at(source, message, "move one of them"))
     }
 
-    fn height_m(&self, height: Height, source: &str) -> Result<f64, Wrong> {
-        match self.terrain.bounds_m(height) {
-            Some([low, high]) if low == high => Ok((low * 100.0).round() / 100.0 + 0.0),
-            _ => {
+    /// How high a place is above the take-off point, which it is itself without `at`.
+    fn height_m(
+        &self,
+        height: Height,
+        at: Option<LatLon>,
+        source: &str,
+        findings: &mut Findings,
+    ) -> Result<f64, Wrong> {
+        match self.terrain.height_m(height, at) {
+            Some(height_m) => Ok((height_m * 100.0).round() / 100.0 + 0.0),
+            None if height == Height::ON_GROUND => {
+                let text = "the ground there is not known: it counts as high as the take-off point; see --ground";
+                findings.note(source, text);
+                Ok(0.0)
+            }
+            None if height.above == Reference::Ground => {
+                let message = "its height is above the ground, which is not known there";
+                Err(Wrong::at(source, message, "give a model of the ground with --ground, or another frame"))
+            }
+            None => {
                 let help = "give the take-off point's altitude as the third number of --origin";
                 Err(Wrong::at(source, "its height cannot be counted from the take-off point", help))
             }

@@ -85,6 +85,16 @@ pub enum Place {
     Here,
 }
 
+impl Place {
+    /// The place, if it stands in the file and is not the take-off point.
+    pub(crate) fn known(self) -> Option<LatLon> {
+        match self {
+            Place::At(at) => Some(at),
+            Place::TakeOff | Place::Here => None,
+        }
+    }
+}
+
 /// A place to come down at.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Site {
@@ -206,6 +216,11 @@ pub struct Height {
     pub metres: f64,
     /// Above what.
     pub above: Reference,
+}
+
+impl Height {
+    /// Of a place to stand at. Where the ground is not known, it counts as that of the take-off point.
+    pub const ON_GROUND: Height = Height { metres: 0.0, above: Reference::Ground };
 }
 
 /// What a height is counted from.

@@ -18,6 +18,7 @@ use crate::json::Node;
 
 mod applicability;
 pub mod assemble;
+mod clearance;
 pub mod content;
 mod edition;
 pub mod export;

@@ -40,7 +40,7 @@ fn every_mistake_is_reported_with_its_place() {
     check("flying = false", "flying = 0", "m.toml:8:10: invalid type: integer `0`, expected a boolean");
     check("500.0", "5e9", "m.toml:6:10: `east_m` is 5000000000, expected metres between");
     check("500.0", "nan", "m.toml:6:10: `east_m` is NaN, expected metres between");
-    check("height_m = 0.0", "height_m = -2.0", "m.toml:7:12: objective `deliver` is inside the ground");
+    check("height_m = 0.0", "height_m = -5.1", "m.toml:7:12: objective `deliver` is inside the ground");
     check("flying = false", "flying = true", "m.toml:7:12: objective `deliver` is inside the ground");
     check(
         "height_m = 0.0\nflying = false",

@@ -3,7 +3,7 @@
 use domain::site::SiteKind;
 
 use super::version;
-use crate::content::{Content, Height, Outline, Reference, Rule, Site, Zone};
+use crate::content::{Content, Height, Outline, Rule, Site, Zone};
 use crate::findings::{Findings, Wrong};
 use crate::json::Node;
 use crate::shape::{self, Order};
@@ -76,9 +76,9 @@ pub(super) fn rally_points(document: &Node<'_>, content: &mut Content, findings:
         // `[latitude, longitude, height to fly at]`.
         let at = shape::lat_lon(point, Order::LatitudeFirst);
         let Some(at) = findings.unless_wrong(at) else { continue };
-        let text = "a rally point is read as a site on the ground, as high as the take-off point; how high to fly there is not read";
+        let text = "a rally point is read as a site on the ground; how high to fly there is not read";
         findings.note(&point.place, text);
-        let height = Height { metres: 0.0, above: Reference::TakeOff };
+        let height = Height::ON_GROUND;
         let (name, kind, source) = (format!("rally {}", index + 1), SiteKind::Landing, point.place.clone());
         content.sites.push(Site { name, at, height, kind, source });
     }

@@ -8,7 +8,7 @@ use domain::mission::terms::Terms;
 use super::action;
 use super::commands::{self, Meaning};
 use super::item::Item;
-use crate::content::{Height, Place, Reference, Waypoint};
+use crate::content::{Height, Place, Waypoint};
 use crate::findings::{Findings, Weight, Wrong};
 
 /// A step of a plan, before the jumps are made.
@@ -96,9 +96,11 @@ pub(super) fn of(item: &Item, home: Option<LatLon>, findings: &mut Findings) -> 
             if *meaning == Meaning::Land && item.param(2) != 0.0 {
                 note("a precision landing has no counterpart: it lands at the place");
             }
-            lead(item, waypoint(item, "land", item.at()?, GROUND, false))?
+            lead(item, waypoint(item, "land", item.at()?, Height::ON_GROUND, false))?
         }
-        Meaning::Return => Does::Lead { to: waypoint(item, "return", Place::TakeOff, GROUND, false), is_end: true },
+        Meaning::Return => {
+            Does::Lead { to: waypoint(item, "return", Place::TakeOff, Height::ON_GROUND, false), is_end: true }
+        }
         Meaning::Takeoff => {
             let at = item.at()?;
             findings.say(
@@ -173,8 +175,6 @@ fn unknown(item: &Item, findings: &mut Findings) -> Result<Does, Wrong> {
 fn refused(item: &Item, name: &str, why: &str) -> Wrong {
     Wrong::at(&item.place, format!("{name} ({}): {why}", item.command), "")
 }
-
-const GROUND: Height = Height { metres: 0.0, above: Reference::TakeOff };
 
 fn waypoint(item: &Item, name: &str, at: Place, height: Height, flying: bool) -> Waypoint {
     let source = item.place.clone();

@@ -154,7 +154,7 @@ fn a_wrong_file_of_another_format_is_reported_with_its_place() {
         PLAN,
         "\"frame\": 0",
         "\"frame\": 10",
-        "/mission/items/3/TransectStyleComplexItem/Items/0: its height cannot be counted from the take-off point",
+        "/mission/items/3/TransectStyleComplexItem/Items/0: its height is above the ground, which is not known there",
     );
     check("q.plan", PLAN, "\"radius\": 200", "\"radius\": null", "/geoFence/circles/0/circle: `radius` is missing");
     check("q.plan", PLAN, "54.002, 6.6, 40", "94.002, 6.6, 40", "/mission/items/1: latitude 94.002");

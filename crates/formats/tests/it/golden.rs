@@ -27,7 +27,7 @@ pub(super) const FEEDS: [(&str, &str); 12] = [
 ];
 
 /// As the cases say: over ground at 60 m.
-pub(super) fn over_ground() -> Settings {
+pub(super) fn over_ground() -> Settings<'static> {
     Settings { origin: Some(Origin { altitude_m: Some(60.0), ..origin() }), relief_m: Some(10.0), ..settings() }
 }
 

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod golden;
+mod ground;
 mod odd_values;
 mod one_change;
 mod plans;
@@ -22,8 +23,15 @@ fn origin() -> Origin {
     Origin { place: LatLon::new(54.0, 6.6).unwrap(), altitude_m: Some(20.0) }
 }
 
-fn settings() -> Settings {
-    Settings { name: "sample".into(), origin: Some(origin()), relief_m: None, strict: false, allow_empty: false }
+fn settings() -> Settings<'static> {
+    Settings {
+        name: "sample".into(),
+        origin: Some(origin()),
+        relief_m: None,
+        ground: None,
+        strict: false,
+        allow_empty: false,
+    }
 }
 
 fn source(name: &str, text: &str) -> Source {
@@ -31,7 +39,7 @@ fn source(name: &str, text: &str) -> Source {
 }
 
 /// The text as a file of its own.
-fn import(name: &str, text: &str, settings: &Settings) -> Result<Assembled, Mistakes> {
+fn import(name: &str, text: &str, settings: &Settings<'_>) -> Result<Assembled, Mistakes> {
     assemble(&formats::read(&source(name, text))?, &[], settings)
 }
 

@@ -274,7 +274,7 @@ fn a_height_is_above_what_the_frame_says() {
     // The take-off point is 20 m above sea level.
     check(&[at(0), at(5)], Ok((&["(111, 0, 20)"; 2], "")));
     for ground in [10, 11] {
-        check(&[at(ground)], Err("/mission/items/0: its height cannot be counted from the take-off point"));
+        check(&[at(ground)], Err("/mission/items/0: its height is above the ground, which is not known there"));
         let flat = Settings { origin: None, relief_m: Some(0.0), ..settings() };
         let read = import("f", &plan(&[at(ground)]), &flat).unwrap();
         assert_eq!(in_words(&mission(&read)), ["(111, 0, 40)"]);

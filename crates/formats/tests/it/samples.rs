@@ -68,8 +68,10 @@ fn a_plan_becomes_objectives_and_areas() {
 /mission/items/3: a pattern is read as its items, which QGroundControl has made
 /mission/items/3/TransectStyleComplexItem/Items/1: kept, not flown yet: a command to camera, gimbal, speed or other payload
 /mission/items/5: no takeoff stands between the landing before it and it: an autopilot may stay on the ground there, the planner takes off
-/rallyPoints/points/0: a rally point is read as a site on the ground, as high as the take-off point; how high to fly there is not read
+/rallyPoints/points/0: a rally point is read as a site on the ground; how high to fly there is not read
 /geoFence/polygons/0: a fence to stay inside is read as a keep-out area all round it
+/mission/items/4: the ground there is not known: it counts as high as the take-off point; see --ground
+/rallyPoints/points/0: the ground there is not known: it counts as high as the take-off point; see --ground
 "
     );
 }
@@ -112,7 +114,8 @@ fn a_release_and_a_load_to_be_placed_become_drops() {
     check(
         &[land, release].concat(),
         &[false, false],
-        "/mission/items/2: kept, not flown yet: a command to camera, gimbal, speed or other payload\n",
+        "/mission/items/2: kept, not flown yet: a command to camera, gimbal, speed or other payload\n\
+         /mission/items/1: the ground there is not known: it counts as high as the take-off point; see --ground\n",
     );
 }
 
@@ -190,8 +193,8 @@ fn zones_of_ed_269_become_areas() {
 /UASZoneList/2/geometry/0/horizontalProjection/coordinates/0: the ring does not end where it begins: it is closed
 /UASZoneList/2/geometry/0/horizontalProjection/coordinates/0: the corners run clockwise, against RFC 7946: read all the same
 /UASZoneList/3/restriction: a zone without restriction has no counterpart: left out
-/UASZoneList/1/geometry/0: its lower limit is above the ground, whose height is not known: it begins at the ground; see --relief
-/UASZoneList/1/geometry/0: its upper limit is above the ground, whose height is not known: it has no upper limit; see --relief
+/UASZoneList/1/geometry/0: its lower limit is above the ground, whose height is not known: it begins at the ground; see --ground and --relief
+/UASZoneList/1/geometry/0: its upper limit is above the ground, whose height is not known: it has no upper limit; see --ground and --relief
 /UASZoneList/4/geometry/0: it lies more than 100 km from the take-off point: left out
 ",
     );
