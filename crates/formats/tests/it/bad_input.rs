@@ -273,10 +273,10 @@ fn hostile_files_are_refused() {
     check(&"[".repeat(100_000), "recursion limit exceeded");
     check(&format!("[{}", "{},".repeat(300_000)), "has more than 200000 objects");
     check(&format!("[{}", "0,".repeat(5_000_000)), "4000000 list items");
-    check("<!DOCTYPE a [<!ENTITY b \"bb\">]><a>&b;</a>", "no valid XML: ");
-    check("", "line 1 column 0");
+    check("<!DOCTYPE a [<!ENTITY b \"bb\">]><a>&b;</a>", "a document type definition");
+    check("", "the file is empty");
     check("null", "none of the formats");
-    check("PK\u{3}\u{4}", "line 1 column 1");
+    check("PK\u{3}\u{4}", "none of the formats");
     // As many mistakes as zones, and one word for all beyond a hundred.
     check(&format!("{{\"UASZoneList\": [{}0]}}", "0,".repeat(100_000)), "/UASZoneList/99: found 0, expected an object");
 }
