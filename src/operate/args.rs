@@ -193,7 +193,7 @@ pub enum MissionCommand {
         /// The plan's revision; without it, that of the plan that waits
         revision: Option<u64>,
     },
-    /// Make a mission file of a plan of QGroundControl, GeoJSON, KML, ED-269 or ED-318, and list what has no counterpart; no
+    /// Make a mission file of a plan of QGroundControl, GeoJSON, KML, AIXM, OpenAir, ED-269 or ED-318, and list what has no counterpart; no
     /// gateway is needed
     Import(ImportArgs),
     /// Print a mission file that has an origin as GeoJSON or as a plan of QGroundControl; no gateway is needed

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io::Write as _;
 use std::path::Path;
 
-use domain::file::{Mistakes, Source};
+use domain::file::{self, Mistakes, Source};
 use domain::ground::GroundModel;
 use domain::mission::Mission;
 use formats::assemble::{self, Assembled, assemble};
@@ -21,7 +21,10 @@ use crate::operate::route::route;
 /// Writes a mission file. What is written passes `kittiwake check`; if it would not, nothing is written.
 pub(super) fn import(args: &ImportArgs) -> Result<Done, Failure> {
     let leave_out = LeaveOut::new(&args.leave_out);
-    let read = |path: &Path| Source::read(path).and_then(|it| formats::read_without(&it, &leave_out));
+    let read = |path: &Path| {
+        let bytes = file::read_bytes(path, formats::LARGEST_BYTES)?;
+        formats::read_bytes(path, bytes, &leave_out)
+    };
     let mut mistakes = Vec::new();
     let mut imports: Vec<Import> = Vec::new();
     for path in std::iter::once(&args.file).chain(&args.areas) {
@@ -296,8 +299,23 @@ mod tests {
         check(plan, None, "at height 300 m, expected at most 120 m");
         // The mistakes of all files are reported at once.
         check("{", Some("<kml"), "areas: no valid XML");
-        check(&" ".repeat(33 << 20), None, "the file has 33 MiB; at most 32 MiB are read");
+        check(&" ".repeat(33 << 20), None, "the file is empty");
         let folder = tempfile::tempdir().unwrap();
+        // A sparse file: its size is refused before anything is read.
+        let large = folder.path().join("large");
+        std::fs::File::create(&large).unwrap().set_len(formats::LARGEST_BYTES + 1).unwrap();
+        // What waits for somebody at its other end, or never ends, is not opened.
+        let pipe = folder.path().join("pipe");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        for (file, expected) in [
+            (large, "large: the file has 1025 MiB; at most 1024 MiB are read"),
+            (pipe, "pipe: cannot be read: it is a pipe, not a regular file"),
+            ("/dev/zero".into(), "/dev/zero: cannot be read: it is a device, not a regular file"),
+            (folder.path().to_owned(), "it is a folder, not a regular file"),
+        ] {
+            let failure = import(&import_of(file, Vec::new(), folder.path().join("m"))).err().unwrap();
+            assert!(failure.why.contains(expected), "{}", failure.why);
+        }
         let missing =
             import(&import_of(folder.path().join("none"), Vec::new(), folder.path().join("m"))).err().unwrap();
         assert!(missing.why.contains("cannot be read: "), "{}", missing.why);

@@ -209,6 +209,13 @@ pub enum Outline {
     },
 }
 
+impl Outline {
+    /// A polygon without holes.
+    pub(crate) fn polygon(border: Vec<LatLon>) -> Outline {
+        Outline::Polygon { border, holes: Vec::new() }
+    }
+}
+
 /// A height as it was published.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Height {

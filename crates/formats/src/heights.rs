@@ -9,10 +9,56 @@ use domain::ground::GroundModel;
 
 use crate::content::{Height, Reference, Zone};
 use crate::findings::{Findings, Wrong};
+use crate::zone_text::FEET;
 
 /// The geoid lies between these heights above the ellipsoid of WGS 84, in metres. (EGM96: from -107 m south of India to
 /// +85.4 m at New Guinea; Lemoine et al., NASA/TP-1998-206861, 1998.)
 const GEOID_M: [f64; 2] = [-107.0, 85.4];
+
+/// A limit of a zone, as it is published.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Limit {
+    /// The ground or the water.
+    Ground,
+    /// The lowest and the highest that it may be.
+    At([Height; 2]),
+    /// There is none.
+    Unlimited,
+}
+
+impl Limit {
+    /// Where a zone begins that has it as its lower limit.
+    pub(crate) fn as_lower(self) -> Result<Option<Height>, String> {
+        match self {
+            Limit::Ground => Ok(None),
+            Limit::At([lowest, _]) => Ok(Some(lowest)),
+            Limit::Unlimited => Err("a lower limit without a height".into()),
+        }
+    }
+
+    /// Where a zone ends that has it as its upper limit.
+    pub(crate) fn as_upper(self) -> Result<Option<Height>, String> {
+        match self {
+            Limit::Ground => Err("an upper limit at the ground".into()),
+            Limit::At([_, highest]) => Ok(Some(highest)),
+            Limit::Unlimited => Ok(None),
+        }
+    }
+}
+
+/// How far the altitude of a flight level may be from what it says, in metres: the pressure at sea level is 940 hPa in a deep low and
+/// 1060 hPa in a high, where 1013.25 hPa is assumed, and a hectopascal is 8.3 m.
+const PRESSURE_M: [f64; 2] = [600.0, 400.0];
+/// And in parts of the altitude: air that is 25 K colder or warmer than assumed.
+const TEMPERATURE: f64 = 0.1;
+
+/// The lowest and the highest altitude of a flight level, in hundreds of feet above the standard pressure.
+pub(crate) fn flight_level(level: f64) -> [Height; 2] {
+    let metres = level * 100.0 * FEET;
+    let [below_m, above_m] = PRESSURE_M;
+    [metres * (1.0 - TEMPERATURE) - below_m, metres * (1.0 + TEMPERATURE) + above_m]
+        .map(|metres| Height { metres, above: Reference::SeaLevel })
+}
 
 /// Beyond this no vehicle flies: the limit of a mission file's heights, in metres.
 pub(crate) const HIGHEST_M: f64 = 10_000.0;

@@ -1,23 +1,29 @@
-//! Missions and areas in the formats of other programs: plans of QGroundControl, `QGC WPL`, GeoJSON, KML, ED-269 and ED-318.
+//! Missions and areas in the formats of other programs: plans of QGroundControl, `QGC WPL`, GeoJSON, KML, AIXM, OpenAir, ED-269 and
+//! ED-318.
 //!
-//! Each format has one file, which reads a text into [`content::Content`]; [`assemble`] makes one mission file of what was read,
+//! The content of a file says which format it has; a file in another format is refused by the name of that format. Each format has one module,
+//! which reads a text into [`content::Content`]; [`assemble`] makes one mission file of what was read,
 //! and [`export`] writes a mission in another format. What was repaired becomes a [`Note`] with its place. What is not understood of
 //! a zone is a [`content::Doubt`], and the zone bars more. What cannot be read safely is a mistake, and then there is no mission.
 //! `docs/formats.md` has the tables.
 //!
-//! Nothing here opens a file: texts come in, texts go out.
+//! Nothing here opens a file: bytes and texts come in, texts go out.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use domain::file::{Mistake, Mistakes, Source};
+use domain::file::{Mistakes, Source};
 use serde_json::Value;
 
 use crate::content::Content;
 use crate::findings::Findings;
 use crate::json::Node;
+use crate::recognise::Kind;
 
 mod applicability;
+mod archive;
+mod arcs;
 pub mod assemble;
+mod bytes;
 mod clearance;
 pub mod content;
 mod edition;
@@ -26,17 +32,19 @@ mod findings;
 mod geojson;
 mod heights;
 mod json;
-mod kml;
 mod leave_out;
 mod limits;
 mod local;
 mod mission_file;
 mod national;
+mod openair;
 mod plan;
+mod recognise;
 mod schedule;
 mod shape;
 mod sun;
 mod terms;
+mod xml;
 mod zone_text;
 mod zones;
 
@@ -67,18 +75,39 @@ pub enum Format {
     Wpl,
     /// GeoJSON, RFC 7946.
     GeoJson,
-    /// KML 2.2.
+    /// KML 2.2, also in an archive (KMZ).
     Kml,
+    /// AIXM 5.1.
+    Aixm,
+    /// OpenAir.
+    OpenAir,
     /// UAS geographical zones by ED-269.
     Ed269,
     /// UAS geographical zones by ED-318.
     Ed318,
 }
 
-/// Reads a file in whatever format it has.
+/// The largest file that is read, in bytes: 1 GiB. The lists of zones of a country have some ten megabytes, those of a continent more.
+pub const LARGEST_BYTES: u64 = 1 << 30;
+
+/// Reads a file in whatever format and encoding it has, without what a person has decided to leave out.
 ///
 /// # Errors
-/// The mistakes, each with its place: a JSON pointer or a line.
+/// The mistakes, each with its place: a JSON pointer or a line. A file in no format that is read is refused by its name.
+pub fn read_bytes(path: &Path, bytes: Vec<u8>, leave_out: &LeaveOut) -> Result<Import, Mistakes> {
+    if bytes::is_archive(&bytes) {
+        let mut findings = Findings::about(path).leaving_out(leave_out.clone());
+        let files = archive::unpack(path, &bytes)?;
+        let content = xml::read_inside(path, &files, &mut findings)?;
+        return import(path, Format::Kml, content, findings);
+    }
+    read_without(&Source { path: path.to_owned(), text: bytes::text(path, bytes)? }, leave_out)
+}
+
+/// As [`read_bytes`], of a text.
+///
+/// # Errors
+/// As [`read_bytes`].
 pub fn read(source: &Source) -> Result<Import, Mistakes> {
     read_without(source, &LeaveOut::default())
 }
@@ -93,24 +122,35 @@ pub fn read_without(source: &Source, leave_out: &LeaveOut) -> Result<Import, Mis
     let unmarked = unmarked.map(|text| Source { path: source.path.clone(), text: text.to_owned() });
     let source = unmarked.as_ref().unwrap_or(source);
     let mut findings = Findings::about(&source.path).leaving_out(leave_out.clone());
-    if source.text.trim_start().starts_with('<') {
-        let content = kml::read(source, &mut findings)?;
-        return import(source, Format::Kml, content, findings);
-    }
-    if source.text.starts_with(plan::wpl::BEGINNING) {
-        let content = plan::wpl::read(&source.text, &mut findings);
-        return import(source, Format::Wpl, content, findings);
+    match recognise::kind(source)? {
+        Kind::Json => {}
+        Kind::Xml => {
+            let (format, content) = xml::read(source, &mut findings)?;
+            return import(&source.path, format, content, findings);
+        }
+        Kind::OpenAir => {
+            let content = openair::read(&source.text, &mut findings);
+            return import(&source.path, Format::OpenAir, content, findings);
+        }
+        Kind::Wpl => {
+            let content = plan::wpl::read(&source.text, &mut findings);
+            return import(&source.path, Format::Wpl, content, findings);
+        }
     }
     let mut content = Content::default();
     let mut format = None;
     let document = json::scan(source, &LISTS, |item| {
         let read = feature(item, &mut content, &mut findings);
         format.get_or_insert(read);
-    })?;
+    });
+    let document = document.map_err(|mistakes| recognise::json_lines(source).unwrap_or(mistakes))?;
+    if recognise::foreign_json(&document).is_some() {
+        return Err(recognise::unknown_json(source, &document));
+    }
     let document = Node::root(&document);
     if plan::is_plan(&document) {
         let content = plan::read(&document, &mut findings);
-        return import(source, Format::Plan, content, findings);
+        return import(&source.path, Format::Plan, content, findings);
     }
     let kind = document.value.get("type").and_then(Value::as_str);
     if kind == Some("Feature") {
@@ -118,9 +158,11 @@ pub fn read_without(source: &Source, leave_out: &LeaveOut) -> Result<Import, Mis
     }
     let has_list = |it: &&str| document.value.get(it).is_some_and(Value::is_array);
     let empty = if kind == Some("FeatureCollection") { Format::GeoJson } else { Format::Ed269 };
-    let format = format.or_else(|| LISTS.iter().any(has_list).then_some(empty)).ok_or_else(|| unknown(source))?;
+    let format = format
+        .or_else(|| LISTS.iter().any(has_list).then_some(empty))
+        .ok_or_else(|| recognise::unknown_json(source, document.value))?;
     content.edition = edition::read(&document, &mut findings);
-    import(source, format, content, findings)
+    import(&source.path, format, content, findings)
 }
 
 /// The lists that may be as long as a country has zones.
@@ -153,10 +195,10 @@ fn feature(item: &Node<'_>, content: &mut Content, findings: &mut Findings) -> F
     Format::GeoJson
 }
 
-fn import(source: &Source, format: Format, content: Content, findings: Findings) -> Result<Import, Mistakes> {
+fn import(path: &Path, format: Format, content: Content, findings: Findings) -> Result<Import, Mistakes> {
     let leave_out = findings.leave_out().clone();
     let (content, notes) = findings.with(content)?;
-    Ok(Import { path: source.path.clone(), format, content, notes, leave_out })
+    Ok(Import { path: path.to_owned(), format, content, notes, leave_out })
 }
 
 impl std::fmt::Display for Format {
@@ -166,17 +208,10 @@ impl std::fmt::Display for Format {
             Format::Wpl => "QGC WPL",
             Format::GeoJson => "GeoJSON",
             Format::Kml => "KML",
+            Format::Aixm => "AIXM",
+            Format::OpenAir => "OpenAir",
             Format::Ed269 => "ED-269",
             Format::Ed318 => "ED-318",
         })
     }
-}
-
-fn unknown(source: &Source) -> Mistakes {
-    Mistakes(vec![Mistake {
-        path: source.path.clone(),
-        place: None,
-        message: "this JSON is in none of the formats that are read".into(),
-        help: "a plan has `fileType`, GeoJSON and ED-318 have `type`, ED-269 has `UASZoneList` or `features`".into(),
-    }])
 }

@@ -2,6 +2,7 @@
 
 use crate::content::{Height, Reference};
 use crate::findings::Wrong;
+use crate::heights::flight_level;
 use crate::json::Node;
 use crate::zone_text::FEET;
 
@@ -16,7 +17,7 @@ pub(crate) const LENGTHS: [(&str, f64); 8] = [
     ("NM", 1852.0),
     ("NMI", 1852.0),
 ];
-/// A flight level: 100 feet.
+/// Between flight levels: 100 feet.
 const LEVEL_M: f64 = 100.0 * FEET;
 const REFERENCES: [(&str, Above); 12] = [
     ("AGL", Above::Is(Reference::Ground)),
@@ -35,10 +36,6 @@ const REFERENCES: [(&str, Above); 12] = [
 /// In place of a number: the ground, and no limit.
 const GROUND: [&str; 4] = ["GND", "SFC", "SURFACE", "GROUND"];
 const NO_LIMIT: [&str; 3] = ["UNL", "UNLTD", "UNLIMITED"];
-/// What an altitude by pressure differs from the true one at most: by the pressure of the day at sea level, from 940 to 1060 hPa at 8.3 m
-/// for each from 1013 (606 m below, 390 m above), and in air 40 K from the standard one, by a share of the altitude. (ENG)
-const PRESSURE_M: f64 = 700.0;
-const TEMPERATURE: f64 = 0.15;
 
 /// Which end of a zone a limit is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,11 +85,7 @@ pub(crate) fn height(
     };
     Ok(Some(match (above, end) {
         (Above::Is(above), _) => Height { metres, above },
-        (Above::Pressure, End::Lower) => {
-            Height { metres: metres * (1.0 - TEMPERATURE) - PRESSURE_M, above: Reference::SeaLevel }
-        }
-        (Above::Pressure, End::Upper) => {
-            Height { metres: metres * (1.0 + TEMPERATURE) + PRESSURE_M, above: Reference::SeaLevel }
-        }
+        (Above::Pressure, End::Lower) => flight_level(metres / LEVEL_M)[0],
+        (Above::Pressure, End::Upper) => flight_level(metres / LEVEL_M)[1],
     }))
 }

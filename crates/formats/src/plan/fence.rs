@@ -42,7 +42,7 @@ pub(super) fn read(document: &Node<'_>, content: &mut Content, findings: &mut Fi
 
 fn polygon_of(polygon: &Node<'_>, findings: &mut Findings) -> Result<Outline, Wrong> {
     let corners = shape::places(polygon, Order::LatitudeFirst)?;
-    Ok(Outline::Polygon { border: shape::open_ring(corners, &polygon.place, findings)?, holes: Vec::new() })
+    shape::open_ring(corners, &polygon.place, findings).map(Outline::polygon)
 }
 
 fn circle_of(circle: &Node<'_>) -> Result<Outline, Wrong> {

@@ -8,6 +8,7 @@
 use super::{import, mission, origin, settings};
 use domain::area::{Area, AreaKind};
 use domain::geodesy::Origin;
+use domain::geometry::Ned;
 use formats::assemble::{Assembled, Settings};
 
 /// Every feed with its file.
@@ -57,9 +58,12 @@ fn when(area: &Area) -> String {
 
 /// In square metres, by the shoelace formula in the local frame.
 fn size_m2(area: &Area) -> f64 {
-    let next = area.corners.iter().cycle().skip(1);
-    let doubled: f64 = area.corners.iter().zip(next).map(|(a, b)| a.east_m * b.north_m - b.east_m * a.north_m).sum();
-    doubled.abs() / 2.0
+    let size_m2 = |ring: &Vec<Ned>| {
+        let next = ring.iter().cycle().skip(1);
+        let doubled: f64 = ring.iter().zip(next).map(|(a, b)| a.east_m * b.north_m - b.east_m * a.north_m).sum();
+        doubled.abs() / 2.0
+    };
+    size_m2(&area.corners) - area.holes.iter().map(size_m2).sum::<f64>()
 }
 
 /// What limits a flight and was not read as it stands there, or not at all.
@@ -71,7 +75,8 @@ pub(super) fn loud(assembled: &Assembled) -> Vec<String> {
 /// Each line ends with the size of the area in square metres, which may be wrong by 1 %.
 #[track_caller]
 fn check(feed: &str, areas: &[&str], said: &[&str]) {
-    let text = FEEDS.iter().find(|(name, _)| *name == feed).unwrap().1;
+    let xml = ("gbr.xml", include_str!("golden/gbr.xml"));
+    let text = FEEDS.iter().chain([&xml]).find(|(name, _)| *name == feed).unwrap().1;
     check_text(feed, text, areas, said);
 }
 
@@ -151,10 +156,10 @@ fn latvia() {
             "EVX3 | keep-out | ground to 1160 | 2027-08-05T11:00:00Z to 2027-08-05T22:59:00Z | 29181",
             "EVX3 2 | keep-out | ground to 1160 | 2027-08-29T11:00:00Z to 2027-08-29T22:59:00Z | 29181",
             "EVX4 | keep-out | ground to unlimited | always | 29178",
-            // 95 * 30.48 m are 2895.6 m; 15 % and 700 m more, and 60 m less.
-            "EVX5 | keep-out | ground to 3969.94 | always | 29174",
-            // 245 * 30.48 m are 7467.6 m; 15 % and 700 m less, and 60 m less. FL 660 is higher than a mission can say.
-            "EVX6 | keep-out | 5587.46 to unlimited | always | 29171",
+            // 95 * 30.48 m are 2895.6 m; 10 % and 400 m more, and 60 m less.
+            "EVX5 | keep-out | ground to 3525.16 | always | 29174",
+            // 245 * 30.48 m are 7467.6 m; 10 % and 600 m less, and 60 m less. FL 660 is higher than a mission can say.
+            "EVX6 | keep-out | 6060.84 to unlimited | always | 29171",
         ],
         &[
             "/features/0/geometry/0: it would end at 100 m above the take-off point and begin at 110 m: nothing is there, left out",
@@ -273,8 +278,8 @@ fn germany() {
         "deu.geojson",
         &[
             "Beispiel (CTR) | permission | ground to 702 | always | 29195",
-            // FL 100 is 3048 m; 15 % and 700 m more, and 60 m less.
-            "ED-R 999 | keep-out | ground to 4145.2 | always | 29195",
+            // FL 100 is 3048 m; 10 % and 400 m more, and 60 m less.
+            "ED-R 999 | keep-out | ground to 3692.8 | always | 29195",
             "Beispielmoor | permission | ground to unlimited | always | 29195",
             "Einsatz | keep-out | ground to 310 | 2027-05-01T08:00:00Z to 2027-05-01T20:00:00Z | 29195",
             "Neuartig | keep-out | ground to 110 | always | 29195",
@@ -306,7 +311,23 @@ fn united_states() {
         ],
     );
 }
-/// The files of the project's collection. Those of other formats are read elsewhere.
+
+/// United Kingdom: AIXM 5.1.
+#[test]
+fn united_kingdom() {
+    check(
+        "gbr.xml",
+        &[
+            "EGXU001A | keep-out | ground to 619.6 | from 2026-10-01T00:00:00Z | 43101445",
+            "EGXU001B | keep-out | ground to 619.6 | always | 29174",
+            "EGXD999 | permission | 244.8 to 8554.36 | always | 29167",
+            "EGXP998 | keep-out | ground to 90 | 2027-05-01T08:00:00Z to 2027-05-03T18:00:00Z | 29160",
+        ],
+        &[],
+    );
+}
+
+/// The files of the project's collection.
 #[test]
 fn the_cases_are_read_as_their_table_says() {
     macro_rules! check {
@@ -348,6 +369,12 @@ fn the_cases_are_read_as_their_table_says() {
         ["/features/1/properties/restriction: a zone without restriction has no counterpart: left out"]
     );
     check!("flattened-ed318.geojson", ["XX45 | permission | 35 to 910 | always | 29194"], []);
+    // A square of 13.1 km by 11.1 km, without one of 2.6 km by 2.2 km round the take-off point.
+    check!("hole-home.geojson", ["all but the field | keep-out | ground to unlimited | always | 140120000"], []);
+    check!("aixm.xml", ["EGX001A | keep-out | ground to unlimited | always | 29194"], []);
+    check!("comment.kml", ["commented | keep-out | ground to unlimited | always | 138664"], []);
+    let told = import("track.gpx", include_str!("golden/cases/track.gpx"), &over_ground()).unwrap_err().to_string();
+    assert!(told.contains("this is GPX"), "{told}");
 }
 
 #[test]

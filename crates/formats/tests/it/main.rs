@@ -1,11 +1,16 @@
 //! Files of other programs become missions, with a word about everything that has no counterpart.
 
+mod aixm;
 mod bad_input;
 mod golden;
 mod ground;
+mod kml;
+mod mutated;
 mod odd_values;
 mod one_change;
+mod openair;
 mod plans;
+mod recognised;
 mod round_trips;
 mod samples;
 mod schedules;
@@ -16,6 +21,7 @@ use std::path::Path;
 use domain::file::{Mistakes, Source};
 use domain::geodesy::{LatLon, Origin};
 use domain::mission::Mission;
+use formats::LeaveOut;
 use formats::assemble::{Assembled, Settings, assemble};
 
 /// Where all samples are.
@@ -41,6 +47,32 @@ fn source(name: &str, text: &str) -> Source {
 /// The text as a file of its own.
 fn import(name: &str, text: &str, settings: &Settings<'_>) -> Result<Assembled, Mistakes> {
     assemble(&formats::read(&source(name, text))?, &[], settings)
+}
+
+/// What is made of bytes as a file of areas beside a mission: an area for each line, and the notes.
+fn areas(bytes: &[u8], settings: &Settings) -> Result<(Vec<String>, String), Mistakes> {
+    let areas = formats::read_bytes(Path::new("areas"), bytes.to_vec(), &LeaveOut::default())?;
+    let mission = formats::read(&source("m", r#"{"type": "FeatureCollection", "features": []}"#))?;
+    let assembled = assemble(&mission, &[areas], settings)?;
+    Ok((samples::in_words(&self::mission(&assembled).areas), notes(&assembled)))
+}
+
+/// A file of areas is read to these areas, and these parts are noted; nothing is said if there are none.
+#[track_caller]
+fn check_areas(bytes: &[u8], expected: &[&str], said: &[&str]) {
+    let (found, notes) = areas(bytes, &settings()).unwrap_or_else(|it| panic!("{it}"));
+    assert_eq!(found, expected, "{notes}");
+    assert!(said.iter().all(|it| notes.contains(it)), "expected {said:?}, got {notes}");
+    assert!(!said.is_empty() || notes.is_empty(), "{notes}");
+}
+
+/// A file of areas is refused.
+#[track_caller]
+fn check_refused(bytes: &[u8], expected: &str) {
+    match areas(bytes, &settings()) {
+        Ok(read) => panic!("read to {read:?}, expected `{expected}`"),
+        Err(mistakes) => assert!(mistakes.to_string().contains(expected), "expected `{expected}`, got {mistakes}"),
+    }
 }
 
 /// What is written is a mission, but for objectives, which files of areas lack.

@@ -70,10 +70,10 @@ fn heights() {
     check(&limits("0", "120", "null"), "ground to unlimited", "its unit is missing");
     check(&limits("50", "120", "\"yards\""), "ground to unlimited", "found `yards`");
     check(&limits("true", "{}", "\"M\""), "ground to unlimited", "expected a number");
-    // FL 10 is 304.8 m: less 15 % and 700 m, and less 60 m, for a floor.
+    // FL 10 is 304.8 m: less 10 % and 600 m, and less 60 m, for a floor.
     check(
         r#""lower": 10, "lowerReference": "STD", "upper": 1000, "upperReference": "AMSL", "uom": "FL""#,
-        "-500.92 to unlimited",
+        "-385.68 to unlimited",
         "",
     );
     // One limit that is not understood leaves the other.

@@ -11,7 +11,7 @@ pub(super) const GEO_JSON: &str = include_str!("samples/areas.geojson");
 pub(super) const KML: &str = include_str!("samples/areas.kml");
 
 /// A line for each area: what it is, its heights and its times.
-fn in_words(areas: &[Area]) -> Vec<String> {
+pub(super) fn in_words(areas: &[Area]) -> Vec<String> {
     let line = |area: &Area| {
         let kind = if area.kind == AreaKind::Permission { "permission" } else { "keep-out" };
         let (floor, ceiling) = (area.floor_m, area.ceiling_m);
@@ -292,7 +292,7 @@ fn polygons_of_kml_become_areas() {
         ],
         "\
 line 4 column 5: a placemark without `kind`: read as a keep-out area, the safe side
-line 27 column 9: Point has no counterpart: left out
+line 27 column 9: a Point beside a polygon is its label: left out
 ",
     );
 }
