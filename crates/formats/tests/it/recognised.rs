@@ -76,7 +76,7 @@ fn a_text_in_another_format_is_refused_by_its_name() {
     check("[{\"id\": \"document\", \"version\": \"1.0\"}]", "this is CZML");
     check("{\"type\": \"Feature\"}\n{\"type\": \"Feature\"}\n", "several JSON texts, one in each line");
     check("\u{1e}{\"type\": \"Feature\"}\n", "a sequence of JSON texts");
-    check("[1, 2]", "this JSON is in none of the formats");
+    check("[1, 2]", "/0: found 1, expected an object");
     check("{\"a\": 1} x", "line 1 column 10");
 }
 
