@@ -9,7 +9,7 @@ use domain::ground::GroundModel;
 use domain::mission::Mission;
 use formats::assemble::{self, Assembled, assemble};
 use formats::export::Target;
-use formats::{Import, LeaveOut, Note, Weight};
+use formats::{Import, LeaveOut, Note, Refused, Weight};
 use ground::Ground;
 use serde_json::{Value, json};
 
@@ -25,15 +25,21 @@ pub(super) fn import(args: &ImportArgs) -> Result<Done, Failure> {
         let bytes = file::read_bytes(path, formats::LARGEST_BYTES)?;
         formats::read_bytes(path, bytes, &leave_out)
     };
-    let mut mistakes = Vec::new();
+    let (mut mistakes, mut notes) = (Vec::new(), Vec::new());
     let mut imports: Vec<Import> = Vec::new();
     for path in std::iter::once(&args.file).chain(&args.areas) {
         match read(path) {
             Ok(import) => imports.push(import),
-            Err(found) => mistakes.extend(found.0),
+            Err(found) => {
+                mistakes.extend(found.mistakes.0);
+                notes.extend(found.notes);
+            }
         }
     }
-    Mistakes(mistakes).or(()).map_err(bad_input)?;
+    if !mistakes.is_empty() {
+        notes.extend(imports.into_iter().flat_map(|it| it.notes));
+        return Err(refused(Refused { mistakes: Mistakes(mistakes), notes }));
+    }
     let (mission, areas) = imports.split_first().expect("one file at least was read");
     let stem = args.out.file_stem().map_or_else(|| "mission".into(), |it| it.to_string_lossy().into_owned());
     let ground = args.ground.as_deref().map(Ground::open).transpose().map_err(bad_input)?;
@@ -48,9 +54,11 @@ pub(super) fn import(args: &ImportArgs) -> Result<Done, Failure> {
     let assembled = assemble(mission, areas, &settings);
     // A broken tile before what is not known for it.
     ground.map_or(Ok(()), |it| it.check_tiles_read()).map_err(bad_input)?;
-    let assembled = assembled.map_err(bad_input)?;
+    let assembled = assembled.map_err(refused)?;
     Mission::read(&Source { path: args.out.clone(), text: assembled.text.clone() }).map_err(|mistakes| {
-        Failure::bad_input(format!("nothing was written, since the mission could not be flown:\n{mistakes}"))
+        let why = "nothing was written, since the mission could not be flown:".to_owned();
+        let said = in_words(&assembled.notes).into_iter().chain([why, mistakes.to_string()]);
+        Failure::bad_input(said.collect::<Vec<_>>().join("\n"))
     })?;
     write_new(&args.out, &assembled.text)?;
     let Assembled { objectives, areas, sites, .. } = assembled;
@@ -94,6 +102,12 @@ pub(super) fn export(args: &ExportArgs) -> Result<Done, Failure> {
             Ok(Done { document, text: text.trim_end().to_owned() })
         }
     }
+}
+
+/// The notes, then the mistakes.
+fn refused(Refused { mistakes, notes }: Refused) -> Failure {
+    let said = in_words(&notes).into_iter().chain([mistakes.to_string()]);
+    Failure::bad_input(said.collect::<Vec<_>>().join("\n"))
 }
 
 fn bad_input(mistakes: Mistakes) -> Failure {

@@ -16,7 +16,7 @@ use crate::content::{
     Doubt, Height, Lost, Outline, Period, Place, Reference, Rule, Site, Survey, Unused, Waypoint, Zone,
 };
 use crate::export::utc;
-use crate::findings::{Findings, Note, Wrong};
+use crate::findings::{Findings, Note, Refused, Wrong};
 use crate::heights::{self, Band, Terrain};
 use crate::leave_out;
 use crate::local::{self, Side};
@@ -61,7 +61,7 @@ pub struct Assembled {
 ///
 /// # Errors
 /// Every zone and place that cannot be converted, and a take-off point that is not known.
-pub fn assemble(mission: &Import, others: &[Import], settings: &Settings<'_>) -> Result<Assembled, Mistakes> {
+pub fn assemble(mission: &Import, others: &[Import], settings: &Settings<'_>) -> Result<Assembled, Refused> {
     let origin = settings.origin.or(mission.content.origin).ok_or_else(|| {
         Mistakes(vec![Mistake {
             path: mission.path.clone(),
@@ -145,7 +145,10 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings<'_>) ->
         leave_outs.push((import.path.as_path(), findings.leave_out().clone()));
         match findings.with(()) {
             Ok(((), found)) => notes.extend(found),
-            Err(found) => mistakes.extend(found.0),
+            Err(found) => {
+                notes.extend(found.notes);
+                mistakes.extend(found.mistakes.0);
+            }
         }
     }
     mistakes.extend(leave_out::unmatched(leave_outs.into_iter()));
@@ -160,7 +163,10 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings<'_>) ->
     };
     let (objectives, areas, sites) = (file.objectives.len(), file.areas.len(), file.sites.len());
     let assembled = Assembled { text: file.text(), notes, objectives, areas, sites };
-    Mistakes(mistakes).or(assembled)
+    if mistakes.is_empty() {
+        return Ok(assembled);
+    }
+    Err(Refused { mistakes: Mistakes(mistakes), notes: assembled.notes })
 }
 
 fn remarks(mission: &Import, others: &[Import]) -> Vec<String> {

@@ -42,6 +42,29 @@ pub enum Weight {
     Furniture,
 }
 
+/// Why nothing is written, and what was found besides.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Refused {
+    /// At least one.
+    pub mistakes: Mistakes,
+    /// They are told whether or not something is written.
+    pub notes: Vec<Note>,
+}
+
+impl From<Mistakes> for Refused {
+    fn from(mistakes: Mistakes) -> Refused {
+        Refused { mistakes, notes: Vec::new() }
+    }
+}
+
+impl std::fmt::Display for Refused {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.mistakes.fmt(f)
+    }
+}
+
+impl std::error::Error for Refused {}
+
 /// What cannot be read, so that nothing is written.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Wrong {
@@ -166,7 +189,10 @@ impl Findings {
     }
 
     /// `value` and the notes, if nothing is wrong.
-    pub(crate) fn with<T>(self, value: T) -> Result<(T, Vec<Note>), Mistakes> {
-        Mistakes(self.mistakes).or((value, self.notes))
+    pub(crate) fn with<T>(self, value: T) -> Result<(T, Vec<Note>), Refused> {
+        if self.mistakes.is_empty() {
+            return Ok((value, self.notes));
+        }
+        Err(Refused { mistakes: Mistakes(self.mistakes), notes: self.notes })
     }
 }

@@ -11,7 +11,7 @@
 
 use std::path::{Path, PathBuf};
 
-use domain::file::{Mistakes, Source};
+use domain::file::Source;
 use serde_json::Value;
 
 use crate::content::Content;
@@ -48,7 +48,7 @@ mod xml;
 mod zone_text;
 mod zones;
 
-pub use findings::{Note, Weight};
+pub use findings::{Note, Refused, Weight};
 pub use leave_out::LeaveOut;
 
 /// A file that was read.
@@ -94,7 +94,7 @@ pub const LARGEST_BYTES: u64 = 1 << 30;
 ///
 /// # Errors
 /// The mistakes, each with its place: a JSON pointer or a line. A file in no format that is read is refused by its name.
-pub fn read_bytes(path: &Path, bytes: Vec<u8>, leave_out: &LeaveOut) -> Result<Import, Mistakes> {
+pub fn read_bytes(path: &Path, bytes: Vec<u8>, leave_out: &LeaveOut) -> Result<Import, Refused> {
     if bytes::is_archive(&bytes) {
         let mut findings = Findings::about(path).leaving_out(leave_out.clone());
         let files = archive::unpack(path, &bytes)?;
@@ -108,7 +108,7 @@ pub fn read_bytes(path: &Path, bytes: Vec<u8>, leave_out: &LeaveOut) -> Result<I
 ///
 /// # Errors
 /// As [`read_bytes`].
-pub fn read(source: &Source) -> Result<Import, Mistakes> {
+pub fn read(source: &Source) -> Result<Import, Refused> {
     read_without(source, &LeaveOut::default())
 }
 
@@ -116,7 +116,7 @@ pub fn read(source: &Source) -> Result<Import, Mistakes> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_without(source: &Source, leave_out: &LeaveOut) -> Result<Import, Mistakes> {
+pub fn read_without(source: &Source, leave_out: &LeaveOut) -> Result<Import, Refused> {
     // A feed may have half a gigabyte: only a text that begins with a mark is copied.
     let unmarked = source.text.strip_prefix('\u{feff}');
     let unmarked = unmarked.map(|text| Source { path: source.path.clone(), text: text.to_owned() });
@@ -145,7 +145,7 @@ pub fn read_without(source: &Source, leave_out: &LeaveOut) -> Result<Import, Mis
     });
     let document = document.map_err(|mistakes| recognise::json_lines(source).unwrap_or(mistakes))?;
     if recognise::foreign_json(&document).is_some() {
-        return Err(recognise::unknown_json(source, &document));
+        return Err(recognise::unknown_json(source, &document).into());
     }
     let document = Node::root(&document);
     if plan::is_plan(&document) {
@@ -195,7 +195,7 @@ fn feature(item: &Node<'_>, content: &mut Content, findings: &mut Findings) -> F
     Format::GeoJson
 }
 
-fn import(path: &Path, format: Format, content: Content, findings: Findings) -> Result<Import, Mistakes> {
+fn import(path: &Path, format: Format, content: Content, findings: Findings) -> Result<Import, Refused> {
     let leave_out = findings.leave_out().clone();
     let (content, notes) = findings.with(content)?;
     Ok(Import { path: path.to_owned(), format, content, notes, leave_out })

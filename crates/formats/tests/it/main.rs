@@ -21,8 +21,8 @@ use std::path::Path;
 use domain::file::{Mistakes, Source};
 use domain::geodesy::{LatLon, Origin};
 use domain::mission::Mission;
-use formats::LeaveOut;
 use formats::assemble::{Assembled, Settings, assemble};
+use formats::{LeaveOut, Refused};
 
 /// Where all samples are.
 fn origin() -> Origin {
@@ -45,7 +45,7 @@ fn source(name: &str, text: &str) -> Source {
 }
 
 /// The text as a file of its own.
-fn import(name: &str, text: &str, settings: &Settings<'_>) -> Result<Assembled, Mistakes> {
+fn import(name: &str, text: &str, settings: &Settings<'_>) -> Result<Assembled, Refused> {
     assemble(&formats::read(&source(name, text))?, &[], settings)
 }
 
