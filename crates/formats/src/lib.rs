@@ -1,7 +1,8 @@
 //! Missions and areas in the formats of other programs: plans of QGroundControl, GeoJSON, KML, ED-269 and ED-318.
 //!
 //! Each format has one file, which reads a text into [`content::Content`]; [`assemble`] makes one mission file of what was read,
-//! and [`export`] writes a mission in another format. What was repaired becomes a [`Note`] with its place. What is not understood of
+//! [`export`] writes a mission in another format, [`inspect`] counts what a data set has, [`compare`] compares two of them, and [`replace`]
+//! puts a new edition into a mission file. What was repaired becomes a [`Note`] with its place. What is not understood of
 //! a zone is a [`content::Doubt`], and the zone bars more. What cannot be read safely is a mistake, and then there is no mission.
 //! `docs/formats.md` has the tables.
 //!
@@ -9,27 +10,33 @@
 
 use std::path::PathBuf;
 
+use domain::feed::Feed;
 use domain::file::{Mistake, Mistakes, Source};
+use domain::mission::bounds::LONGEST_NAME;
 use serde_json::Value;
 
-use crate::content::Content;
+use crate::content::{Content, Edition};
 use crate::findings::Findings;
 use crate::json::Node;
+use crate::mission_file::one_line;
 
 mod applicability;
 pub mod assemble;
+pub mod compare;
 pub mod content;
 mod edition;
 pub mod export;
 mod findings;
 mod geojson;
 mod heights;
+pub mod inspect;
 mod json;
 mod kml;
 mod local;
 mod mission_file;
 mod qgc;
 mod qgc_survey;
+pub mod replace;
 mod schedule;
 mod shape;
 mod sun;
@@ -50,6 +57,23 @@ pub struct Import {
     pub content: Content,
     /// What has no counterpart, and what was repaired.
     pub notes: Vec<Note>,
+}
+
+impl Import {
+    /// The edition of the data set that the file is, without areas. Texts are cut to what a mission file may have.
+    pub fn feed(&self) -> Feed {
+        let Edition { provider, issued_utc_ms, valid } = &self.content.edition;
+        let name = self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy();
+        let text = |it: &str| Some(one_line(it, LONGEST_NAME)).filter(|it| !it.is_empty());
+        Feed {
+            name: text(&name).unwrap_or_else(|| "feed".into()),
+            provider: provider.as_deref().and_then(text),
+            issued_utc_ms: *issued_utc_ms,
+            valid_from_utc_ms: valid.from_utc_ms,
+            valid_until_utc_ms: valid.until_utc_ms,
+            areas: Vec::new(),
+        }
+    }
 }
 
 /// The formats that are read.

@@ -1,5 +1,6 @@
 //! Files of other programs become missions, with a word about everything that has no counterpart.
 
+mod airspace;
 mod bad_input;
 mod round_trips;
 mod samples;
