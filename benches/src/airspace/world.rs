@@ -123,6 +123,7 @@ impl World {
             order: Default::default(),
             sites: Vec::new(),
             origin: None,
+            feeds: Vec::new(),
         };
         Planner::new(&shipped.planner, &shipped.energy, mission, Pace::REAL_TIME)
     }

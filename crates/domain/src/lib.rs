@@ -13,6 +13,7 @@ pub mod control_character;
 pub mod corners;
 pub mod decision;
 pub mod energy;
+pub mod feed;
 pub mod file;
 pub mod flight_state;
 pub mod fmu;

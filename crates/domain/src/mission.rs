@@ -2,6 +2,7 @@
 
 mod area_hours;
 pub mod bounds;
+pub mod feeds;
 mod place;
 mod site_entry;
 mod sites;
@@ -17,6 +18,7 @@ use sha2::{Digest as _, Sha256};
 use toml::Spanned;
 
 use crate::area::{Area, AreaKind, NO_LANDING_TO_M};
+use crate::feed::Feed;
 use crate::file::{MOST_MISTAKES, Mistake, Mistakes, Source};
 use crate::geodesy::{LocalFrame, Origin};
 use crate::geometry::Ned;
@@ -24,6 +26,7 @@ use crate::site::Site;
 use crate::survey::Survey;
 use area_hours::HoursEntry;
 use bounds::{LONGEST_NAME, control_character};
+use feeds::FeedEntry;
 use place::OriginEntry;
 use site_entry::SiteEntry;
 use sites::{LOWEST_GROUND_M, Place};
@@ -45,6 +48,8 @@ pub struct Mission {
     pub sites: Vec<Site>,
     /// Where the mission takes off, and all its places count from; `None`: from wherever the vehicle stands.
     pub origin: Option<Origin>,
+    /// The data sets that areas came from, with distinct names; an area that none of them names is the mission's own.
+    pub feeds: Vec<Feed>,
 }
 
 /// A state to reach.
@@ -255,6 +260,7 @@ impl Mission {
             free_order: self.order == Order::Free,
             sites: self.sites.iter().map(Into::into).collect(),
             origin: self.origin.map(Into::into),
+            feeds: crate::wire::feeds_to_wire(&self.feeds, &self.areas),
             ..v1::PlannerStatus::default()
         };
         hash_of(&canonical)
@@ -291,6 +297,7 @@ impl Mission {
         }
         check.distinct("objective", file.objective.iter().map(|it| &it.name));
         check.distinct("area", file.area.iter().map(|it| &it.name));
+        let feeds = check.feeds(&file.feed, &file.area);
         let alternates = check.alternates(&file.site);
         if objectives.is_empty() {
             check.say(None, "a mission without objectives", "add an [[objective]]");
@@ -300,8 +307,19 @@ impl Mission {
             check.sites(&file, &objectives, &areas, &spans);
             check.alternates_among(&file.site, &alternates, &areas);
         }
-        let mission = Mission { name: file.name, objectives, areas, order: file.order, sites: alternates, origin };
+        let mission =
+            Mission { name: file.name, objectives, areas, order: file.order, sites: alternates, origin, feeds };
         check.mistakes.or(mission)
+    }
+
+    /// The feed that an area came from; `None` for one of the mission's own.
+    pub fn feed_of(&self, area: &str) -> Option<&Feed> {
+        self.feeds.iter().find(|it| it.areas.iter().any(|it| it == area))
+    }
+
+    /// A sentence for each feed that is not to be used at this moment of UTC. Its areas count all the same.
+    pub fn out_of_date_feeds(&self, utc_ms: i64) -> Vec<String> {
+        self.feeds.iter().filter_map(|it| it.out_of_date(utc_ms)).collect()
     }
 
     /// Why `objective`, which is to be inserted, as the last one or not, cannot be flown to: too high, or by an area of this
@@ -345,6 +363,37 @@ impl Mission {
     }
 }
 
+/// The areas of a mission file and the data sets that they came from, without a mission.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Airspace {
+    /// Where the areas' places count from.
+    pub origin: Option<Origin>,
+    /// Areas with distinct names.
+    pub areas: Vec<Area>,
+    /// The feeds, with distinct names.
+    pub feeds: Vec<Feed>,
+}
+
+impl Airspace {
+    /// Parses and checks the areas and feeds of a mission file, as [`Mission::read`] does; objectives and sites are ignored.
+    ///
+    /// # Errors
+    /// The mistakes, each with its place.
+    pub fn read(source: &Source) -> Result<Airspace, Mistakes> {
+        let file: MissionFile = source.parse()?;
+        let mut check = Checker { source, mistakes: Mistakes::default(), frame: None };
+        check.bounds(&file);
+        if !check.mistakes.0.is_empty() {
+            return Err(check.mistakes);
+        }
+        let origin = file.origin.as_ref().and_then(|it| check.origin(it));
+        let areas = file.area.iter().map(|it| check.area(it)).collect();
+        check.distinct("area", file.area.iter().map(|it| &it.name));
+        let feeds = check.feeds(&file.feed, &file.area);
+        check.mistakes.or(Airspace { origin, areas, feeds })
+    }
+}
+
 /// Why the vehicle must not be sent to land at `site`, by one of `areas`, which apply then; the end of a sentence that begins with
 /// the place. The rule for the places of a mission, for a place that comes in another way.
 pub fn unfit_landing_site<'a>(site: Ned, areas: impl IntoIterator<Item = &'a Area>) -> Option<String> {
@@ -382,6 +431,8 @@ struct MissionFile {
     area: Vec<AreaEntry>,
     #[serde(default)]
     site: Vec<SiteEntry>,
+    #[serde(default)]
+    feed: Vec<FeedEntry>,
 }
 
 #[derive(Deserialize)]
@@ -429,6 +480,8 @@ struct AreaEntry {
     from_utc: Option<Spanned<String>>,
     until_utc: Option<Spanned<String>>,
     hours_utc: Option<HoursEntry>,
+    /// The name of the [[feed]] that it came from.
+    feed: Option<Spanned<String>>,
 }
 
 #[derive(Deserialize)]

@@ -17,12 +17,15 @@ use crate::survey::InvalidSurvey;
 mod alarm;
 mod alternate;
 pub mod decision;
+mod feed;
 mod fmu;
 mod mission;
 mod origin;
 pub mod permission;
 mod plan;
 mod skill;
+
+pub(crate) use feed::{feeds_from_wire, feeds_to_wire};
 
 /// A message that decodes and whose content makes no sense.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -1,6 +1,7 @@
 //! One mission of several files: what was read, in the local frame of one origin.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use domain::file::{Mistake, Mistakes};
 use domain::geodesy::{LatLon, LocalFrame, Origin};
@@ -10,17 +11,18 @@ use domain::hours::WeeklyHours;
 use domain::mission::bounds::LONGEST_NAME;
 use geo::{Contains as _, Polygon};
 
-use crate::Import;
 use crate::clearance;
 use crate::content::{
-    Doubt, Height, Lost, Outline, Period, Place, Reference, Rule, Site, Survey, Unused, Waypoint, Zone,
+    Content, Doubt, Height, Lost, Outline, Period, Place, Reference, Rule, Site, Survey, Unused, Waypoint, Zone,
 };
 use crate::export::utc;
 use crate::findings::{Findings, Note, Refused, Wrong};
 use crate::heights::{self, Band, Terrain};
-use crate::leave_out;
 use crate::local::{self, Side};
-use crate::mission_file::{AreaEntry, MissionFile, ObjectiveEntry, SiteEntry, SurveyEntry, corner, one_line};
+use crate::mission_file::{
+    AreaEntry, FeedEntry, MissionFile, ObjectiveEntry, SiteEntry, SurveyEntry, corner, one_line,
+};
+use crate::{Format, Import, LeaveOut, leave_out};
 
 const FAR: &str = "it lies more than 100 km from the take-off point: left out";
 const STRICT: &str = "correct it, or import without --strict: the zone then bars more";
@@ -62,6 +64,35 @@ pub struct Assembled {
 /// # Errors
 /// Every zone and place that cannot be converted, and a take-off point that is not known.
 pub fn assemble(mission: &Import, others: &[Import], settings: &Settings<'_>) -> Result<Assembled, Refused> {
+    let (file, notes) = build(mission, others, settings, &[])?;
+    let (objectives, areas, sites) = (file.objectives.len(), file.areas.len(), file.sites.len());
+    Ok(Assembled { text: file.text(), notes, objectives, areas, sites })
+}
+
+/// The areas of `files`, and the files as their feeds: tables for a mission file with this origin, whose own areas have the names
+/// `taken`.
+///
+/// # Errors
+/// Every zone that cannot be converted.
+pub fn assemble_airspace(
+    files: &[Import],
+    origin: Origin,
+    taken: &[String],
+    settings: &Settings<'_>,
+) -> Result<Assembled, Refused> {
+    let content = Content { origin: Some(origin), ..Content::default() };
+    let leave_out = LeaveOut::default();
+    let none = Import { path: PathBuf::new(), format: Format::GeoJson, content, notes: Vec::new(), leave_out };
+    let (file, notes) = build(&none, files, &Settings { origin: Some(origin), ..settings.clone() }, taken)?;
+    Ok(Assembled { text: file.airspace_text(), notes, objectives: 0, areas: file.areas.len(), sites: 0 })
+}
+
+fn build(
+    mission: &Import,
+    others: &[Import],
+    settings: &Settings<'_>,
+    taken: &[String],
+) -> Result<(MissionFile, Vec<Note>), Refused> {
     let origin = settings.origin.or(mission.content.origin).ok_or_else(|| {
         Mistakes(vec![Mistake {
             path: mission.path.clone(),
@@ -80,7 +111,10 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings<'_>) ->
         areas: Vec::new(),
         fences: Vec::new(),
         strict: settings.strict,
+        feed: None,
     };
+    taken.iter().for_each(|it| assembly.names.take(it, "area"));
+    let mut feeds = Vec::new();
     let (mut notes, mut mistakes) = (Vec::new(), Vec::new());
     mistakes.extend(terrain.contradiction(origin, &mission.path));
     let (mut objectives, mut sites) = (Vec::new(), Vec::new());
@@ -88,6 +122,13 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings<'_>) ->
     for (index, import) in std::iter::once(mission).chain(others).enumerate() {
         let mut findings = Findings::about(&import.path).leaving_out(import.leave_out.clone());
         let before = assembly.areas.len();
+        // The areas of the mission's own file are its own.
+        if 0 < index {
+            let feed = import.feed();
+            let name = assembly.names.unique(&feed.name, "feed");
+            assembly.feed = Some(name.clone());
+            feeds.push(FeedEntry::new(feed, name));
+        }
         for lost in &import.content.lost {
             let outcome = assembly.lost(lost, &mut findings);
             findings.unless_wrong(outcome);
@@ -160,13 +201,12 @@ pub fn assemble(mission: &Import, others: &[Import], settings: &Settings<'_>) ->
         objectives,
         areas: assembly.areas,
         sites,
+        feeds,
     };
-    let (objectives, areas, sites) = (file.objectives.len(), file.areas.len(), file.sites.len());
-    let assembled = Assembled { text: file.text(), notes, objectives, areas, sites };
     if mistakes.is_empty() {
-        return Ok(assembled);
+        return Ok((file, notes));
     }
-    Err(Refused { mistakes: Mistakes(mistakes), notes: assembled.notes })
+    Err(Refused { mistakes: Mistakes(mistakes), notes })
 }
 
 fn remarks(mission: &Import, others: &[Import]) -> Vec<String> {
@@ -191,6 +231,8 @@ struct Assembly<'a> {
     fences: Vec<Polygon<f64>>,
     /// Whether a zone that is not understood is a mistake.
     strict: bool,
+    /// The name of the feed that areas come from now.
+    feed: Option<String>,
 }
 
 impl Assembly<'_> {
@@ -310,6 +352,7 @@ impl Assembly<'_> {
                 from_utc: window.from_utc_ms.map(utc),
                 until_utc: window.until_utc_ms.map(utc),
                 hours_utc: hours.as_ref().map(WeeklyHours::to_texts).unwrap_or_default(),
+                feed: self.feed.clone(),
             });
         }
         Ok(())
@@ -440,6 +483,11 @@ impl Assembly<'_> {
 struct Names(BTreeMap<(&'static str, String), u32>);
 
 impl Names {
+    /// Something else has this name.
+    fn take(&mut self, name: &str, among: &'static str) {
+        self.0.insert((among, name.to_owned()), 1);
+    }
+
     /// `wanted`, or with a number that makes it unique.
     fn unique(&mut self, wanted: &str, among: &'static str) -> String {
         let wanted = match one_line(wanted, LONGEST_NAME) {

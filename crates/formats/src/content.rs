@@ -27,6 +27,13 @@ pub struct Content {
     pub edition: Edition,
 }
 
+impl Content {
+    /// The zones whose shape cannot be read, each with its reason.
+    pub fn without_shape(&self) -> impl Iterator<Item = Doubt> {
+        self.lost.iter().map(|it| Doubt { place: it.wrong.place.clone(), message: it.wrong.message.clone() })
+    }
+}
+
 /// A zone of which only some places are known.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Lost {

@@ -76,6 +76,9 @@ pub fn export(
         Target::GeoJson => crate::geojson::write(&geographic),
         Target::Plan => crate::plan::write(&geographic, &mut findings),
     };
+    for feed in &mission.feeds {
+        findings.note(&feed.name, "the edition of a data set is not written: its areas become the mission's own");
+    }
     (text, findings.into_notes())
 }
 

@@ -3,7 +3,8 @@
 //!
 //! The content of a file says which format it has; a file in another format is refused by the name of that format. Each format has one module,
 //! which reads a text into [`content::Content`]; [`assemble`] makes one mission file of what was read,
-//! and [`export`] writes a mission in another format. What was repaired becomes a [`Note`] with its place. What is not understood of
+//! [`export`] writes a mission in another format, [`inspect`] counts what a data set has, [`compare`] compares two of them, and [`replace`]
+//! puts a new edition into a mission file. What was repaired becomes a [`Note`] with its place. What is not understood of
 //! a zone is a [`content::Doubt`], and the zone bars more. What cannot be read safely is a mistake, and then there is no mission.
 //! `docs/formats.md` has the tables.
 //!
@@ -11,12 +12,15 @@
 
 use std::path::{Path, PathBuf};
 
+use domain::feed::Feed;
 use domain::file::Source;
+use domain::mission::bounds::LONGEST_NAME;
 use serde_json::Value;
 
-use crate::content::Content;
+use crate::content::{Content, Edition};
 use crate::findings::Findings;
 use crate::json::Node;
+use crate::mission_file::one_line;
 use crate::recognise::Kind;
 
 mod applicability;
@@ -25,12 +29,14 @@ mod arcs;
 pub mod assemble;
 mod bytes;
 mod clearance;
+pub mod compare;
 pub mod content;
 mod edition;
 pub mod export;
 mod findings;
 mod geojson;
 mod heights;
+pub mod inspect;
 mod json;
 mod leave_out;
 mod limits;
@@ -40,6 +46,7 @@ mod national;
 mod openair;
 mod plan;
 mod recognise;
+pub mod replace;
 mod schedule;
 mod shape;
 mod sun;
@@ -64,6 +71,23 @@ pub struct Import {
     pub notes: Vec<Note>,
     /// Which items are left out.
     pub leave_out: LeaveOut,
+}
+
+impl Import {
+    /// The edition of the data set that the file is, without areas. Texts are cut to what a mission file may have.
+    pub fn feed(&self) -> Feed {
+        let Edition { provider, issued_utc_ms, valid } = &self.content.edition;
+        let name = self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy();
+        let text = |it: &str| Some(one_line(it, LONGEST_NAME)).filter(|it| !it.is_empty());
+        Feed {
+            name: text(&name).unwrap_or_else(|| "feed".into()),
+            provider: provider.as_deref().and_then(text),
+            issued_utc_ms: *issued_utc_ms,
+            valid_from_utc_ms: valid.from_utc_ms,
+            valid_until_utc_ms: valid.until_utc_ms,
+            areas: Vec::new(),
+        }
+    }
 }
 
 /// The formats that are read.

@@ -94,6 +94,10 @@ pub(crate) const RULES: [(&str, Option<Rule>); 7] = [
     ("NO_RESTRICTION", None),
     ("INFORMATION", None),
 ];
+
+/// What is said of a zone that only informs.
+pub(crate) const WITHOUT_RESTRICTION: &str = "a zone without restriction has no counterpart: left out";
+
 /// Whether a feature is a zone of one of the standards, by what only those have.
 pub(crate) fn is_zone(item: &Node<'_>) -> bool {
     let Some(properties) = item.get("properties") else { return item.get("identifier").is_some() };
@@ -190,7 +194,7 @@ fn flat_period(properties: &Node<'_>) -> Option<Value> {
 fn say_rule(field: &Node<'_>, rule: Option<Rule>, findings: &mut Findings) {
     let said = field.value.as_str().unwrap_or_default().trim().to_ascii_uppercase();
     match (rule, said.as_str()) {
-        (None, _) => findings.note(&field.place, "a zone without restriction has no counterpart: left out"),
+        (None, _) => findings.note(&field.place, WITHOUT_RESTRICTION),
         (_, "CONDITIONAL") => {
             findings.note(&field.place, "conditions cannot be checked on board: the area needs a permission");
         }

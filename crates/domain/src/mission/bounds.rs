@@ -19,7 +19,7 @@ pub const MOST_CORNERS_OF_AREA: usize = 4_000;
 pub const MOST_ACTIONS: usize = 2_000;
 /// The longest action, in characters: a name and seven numbers.
 pub const LONGEST_ACTION: usize = 200;
-/// The longest name of a mission, an objective, an area or a site, in characters.
+/// The longest name of a mission, an objective, an area, a site, a feed or a provider, in characters.
 pub const LONGEST_NAME: usize = 100;
 
 const CUT: &str = "cut the mission to what one flight needs";
@@ -80,6 +80,7 @@ impl Checker<'_> {
             self.name(what, name.as_ref(), Some(name));
         }
         self.name("a mission", &file.name, None);
+        self.bounds_of_feeds(&file.feed);
     }
 
     /// Whether no objective names more in `after` than there are.
@@ -95,14 +96,14 @@ impl Checker<'_> {
         }
     }
 
-    fn count(&mut self, what: &str, count: usize, most: usize, first_beyond: Option<&Spanned<String>>) {
+    pub(super) fn count(&mut self, what: &str, count: usize, most: usize, first_beyond: Option<&Spanned<String>>) {
         if most < count {
             let message = format!("the mission has {count} {what}, at most {most} are allowed");
             self.say(first_beyond.map(Spanned::span), message, CUT);
         }
     }
 
-    fn name(&mut self, what: &str, name: &str, entry: Option<&Spanned<String>>) {
+    pub(super) fn name(&mut self, what: &str, name: &str, entry: Option<&Spanned<String>>) {
         let count = name.chars().count();
         if name.trim().is_empty() {
             self.say(entry.map(Spanned::span), format!("the name of {what} is empty"), "give it one");
@@ -257,7 +258,8 @@ mod tests {
             hours: Some(crate::hours::WeeklyHours::parse(&["Mon-Fri 08:00-18:00", "Sat 22:00-02:00"]).unwrap()),
         };
         let areas = vec![kittiwake_proto::v1::Area::from(&area); MOST_AREAS];
-        let status = kittiwake_proto::v1::PlannerStatus { areas, ..Default::default() };
+        let feed = kittiwake_proto::v1::Feed { areas: (0..MOST_AREAS as u32).collect(), ..Default::default() };
+        let status = kittiwake_proto::v1::PlannerStatus { areas, feeds: vec![feed], ..Default::default() };
         assert!(status.encoded_len() < 4 << 20, "{} bytes", status.encoded_len());
     }
 }

@@ -196,7 +196,15 @@ fn missions() -> impl Strategy<Value = Mission> {
             survey: None,
         };
         let objectives = objectives.into_iter().enumerate().map(objective).collect();
-        Mission { name: "sample".into(), objectives, areas, order: Default::default(), sites, origin: None }
+        Mission {
+            name: "sample".into(),
+            objectives,
+            areas,
+            order: Default::default(),
+            sites,
+            origin: None,
+            feeds: Vec::new(),
+        }
     })
 }
 

@@ -51,7 +51,15 @@ fn mission_among(areas: &[Area], goal: Ned) -> Mission {
         survey: None,
     }];
     let (areas, sites) = (areas.to_vec(), Vec::new());
-    Mission { name: "random".into(), objectives, areas, order: Default::default(), sites, origin: None }
+    Mission {
+        name: "random".into(),
+        objectives,
+        areas,
+        order: Default::default(),
+        sites,
+        origin: None,
+        feeds: Vec::new(),
+    }
 }
 
 fn planner(areas: &[Area], goal: Ned) -> MissionPlanner {

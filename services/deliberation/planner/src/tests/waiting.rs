@@ -180,6 +180,7 @@ fn arrives_s(until_s: Option<i64>, east_m: (f64, f64), north_m: (f64, f64)) -> f
         order: Default::default(),
         sites: Vec::new(),
         origin: None,
+        feeds: Vec::new(),
     };
     let config = Config::for_tests();
     let mut planner = MissionPlanner::new(&config, &energy_for_tests(), mission, Pace::REAL_TIME);
