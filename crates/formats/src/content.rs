@@ -27,10 +27,20 @@ pub struct Content {
     pub edition: Edition,
 }
 
+/// The most zones and other places of a file: twenty times the zones of the largest country. More would take all memory.
+pub(crate) const MOST_ZONES: usize = 1_000_000;
+
 impl Content {
     /// The zones whose shape cannot be read, each with its reason.
     pub fn without_shape(&self) -> impl Iterator<Item = Doubt> {
         self.lost.iter().map(|it| Doubt { place: it.wrong.place.clone(), message: it.wrong.message.clone() })
+    }
+
+    /// A mistake, if there are too many zones and places to go on reading.
+    pub(crate) fn too_many(&self, place: impl FnOnce() -> String) -> Option<Wrong> {
+        let count = self.zones.len() + self.lost.len() + self.unused.len();
+        let message = || format!("more than {MOST_ZONES} zones and places: what follows is not read");
+        (MOST_ZONES < count).then(|| Wrong::at(place(), message(), "cut the file down"))
     }
 }
 

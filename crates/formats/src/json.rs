@@ -5,14 +5,13 @@ use serde::de::{Deserialize, Deserializer, MapAccess, SeqAccess, Visitor};
 use serde_json::Value;
 use serde_json::value::RawValue;
 
+use crate::content::MOST_ZONES;
 use crate::findings::{Findings, Weight, Wrong};
 
 /// The most objects, and the most list items, of what is parsed at once: an item of a list, or a document without its lists. Parsed
 /// they take up to 700 and 70 bytes of memory each, many times that of their text.
 const MOST_OBJECTS: usize = 200_000;
 const MOST_ITEMS: usize = 4_000_000;
-/// The most items of a list: twenty times the zones of the largest country.
-const MOST_ZONES: usize = 1_000_000;
 
 /// Reads a document. Each item of a list of one of these names at its top, or of the document if it is a list, is given to `item`, and none is kept: a feed takes no
 /// more memory than its text. What is returned has an empty list in place of each.

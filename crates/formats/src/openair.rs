@@ -95,6 +95,10 @@ pub(crate) fn read(text: &str, findings: &mut Findings) -> Content {
         }
         if key == "AC" {
             finish(block.take(), &mut content, findings);
+            if let Some(wrong) = content.too_many(|| format!("line {}", index + 1)) {
+                findings.wrong(wrong);
+                break;
+            }
             block = Some(Block::new(index + 1, value));
             continue;
         }

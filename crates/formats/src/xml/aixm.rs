@@ -47,6 +47,10 @@ pub(super) fn read(document: &Document<'_>, lines: &Lines, content: &mut Content
         Reader { lines, left: MOST_FOLLOWED, named: features.iter().flat_map(|it| names(*it)).collect(), findings };
     for feature in features {
         reader.airspace(feature, content);
+        if let Some(wrong) = content.too_many(|| lines.place(feature)) {
+            reader.findings.wrong(wrong);
+            break;
+        }
     }
 }
 

@@ -27,6 +27,8 @@ const NOT_READ: [&str; 12] = [
     "OrientableCurve",
     "coordinates",
 ];
+/// The most polygons of a volume, and of all volumes the most that cannot be read.
+const MOST_POLYGONS: usize = 100_000;
 /// A coordinate system may be named on an element that is at most this many levels above a position.
 const MOST_LEVELS: usize = 16;
 const LENGTHS: [(&str, f64); 10] = [
@@ -60,6 +62,11 @@ pub(super) fn shapes(node: Node<'_, '_>, lines: &Lines, lost: &mut Vec<Lost>, fi
         }
         read_until = range.end;
         let source = lines.place(polygon);
+        if MOST_POLYGONS < shapes.len() + lost.len() {
+            let wrong = Wrong::at(source, format!("more than {MOST_POLYGONS} polygons in a volume"), "cut it down");
+            lost.push(Lost { wrong, places: Vec::new() });
+            break;
+        }
         let mut pieces = Vec::new();
         let read = border(polygon, lines, &source, &mut pieces);
         let corners = ring(&pieces);

@@ -95,6 +95,10 @@ pub(super) fn read(
             _ => continue,
         }
         read_until = range.end;
+        if let Some(wrong) = reader.content.too_many(|| lines.place(node)) {
+            reader.findings.wrong(wrong);
+            break;
+        }
     }
 }
 

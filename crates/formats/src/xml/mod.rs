@@ -13,6 +13,7 @@ use crate::json::short;
 
 mod airspace_types;
 mod aixm;
+mod bounds;
 mod gml;
 pub(crate) mod kml;
 mod limits;
@@ -95,6 +96,12 @@ pub(crate) fn read_inside(
 
 /// Parses a document. Entities and document type definitions are refused: they may multiply a text, or name another file.
 fn parse<'a>(path: &Path, text: &'a str) -> Result<Document<'a>, Mistakes> {
+    if !bounds::is_bounded(text) {
+        let message =
+            "an element has more than 200 attributes, or the file more than 200 prefixes of namespaces".into();
+        let help = FORMATS.into();
+        return Err(Mistakes(vec![Mistake { path: path.to_owned(), place: None, message, help }]));
+    }
     let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
     Document::parse_with_options(text, options).map_err(|error| {
         let (message, help) = match error {

@@ -301,6 +301,23 @@ fn hostile_files_are_refused() {
     check(&format!("{{\"UASZoneList\": [{}0]}}", "0,".repeat(100_000)), "/UASZoneList/99: found 0, expected an object");
 }
 
+/// The parser would be busy for minutes.
+#[test]
+fn xml_with_too_many_names_is_refused() {
+    let numbers = || 0..3_000;
+    let attributes: String = numbers().map(|it| format!(" a{it}='>'")).collect();
+    let nested: String = numbers().map(|it| format!("<a xmlns:p{it} = '{it}'>")).collect();
+    for text in [format!("<kml{attributes}/>"), format!("<kml>{nested}")] {
+        let told = import("f", &text, &settings()).unwrap_err().to_string();
+        assert!(told.contains("more than 200 attributes, or the file more than 200 prefixes"), "{told}");
+    }
+    // Not in comments and texts, and a prefix may be declared by each element.
+    let others = format!("<?a {attributes}?><!-- {attributes} {nested} -->");
+    let each = "<b xmlns:gx='x' xmlns='y'/>".repeat(1_000);
+    let text = format!("{others}<kml><![CDATA[{attributes}{nested}]]>{each}</kml>");
+    assert!(import("f", &text, &settings()).is_ok());
+}
+
 #[test]
 fn nested_elements_are_read_without_recursion() {
     let text = format!("<kml>{}{}</kml>", "<a>".repeat(100_000), "</a>".repeat(100_000));

@@ -19,7 +19,7 @@ mod shapes;
 
 use std::path::Path;
 
-use domain::file::{Mistakes, Source};
+use domain::file::Source;
 use domain::geodesy::{LatLon, Origin};
 use domain::mission::Mission;
 use formats::assemble::{Assembled, Settings, assemble};
@@ -51,7 +51,7 @@ fn import(name: &str, text: &str, settings: &Settings<'_>) -> Result<Assembled, 
 }
 
 /// What is made of bytes as a file of areas beside a mission: an area for each line, and the notes.
-fn areas(bytes: &[u8], settings: &Settings) -> Result<(Vec<String>, String), Mistakes> {
+fn areas(bytes: &[u8], settings: &Settings) -> Result<(Vec<String>, String), Refused> {
     let areas = formats::read_bytes(Path::new("areas"), bytes.to_vec(), &LeaveOut::default())?;
     let mission = formats::read(&source("m", r#"{"type": "FeatureCollection", "features": []}"#))?;
     let assembled = assemble(&mission, &[areas], settings)?;
