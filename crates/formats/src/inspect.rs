@@ -1,6 +1,7 @@
 //! What a data set has, in numbers: for who checks an edition before it is used.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use domain::geodesy::{LatLon, LocalFrame};
 use domain::geometry::Ned;
@@ -9,7 +10,7 @@ use geo::{Contains as _, Distance as _, Euclidean};
 use crate::Import;
 use crate::compare::reference;
 use crate::content::{Doubt, Outline, Period, Rule, Zone};
-use crate::findings::Wrong;
+use crate::findings::{Findings, Wrong};
 use crate::heights;
 use crate::local::{self, Side};
 use crate::shape::turn_deg;
@@ -73,7 +74,9 @@ pub fn inspect(import: &Import, zones: &[Zone]) -> Summary {
 /// What an import would not understand of its shape and its limits. The frame is its own: no take-off point is needed.
 fn doubts_of_shape(zone: &Zone) -> impl Iterator<Item = Doubt> {
     let frame = LocalFrame::at(first_place(&zone.outline));
-    let shape = local::checked(&local::polygon(&zone.outline, &frame, Side::Contain), &zone.source).err();
+    // What is said about holes is said by an import.
+    let mut findings = Findings::about(Path::new(""));
+    let shape = local::checked(local::polygon(&zone.outline, &frame, Side::Contain), &zone.source, &mut findings).err();
     let doubt = |it: Wrong| Doubt { place: it.place, message: it.message };
     [shape, heights::exchanged(zone)].into_iter().flatten().map(doubt)
 }

@@ -1,7 +1,7 @@
 //! Files of other programs become missions, with a word about everything that has no counterpart.
 
-mod aixm;
 mod airspace;
+mod aixm;
 mod bad_input;
 mod golden;
 mod ground;
