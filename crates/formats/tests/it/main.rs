@@ -19,7 +19,7 @@ mod shapes;
 
 use std::path::Path;
 
-use domain::file::Source;
+use domain::file::{Mistakes, Source};
 use domain::geodesy::{LatLon, Origin};
 use domain::mission::Mission;
 use formats::assemble::{Assembled, Settings, assemble};
