@@ -90,7 +90,7 @@ fn bad_input(mistakes: Mistakes) -> Failure {
 }
 
 /// Never replaces a file: a human may have changed it.
-fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
+pub fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
     let written = std::fs::File::create_new(path).and_then(|mut file| file.write_all(text.as_bytes()));
     written.map_err(|error| Failure::bad_input(format!("{}: cannot be written: {error}", path.display())))
 }
@@ -105,7 +105,7 @@ fn done(path: &Path, written: String, notes: &[Note]) -> Done {
 }
 
 /// A line for each thing to say about a file, with all places of which it is said.
-fn in_words(notes: &[Note]) -> Vec<String> {
+pub fn in_words(notes: &[Note]) -> Vec<String> {
     let mut places: BTreeMap<(&Path, &str), Vec<&str>> = BTreeMap::new();
     for note in notes {
         places.entry((&note.path, &note.text)).or_default().push(&note.place);
