@@ -359,7 +359,7 @@ fn metres(text: &str) -> Result<f64, String> {
 }
 
 /// `LATITUDE,LONGITUDE` with an altitude or without.
-fn origin(text: &str) -> Result<Origin, String> {
+pub fn origin(text: &str) -> Result<Origin, String> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|it| it.trim().parse().ok()).collect();
     let (latitude_deg, longitude_deg, altitude_m) = match numbers.as_deref() {
         Some([latitude, longitude]) => (*latitude, *longitude, None),
@@ -376,7 +376,8 @@ fn origin(text: &str) -> Result<Origin, String> {
     Ok(Origin { place, altitude_m })
 }
 
-fn relief(text: &str) -> Result<f64, String> {
+/// Metres from 0 to 10000.
+pub fn relief(text: &str) -> Result<f64, String> {
     let found = text.parse().ok().filter(|it| (0.0..=10_000.0).contains(it));
     found.ok_or_else(|| format!("found `{text}`, expected metres from 0 to 10000"))
 }

@@ -21,14 +21,10 @@ use crate::operate::route::route;
 /// Writes a mission file. What is written passes `kittiwake check`; if it would not, nothing is written.
 pub(super) fn import(args: &ImportArgs) -> Result<Done, Failure> {
     let leave_out = LeaveOut::new(&args.leave_out);
-    let read = |path: &Path| {
-        let bytes = file::read_bytes(path, formats::LARGEST_BYTES)?;
-        formats::read_bytes(path, bytes, &leave_out)
-    };
     let (mut mistakes, mut notes) = (Vec::new(), Vec::new());
     let mut imports: Vec<Import> = Vec::new();
     for path in std::iter::once(&args.file).chain(&args.areas) {
-        match read(path) {
+        match read(path, &leave_out) {
             Ok(import) => imports.push(import),
             Err(found) => {
                 mistakes.extend(found.mistakes.0);
@@ -104,8 +100,13 @@ pub(super) fn export(args: &ExportArgs) -> Result<Done, Failure> {
     }
 }
 
+/// Reads a file of another program.
+pub fn read(path: &Path, leave_out: &LeaveOut) -> Result<Import, Refused> {
+    formats::read_bytes(path, file::read_bytes(path, formats::LARGEST_BYTES)?, leave_out)
+}
+
 /// The notes, then the mistakes.
-fn refused(Refused { mistakes, notes }: Refused) -> Failure {
+pub fn refused(Refused { mistakes, notes }: Refused) -> Failure {
     let said = in_words(&notes).into_iter().chain([mistakes.to_string()]);
     Failure::bad_input(said.collect::<Vec<_>>().join("\n"))
 }
@@ -115,7 +116,7 @@ fn bad_input(mistakes: Mistakes) -> Failure {
 }
 
 /// Never replaces a file: a human may have changed it.
-fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
+pub fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
     let written = std::fs::File::create_new(path).and_then(|mut file| file.write_all(text.as_bytes()));
     written.map_err(|error| Failure::bad_input(format!("{}: cannot be written: {error}", path.display())))
 }
@@ -133,7 +134,7 @@ fn done(path: &Path, written: String, notes: &[Note]) -> Done {
 const MOST_PLACES: usize = 10;
 
 /// A line for each thing to say about a file, with the places of which it is said; what matters most comes first.
-fn in_words(notes: &[Note]) -> Vec<String> {
+pub fn in_words(notes: &[Note]) -> Vec<String> {
     let mut places: BTreeMap<(Weight, &Path, &str), Vec<&str>> = BTreeMap::new();
     for note in notes {
         places.entry((note.weight, &note.path, &note.text)).or_default().push(&note.place);

@@ -12,14 +12,15 @@ const SIZE: f64 = 1000.0;
 const ROOM: f64 = 0.08;
 
 /// Maps metres to the drawing.
-struct Scale {
+pub struct Scale {
     north_m: f64,
     east_m: f64,
     per_m: f64,
 }
 
 impl Scale {
-    fn of(points: &[(f64, f64)]) -> Scale {
+    /// One for a drawing of 1000 by 1000 that shows the take-off point and these points, each its metres north and east.
+    pub fn of(points: &[(f64, f64)]) -> Scale {
         let bounds = |of: fn(&(f64, f64)) -> f64| {
             let values = || points.iter().map(of);
             (values().fold(0.0, f64::min), values().fold(0.0, f64::max))
@@ -34,7 +35,8 @@ impl Scale {
         Scale { north_m: middle_north_m + half_m, east_m: middle_east_m - half_m, per_m }
     }
 
-    fn at(&self, (north_m, east_m): (f64, f64)) -> (f64, f64) {
+    /// Where a point is in the drawing: to the right, and down.
+    pub fn at(&self, (north_m, east_m): (f64, f64)) -> (f64, f64) {
         ((east_m - self.east_m) * self.per_m, (self.north_m - north_m) * self.per_m)
     }
 }

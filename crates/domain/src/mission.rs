@@ -363,37 +363,6 @@ impl Mission {
     }
 }
 
-/// The areas of a mission file and the data sets that they came from, without a mission.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Airspace {
-    /// Where the areas' places count from.
-    pub origin: Option<Origin>,
-    /// Areas with distinct names.
-    pub areas: Vec<Area>,
-    /// The feeds, with distinct names.
-    pub feeds: Vec<Feed>,
-}
-
-impl Airspace {
-    /// Parses and checks the areas and feeds of a mission file, as [`Mission::read`] does; objectives and sites are ignored.
-    ///
-    /// # Errors
-    /// The mistakes, each with its place.
-    pub fn read(source: &Source) -> Result<Airspace, Mistakes> {
-        let file: MissionFile = source.parse()?;
-        let mut check = Checker { source, mistakes: Mistakes::default(), frame: None };
-        check.bounds(&file);
-        if !check.mistakes.0.is_empty() {
-            return Err(check.mistakes);
-        }
-        let origin = file.origin.as_ref().and_then(|it| check.origin(it));
-        let areas = file.area.iter().map(|it| check.area(it)).collect();
-        check.distinct("area", file.area.iter().map(|it| &it.name));
-        let feeds = check.feeds(&file.feed, &file.area);
-        check.mistakes.or(Airspace { origin, areas, feeds })
-    }
-}
-
 /// Why the vehicle must not be sent to land at `site`, by one of `areas`, which apply then; the end of a sentence that begins with
 /// the place. The rule for the places of a mission, for a place that comes in another way.
 pub fn unfit_landing_site<'a>(site: Ned, areas: impl IntoIterator<Item = &'a Area>) -> Option<String> {
