@@ -47,7 +47,7 @@ pub enum Weight {
 pub struct Refused {
     /// At least one.
     pub mistakes: Mistakes,
-    /// They are told whether or not something is written.
+    /// What to tell all the same.
     pub notes: Vec<Note>,
 }
 
