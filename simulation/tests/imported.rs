@@ -175,16 +175,17 @@ fn a_harbour_is_imported_planned_and_flown() {
     assert_eq!(report.outcome(), MissionOutcome::Success, "\n{log}");
     assert_eq!(simulation.breaches(), [], "\n{log}");
     let story = [
-        "plan 1: takeoff by 40 m; fly to (240, 66, 40); fly to (893, 707, 40); fly to (1049, 836, 40); fly to (1372, 1133, 40); \
-         fly to (1600, 1200, 40)",
+        "plan 1: takeoff by 40 m; fly to (137, 100, 40), asking Z666; fly to (640, 466, 40); fly to (1286, 1114, 40); \
+         fly to (1319, 1140, 40); fly to (1358, 1156, 40); fly to (1600, 1200, 40)",
+        "asking for area Z666",
+        "area Z666: granted",
         "transition: stop",
         // Some zones have hours, and none of them in the night in which the simulation begins.
-        "plan 2: fly to (1517, 569, 10); fly to (1303, -174, 10); fly to (1107, -1029, 10); fly to (1026, -1310, 10), asking \
-         Z734; fly to (1000, -1400, 10); land",
+        "plan 2: fly to (1556, 958, 40); fly to (1264, 237, 40); fly to (1027, -1232, 13), asking Z734; \
+         fly to (1000, -1400, 10); land",
         "asking for area Z734",
         "area Z734: granted",
-        "plan 3: takeoff by 10 m; fly to (722, -929, 10); fly to (700, -900, 10); fly to (446, -646, 10); \
-         fly to (0, 0, 10); land",
+        "plan 3: takeoff by 10 m; fly to (763, -936, 10); fly to (0, 0, 10); land",
         "every objective is settled",
     ];
     assert_eq!(simulation.story(&["plan", "permission", "contingency"]), story, "\n{log}");
